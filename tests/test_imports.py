@@ -21,7 +21,7 @@ HEAVY = {
     "jinja2",
     "msgspec",
 }
-OURS = ("rigid", "elastic", "machine", "fem_check", "animations", "kinelast")
+OURS = ("rigid", "elastic", "machine", "fem_check", "animations", "kinelast", "live")
 
 CANTILEVER = """
 from elastic import *

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 from kinelast.cli.parser import parsed
 from kinelast.cli.terminal import Sentences, fill_closed_streams, listener, say
-from kinelast.scene.error import plain
+from kinelast.scene.error import SceneError, plain
 from kinelast.tasks.progress import SILENT, Progress, StoppedError, ignored_interrupts, signals_held_back, stoppable
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package
@@ -159,6 +159,8 @@ def _answer(request: Request, batch: Batch) -> int:
         return _version()
     if batch.list:
         return _list(*batch.scenes)
+    if batch.live:
+        return _live(*batch.scenes)
     if not batch.scenes:
         return _refuse("no scene was given: name a .toml file or a shipped scene, see --list")
     try:
@@ -166,6 +168,22 @@ def _answer(request: Request, batch: Batch) -> int:
     except OSError:  # which libraries do not survive being imported in
         return _refuse("the working folder is gone: go to one that is there")
     return _run(request, batch)
+
+
+def _live(*scenes: str) -> int:
+    """Serve the live editor for a scene, or for an empty sheet."""
+    if len(scenes) > 1:
+        return _refuse("--live takes one scene")
+    from live import serve
+
+    try:
+        return serve(scenes[0] if scenes else None, lambda words: say(words, sys.stdout))
+    except SceneError as error:
+        return _refuse(str(error))
+    except ModuleNotFoundError as error:
+        if error.name not in ("starlette", "uvicorn"):
+            raise
+        return _refuse('--live needs a server: pip install "kinelast[live]"')
 
 
 def _refuse(message: str) -> int:

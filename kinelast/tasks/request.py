@@ -224,6 +224,9 @@ class Batch:
         "tell mobility, loops and groups instead, and draw the skeleton",
         writes=("structure.txt", "skeleton.svg"),
     )
+    live: bool = option(
+        SCENE, "draw the scene, or an empty sheet, in the browser instead, and see it move and bend while it is changed"
+    )
     sweep: bool = option(DESIGNS, "compute the designs of the scene's [sweep] instead (designs.csv)")
     design: int | None = option(
         DESIGNS,

@@ -1,0 +1,335 @@
+"""Answers to a text: its mistakes with their lines, its parts as drawn, and how the mechanism moves and bends."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import struct
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from elastic import Deflection, sample
+from kinelast.figures.cycle import Cycle, drive_words
+from kinelast.figures.entry import LEAST, Figure, items_of, magnitudes
+from kinelast.figures.limits import judged
+from kinelast.figures.output import output_of
+from kinelast.figures.registry import figures_of
+from kinelast.figures.results import Results
+from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection
+from kinelast.scene.document import Document, document_from_dict
+from kinelast.scene.error import SceneError
+from kinelast.scene.parsing import is_chain
+from kinelast.scene.variables import numbers, place_of
+from live.edit import drawn
+from live.text import Path, line_of, places
+from rigid import MechanismError, Motion, reachable
+
+POSITIONS, FRAMES = 72, 120  # of a quick answer, and at most of the picture of a whole one
+STATIONS = np.linspace(0.0, 1.0, 9)
+SHOWN = ("deflection", "chord", "stress", "safety", "drive_effort", "joint_force", "shaking_force",
+         "transmission_angle", "output_error", "mass")  # fmt: skip
+NUMBERS = 400  # that are offered at most
+Answer = dict[str, Any]
+
+
+def quick_answer(text: str, name: str = "scene", with_numbers: bool = False) -> tuple[Answer, bytes]:
+    """The quasi-static answer to a text at few positions, as plain data, and the numbers of its picture.
+
+    Every mistake is part of the answer; nothing is raised.
+    """
+    answer: Answer = {"mistakes": [], "sheet": None, "numbers": None, "picture": None}
+    data = b""
+    try:
+        tables = tomllib.loads(text)
+        answer["sheet"] = sheet(tables)
+        document = replace(document_from_dict(tables, name), source=text)
+        if with_numbers:
+            answer["numbers"] = offered(document, text)
+        with np.errstate(all="ignore"):
+            scene = document.with_positions(min(POSITIONS, document.table.run.positions)).scene
+            answer["picture"], data = _closing(scene, text)
+    except (SceneError, MechanismError, ValueError) as error:
+        answer["mistakes"] = [mistake(error, text)]
+    return answer, data
+
+
+def mistake(error: Exception, text: str) -> Answer:
+    """A mistake in a text: its line, None where it has none, and the message."""
+    if not isinstance(error, SceneError):
+        at = re.search(r"at line (\d+)", str(error))
+        return {"line": int(at[1]) if at else None, "message": str(error)}
+    message = " ".join(part for part in (error.key if error.table == "points" else "", error.problem) if part)
+    if at := re.search(r"at line (\d+)", error.problem) if not error.table else None:
+        return {"line": int(at[1]), "message": message}
+    try:
+        first = places(text).nearest(path_of(error.table, error.key))
+    except (ValueError, IndexError):
+        first = None
+    return {"line": None if first is None else line_of(text, first), "message": message or str(error)}
+
+
+def path_of(table: str, key: str) -> Path:
+    """The path of a message's table and key, counting from 0.
+
+    Examples
+    --------
+    >>> path_of("drives[1]", "law[2].by")
+    ('drives', 0, 'law', 1, 'by')
+    """
+    words = f"{table}.{key}".replace(" x", "[1]").replace(" y", "[2]").replace('"', "")
+    parts = re.findall(r"\[(\d+)\]|([^.\[\]\s]+)", words)
+    return tuple(int(number) - 1 if number else name for number, name in parts)
+
+
+def sheet(tables: Mapping[str, Any]) -> Answer:
+    """The parts of a scene as its tables draw them, whether it moves or not; those that cannot be read are left out."""
+    if is_chain(tables):
+        raise ValueError("joints in space cannot be drawn in the plane")
+
+    def listed(kind: str) -> list[Answer]:
+        entries = tables.get(kind, ())
+        return [entry for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []
+
+    def named(kind: str) -> dict[str, Answer]:
+        entries = tables.get(kind, {})
+        return {key: entry for key, entry in entries.items() if isinstance(entry, dict)} if isinstance(
+            entries, dict
+        ) else {}  # fmt: skip
+
+    links = [
+        {
+            "name": name,
+            "points": [str(each) for each in link.get("points", ())],
+            "beams": [beam for beam in link.get("beams", ()) if isinstance(beam, list)],
+            "section": link.get("section"),
+            "material": link.get("material"),
+            "rigid": bool(link.get("rigid")),
+        }
+        for name, link in named("links").items()
+    ]
+    return {
+        "points": {name: [place.real, place.imag] for name, place in drawn(tables).items()},
+        "links": links,
+        "slots": {**named("slots"), **{k: {**v, "point": v.get("through")} for k, v in named("sliders").items()}},
+        "sliders": list(named("sliders")),
+        "welds": list(named("welds")),
+        "masses": {k: str(v) for k, v in tables.get("masses", {}).items()}
+        if isinstance(tables.get("masses", {}), dict)
+        else {},
+        "springs": listed("springs"),
+        "loads": listed("loads"),
+        "drives": listed("drives"),
+        "sections": list(named("sections")),
+        "materials": list(named("materials")),
+        "title": str(tables.get("title", "")),
+        "units": str(tables.get("units", "m")),
+    }
+
+
+def offered(document: Document, text: str) -> list[Answer]:
+    """The numbers of a scene with their values [SI], units, lines, and the ranges for a slider."""
+    known, table = places(text), document.table
+    told: list[Answer] = []
+    for path in numbers(table):
+        if len(told) == NUMBERS:
+            break
+        try:
+            place = place_of(table, path)
+            low, high = _range(document, path, place.variable.base)
+        except SceneError:
+            continue
+        first = known.nearest(tuple(place.names))
+        told.append(
+            {
+                "path": path,
+                "unit": place.variable.unit,
+                "value": place.variable.base,
+                "line": None if first is None else line_of(text, first),
+                "low": low,
+                "high": high,
+                "whole": isinstance(place.leaf, int),
+            }
+        )
+    return told
+
+
+def _range(document: Document, path: str, base: float) -> tuple[float, float]:
+    """Values between which a slider goes: those of the scene's sweep or tolerance, else half and twice the value."""
+    table = document.table
+    swept = table.sweep.vary.get(path)
+    if swept is not None and not isinstance(swept, list):
+        return document.value(path, swept.start), document.value(path, swept.end)
+    if isinstance(swept, list):
+        values = [document.value(path, each) for each in swept]
+        return min(values), max(values)
+    if base == 0:
+        return -0.1, 0.1
+    return min(base / 2, base * 2), max(base / 2, base * 2)
+
+
+def _closing(scene: Scene, text: str) -> tuple[Answer, bytes]:
+    """The picture of a scene up to where it closes, and how far that is."""
+    times = scene.course.times()
+    moved = scene.course.at(times)
+    ok = reachable(moved)
+    closes: Answer = {"all": bool(ok.all()), "share": float(ok.mean()), "line": None, "words": ""}
+    if not ok.all():
+        try:
+            require_reached(scene, moved)
+        except SceneError as error:
+            told = mistake(error, text)
+            closes |= {"line": told["line"], "words": error.problem}
+        count = int(ok.argmin())
+        if count == 0:
+            raise SceneError("", "points", "", f"does not close where it is drawn: {closes['words']}")
+        moved = scene.course.at(times[:count])
+    require_tables(scene, moved)
+    cycle = Cycle(scene, moved, scene_deflection(scene, moved), sampled=True)
+    chosen = [each for each in figures_of(output_of(scene)) if each.key in _wanted(scene)]
+    told, data = picture(scene, cycle.deflection, cycle.efforts)
+    figures, limits = (
+        figure_rows(scene, chosen, magnitudes(cycle, chosen)),
+        limit_rows(scene, magnitudes(cycle, chosen)),
+    )
+    return {
+        **told,
+        "figures": figures,
+        "limits": limits,
+        "closes": closes,
+        "theory": "quasi-static",
+        "quick": True,
+    }, data
+
+
+def whole_picture(results: Results) -> tuple[Answer, bytes]:
+    """The picture of a whole answer, its figures with their errors."""
+    scene, peaks = results.scene, results.figures.peaks
+    chosen = [each for each in results.figures.figures if each.key in _wanted(scene)]
+    values = {each.key: np.array([abs(peak.value) for peak in peaks[each.key]]) for each in chosen}
+    told, data = picture(scene, results.deflection, results.efforts, FRAMES)
+    rows = figure_rows(scene, chosen, values)
+    for row in rows:
+        error = peaks[row["key"]][row.pop("item")].error
+        row["error"] = None if error is None else float(error.size)
+    return {**told, "figures": rows, "limits": limit_rows(scene, values)}, data
+
+
+def _wanted(scene: Scene) -> set[str]:
+    return {*SHOWN, *(limit.figure for limit in scene.limits)}
+
+
+def picture(scene: Scene, bent: Deflection, efforts: Any, most: int = POSITIONS) -> tuple[Answer, bytes]:
+    """The mechanism as it moves and bends: its parts as plain data, and their numbers as float32 in a row."""
+    taken = slice(None, None, -(-len(bent.motion.time) // most))
+    arrays: dict[str, Any] = {"time": bent.motion.time[taken], "drive": bent.motion.drive[..., taken]}
+    arrays["effort"] = np.asarray(efforts)[..., taken]
+    points = _points(bent.motion)
+    arrays["points"] = _pairs([place[taken] for place in points.values()])
+    if scene.labels:
+        arrays |= _beams(bent, taken)
+    store, data, at = {}, [], 0
+    for name, values in arrays.items():
+        flat = np.ascontiguousarray(values, "<f4")
+        store[name] = [at, list(flat.shape)]
+        at += flat.size
+        data.append(flat.tobytes())
+    return {
+        "positions": len(arrays["time"]),
+        "of": len(bent.motion.time),
+        "turn": scene.run.turn,
+        "points": list(points),
+        "beams": [
+            {"label": label, "link": scene.mechanism.links[at].name, "from": beam.start, "to": beam.end}
+            for label, (at, beam) in zip(scene.labels, scene.mechanism.beams, strict=True)
+        ],
+        "drives": [
+            {"name": name, "unit": unit, "effort": effort} for name, _, unit, effort in drive_words(scene.mechanism)
+        ],
+        "arrays": store,
+    }, b"".join(data)
+
+
+def _points(moved: Motion) -> dict[str, Any]:
+    """Places of all named points over the positions [m], complex."""
+    found: dict[str, Any] = {}
+    for number, link in enumerate(moved.mechanism.links):
+        for point, own in link.points.items():
+            if point not in found and (number == 0 or not link.name.endswith(" block")):
+                place = moved.origin[number] + moved.direction[number] * np.ravel(own)[0]
+                found[point] = np.broadcast_to(place, moved.columns)
+    return found
+
+
+def _beams(bent: Deflection, taken: slice) -> dict[str, Any]:
+    """Rigid ends of every beam, displacement and stress [m, Pa] at stations, (beams, positions, stations, ...)."""
+    moved, mechanism = bent.motion, bent.motion.mechanism
+    ends, ways = [], []
+    for at, beam in mechanism.beams:
+        own = [np.ravel(mechanism.links[at].points[point])[0] for point in (beam.start, beam.end)]
+        ends.append([moved.origin[at, taken] + moved.direction[at, taken] * each for each in own])
+        ways.append(moved.direction[at, taken] * (own[1] - own[0]) / abs(own[1] - own[0]))
+    local = sample(bent, "u", STATIONS)[:, taken] + 1j * sample(bent, "w", STATIONS)[:, taken]
+    return {
+        "ends": _pairs(ends),
+        "bent": _pairs(local * np.array(ways)[..., None]),
+        "stress": sample(bent, "mises", STATIONS)[:, taken],
+    }
+
+
+def _pairs(values: Any) -> Any:
+    """Complex numbers as pairs along a last axis."""
+    values = np.array(values, complex)
+    return np.stack([values.real, values.imag], axis=-1)
+
+
+def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any]) -> list[Answer]:
+    """The figures that are read first, in their order: each of the item with the largest, or the least."""
+    told, known = [], {figure.key: figure for figure in chosen}
+    for key in SHOWN:
+        sizes = values.get(key, np.zeros(0))
+        if not np.isfinite(sizes).any():
+            continue
+        figure = known[key]
+        item = int(np.nanargmin(sizes) if figure.over == LEAST else np.nanargmax(sizes))
+        names = items_of(scene, figure.of)
+        row = {"key": key, "name": figure.name, "value": float(sizes[item]), "unit": figure.units(scene)[item]}
+        told.append({**row, "item": item, "on": names[item], "error": None})
+    return told
+
+
+def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
+    """Limits of the scene beside the figures that they bound; without regard to errors."""
+    return [
+        {
+            "kind": verdict.limit.kind,
+            "on": verdict.limit.item,
+            "bound": float(np.ravel(verdict.limit.bound)[0]),
+            "value": float(verdict.value),
+            "unit": verdict.limit.unit or "m",
+            "kept": bool(verdict.kept),
+        }
+        for verdict in judged(scene, values)
+    ]
+
+
+def packed(answer: Answer, data: bytes) -> bytes:
+    """An answer for the page: the length of its JSON, which ends on a multiple of four, the JSON, and the numbers."""
+    head = json.dumps(_finite(answer), allow_nan=False).encode()
+    head += b" " * (-len(head) % 4)
+    return struct.pack("<I", len(head)) + head + data
+
+
+def _finite(value: Any) -> Any:
+    """Plain data with None for numbers that are none, which JSON has not."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if isinstance(value, dict):
+        return {str(key): _finite(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    return value if isinstance(value, str | int | float | bool | None) else str(value)

@@ -1,0 +1,110 @@
+"""The whole answer to a text, by the theory and accuracy that it asks for, in a process that can be ended."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+from contextlib import suppress
+from typing import Any
+
+
+def whole_answer(text: str, name: str) -> tuple[dict[str, Any], bytes, bytes]:
+    """The whole answer to a text, the numbers of its picture, and its report."""
+    import numpy as np
+
+    from kinelast.figures.summary import summary
+    from kinelast.outputs.page import report_page
+    from kinelast.outputs.sealed import made_from
+    from kinelast.runs.compute import SHOWN, computed, is_long
+    from kinelast.runs.line import headline
+    from kinelast.scene.document import document_from_text
+    from kinelast.tasks.request import Request
+    from kinelast.version import VERSION
+    from live.answer import mistake, whole_picture
+
+    told: dict[str, Any] = {"mistakes": [], "picture": None, "line": ""}
+    try:
+        with np.errstate(all="ignore"):
+            document = document_from_text(text, name)
+            scene = document.scene
+            if is_long(scene, scene.run.positions):
+                scene = document.with_positions(SHOWN).scene
+            request = Request()
+            results = computed(scene, request)
+            made = made_from(text.encode(), request)
+            figures = {"kinelast": VERSION, **summary(results), "made_from": made}
+            line = headline(figures)
+            drawn, data = whole_picture(results)
+            theory = figures["theory"]
+            drawn |= {
+                "theory": theory["name"],
+                "quick": False,
+                "closes": {"all": True, "share": 1.0, "line": None, "words": ""},
+                "error": theory["error"],
+                "problem": theory["problem"],
+                "verdict": figures["acceptance"]["verdict"],
+            }
+            return {**told, "picture": drawn, "line": line}, data, report_page(results, figures, line)
+    except (ValueError, ArithmeticError) as error:  # of a scene, a mechanism, or a request
+        return {**told, "mistakes": [mistake(error, text)]}, b"", b""
+
+
+def _work(pipe: Any, text: str, name: str) -> None:
+    """In the process: answer, and send."""
+    with suppress(BrokenPipeError, KeyboardInterrupt):
+        try:
+            pipe.send(whole_answer(text, name))
+        except Exception as error:
+            told = {"mistakes": [{"line": None, "message": f"the program failed: {error!r}"}], "picture": None}
+            pipe.send(({**told, "line": ""}, b"", b""))
+
+
+def _context() -> Any:
+    """Processes that begin with all that they need already imported, where the system can."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["live.preloaded"])
+    return context
+
+
+class Worker:
+    """Computes one whole answer at a time: a newer one, or a drag, ends the one before."""
+
+    def __init__(self) -> None:
+        self._context = _context()
+        self._lock = threading.Lock()
+        self._process: Any = None
+
+    def begin(self) -> None:
+        """Import all that is needed ahead of the first answer."""
+        os.environ.setdefault("OMP_NUM_THREADS", "1")
+        process = self._context.Process(target=str, daemon=True)
+        process.start()
+
+    def cancel(self) -> None:
+        """End the answer that is under way."""
+        with self._lock:
+            if self._process is not None and self._process.is_alive():
+                self._process.kill()
+            self._process = None
+
+    def answer(self, text: str, name: str) -> tuple[dict[str, Any], bytes, bytes] | None:
+        """The whole answer; None where it was cancelled meanwhile."""
+        self.cancel()
+        ours, theirs = self._context.Pipe(duplex=False)
+        process = self._context.Process(target=_work, args=(theirs, text, name), daemon=True)
+        with self._lock:
+            process.start()
+            self._process = process
+        theirs.close()
+        try:
+            told: tuple[dict[str, Any], bytes, bytes] = ours.recv()
+            return told
+        except EOFError:
+            return None
+        finally:
+            ours.close()
+            process.join()
+            process.close() if self._process is not process else None

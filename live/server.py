@@ -1,0 +1,279 @@
+"""The server of the live editor: page, answers and the one file, on the loopback address, for who has the token."""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+import socket
+import sys
+import threading
+import webbrowser
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from hashlib import sha256
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route
+
+from kinelast.scene.error import SceneError
+from kinelast.scene.sections import library_entries
+from kinelast.tasks.task import shipped_scenes
+from live.answer import packed, quick_answer
+from live.edit import EMPTY, EditError, edited
+from live.file import ChangedError, SceneFile
+from live.full import Worker
+
+HOST = "127.0.0.1"
+FIRST_PORT, PORTS = 49152, 16000
+LARGEST = 4_000_000  # bytes of a request
+KEPT = 4  # reports
+WEB = files("live") / "web"
+KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript"}
+SAFE = {
+    "Cache-Control": "no-store",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+}
+PAGE_POLICY = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; connect-src 'self'; base-uri 'none'; form-action 'none'"  # noqa: E501
+
+
+@dataclass
+class Live:
+    """The state of the server: its file, its addresses, the worker, and the last reports."""
+
+    file: SceneFile
+    name: str
+    token: str
+    port: int
+    worker: Worker = field(default_factory=Worker)
+    reports: OrderedDict[str, bytes] = field(default_factory=OrderedDict)
+
+    @property
+    def hosts(self) -> tuple[str, str]:
+        """Names under which the server may be asked."""
+        return f"{HOST}:{self.port}", f"localhost:{self.port}"
+
+    @property
+    def address(self) -> str:
+        """Of the page."""
+        return f"http://{HOST}:{self.port}/{self.token}/"
+
+
+def refusal(live: Live, request: Request) -> Response | None:
+    """The response to a request that has no right; None where it has."""
+    if request.headers.get("host") not in live.hosts:
+        return Response("this is not the address of the editor", 403)
+    token = str(request.path_params.get("token", ""))
+    if not secrets.compare_digest(token.encode(), live.token.encode()):
+        return Response("the address lacks the token that the command printed", 403)
+    if request.method != "GET" and request.headers.get("origin") not in [f"http://{host}" for host in live.hosts]:
+        return Response("asked for by another page", 403)
+    return None
+
+
+Handler = Callable[[Live, Request, Any], Response]
+
+
+def _guarded(live: Live, handler: Handler) -> Callable[[Request], Any]:
+    """A handler that is called in a thread, with the request's JSON, for who has the right."""
+
+    async def respond(request: Request) -> Response:
+        refused = refusal(live, request)
+        if refused is not None:
+            return refused
+        given: Any = {}
+        if request.method == "POST":
+            if int(request.headers.get("content-length") or LARGEST + 1) > LARGEST:
+                return Response("too large for a scene", 413)
+            try:
+                given = json.loads(await request.body())
+                given["text"] = str(given.get("text", ""))
+            except (ValueError, AttributeError, TypeError):
+                return Response("expected JSON", 400)
+        response = await run_in_threadpool(handler, live, request, given)
+        response.headers.update(SAFE)
+        return response
+
+    return respond
+
+
+def _page(live: Live, request: Request, given: Any) -> Response:
+    return _web("page.html")
+
+
+def _file_of_page(live: Live, request: Request, given: Any) -> Response:
+    return _web(str(request.path_params["name"]))
+
+
+def _web(name: str) -> Response:
+    known = {each.name for each in WEB.iterdir()}
+    if name not in known:
+        return Response("there is no such file", 404)
+    content = (WEB / name).read_bytes()
+    kind = KINDS[name.rpartition(".")[2]]
+    return Response(content, media_type=kind, headers={"Content-Security-Policy": PAGE_POLICY})
+
+
+def _scene(live: Live, request: Request, given: Any) -> Response:
+    """The text of the file, and all that a page begins with."""
+    try:
+        text, digest = live.file.read()
+    except SceneError as error:
+        return JSONResponse({"problem": str(error)}, 409)
+    shipped = {name: path.read_text(encoding="utf-8") for name, path in shipped_scenes().items()}
+    return JSONResponse(
+        {
+            "text": text,
+            "digest": digest,
+            "name": live.name,
+            "path": None if live.file.path is None else str(live.file.path),
+            "shipped": {"empty sheet": EMPTY, **shipped},
+            "sections": [name for name, _ in library_entries("sections")],
+            "materials": [name for name, _ in library_entries("materials")],
+        }
+    )
+
+
+def _state(live: Live, request: Request, given: Any) -> Response:
+    return JSONResponse({"digest": live.file.digest()})
+
+
+def _answer(live: Live, request: Request, given: Any) -> Response:
+    """The quick answer to a text after some edits; a whole answer that is under way is ended."""
+    text, changes = given["text"], given.get("edits", ())
+    live.worker.cancel()
+    told: dict[str, Any] = {"number": given.get("number"), "refused": ""}
+    try:
+        for change in changes:
+            text = edited(text, change)
+    except (EditError, ValueError) as error:
+        text, told["refused"] = given["text"], str(error)
+    answer, data = quick_answer(text, live.name, bool(given.get("numbers")))
+    return Response(packed({**answer, **told, "text": text}, data), media_type="application/octet-stream")
+
+
+def _full(live: Live, request: Request, given: Any) -> Response:
+    """The whole answer to a text; status 409 where a newer request has ended it."""
+    found = live.worker.answer(given["text"], live.name)
+    if found is None:
+        return JSONResponse({"cancelled": True}, 409)
+    answer, data, report = found
+    key = None
+    if report:
+        key = secrets.token_urlsafe(6)
+        live.reports[key] = report
+        while len(live.reports) > KEPT:
+            live.reports.popitem(last=False)
+    told = {**answer, "number": given.get("number"), "report": key}
+    return Response(packed(told, data), media_type="application/octet-stream")
+
+
+def _report(live: Live, request: Request, given: Any) -> Response:
+    report = live.reports.get(str(request.path_params["key"]))
+    if report is None:
+        return Response("this report is no longer kept: let the page answer once more", 404)
+    return Response(report, media_type="text/html")
+
+
+def _save(live: Live, request: Request, given: Any) -> Response:
+    """Write the file."""
+    try:
+        return JSONResponse({"digest": live.file.write(given["text"], str(given.get("digest")))})
+    except ChangedError as error:
+        return JSONResponse({"problem": str(error), "digest": live.file.digest()}, 409)
+    except OSError as error:
+        return JSONResponse({"problem": f"not written: {(error.strerror or str(error)).lower()}"}, 507)
+
+
+def application(live: Live) -> Starlette:
+    """The application of the editor."""
+    routes: tuple[tuple[str, Handler, str], ...] = (
+        ("/", _page, "GET"),
+        ("/web/{name}", _file_of_page, "GET"),
+        ("/scene", _scene, "GET"),
+        ("/state", _state, "GET"),
+        ("/report/{key}", _report, "GET"),
+        ("/answer", _answer, "POST"),
+        ("/full", _full, "POST"),
+        ("/save", _save, "POST"),
+    )
+    return Starlette(
+        routes=[
+            Route(f"/{{token}}{path}", _guarded(live, handler), methods=[method]) for path, handler, method in routes
+        ]
+    )
+
+
+def scene_file(argument: str | None) -> tuple[SceneFile, str]:
+    """The file of an argument, there or to be, and its scene's name; a shipped one is to be in the working folder."""
+    if argument is None:
+        return SceneFile(None, EMPTY), "scene"
+    shipped = shipped_scenes()
+    path = Path(argument)
+    if argument in shipped and not path.is_file():
+        text = shipped[argument].read_text(encoding="utf-8")
+        return SceneFile(Path.cwd() / f"{argument}.toml", text), argument
+    if path.suffix != ".toml" or not path.absolute().parent.is_dir():
+        raise SceneError(argument, "", "", "expected a .toml file, there or to be, or a shipped scene, see --list")
+    return SceneFile(path.absolute(), EMPTY), path.stem
+
+
+def bound_socket(name: str) -> socket.socket:
+    """A socket on the loopback address: at the same port for the same file, so that the browser keeps its text."""
+    wish = FIRST_PORT + int(sha256(name.encode()).hexdigest(), 16) % PORTS
+    for port in (wish, 0):
+        bound = socket.socket(
+            socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP
+        )  # named: asyncio then sends at once
+        bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, os.name != "nt")
+        try:
+            bound.bind((HOST, port))
+            bound.listen(64)  # so that who asks early waits
+        except OSError:
+            bound.close()
+            if port == 0:
+                raise
+        else:
+            return bound
+    raise AssertionError
+
+
+def serve(argument: str | None, tell: Callable[[str], None], browse: bool = True) -> int:
+    """Serve the editor until it is interrupted; the exit status.
+
+    Parameters
+    ----------
+    argument
+        A file, a shipped scene, or None for an empty sheet.
+    tell
+        Is given the lines for the terminal.
+    browse
+        Open the page.
+    """
+    file, name = scene_file(argument)
+    bound = bound_socket(str(file.path))
+    live = Live(file, name, secrets.token_urlsafe(24), bound.getsockname()[1])
+    live.worker.begin()
+    where = "nothing is saved but by download" if file.path is None else f"Save writes {file.path}"
+    tell(f"{name}: {live.address}\n{where}; Ctrl+C ends it")
+    if browse:
+        threading.Timer(0.3, webbrowser.open, [live.address]).start()
+    config = uvicorn.Config(application(live), log_level="error", access_log=False, timeout_graceful_shutdown=1)
+    try:
+        uvicorn.Server(config).run(sockets=[bound])
+    except KeyboardInterrupt:
+        pass
+    finally:
+        live.worker.cancel()
+        sys.stdout.flush()
+    return 0

@@ -1,0 +1,265 @@
+"""Places of keys and values in a TOML text, and changes that leave all other characters as they are."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+Path = tuple[str | int, ...]
+Span = tuple[int, int]
+
+BARE = re.compile(r"[A-Za-z0-9_-]+")
+OTHER = re.compile(r"[^\s,\]}#]+")  # numbers and truth values; scenes hold no dates
+BLANK = re.compile(r"(?:[ \t]*\n)*")
+QUOTES = '"""', "'''", '"', "'"
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where the parts of a TOML text stand, by their paths: numbers count the entries of a list from 0.
+
+    Attributes
+    ----------
+    values
+        Of every value, also within lists and tables in braces, its first character and the one behind its last.
+    tables
+        Of every table with a heading, its heading's first character and the end of the line of its last entry.
+    """
+
+    values: Mapping[Path, Span]
+    tables: Mapping[Path, Span]
+
+    def nearest(self, path: Path) -> int | None:
+        """First character of the value or table of a path, or of the nearest that holds it; None where none does."""
+        for length in range(len(path), 0, -1):
+            for spans in (self.values, self.tables):
+                if path[:length] in spans:
+                    return spans[path[:length]][0]
+        return next((span[0] for key, span in self.tables.items() if path and key[0] == path[0]), None)
+
+
+@dataclass
+class _Scanner:
+    """Goes through a valid TOML text once."""
+
+    text: str
+    at: int = 0
+    values: dict[Path, Span] = field(default_factory=dict)
+    tables: dict[Path, Span] = field(default_factory=dict)
+    counts: dict[Path, int] = field(default_factory=dict)
+
+    def whole(self) -> Places:
+        table: Path = ()
+        while self._skip():
+            begin = self.at
+            if self.text.startswith("[", self.at):
+                double = self.text.startswith("[[", self.at)
+                self.at += 2 if double else 1
+                table = self._entered(self._key(), double)
+                self.at = self._end_of_line()
+                self.tables[table] = (begin, self.at)
+                continue
+            path = table + tuple(self._key())
+            self._skip()
+            self.at += 1  # the equals sign
+            self._value(path)
+            self.at = self._end_of_line()
+            if table in self.tables:
+                self.tables[table] = (self.tables[table][0], self.at)
+        return Places(self.values, self.tables)
+
+    def _entered(self, keys: list[str], double: bool) -> Path:
+        """The path of a heading: of a list of tables, that of its last entry."""
+        path: Path = ()
+        for number, key in enumerate(keys):
+            path = (*path, key)
+            if double and number == len(keys) - 1:
+                self.counts[path] = self.counts.get(path, 0) + 1
+            if path in self.counts:
+                path = (*path, self.counts[path] - 1)
+        return path
+
+    def _skip(self) -> bool:
+        """Go on behind spaces, line ends and comments; whether anything follows."""
+        while self.at < len(self.text):
+            if self.text[self.at] == "#":
+                self.at = self._end_of_line()
+            elif self.text[self.at].isspace():
+                self.at += 1
+            else:
+                return True
+        return False
+
+    def _end_of_line(self) -> int:
+        end = self.text.find("\n", self.at)
+        return len(self.text) if end < 0 else end
+
+    def _key(self) -> list[str]:
+        parts = []
+        while True:
+            self._skip()
+            if self.text[self.at] in "\"'":
+                begin = self.at
+                self._string()
+                parts.append(self.text[begin + 1 : self.at - 1])
+            elif bare := BARE.match(self.text, self.at):
+                parts.append(bare[0])
+                self.at = bare.end()
+            else:
+                raise ValueError("no key")
+            self._skip()
+            if self.text[self.at : self.at + 1] != ".":
+                return parts
+            self.at += 1
+
+    def _string(self) -> None:
+        quote = next(each for each in QUOTES if self.text.startswith(each, self.at))
+        self.at += len(quote)
+        while not self.text.startswith(quote, self.at):
+            self.at += 2 if quote[0] == '"' and self.text[self.at] == "\\" else 1
+        self.at += len(quote)
+        while len(quote) == 3 and self.text.startswith(quote[0], self.at):
+            self.at += 1
+
+    def _value(self, path: Path) -> None:
+        self._skip()
+        begin = self.at
+        if self.text[begin] in "\"'":
+            self._string()
+        elif self.text[begin] in "[{":
+            self.at += 1
+            self._entries(path, "]" if self.text[begin] == "[" else "}")
+        elif other := OTHER.match(self.text, begin):
+            self.at = other.end()
+        self.values[path] = (begin, self.at)
+
+    def _entries(self, path: Path, close: str) -> None:
+        number = 0
+        while self._skip() and self.text[self.at] != close:
+            if self.text[self.at] == ",":
+                self.at += 1
+                continue
+            if close == "]":
+                self._value((*path, number))
+                number += 1
+            else:
+                keys = self._key()
+                self.at += 1  # the equals sign
+                self._value((*path, *keys))
+        self.at += 1
+
+
+def places(text: str) -> Places:
+    r"""Where the parts of a valid TOML text stand.
+
+    Examples
+    --------
+    >>> text = '[points]\nA = [0, "3 mm"]  # pin\n'
+    >>> begin, end = places(text).values["points", "A", 1]
+    >>> text[begin:end]
+    '"3 mm"'
+    """
+    return _Scanner(text).whole()
+
+
+def replaced(text: str, changes: Iterable[tuple[Span, str]]) -> str:
+    """A text with other characters in some spans, which do not overlap."""
+    for (begin, end), new in sorted(changes, reverse=True):
+        text = text[:begin] + new + text[end:]
+    return text
+
+
+def as_toml(value: Any) -> str:
+    """A value as it is written in a TOML text.
+
+    Examples
+    --------
+    >>> as_toml(["A", [0, 0.25], True])
+    '["A", [0, 0.25], true]'
+    """
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+        return f'"{escaped}"'
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_as_key(key)} = {as_toml(entry)}" for key, entry in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(as_toml, value)) + "]"
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+def _as_key(key: str) -> str:
+    return key if BARE.fullmatch(key) else as_toml(key)
+
+
+def with_value(text: str, path: Path, value: Any) -> str:
+    """A text with a value put in a place: in that of the value there, or as a new entry of its table.
+
+    A list or a table in braces that lacks the entry is written anew; a table that is not there is added.
+    """
+    known = places(text)
+    if path in known.values:
+        return replaced(text, [(known.values[path], as_toml(value))])
+    *above, key = path
+    if tuple(above) in known.values:  # a table in braces
+        begin, end = known.values[tuple(above)]
+        inner = text[begin + 1 : end - 1].rstrip().rstrip(",")
+        entry = f"{_as_key(str(key))} = {as_toml(value)}"
+        return replaced(text, [((begin, end), "{" + (f"{inner}, {entry}" if inner.strip() else entry) + "}")])
+    line = f"{_as_key(str(key))} = {as_toml(value)}"
+    if not above:
+        return f"{line}\n{text}"
+    if tuple(above) in known.tables:
+        end = known.tables[tuple(above)][1]
+        return replaced(text, [((end, end), f"\n{line}")])
+    return with_table(text, tuple(above), {str(key): value})
+
+
+def with_table(text: str, path: Path, entries: Mapping[str, Any]) -> str:
+    """A text with one table more, behind the last of its kind: with two brackets where a number ends the path."""
+    heading = ".".join(_as_key(str(part)) for part in path if not isinstance(part, int))
+    heading = f"[[{heading}]]" if isinstance(path[-1], int) else f"[{heading}]"
+    lines = [heading, *(f"{_as_key(key)} = {as_toml(value)}" for key, value in entries.items())]
+    ends = [end for key, (_, end) in places(text).tables.items() if key[0] == path[0]]
+    at = max(ends) if ends else len(text.rstrip())
+    before = "\n\n" if text[:at].strip() else ""
+    return text[:at] + before + "\n".join(lines) + (text[at:] or "\n")
+
+
+def without(text: str, path: Path) -> str:
+    """A text without a table or an entry; a list is written anew without it."""
+    known = places(text)
+    if path in known.tables:
+        below = [span for key, span in known.tables.items() if key[: len(path)] == path]
+        for begin, end in sorted(below, reverse=True):
+            text = text[:begin] + text[BLANK.match(text, min(end + 1, len(text))).end() :]  # type: ignore[union-attr]
+        return text
+    if path not in known.values:
+        return text
+    begin, end = known.values[path]
+    above = known.values.get(path[:-1])
+    if above is None:
+        start = text.rfind("\n", 0, begin) + 1
+        stop = text.find("\n", end)
+        return text[:start] + (text[stop + 1 :] if stop >= 0 else "")
+    kept = [text[slice(*known.values[each])] for each in _beside(known, path[:-1]) if each != path]
+    if isinstance(path[-1], int):
+        return replaced(text, [(above, f"[{', '.join(kept)}]")])
+    pairs = [
+        f"{_as_key(str(each[-1]))} = {text[slice(*known.values[each])]}"
+        for each in _beside(known, path[:-1])
+        if each != path
+    ]
+    return replaced(text, [(above, "{" + ", ".join(pairs) + "}")])
+
+
+def _beside(known: Places, above: Path) -> Iterator[Path]:
+    return (each for each in known.values if len(each) == len(above) + 1 and each[:-1] == above)
+
+
+def line_of(text: str, at: int) -> int:
+    """The line that holds a character, from 1."""
+    return text.count("\n", 0, at) + 1

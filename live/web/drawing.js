@@ -1,0 +1,232 @@
+// The drawing: parts as the text draws them, and the mechanism as it moves, bends and is stressed.
+const $ = (id) => document.getElementById(id);
+const svg = $("svg"), NS = "http://www.w3.org/2000/svg", STOPS = [[33, 102, 172], [217, 183, 74], [178, 24, 43]];
+export const view = {
+  x: 0, y: 0, scale: 400, factor: 1, most: 0, position: 0, sheet: null, picture: null, stale: false, chosen: null, preview: null, guides: [], paths: true, trace: null, held: false,
+};
+
+export function quantity(value, unit, digits = 3) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  if (unit === "rad") return `${Number(((value * 180) / Math.PI).toPrecision(digits + 1))}°`;
+  if (unit === "1" || unit === "") return String(Number(value.toPrecision(digits)));
+  const prefixes = unit === "m" ? [[1, "m"], [1e-3, "mm"], [1e-6, "µm"]] : /^(N|Pa|W|N m)$/.test(unit) ? [[1e9, `G${unit}`], [1e6, `M${unit}`], [1e3, `k${unit}`], [1, unit], [1e-3, `m${unit}`]] : [[1, unit]];
+  const [factor, name] = prefixes.find(([each]) => Math.abs(value) >= 0.9995 * each) ?? prefixes.at(-1);
+  return `${Number((value / factor).toPrecision(digits))} ${name}`;
+}
+
+export const toScreen = ([x, y]) => [svg.clientWidth / 2 + (x - view.x) * view.scale, svg.clientHeight / 2 - (y - view.y) * view.scale];
+export const toPlane = ([x, y]) => [view.x + (x - svg.clientWidth / 2) / view.scale, view.y - (y - svg.clientHeight / 2) / view.scale];
+
+// Grid steps are 1, 2 or 5 times a power of ten, and no closer than some pixels.
+export function gridStep(least = 12) {
+  const raw = least / view.scale, power = 10 ** Math.floor(Math.log10(raw));
+  return power * ([1, 2, 5, 10].find((each) => each * power >= raw));
+}
+
+// A point where it can be taken: at the start of the motion, or as drawn where nothing moves.
+export function handle(name) {
+  const { picture, sheet, stale } = view, at = picture && !stale ? picture.points.indexOf(name) : -1;
+  return at < 0 ? sheet?.points[name] ?? null : pointAt(at, 0);
+}
+function pointAt(at, position) {
+  const { values, shape } = view.picture.arrays.points, k = 2 * (at * shape[1] + position);
+  return [values[k], values[k + 1]];
+}
+export const pointNow = (name) => {
+  const at = view.picture?.points.indexOf(name) ?? -1;
+  return at < 0 ? view.sheet?.points[name] ?? null : pointAt(at, view.position);
+};
+
+export function fit() {
+  const places = Object.values(view.sheet?.points ?? {});
+  if (view.picture) { const { values } = view.picture.arrays.points; for (let k = 0; k < values.length; k += 2) places.push([values[k], values[k + 1]]); }
+  if (!places.length) { Object.assign(view, { x: 0.2, y: 0.1, scale: svg.clientWidth / 0.7 }); return; }
+  const span = (k) => [Math.min(...places.map((p) => p[k])), Math.max(...places.map((p) => p[k]))], [[l, r], [b, t]] = [span(0), span(1)];
+  Object.assign(view, { x: (l + r) / 2, y: (b + t) / 2, scale: Math.min((svg.clientWidth - 90) / Math.max(r - l, 1e-3), (svg.clientHeight - 90) / Math.max(t - b, 1e-3)) });
+}
+
+// The factor by which displacements are drawn, and the stress of the last colour: kept while something is dragged.
+export function rescale() {
+  const { picture } = view;
+  if (!picture?.arrays.bent) return;
+  let largest = 0, most = 0, extent = 0;
+  const { bent, stress, points } = picture.arrays;
+  for (const value of bent.values) if (Math.abs(value) > largest) largest = Math.abs(value);
+  for (const value of stress.values) if (value > most) most = value;
+  for (const value of points.values) if (Math.abs(value - points.values[0]) > extent) extent = Math.abs(value - points.values[0]);
+  view.most = most;
+  if (!largest) { view.factor = 1; return; }
+  const raw = (0.06 * extent) / largest, power = 10 ** Math.floor(Math.log10(raw));
+  view.factor = Math.max(1, power * [5, 2, 1].find((each) => each * power <= raw));
+}
+
+const colour = (share) => {
+  const t = Math.max(0, Math.min(1, share)) * 2, k = Math.min(1, Math.floor(t));
+  return `rgb(${STOPS[k].map((c, i) => Math.round(c + (STOPS[k + 1][i] - c) * (t - k))).join(",")})`;
+};
+
+const px = (place) => { const [x, y] = toScreen(place); return `${x.toFixed(1)},${y.toFixed(1)}`; };
+const layers = Object.fromEntries(["grid", "trace", "paths", "chosen", "drawn", "rigid", "last", "bent", "symbols", "names", "guides", "pins"].map((name) => {
+  const layer = document.createElementNS(NS, "g");
+  layer.setAttribute("class", name === "grid" ? "grid" : "");
+  layer.id = `layer-${name}`;
+  svg.append(layer);
+  return [name, layer];
+}));
+
+// A layer's marks, made of as many elements as before where that is so: only attributes change while something moves.
+function fill(name, marks) {
+  const layer = layers[name];
+  while (layer.childNodes.length > marks.length) layer.lastChild.remove();
+  marks.forEach(([tag, attributes, words], k) => {
+    let node = layer.childNodes[k];
+    if (!node || node.tagName !== tag) {
+      const fresh = document.createElementNS(NS, tag);
+      if (node) node.replaceWith(fresh); else layer.append(fresh);
+      node = fresh;
+    }
+    for (const attribute of [...node.attributes]) if (!(attribute.name in attributes)) node.removeAttribute(attribute.name);
+    for (const [key, value] of Object.entries(attributes)) if (node.getAttribute(key) !== String(value)) node.setAttribute(key, value);
+    if (words !== undefined && node.textContent !== words) node.textContent = words;
+  });
+}
+
+const loop = (link) => (link.beams.length ? link.beams : link.points.slice(1).map((end, k) => [link.points[k], end]));
+const linkPath = (link, place) => loop(link).map((ends) => ends.map(place)).filter((ends) => ends.every(Boolean)).map(([a, b]) => `M${px(a)}L${px(b)}`).join("");
+
+export function drawGrid() {
+  const step = gridStep(40), [left, top] = toPlane([0, 0]), [right, bottom] = toPlane([svg.clientWidth, svg.clientHeight]);
+  let lines = "", axes = "";
+  for (let k = Math.ceil(left / step); k * step < right; k++) { const [x] = toScreen([k * step, 0]); const mark = `M${x.toFixed(1)},0V${svg.clientHeight}`; if (k) lines += mark; else axes += mark; }
+  for (let k = Math.ceil(bottom / step); k * step < top; k++) { const [, y] = toScreen([0, k * step]); const mark = `M0,${y.toFixed(1)}H${svg.clientWidth}`; if (k) lines += mark; else axes += mark; }
+  fill("grid", [["path", { d: lines || "M0,0" }], ["path", { d: axes || "M0,0", class: "axis" }], ["text", { x: svg.clientWidth - 8, y: svg.clientHeight - 8, "text-anchor": "end" }, `grid ${quantity(step, "m")}`]]);
+  const { trace } = view;
+  if (!trace) return fill("trace", []);
+  const [x, y] = toScreen([trace.left, trace.bottom]), width = trace.width * view.scale, height = width * trace.ratio;
+  fill("trace", [["image", { href: trace.address, x, y: y - height, width, height, opacity: trace.opacity, preserveAspectRatio: "none" }]]);
+}
+
+export function draw() {
+  const { sheet, picture, stale } = view;
+  if (!sheet) return;
+  const i = Math.min(view.position, (picture?.positions ?? 1) - 1), live = picture && !stale;
+  const place = (name) => (live ? pointNow(name) : sheet.points[name]);
+  const inBeams = new Set(live ? picture.beams.map(({ link }) => link) : []);
+  const moving = sheet.links.filter(({ name }) => name !== "ground");
+  const chosen = view.chosen?.kind === "link" ? sheet.links.find(({ name }) => name === view.chosen.name) : null;
+  fill("chosen", chosen ? [["path", { class: "chosen", d: linkPath(chosen, place) || "M0,0" }]] : []);
+  fill("drawn", moving.filter(({ name }) => !inBeams.has(name)).flatMap((link) => {
+    const ring = link.points.length > 2 ? link.points.map(place).filter(Boolean) : [];
+    return [...(ring.length ? [["path", { class: "plate", d: `M${ring.map(px).join("L")}Z` }]] : []), ["path", { class: "drawn", d: linkPath(link, place) || "M0,0" }]];
+  }));
+  fill("paths", view.paths && picture ? picture.points.map((_, at) => {
+    const { shape } = picture.arrays.points, count = shape[1];
+    if (count < 2) return null;
+    const [a, b] = [pointAt(at, 0), pointAt(at, count >> 1)];
+    if (Math.hypot(a[0] - b[0], a[1] - b[1]) * view.scale < 1 && Math.hypot(a[0] - pointAt(at, count >> 2)[0], a[1] - pointAt(at, count >> 2)[1]) * view.scale < 1) return null;
+    let d = "";
+    for (let k = 0; k < count; k++) d += `${k ? "L" : "M"}${px(pointAt(at, k))}`;
+    return ["path", { class: stale ? "path stale" : "path", d: picture.turn && picture.closes.all ? `${d}Z` : d }];
+  }).filter(Boolean) : []);
+  const rigid = [], bent = [], last = [];
+  if (picture?.arrays.bent) {
+    const { ends, bent: moved, stress } = picture.arrays, count = ends.shape[2], stations = moved.shape[2];
+    const end = (beam, which, k) => { const at = 2 * ((beam * 2 + which) * count + k); return [ends.values[at], ends.values[at + 1]]; };
+    picture.beams.forEach((_, beam) => {
+      const [a, b] = [end(beam, 0, i), end(beam, 1, i)];
+      rigid.push(["path", { class: stale ? "bar0 stale" : "bar0", d: `M${px(a)}L${px(b)}` }]);
+      if (!picture.closes.all) last.push(["path", { class: "last", d: `M${px(end(beam, 0, count - 1))}L${px(end(beam, 1, count - 1))}` }]);
+      let from = null;
+      for (let s = 0; s < stations; s++) {
+        const at = (beam * count + i) * stations + s, xi = s / (stations - 1);
+        const to = px([0, 1].map((c) => a[c] + (b[c] - a[c]) * xi + view.factor * moved.values[2 * at + c]));
+        if (from && !to.includes("NaN")) {
+          const size = (stress.values[at] + stress.values[at - 1]) / 2;
+          bent.push(["path", { class: stale ? "bent stale" : "bent", d: `M${from}L${to}`, stroke: Number.isFinite(size) && view.most ? colour(size / view.most) : "var(--accent)" }]);
+        }
+        from = to;
+      }
+    });
+  }
+  fill("rigid", rigid);
+  fill("bent", bent);
+  fill("last", last);
+  symbols(sheet, place);
+  fill("guides", [...view.guides.map((d) => ["path", { class: "guide", d }]), ...(view.preview ? [["path", { class: "preview", d: `M${view.preview.map(px).join("L")}` }]] : [])]);
+}
+
+function symbols(sheet, place) {
+  const marks = [], names = [], pins = [], at = (name) => { const p = place(name); return p && toScreen(p); };
+  const grounded = sheet.links.find(({ name }) => name === "ground")?.points ?? [];
+  for (const name of grounded) { const p = at(name); if (p) marks.push(["path", { class: "support", d: `M${p[0]},${p[1]}l-9,14h18zm-13,14h26m-22,0l-4,5m10,-5l-4,5m10,-5l-4,5m10,-5l-4,5` }]); }
+  for (const slot of Object.values(sheet.slots)) {
+    const p = at(slot.point);
+    if (!p) continue;
+    const angle = Array.isArray(slot.direction) ? Math.atan2(slot.direction[1], slot.direction[0]) : (parseFloat(slot.direction) * (/deg/.test(slot.direction) ? Math.PI / 180 : 1)) || 0, [c, s] = [Math.cos(angle), -Math.sin(angle)];
+    for (const side of [-8, 8]) marks.push(["path", { class: "slot", d: `M${p[0] - 45 * c - side * s},${p[1] - 45 * s + side * c}L${p[0] + 45 * c - side * s},${p[1] + 45 * s + side * c}` }]);
+  }
+  for (const spring of sheet.springs) {
+    const [a, b] = [at(spring.point), at(spring.anchor)];
+    if (!a || !b) continue;
+    const length = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1, [c, s] = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
+    let d = `M${a}`;
+    for (let k = 1; k < 12; k++) { const along = (k / 12) * length, side = k === 1 || k === 11 ? 0 : k % 2 ? 6 : -6; d += `L${a[0] + c * along - s * side},${a[1] + s * along + c * side}`; }
+    marks.push(["path", { class: "spring", d: `${d}L${b}` }]);
+  }
+  for (const name of Object.keys(sheet.masses)) { const p = at(name); if (p) marks.push(["circle", { class: "mass", cx: p[0], cy: p[1], r: 11 }]); }
+  for (const load of sheet.loads) {
+    const p = at(load.point), force = (load.force ?? []).map((part) => parseFloat(part) || 0), size = Math.hypot(...force);
+    if (!p || !size) continue;
+    const [c, s] = [force[0] / size, -force[1] / size], [x, y] = [p[0] + 60 * c, p[1] + 60 * s];
+    marks.push(["path", { class: "load", d: `M${p}L${x},${y}m${-9 * c - 5 * s},${-9 * s + 5 * c}L${x},${y}l${-9 * c + 5 * s},${-9 * s - 5 * c}` }]);
+  }
+  for (const drive of sheet.drives) {
+    const link = sheet.links.find(({ name }) => name === drive.link), pin = drive.at ?? link?.points.find((name) => grounded.includes(name)), p = pin && at(pin);
+    if (p) marks.push(["path", { class: "drive", d: `M${p[0] + 17},${p[1]}A17,17 0 1 0 ${p[0]},${p[1] + 17}m-6,-4l6,4l-5,5` }]);
+  }
+  for (const name of Object.keys(sheet.points)) {
+    const p = at(name);
+    if (!p) continue;
+    const picked = view.chosen?.kind === "point" && view.chosen.name === name;
+    pins.push(sheet.welds.includes(name) ? ["rect", { class: `weld${picked ? " pin picked" : ""}`, x: p[0] - 5, y: p[1] - 5, width: 10, height: 10, "data-point": name }] : ["circle", { class: `pin${picked ? " picked" : ""}`, cx: p[0], cy: p[1], r: 5.5, "data-point": name }]);
+    names.push(["text", { x: p[0] + 10, y: p[1] - 9 }, name]);
+  }
+  fill("symbols", marks);
+  fill("names", names);
+  fill("pins", pins);
+}
+
+// The nearest point or link to a place on the screen, within some pixels.
+export function pointUnder([x, y], reach = 15) {
+  let best = null, least = reach;
+  for (const name of Object.keys(view.sheet?.points ?? {})) {
+    const place = pointNow(name), p = place && toScreen(place), away = p ? Math.hypot(p[0] - x, p[1] - y) : Infinity;
+    if (away < least) [best, least] = [name, away];
+  }
+  return best;
+}
+export function linkUnder([x, y], reach = 11) {
+  let best = null, least = reach;
+  for (const link of view.sheet?.links ?? []) {
+    if (link.name === "ground") continue;
+    for (const ends of loop(link)) {
+      const [a, b] = ends.map((name) => pointNow(name)).map((p) => p && toScreen(p));
+      if (!a || !b) continue;
+      const [dx, dy] = [b[0] - a[0], b[1] - a[1]], t = Math.max(0, Math.min(1, ((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy || 1))), away = Math.hypot(a[0] + t * dx - x, a[1] + t * dy - y);
+      if (away < least) [best, least] = [{ link: link.name, ends, t }, away];
+    }
+  }
+  return best;
+}
+
+// The position in which a place on a link is nearest to a place in the plane.
+export function nearestPosition({ ends, t }, place) {
+  const { picture } = view, [a, b] = ends.map((name) => picture?.points.indexOf(name) ?? -1);
+  if (a < 0 || b < 0) return view.position;
+  let best = view.position, least = Infinity;
+  for (let k = 0; k < picture.positions; k++) {
+    const [p, q] = [pointAt(a, k), pointAt(b, k)], away = Math.hypot(p[0] + (q[0] - p[0]) * t - place[0], p[1] + (q[1] - p[1]) * t - place[1]) + 1e-9 * Math.abs(k - view.position);
+    if (away < least) [best, least] = [k, away];
+  }
+  return best;
+}

@@ -1,0 +1,351 @@
+// The page of the live editor: what is asked of the server, when, and what of its answers is shown where.
+import * as text from "./text.js";
+import * as talk from "./talk.js";
+import * as tools from "./tools.js";
+import { draw, drawGrid, fit, quantity, rescale, view } from "./drawing.js";
+const $ = (id) => document.getElementById(id);
+const state = { digest: "", saved: "", path: null, name: "", numbers: [], dragging: null, playing: null, latencies: [], whole: 0, queue: Promise.resolve(), shipped: {} };
+const KEY = () => `live ${state.path ?? ""}`;
+
+// --- answers
+
+function ask(job) {
+  return new Promise((resolve) => talk.quick({ ...job, done: (answer) => { take(answer, job); resolve(answer); }, failed: (words) => { if (words) notice(words); resolve(null); } }));
+}
+
+function take(answer, job) {
+  if (answer.refused) notice(answer.refused, true); else if (!job.drag) hush();
+  if (!job.typed) text.show(answer.text, Boolean(job.edits?.length));
+  text.tellMistakes(answer.mistakes);
+  if (answer.sheet) view.sheet = answer.sheet;
+  if (answer.picture) { view.picture = answer.picture; view.stale = false; } else view.stale = Boolean(view.picture);
+  if (answer.numbers) { state.numbers = answer.numbers; listNumbers(); }
+  if (!job.drag) { if (answer.picture) rescale(); listParts(); }
+  if (view.picture) view.position = Math.min(view.position, view.picture.positions - 1);
+  show();
+  keepInBrowser();
+  if (job.stamp) requestAnimationFrame(() => { const channel = new MessageChannel(); channel.port1.onmessage = () => state.latencies.push(performance.now() - job.stamp); channel.port2.postMessage(0); });
+}
+
+// Everything but a drag: edits one after the other, each of the text that the one before left; then the whole answer.
+function edit(...edits) {
+  return (state.queue = state.queue.then(async () => {
+    const before = text.text(), answer = await ask({ text: before, edits, numbers: true });
+    if (answer && !answer.refused) { text.keep(before); chooseNew(edits.at(-1)); settle(); }
+  }));
+}
+
+function changed(whole, typed = false) {
+  return ask({ text: whole, numbers: true, typed }).then((answer) => answer && settle());
+}
+
+let timer = 0;
+function settle(wait = 150) {
+  clearTimeout(timer);
+  $("report").hidden = true;
+  $("line").textContent = "";
+  timer = setTimeout(() => {
+    if (!view.picture || view.stale || !view.picture.closes.all) return;
+    $("theory").textContent = `${theoryWords(view.picture)}; the whole answer is on its way …`;
+    const asked = text.text();
+    talk.full(asked, (answer) => {
+      if (asked !== text.text()) return;
+      if (!answer.picture) { $("theory").textContent = theoryWords(view.picture); $("line").textContent = answer.mistakes.map(({ message }) => message).join("; "); return; }
+      const { position, picture } = view;
+      view.picture = answer.picture;
+      view.position = Math.round((position / Math.max(1, picture.positions)) * answer.picture.positions);
+      rescale();
+      show();
+      $("line").textContent = answer.line;
+      $("report").href = `report/${answer.report}`;
+      $("report").hidden = !answer.report;
+      state.whole++;
+    });
+  }, wait);
+}
+
+const theoryWords = ({ theory, quick, error, problem }) => `${theory}${quick ? ` (quick: ${view.picture.positions} positions, error not told)` : error !== null && error !== undefined ? `, within ${Number((100 * error).toPrecision(2))} %` : problem ? `, error unknown: ${problem}` : ""}`;
+
+// --- what is shown
+
+function show() {
+  const { picture, stale } = view;
+  drawGrid();
+  draw();
+  const bar = $("position");
+  bar.max = Math.max(0, (picture?.positions ?? 1) - 1);
+  bar.value = view.position;
+  $("instant").textContent = picture ? instant() : "";
+  const notClosing = picture && !stale && !picture.closes.all;
+  $("closes").hidden = !(notClosing || stale);
+  if (notClosing) $("closes").textContent = `Closes over ${Math.round(100 * picture.closes.share)} % of the positions: ${picture.closes.words}. Dashed: the last position that closed; figures are of those up to it.`;
+  else if (stale) $("closes").textContent = "The text does not move as it stands: pale is the last mechanism that did.";
+  if (!picture) { $("tiles").replaceChildren(); $("theory").textContent = ""; $("colours").textContent = ""; return; }
+  $("theory").textContent = theoryWords(picture);
+  $("colours").replaceChildren(...(view.most ? ["von Mises stress 0", document.createElement("i"), `${quantity(view.most, "Pa")}, displacements × ${view.factor}`] : []));
+  $("tiles").replaceChildren(...picture.limits.map(limitTile), ...picture.figures.map(figureTile));
+}
+
+function tile(kind, name, value, more) {
+  const box = document.createElement("div"), figure = document.createElement("b");
+  box.className = `tile ${kind}`;
+  figure.textContent = value;
+  box.append(name, figure, more);
+  return box;
+}
+const figureTile = ({ key, name, value, unit, on, error }) => {
+  const box = tile("", name, quantity(value, unit), [error === null ? "" : `± ${quantity(error, unit, 2)}`, on ?? ""].filter(Boolean).join(", "));
+  box.dataset.figure = key;
+  box.dataset.value = value;
+  return box;
+};
+const limitTile = ({ kind, on, bound, value, unit, kept }) => tile(kept ? "kept" : "broken", `limit: ${kind}${on ? ` of ${on}` : ""}`, kept ? "kept" : "not kept", `${quantity(value, unit)}, allowed ${quantity(bound, unit)}`);
+
+function instant() {
+  const { picture, position } = view, { time, drive, effort } = picture.arrays, count = picture.positions;
+  const drives = picture.drives.map(({ name, unit, effort: of }, k) => `${name} ${quantity(drive.values[k * count + position], unit)}, ${quantity(effort.values[k * count + position], of)}`);
+  return [quantity(time.values[position], "s"), ...drives].join("; ");
+}
+
+function position(k) {
+  const count = view.picture?.positions ?? 1;
+  view.position = view.picture?.turn ? ((k % count) + count) % count : Math.max(0, Math.min(count - 1, k));
+  $("position").value = view.position;
+  $("instant").textContent = view.picture ? instant() : "";
+  draw();
+}
+
+function play(on = state.playing === null) {
+  clearInterval(state.playing);
+  state.playing = on && view.picture ? setInterval(() => position(view.picture.turn || view.position + 1 < view.picture.positions ? view.position + 1 : 0), 2500 / view.picture.positions) : null;
+  $("play").textContent = state.playing === null ? "Play" : "Pause";
+  $("play").setAttribute("aria-pressed", String(state.playing !== null));
+}
+
+// --- chosen part and its numbers
+
+const parts = () => {
+  const { sheet } = view;
+  if (!sheet) return [];
+  const of = (kind, names) => names.map((name) => ({ kind, name }));
+  return [...of("point", Object.keys(sheet.points)), ...of("link", sheet.links.map(({ name }) => name)), ...of("slot", Object.keys(sheet.slots)).map((part) => (sheet.sliders.includes(part.name) ? { ...part, kind: "slider" } : part)), ...of("weld", sheet.welds), ...of("mass", Object.keys(sheet.masses)), ...of("spring", Object.keys(sheet.springs)), ...of("load", Object.keys(sheet.loads)), ...of("drive", Object.keys(sheet.drives))];
+};
+const NUMBERED = { spring: "springs", load: "loads", drive: "drives" };
+const partName = ({ kind, name }) => {
+  const entry = NUMBERED[kind] && view.sheet[NUMBERED[kind]][name];
+  return `${kind} ${entry ? `${Number(name) + 1}: ${entry.link ?? entry.slider ?? ""}${entry.point ? ` at ${entry.point}` : ""}` : name}`;
+};
+
+function listParts() {
+  const known = parts();
+  if (view.chosen && !known.some(({ kind, name }) => kind === view.chosen.kind && name === view.chosen.name)) view.chosen = null;
+  $("chosen").replaceChildren(new Option("none", ""), ...known.map((part) => new Option(partName(part), `${part.kind} ${part.name}`)));
+  $("chosen").value = view.chosen ? `${view.chosen.kind} ${view.chosen.name}` : "";
+  inspect();
+}
+
+function choose(kind, name) {
+  view.chosen = kind ? { kind, name } : null;
+  $("chosen").value = kind ? `${kind} ${name}` : "";
+  inspect();
+  listNumbers();
+  draw();
+}
+
+function chooseNew(change) {
+  const kind = { link: "link", load: "load", spring: "spring", drive: "drive" }[change?.do];
+  if (!kind) return;
+  const last = kind === "link" ? view.sheet?.links.at(-1)?.name : String((view.sheet?.[NUMBERED[kind]].length ?? 0) - 1);
+  if (last && last !== "-1") choose(kind, last);
+}
+
+function inspect() {
+  const { chosen, sheet } = view, box = $("inspector");
+  box.replaceChildren();
+  const link = chosen?.kind === "link" && sheet.links.find(({ name }) => name === chosen.name);
+  $("delete").disabled = !chosen;
+  if (!link || link.name === "ground") return;
+  for (const key of ["section", "material"]) {
+    const label = document.createElement("label"), input = document.createElement("input");
+    input.setAttribute("list", `${key}s`);
+    input.value = link[key] ?? "";
+    input.size = key === "section" ? 12 : 9;
+    input.onchange = () => edit({ do: "put", path: ["links", link.name, key], value: input.value });
+    label.append(key === "section" ? "Section " : "Material ", input);
+    box.append(label);
+  }
+}
+
+const PATHS = { point: "points", link: "links", slot: "slots", slider: "sliders", mass: "masses", spring: "springs", load: "loads", drive: "drives" };
+function listNumbers() {
+  const list = $("number"), before = list.value, { chosen } = view, entry = chosen && NUMBERED[chosen.kind] && view.sheet[NUMBERED[chosen.kind]][chosen.name];
+  const link = chosen?.kind === "link" && view.sheet.links.find(({ name }) => name === chosen.name);
+  const heads = !chosen ? [] : [`${PATHS[chosen.kind]}.${entry ? entry.link ?? entry.slider : chosen.name}`, entry && `${PATHS[chosen.kind]}[${Number(chosen.name) + 1}]`, link?.section && `sections.${link.section}`, link?.material && `materials.${link.material}`].filter(Boolean);
+  const first = ({ path }) => heads.some((head) => path === head || path.startsWith(`${head}.`) || path.startsWith(`${head}[`));
+  const sorted = [...state.numbers.filter(first), ...state.numbers.filter((each) => !first(each))];
+  list.replaceChildren(...sorted.map(({ path }) => new Option(path, path)));
+  if (!chosen && sorted.some(({ path }) => path === before)) list.value = before;
+  if (state.held) list.value = state.held;
+  showNumber();
+}
+const number = () => state.numbers.find(({ path }) => path === $("number").value);
+function showNumber() {
+  const now = number(), slider = $("slider");
+  slider.disabled = !now;
+  if (!now) { $("value").value = ""; return; }
+  if (!state.dragging) slider.value = now.high > now.low ? Math.round((1000 * (now.value - now.low)) / (now.high - now.low)) : 500;
+  $("value").value = quantity(now.value, now.unit, 5);
+}
+function slide() {
+  const now = state.range;
+  if (!now) return;
+  const raw = now.low + ((now.high - now.low) * $("slider").value) / 1000, value = now.whole ? Math.round(raw) : Number(raw.toPrecision(4));
+  $("value").value = quantity(value, now.unit, 5);
+  drag({ do: "set", path: now.path, value });
+}
+
+// --- dragging: the text that was there when it began, and one edit of it
+
+function grab() {
+  play(false);
+  state.dragging = text.text();
+  if (view.position) position(0);
+}
+function drag(change, stamp) {
+  if (state.dragging !== null) ask({ text: state.dragging, edits: [change], drag: true, stamp });
+}
+function drop() {
+  const before = state.dragging;
+  state.dragging = null;
+  const wait = () => (talk.quiet() ? (text.keep(before), state.held = $("number").value, changed(text.text()).then(() => (state.held = null))) : setTimeout(wait, 5));
+  wait();
+}
+
+function remove() {
+  const { chosen } = view;
+  if (chosen) { view.chosen = null; edit({ do: "remove", ...chosen }); }
+}
+
+function travel(whole) {
+  if (whole !== null) changed(whole);
+}
+
+// --- the file
+
+function notice(words, passing = false, ...buttons) {
+  const box = $("notice");
+  box.replaceChildren(words, ...buttons.map(([label, act]) => Object.assign(document.createElement("button"), { textContent: label, onclick: () => { hush(true); act(); } })));
+  box.hidden = false;
+  box.dataset.passing = passing;
+}
+function hush(all = false) {
+  if (all || $("notice").dataset.passing === "true") $("notice").hidden = true;
+}
+
+function keepInBrowser() {
+  const dirty = text.text() !== state.saved;
+  $("saved").textContent = !talk.reached ? "no server any more" : state.path === null ? "no file: download to keep" : dirty ? "not saved" : "saved";
+  document.title = `${dirty ? "● " : ""}${state.name}`;
+  try {
+    if (dirty) localStorage.setItem(KEY(), text.text()); else localStorage.removeItem(KEY());
+  } catch { /* a browser that keeps nothing */ }
+}
+
+async function save() {
+  const whole = text.text();
+  if (state.path === null) return download();
+  try {
+    const told = await talk.save(whole, state.digest);
+    if (!told.ok) return notice(told.problem, false, ["Take the file's text", () => follow(true)], ["Download mine", download]);
+    Object.assign(state, { digest: told.digest, saved: whole });
+    hush(true);
+    keepInBrowser();
+  } catch { keepInBrowser(); }
+}
+
+function download() {
+  const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(new Blob([text.text()], { type: "text/plain" })), download: `${state.name}.toml` });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
+// The file's text as it is now: taken where nothing here would be lost, or where that is asked for.
+async function follow(forced = false) {
+  const told = await talk.scene();
+  if (told.problem) return notice(told.problem);
+  const before = text.text(), mine = before !== state.saved;
+  if (told.digest === "missing" && state.digest !== "missing") { state.saved = null; keepInBrowser(); return notice("The file is gone from the disk; its text is still here, and Save writes it again."); }
+  if (mine && !forced && told.text !== before) return notice("The file has changed on disk, and the text here is not saved.", false, ["Take the file's text", () => follow(true)], ["Keep mine", () => hush(true)]);
+  Object.assign(state, { digest: told.digest, saved: told.text });
+  if (told.text === before) return keepInBrowser();
+  await changed(told.text);
+  text.keep(before);
+  hush(true);
+}
+
+async function watch() {
+  try {
+    const { digest } = await talk.state();
+    if (digest !== state.digest && digest !== state.told && state.dragging === null) { state.told = digest; await follow(); }
+  } catch { /* told by onReach */ }
+  setTimeout(watch, 1000);
+}
+
+// --- beginning
+
+async function start() {
+  const told = await talk.scene();
+  if (told.problem) return notice(told.problem);
+  Object.assign(state, { digest: told.digest, saved: told.digest === "missing" ? null : told.text, path: told.path, name: told.name, shipped: told.shipped });
+  $("name").textContent = told.name;
+  $("name").title = told.path ?? "";
+  for (const kind of ["sections", "materials"]) $(kind).replaceChildren(...told[kind].map((name) => new Option(name)));
+  $("begin").append(...Object.keys(told.shipped).map((name) => new Option(name, name)));
+  tools.begin({ choose, grab, drag, drop, edit, remove, position, play });
+  text.begin(told.text);
+  let kept = null;
+  try { kept = localStorage.getItem(KEY()); } catch { /* a browser that keeps nothing */ }
+  await ask({ text: told.text, numbers: true });
+  fit();
+  show();
+  settle(50);
+  if (kept !== null && kept !== told.text) notice("This browser has kept a text that was not saved.", false, ["Take it", () => { const before = text.text(); changed(kept).then(() => text.keep(before)); }], ["Forget it", keepInBrowser]);
+  wire();
+  watch();
+  document.body.dataset.ready = "yes";
+}
+
+function wire() {
+  text.onInput(() => changed(text.text(), true));
+  $("undo").onclick = () => travel(text.undo());
+  $("redo").onclick = () => travel(text.redo());
+  $("save").onclick = save;
+  $("download").onclick = download;
+  $("play").onclick = () => play();
+  $("position").oninput = () => { play(false); position(Number($("position").value)); };
+  $("fit").onclick = () => { fit(); show(); };
+  $("in").onclick = () => tools.zoom(1.25);
+  $("out").onclick = () => tools.zoom(0.8);
+  $("paths").onchange = () => { view.paths = $("paths").checked; draw(); };
+  $("chosen").onchange = () => choose(...($("chosen").value ? $("chosen").value.split(" ") : [null]));
+  $("number").onchange = () => { showNumber(); if (number()?.line) text.goTo(number().line); };
+  $("slider").oninput = () => { if (state.dragging === null) { state.dragging = text.text(); state.range = number(); } slide(); };
+  $("slider").onchange = () => { if (state.dragging !== null) drop(); };
+  $("begin").onchange = () => { const whole = state.shipped[$("begin").value], before = text.text(); $("begin").value = ""; if (whole !== undefined) { view.picture = null; view.position = 0; changed(whole).then(() => { text.keep(before); fit(); show(); }); } };
+  for (const id of ["tracewidth", "traceleft", "tracebottom", "tracefaint"]) $(id).oninput = trace;
+  $("picture").onchange = () => { const [file] = $("picture").files; if (!file) return; const image = new Image(); image.onload = () => { view.trace = { address: image.src, ratio: image.naturalHeight / image.naturalWidth }; trace(); }; image.src = URL.createObjectURL(file); };
+  talk.onReach((reached) => { keepInBrowser(); if (reached) hush(true); else notice("No server any more: the command has ended, or this computer slept. The text is kept in this browser; start the command again with the same file, or download it.", false, ["Download", download]); });
+  document.addEventListener("keydown", (event) => {
+    if (!(event.ctrlKey || event.metaKey)) return;
+    const act = { s: save, z: () => travel(event.shiftKey ? text.redo() : text.undo()), y: () => travel(text.redo()) }[event.key.toLowerCase()];
+    if (act && !["file", "number"].includes(event.target.type)) { event.preventDefault(); act(); }
+  });
+  new ResizeObserver(() => show()).observe($("svg"));
+}
+function trace() {
+  if (!view.trace) return;
+  Object.assign(view.trace, { width: Number($("tracewidth").value) || 1, left: Number($("traceleft").value), bottom: Number($("tracebottom").value), opacity: 1 - Number($("tracefaint").value) });
+  drawGrid();
+}
+window.live = { state, view, edit, text: text.text };
+start();

@@ -1,0 +1,76 @@
+// Requests to the server: one quick answer under way at a time, the newest waits; whole answers give way to newer ones.
+let number = 0, shown = 0, busy = false, waiting = null, whole = null;
+export let reached = true;
+const listeners = new Set();
+export const onReach = (listener) => listeners.add(listener);
+
+function reach(now) {
+  if (now === reached) return;
+  reached = now;
+  listeners.forEach((listener) => listener(now));
+}
+
+async function request(path, given, signal) {
+  const options = given === undefined ? {} : { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(given) };
+  try {
+    const response = await fetch(path, { ...options, signal });
+    reach(true);
+    return response;
+  } catch (error) {
+    if (error.name !== "AbortError") reach(false);
+    throw error;
+  }
+}
+
+// The length of the JSON, the JSON, and the numbers: each array by its place and shape.
+async function unpacked(response) {
+  const buffer = await response.arrayBuffer(), length = new DataView(buffer).getUint32(0, true);
+  const answer = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  const { picture } = answer;
+  if (picture) for (const [name, [at, shape]] of Object.entries(picture.arrays))
+    picture.arrays[name] = { shape, values: new Float32Array(buffer, 4 + length + 4 * at, shape.reduce((a, b) => a * b, 1)) };
+  return answer;
+}
+
+export const scene = async () => (await request("scene")).json();
+export const state = async () => (await request("state")).json();
+export const save = async (text, digest) => { const response = await request("save", { text, digest }); return { ok: response.ok, ...(await response.json()) }; };
+
+// A quick answer to a text after edits; `done` is called unless a newer one was asked for and came first.
+export function quick(job) {
+  whole?.abort();
+  job.number = ++number;
+  waiting = job;
+  if (!busy) next();
+}
+
+async function next() {
+  const job = waiting;
+  waiting = null;
+  busy = true;
+  try {
+    const response = await request("answer", { text: job.text, edits: job.edits ?? [], numbers: job.numbers ?? false, number: job.number });
+    if (response.ok) {
+      const answer = await unpacked(response);
+      if (answer.number > shown) { shown = answer.number; job.done(answer); }
+    } else job.failed?.(await response.text());
+  } catch { job.failed?.(""); } finally {
+    busy = false;
+    if (waiting) next();
+  }
+}
+
+export const quiet = () => !busy && !waiting;
+
+// The whole answer to a text; dropped where anything newer was asked for meanwhile.
+export async function full(text, done) {
+  whole?.abort();
+  const mine = (whole = new AbortController()), asked = number;
+  try {
+    const response = await request("full", { text, number: asked }, mine.signal);
+    if (asked !== number) return;
+    if (response.status === 409) { setTimeout(() => asked === number && mine === whole && full(text, done), 700); return; } // another window's drag
+    const answer = await unpacked(response);
+    if (asked === number) done(answer);
+  } catch { /* given up, or the server is not there, which is told elsewhere */ }
+}

@@ -1,0 +1,115 @@
+// The text beside the drawing: its lines, mistakes and changes marked, and undo over everything that changes it.
+const $ = (id) => document.getElementById(id);
+const area = $("text"), gutter = $("gutter"), marks = $("marks"), lineHeight = () => parseFloat(getComputedStyle(area).lineHeight);
+let past = [], future = [], current = "", mistakes = [], changed = [];
+
+export const text = () => current;
+
+export function begin(whole) {
+  [past, future] = [[], []];
+  show(whole);
+}
+
+// Show another text; the step is kept for undo where it ends a gesture.
+export function show(whole, mark = false) {
+  if (mark) changed = differing(current, whole);
+  else changed = [];
+  current = whole;
+  if (area.value !== whole) {
+    const { scrollTop, selectionStart } = area;
+    area.value = whole;
+    area.selectionStart = area.selectionEnd = Math.min(selectionStart, whole.length);
+    area.scrollTop = scrollTop;
+  }
+  if (changed.length) reveal(changed[0]);
+  draw();
+}
+
+export function keep(before) {
+  if (before === current) return;
+  if (past.at(-1) !== before) past.push(before);
+  if (past.length > 300) past.shift();
+  future = [];
+  buttons();
+}
+
+export function undo() { return step(past, future); }
+export function redo() { return step(future, past); }
+function step(from, to) {
+  if (!from.length) return null;
+  to.push(current);
+  show(from.pop(), true);
+  buttons();
+  return current;
+}
+function buttons() {
+  $("undo").disabled = !past.length;
+  $("redo").disabled = !future.length;
+}
+
+export function tellMistakes(found) {
+  mistakes = found;
+  $("mistakes").replaceChildren(...found.map(({ line, message }) => {
+    const item = document.createElement("li");
+    if (line) {
+      const go = document.createElement("button");
+      go.textContent = `line ${line}`;
+      go.onclick = () => { goTo(line); area.focus(); };
+      item.append(go);
+    }
+    item.append(message);
+    return item;
+  }));
+  area.setAttribute("aria-invalid", String(found.length > 0));
+  draw();
+}
+
+export function goTo(line) {
+  const at = current.split("\n").slice(0, line - 1).join("\n").length + (line > 1);
+  area.setSelectionRange(at, at);
+  reveal(line - 1);
+}
+
+function reveal(row) {
+  const LINE = lineHeight(), top = row * LINE, height = area.clientHeight;
+  if (top < area.scrollTop || top > area.scrollTop + height - 3 * LINE) area.scrollTop = Math.max(0, top - height / 3);
+}
+
+// Rows of lines of a text that are not those of another, both ends being alike.
+function differing(before, after) {
+  const [old, now] = [before.split("\n"), after.split("\n")];
+  if (old.length === now.length) return now.map((line, row) => (line === old[row] ? -1 : row)).filter((row) => row >= 0);
+  let first = 0, last = 0;
+  while (first < now.length && now[first] === old[first]) first++;
+  while (last < now.length - first && last < old.length - first && now.at(-1 - last) === old.at(-1 - last)) last++;
+  return Array.from({ length: now.length - last - first }, (_, k) => first + k);
+}
+
+function draw() {
+  const count = current.split("\n").length, wrong = new Set(mistakes.map(({ line }) => line));
+  const html = Array.from({ length: count }, (_, k) => (wrong.has(k + 1) ? `<b>${k + 1}</b>` : k + 1)).join("\n");
+  if (gutter.dataset.html !== html) { gutter.innerHTML = html + "\n\n\n"; gutter.dataset.html = html; }
+  const LINE = lineHeight(), rows = [...mistakes.filter(({ line }) => line).map(({ line }) => [line - 1, ""]), ...changed.map((row) => [row, "changed"])];
+  marks.replaceChildren(...rows.map(([row, kind]) => {
+    const mark = document.createElement("div");
+    mark.className = kind;
+    mark.style.top = `${6 + row * LINE - area.scrollTop}px`;
+    return mark;
+  }));
+  gutter.scrollTop = area.scrollTop;
+}
+
+export function onInput(listener) {
+  area.addEventListener("scroll", draw);
+  let before = null, timer = 0;
+  area.addEventListener("input", () => {
+    before ??= current;
+    changed = [];
+    current = area.value;
+    draw();
+    clearTimeout(timer);
+    timer = setTimeout(() => { keep(before); before = null; }, 500);
+    listener();
+  });
+}
+buttons();

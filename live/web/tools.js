@@ -1,0 +1,197 @@
+// Tools on the drawing: pointer and keys become edits of the scene.
+import { draw, drawGrid, gridStep, handle, linkUnder, nearestPosition, pointNow, pointUnder, toPlane, toScreen, view } from "./drawing.js";
+const $ = (id) => document.getElementById(id);
+const svg = $("svg");
+export const TOOLS = [
+  ["move", "Move", "v", "Drag a point to change the mechanism, a link to move it; arrows move the chosen point"],
+  ["link", "Link", "l", "Drag from point to point, or click twice; a click on nothing makes the point"],
+  ["plate", "Plate", "p", "Click the points of a plate, and the first once more; Enter ends an open one"],
+  ["fix", "Fix", "g", "Click a point that is to stand on the ground, or no longer"],
+  ["slot", "Slot", "s", "Click a point that is to move along a line, or no longer"],
+  ["weld", "Weld", "w", "Click a point at which its links are joined rigidly, or no longer"],
+  ["spring", "Spring", "k", "Drag from a point to another"],
+  ["mass", "Mass", "m", "Click a point that is to carry a mass, or no longer"],
+  ["load", "Force", "f", "Drag from the point where a force acts: 1 N to a pixel"],
+  ["drive", "Drive", "d", "Click the link that is turned about its pin on the ground, or no longer"],
+];
+let tool = "move", gesture = null, clicks = [], actions = null;
+
+export function begin(given) {
+  actions = given;
+  $("tools").replaceChildren(...TOOLS.map(([name, words, key, hint]) => {
+    const button = document.createElement("button");
+    button.textContent = words;
+    button.title = `${hint} (${key.toUpperCase()})`;
+    button.dataset.tool = name;
+    button.onclick = () => take(name);
+    return button;
+  }), Object.assign(document.createElement("button"), { id: "delete", textContent: "Delete", title: "Take away the chosen part (Del)", onclick: () => actions.remove() }));
+  take("move");
+  svg.addEventListener("pointerdown", down);
+  svg.addEventListener("pointermove", moved);
+  svg.addEventListener("pointerup", up);
+  svg.addEventListener("pointercancel", cancel);
+  svg.addEventListener("touchstart", (event) => { if (gesture && gesture.kind !== "pan") event.preventDefault(); }, { passive: false });
+  svg.addEventListener("wheel", (event) => { if (!event.ctrlKey && document.activeElement !== svg) return; event.preventDefault(); zoom(Math.exp(-event.deltaY / 400), at(event)); }, { passive: false });
+  svg.addEventListener("keydown", keys);
+}
+
+export function take(name) {
+  tool = name;
+  clear();
+  document.querySelectorAll("[data-tool]").forEach((button) => button.setAttribute("aria-pressed", String(button.dataset.tool === name)));
+  $("hint").textContent = TOOLS.find(([each]) => each === name)[3];
+}
+
+function clear() {
+  clicks = [];
+  Object.assign(view, { preview: null, guides: [] });
+  draw();
+}
+
+const at = (event) => { const box = svg.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
+
+export function zoom(factor, around = [svg.clientWidth / 2, svg.clientHeight / 2]) {
+  const before = toPlane(around);
+  view.scale = Math.max(1e-3, Math.min(1e7, view.scale * factor));
+  const after = toPlane(around);
+  view.x += before[0] - after[0];
+  view.y += before[1] - after[1];
+  drawGrid();
+  draw();
+}
+
+// A place in the plane, on the grid, or level with another point.
+function snapped(screen, except) {
+  let [x, y] = toPlane(screen);
+  view.guides = [];
+  if (!$("snap").checked) return [x, y];
+  const step = gridStep(6), round = (value) => Math.round(value / step) * step, near = 7 / view.scale;
+  let [fromX, fromY] = [null, null];
+  for (const name of Object.keys(view.sheet?.points ?? {})) {
+    const place = name === except ? null : handle(name);
+    if (!place) continue;
+    if (Math.abs(place[0] - x) < near && (!fromX || Math.abs(place[0] - x) < Math.abs(fromX[0] - x))) fromX = place;
+    if (Math.abs(place[1] - y) < near && (!fromY || Math.abs(place[1] - y) < Math.abs(fromY[1] - y))) fromY = place;
+  }
+  [x, y] = [fromX ? fromX[0] : round(x), fromY ? fromY[1] : round(y)];
+  const here = toScreen([x, y]);
+  for (const from of [fromX, fromY]) if (from) { const there = toScreen(from); view.guides.push(`M${there}L${here}`); }
+  return [x, y].map((value) => Number(value.toPrecision(9)));
+}
+
+// A point of the scene under the pointer, or else a place: edits take either.
+const picked = (screen) => pointUnder(screen) ?? snapped(screen);
+const placed = (each) => (typeof each === "string" ? pointNow(each) : each);
+
+function down(event) {
+  if (event.button > 0 || !view.sheet) return;
+  const screen = at(event), point = pointUnder(screen, event.pointerType === "touch" ? 26 : 15), link = linkUnder(screen, event.pointerType === "touch" ? 18 : 11);
+  svg.setPointerCapture?.(event.pointerId);
+  gesture = { id: event.pointerId, from: screen, last: screen, moved: false };
+  if (tool === "move") {
+    if (point) { gesture.kind = "point"; gesture.point = point; actions.choose("point", point); }
+    else if (link) { gesture.kind = "link"; gesture.link = link; actions.choose("link", link.link); }
+    else gesture.kind = "pan";
+  } else if (tool === "link" || tool === "spring" || tool === "load") {
+    gesture.kind = "line";
+    if (!clicks.length) { const first = picked(screen); if (tool !== "load" || typeof first === "string") clicks = [first]; }
+    else gesture.second = true;
+  } else gesture.kind = "click";
+}
+
+function moved(event) {
+  const screen = at(event);
+  if (gesture && gesture.id !== event.pointerId) return;
+  if (gesture && event.pointerType === "mouse" && !event.buttons) return up(event); // let go elsewhere
+  if (clicks.length && (!gesture || gesture.kind === "line" || tool === "plate")) {
+    view.preview = [...clicks.map(placed), placed(tool === "load" ? toPlane(screen) : picked(screen))];
+    draw();
+  }
+  if (!gesture) { svg.style.cursor = pointUnder(screen) || linkUnder(screen) ? "pointer" : tool === "move" ? "grab" : "crosshair"; return; }
+  if (!gesture.moved && Math.hypot(screen[0] - gesture.from[0], screen[1] - gesture.from[1]) < 4) return;
+  const first = !gesture.moved;
+  gesture.moved = true;
+  if (gesture.kind === "point") {
+    if (first) actions.grab();
+    actions.drag({ do: "move", point: gesture.point, to: snapped(screen, gesture.point) }, event.timeStamp);
+  } else if (gesture.kind === "link") actions.position(nearestPosition(gesture.link, toPlane(screen)));
+  else if (gesture.kind === "pan") {
+    view.x -= (screen[0] - gesture.last[0]) / view.scale;
+    view.y += (screen[1] - gesture.last[1]) / view.scale;
+    drawGrid();
+    draw();
+  }
+  gesture.last = screen;
+}
+
+function up(event) {
+  const done = gesture, screen = at(event);
+  gesture = null;
+  if (!done || done.id !== event.pointerId) return;
+  view.guides = [];
+  if (done.kind === "point") { if (done.moved) actions.drop(); }
+  else if (done.kind === "pan" && !done.moved) actions.choose(null);
+  else if (done.kind === "line") line(done, screen);
+  else if (done.kind === "click") click(screen);
+  draw();
+}
+
+function cancel() {
+  if (gesture?.kind === "point" && gesture.moved) actions.drop();
+  gesture = null;
+  clear();
+}
+
+function line(done, screen) {
+  if (!clicks.length || (!done.moved && !done.second)) return; // the first click of two
+  const first = clicks[0], last = tool === "load" ? toPlane(screen) : picked(screen);
+  clear();
+  if (tool === "load") {
+    const from = toScreen(pointNow(first));
+    return actions.edit({ do: "load", point: first, force: [Math.round(screen[0] - from[0]), Math.round(from[1] - screen[1])] });
+  }
+  if (JSON.stringify(first) === JSON.stringify(last)) return;
+  if (tool === "spring") return actions.edit({ do: "spring", from: first, to: last });
+  actions.edit({ do: "link", points: [first, last], section: $("section").value, material: $("material").value });
+}
+
+function click(screen) {
+  if (tool === "plate") {
+    const next = picked(screen), ends = clicks.length > 2 && near(clicks[0], screen);
+    if (ends) return plate(true);
+    clicks.push(next);
+    view.preview = clicks.map(placed);
+    return;
+  }
+  if (tool === "drive") { const link = linkUnder(screen, 16); if (link) actions.edit({ do: "drive", link: link.link }); return; }
+  const point = pointUnder(screen);
+  if (point) actions.edit({ do: tool, point });
+  else if (tool === "fix") actions.edit({ do: "point", at: snapped(screen), fixed: true });
+}
+
+const near = (each, screen) => { const p = toScreen(placed(each)); return Math.hypot(p[0] - screen[0], p[1] - screen[1]) < 14; };
+
+function plate(closed) {
+  const points = clicks;
+  clear();
+  if (points.length > 1) actions.edit({ do: "link", points, closed, section: $("section").value, material: $("material").value });
+}
+
+function keys(event) {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  const named = TOOLS.find(([, , key]) => key === event.key.toLowerCase()), arrow = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+  if (named) take(named[0]);
+  else if (event.key === "Escape") { take("move"); }
+  else if (event.key === "Enter" && tool === "plate") plate(false);
+  else if (event.key === "Delete" || event.key === "Backspace") actions.remove();
+  else if (event.key === " ") actions.play();
+  else if (event.key === "+" || event.key === "=") zoom(1.25);
+  else if (event.key === "-") zoom(0.8);
+  else if (arrow && view.chosen?.kind === "point") {
+    const step = gridStep(6) * (event.shiftKey ? 10 : 1), here = handle(view.chosen.name);
+    actions.edit({ do: "move", point: view.chosen.name, to: here.map((value, k) => Number((value + step * arrow[k]).toPrecision(9))) });
+  } else if (arrow) actions.position(view.position + (arrow[0] || -arrow[1]));
+  else return;
+  event.preventDefault();
+}

@@ -1,0 +1,405 @@
+"""Claims about the live editor: its edits change nothing else of a text, and its server serves, and writes, no one else."""
+
+import http.client
+import json
+import os
+import struct
+import threading
+import time
+import tomllib
+from contextlib import contextmanager
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+uvicorn = pytest.importorskip("uvicorn", reason="the extra live is not installed")
+
+from kinelast import deflection, scene_from_text
+from kinelast.cli.command import main
+from kinelast.tasks.task import shipped_scenes
+from live.answer import quick_answer
+from live.edit import EMPTY, EditError, edited, start_of
+from live.file import ChangedError, SceneFile
+from live.server import Live, application, bound_socket, scene_file
+from live.text import as_toml, places, with_value, without
+
+STEEL = shipped_scenes()["steel_four_bar"].read_text()
+CLOSING = STEEL.replace('length = "300 mm"', 'length = "100 mm"')  # the crank stops at 82 deg
+
+
+def entries(node, path=()):
+    """Paths and values of everything in some tables."""
+    yield path, node
+    for key, value in node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ():
+        yield from entries(value, (*path, key))
+
+
+def changed_lines(before, after):
+    return [(one, other) for one, other in zip(before.splitlines(), after.splitlines(), strict=True) if one != other]
+
+
+class TestText:
+    """Places of values, and changes in them."""
+
+    @pytest.mark.parametrize("name", shipped_scenes())
+    def test_every_value_of_a_shipped_scene_stands_where_it_is_said_to(self, name):
+        text = shipped_scenes()[name].read_text()
+        spans = places(text).values
+        known = [(path, value) for path, value in entries(tomllib.loads(text)) if path in spans]
+        assert len(known) > 20
+        for path, value in known:
+            assert tomllib.loads(f"x = {text[slice(*spans[path])]}")["x"] == value, path
+
+    @pytest.mark.parametrize(
+        "text",
+        ['a.b = {c = [1, {"d e" = "x # y"}]} # z\n', "[[t]]\nk = '''\n#'''\n[[t]]\n[t.u]\nk = \"\\\"\" # b\n", "a = 1"],
+    )
+    def test_keys_and_strings_of_every_kind(self, text):
+        spans = places(text).values
+        leaves = {path: value for path, value in entries(tomllib.loads(text)) if not isinstance(value, dict | list)}
+        assert leaves.keys() == {path for path in spans if text[spans[path][0]] not in "[{"}
+        for path, value in leaves.items():
+            assert tomllib.loads(f"x = {text[slice(*spans[path])]}")["x"] == value
+
+    def test_an_entry_more_and_taken_away_leaves_the_text(self):
+        for path in (("points", "Z"), ("links", "crank", "rigid"), ("new", "key"), ("run", "gravity", 1)):
+            more = with_value(STEEL, path, [1, 2.5])
+            assert dict(entries(tomllib.loads(more)))[path] == [1, 2.5]
+            if path[0] in ("points", "links"):
+                assert without(more, path) == STEEL
+
+    def test_values_are_written_as_they_are_read(self):
+        value = {"a": [1, 2.5, "x\\\"'"], "b c": True}
+        assert tomllib.loads(f"x = {as_toml(value)}")["x"] == value
+
+
+class TestEdits:
+    """Edits of a scene."""
+
+    def test_a_dragged_point_takes_its_place_and_lengths_and_nothing_else(self):
+        after = edited(STEEL, {"do": "move", "point": "B", "to": [0.25, 0.2]})
+        assert changed_lines(STEEL, after) == [
+            ("B = [0.28, 0.24]", "B = [0.25, 0.2]"),
+            ('length = "300 mm"', 'length = "250 mm"'),
+            ('length = "250 mm"', 'length = "223.607 mm"'),
+        ]
+        assert abs(start_of(after)[0]["B"] - (0.25 + 0.2j)) < 1e-6
+
+    def test_a_point_that_stands_elsewhere_than_drawn_goes_where_it_is_dragged(self):
+        turned = STEEL.replace('speed = "100', 'start = "30 deg"\nspeed = "100')
+        before = start_of(turned)[0]
+        assert abs(before["A"] - 0.1 * np.exp(1j * np.pi / 6)) < 1e-12
+        for point, step in (("A", 0.01 + 0.02j), ("B", -0.01 + 0.005j)):
+            to = before[point] + step
+            after = start_of(edited(turned, {"do": "move", "point": point, "to": [to.real, to.imag]}))[0]
+            assert abs(after[point] - to) < 2e-6, point
+
+    def test_a_point_of_a_plate_drawn_in_its_own_axes_follows(self):
+        text = edited(
+            STEEL, {"do": "put", "path": ["links", "coupler", "points"], "value": {"A": [0, 0], "B": [0.3, 0]}}
+        )
+        text = without(text, ("links", "coupler", "length"))
+        place = start_of(text)[0]["B"] + 0.01
+        after = edited(text, {"do": "move", "point": "B", "to": [place.real, place.imag]})
+        assert abs(start_of(after)[0]["B"] - place) < 1e-6
+
+    def test_a_number_keeps_its_unit(self):
+        for path, value, line in (
+            ("sections.bar.depth", 0.0071, 'depth = "7.1 mm"'),
+            ("drives.crank.speed", 50.0, 'speed = "50 rad/s"'),
+            ("points.B.x", 0.3, "B = [0.3, 0.24]"),
+            ("run.positions", 100.2, "positions = 100"),
+        ):
+            assert line in edited(STEEL, {"do": "set", "path": path, "value": value}).splitlines()
+
+    @pytest.mark.parametrize(
+        "change",
+        [
+            {"do": "link", "points": ["B", [0.4, 0.3]], "section": "flat 20x5", "material": "S235"},
+            {"do": "mass", "point": "B"},
+            {"do": "load", "point": "B", "force": [0, -20]},
+            {"do": "spring", "from": "B", "to": "D"},
+        ],
+    )
+    def test_a_part_more_still_moves_and_taken_away_leaves_the_scene(self, change):
+        more = edited(STEEL, change)
+        kind = change["do"]
+        answer, _ = quick_answer(more)
+        loose = [each["message"] for each in answer["mistakes"]]
+        assert loose == [] if kind != "link" else "left with 1 freedom" in loose[0]
+        name = {"link": "link_1", "mass": "B"}.get(kind, 0)
+        back = tomllib.loads(edited(more, {"do": "remove", "kind": kind, "name": name}))
+        back["points"].pop("C", None)
+        assert {key: value for key, value in back.items() if value} == tomllib.loads(STEEL)
+
+    def test_a_wiper_from_the_empty_sheet(self):
+        text = EMPTY
+        for change in (
+            {"do": "link", "points": [[0, 0], [0.04, 0]]},
+            {"do": "fix", "point": "A"},
+            {"do": "link", "points": ["B", [0.3, 0.05]]},
+            {"do": "link", "points": [[0.3, -0.03], "C"]},
+            {"do": "fix", "point": "D"},
+            {"do": "drive", "link": "link_1"},
+            {"do": "link", "points": ["C", [0.3, 0.5]]},
+            {"do": "weld", "point": "C"},
+        ):
+            text = edited(text, change)
+        assert 'links = ["link_3", "link_4"]' not in text
+        text = edited(text, {"do": "put", "path": ["welds", "C", "links"], "value": ["link_3", "link_4"]})
+        answer, _ = quick_answer(text)
+        assert answer["mistakes"] == []
+        assert answer["picture"]["closes"]["all"]
+
+    def test_a_point_takes_what_hangs_on_it_along(self):
+        text = edited(edited(STEEL, {"do": "load", "point": "B", "force": [1, 2]}), {"do": "mass", "point": "B"})
+        left = tomllib.loads(edited(text, {"do": "remove", "kind": "point", "name": "B"}))
+        assert "B" not in json.dumps({key: value for key, value in left.items() if key != "title"}).split('"')
+
+    def test_what_does_not_fit_is_refused(self):
+        for change in ({"do": "nothing"}, {"do": "drive", "link": "coupler"}, {"do": "weld", "point": "Q"}):
+            with pytest.raises(EditError):
+                edited(STEEL, change)
+
+
+class TestAnswers:
+    """Quick answers."""
+
+    def test_figures_are_those_of_the_quasi_static_answer(self):
+        picture = quick_answer(STEEL)[0]["picture"]
+        told = {row["key"]: row["value"] for row in picture["figures"]}
+        bent = deflection(scene_from_text(STEEL.replace('accuracy = "5 %"', 'theory = "quasi-static"')), positions=72)
+        from elastic import sample
+
+        assert told["deflection"] == pytest.approx(np.abs(sample(bent, "w")).max(), rel=1e-3)
+        assert told["stress"] == pytest.approx(sample(bent, "mises").max(), rel=1e-3)
+
+    def test_what_does_not_close_says_how_far_it_goes(self):
+        answer, data = quick_answer(CLOSING)
+        closes = answer["picture"]["closes"]
+        assert not closes["all"]
+        assert "81.7" in closes["words"]
+        assert answer["picture"]["positions"] == round(72 * closes["share"]) == 17
+        at, shape = answer["picture"]["arrays"]["points"]
+        assert np.isfinite(np.frombuffer(data, "<f4")[at : at + np.prod(shape)]).all()
+
+    @pytest.mark.parametrize(
+        ("old", "new", "line"),
+        [
+            ('depth = "6 mm"', 'depth = "6 kg"', 13),
+            ('length = "100 mm"', "length = 100 mm", 27),
+            ('link = "crank"', 'link = "cranck"', 44),
+            ("A = [0.1, 0.0]", "A = [0.1, true]", 18),
+            ('points = ["A", "B"]', 'points = ["A", "X"]', 32),
+        ],
+    )
+    def test_a_mistake_is_told_with_its_line(self, old, new, line):
+        answer, _ = quick_answer(STEEL.replace(old, new))
+        assert [each["line"] for each in answer["mistakes"]] == [line]
+        assert (answer["sheet"] is None) == (line == 27)  # no TOML, no drawing
+
+    def test_limits_are_judged(self):
+        answer, _ = quick_answer(f'{STEEL}\n[limits]\ndeflection = "1 mm"\nsafety = 1.2\n')
+        assert [(row["kind"], row["kept"]) for row in answer["picture"]["limits"]] == [
+            ("deflection", False),
+            ("safety", True),
+        ]
+
+
+class TestFile:
+    """The one file that is written."""
+
+    def test_a_file_that_changed_is_not_overwritten(self, tmp_path):
+        path = tmp_path / "one.toml"
+        path.write_text("a = 1\n")
+        path.chmod(0o640)
+        file = SceneFile(path)
+        _, digest = file.read()
+        after = file.write("a = 2\n", digest)
+        assert path.read_text() == "a = 2\n"
+        assert path.stat().st_mode & 0o777 == 0o640
+        path.write_text("a = 3\n")
+        with pytest.raises(ChangedError):
+            file.write("a = 4\n", after)
+        assert path.read_text() == "a = 3\n"
+        path.unlink()
+        file.write("a = 4\n", after)  # deleted underneath: nothing is lost by writing it
+        assert [each.name for each in tmp_path.iterdir()] == ["one.toml"]
+
+    def test_a_link_stays_one(self, tmp_path):
+        (tmp_path / "real.toml").write_text("a = 1\n")
+        (tmp_path / "link.toml").symlink_to("real.toml")
+        file = SceneFile(tmp_path / "link.toml")
+        file.write("a = 2\n", file.read()[1])
+        assert (tmp_path / "link.toml").is_symlink()
+        assert (tmp_path / "real.toml").read_text() == "a = 2\n"
+
+    def test_a_disk_that_takes_nothing_leaves_the_file(self, tmp_path, monkeypatch):
+        path = tmp_path / "one.toml"
+        path.write_text("a = 1\n")
+        file = SceneFile(path)
+
+        def full(number):
+            raise OSError(28, "No space left on device")
+
+        monkeypatch.setattr(os, "fsync", full)
+        with pytest.raises(OSError, match="No space"):
+            file.write("a = 2\n", file.read()[1])
+        assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("one.toml", "a = 1\n")]
+
+    def test_a_shipped_scene_is_never_written(self, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        file, name = scene_file("steel_four_bar")
+        assert (file.path, name) == (tmp_path / "steel_four_bar.toml", "steel_four_bar")
+        assert file.read()[0] == STEEL
+        (tmp_path / "steel_four_bar.toml").write_text("title = 'mine'\n")  # there meanwhile: not read, not overwritten
+        with pytest.raises(ChangedError):
+            file.write(STEEL, "missing")
+
+
+class NoWorker:
+    """In place of the process that gives whole answers."""
+
+    def __init__(self):
+        self.cancelled = 0
+
+    def cancel(self):
+        self.cancelled += 1
+
+    def answer(self, text, name):
+        return None
+
+
+class Client:
+    """Asks a server, with any headers."""
+
+    def __init__(self, port):
+        self.host = f"127.0.0.1:{port}"
+        self.own = {"Origin": f"http://{self.host}"}
+
+    def ask(self, method, path, content=None, headers=None):
+        connection = http.client.HTTPConnection(self.host, timeout=30)
+        try:
+            connection.request(method, path, content, headers or {})
+            response = connection.getresponse()
+            content = response.read()
+        finally:
+            connection.close()
+        return SimpleNamespace(
+            status=response.status, headers=response.headers, content=content, json=lambda: json.loads(content)
+        )
+
+    def get(self, path, headers=None):
+        return self.ask("GET", path, None, headers)
+
+    def post(self, path, body, headers=None):
+        content = body if isinstance(body, bytes) else json.dumps(body).encode()
+        return self.ask("POST", path, content, self.own if headers is None else headers)
+
+
+@contextmanager
+def served(tmp_path, text=STEEL):
+    path = tmp_path / "one.toml"
+    path.write_text(text)
+    bound = bound_socket(str(path))
+    live = Live(SceneFile(path), "one", "secret", bound.getsockname()[1], NoWorker())
+    server = uvicorn.Server(uvicorn.Config(application(live), log_level="error", lifespan="off"))
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [bound]})
+    thread.start()
+    try:
+        yield Client(live.port), live
+    finally:
+        server.should_exit = True
+        thread.join()
+
+
+def head(response):
+    (length,) = struct.unpack("<I", response.content[:4])
+    return json.loads(response.content[4 : 4 + length])
+
+
+class TestServer:
+    """Who is served, and with what."""
+
+    def test_who_lacks_the_token_or_comes_from_elsewhere_is_refused(self, tmp_path):
+        with served(tmp_path) as (client, _):
+            for path in ("/", "/scene", "/state", "/web/main.js", "/report/x"):
+                assert client.get(f"/wrong{path}").status == 403
+                assert client.get(f"/secret{path}", headers={"Host": "evil.example"}).status == 403
+            for path in ("/answer", "/save", "/full"):
+                body = {"text": "a = 1\n", "digest": ""}
+                for headers in ({}, {"Origin": "http://evil.example"}, {**client.own, "Host": "evil.example"}):
+                    assert client.post(f"/secret{path}", body, headers).status == 403
+                assert client.post(f"/wrong{path}", body).status == 403
+                assert client.get(f"/secret{path}").status == 405
+        assert (tmp_path / "one.toml").read_text() == STEEL
+
+    def test_the_page_asks_for_nothing_from_elsewhere(self, tmp_path):
+        with served(tmp_path) as (client, _):
+            page = client.get("/secret/")
+            assert page.status == 200
+            assert "default-src 'none'" in page.headers["content-security-policy"]
+            names = ("live.css", "main.js", "talk.js", "text.js", "drawing.js", "tools.js")
+            whole = page.content.decode() + "".join(
+                client.get(f"/secret/web/{name}").content.decode() for name in names
+            )
+            assert "https://" not in whole
+            assert [each for each in whole.split("http://")[1:] if not each.startswith("www.w3.org/2000/svg")] == []
+            assert client.get("/secret/web/../server.py").status in (403, 404)
+
+    def test_an_answer_bears_its_number_and_ends_the_whole_one(self, tmp_path):
+        with served(tmp_path) as (client, live):
+            body = {"text": STEEL, "number": 7, "edits": [{"do": "move", "point": "B", "to": [0.25, 0.2]}]}
+            answer = head(client.post("/secret/answer", body))
+            assert answer["number"] == 7
+            assert answer["text"] != STEEL
+            assert answer["picture"]["closes"]["all"]
+            assert live.worker.cancelled == 1
+            assert client.post("/secret/full", body).status == 409
+            refused = head(client.post("/secret/answer", {**body, "edits": [{"do": "x"}]}))
+            assert refused["refused"]
+            assert refused["text"] == STEEL
+
+    def test_saving(self, tmp_path):
+        path = tmp_path / "one.toml"
+        with served(tmp_path) as (client, _):
+            digest = client.get("/secret/scene").json()["digest"]
+            assert client.get("/secret/state").json()["digest"] == digest
+            saved = client.post("/secret/save", {"text": EMPTY, "digest": digest})
+            assert saved.status == 200
+            assert path.read_text() == EMPTY
+            path.write_text("# changed by hand\n")
+            assert client.get("/secret/state").json()["digest"] != saved.json()["digest"]
+            again = client.post("/secret/save", {"text": STEEL, **saved.json()})
+            assert again.status == 409
+            assert "nothing was overwritten" in again.json()["problem"]
+            assert path.read_text() == "# changed by hand\n"
+
+    def test_what_is_no_request_is_refused(self, tmp_path):
+        with served(tmp_path) as (client, _):
+            assert client.post("/secret/answer", b"{").status == 400
+            assert client.post("/secret/answer", b"[]").status == 400
+            assert client.post("/secret/answer", b"x" * 4_000_001).status == 413
+
+    def test_it_listens_on_the_loopback_address_alone(self):
+        with bound_socket("one") as first, bound_socket("two") as second:
+            assert {first.getsockname()[0], second.getsockname()[0]} == {"127.0.0.1"}
+
+
+class TestCommand:
+    """The option of the command."""
+
+    def test_without_its_packages_the_extra_is_named(self, capsys, monkeypatch):
+        import live.server  # noqa: F401
+
+        monkeypatch.setitem(__import__("sys").modules, "uvicorn", None)
+        monkeypatch.delitem(__import__("sys").modules, "live.server")
+        assert main(["--live"]) == 2
+        assert capsys.readouterr().err == 'deflection-report: --live needs a server: pip install "kinelast[live]"\n'
+
+    def test_no_scene_and_several_are_refused(self, capsys, tmp_path):
+        assert main(["--live", "one.toml", "two.toml"]) == 2
+        assert main(["--live", str(tmp_path / "no" / "one.toml")]) == 2
+        assert main(["--live", "steel_forbar"]) == 2
+        assert len(capsys.readouterr().err.splitlines()) == 3
