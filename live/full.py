@@ -14,10 +14,10 @@ def whole_answer(text: str, name: str) -> tuple[dict[str, Any], bytes, bytes]:
     import numpy as np
 
     from kinelast.figures.summary import summary
+    from kinelast.outputs.batch import headline
     from kinelast.outputs.page import report_page
     from kinelast.outputs.sealed import made_from
     from kinelast.runs.compute import SHOWN, computed, is_long
-    from kinelast.runs.line import headline
     from kinelast.scene.document import document_from_text
     from kinelast.tasks.request import Request
     from kinelast.version import VERSION

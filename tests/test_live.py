@@ -1,11 +1,10 @@
-"""Claims about the live editor: its edits change nothing else of a text, and its server serves, and writes, no one else."""
+"""Claims about the live editor: edits change nothing else of a text; the server serves, and writes, nothing else."""
 
 import http.client
 import json
 import os
 import struct
 import threading
-import time
 import tomllib
 from contextlib import contextmanager
 from types import SimpleNamespace
@@ -13,16 +12,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-uvicorn = pytest.importorskip("uvicorn", reason="the extra live is not installed")
-
 from kinelast import deflection, scene_from_text
 from kinelast.cli.command import main
 from kinelast.tasks.task import shipped_scenes
 from live.answer import quick_answer
 from live.edit import EMPTY, EditError, edited, start_of
 from live.file import ChangedError, SceneFile
-from live.server import Live, application, bound_socket, scene_file
 from live.text import as_toml, places, with_value, without
+
+uvicorn = pytest.importorskip("uvicorn", reason="the extra live is not installed")
+server = pytest.importorskip("live.server", reason="the extra live is not installed")
 
 STEEL = shipped_scenes()["steel_four_bar"].read_text()
 CLOSING = STEEL.replace('length = "300 mm"', 'length = "100 mm"')  # the crank stops at 82 deg
@@ -250,7 +249,7 @@ class TestFile:
 
     def test_a_shipped_scene_is_never_written(self, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
-        file, name = scene_file("steel_four_bar")
+        file, name = server.scene_file("steel_four_bar")
         assert (file.path, name) == (tmp_path / "steel_four_bar.toml", "steel_four_bar")
         assert file.read()[0] == STEEL
         (tmp_path / "steel_four_bar.toml").write_text("title = 'mine'\n")  # there meanwhile: not read, not overwritten
@@ -302,15 +301,15 @@ class Client:
 def served(tmp_path, text=STEEL):
     path = tmp_path / "one.toml"
     path.write_text(text)
-    bound = bound_socket(str(path))
-    live = Live(SceneFile(path), "one", "secret", bound.getsockname()[1], NoWorker())
-    server = uvicorn.Server(uvicorn.Config(application(live), log_level="error", lifespan="off"))
-    thread = threading.Thread(target=server.run, kwargs={"sockets": [bound]})
+    bound = server.bound_socket(str(path))
+    live = server.Live(SceneFile(path), "one", "secret", bound.getsockname()[1], NoWorker())
+    serving = uvicorn.Server(uvicorn.Config(server.application(live), log_level="error", lifespan="off"))
+    thread = threading.Thread(target=serving.run, kwargs={"sockets": [bound]})
     thread.start()
     try:
         yield Client(live.port), live
     finally:
-        server.should_exit = True
+        serving.should_exit = True
         thread.join()
 
 
@@ -383,7 +382,7 @@ class TestServer:
             assert client.post("/secret/answer", b"x" * 4_000_001).status == 413
 
     def test_it_listens_on_the_loopback_address_alone(self):
-        with bound_socket("one") as first, bound_socket("two") as second:
+        with server.bound_socket("one") as first, server.bound_socket("two") as second:
             assert {first.getsockname()[0], second.getsockname()[0]} == {"127.0.0.1"}
 
 
@@ -391,8 +390,6 @@ class TestCommand:
     """The option of the command."""
 
     def test_without_its_packages_the_extra_is_named(self, capsys, monkeypatch):
-        import live.server  # noqa: F401
-
         monkeypatch.setitem(__import__("sys").modules, "uvicorn", None)
         monkeypatch.delitem(__import__("sys").modules, "live.server")
         assert main(["--live"]) == 2
