@@ -7,7 +7,7 @@ of one mechanism go through their positions together.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -150,7 +150,7 @@ class PinDrive:
     link: str
     at: str
     on: str = GROUND
-    inertia: Real = 0.0
+    inertia: Real = field(default=0.0, compare=False)  # of which no structure depends
     turns: ClassVar[bool] = True
 
     @property
@@ -174,7 +174,7 @@ class SliderDrive:
     """A motor that moves a slider; its coordinate is the slide [m], and `inertia` [kg] a mass reduced to that."""
 
     slider: str
-    inertia: Real = 0.0
+    inertia: Real = field(default=0.0, compare=False)  # of which no structure depends
     turns: ClassVar[bool] = False
 
     @property

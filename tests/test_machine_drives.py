@@ -1,9 +1,19 @@
 """Sizing of drives against closed forms and printed examples: averages, motors, flywheels, cylinders, balancing."""
 
+import json
+import tomllib
+
 import numpy as np
 import pytest
 from mechanisms import four_bar, replaced, slider_crank, turn
 
+from kinelast import scene_from_dict
+from kinelast.cli.command import main
+from kinelast.designs import evaluate, with_value
+from kinelast.designs.base import base_of
+from kinelast.runs.compute import computed
+from kinelast.scene.document import document_from_dict
+from kinelast.tasks.request import Request
 from machine import (
     Cylinder,
     Motor,
@@ -30,7 +40,7 @@ from machine.balance import (
     weight_effort,
     weight_influences,
 )
-from rigid import Beam, Link, Lump, Mechanism, PinDrive, SegmentedLaw, drive_efforts, motion, reactions
+from rigid import Beam, Link, Lump, Mechanism, PinDrive, Segment, SegmentedLaw, drive_efforts, motion, reactions
 from rigid.dynamics import kinetic_energy
 
 
@@ -43,8 +53,6 @@ class TestAverages:
 
     def test_of_a_law_in_thirds_moving_a_disc(self):
         """Speed up, go, slow down, each a third of T: acceleration 4.5 h / T^2, its root mean square times root 2/3."""
-        from rigid import Segment
-
         inertia, rise, duration, count = 0.3, 2.0, 0.6, 6001
         time = np.linspace(0, duration, count)
         law = SegmentedLaw(0.0, (Segment("trapezoidal-velocity", duration, rise),))
@@ -251,3 +259,172 @@ class TestBalance:
         found = balanced(effort, spring_influences(course, 1))
         np.testing.assert_allclose(found.amounts, [2.0, -3.0], rtol=1e-12)
         assert found.share < 1e-12
+
+
+PUSHED = """
+units = "mm"
+[points]
+O = [0, 0]
+A = [0, 60]
+B = [180, 20]
+[links.ground]
+points = ["O"]
+[links.crank]
+points = ["O", "A"]
+rigid = true
+mass = 0
+[links.rod]
+points = ["A", "B"]
+rigid = true
+mass = 0
+[links.ram]
+points = ["B"]
+mass = "4 kg"
+[sliders.rail]
+link = "ram"
+through = "B"
+direction = "0 deg"
+[[drives]]
+link = "crank"
+speed = "120 rpm"
+motor = "servo"
+unevenness = "2 %"
+[motors.servo]
+rated_torque = "1 N m"
+top_speed = "3000 rpm"
+rotor_inertia = "2e-4 kg m^2"
+gear_ratio = 20
+inertia_ratio = 3
+[run]
+output = "B"
+positions = 720
+"""
+
+
+def figures_of(text, tmp_path, *options):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(text)
+    status = main([str(scene), "-o", str(tmp_path / "out"), "--quiet", *options])
+    return status, json.loads((tmp_path / "out" / "scene" / "summary.json").read_text())
+
+
+class TestScene:
+    """Slider-crank of a massless crank and rod: the torque is m s'' ds/dq, all in closed form."""
+
+    def test_figures_of_a_slider_crank(self, tmp_path):
+        status, summary = figures_of(PUSHED, tmp_path)
+        crank, rod, offset, mass, speed = 0.06, np.hypot(0.18, 0.04), 0.02, 4.0, 4 * np.pi
+        angle = turn(720, np.pi / 2)
+        height = crank * np.sin(angle) - offset
+        reach = np.sqrt(rod**2 - height**2)
+        rate = -crank * np.sin(angle) - height * crank * np.cos(angle) / reach
+        bend = -(crank**2) * np.cos(angle) ** 2 / reach + height * crank * np.sin(angle) / reach
+        second = -crank * np.cos(angle) + bend - (height * crank * np.cos(angle)) ** 2 / reach**3
+        torque = mass * speed**2 * second * rate
+        found = {key: figure["value"] for key, figure in summary["figures"].items()}
+        assert abs(found["drive_effort"]) == pytest.approx(np.abs(torque).max(), rel=1e-9)
+        assert found["drive_rms"] == pytest.approx(np.sqrt(np.mean(torque**2)), rel=1e-9)
+        assert found["drive_mean"] == pytest.approx(0.0, abs=1e-9)
+        assert found["drive_power"] == pytest.approx((torque * speed)[np.abs(torque).argmax()], rel=1e-9)
+        assert found["load_inertia"] == pytest.approx(mass * (rate**2).max(), rel=1e-9)
+        stored = mass * speed**2 * (rate**2).max() / 2
+        assert found["energy_fluctuation"] == pytest.approx(stored, rel=1e-4)
+        assert found["flywheel"] == pytest.approx(stored / (0.02 * speed**2), rel=1e-4)
+        halves = [mass * speed**2 * (rate**2)[way].max() / 2 for way in (rate > 0, rate < 0)]
+        assert found["energy_taken"] == pytest.approx(sum(halves), rel=1e-4)
+        assert found["energy_given"] == pytest.approx(sum(halves), rel=1e-4)
+        assert found["motor_rms"] == pytest.approx(found["drive_rms"] / 20, rel=1e-12)
+        assert found["inertia_ratio"] == pytest.approx(found["load_inertia"] / (400 * 2e-4), rel=1e-12)
+        assert found["least_ratio"] == pytest.approx(3000 / 120)
+        motion_ = summary["output"]["motion"]
+        stroke = np.sqrt((rod + crank) ** 2 - offset**2) - np.sqrt((rod - crank) ** 2 - offset**2)
+        assert motion_["stroke"]["value"] == pytest.approx(stroke, rel=1e-7)
+        assert motion_["advantage"]["value"] == pytest.approx(1 / np.abs(rate).max(), rel=1e-9)
+        dead = [np.arcsin(offset / (rod + crank)), np.pi + np.arcsin(offset / (rod - crank))]
+        turned = sorted(next(iter(each["drive"].values()))["value"] % (2 * np.pi) for each in motion_["turns"])
+        np.testing.assert_allclose(turned, dead, atol=1e-9)
+        part = dead[1] - dead[0]
+        ratio = max(part, 2 * np.pi - part) / min(part, 2 * np.pi - part)
+        assert motion_["time_ratio"]["value"] == pytest.approx(ratio, rel=1e-4)
+        assert status == 0
+        assert {row["kind"]: row["outcome"] for row in summary["acceptance"]["limits"]} == {
+            "motor_rms": "kept",
+            "motor_speed": "kept",
+            "inertia_ratio": "kept",
+        }
+
+    def test_what_a_motor_does_not_bear_is_told(self, tmp_path, capsys):
+        weak = PUSHED.replace('"1 N m"', '"0.01 N m"').replace("gear_ratio = 20", "gear_ratio = 26")
+        status, summary = figures_of(weak, tmp_path)
+        assert status == 1
+        broken = {row["kind"] for row in summary["acceptance"]["limits"] if row["outcome"] == "not kept"}
+        assert broken == {"motor_rms", "motor_speed"}
+
+    def test_rotors_are_part_of_an_integrated_motion(self, tmp_path):
+        """A disc of 0.08 kg m^2 reduced to the crank, which an effort runs up: 1/2 (J n^2 + J_L) w^2 is its work."""
+        effort = PUSHED.replace('speed = "120 rpm"', 'effort = "0.2 N m"').replace('unevenness = "2 %"\n', "")
+        effort = effort.replace('output = "B"', 'duration = "2 s"')
+        _, summary = figures_of(effort, tmp_path)
+        drive = summary["drives"]["crank"]
+        assert drive["mean"]["value"] == pytest.approx(0.2, rel=1e-6)
+        assert drive["rms"]["value"] == pytest.approx(0.2, rel=1e-6)
+        assert abs(drive["effort"]["value"]) == pytest.approx(0.2, rel=1e-6)
+
+    @pytest.mark.parametrize(
+        ("old", "new", "message"),
+        [
+            ('motor = "servo"', 'motor = "servos"', 'there is no motor "servos"'),
+            ("gear_ratio = 20", 'gear_ratio = "5 mm/rad"', 'as "crank" turns'),
+            ('motor = "servo"', 'cylinder = "servo"', 'there is no cylinder "servo"'),
+            ('speed = "120 rpm"', 'law = [{curve = "cycloidal", duration = "1 s", by = "90 deg"}]', "constant speed"),
+        ],
+    )
+    def test_mistakes_are_told(self, tmp_path, capsys, old, new, message):
+        scene = tmp_path / "scene.toml"
+        scene.write_text(PUSHED.replace(old, new))
+        assert main([str(scene), "-o", str(tmp_path / "out")]) == 2
+        assert message in capsys.readouterr().err
+
+    def test_of_a_cylinder(self, tmp_path):
+        pushed = PUSHED.partition("[[drives]]")[0] + """
+[[drives]]
+slider = "rail"
+law = [{curve = "cycloidal", duration = "1 s", by = "20 mm"}]
+cylinder = "jack"
+[cylinders.jack]
+bore = 40
+rod = 20
+length = 400
+pressure = "1 bar"
+flow = "1 l/min"
+buckling_safety = 3
+[run]
+positions = 721
+"""  # fmt: skip
+        status, summary = figures_of(pushed, tmp_path)
+        found = {key: figure["value"] for key, figure in summary["figures"].items()}
+        force, area, ring = 4.0 * 2 * np.pi * 0.02, np.pi * 0.02**2, np.pi * (0.02**2 - 0.01**2)
+        assert found["pressure"] == pytest.approx(force / ring, rel=1e-5)  # where it slows down it pulls
+        assert found["flow"] == pytest.approx(area * 0.04, rel=1e-5)
+        euler = np.pi**2 * 206e9 * np.pi * 0.02**4 / 64 / 0.4**2
+        assert found["rod_buckling"] == pytest.approx(euler / force, rel=1e-5)
+        outcomes = {row["kind"]: row["outcome"] for row in summary["acceptance"]["limits"]}
+        assert outcomes == {"pressure": "kept", "flow": "not kept", "rod_buckling": "kept"}
+        assert status == 1
+
+    def test_designs_have_the_figures_of_a_single_run(self):
+        """Side by side on one axis of arrays."""
+        keys = ["motor_rms.crank", "drive_rms", "least_ratio.crank", "flywheel.crank", "energy_taken", "motor_speed"]
+        paths = ["motors.servo.gear_ratio", "motors.servo.rotor_inertia", "drives.crank.speed", "links.ram.mass"]
+        tables = {**tomllib.loads(PUSHED), "run": {"positions": 36}}
+        values = np.array([[20.0, 2e-4, 10.0, 4.0], [15.0, 3e-4, 12.0, 5.0], [8.0, 1e-4, -9.0, 3.0]])
+        found = evaluate(tables, paths, values, keys)
+        assert base_of(document_from_dict(tables), paths, keys).on_axis == (True,) * 4
+        for row, design in enumerate(values):
+            own = tables
+            for path, value in zip(paths, design, strict=True):
+                own = with_value(own, path, value)
+            peaks = computed(scene_from_dict(own), Request()).figures.peaks
+            for key in keys:
+                alone = abs(peaks[key.partition(".")[0]][0].value)
+                assert found.columns[key][row] == pytest.approx(alone, rel=1e-12), key

@@ -31,9 +31,11 @@ from machine import (
     least_torque_ratio,
     mean,
     mean_positive,
-    motor_torque,
     root_mean_square,
     working_pressure,
+)
+from machine import (
+    motor_torque as shaft_torque,
 )
 from rigid import ConstantSpeed, with_rates
 from rigid.arrays import Reals
@@ -133,22 +135,22 @@ def _load_effort(cycle: Cycle, number: int) -> Reals:
     return effort(cycle, number) - cycle.scene.mechanism.drives[number].inertia * acceleration(cycle, number)
 
 
-def torque(cycle: Cycle, number: int) -> Reals:
+def motor_torque(cycle: Cycle, number: int) -> Reals:
     """Torque of a motor at its shaft [N m], shape (..., positions)."""
     motor, load = cycle.scene.motors[number], _load_effort(cycle, number)
-    return motor_torque(motor, load, rate(cycle, number), acceleration(cycle, number))
+    return shaft_torque(motor, load, rate(cycle, number), acceleration(cycle, number))
 
 
-def speed(cycle: Cycle, number: int) -> Reals:
+def motor_speed(cycle: Cycle, number: int) -> Reals:
     """Speed of a motor at its shaft [rad/s], shape (..., positions)."""
     return np.asarray(cycle.scene.motors[number].gear_ratio * rate(cycle, number))
 
 
 def _use(cycle: Cycle, number: int) -> Reals:
     motor = cycle.scene.motors[number]
-    there = available_torque(motor, speed(cycle, number))
+    there = available_torque(motor, motor_speed(cycle, number))
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.abs(torque(cycle, number)) / there
+        return np.abs(motor_torque(cycle, number)) / there
 
 
 def _inertia_ratio(cycle: Cycle, number: int) -> Reals:
@@ -212,12 +214,12 @@ DRIVE_FIGURES: tuple[Figure, ...] = (
            averaged(of_drive(_fluctuation)), AVERAGE),
     Figure("flywheel", "inertia that keeps a drive as even as it may be", "kg m^2", UNEVEN,
            averaged(of_drive(_flywheel, UNEVEN)), AVERAGE),
-    Figure("motor_torque", "torque of a motor", "N m", MOTOR, each(of_drive(torque, MOTOR))),
+    Figure("motor_torque", "torque of a motor", "N m", MOTOR, each(of_drive(motor_torque, MOTOR))),
     Figure("motor_rms", "torque of a motor, root mean square", "N m", MOTOR,
-           _over_time(root_mean_square, torque, MOTOR), AVERAGE),
-    Figure("motor_speed", "speed of a motor", "rad/s", MOTOR, each(of_drive(speed, MOTOR)), rigid=True),
+           _over_time(root_mean_square, motor_torque, MOTOR), AVERAGE),
+    Figure("motor_speed", "speed of a motor", "rad/s", MOTOR, each(of_drive(motor_speed, MOTOR)), rigid=True),
     Figure("motor_mean_speed", "mean speed of a motor", "rad/s", MOTOR,
-           _over_time(lambda values, weight: mean(np.abs(values), weight), speed, MOTOR), AVERAGE, rigid=True),
+           _over_time(lambda values, weight: mean(np.abs(values), weight), motor_speed, MOTOR), AVERAGE, rigid=True),
     Figure("motor_use", "torque of a motor over that at its speed", "1", MOTOR, each(of_drive(_use, MOTOR))),
     Figure("inertia_ratio", "inertia of the load over that of a motor", "1", MOTOR,
            each(of_drive(_inertia_ratio, MOTOR)), rigid=True),

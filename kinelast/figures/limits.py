@@ -124,7 +124,9 @@ def _judged_row(results: Results, figures: Mapping[str, Any], limit: Limit) -> d
     """A limit with the figure that decides its outcome: of those that are alike the one nearest to the bound."""
     peaks = results.figures.peaks.get(limit.figure, [])
     items = bounded_items(results.scene, limit) if peaks else []
-    told = [(item, abs(peaks[item].value), _error(peaks[item])) for item in items]
+    of = next((each for each in results.figures.figures if each.key == limit.figure), None)
+    exact = not results.scene.labels or (of is not None and of.rigid)  # then nothing that bends is in it
+    told = [(item, abs(peaks[item].value), 0.0 if exact else _error(peaks[item])) for item in items]
     found = min(
         ((outcome(limit, value, error), float(limit.margin(value)), item, value) for item, value, error in told),
         key=lambda each: (SEVERITY.index(each[0]), each[1]),
@@ -141,7 +143,7 @@ def _judged_row(results: Results, figures: Mapping[str, Any], limit: Limit) -> d
         problem = nearer(results, error, abs(value - float(limit.bound)) / value)
     return {
         "kind": limit.kind,
-        "name": next((each.name for each in results.figures.figures if each.key == limit.figure), limit.kind),
+        "name": limit.kind if of is None else of.name,
         "least": limit.least,
         "on": limit.item,
         "limit": figure(limit.bound, row["unit"] if limit.kind == "output" else limit.unit),

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from elastic import Deflection, cycle_maxima, displacement_of, largest
+from elastic import Deflection, Largest, cycle_maxima, displacement_of, largest
 from elastic.assessment import angle_error
-from kinelast.figures.cycle import NOISE, points_of
+from kinelast.figures.cycle import NOISE, Cycle, points_of
 from kinelast.scene.data import Scene, require_tables, scene_deflection
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import OUTPUT_ERROR, Output
-from rigid import GROUND
+from rigid import GROUND, MechanismError, Motion, position_of, velocity_of, with_rates
+from rigid.analysis import Coordinate, LimitPosition, LinkAngle, PointCoordinate, limits
+from rigid.arrays import Reals
+from rigid.plane import dot
 
 INSTANTS = 72  # of the run, at which the output is guessed
 SAME = 1e-6  # share by which errors may differ that are equal but for round-off
@@ -103,3 +107,104 @@ def _turning(scene: Scene) -> list[str]:
     ground, *links = scene.mechanism.links
     pins = ground.points.keys() - scene.mechanism.welded_points
     return [link.name for link in links if pins & link.points.keys() and link.name not in driven]
+
+
+def turns_of(cycle: Cycle, output: Output) -> list[LimitPosition]:
+    """Positions at which an output turns back, of a machine with one drive."""
+    motion = cycle.motion
+    if len(motion.mechanism.drives) != 1 or len(motion.columns) != 1 or not np.isfinite(motion.origin).all():
+        return []
+    coordinate: Coordinate = LinkAngle(output.link)
+    if output.point:
+        coordinate = PointCoordinate(output.link, output.point, complex(path_direction(motion, output)[0]))
+    try:
+        return limits(motion, coordinate)
+    except MechanismError:
+        return []
+
+
+def _velocity(motion: Motion, output: Output) -> Any:
+    """Velocity of an output: of a point complex [m/s], of a link its rate [rad/s]."""
+    at = motion.mechanism.index[output.link]
+    return velocity_of(motion, at, output.point) if output.point else motion.angular_velocity[at]
+
+
+def path_direction(motion: Motion, output: Output) -> Any:
+    """Unit vector of the direction that a point goes along most, shape (..., 1): of a straight line, that line's."""
+    places = position_of(motion, motion.mechanism.index[output.link], output.point)
+    apart = np.where(np.isfinite(places), places, np.nan)
+    apart = apart - np.nanmean(apart, axis=-1, keepdims=True)
+    return np.exp(0.5j * np.angle(np.nansum(apart**2, axis=-1, keepdims=True)))
+
+
+def stroke_of(cycle: Cycle, output: Output) -> Any:
+    """Extent of a point's path along `path_direction` [m], between positions by parabolas as of `swing_of`."""
+    motion = cycle.motion
+    way = path_direction(motion, output)
+    along = dot(way, position_of(motion, motion.mechanism.index[output.link], output.point))
+    lowest, highest = between_ends(cycle, np.broadcast_to(along, cycle.columns))
+    return travel_of(lowest, highest)
+
+
+def between_ends(cycle: Cycle, values: Any) -> tuple[Largest, Largest]:
+    """Least and greatest of values over a run, between positions by parabolas."""
+    known = np.where(np.isfinite(values), values, np.nanmean(values, axis=-1, keepdims=True))
+    lowest = _top(-known, bool(cycle.scene.run.turn))
+    return replace(lowest, value=-lowest.value), _top(known, bool(cycle.scene.run.turn))
+
+
+def time_ratio_of(cycle: Cycle, output: Output) -> Any:
+    """The longer over the shorter time that an output goes one way and the other in a cycle; nan where it has none."""
+    rate = _velocity(cycle.motion, output)
+    if output.point:
+        rate = dot(path_direction(cycle.motion, output), rate)
+    here = np.broadcast_to(rate, cycle.columns)
+    if not cycle.scene.run.turn:
+        return np.full(cycle.columns[:-1], np.nan)
+    after = np.roll(here, -1, axis=-1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        crossing = np.abs(here) / (np.abs(here) + np.abs(after))
+        ahead = np.where(here * after >= 0, (here + after) > 0, np.where(here > 0, crossing, 1 - crossing))
+        share = ahead.mean(axis=-1)
+        return np.where((share > 0) & (share < 1), np.maximum(share, 1 - share) / np.minimum(share, 1 - share), np.nan)
+
+
+def advantage_of(cycle: Cycle, output: Output) -> Any:
+    """Rate of the only drive over the speed of an output, which is its force over the effort, shape (..., positions).
+
+    Infinite where the output stands; nan with several drives.
+    """
+    if len(cycle.scene.mechanism.drives) != 1:
+        return np.full(cycle.columns, np.nan)
+    with np.errstate(divide="ignore"):
+        ratio = 1.0 / np.abs(_velocity(with_rates(cycle.motion, 1.0), output))
+    return np.broadcast_to(ratio, cycle.columns)
+
+
+def swing_of(cycle: Cycle, link: str) -> tuple[Largest, Largest]:
+    """Least and greatest angle of a link over the run [rad], counted on from its start.
+
+    Between positions they are those of parabolas through three of them.
+    """
+    way = np.broadcast_to(cycle.motion.direction[cycle.scene.mechanism.index[link]], cycle.columns)
+    turned = np.unwrap(np.angle(np.where(np.isfinite(way), way, 1.0)), axis=-1)
+    closed = cycle.scene.run.turn and abs(turned[..., -1:] - turned[..., :1]).max(initial=0.0) < np.pi
+    lowest = _top(-turned, closed)
+    return replace(lowest, value=-lowest.value), _top(turned, closed)
+
+
+def travel_of(lowest: Largest, highest: Largest) -> Reals:
+    """By how much the greatest value is beyond the least."""
+    return highest.value - lowest.value
+
+
+def _top(values: Any, closed: bool) -> Largest:
+    """Greatest value, of the parabola through the greatest and its neighbours, and the position."""
+    count = values.shape[-1]
+    at = values.argmax(axis=-1)
+    sides = [(at + step) % count if closed else np.clip(at + step, 0, count - 1) for step in (-1, 0, 1)]
+    before, here, after = (np.take_along_axis(values, side[..., None], -1)[..., 0] for side in sides)
+    bend = 2 * here - before - after
+    inside = (bend > 0) & (closed | ((at > 0) & (at < count - 1)))
+    rise = np.where(inside, (after - before) ** 2 / (8 * np.where(inside, bend, 1.0)), 0.0)
+    return Largest(here + rise, at)

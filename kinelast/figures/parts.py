@@ -13,6 +13,7 @@ import numpy as np
 from elastic import Deflection, deflection, displacement_of
 from elastic.assessment import angle_error, harmonics
 from elastic.links import AddedLoads, map_loads
+from kinelast.figures.entry import CYLINDER, DRIVE, MOTOR, items_of
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, error_of, figure, largest
 from rigid import LineLoad, PointLoad, Resistance, TorsionSpring, posture
@@ -154,6 +155,48 @@ def fastest_drive(results: Results) -> float:
     rates = np.abs(results.figures.rates).max(axis=0)
     turning = (rate for drive, rate in zip(results.mechanism.drives, rates.tolist(), strict=True) if drive.turns)
     return float(max((rate for rate in turning if math.isfinite(rate)), default=0.0))
+
+
+DRIVE_KEYS = {  # of the summary, and the figures that stand there
+    "effort": "drive_effort",
+    "rms": "drive_rms",
+    "mean": "drive_mean",
+    "speed": "drive_speed",
+    "power": "drive_power",
+    "mean_power": "drive_mean_power",
+    "energy_taken": "energy_taken",
+    "energy_given": "energy_given",
+    "load_inertia": "load_inertia",
+    "energy_fluctuation": "energy_fluctuation",
+    "flywheel": "flywheel",
+}
+
+
+def drive_figures(results: Results) -> list[dict[str, Any]]:
+    """Figures of every drive, of its motor by the data of the scene, and of its cylinder."""
+    scene = results.scene
+    names = items_of(scene, DRIVE)
+    rows = []
+    for number, name in enumerate(names):
+        row: dict[str, Any] = {key: each for key, of in DRIVE_KEYS.items() if (each := _figure_of(results, of, name))}
+        for part, of in ((scene.motors.get(number), MOTOR), (scene.cylinders.get(number), CYLINDER)):
+            if part is not None:
+                keys = [each.key for each in results.figures.figures if each.of == of]
+                data = {key: float(np.ravel(value)[0]) for key, value in vars(part).items()}
+                given = {key: value if math.isfinite(value) else None for key, value in data.items()}
+                row[of] = {"given": given, **{key: _figure_of(results, key, name) for key in keys}}
+        rows.append(row)
+    return rows
+
+
+def _figure_of(results: Results, key: str, name: str) -> dict[str, Any] | None:
+    """The largest of a figure's item over the cycle; None where it has no such item."""
+    known = next(each for each in results.figures.figures if each.key == key)
+    items = items_of(results.scene, known.of)
+    if name not in items:
+        return None
+    at = items.index(name)
+    return largest(results, results.figures.peaks[key][at], known.units(results.scene)[at])
 
 
 def friction_figures(results: Results) -> dict[str, Any] | None:

@@ -33,6 +33,7 @@ from kinelast.figures.entry import (
     sole,
     whole,
 )
+from kinelast.figures.output import advantage_of, stroke_of, swing_of, time_ratio_of, travel_of
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR, Output
 from rigid import transmission_angles
@@ -173,7 +174,7 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
 
 
 def output_figures(output: Output | None) -> tuple[Figure, ...]:
-    """Figures of the output: its error, and of a link the angles between which it swings [rad], see `_swing`."""
+    """Figures of the output: its error, and of a link the angles between which it swings [rad], see `swing_of`."""
     if output is None:
         return ()
     if output.point:
@@ -181,8 +182,13 @@ def output_figures(output: Output | None) -> tuple[Figure, ...]:
         def moved(cycle: Cycle) -> Complexes:
             return displacement_of(cycle.deflection, output.link, output.point)
 
-        return (Figure(OUTPUT_ERROR, "error of the output", "m", SCENE, whole(moved), told=True, limit="output"),)
-    swing = partial(_swing, link=output.link)
+        return (
+            Figure(OUTPUT_ERROR, "error of the output", "m", SCENE, whole(moved), told=True, limit="output"),
+            Figure("output_stroke", "stroke of the output", "m", SCENE, fixed(lambda cycle: stroke_of(cycle, output)),
+                   FIXED, asked=True, rigid=True),
+            *_of_its_motion(output),
+        )  # fmt: skip
+    swing = partial(swing_of, link=output.link)
     return (
         Figure(OUTPUT_ERROR, "error of the output", "rad", SCENE,
                lambda cycle: sole(_angle_error(cycle, output.link)), told=True, limit="output"),
@@ -190,37 +196,29 @@ def output_figures(output: Output | None) -> tuple[Figure, ...]:
                asked=True, rigid=True),
         Figure("output_most", "greatest angle of the output", "rad", SCENE, lambda cycle: sole(swing(cycle)[1]), MOST,
                asked=True, rigid=True),
-        Figure("output_travel", "travel of the output", "rad", SCENE, fixed(lambda cycle: _travel(*swing(cycle))),
+        Figure("output_travel", "travel of the output", "rad", SCENE, fixed(lambda cycle: travel_of(*swing(cycle))),
                FIXED, asked=True, rigid=True),
+        *_of_its_motion(output),
     )  # fmt: skip
 
 
-def _swing(cycle: Cycle, link: str) -> tuple[Largest, Largest]:
-    """Least and greatest angle of a link over the run [rad], counted on from its start.
+def _of_its_motion(output: Output) -> tuple[Figure, ...]:
+    """Figures of how the drive moves an output, whether a point or an angle."""
 
-    Between positions they are those of parabolas through three of them.
-    """
-    way = np.broadcast_to(cycle.motion.direction[cycle.scene.mechanism.index[link]], cycle.columns)
-    turned = np.unwrap(np.angle(np.where(np.isfinite(way), way, 1.0)), axis=-1)
-    closed = cycle.scene.run.turn and abs(turned[..., -1:] - turned[..., :1]).max(initial=0.0) < np.pi
-    lowest = _top(-turned, closed)
-    return replace(lowest, value=-lowest.value), _top(turned, closed)
+    def unit(scene: Scene) -> list[str]:
+        turns = scene.mechanism.drives[0].turns if scene.mechanism.drives else True
+        return [
+            {(True, True): "1/m", (True, False): "1", (False, True): "1", (False, False): "m"}[
+                turns, bool(output.point)
+            ]
+        ]
 
-
-def _travel(lowest: Largest, highest: Largest) -> Reals:
-    return highest.value - lowest.value
-
-
-def _top(values: Any, closed: bool) -> Largest:
-    """Greatest value, of the parabola through the greatest and its neighbours, and the position."""
-    count = values.shape[-1]
-    at = values.argmax(axis=-1)
-    sides = [(at + step) % count if closed else np.clip(at + step, 0, count - 1) for step in (-1, 0, 1)]
-    before, here, after = (np.take_along_axis(values, side[..., None], -1)[..., 0] for side in sides)
-    bend = 2 * here - before - after
-    inside = (bend > 0) & (closed | ((at > 0) & (at < count - 1)))
-    rise = np.where(inside, (after - before) ** 2 / (8 * np.where(inside, bend, 1.0)), 0.0)
-    return Largest(here + rise, at)
+    return (
+        Figure("output_time_ratio", "time ratio of the output", "1", SCENE,
+               fixed(lambda cycle: time_ratio_of(cycle, output)), FIXED, asked=True, rigid=True),
+        Figure("output_advantage", "mechanical advantage of the output over the drive", unit, SCENE,
+               lambda cycle: sole(least(advantage_of(cycle, output))), LEAST, asked=True, rigid=True),
+    )  # fmt: skip
 
 
 def figures_of(output: Output | None) -> tuple[Figure, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +16,9 @@ from kinelast.figures.checks import check_passed
 from kinelast.figures.cycle import EXTREME_FIELDS
 from kinelast.figures.entry import POINT, items_of
 from kinelast.figures.limits import acceptance
-from kinelast.figures.output import slid
+from kinelast.figures.output import slid, turns_of
 from kinelast.figures.parts import (
+    drive_figures,
     friction_figures,
     input_figures,
     nonlinear_figures,
@@ -26,15 +28,25 @@ from kinelast.figures.parts import (
     vibration_figures,
 )
 from kinelast.figures.peaks import Peak, greatest
-from kinelast.figures.results import Results, coordinates, error_of, figure, largest, worst_figure
+from kinelast.figures.registry import output_figures
+from kinelast.figures.results import Results, at_position, coordinates, error_of, figure, largest, worst_figure
 from kinelast.figures.trust import exceedance_figures, findings, left_out, verdict
 from kinelast.scene.data import ACCURACY, QUASI_STATIC
-from kinelast.scene.limits import OUTPUT_ERROR
+from kinelast.scene.limits import OUTPUT_ERROR, Output
 from kinelast.scene.numbers import quantity
 from rigid import Beam
+from rigid.analysis import LimitPosition
 
 if TYPE_CHECKING:
     from elastic.elastodynamics import Elastodynamic
+
+
+OUTPUT_MOTION = {
+    "output_stroke": "stroke",
+    "output_travel": "swing",
+    "output_time_ratio": "time_ratio",
+    "output_advantage": "advantage",
+}
 
 
 def summary(results: Results) -> dict[str, Any]:
@@ -73,8 +85,8 @@ def summary(results: Results) -> dict[str, Any]:
             for (joint, link), peak in zip(results.joint_words, peaks["joint_force"], strict=True)
         ],
         "drives": {
-            name: {"coordinate": coordinate, "effort": largest(results, peak, unit)}
-            for (name, coordinate, _, unit), peak in zip(results.drive_words, peaks["drive_effort"], strict=True)
+            name: {"coordinate": coordinate, **figures}
+            for (name, coordinate, *_), figures in zip(results.drive_words, drive_figures(results), strict=True)
         },
         "friction": friction_figures(results),
         "shaking": {
@@ -259,18 +271,41 @@ def _angle(results: Results, link: str, peak: Peak) -> dict[str, Any]:
     return largest(results, peak, "rad", **({} if math.isnan(peak.value) else {"point": points[peak.row]}))
 
 
+def output_motion(results: Results, output: Output) -> dict[str, Any]:
+    """Stroke or swing of the output, its time ratio, its mechanical advantage, and where it turns back.
+
+    `advantage`: rate of the drive over the speed of the output, where that is least; of one drive. `turns`: positions
+    at which the output stands, its dead points for whoever drives from the other end.
+    """
+    rows: dict[str, Any] = {}
+    for each in output_figures(output):
+        if each.key in OUTPUT_MOTION and (each.key != "output_advantage" or len(results.mechanism.drives) == 1):
+            found = results.cycle.of(each)
+            place, (unit,) = int(np.ravel(found.position)[0]), each.units(results.scene)
+            more = {} if place < 0 else at_position(results, place)
+            rows[OUTPUT_MOTION[each.key]] = figure(np.ravel(found.value)[0], unit, **more)
+    return {**rows, "turns": [dict(_turn(results, turn)) for turn in turns_of(results.cycle, output)]}
+
+
+def _turn(results: Results, turn: LimitPosition) -> Iterator[tuple[str, Any]]:
+    """A position at which the output turns back."""
+    yield "kind", turn.kind
+    yield "drive", coordinates(results, turn.drive)
+
+
 def output_figure(results: Results) -> dict[str, Any] | None:
     """Error of the output with its place; None where there is no output."""
     output = results.figures.output
     if output is None:
         return None
     peak = results.figures.peaks[OUTPUT_ERROR][0]
+    moves = {"motion": output_motion(results, output)}
     if not output.point:
         head = {"kind": "angle", "name": output.link, "guessed": output.guessed}
-        return {**head, **_angle(results, output.link, peak)}
+        return {**head, **_angle(results, output.link, peak), **moves}
     slides = output.guessed and output.point in slid(results.scene)
     head = {"kind": "slide" if slides else "point", "name": output.point, "guessed": output.guessed}
-    return {**head, **largest(results, peak, "m")}
+    return {**head, **largest(results, peak, "m"), **moves}
 
 
 def check_summary(results: Results) -> dict[str, Any] | None:

@@ -89,7 +89,7 @@ def _picked(value: Any, row: int | None) -> Any:
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 DASH, MINUS = "\u2013", "\u2212"
 RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
-UNPREFIXED = ("", "deg", "kg", "kg/m", "1")
+UNPREFIXED = ("", "deg", "kg", "kg/m", "kg m^2", "1")
 
 REPORT_UNITS = {  # by SI unit: what it is multiplied by, and the unit that this gives
     "mm": {

@@ -28,6 +28,7 @@ kelvin = [temperature] = K
 inch = 0.0254 * meter = in
 foot = 12 * inch = ft = feet
 tonne = 1000 * kilogram = t
+liter = 1e-3 * meter ** 3 = l = L = litre
 pound = 0.45359237 * kilogram = lb
 minute = 60 * second = min
 hour = 60 * minute = h

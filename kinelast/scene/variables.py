@@ -235,6 +235,8 @@ def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> 
     if keys[0] == "gears":
         gear = table.gears[keys[1]]
         return UNITS[gear.driver.turns, gear.follower.turns]
+    if keys[0] == "motors":  # a gear ratio without a unit
+        return "1"
     if keys[0] == "limits":
         turns = table.run.output.endswith(".angle")
     else:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from elastic import FIELDS, coefficients
 from elastic.links import Runs, members_of
 from kinelast.figures.cycle import EXTREME_FIELDS, drive_words
+from kinelast.figures.drives import motor_speed, motor_torque
 from kinelast.figures.results import Results
 from kinelast.scene.numbers import REPORT_UNITS
 from rigid import Spring, TorsionSpring
@@ -97,6 +98,9 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
     for name in ("drive", "drive_rate"):
         store.add(name, taken(getattr(motion, name)))
     store.add("effort", taken(results.efforts))
+    motors = sorted(results.scene.motors)
+    for name, of in (("motor_speed", motor_speed), ("motor_torque", motor_torque)):
+        store.add(name, np.array([taken(of(results.cycle, number)) for number in motors]).reshape(-1, len(kept)))
     for name in ("origin", "direction", "velocity", "acceleration", "angular_velocity", "angular_acceleration"):
         store.add(name, taken(getattr(motion, name)[1:]))
     store.add("shift", taken(bent.shift[1:]))

@@ -72,7 +72,7 @@ function placeWords(label, figure) {
 
 // The error of a figure behind it, as a share of it.
 function errorWords(figure) {
-  if (figure?.error === undefined || figure.value === null || !figure.value) return "";
+  if (figure?.error === undefined || figure.error === 0 || figure.value === null || !figure.value) return "";
   return figure.error === null ? (figure.error_unknown ? " (error unknown)" : "") : ` ± ${share(Math.abs(figure.error / figure.value))}`;
 }
 

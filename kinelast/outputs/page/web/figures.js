@@ -59,9 +59,8 @@ function errorsSection() {
 }
 
 function forcesSection() {
-  section("forces", "Joints", "Joints and drives", soft("At the positions of the run", summary.made_from.options.refine ? ": joints, drives and what shakes the ground are not searched between them." : "."),
+  section("forces", "Joints", "Joints", soft("At the positions of the run", summary.made_from.options.refine ? ": joints and what shakes the ground are not searched between them." : "."),
     table(summary.joints, [{ name: "Joint", text: (each) => each.joint }, { name: "on link", text: (each) => each.on }, { name: "largest force", unit: "N", of: (each) => value(each.force), worst: true }, where("at", (each) => each.force)], "Joint forces"),
-    table(Object.entries(summary.drives).map(([name, drive]) => ({ name, drive })), [{ name: "Drive", text: (each) => each.name }, { name: "coordinate", text: (each) => each.drive.coordinate }, { name: "largest effort", text: (each) => figureWords(each.drive.effort) }, where("at", (each) => each.drive.effort)], "Drives"),
     table(Object.entries(summary.shaking).map(([name, found]) => ({ name, found })), [{ name: "On the ground", text: (each) => `shaking ${each.name}` }, { name: "largest", text: (each) => figureWords(each.found) }, where("at", (each) => each.found)], "On the ground"));
 }
 

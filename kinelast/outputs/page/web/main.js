@@ -27,6 +27,7 @@ async function start() {
   strengthSection();
   errorsSection();
   forcesSection();
+  drivesSection();
   vibrationSection();
   registerSection();
   checkSection();

@@ -1,6 +1,6 @@
 // Numbers as a reader wants them: SI prefixes, few digits, angles within a turn. As kinelast/numbers.py does it.
 const PREFIXES = { "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G" };
-const UNPREFIXED = new Set(["", "deg", "kg", "kg/m", "kg/m^3", "1", "m/s^2", "1/s^2", "rad/s", "rad/s^2"]);
+const UNPREFIXED = new Set(["", "deg", "kg", "kg/m", "kg/m^3", "kg m^2", "1", "m/s^2", "1/s^2", "rad/s", "rad/s^2"]);
 const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
 // Units that the report is asked for, by SI unit: factor and name; all others have the prefix that suits.
