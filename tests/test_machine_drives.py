@@ -361,7 +361,7 @@ class TestScene:
         assert broken == {"motor_rms", "motor_speed"}
 
     def test_rotors_are_part_of_an_integrated_motion(self, tmp_path):
-        """A disc of 0.08 kg m^2 reduced to the crank, which an effort runs up: 1/2 (J n^2 + J_L) w^2 is its work."""
+        """The effort that runs it up is that of motor and gear, all the time: their inertia is not lost from it."""
         effort = PUSHED.replace('speed = "120 rpm"', 'effort = "0.2 N m"').replace('unevenness = "2 %"\n', "")
         effort = effort.replace('output = "B"', 'duration = "2 s"')
         _, summary = figures_of(effort, tmp_path)

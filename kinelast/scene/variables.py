@@ -227,16 +227,14 @@ def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> 
     if not isinstance(leaf, Quantity):
         return "1"
     units = [unit or "1" for unit in type(leaf).units]
-    if leaf.unit or len(units) == 1:
-        return leaf.unit or units[0]
+    if leaf.unit or len(units) == 1 or keys[0] == "motors":  # a gear ratio without a unit is a number
+        return leaf.unit or ("1" if keys[0] == "motors" and len(units) > 1 else units[0])
     if isinstance(leaf, Abscissa):
         against = parents[2].against
         return "s" if against is None else "rad" if against.link else "m"
     if keys[0] == "gears":
         gear = table.gears[keys[1]]
         return UNITS[gear.driver.turns, gear.follower.turns]
-    if keys[0] == "motors":  # a gear ratio without a unit
-        return "1"
     if keys[0] == "limits":
         turns = table.run.output.endswith(".angle")
     else:
