@@ -27,7 +27,7 @@ from exudyn_beams import add_beam
 from nonlinear import section_of
 from random_mechanisms import apex
 
-from elastic import Deflection, Section, sample
+from elastic import Deflection, Section, sample, with_rotary_inertia
 from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error, transient
 from elastic.vibration import natural_frequencies
 from fem_check.nonlinear import nonlinear_steady_state, nonlinear_transient
@@ -85,7 +85,7 @@ def four_bar() -> Case:
     ground = Link("ground", {"O": 0, "D": D})
     drawing = {"O": 0, "A": A, "B": B, "D": D}
     mechanism = Mechanism((ground, *parts.links), (PinDrive("crank", "O"),), drawing)
-    return Case("four-bar with a mass", mechanism, tuple(parts.sections))
+    return Case("four-bar with a mass", with_rotary_inertia(mechanism, parts.sections), tuple(parts.sections))
 
 
 def slider_crank() -> Case:
@@ -97,7 +97,7 @@ def slider_crank() -> Case:
     guide = Slider("guide", "block", "ground", "B", origin=1j * offset, direction=1.0)
     drawing = {"O": 0, "A": 0.1, "B": B}
     mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, (guide,))
-    return Case("slider-crank", mechanism, tuple(parts.sections))
+    return Case("slider-crank", with_rotary_inertia(mechanism, parts.sections), tuple(parts.sections))
 
 
 def stephenson() -> Case:
@@ -113,7 +113,7 @@ def stephenson() -> Case:
     drawing = {"O": 0, "A": A, "B": B, "D": D, "P": P, "G": G, "Q": apex(P, G, 0.35, 0.3)}
     ground = Link("ground", {"O": 0, "D": D, "G": G})
     mechanism = Mechanism((ground, *parts.links), (PinDrive("crank", "O"),), drawing)
-    return Case("Stephenson six-bar", mechanism, tuple(parts.sections))
+    return Case("Stephenson six-bar", with_rotary_inertia(mechanism, parts.sections), tuple(parts.sections))
 
 
 def watt() -> Case:
@@ -129,7 +129,7 @@ def watt() -> Case:
     drawing = {"O": 0, "A": A, "B": B, "D": D, "P": P, "G": G, "Q": apex(P, G, 0.35, 0.28)}
     ground = Link("ground", {"O": 0, "D": D, "G": G})
     mechanism = Mechanism((ground, *parts.links), (PinDrive("crank", "O"),), drawing)
-    return Case("Watt six-bar", mechanism, tuple(parts.sections))
+    return Case("Watt six-bar", with_rotary_inertia(mechanism, parts.sections), tuple(parts.sections))
 
 
 def of_exudyn(case: Case, speed: float, beta: float, turns: int, elements: int) -> Any:

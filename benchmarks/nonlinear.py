@@ -21,7 +21,7 @@ import measuring  # noqa: F401  before numpy: one core
 import numpy as np
 from exudyn_beams import add_beam
 
-from elastic import Section
+from elastic import Section, with_rotary_inertia
 from fem_check.nonlinear import nonlinear_steady_state, nonlinear_transient
 from rigid import Beam, ConstantSpeed, Link, Mechanism, PinDrive, Segment, SegmentedLaw, motion
 
@@ -61,10 +61,12 @@ def cases() -> tuple[Case, Case]:
     drawing = {"O": 0, "A": 0.1, "B": 0.28 + 0.24j, "D": 0.35}
     four_bar = Mechanism(links, (PinDrive("crank", "O"),), drawing)
     speed = 60.0
+    soft, steel = section_of(0.02, 0.02, 2e8), section_of(0.006, 0.01, E)
+    swung, four_bar = with_rotary_inertia(swung, [soft]), with_rotary_inertia(four_bar, [steel] * 3)
     return (
-        Case("arm", swung, section_of(0.02, 0.02, 2e8), law, 0.5, 5e-4, 1e-3, (0, 1.0)),
+        Case("arm", swung, soft, law, 0.5, 5e-4, 1e-3, (0, 1.0)),
         Case(
-            "four-bar", four_bar, section_of(0.006, 0.01, E), ConstantSpeed(0.0, speed), 2 * math.pi / speed,
+            "four-bar", four_bar, steel, ConstantSpeed(0.0, speed), 2 * math.pi / speed,
             2 * math.pi / speed / 2880, 40e-6, (1, 0.5),
         ),
     )  # fmt: skip

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from random_mechanisms import Draw, Drawn, apex, drawn, reached
 
-from elastic import JointCompliance, Section
+from elastic import JointCompliance, Section, with_rotary_inertia
 from elastic.vibration import natural_frequencies
 from kinelast.scene.course import CourseByLaws, Run
 from kinelast.scene.data import Scene
@@ -65,7 +65,7 @@ def scene_of(mechanism: Mechanism, sections: Any, laws: Any, run: Run, title: st
         name=title,
         title=title,
         source="",
-        course=CourseByLaws(mechanism, tuple(laws), run, "drawn at random"),
+        course=CourseByLaws(with_rotary_inertia(mechanism, sections), tuple(laws), run, "drawn at random"),
         sections=tuple(sections),
         labels=labels,
         joints=joints or {},

@@ -5,7 +5,7 @@ Needs numpy and `rigid` only. What the fields mean for a design is in `elastic.a
 """
 
 from elastic.beams.cross_sections import SHAPES, Shape, box, circle, i_section, rectangle, section_of, tapered, tube
-from elastic.beams.section import RIGID, JointCompliance, Section, Taper
+from elastic.beams.section import RIGID, JointCompliance, Section, Taper, with_rotary_inertia
 from elastic.chunks import deflection_in_chunks
 from elastic.cycle_maxima import cycle_maxima
 from elastic.derived import coefficients
@@ -48,6 +48,7 @@ __all__ = [
     "section_of",
     "tapered",
     "tube",
+    "with_rotary_inertia",
 ]
 
 

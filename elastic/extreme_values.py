@@ -92,8 +92,8 @@ def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:
 def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[str]) -> dict[str, Extreme]:
     """Extremes of the wanted fields of a chain of integrals, and of the chord deflection, with turning points by M.
 
-    Strain and shear make the derivative of u and w another than the field before it; strain that no force makes, and
-    section forces in the axes of turned sections, do so with all fields.
+    Strain and shear make the derivative of u and w another than the field before it, couples that of M; strain that no
+    force makes, and section forces in the axes of turned sections, do so with all fields.
     """
     needed = [chain.index(key) for key in ("phi" if key == "chord" else key for key in wanted) if key in chain[1:]]
     if not needed:
@@ -105,7 +105,7 @@ def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[
     turning: Reals | tuple[()] = zeros_of(load, turning_points(load))
     for field in chain[1 : max(needed) + 1]:
         values = coefficients(deflection, field)
-        if turned or (not bare and field in ("u", "w")):
+        if turned or (not bare and field in ("u", "w")) or (field == "M" and deflection.couple is not None):
             turning = turning_points(values)
         marks, heights = at_marks(values, turning)
         if field in wanted:

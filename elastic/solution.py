@@ -55,7 +55,8 @@ class Deflection:
     Attributes
     ----------
     N, V, M
-        Axial force (tension positive) [N], shear force [N], bending moment [N m]: N' = -q_x, V' = q_y, M' = V.
+        Axial force (tension positive) [N], shear force [N], bending moment [N m]: N' = -q_x, V' = q_y, M' = V less
+        `couple`.
     u, w, phi
         Longitudinal and transverse displacement [m] and rotation of the section [rad] from the rigid position.
     motion, sections, joints
@@ -79,6 +80,9 @@ class Deflection:
         The same before positions were made nan; None where none was.
     added
         Loads besides the motion's, such as those of vibration.
+    couple
+        Moments per length that turn the sections [N], in powers of xi, shape (k, beams, ..., positions), with which
+        M' = V - couple; None without.
     """
 
     motion: Motion
@@ -94,6 +98,7 @@ class Deflection:
     compliance: Compliance
     unmarked: Deflection | None = None
     added: AddedLoads | None = None
+    couple: Coefficients | None = None
 
     def __repr__(self) -> str:
         return f"Deflection({len(self.sections)} beams, columns {self.motion.columns})"
@@ -234,6 +239,7 @@ def deflection(
         blocks=response.blocks,
         compliance=problem.compliance,
         added=added,
+        couple=problem.loads.couple,
     )
     locked = bool(forces.friction) and np.any(forces.locked)
     if not (motion.may_be_singular or locked) or not solved.lost.any():

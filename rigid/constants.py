@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -31,6 +31,8 @@ class BeamConstants:
         [m], [kg/m], at the start.
     mass_taper
         Coefficients of the mass per length relative to that at the start, shape (n, beams, ..., 1).
+    rotary
+        Coefficients of the rotary inertia per length [kg m], shape (n, beams, ..., 1); None where no beam has any.
     """
 
     link: slice | list[int]
@@ -39,6 +41,7 @@ class BeamConstants:
     length: Reals
     mass_per_length: Reals
     mass_taper: Reals
+    rotary: Reals | None
 
     @cached_property
     def aligned(self) -> bool:
@@ -72,12 +75,16 @@ def beam_constants(mechanism: Mechanism, ndim: int) -> BeamConstants:
     first = links[0] if links else 0
     row = slice(first, first + len(links)) if links == list(range(first, first + len(links))) else links
     mass = per_row(masses, ndim, float)
-    return BeamConstants(row, per_row(starts, ndim, complex), vector / length, length, mass, _tapers(mechanism, ndim))
+    tapers = _tapers([beam.mass_taper for _, beam in mechanism.beams], ndim)
+    rotary: Any = None
+    if any(np.any(beam.rotary_inertia) for _, beam in mechanism.beams):
+        rotary = per_row([beam.rotary_inertia for _, beam in mechanism.beams], ndim, float)
+        rotary = rotary * _tapers([beam.rotary_taper for _, beam in mechanism.beams], ndim)
+    return BeamConstants(row, per_row(starts, ndim, complex), vector / length, length, mass, tapers, rotary)
 
 
-def _tapers(mechanism: Mechanism, ndim: int) -> Reals:
-    """Polynomials of the masses per length, filled up with zeros to one degree."""
-    tapers = [beam.mass_taper for _, beam in mechanism.beams]
+def _tapers(tapers: Sequence[tuple[float, ...]], ndim: int) -> Reals:
+    """Polynomials along the beams, filled up with zeros to one degree."""
     table = np.zeros((max(map(len, tapers), default=1), len(tapers), *(1,) * ndim))
     for number, taper in enumerate(tapers):
         table[: len(taper), number] = np.reshape(taper, (-1, *(1,) * ndim))
@@ -116,6 +123,8 @@ def _beam_moments(beam: Beam, start: Complex, end: Complex) -> tuple[Real, Compl
         for more in (1, 2, 3)
     )
     second = mass * np.abs(start) ** 2 + 2 * once * dot(start, vector) + twice * np.abs(vector) ** 2
+    turned = sum(part / (k + 1) for k, part in enumerate(beam.rotary_taper))
+    second = second + beam.rotary_inertia * np.abs(vector) * turned
     return mass, mass * start + once * vector, second
 
 

@@ -75,7 +75,8 @@ class Mechanism:
         """Shape of its parameters: () or (designs, 1)."""
         values: list[Any] = [self.gravity, *self.drawing.values()]
         for link in self.links:
-            values += [*link.points.values(), *(beam.mass_per_length for beam in link.beams)]
+            values += link.points.values()
+            values += [value for beam in link.beams for value in (beam.mass_per_length, beam.rotary_inertia)]
             values += [value for lump in link.lumps for value in (lump.mass, lump.inertia, lump.offset)]
         values += [value for part in self.fixed_angles for value in part.lengths]
         for load in self.loads:

@@ -58,13 +58,16 @@ class Beam:
     """A straight piece of a link, from one of the link's points to another.
 
     Its own axes: x' from `start` to `end`, y' = i x'. `mass_per_length` [kg/m] is that at its start, `mass_taper` the
-    polynomial in xi = x'/l by which it is multiplied along the beam.
+    polynomial in xi = x'/l by which it is multiplied along the beam. `rotary_inertia` [kg m] is the moment of inertia
+    of its sections per length, rho I, at its start and likewise multiplied; 0 of a line of mass.
     """
 
     start: str
     end: str
     mass_per_length: Real = 0.0
     mass_taper: tuple[float, ...] = (1.0,)
+    rotary_inertia: Real = 0.0
+    rotary_taper: tuple[float, ...] = (1.0,)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elastic import Section, sample
+from elastic import Section, sample, with_rotary_inertia
 from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error
 from fem_check.nonlinear import nonlinear_steady_state, refined_deflection
 from kinelast.runs.compute import computed
@@ -54,7 +54,8 @@ def apart(one, other, least=0.0):
 def case(request):
     given = request.param
     sections = [Section(EA, EI, kGA, area=A, inertia=inertia) for EA, EI, kGA, A, inertia in given["sections"]]
-    return mechanism_of(given), sections, given["speed"], given["beta"], np.array(given["chord"])
+    mechanism = with_rotary_inertia(mechanism_of(given), sections)
+    return mechanism, sections, given["speed"], given["beta"], np.array(given["chord"])
 
 
 def test_the_nonlinear_check(case):

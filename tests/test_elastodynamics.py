@@ -21,6 +21,7 @@ from elastic import (
     deflection,
     extremes,
     sample,
+    with_rotary_inertia,
 )
 from elastic.elastodynamics import Damping, elastodynamic, speed_map, theory_error, transient
 from elastic.elastodynamics.correction import corrected
@@ -88,16 +89,17 @@ class TestSlowMotion:
         assert errors[1] / errors[0] == pytest.approx(4, rel=0.02)
 
     def test_sections_turn_with_their_links(self):
-        """A stubby arm swung slowly: the drive feels (rho A l^3/3 + rho I l) theta'', I = 0 where unknown."""
-        arm = Mechanism((Link("ground", {"O": 0}), Link("arm", {"O": 0, "A": 0.5}, (Beam("O", "A", 80.0),))),
-                        (PinDrive("arm", "O"),), {"O": 0, "A": 0.5})  # fmt: skip
+        """A stubby arm swung slowly: the drive feels (rho A l^3/3 + rho I l) theta''."""
+        bar = Link("arm", {"O": 0, "A": 0.5}, (Beam("O", "A", 80.0),))
+        bare = Mechanism((Link("ground", {"O": 0}), bar), (PinDrive("arm", "O"),), {"O": 0, "A": 0.5})
         times = np.linspace(0.0, 2 * math.pi, 12, endpoint=False)
 
-        def motion_at(t):
-            return motion(arm, 0.3 * np.sin(t), 0.3 * np.cos(t), -0.3 * np.sin(t), t)
+        section = Section(2e9, 2e9 * 0.1**2, 7e8, area=0.01, inertia=0.01 * 0.1**2)
+        for arm, gyration in ((with_rotary_inertia(bare, [section]), 0.1), (bare, 0.0)):
 
-        for area, gyration in ((0.01, 0.1), (math.nan, 0.0)):
-            section = Section(2e9, 2e9 * 0.1**2, 7e8, area=area, inertia=area * 0.1**2)
+            def motion_at(t, arm=arm):
+                return motion(arm, 0.3 * np.sin(t), 0.3 * np.cos(t), -0.3 * np.sin(t), t)
+
             found = elastodynamic(motion_at(times), motion_at, 2 * math.pi, [section], damping=0.0).deflection
             inertia = 80 * 0.5 * (0.5**2 / 3 + gyration**2)
             efforts = drive_efforts(found.motion, found.forces)[0]

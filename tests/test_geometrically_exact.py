@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mechanisms import ALL, steel_four_bar
 
-from elastic import Section, displacement_of, extremes, reference_deflection, sample
+from elastic import Section, displacement_of, extremes, reference_deflection, sample, with_rotary_inertia
 from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error
 from elastic.elastodynamics.exact_steps import exact_deflection, settled_links
 from fem_check.nonlinear import nonlinear_steady_state
@@ -160,6 +160,7 @@ def test_springs_lumps_beside_their_points_and_loads_that_turn():
     drives = (PinDrive("arm", "O"), PinDrive("lever", "A", on="arm"))
     mechanism = Mechanism((ground, arm, lever), drives, drawing, loads=loads, gravity=-9.81j)
     sections, speed, count = (Section(EA=1e6, EI=40.0, kGA=2e5, area=1e-4, inertia=4e-9),), 8.0, 64
+    mechanism = with_rotary_inertia(mechanism, sections)
     period = 2 * math.pi / speed
     laws = [lambda t: (speed * t, np.full_like(t, speed), 0 * t), lambda t: (0.4 * np.sin(speed * t), 0 * t, 0 * t)]
 

@@ -12,7 +12,7 @@ from mechanisms import steel_four_bar
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigvals
 
-from elastic import RIGID, Section, deflection, sample
+from elastic import RIGID, Section, deflection, sample, with_rotary_inertia
 from fem_check.nonlinear import (
     DoesNotCloseError,
     estimated_errors,
@@ -57,7 +57,7 @@ def arm(*, drives=TURNED, mass=2.0, lumps=(), loads=(), gravity=0.0):
 
 def steel_four_bar_of_known_area():
     section = Section(210e9 * 6e-5, 37.8, area=6e-5, inertia=1.8e-10)
-    return steel_four_bar().mechanism, [section] * 3
+    return with_rotary_inertia(steel_four_bar().mechanism, [section] * 3), [section] * 3
 
 
 def steady_four_bar(speed, elements, positions, beta=40e-6):
@@ -228,6 +228,7 @@ def test_without_damping_energy_stays():
     """A soft bar let go, large displacements: kinetic, stored and weight, to second order in the step."""
     mechanism = arm(drives=(), gravity=-10j)
     section = Section(1e5, 10.0, 1e4, area=1e-2, inertia=1e-6)
+    mechanism = with_rotary_inertia(mechanism, [section])
     lost = []
     for step in (2e-3, 1e-3):
         found = nonlinear_transient(mechanism, [section], [], [0.0, 0.25, 0.5], step, 4, dissipation=0.0)
@@ -346,7 +347,7 @@ def test_frame_of_two_beams():
         Section(E * A, E * inertia, 5 / 6 * E / 2.6 * A, area=A, inertia=inertia)
         for E, A, inertia in ((70e9, first**2, first**4 / 12), (210e9, first * second, second * first**3 / 12))
     ]
-    found = frequencies(mechanism, sections, 0.0, 12) / (2 * math.pi)
+    found = frequencies(with_rotary_inertia(mechanism, sections), sections, 0.0, 12) / (2 * math.pi)
     assert found[:3] == pytest.approx([0.9614, 7.037, 16.67], rel=2.2e-3)
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from elastic import JointCompliance, Section, Taper, deflection, sample
+from elastic import JointCompliance, Section, Taper, deflection, sample, with_rotary_inertia
 from fem_check.nonlinear import DoesNotCloseError, NotCheckedError, nonlinear_equilibrium
 from rigid import (
     Beam,
@@ -248,7 +248,7 @@ def everything():
     drawing = {"O": 0, "A": 0.6 + 0.8j, "B": 2.5 + 0.2j, "D": 2.0 + 0.1j, "C": 1.6 + 1.0j, "W": 2.3 + 0.1j}
     mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, (slider,), -9.81j, loads, gears)
     sections = [Section(2e3, 5.0, 500.0, area=1.0, inertia=0.01), Section(1e3, 4.0), Section(1e3, 4.0)]
-    return mechanism, sections
+    return with_rotary_inertia(mechanism, sections), sections
 
 
 def test_tangents_are_the_derivatives_of_the_residual():

@@ -112,7 +112,7 @@ def test_a_field_that_the_script_has_no_formula_for_is_stored(monkeypatch):
     monkeypatch.setattr(
         data, "coefficients", lambda bent, field: field if field == "work" else coefficients(bent, field)
     )
-    assert set(data.field_coefficients(results)) == {"N", "M", "u", "w", "phi", "work"}
+    assert set(data.field_coefficients(results)) == {"N", "V", "M", "u", "w", "phi", "work"}
 
 
 def test_the_figures_are_those_of_the_summary(steel, reports):

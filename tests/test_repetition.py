@@ -125,6 +125,32 @@ class TestRuns:
         assert (run.duration, run.turn) == (pytest.approx(2 * pi / 10), True)
 
 
+class TestTold:
+    """What the command says of durations and loads that a user may have meant otherwise."""
+
+    def about(self, text, *edits):
+        results = computed(scene_from_text(edited(text, *edits)), Request(theory="quasi-static"))
+        return [(each.level, each.text) for each in findings(results) if "ycle" in each.heading]
+
+    def test_a_duration_of_one_turn_that_is_not_the_cycle(self):
+        one = ("positions = 480", "positions = 12\nduration = 0.15707963267948966")
+        ((level, words),) = self.about(TWO_CRANKS, one)
+        assert level == "caution"
+        assert "one of 2 parts of it, 314.2 ms" in words
+
+    def test_a_duration_of_several_cycles(self):
+        ((level, words),) = self.about(FOUR_BAR, ('"100 rad/s"', '"3000 rpm"'), ("[run]", '[run]\nduration = "60 ms"'))
+        assert (level, "is 3 cycles of 20 ms" in words) == ("open", True)
+
+    @pytest.mark.parametrize(("last", "jumps"), [(1, False), (0.25, True)])
+    def test_a_load_that_does_not_end_as_it_begins(self, last, jumps):
+        load = f'[[loads]]\nlink = "rocker"\npoint = "B"\nforce = [1, 0]\ntable = [[0, 1], [0.03, 2], [0.1, {last}]]\n'
+        told = self.about(FOUR_BAR, ("[run]", load + "[run]"), ('"100 rad/s"', '"600 rpm"'))
+        assert (
+            any("ends the cycle at 0.25 times its size and begins the next at 1" in words for _, words in told) is jumps
+        )
+
+
 class TestAnswers:
     """Vibration in the cycle of the whole mechanism."""
 

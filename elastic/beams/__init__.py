@@ -13,7 +13,7 @@ from elastic.beams.cross_sections import (
     tapered,
     tube,
 )
-from elastic.beams.section import RIGID, JointCompliance, Section, Taper
+from elastic.beams.section import RIGID, JointCompliance, Section, Taper, with_rotary_inertia
 
 __all__ = [
     "POISSON",
@@ -31,6 +31,7 @@ __all__ = [
     "section_of",
     "tapered",
     "tube",
+    "with_rotary_inertia",
 ]
 
 

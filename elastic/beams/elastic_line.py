@@ -14,7 +14,7 @@ from rigid.arrays import Numbers
 
 
 def section_forces(
-    q: VectorCoefficients, pull: VectorPerBeam, twist: PerBeam, compliance: Compliance
+    q: VectorCoefficients, couple: Coefficients | None, pull: VectorPerBeam, twist: PerBeam, compliance: Compliance
 ) -> tuple[Coefficients, Coefficients, Coefficients]:
     """N, V, M by equilibrium of the piece beyond a section, exact for a load of any degree.
 
@@ -22,6 +22,8 @@ def section_forces(
     ----------
     q
         q_x + i q_y in powers of xi [N/m], shape (n, beams, ..., positions).
+    couple
+        Moment per length in powers of xi [N], shape (k, beams, ..., positions), with which M' = V - couple; or None.
     pull, twist
         Force in the beam's axes [N], complex, and moment [N m] on its end, shape (beams, ..., positions).
     compliance
@@ -29,15 +31,17 @@ def section_forces(
 
     Returns
     -------
-    Coefficients of N and V, shape (n + 1, ...), and of M, shape (n + 2, ...).
+    Coefficients of N and V, shape (n + 1, ...), and of M, shape (max(n + 2, k + 1), ...).
     """
     along = compliance.integrals[0]
     beyond = np.empty((len(q) + 1, *pull.shape), complex)
     np.multiply(q, -along[: len(q)], out=beyond[1:])
     np.subtract(pull, _sum(beyond[1:]), out=beyond[0])
     N, V = np.ascontiguousarray(beyond.real), -beyond.imag
-    M = np.empty((len(q) + 2, *pull.shape))
-    np.multiply(V, along[: len(V)], out=M[1:])
+    M = np.zeros((max(len(q) + 2, 1 + len(couple if couple is not None else ())), *pull.shape))
+    np.multiply(V, along[: len(V)], out=M[1 : len(V) + 1])
+    if couple is not None:
+        M[1 : len(couple) + 1] -= couple * along[: len(couple)]
     np.subtract(twist, _sum(M[1:]), out=M[0])
     return N, V, M
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rigid import Reals
+from rigid import Beam, Mechanism, Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +69,39 @@ class Section:
 
     def __repr__(self) -> str:
         return f"Section(EA={_told(self.EA)}, EI={_told(self.EI)}{', tapered' if self.taper else ''})"
+
+
+def with_rotary_inertia(mechanism: Mechanism, sections: Sequence[Section]) -> Mechanism:
+    """The mechanism with the rotary inertia of its beams' sections, m I/A per length.
+
+    Parameters
+    ----------
+    sections
+        One per beam, in the order of `Mechanism.beams`; those that do not tell their area and second moment have none.
+
+    Raises
+    ------
+    ValueError
+        A beam's mass does not change along it as the area of its section does.
+    """
+    of_beam = iter(sections)
+    links = [
+        link if not number else replace(link, beams=tuple(_turning(beam, next(of_beam)) for beam in link.beams))
+        for number, link in enumerate(mechanism.links)
+    ]
+    return replace(mechanism, links=tuple(links))
+
+
+def _turning(beam: Beam, section: Section) -> Beam:
+    square = np.asarray(section.inertia) / np.asarray(section.area)
+    if not np.isfinite(square).all():
+        return beam
+    taper = section.taper
+    if taper is not None and beam.mass_taper != taper.EA:
+        raise ValueError(f"mass along a beam {beam.mass_taper} times that at its start, its area {taper.EA} times")
+    return replace(
+        beam, rotary_inertia=beam.mass_per_length * square, rotary_taper=taper.EI if taper else beam.mass_taper
+    )
 
 
 def _told(value: float | Reals) -> str:

@@ -19,7 +19,7 @@ import numpy as np
 from elastic.elastodynamics.displaced_points import Turned, bare_links, point_loads
 from elastic.elastodynamics.displacements import Displacements
 from elastic.elastodynamics.elastic_structure import ElasticStructure
-from elastic.elastodynamics.equations_of_motion import mass_rows, masses, rotary_moments
+from elastic.elastodynamics.equations_of_motion import mass_rows, masses
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.strains import rigidities
 from elastic.elastodynamics.vibration_loads import (
@@ -116,8 +116,7 @@ def exact_loads(now: Displaced) -> ExactLoads:
     strain = strain_of(structure, section - damped_N - 1j * damped_Q)
     across = (np.conj(1 + strain) * section - P).imag
     if structure.rotary.any():
-        spun = inertia[:, size : 2 * size].real - rotary_moments(structure, motion)
-        across += spun.reshape(-1, *shape) / structure.weights
+        across += inertia[:, size : 2 * size].real.reshape(-1, *shape) / structure.weights
     gathered = GatheredLoads(structure, len(phi))
     force = inertia[:, :size].reshape(-1, *shape)
     if problem.felt.turning is not None:

@@ -15,7 +15,7 @@ import numpy as np
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.clamped_shapes import SCALES, clamped_link
 from elastic.links.beam_trees import root_of, trees_of
-from elastic.vibration.beam_matrices import rotary_inertia
+from elastic.vibration.beam_matrices import masses_along
 from rigid import Mechanism, Motion, structure
 from rigid.arrays import Columns, Complexes, Reals
 
@@ -95,7 +95,7 @@ def elastic_structure(
         for name, (move, turn) in clamped.nodes.items():
             nodes[at, name] = np.zeros(size, complex), np.zeros(size)
             nodes[at, name][0][columns], nodes[at, name][1][columns] = move, turn
-    xi, length, weights, mass, rotary = _masses(mechanism, sections, points)
+    xi, length, weights, mass, rotary = _masses(mechanism, points)
     return ElasticStructure(
         mechanism, tuple(sections), xi, length, weights, mass, rotary, fields, nodes, soft, stiffness
     )
@@ -103,25 +103,24 @@ def elastic_structure(
 
 def _tapers(mechanism: Mechanism, sections: Sequence[Section]) -> int:
     """Highest degree of the tapers of masses and rigidities along the beams."""
-    degrees = [len(beam.mass_taper) - 1 for _, beam in mechanism.beams]
+    degrees = [max(len(beam.mass_taper), len(beam.rotary_taper)) - 1 for _, beam in mechanism.beams]
     degrees += [max(len(part.taper.EI), len(part.taper.EA), len(part.taper.kGA)) - 1 for part in sections if part.taper]
     return max(degrees, default=0)
 
 
-def _masses(mechanism: Mechanism, sections: Sequence[Section], points: int) -> tuple[Any, Any, Any, Any, Any]:
+def _masses(mechanism: Mechanism, points: int) -> tuple[Any, Any, Any, Any, Any]:
     """Gauss points, lengths, weights, masses and moments of inertia of all beams."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
     xi = (nodes + 1) / 2
     lengths, masses, rotary = (
-        np.zeros(len(sections)),
-        np.zeros((len(sections), points)),
-        np.zeros((len(sections), points)),
+        np.zeros(len(mechanism.beams)),
+        np.zeros((len(mechanism.beams), points)),
+        np.zeros((len(mechanism.beams), points)),
     )
-    for number, ((at, beam), section) in enumerate(zip(mechanism.beams, sections, strict=True)):
+    for number, (at, beam) in enumerate(mechanism.beams):
         ends = mechanism.links[at].points
         lengths[number] = np.ravel(np.abs(ends[beam.end] - ends[beam.start]))[0]
-        masses[number] = np.ravel(beam.mass_per_length)[0] * np.polynomial.polynomial.polyval(xi, beam.mass_taper)
-        rotary[number] = rotary_inertia(section, masses[number], xi)
+        masses[number], rotary[number] = masses_along(beam, xi)
     integral = lengths[:, None] * (weights / 2)
     return xi, lengths, integral, masses * integral, rotary * integral
 

@@ -85,23 +85,6 @@ def mass_rows(structure: ElasticStructure, motion: Motion, chosen: Points, moved
     return np.concatenate(rows, axis=1)
 
 
-def unit_rotations(kinds: Kinematics) -> Reals:
-    """Rotations of the sections at the points of a grid per unit of the basis, shape (points, sections, r)."""
-    phi: Reals = kinds.unit.phi[1:]
-    return phi.reshape(len(phi), -1, phi.shape[-1])
-
-
-def rotary_moments(structure: ElasticStructure, motion: Motion) -> Reals:
-    """Moments that turn the sections with their rigid links [N m], at the points of a grid, (points, sections).
-
-    The quasi-static answer leaves them out: its loads are of lines of mass.
-    """
-    links = [at for at, _ in motion.mechanism.beams]
-    moments = np.broadcast_to(motion.angular_acceleration, (len(motion.mechanism.links), *motion.columns))
-    turned: Reals = moments[links].T[1:, :, None] * structure.rotary
-    return turned.reshape(len(turned), -1)
-
-
 @dataclass(frozen=True, eq=False)
 class GeometricStiffness:
     """Geometric stiffness: the forces of the rigid motion on displaced links, at some positions.
@@ -248,7 +231,4 @@ def problem(terms: MotionTerms, bent: Deflection, speed: float = 1.0) -> Problem
             viscous = viscous + row * cause[1:, None]
             stiffness = stiffness + row * terms.grid.rates(cause)[0][:, None]
     load = (terms.strains.swapaxes(-1, -2) @ given_forces(kinds.structure, bent)[1:, :, None])[..., 0]
-    if kinds.structure.rotary.any():
-        rotations = unit_rotations(kinds)
-        load = load - (rotations.swapaxes(-1, -2) @ rotary_moments(kinds.structure, bent.motion)[..., None])[..., 0]
     return Problem(terms, Equations(faster * terms.mass, viscous, stiffness, load), felt, speed)

@@ -16,7 +16,7 @@ from numpy.polynomial import legendre
 
 from elastic.elastodynamics.displacements import UNDER, Displacements
 from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
-from elastic.elastodynamics.equations_of_motion import Problem, mass_rows, masses, rotary_moments
+from elastic.elastodynamics.equations_of_motion import Problem, mass_rows, masses
 from elastic.elastodynamics.point_effects import lumps_of, sliding_rows
 from elastic.elastodynamics.strains import rigidities
 from elastic.elastodynamics.time_grid import Grid
@@ -151,8 +151,7 @@ def _of_beams(gathered: GatheredLoads, found: Problem, motion: Motion, slope: Re
     gathered.along_beams(np.conj(directions)[..., None] * force / structure.weights)
     flux = -felt.pull[1:] * slope
     if structure.rotary.any():
-        turned = inertia[:, size : 2 * size].real - rotary_moments(structure, motion)
-        flux = flux + turned.reshape(shape)
+        flux = flux + inertia[:, size : 2 * size].real.reshape(shape)
     return flux / structure.weights
 
 

@@ -38,7 +38,7 @@ class LinkResponse:
 
 def clamped_response(configuration: Configuration, compliance: Compliance, loads: LinkLoads) -> LinkResponse:
     """Section forces and displacements of links clamped at their roots, rings cut open."""
-    N, V, M = section_forces(loads.q, *end_loads(configuration, loads), compliance)
+    N, V, M = section_forces(loads.q, loads.couple, *end_loads(configuration, loads), compliance)
     for block in loads.blocks:
         _before_block(N, V, M, compliance.length, block)
     amplitudes, ends = elastic_line(N, V, M, compliance)

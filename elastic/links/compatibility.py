@@ -27,7 +27,7 @@ from elastic.links.sliding_blocks import block_loads
 from rigid import JointForces, Motion
 from rigid.arrays import Columns, Complexes, Numbers, Reals
 from rigid.closures import UNSTRESSED
-from rigid.kinetostatics import beam_loads
+from rigid.kinetostatics import beam_couples, beam_loads
 from rigid.plane import dot
 
 
@@ -57,13 +57,15 @@ def problem_of(
     nodes, q = node_loads(motion, configuration.trees), beam_loads(motion)
     if more is not None:
         nodes, q = with_points(nodes, configuration.trees, more.points), added(q, more.q)
-    compliance = compliance_of(motion.mechanism, sections, len(motion.columns), len(q) + 2)
+    couple = beam_couples(motion)
+    powers = len(q) + 2 if couple is None else max(len(q) + 2, len(couple) + 1)
+    compliance = compliance_of(motion.mechanism, sections, len(motion.columns), powers)
     return ElasticProblem(
         motion,
         configuration,
         compliance,
         joints,
-        LinkLoads(nodes, q, strain=None if more is None else more.strain),
+        LinkLoads(nodes, q, strain=None if more is None else more.strain, couple=couple),
         more,
     )
 

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from elastic.arrays import PerBeam, VectorCoefficients, VectorPerBeam
+from elastic.arrays import Coefficients, PerBeam, VectorCoefficients, VectorPerBeam
 from elastic.beams.blocks import Block
 from elastic.beams.compliance import Compliance
 from elastic.beams.section import JointCompliance
@@ -99,12 +99,15 @@ class LinkLoads:
         Of sliders' blocks on beams.
     strain
         That no force makes, as of `AddedLoads`.
+    couple
+        Moments per length along beams in powers of xi [N], shape (n, beams, ..., positions); None without.
     """
 
     nodes: NodeLoads
     q: VectorCoefficients
     blocks: tuple[Block, ...] = ()
     strain: VectorCoefficients | None = None
+    couple: Coefficients | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -108,6 +108,8 @@ def _own_load(configuration: Configuration, k: int, loads: LinkLoads) -> tuple[C
     length, q = configuration.length[k], loads.q
     force = length * np.tensordot(1.0 / np.arange(1, len(q) + 1), q[:, k], 1)
     moment = length**2 * np.tensordot(1.0 / np.arange(2, len(q) + 2), q[:, k].imag, 1)
+    if loads.couple is not None:
+        moment = moment + length * np.tensordot(1.0 / np.arange(1, len(loads.couple) + 1), loads.couple[:, k], 1)
     for block in loads.blocks:
         if block.beam == k:
             force = force + block.force

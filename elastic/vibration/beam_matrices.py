@@ -7,7 +7,6 @@ Vibration 151 (1991) 263-289). With none of them the stiffness is exact for load
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -17,6 +16,7 @@ from numpy.polynomial import Polynomial
 
 from elastic.arrays import Matrices
 from elastic.beams.section import Section
+from rigid import Beam
 from rigid.arrays import Integers, Reals
 
 ENDS = 6  # coordinates of a beam's ends: u, w, phi of either
@@ -117,28 +117,22 @@ def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Matrice
     return stiffness
 
 
-def rotary_inertia(section: Section, mass: Reals, xi: Reals) -> Reals:
-    """Moment of inertia per length of Timoshenko's beam, r^2 times its mass per length at stations; 0 if not known."""
-    square = float(np.ravel(np.asarray(section.inertia) / np.asarray(section.area))[0])
-    if not (np.isfinite(np.ravel(section.kGA)[0]) and math.isfinite(square)):
-        return np.zeros(len(xi))
-    tapers = [getattr(section.taper, name) if section.taper else (1.0,) for name in ("EI", "EA")]
-    over, under = (np.polynomial.polynomial.polyval(xi, taper) for taper in tapers)
-    return mass * square * over / under
+def masses_along(beam: Beam, xi: Reals) -> tuple[Reals, Reals]:
+    """Mass [kg/m] and rotary inertia [kg m] per length of a beam of one design at stations."""
+    mass, rotary = (
+        np.asarray(float(np.ravel(start)[0]) * np.polynomial.polynomial.polyval(xi, taper), float)
+        for start, taper in ((beam.mass_per_length, beam.mass_taper), (beam.rotary_inertia, beam.rotary_taper))
+    )
+    return mass, rotary
 
 
-def vibrating_beam(
-    length: float, section: Section, mass_per_length: float, mass_taper: tuple[float, ...], inner: int
-) -> VibratingBeam:
+def vibrating_beam(length: float, section: Section, beam: Beam, inner: int) -> VibratingBeam:
     """A beam with `inner` polynomials for either direction; one design.
 
-    With finite kGA, Timoshenko's beam, with the rotary inertia of the section where its area and second moment are
-    known; else Euler and Bernoulli's.
+    With finite kGA Timoshenko's, else Euler and Bernoulli's, both with the rotary inertia that they have.
     """
     shapes = beam_shapes(length, section, inner, inner + MARGIN)
-    taper: Any = np.polynomial.polynomial.polyval(shapes.xi, mass_taper)
-    mass_there: Reals = mass_per_length * taper
-    rotary = rotary_inertia(section, mass_there, shapes.xi)
+    mass_there, rotary = masses_along(beam, shapes.xi)
     mass: Matrices = sum(
         shape.T @ ((length * shapes.weights * weight)[:, None] * shape)
         for shape, weight in ((shapes.u, mass_there), (shapes.w, mass_there), (shapes.phi, rotary))

@@ -97,8 +97,7 @@ def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> Vibra
         vibrating_beam(
             abs(complex(link.points[beam.end] - link.points[beam.start])),
             section,
-            float(beam.mass_per_length),
-            beam.mass_taper,
+            beam,
             inner,
         )
         for beam, section in zip(link.beams, sections, strict=True)
@@ -173,7 +172,12 @@ def of_design(link: Link, sections: Sequence[Section], scale: float, design: int
     """
     points = {name: complex(one_of(place, design)) / scale for name, place in link.points.items()}
     beams = tuple(
-        replace(beam, mass_per_length=float(one_of(beam.mass_per_length, design)) * scale) for beam in link.beams
+        replace(
+            beam,
+            mass_per_length=float(one_of(beam.mass_per_length, design)) * scale,
+            rotary_inertia=float(one_of(beam.rotary_inertia, design)) / scale,
+        )
+        for beam in link.beams
     )
     lumps = tuple(
         replace(
@@ -206,7 +210,9 @@ def divided(
         for (low, near), (high, far) in pairwise(stops):
             points[near], points[far] = start + low * vector, start + high * vector
             first, taper = _part(beam.mass_taper, low, high)
-            beams.append(Beam(near, far, beam.mass_per_length * first, taper))
+            turned, rotary_taper = _part(beam.rotary_taper, low, high)
+            of_part = beam.mass_per_length * first, taper, beam.rotary_inertia * turned, rotary_taper
+            beams.append(Beam(near, far, *of_part))
             parts.append(section if section.taper is None else _part_of(section, section.taper, low, high))
     return Link(link.name, points, tuple(beams), link.lumps), parts
 

@@ -86,20 +86,20 @@ def balance(
     granted
         Where the links vibrate, as much as the answer may be off in time and in its coordinates.
     exact
-        Displacements of any size are in the answer, with the rotary inertia of the sections as they are carried; else
+        Displacements of any size are in the answer; else
         their products are left out, as linear elastodynamics leaves them out.
     transient
         Of links that vibrate and do not come back: the rate of what their displacement adds is found by differences
         in time too, at positions far enough from where it is not smooth.
     """
     motion = deflection.motion
-    masses = masses_of(motion.mechanism, deflection.sections)
+    masses = masses_of(motion.mechanism)
     with np.errstate(invalid="ignore", divide="ignore"):
         centre = _centre(motion)
         arm = places(motion, masses) - centre
         rates = rates_of(motion, masses, motion_near, span)
         inertia = masses.mass * rates.acceleration
-        rotary = (masses.inertia + masses.section * exact) * rates.rotation
+        rotary = masses.inertia * rates.rotation
         force, moment = applied(motion, masses, centre)
         out_of_force = inertia.sum(axis=0) - force + deflection.forces.ground_force
         out_of_moment = (cross(arm, inertia) + rotary).sum(axis=0) - moment + ground_moment(deflection, centre)

@@ -35,7 +35,7 @@ def of_displacements(deflection: Deflection, masses: Masses, centre: Any, cycle:
     moved, turned = displacements(deflection)
     speed = rate_of(moved, cycle)
     spin = masses.mass * (cross(arm, speed) + cross(moved, velocity + exact * speed))
-    spin = spin + (masses.inertia + masses.section) * rate_of(turned, cycle).real
+    spin = spin + masses.inertia * rate_of(turned, cycle).real
     rate = rate_of((masses.mass * speed).sum(axis=0), cycle)
     return rate, rate_of(spin.sum(axis=0), cycle).real - shifted(deflection, masses, moved)
 
@@ -73,7 +73,7 @@ def of_transient(
     arm, acceleration = (places(motion, masses) - centre)[:, inside], rates.acceleration[:, inside]
     momentum, resolved = ((masses.mass * change[0]).sum(axis=0) for change in (good, rough))
     spin = cross(arm, good[0]) + cross(middle[0], acceleration + exact * good[0])
-    turning = (masses.mass * spin + (masses.inertia + masses.section) * good[1].real).sum(axis=0)
+    turning = (masses.mass * spin + masses.inertia * good[1].real).sum(axis=0)
     told = np.abs(momentum - resolved) <= granted / 10 * np.abs(momentum).max()
     force, moment = unknown.astype(complex), unknown.copy()
     force[inside] = np.where(told, momentum, np.nan)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from elastic import Deflection, Section, displacement_of, rotation_of, sample
+from elastic import Deflection, displacement_of, rotation_of, sample
 from rigid import Mechanism, Motion
 
 GAUSS = 8  # places along a beam
@@ -26,48 +24,35 @@ class Masses:
     place
         In the link's axes [m], complex.
     mass, inertia
-        [kg], and about the point itself [kg m^2].
-    section
-        Rotary inertia of the section about the point [kg m^2]: of Timoshenko's beams, which feel it where they bend.
+        [kg], and about the point itself [kg m^2]: of beams that of their sections.
     """
 
     link: Any
     place: Any
     mass: Any
     inertia: Any
-    section: Any
 
 
-def masses_of(mechanism: Mechanism, sections: Sequence[Section]) -> Masses:
+def masses_of(mechanism: Mechanism) -> Masses:
     """Gauss's points of the beams, beam by beam, then the centres of the lumps."""
-    rows: list[tuple[int, Any, Any, Any, Any]] = []
-    for (at, beam), section in zip(mechanism.beams, sections, strict=True):
+    rows: list[tuple[int, Any, Any, Any]] = []
+    for at, beam in mechanism.beams:
         points = mechanism.links[at].points
         vector = points[beam.end] - points[beam.start]
         for xi, weight in zip(*gauss(), strict=True):
-            mass = (
-                beam.mass_per_length * np.polynomial.polynomial.polyval(xi, beam.mass_taper) * np.abs(vector) * weight
+            mass, rotary = (
+                start * np.polynomial.polynomial.polyval(xi, taper) * np.abs(vector) * weight
+                for start, taper in ((beam.mass_per_length, beam.mass_taper), (beam.rotary_inertia, beam.rotary_taper))
             )
-            rows.append((at, points[beam.start] + xi * vector, mass, 0.0, mass * _square_of_gyration(section, xi)))
+            rows.append((at, points[beam.start] + xi * vector, mass, rotary))
     rows += [
-        (at, link.points[lump.point] + lump.offset, lump.mass, lump.inertia, 0.0)
+        (at, link.points[lump.point] + lump.offset, lump.mass, lump.inertia)
         for at, link in enumerate(mechanism.links)
         for lump in (link.lumps if at else ())
     ]
-    columns = list(zip(*rows, strict=True)) or [()] * 5
+    columns = list(zip(*rows, strict=True)) or [()] * 4
     link, place, *amounts = (np.array(column) for column in columns)
     return Masses(link.astype(int), place.astype(complex)[:, None], *(amount[:, None] for amount in amounts))
-
-
-def _square_of_gyration(section: Section, xi: float) -> float:
-    """I/A at a station [m^2]; 0 of Euler and Bernoulli's beams, and where the section does not tell."""
-    second = float(np.ravel(section.inertia)[0] / np.ravel(section.area)[0])
-    if not (np.isfinite(np.ravel(section.kGA)[0]) and math.isfinite(second)):
-        return 0.0
-    if section.taper is None:
-        return second
-    bending, along = (np.polynomial.polynomial.polyval(xi, taper) for taper in (section.taper.EI, section.taper.EA))
-    return second * float(bending / along)
 
 
 def gauss() -> tuple[Any, Any]:

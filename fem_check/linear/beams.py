@@ -12,7 +12,7 @@ import numpy as np
 from elastic import Section
 from fem_check.linear.block import BlockResponse
 from fem_check.linear.frame import Frame
-from fem_check.linear.loads import distributed
+from fem_check.linear.loads import couples, distributed
 from fem_check.linear.unit_beam import DEGREE, UnitBeam, unit_beam
 from rigid import Motion
 from rigid.arrays import Columns, Complexes, Reals
@@ -29,8 +29,9 @@ class LoadedBeams:
         [m] and unit vector of x' in the ground's axes.
     stretch, bend, shear, strain
         1/EA, 1/EI, 1/kGA at the start, and free strain.
-    load
-        q_x + i q_y [N/m] at the unit beams' stations, shape (stations, beams, ..., positions).
+    along, across
+        q_x, and q_y followed by the moments per length over the length [N/m], at the unit beams' stations, shapes
+        (stations, beams, ..., positions) and (2 stations, beams, ..., positions).
     units
         Per beam, what it is a multiple of.
     blocks
@@ -43,7 +44,8 @@ class LoadedBeams:
     bend: Reals
     shear: Reals
     strain: Reals
-    load: Complexes
+    along: Reals
+    across: Reals
     units: tuple[UnitBeam, ...]
     blocks: tuple[BlockResponse, ...]
 
@@ -65,7 +67,14 @@ class LoadedBeams:
         """One of the beams, rows of shape (..., positions)."""
         rows = ("length", "axis", "stretch", "bend", "shear", "strain")
         own = {name: getattr(self, name)[number] for name in rows}
-        return replace(self, **own, load=self.load[:, number], units=(self.units[number],), blocks=())
+        return replace(
+            self,
+            **own,
+            along=self.along[:, number],
+            across=self.across[:, number],
+            units=(self.units[number],),
+            blocks=(),
+        )
 
     def coupling(self, size: float, u: Reals, w: Reals, phi: Reals, slide: Reals) -> Reals:
         """Flexibility of a beam: displacement of one place per load on another, from that of the unit beam.
@@ -92,7 +101,7 @@ class LoadedBeams:
 
     def bent(self, size: float, xi: Columns, u: Reals, w: Reals, phi: Reals, slide: Reals) -> Reals:
         """Displacement of a place by the distributed loads and the free strain, shape (3, ...) [m]."""
-        along, across = self.load.real, self.load.imag
+        along, across = self.along, self.across
         displacement = np.empty((3, *self.length.shape))
         displacement[0] = self.length**2 * self.stretch * _sum(u, along) + self.length * self.strain * xi
         displacement[1] = self.length**4 * self.bend * _sum(w, across) + self.length**2 * self.shear * _sum(
@@ -118,10 +127,13 @@ def beams_of(frame: Frame, sections: Sequence[Section], elements: int) -> Loaded
     """Length, direction, compliance and load of all beams."""
     motion, columns = frame.motion, frame.motion.columns
     bodies = frame.bodies[: len(sections)]
-    degree = max([DEGREE, *(len(beam.mass_taper) for _, beam in motion.mechanism.beams)])
+    tapers = (taper for _, beam in motion.mechanism.beams for taper in (beam.mass_taper, beam.rotary_taper))
+    degree = max([DEGREE, *map(len, tapers)])
     units = tuple(unit_beam(elements, degree, section.taper) for section in sections)
     length = stacked([np.abs(body.way) for body in bodies], columns, float)
     vector = stacked([body.way for body in bodies], columns, complex)
+    stations = unit_beam(elements, degree).stations
+    load = distributed(frame, stations)
     stretch, bend, shear = (
         stacked([1.0 / np.asarray(getattr(section, name), float) for section in sections], columns, float)
         for name in ("EA", "EI", "kGA")
@@ -133,7 +145,8 @@ def beams_of(frame: Frame, sections: Sequence[Section], elements: int) -> Loaded
         bend=bend,
         shear=shear,
         strain=stacked([section.strain for section in sections], columns, float),
-        load=distributed(frame, unit_beam(elements, degree).stations),
+        along=load.real,
+        across=np.concatenate((load.imag, couples(frame, stations) / length)),
         units=units,
         blocks=tuple(
             BlockResponse(k, np.broadcast_to(xi, columns), units[k]) for k, xi in frame.spots[len(sections) :]

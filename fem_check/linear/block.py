@@ -83,14 +83,15 @@ class Divided:
         found: Reals = np.einsum("...ij,jq...->iq...", self.carry, np.array(ends))
         return found.reshape(m, *found.shape[1:])
 
-    def of_spread(self, load_at: Any) -> Reals:
-        """Displacement of the block by loads along the element, its ends held, shape (m, loads, ...)."""
+    def of_spread(self, load_at: Any, couples: bool = False) -> Reals:
+        """Displacement of the block by loads or couples along the element, its ends held, shape (m, loads, ...)."""
         kind, m = self.line.kind, self.line.kind.nodal
         total: Any = 0.0
         for low, length, dofs in self.parts:
             q = load_at(self._along(low, length))
-            work = np.einsum("q...g,dg,g->...qd", q, kind.shape, kind.weights)
-            work *= (length[..., None] ** (1 + kind.turns))[..., None, :]
+            shape = kind.sampled(kind.points, derivative=True) if couples else kind.shape
+            work = np.einsum("q...g,dg,g->...qd", q, shape, kind.weights)
+            work *= (length[..., None] ** (kind.turns if couples else 1 + kind.turns))[..., None, :]
             inside = [k for k, dof in enumerate(dofs) if dof >= 2 * m]
             soft = self.soft[..., [dofs[k] - 2 * m for k in inside]]
             total = total + np.einsum("...md,...qd->mq...", soft, work[..., inside])
@@ -162,7 +163,11 @@ class BlockResponse:
 
     def _under(self, divided: Divided, values: Reals, unit: float) -> Reals:
         found = divided.of_nodes(values)
-        found[:, : len(self.unit.stations)] += unit * divided.of_spread(self.unit.load_at)
+        stations = len(self.unit.stations)
+        found[:, :stations] += unit * divided.of_spread(self.unit.load_at)
+        if divided is self.across:
+            n = float(self.unit.bending.elements)
+            found[:, stations : 2 * stations] += unit * n * divided.of_spread(self.unit.load_at, couples=True)
         return found
 
     def _nodes(self, n: float) -> dict[str, Reals]:

@@ -80,9 +80,9 @@ def _resultants(beams: LoadedBeams) -> tuple[Complexes, Reals]:
     along, across, turn = (
         (beams.per_beam(values) * part).sum(0)
         for values, part in (
-            (lambda unit: unit.N[:-1, 0], beams.load.real),
-            (lambda unit: -unit.V[:-2, 0], beams.load.imag),
-            (lambda unit: unit.M[:-2, 0], beams.load.imag),
+            (lambda unit: unit.N[:-1, 0], beams.along),
+            (lambda unit: -unit.V[:-2, 0], beams.across),
+            (lambda unit: unit.M[:-2, 0], beams.across),
         )
     )
     return beams.axis * beams.length * (along + 1j * across), beams.length**2 * turn

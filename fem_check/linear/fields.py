@@ -26,9 +26,9 @@ def fields_of(beams: LoadedBeams, spots: Reals, carried: Reals) -> dict[str, Rea
     length, count = beams.length, len(beams.length)
     move = np.conj(beams.axis) * (carried[0, :count] + 1j * carried[1, :count])
     turn = carried[2, :count]
-    along = np.moveaxis(np.concatenate((length * beams.load.real, spots[:1, :count])), 0, -1)
+    along = np.moveaxis(np.concatenate((length * beams.along, spots[:1, :count])), 0, -1)
     across = np.moveaxis(
-        np.concatenate((length**2 * beams.load.imag, [length * spots[1, :count], spots[2, :count]])), 0, -1
+        np.concatenate((length**2 * beams.across, [length * spots[1, :count], spots[2, :count]])), 0, -1
     )
     fields: dict[str, Reals] = {}
     shape = (*length.shape, len(beams.units[0].xi)) if beams.units else (0, *length.shape[1:], 1)

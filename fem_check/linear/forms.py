@@ -24,3 +24,9 @@ def stretching(u: Any, v: Any, given: Any) -> Any:
 def pushed(v: Any, given: Any) -> Any:
     """Work of a force per length, `load`, on v."""
     return given.load * v
+
+
+@LinearForm
+def twisted(v: Any, given: Any) -> Any:
+    """Work of a moment per length, `load`, on the slope of v."""
+    return given.load * grad(v)[0]

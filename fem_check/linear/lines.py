@@ -75,21 +75,24 @@ class Line:
         inner = condense(matrix, D=np.arange(self.kind.nodal), expand=False)
         return splu(inner.tocsc(), diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
-    def spread(self, functions: Reals) -> Reals:
+    def spread(self, functions: Reals, couples: bool = False) -> Reals:
         """Work of distributed loads on the shape functions of every element.
 
         Parameters
         ----------
         functions
             The loads at `xi`, shape (loads, elements, points).
+        couples
+            Whether they are moments per length, which work on slopes.
 
         Returns
         -------
         Shape (loads, elements, dofs of an element).
         """
-        from fem_check.linear.forms import pushed
+        from fem_check.linear.forms import pushed, twisted
 
-        return np.array([pushed.elemental(self.basis, load=load).tolocal() for load in functions])
+        form = twisted if couples else pushed
+        return np.array([form.elemental(self.basis, load=load).tolocal() for load in functions])
 
     def respond(self, spread: Reals, nodal: Reals) -> tuple[Reals, Reals]:
         """Values at the nodes and forces on the elements under loads along them and at the dofs.

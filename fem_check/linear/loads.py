@@ -48,6 +48,22 @@ def distributed(frame: Frame, stations: Reals) -> Complexes:
     return q
 
 
+def couples(frame: Frame, stations: Reals) -> Reals:
+    """Moment per length on every beam by the inertia of its sections, which turn with their link, at stations.
+
+    Returns
+    -------
+    [N], shape (stations, beams, ..., positions).
+    """
+    motion, mechanism = frame.motion, frame.motion.mechanism
+    found = np.zeros((len(stations), len(mechanism.beams), *motion.columns))
+    for number, (at, beam) in enumerate(mechanism.beams):
+        for k, xi in enumerate(stations):
+            there = beam.rotary_inertia * np.polynomial.polynomial.polyval(xi, beam.rotary_taper)
+            found[k, number] = -there * motion.angular_acceleration[at]
+    return found
+
+
 def concentrated(frame: Frame) -> Iterator[tuple[FramePlace, Any, Any]]:
     """Inertia and weight of the lumps, and the loads given at points: place, force [N], complex, and moment [N m]."""
     motion, mechanism = frame.motion, frame.motion.mechanism

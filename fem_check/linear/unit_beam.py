@@ -36,12 +36,13 @@ class UnitBeam:
     stations
         Where distributed loads are given, shape (stations,).
     w, phi, V, M
-        Under a transverse load that is 1 at one of `stations` and 0 at the others, then under a force and a moment at
-        the end, shape (stations + 2, nodes); rigid in shear.
+        Under a transverse load that is 1 at one of `stations` and 0 at the others, then under a moment per length
+        likewise, then under a force and a moment at the end, shape (2 stations + 2, nodes); rigid in shear.
     u, N
         Under a longitudinal load likewise, then under a force at the end, shape (stations + 1, nodes).
     slide
-        Part of shear in w under a transverse load, then under a force at the end, shape (stations + 1, nodes).
+        Part of shear in w under transverse loads and moments per length likewise, which bring none, then under a force
+        at the end, shape (2 stations + 1, nodes).
     bending, stretching, sliding
         The elements.
     """
@@ -103,10 +104,12 @@ def _unit_beam(elements: int, degree: int, tapers: Key) -> UnitBeam:
     loads = np.array([_lagrange(stations, k, bending.xi) for k in range(degree + 1)])
     tip = np.zeros((bending.size, 2))
     tip[bending.dofs[-1, 2:4]] = np.diag((n**-3, n**-2))
-    (w, phi), (V, minus_M, minus_V, M) = bending.respond(bending.spread(loads) / n**4, tip)
+    spread = np.concatenate((bending.spread(loads) / n**4, bending.spread(loads, couples=True) / n**3))
+    (w, phi), (V, minus_M, minus_V, M) = bending.respond(spread, tip)
     u, N = _along(stretching, loads)
     sliding = stretching if kGA == EA else Line(quadratic(), elements, kGA)
     slide = u if sliding is stretching else _along(sliding, loads)[0]
+    slide = np.insert(slide, [degree + 1] * (degree + 1), 0.0, axis=0)
     return UnitBeam(
         np.arange(n + 1) / n,
         stations,

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from elastic import Section, Taper
+from elastic import Section
 from fem_check.nonlinear.beam_elements import Elements, element_stiffness
-from fem_check.nonlinear.node_masses import Masses, gathered
+from fem_check.nonlinear.node_masses import Masses, gathered, gathering_weights
 from rigid import Beam, Link, Mechanism, MechanismError, Reals
 from rigid.arrays import Integers, Numbers
 
@@ -107,15 +107,15 @@ class _Builder:
         self.at.update({(number, name): (node, place) for name, place in points.items()})
         for k in beams:
             beam = self.beams[k]
-            self._rigid_beam(node, beam, points[beam.start], points[beam.end], self.sections[k])
+            self._rigid_beam(node, beam, points[beam.start], points[beam.end])
         for lump in link.lumps if number else ():
             self.add(node, float(lump.mass), points[lump.point] + complex(lump.offset), float(lump.inertia))
 
-    def _rigid_beam(self, node: int, beam: Beam, start: complex, end: complex, section: Section) -> None:
+    def _rigid_beam(self, node: int, beam: Beam, start: complex, end: complex) -> None:
         places, weights = np.polynomial.legendre.leggauss(8)
         xi, vector = (places + 1) / 2, end - start
         line = float(beam.mass_per_length) * Powers(xi, beam.mass_taper)
-        turned = line * _squared_gyration(section, xi)
+        turned = float(beam.rotary_inertia) * Powers(xi, beam.rotary_taper)
         for share, mass, inertia in zip(
             xi, line * weights / 2 * abs(vector), turned * weights / 2 * abs(vector), strict=True
         ):
@@ -148,16 +148,17 @@ class _Builder:
             stiffness = element_stiffness(section, abs(vector), first, last)
             pair = self.along[k][j : j + 2]
             self.elements.append((pair, axis, h, h * float(section.strain), stiffness, self.damping[k]))
-        self._spread_mass(k, beam, self.sections[k], h, axis)
+        self._spread_mass(k, beam, h, axis)
 
-    def _spread_mass(self, k: int, beam: Beam, section: Section, h: float, axis: complex) -> None:
+    def _spread_mass(self, k: int, beam: Beam, h: float, axis: complex) -> None:
         """Masses of all elements of a beam at its nodes: see `fem_check.nonlinear.node_masses`."""
         xi = np.linspace(0.0, 1.0, self.count + 1)
         line = np.asarray(float(beam.mass_per_length) * Powers(xi, beam.mass_taper), float)
         slope = Powers(xi[[0, -1]], np.polynomial.polynomial.polyder(np.asarray(beam.mass_taper, float)))
         ends = float(beam.mass_per_length) * slope / (h * self.count)
         masses, firsts, inertias = gathered(line, (float(ends[0]), float(ends[1])), h)
-        inertias += masses * _squared_gyration(section, xi)
+        turned = np.asarray(float(beam.rotary_inertia) * Powers(xi, beam.rotary_taper), float)
+        inertias += h * gathering_weights(self.count) * turned
         for node, mass, first, inertia in zip(self.along[k], masses, firsts, inertias, strict=True):
             own = self.mass[node]
             own[0], own[1], own[2] = own[0] + float(mass), own[1] + axis * float(first), own[2] + float(inertia)
@@ -179,15 +180,6 @@ class _Builder:
         return Nodes(
             np.array(self.link), np.array(self.rest), self.at, tuple(self.along), tuple(self.first), elements, masses
         )
-
-
-def _squared_gyration(section: Section, xi: Reals) -> Reals:
-    """I/A along a beam [m^2]; 0 where they are not known: its sections have no inertia of their own."""
-    square = float(section.inertia) / float(section.area)
-    if not isfinite(square):
-        return np.zeros_like(xi)
-    taper = section.taper or Taper()
-    return square * Powers(xi, taper.EI) / Powers(xi, taper.EA)
 
 
 def _finite(beside: Sequence[Section], section: Section, length: float) -> Section:

@@ -119,10 +119,10 @@ def vibrating_beam(
     beside: Reals = sum(across)  # type: ignore[assignment]
     for moved in (along, beside):
         mass += _energy(there, moved)
-    square = (one_of(section.inertia, design) / one_of(section.area, design)).real
-    if "kGA" in kinds and np.isfinite(square):
+    rotary = one_of(beam.rotary_inertia, design).real
+    if rotary:
         turned = fields[1].at(hermite().sampled(points, derivative=True), part) / part[..., None, None]
-        mass += _energy(there * square * Powers(xi, taper.EI) / Powers(xi, taper.EA), turned)
+        mass += _energy(rotary * Powers(xi, beam.rotary_taper) * weights * part[..., None], turned)
     return VibratingBody(stiffness, mass, fields, nodes)
 
 

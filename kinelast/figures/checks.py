@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ import numpy as np
 from elastic import Deflection, reference_deflection, sample
 from elastic.beams import POISSON
 from elastic.links import members_of
-from kinelast.figures.errors import BEAM_THEORY, ROUND_OFF, FigureError
+from kinelast.figures.errors import BEAM_THEORY, ROUND_OFF, TIME, FigureError
 from kinelast.figures.results import NonlinearCheck, NotMade, allowed_difference
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     from fem_check.solid import SolidComparison
     from kinelast.figures.results import Results
     from kinelast.scene.data import Scene
+    from rigid import Reals
 
 DECIDED = 1.5, 6.0  # parts of what is allowed that the check itself may be off by: at first, and where that decides
 UNTOLD = 0.005  # that it may be off by where nothing is allowed or forbidden
@@ -72,10 +72,17 @@ def _nonlinear(
     start = float(times[0])
     end = start + period if closed else float(times[-1])
     instants = start + np.remainder(times - start, period) if closed else times
-    sections = [
-        own if np.isfinite(own.kGA) else replace(own, area=math.nan, inertia=math.nan) for own in scene.sections
-    ]
-    given = scene.mechanism, sections, course.laws, instants, end, closed, tolerance, scene.joints, _damping(results)
+    given = (
+        scene.mechanism,
+        scene.sections,
+        course.laws,
+        instants,
+        end,
+        closed,
+        tolerance,
+        scene.joints,
+        _damping(results),
+    )
     refined = refined_deflection(*given, progress)
     largest = members_of(scene.mechanism).greatest(np.abs(refined.chord).max(axis=(1, 2)))
     base = reference_deflection(largest)
@@ -94,7 +101,17 @@ def _nonlinear(
         estimate,
         refined.mesh,
         refined.step,
+        _besides(results, largest.max(initial=0.0) / np.where(base > 0, base, 1.0)),
     )
+
+
+def _besides(results: Results, smaller: Reals) -> dict[str, float]:
+    """Shares of beams' deflections that an answer settled in time and coordinates leaves open beyond those it tells.
+
+    `smaller`: per beam, how many times the largest deflection is as large.
+    """
+    share = results.answer.off.shares.get(TIME, 0.0) if results.answer else 0.0
+    return dict(zip(results.scene.labels, (share * np.maximum(smaller - 1.0, 0.0)).tolist(), strict=True))
 
 
 def _damping(results: Results) -> Any:

@@ -114,8 +114,7 @@ def figure_errors(answer: Cycle, figures: Sequence[Figure], off: Estimate) -> di
     """Errors of the figures of an answer by key, of every item.
 
     The same reductions are taken of the answer and of what it would be with a cause put right; the difference is the
-    error. What is known as a share of the displacements counts as that share of every figure, and of one that is small
-    beside others of its kind as the share of `reference_deflection`.
+    error. What is known as a share of the largest displacement counts as that share of a figure's greatest item.
     """
     values = magnitudes(answer, figures)
     stages = {name: magnitudes(cycle, figures) for name, cycle in off.stages.items()}
@@ -138,7 +137,7 @@ def _of_items(
     for name, stage in stages.items():
         parts[name], before = _difference(stage[figure.key], before), stage[figure.key]
     base = reference_deflection(np.where(np.isfinite(own), np.abs(own), 0.0))
-    parts |= {name: share * base for name, share in off.shares.items()}
+    parts |= {name: np.full(np.shape(own), share * np.max(base, initial=0.0)) for name, share in off.shares.items()}
     parts[BEAM_THEORY] = np.abs(_difference(bodies[figure.key], own))
     parts[ROUND_OFF] = _round_off(answer, figure) * base
     return [

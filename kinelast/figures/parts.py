@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from fem_check.solid import SolidComparison
 
 STEADY = 1e-9  # share of the speed by which a steady drive may seem to change
+FEW = 16  # positions that tell too little of a cycle's harmonics
 
 
 def input_figures(results: Results) -> dict[str, Any]:
@@ -138,7 +139,8 @@ def _over_cycle(results: Results, omega: Any) -> dict[str, Any]:
 
 def _exciting_load(results: Results, lowest: float) -> dict[str, Any] | None:
     """The fastest strong harmonic of the load; None of no cycle."""
-    if math.isnan(results.period) or not math.isfinite(lowest) or not results.counted.all():
+    few = len(results.motion.time) <= FEW
+    if few or math.isnan(results.period) or not math.isfinite(lowest) or not results.counted.all():
         return None
     spectrum = harmonics(results.deflection, results.period)
     strong = spectrum.strong()

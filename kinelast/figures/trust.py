@@ -18,9 +18,9 @@ from kinelast.figures.checks import check_passed, nearer
 from kinelast.figures.cycle import NOISE, WELL
 from kinelast.figures.parts import fastest_drive, friction_figures
 from kinelast.figures.results import Results, at_peak, worst_figure
-from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT
+from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT, Scene
 from kinelast.scene.numbers import number, percent, quantity
-from rigid import Friction, counted
+from rigid import Friction, LineLoad, PointLoad, Resistance, counted
 
 INPUTS, THEORY = "Inputs", "Accuracy"
 GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"
@@ -39,6 +39,9 @@ SOLIDS = {  # from soft rubber to diamond, from foam to osmium
     "yield stress": (1e3, 1e11, "Pa", '"250 MPa"'),
 }
 TOLD_FROM = 0.01  # of an error, its parts that are told
+ALIKE = 1e-6  # of a load and a ratio, by which they are the same
+LOOKED_AT = 9  # instants of a load by time
+MOST_TURNS = 1000  # of which a run is seen to be whole
 NEARLY = 1e-3  # of a duration, by which it misses a cycle that is meant
 WITHIN = {
     "slenderness": "beam theory leaves out less than {:.0f} % of the deflection of any link",
@@ -148,6 +151,40 @@ def _cycle(results: Results) -> Iterator[Finding]:
         text = f"The duration misses a cycle, {run.cycle:.9g} s, by {percent(abs(run.duration / run.cycle - 1))}: it is"
         text += " answered as a run from the start. For the cycle leave duration out."
         yield Finding(OPEN, heading, text)
+    elif turns := _whole(run.cycle / run.duration):
+        text = f"The duration is not a cycle but one of {turns} parts of it, {quantity(run.cycle, 's')}: it is answered"
+        text += " as a run from the start, in which vibration begins. For the cycle leave duration out."
+        yield Finding(CAUTION, heading, text)
+    elif turns := _whole(run.duration / run.cycle):
+        text = f"The duration is {turns} cycles of {quantity(run.cycle, 's')}: it is answered as a run from the start,"
+        text += " in which vibration begins. For the cycle leave duration out."
+        yield Finding(OPEN, heading, text)
+    if run.turn:
+        yield from _jumping_loads(results.scene)
+
+
+def _whole(ratio: float) -> int:
+    """A ratio that is a whole number beyond 1; else 0."""
+    number = round(ratio) if ratio < MOST_TURNS else 0
+    return number if number > 1 and abs(ratio - number) <= ALIKE * number else 0
+
+
+def _jumping_loads(scene: Scene) -> Iterator[Finding]:
+    """Loads that do not end as they begin where the run is a cycle, which repeats them."""
+    given = (load.load if isinstance(load, Resistance) else load for load in scene.mechanism.loads)
+    by_law = [(load.link, law) for load in given if isinstance(load, PointLoad | LineLoad) and (law := load.law)]
+    if not by_law:
+        return
+    times = np.linspace(0.0, scene.run.duration, LOOKED_AT)
+    seen = scene.course.at(times)
+    for link, law in by_law:
+        factor = np.broadcast_to(law(seen), times.shape)
+        first, last, most = float(factor[0]), float(factor[-1]), float(np.abs(factor).max())
+        if abs(last - first) > ALIKE * most:
+            text = f'The load on "{link}" does not close: it ends the cycle at {number(last, 3)} times its size'
+            text += f" and begins the next at {number(first, 3)}. That is taken as a jump in every cycle; for a load"
+            text += " that acts once give the run a duration, else let the table end as it begins."
+            yield Finding(CAUTION, "Load over the cycle", text)
 
 
 def _friction(results: Results) -> Iterator[Finding]:

@@ -309,7 +309,7 @@ def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ..
             raise fault(where, key, "has no section: give one here or for the whole link")
         made = cross_section(scene, where, table, beam, section)
         sections.append(made)
-        beams.append(Beam(beam.start, beam.end, made.mass_per_length, made.mass_taper))
+        beams.append(made.beam(beam.start, beam.end))
     return tuple(beams), tuple(sections)
 
 

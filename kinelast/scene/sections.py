@@ -28,6 +28,7 @@ from kinelast.scene.format import (
     read_quantity,
 )
 from kinelast.scene.numbers import any_nonzero, number, real, require
+from rigid import Beam
 from rigid.arrays import Real
 
 
@@ -58,6 +59,7 @@ class SectionSource:
 class CrossSection:
     """A beam's section, and its mass per length at the start [kg/m] and along it as in `rigid.Beam.mass_taper`.
 
+    `rotary`: density that tells the sections' rotary inertia [kg/m^3]; 0 where that does not count or is not known.
     `source`: names of section and material, and what strains it, as they stand in the file.
     """
 
@@ -65,6 +67,13 @@ class CrossSection:
     mass_per_length: Real
     mass_taper: tuple[float, ...] = (1.0,)
     source: tuple[Any, ...] = ()
+    rotary: Real = 0.0
+
+    def beam(self, start: str, end: str) -> Beam:
+        """The beam of this section between two points."""
+        taper = self.section.taper
+        inertia = self.rotary * self.section.inertia if any_nonzero(self.rotary) else 0.0
+        return Beam(start, end, self.mass_per_length, self.mass_taper, inertia, taper.EI if taper else (1.0,))
 
     def goes_on_as(self, other: CrossSection) -> bool:
         """Whether a beam of this section is one with a beam of another that goes on where it ends."""
@@ -121,6 +130,7 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
         real(stuff.density) * made.area,
         mass_taper,
         source,
+        0.0 if scene.run.beams == "euler-bernoulli" else real(stuff.density),
     )
 
 

@@ -8,11 +8,12 @@ from rigid.kinetostatics.friction import (
     sliding_directions,
     with_friction,
 )
-from rigid.kinetostatics.loads import beam_directions, beam_loads, point_loads
+from rigid.kinetostatics.loads import beam_couples, beam_directions, beam_loads, point_loads
 from rigid.kinetostatics.statics import balancing_forces, force_condition
 
 __all__ = [
     "balancing_forces",
+    "beam_couples",
     "beam_directions",
     "beam_loads",
     "creep_rate",

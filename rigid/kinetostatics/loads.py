@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from rigid.arrays import Columns, Complexes
+from rigid.arrays import Columns, Complexes, Reals
 from rigid.constants import beam_constants, mass_constants
 from rigid.kinematics import Motion
 from rigid.parts import LineLoad, Load, MechanismError, PointForce
@@ -45,6 +45,20 @@ def beam_loads(motion: Motion) -> Complexes:
             loads[0, number] += start
             loads[1, number] += end - start
     return loads
+
+
+def beam_couples(motion: Motion) -> Reals | None:
+    """Moments per length that turn the sections of the beams with their links, as polynomials in xi.
+
+    Returns
+    -------
+    `-rho I eps` [N], counter-clockwise on the beam, shape (n, beams, ..., positions); None where no beam has any.
+    """
+    table = beam_constants(motion.mechanism, len(motion.columns))
+    if table.rotary is None:
+        return None
+    couples: Reals = -table.rotary * motion.turning[table.link].imag
+    return couples
 
 
 def _relative_acceleration(motion: Motion, links: slice | list[int]) -> Complexes:

@@ -22,7 +22,7 @@ from rigid.arrays import Integers
 BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out
 STORED = ("N", "M", "u", "w")
 INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}  # as many times integrated, over a rigidity
-FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of the stored fields, unless a beam is cut or gives way in shear
+FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of the stored fields, unless a beam is cut, sheared or has couples
 EVALUATED = ("chord", "axial", "left", "right", "shear")  # of these by formulas of scene.js
 ROUND = 1e-6  # share of its radius that the pitch point of a wheel may wander
 EPS = float(np.finfo(float).eps)
@@ -62,7 +62,8 @@ def field_coefficients(results: Results) -> dict[str, Any]:
     bent = results.deflection
     sheared = any(np.isfinite(section.kGA) for section in bent.sections)
     none_follows = bent.is_turned or not bent.division.whole
-    others = [field for field in FOLLOWING if none_follows or (field == "phi" and sheared)]
+    apart = {"phi": sheared, "V": bent.couple is not None}  # of w' and of M'
+    others = [field for field in FOLLOWING if none_follows or apart.get(field)]
     made = [key for key, field in FIELDS.items() if not field.greatest_of and not field.root_of]
     others += [key for key in made if key not in (*STORED, *FOLLOWING, *EVALUATED)]
     return {field: coefficients(bent, field) for field in (*STORED, *others)}
