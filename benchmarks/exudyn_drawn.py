@@ -31,7 +31,7 @@ from exudyn_beams import add_beam
 from random_scenes import scenes, sheared
 
 from elastic import sample
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.scene.data import GEOMETRICALLY_EXACT, Scene, Theory
 from kinelast.scene.document import read_scene
 from kinelast.scene.laws import RepeatedLaw

@@ -24,7 +24,7 @@ from elastic import sample
 from fem_check.nonlinear import DoesNotCloseError, NotCheckedError, nonlinear_steady_state, refined_deflection
 from kinelast.figures.errors import BEAM_THEORY, ROUND_OFF
 from kinelast.figures.results import Results
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC, Scene
 from kinelast.scene.error import SceneError
 from kinelast.tasks.request import Request

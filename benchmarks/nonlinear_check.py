@@ -25,7 +25,7 @@ from random_scenes import scenes
 
 from kinelast.figures import checks
 from kinelast.figures.results import NotMade
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.tasks.request import Request
 
 SCENES = 55

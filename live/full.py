@@ -17,7 +17,7 @@ def whole_answer(text: str, name: str) -> tuple[dict[str, Any], bytes, bytes]:
     from kinelast.outputs.batch import headline
     from kinelast.outputs.page import report_page
     from kinelast.outputs.sealed import made_from
-    from kinelast.runs.compute import SHOWN, computed, is_long
+    from kinelast.runs import SHOWN, computed, is_long
     from kinelast.scene.document import document_from_text
     from kinelast.tasks.request import Request
     from kinelast.version import VERSION

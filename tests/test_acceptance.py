@@ -17,7 +17,7 @@ from kinelast.figures.results import Results
 from kinelast.figures.summary import angle_figures, output_figure, point_figures
 from kinelast.outputs.page.data import BUDGET, kept_positions, numbers_of
 from kinelast.outputs.table import Column, Table, csv_bytes
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError

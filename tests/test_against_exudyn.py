@@ -17,7 +17,7 @@ import pytest
 from elastic import Section, sample, with_rotary_inertia
 from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error
 from fem_check.nonlinear import nonlinear_steady_state, refined_deflection
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.scene.document import read_scene
 from kinelast.tasks.request import Request

@@ -23,7 +23,7 @@ from kinelast.figures.peaks import joined, run_figures
 from kinelast.figures.registry import figures_of
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import summary
-from kinelast.runs.compute import computed, long_results
+from kinelast.runs import computed, long_results
 from kinelast.scene.error import SceneError
 from kinelast.scene.tables import LimitsTable
 from kinelast.scene.text import file_text, toml_tables

@@ -12,7 +12,7 @@ from kinelast import SceneError, scene_from_dict, scene_motion, shipped_scenes
 from kinelast.designs import evaluate, read_value, variable, with_value
 from kinelast.designs.base import base_of
 from kinelast.figures.summary import summary
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.scene.document import document_from_dict
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.text import file_text, toml_tables

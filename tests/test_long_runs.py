@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from scene_texts import FALLING, FOUR_BAR, SWING, edited
 
+from kinelast import runs as compute
 from kinelast.cli.command import main
-from kinelast.runs import compute
 from kinelast.scene.document import scene_from_text
 
 
@@ -168,7 +168,7 @@ def test_out_of_memory_is_told_as_such(tmp_path, monkeypatch, capsys):
     def full(*_, **__):
         raise MemoryError
 
-    monkeypatch.setattr("kinelast.runs.compute.scene_deflection", full)
+    monkeypatch.setattr("kinelast.runs.scene_deflection", full)
     assert main([str(scene), "-o", str(tmp_path / "out")]) == 2
     assert "scene: out of memory: ask for fewer positions" in capsys.readouterr().err
 

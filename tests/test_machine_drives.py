@@ -11,7 +11,7 @@ from kinelast import scene_from_dict
 from kinelast.cli.command import main
 from kinelast.designs import evaluate, with_value
 from kinelast.designs.base import base_of
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.scene.document import document_from_dict
 from kinelast.tasks.request import Request
 from machine import (

@@ -6,6 +6,7 @@ import pytest
 from elastic import circle, deflection, section_of
 from machine.life import (
     FatigueStrength,
+    FatigueTask,
     cycles_of,
     damage,
     effective_diameter,
@@ -103,13 +104,13 @@ def test_a_rotating_arm_under_its_weight_and_its_spin():
     # gravity's pull along the arm is in quarter phase with its bending at the root
     bending = density * shape.area * g * length**2 / 2 * (diameter / 2) / (np.pi * diameter**4 / 64)
     alternating = np.hypot(bending, density * g * length)
-    found = fatigue(bent, [STEEL])
+    found = fatigue(bent, FatigueTask((STEEL,)))
     assert found.amplitude[0] == pytest.approx(alternating, rel=1e-4)
     assert found.mean[0] == pytest.approx(pull, rel=1e-4)
     assert found.safety.value[0] == pytest.approx(1 / (alternating / 160e6 + pull / 400e6), rel=1e-4)
     assert found.safety.xi[0] == 0.0
     assert found.damage.value[0] == 0.0
-    notched = fatigue(bent, [STEEL], notches=[(2.0, 1.0)])
+    notched = fatigue(bent, FatigueTask((STEEL,), notches=((2.0, 1.0),)))
     assert notched.safety.value[0] == pytest.approx(found.safety.value[0] / 2, rel=1e-12)
 
 
@@ -122,7 +123,7 @@ def test_life_is_that_of_the_worst_place_even_where_another_has_more_cycles():
     moved = motion(turning, angle, 40.0 + 30 * np.sin(3 * angle), 90 * np.cos(3 * angle) * 40)
     bent = deflection(moved, [section_of(circle(0.02), 210e9)])
     weak = FatigueStrength(60e6, 40e6, 5e6, 5.0, 1e6)
-    found = fatigue(bent, [weak])
+    found = fatigue(bent, FatigueTask((weak,)))
     from elastic import sample
     from machine.life.stresses import STATIONS
 

@@ -10,7 +10,7 @@ from kinelast.cli.command import main
 from kinelast.figures.results import Results
 from kinelast.outputs.positions import motion_table
 from kinelast.outputs.table import csv_rows
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.tasks.request import Request
 
 MANY = 720

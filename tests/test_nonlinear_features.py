@@ -8,7 +8,7 @@ import pytest
 
 from kinelast.figures.checks import nonlinear_check
 from kinelast.figures.results import NotMade
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.scene.document import read_scene, scene_from_text
 from kinelast.tasks.request import Request
 

@@ -12,7 +12,7 @@ from scene_texts import PUSHED
 from elastic import FIELDS, Field, Kind, coefficients, displacement_of, sample
 from kinelast.cli.command import main
 from kinelast.outputs.page import data
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.scene.document import read_scene
 from kinelast.scene.numbers import number, quantity
 from kinelast.tasks.request import Request

@@ -7,7 +7,7 @@ import pytest
 from scene_texts import FOUR_BAR, PARALLELOGRAM, edited
 
 from kinelast.figures.trust import findings
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.repetition import common_period
 from kinelast.tasks.request import Request

@@ -13,7 +13,7 @@ from scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK, edited
 
 from kinelast.designs import evaluate
 from kinelast.figures.summary import summary
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_dict, scene_from_text
 from kinelast.scene.quantities import (

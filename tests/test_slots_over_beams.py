@@ -11,7 +11,7 @@ from scene_texts import TEE
 from elastic import PRIMARY, Section, Taper, deflection, sample
 from elastic.vibration import natural_frequencies
 from fem_check import compare, solve
-from kinelast.runs.compute import require_on_beams
+from kinelast.runs import require_on_beams
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError

@@ -14,7 +14,7 @@ from kinelast import SceneError, scene_from_dict, shipped_scenes
 from kinelast.cli.command import main
 from kinelast.designs import evaluate, read_value, with_value
 from kinelast.designs.plan import plan_of
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.scene.text import file_text, toml_tables
 from kinelast.tasks.request import Request
 

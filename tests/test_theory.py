@@ -24,7 +24,7 @@ from kinelast.figures.summary import theory_figures
 from kinelast.figures.theory import damping_of
 from kinelast.figures.trust import exceedance_figures, findings
 from kinelast.outputs.batch import reached_words
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.error import SceneError
 from kinelast.tasks.request import Request
@@ -514,7 +514,7 @@ def test_a_buckling_load_that_cannot_be_found_is_told(monkeypatch):
 
 def test_a_divided_rod_buckles_in_a_long_run_too(tmp_path, monkeypatch):
     """A run that is gone through in chunks looks at the whole mechanism where its links are pressed most."""
-    monkeypatch.setattr("kinelast.runs.compute.LONG", 1)
+    monkeypatch.setattr("kinelast.runs.LONG", 1)
     text = BENT.replace("{points}", DIVIDED[0]).replace("{beams}", DIVIDED[1]).replace("{force}", "100")
     (tmp_path / "rod.toml").write_text(text)
     main([str(tmp_path / "rod.toml"), "--quiet", "-o", str(tmp_path / "out")])

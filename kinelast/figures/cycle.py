@@ -29,6 +29,8 @@ from kinelast.scene.data import Scene, scene_deflection
 from kinelast.scene.limits import drive_names
 from kinelast.tasks.progress import one_thread
 from machine import time_weights
+from machine.joints import JointCourse, joint_course
+from machine.life import Fatigue, fatigue
 from rigid import Mechanism, Motion, Reals, drive_efforts, reachable, structure
 from rigid.arrays import Flags, Numbers
 
@@ -76,6 +78,7 @@ class Cycle:
     period: Any = None
     sampled: bool = False
     _known: dict[Any, Largest] = field(default_factory=dict, repr=False)
+    _joints: dict[int, JointCourse] = field(default_factory=dict, repr=False)
 
     def of(self, figure: LargestSearch) -> Largest:
         """The largest values of a figure's items, found once."""
@@ -185,6 +188,18 @@ class Cycle:
         share = np.divide(sizes, base, out=np.zeros_like(sizes), where=base > 0.0)
         worst: Reals = share.max(axis=0, initial=0.0)
         return worst
+
+    @cached_property
+    def fatigue(self) -> Fatigue:
+        """Fatigue of the beams, of a scene that asks for it."""
+        assert self.scene.fatigue is not None
+        return fatigue(self.well_conditioned, self.scene.fatigue)
+
+    def joint(self, number: int) -> JointCourse:
+        """Force and motion of a joint over the positions that count."""
+        if number not in self._joints:
+            self._joints[number] = joint_course(self.motion, self.deflection.forces, number, self.weights)
+        return self._joints[number]
 
     @cached_property
     def efforts(self) -> Reals:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,9 @@ from rigid.kinetostatics import rubbing_joints
 SCENE, BEAM, LINK, POINT, JOINT, DRIVE = "scene", "beam", "link", "point", "joint", "drive"
 RUBBING, FRICTION = "joint with friction", "scene with friction"
 MOTOR, CYLINDER, UNEVEN = "motor", "cylinder", "uneven drive"
+BEARING, ROLLING, PLAIN, PIN, EYE = "bearing", "rolling", "plain", "pin", "eye"
+CLEARANCE, CLEARANCES = "clearance", "scene with clearance"
+FATIGUED = "fatigued beam"
 LARGEST, LEAST, MOST, FIXED = "largest magnitude", "least", "most", "the same at all positions"
 AVERAGE = "over the time of the cycle"
 
@@ -53,6 +57,8 @@ class Figure:
         Key under `[limits]` that bounds it; empty where none does.
     rigid
         Whether it is of the rigid motion alone, which no theory of the links changes.
+    whole
+        Whether it is of the whole run, so that those of its parts do not tell it; an `AVERAGE` is.
     """
 
     key: str
@@ -67,6 +73,7 @@ class Figure:
     told: bool = False
     limit: str = ""
     rigid: bool = False
+    whole: bool = False
 
     def units(self, scene: Scene) -> list[str]:
         """Of every item."""
@@ -128,15 +135,29 @@ def items_of(scene: Scene, of: str) -> list[str]:
         DRIVE: lambda: drive_names(mechanism),
         MOTOR: lambda: [name for number, name in enumerate(drive_names(mechanism)) if number in scene.motors],
         CYLINDER: lambda: [name for number, name in enumerate(drive_names(mechanism)) if number in scene.cylinders],
+        **{part: partial(joints_with, scene, part) for part in (BEARING, ROLLING, PLAIN, PIN, EYE, CLEARANCE)},
+        CLEARANCES: lambda: [""] * bool(joints_with(scene, CLEARANCE)),
+        FATIGUED: lambda: scene.labels if scene.fatigue else (),
         UNEVEN: lambda: [name for number, name in enumerate(drive_names(mechanism)) if number in scene.unevenness],
     }
     return [*names[of]()]
 
 
+def joints_with(scene: Scene, part: str) -> list[str]:
+    """Names of the joints that have a part, or are under [bearings] at all."""
+    return [name for name, _ in joint_words(scene.mechanism) if has_part(scene, name, part)]
+
+
+def has_part(scene: Scene, joint: str, part: str) -> bool:
+    """Whether a joint by its name has a part, or is under [bearings] at all."""
+    parts = scene.bearings.get(joint)
+    return parts is not None and (part == BEARING or getattr(parts, part) is not None)
+
+
 def bounded_items(scene: Scene, limit: Limit) -> list[int]:
     """Numbers of the items that a limit holds for: of beams, those of its link."""
     mechanism = scene.mechanism
-    of_links = limit.of == BEAM
+    of_links = limit.of in (BEAM, FATIGUED)
     names = [mechanism.links[at].name for at, _ in mechanism.beams] if of_links else items_of(scene, limit.of)
     return [number for number, name in enumerate(names) if limit.item in ("", name)]
 

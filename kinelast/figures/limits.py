@@ -23,7 +23,7 @@ from rigid.arrays import Flags, Reals
 KEPT, BROKEN, TOO_NEAR, UNKNOWN = "kept", "not kept", "too near to call", "cannot be judged"
 SEVERITY = BROKEN, UNKNOWN, TOO_NEAR, KEPT
 VERDICTS = {KEPT: "acceptable", BROKEN: "not acceptable", TOO_NEAR: TOO_NEAR, UNKNOWN: UNKNOWN}
-PLACES = {figure.limit: figure.fields[0] for figure in ALONG_BEAMS if figure.limit}
+PLACES = {figure.limit: figure.fields[0] for figure in ALONG_BEAMS if figure.limit and figure.fields}
 """Keys under `[limits]` of figures of beams, and the fields that have their place."""
 
 

@@ -91,8 +91,9 @@ class RunFigures:
         return replace(self, peaks=peaks)
 
     def with_averages(self, cycle: Cycle) -> RunFigures:
-        """The same, with those figures that are averages over time as another cycle of the same run has them."""
-        averages = {each.key: _peaks(cycle.of(each), cycle.motion) for each in self.figures if each.over == AVERAGE}
+        """The same, with those figures that are of the run as a whole as another cycle of the same run has them."""
+        of_all = [each for each in self.figures if each.over == AVERAGE or each.whole]
+        averages = {each.key: _peaks(cycle.of(each), cycle.motion) for each in of_all}
         return replace(self, peaks={**self.peaks, **averages})
 
     def of_field(self, key: str) -> list[Peak]:

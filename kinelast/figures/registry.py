@@ -33,6 +33,7 @@ from kinelast.figures.entry import (
     sole,
     whole,
 )
+from kinelast.figures.joints import JOINT_FIGURES, LIFE_FIGURES, clearance_figures
 from kinelast.figures.output import advantage_of, stroke_of, swing_of, time_ratio_of, travel_of
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR, Output
@@ -133,7 +134,8 @@ ALONG_BEAMS: tuple[Figure, ...] = (
     ),
     Figure("safety", "yield stress over the largest stress", "1", BEAM, _safety, LEAST, ("mises",), told=True,
            limit="safety"),
-    Figure("buckling", "compression over Euler's load", "1", BEAM, each(lambda cycle: cycle.euler_ratio)),
+    Figure("buckling", "compression over Euler's load", "1", BEAM, each(lambda cycle: cycle.euler_ratio),
+           limit="buckling"),
 )  # fmt: skip
 OF_THE_MACHINE: tuple[Figure, ...] = (
     Figure("displacement", "displacement of a point", "m", POINT,
@@ -146,6 +148,8 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
     Figure("drive_effort", "effort of a drive", lambda scene: [unit for *_, unit in drive_words(scene.mechanism)],
            DRIVE, each(lambda cycle: cycle.efforts), told=True),
     *DRIVE_FIGURES,
+    *JOINT_FIGURES,
+    *LIFE_FIGURES,
     Figure("joint_force", "force in a joint", "N", JOINT,
            each(lambda cycle: [np.abs(force) for force in cycle.deflection.forces.force]), told=True),
     Figure("friction_effort", "effort of friction in a joint", _rubbing_units, RUBBING,
@@ -223,4 +227,4 @@ def _of_its_motion(output: Output) -> tuple[Figure, ...]:
 
 def figures_of(output: Output | None) -> tuple[Figure, ...]:
     """All figures of a scene with this output."""
-    return (*ALONG_BEAMS, *output_figures(output), *OF_THE_MACHINE)
+    return (*ALONG_BEAMS, *output_figures(output), *OF_THE_MACHINE, *clearance_figures(output))

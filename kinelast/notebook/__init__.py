@@ -14,7 +14,7 @@ from elastic import FIELDS, Deflection, sample
 from kinelast.figures.cycle import drive_words
 from kinelast.figures.results import Results
 from kinelast.outputs.positions import motion_columns, position_table
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.scene.data import Scene, scene_motion
 from kinelast.scene.document import read_scene
 from kinelast.tasks.request import Request

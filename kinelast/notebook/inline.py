@@ -15,7 +15,7 @@ from kinelast.notebook import SceneDeflection
 from kinelast.outputs.batch import headline
 from kinelast.outputs.page import report_page
 from kinelast.outputs.sealed import made_from
-from kinelast.runs.compute import computed
+from kinelast.runs import computed
 from kinelast.scene.data import Scene
 from kinelast.tasks.request import Request
 from kinelast.version import VERSION

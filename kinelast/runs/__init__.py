@@ -1,1 +1,253 @@
-"""One scene from its motion to its folder: computed, weighed, written, and told in a line."""
+"""One scene computed: weighed before it starts, moved and deflected, as a whole or chunk by chunk, and checked.
+
+The figures of the chunks are joined: a short run is one chunk. Curves, maps, films, frequencies and the check are of
+`SHOWN` even positions.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from elastic import FIELDS, PRIMARY, Deflection
+from kinelast.figures.cycle import EXTREME_FIELDS, too_many_beams
+from kinelast.figures.output import output_of
+from kinelast.figures.peaks import joined, run_figures
+from kinelast.figures.results import Results
+from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection, scene_motion
+from kinelast.scene.error import SceneError
+from kinelast.tasks.progress import SILENT, Progress
+from kinelast.tasks.request import Request, RequestError
+from rigid import Motion, Posture, Reals, reachable, structure
+
+if TYPE_CHECKING:
+    from fem_check import Comparison
+
+
+HEAVY = 2e8  # [bytes] from which it is told
+NUMBER = 8  # bytes of a number, and about
+DIGITS = 20  # of one in a table
+MOST_MESHES = 20_000
+SHARE = 0.8  # of what is free that may be taken
+COPIES = 5  # of its arrays that the check has at once
+
+
+def require_room(scene: Scene, request: Request, positions: int, checked: int, out: Path) -> str:
+    """The message on a heavy request; empty of others.
+
+    Parameters
+    ----------
+    positions, checked
+        Of the run, and of those that the check looks at.
+
+    Raises
+    ------
+    RequestError
+        There is not enough room for it on the disk or in memory, or it asks for too many files.
+    """
+    beams = len(scene.mechanism.beams)
+    if request.mesh and positions > MOST_MESHES:
+        raise RequestError(f"--mesh writes a file for every position: ask for {MOST_MESHES} --positions at most")
+    disk = positions * DIGITS * _columns(scene)
+    if request.fields:
+        disk += 2 * positions * request.stations * sum(field.main for field in FIELDS.values()) * beams * NUMBER
+    elements = request.elements or 0
+    memory = checked * elements * len(PRIMARY) * max(beams, 1) * NUMBER * COPIES
+    for need, free, where, less in (
+        (disk, _free_disk(out), "on the disk", "--positions or --stations"),
+        (memory, _free_memory(), "of memory", "--positions or elements to --check"),
+    ):
+        if need > SHARE * free:
+            told = f"takes about {_words(need)} {where}, where {_words(free)} are free"
+            raise RequestError(f"what is asked for {told}: ask for fewer {less}")
+    sentences = [many] if (many := too_many_beams(scene.mechanism)) else []
+    if max(disk, memory) >= HEAVY:
+        of_memory = f" and {_words(memory)} of memory" if memory else ""
+        sentences.append(f"{positions} positions take about {_words(disk)} on the disk{of_memory}")
+    return f"{scene.name}: {'; '.join(sentences)}" if sentences else ""
+
+
+def _columns(scene: Scene) -> int:
+    """About how many columns positions.csv has."""
+    mechanism = scene.mechanism
+    points = sum(len(link.points) for link in mechanism.links[1:])
+    of_beams = (len(EXTREME_FIELDS) + 1) * len(mechanism.beams)
+    return 6 + 2 * len(mechanism.drives) + of_beams + 3 * points + 3 * len(structure(mechanism).joints)
+
+
+def _free_disk(out: Path) -> float:
+    there = next((place for place in (out, *out.absolute().parents) if place.exists()), Path("/"))
+    return float(shutil.disk_usage(there).free)
+
+
+def _free_memory() -> float:
+    """Memory that is free, where the system tells it."""
+    try:
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+        return next(1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable"))
+    except (OSError, ValueError, StopIteration):
+        return float("inf")
+
+
+def _words(size: float) -> str:
+    return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"
+
+
+LONG = 100_000  # positions times beams, one more, and a share of the links: some 200 MB
+PER_LINK = 0.25  # of a beam's memory
+SHOWN = 3600
+
+
+def is_long(scene: Scene, positions: int) -> bool:
+    """Whether a run is to go in chunks: it is long."""
+    mechanism = scene.mechanism
+    return positions * (len(mechanism.beams) + 1 + PER_LINK * len(mechanism.links)) > LONG
+
+
+def long_results(
+    scene: Scene, time: Reals, on_chunk: Callable[[Results, int], None], require: Callable[[Scene, Deflection], None]
+) -> Results:
+    """The figures of a long run, and its deflection at `SHOWN` even positions.
+
+    Parameters
+    ----------
+    time
+        Instants of the run [s], shape (positions,).
+    on_chunk
+        Called with the results of every chunk, and the number of its first position.
+    require
+        Raises where a chunk cannot be.
+    """
+    shown = np.linspace(0.0, scene.run.duration, SHOWN, endpoint=not scene.run.turn)
+    if len(time) < SHOWN or not np.isclose(time[-1] - time[0], shown[-1], rtol=2 / SHOWN):  # some were left out
+        shown = time[:: -(-len(time) // SHOWN)]
+    beside = np.clip(np.searchsorted(time, shown), 0, len(time) - 1)
+    output, run = output_of(scene), None
+    near: list[Any] = []
+    for first, results in _chunks(scene, time, require):
+        on_chunk(results, first)
+        run = joined(run, run_figures(results.cycle, output))
+        own = beside[(beside >= first) & (beside < first + len(results.motion.time))] - first
+        near.append((results.motion.origin[:, own], results.motion.direction[:, own]))
+    even = Posture(scene.mechanism, *(np.concatenate(parts, axis=1) for parts in zip(*near, strict=True)))
+    results = Results(scene, scene_deflection(scene, scene.course.near(shown, even)), run=run)
+    return replace(results, run=None if run is None else run.with_averages(results.cycle))
+
+
+def _chunks(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], None]) -> Iterator[tuple[int, Results]]:
+    first = 0
+    for moved in scene.course.chunks(time):
+        require_tables(scene, moved)
+        bent = scene_deflection(scene, moved)
+        require(scene, bent)
+        yield first, Results(scene, bent)
+        first += len(moved.time)
+
+
+def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Results:
+    """Motion, deflection and, where asked for, the check of a scene.
+
+    Raises
+    ------
+    SceneError, RequestError
+        A position is out of reach; positions that are to be left out leave none.
+    """
+    moved, left_out = _moved(scene, request)
+    bent = scene_deflection(scene, moved)
+    require_on_beams(scene, bent)
+    plain = Results(scene, bent, checked(scene, bent, request, progress), left_out)
+    return further_checked(by_theory(plain, request, progress), request, progress)
+
+
+def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
+    """The results of the theory of motion that is asked for, from those without vibration.
+
+    A long run keeps these, and is told how far off they are; so is the quasi-static answer that is asked for by name,
+    where there are limits to judge it by.
+    """
+    scene, theory = plain.scene, request.theory_of(plain.scene)
+    if not scene.labels or (theory.plain and not scene.limits):
+        return plain
+    from kinelast.figures.theory import answer
+
+    progress(f"{scene.name}: vibration", 0, 1)
+    found = answer(scene, plain.deflection, theory, plain.period, only_told=theory.plain or plain.run is not None)
+    return replace(plain, deflection=found.deflection, answer=found)
+
+
+def further_checked(results: Results, request: Request, progress: Progress) -> Results:
+    """The results with the checks that take the whole answer, or other theories, where they are asked for."""
+    if request.elements is not None:
+        from kinelast.figures.checks import momentum_balances
+
+        results = replace(results, balances=momentum_balances(results))
+    if not results.scene.labels or not (request.nonlinear or request.solid):
+        return results
+    from kinelast.figures.checks import nonlinear_check, solid_check
+
+    name, nonlinear, solid = results.scene.name, None, None
+    if request.nonlinear:
+        nonlinear = nonlinear_check(results, lambda share, _: progress(f"{name}: nonlinear", int(1000 * share), 1000))
+    if request.solid:
+        progress(f"{name}: plane bodies", 0, 1)
+        solid = solid_check(results)
+    return replace(results, nonlinear=nonlinear, solid=solid)
+
+
+def checked(scene: Scene, bent: Deflection, request: Request, progress: Progress) -> Comparison | None:
+    """The comparison with finite elements, where it is asked for."""
+    if request.elements is None:
+        return None
+    from fem_check import compare, solve
+
+    progress(f"{scene.name}: finite elements", 0, 1)
+    return compare(bent, solve(bent.motion, scene.sections, request.elements, scene.joints))
+
+
+def _require_reached(scene: Scene, moved: Motion) -> None:
+    """Raise where a motion goes where the mechanism does not reach."""
+    try:
+        require_reached(scene, moved)
+    except SceneError as error:
+        advice = "; --reachable leaves out what cannot be reached" if reachable(moved).any() else ""
+        raise SceneError(error.file, error.table, error.key, error.problem + advice) from None
+
+
+def require_chunk(scene: Scene, bent: Deflection) -> None:
+    """Raise where a chunk of a long run cannot be reached, told of all the run at fewer positions, or loses a beam."""
+    if not reachable(bent.motion).all():
+        _require_reached(scene, scene_motion(scene, SHOWN, partial=True))
+        _require_reached(scene, bent.motion)
+    require_on_beams(scene, bent)
+
+
+def require_on_beams(scene: Scene, bent: Deflection) -> None:
+    """Raise where a block leaves the elastic beam that it slides on."""
+    known = np.isfinite(bent.motion.origin).all(axis=0)
+    for block in bent.blocks:
+        off = known & np.isnan(block.xi)
+        if off.any():
+            at, beam = scene.mechanism.beams[block.beam]
+            link = scene.mechanism.links[at].name
+            on_it = (joint.name for joint in bent.motion.structure.joints if joint.owner == at and not joint.turns)
+            names = ", ".join(f'"{name}"' for name in on_it)
+            problem = f'of {names} leaves the beam "{beam.start}"-"{beam.end}" at {bent.motion.time[off][0]:.6g} s'
+            raise SceneError(scene.path, f"links.{link}", "points", f"the block {problem}: let the beam reach further")
+
+
+def _moved(scene: Scene, request: Request) -> tuple[Motion, int]:
+    """The motion, and how many positions were left out."""
+    times = scene.course.times(request.positions)
+    kept = scene.course.reached(times) if request.reachable else times
+    if not len(kept):
+        raise RequestError("no position can be reached")
+    moved = scene.course.at(kept)
+    if not request.reachable:
+        _require_reached(scene, moved)
+    require_tables(scene, moved)
+    return moved, len(times) - len(kept)

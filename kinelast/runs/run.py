@@ -19,7 +19,7 @@ from kinelast.outputs.batch import headline, questions
 from kinelast.outputs.outbox import complete, foreign
 from kinelast.outputs.sealed import finished, made_from, same_scene, seal, write_json
 from kinelast.outputs.table import write_table
-from kinelast.runs.compute import (
+from kinelast.runs import (
     SHOWN,
     by_theory,
     checked,

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from math import nan
 from typing import Any
 
 import numpy as np
 
+from elastic import Section
 from kinelast.scene.course import Course, CourseByLaws, IntegratedCourse, Run
 from kinelast.scene.data import Scene, Theory
 from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives, cylinder_of, motor_of, unevenness_of
-from kinelast.scene.error import fault
+from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import MaterialTable, SceneTable
-from kinelast.scene.joints import build_friction, build_gears, build_joints, build_sliders, build_welds
+from kinelast.scene.joints import build_bearings, build_friction, build_gears, build_joints, build_sliders, build_welds
 from kinelast.scene.laws import TableLaw
 from kinelast.scene.limits import build_limits, build_output
 from kinelast.scene.links import LinkModel, build_links, drawn_places, guiding, undivided
@@ -22,6 +24,15 @@ from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.numbers import real, require, vector
 from kinelast.scene.repetition import Repetition, drives_repeat, mechanism_repeats
 from kinelast.scene.sections import Material, SectionSource, making, materials_of, poisson_of
+from kinelast.scene.tables import FatigueTable, LinkFatigueTable
+from machine.life import (
+    FatigueStrength,
+    FatigueTask,
+    effective_diameter,
+    reliability_factor,
+    size_factor,
+    surface_factor,
+)
 from rigid import LineLoad, Link, Load, Mechanism, SegmentedLaw
 
 
@@ -112,6 +123,8 @@ def built(table: SceneTable, name: str, path: str = "", varied: Collection[str] 
         motors=_of_drives(table, motor_of),
         cylinders=_of_drives(table, cylinder_of),
         unevenness=_of_drives(table, unevenness_of),
+        bearings=build_bearings(table, mechanism),
+        fatigue=_fatigue(table, beams, made_of, materials),
     )
     return scene
 
@@ -150,6 +163,70 @@ def _theory(table: SceneTable, stuff: Mapping[str, MaterialTable], made_of: tupl
     accuracy = None if run.accuracy is None else float(run.accuracy)
     beta = tuple(nan if each is None else real(each) for each in own)
     return Theory(run.theory, accuracy, run.damping_ratio or Theory.damping_ratio, beta)
+
+
+def _fatigue(
+    table: SceneTable,
+    beams: Sequence[tuple[LinkModel, int]],
+    made_of: Sequence[SectionSource],
+    materials: Mapping[str, MaterialTable],
+) -> FatigueTask | None:
+    """The question of fatigue of all beams; None where it is not asked."""
+    asked = table.fatigue
+    if asked is None:
+        return None
+    if find_spec("rainflow") is None:
+        raise fault("fatigue", "", 'counts cycles by the package rainflow: pip install "kinelast[life]"')
+    elastic = [body.link.name for body, _ in beams]
+    points = {point for body, _ in beams for point in body.link.points}
+    for name, own in asked.links.items():
+        known_name("fatigue.links", name, name, dict.fromkeys(elastic), "link with beams")
+        for point in own.notches:
+            known_name(f"fatigue.links.{name}.notches", point, point, table.links[name].points, "point of the link")
+    for point in asked.notches:
+        known_name("fatigue.notches", point, point, sorted(points), "point of a link with beams")
+    rows = [_strength(asked, body, k, made, materials) for (body, k), made in zip(beams, made_of, strict=True)]
+    notches = []
+    for body, k in beams:
+        given = {**asked.notches, **asked.links.get(body.link.name, LinkFatigueTable()).notches}
+        beam = body.link.beams[k]
+        notches.append((given.get(beam.start, 1.0), given.get(beam.end, 1.0)))
+    strengths, factors = ((*column,) for column in (zip(*rows, strict=True) if rows else ((), ())))
+    return FatigueTask(strengths, asked.criterion, tuple(notches), factors)
+
+
+def _strength(
+    asked: FatigueTable, body: LinkModel, number: int, made: SectionSource, materials: Mapping[str, MaterialTable]
+) -> tuple[FatigueStrength, dict[str, Any]]:
+    """Strength of a beam in fatigue, and the factors that its endurance limit has; nan without a material."""
+    if not made.material:
+        return FatigueStrength(nan, nan, nan, nan, nan), {}
+    stuff, where = materials[made.material], f"materials.{made.material}"
+    own = asked.links.get(body.link.name, asked)
+    for key in ("ultimate", "endurance"):
+        if getattr(stuff, key) is None:
+            raise fault(where, key, "the key is missing: [fatigue] asks for it")
+    if asked.criterion == "soderberg" and stuff.yield_stress is None:
+        raise fault(where, "yield", "the key is missing: Soderberg's line asks for it")
+    surface = asked.surface if own.surface is None else own.surface
+    size = asked.size if own.size is None else own.size
+    ultimate = real(stuff.ultimate)
+    factors: dict[str, Any] = {"reliability": reliability_factor(asked.reliability)}
+    factors["surface"] = surface_factor(surface, ultimate) if isinstance(surface, str) else surface or 1.0
+    factors["size"] = _size_factor(body.sections[number].section, made) if size is None else size
+    whole = factors["reliability"] * factors["surface"] * factors["size"]
+    limit = nan if stuff.yield_stress is None else real(stuff.yield_stress)
+    return FatigueStrength(ultimate, limit, real(stuff.endurance) * whole, stuff.slope, stuff.knee), factors
+
+
+def _size_factor(section: Section, made: SectionSource) -> Any:
+    """Factor of the endurance limit by the larger end of a beam."""
+    taper = section.taper
+    deep, wide = (1.0, 1.0) if taper is None else (max(1.0, sum(taper.fibre)), max(1.0, sum(taper.width)))
+    diameter = effective_diameter(2 * section.fibre * deep, section.width * wide, section.round)
+    if np.isnan(diameter).any():
+        raise fault("fatigue", "size", f'the section "{made.section}" does not tell its dimensions: give the factor')
+    return size_factor(diameter)
 
 
 def _material(stuff: MaterialTable, name: str) -> Material:

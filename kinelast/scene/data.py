@@ -18,6 +18,8 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit, Output
 from kinelast.scene.sections import Material, SectionSource
 from machine import Cylinder, Motor
+from machine.joints import JointParts
+from machine.life import FatigueTask
 from rigid import SINGULAR, Mechanism, MechanismError, Motion, ReachError, Reals, TableError, motion, require_reach
 
 ACCURACY = 0.05  # where none is asked for
@@ -87,6 +89,10 @@ class Scene:
         Of page and tables: "SI", "mm" or "in".
     motors, cylinders, unevenness
         By the number of a drive: its motor or cylinder, and by which share of its speed it may be uneven.
+    bearings
+        Parts of the joints that the scene tells them of, by the name of the pin.
+    fatigue
+        The question of fatigue; None where it is not asked.
     """
 
     name: str
@@ -107,6 +113,8 @@ class Scene:
     motors: Mapping[int, Motor] = field(default_factory=dict)
     cylinders: Mapping[int, Cylinder] = field(default_factory=dict)
     unevenness: Mapping[int, Any] = field(default_factory=dict)
+    bearings: Mapping[str, JointParts] = field(default_factory=dict)
+    fatigue: FatigueTask | None = None
 
     def __repr__(self) -> str:
         return f'Scene("{self.name}": {self._told})'

@@ -35,8 +35,10 @@ from kinelast.scene.quantities import (
 )
 from kinelast.scene.tables import (
     Amount,
+    BearingTable,
     CylinderTable,
     DriveTable,
+    FatigueTable,
     GearTable,
     JointTable,
     LengthUnit,
@@ -189,6 +191,10 @@ class MaterialTable(StrictTable, frozen=True, kw_only=True):
     yield_stress: Stress | None = field(default=None, name="yield")
     expansion: Expansion | None = None
     damping: Duration | None = None
+    ultimate: Stress | None = None
+    endurance: Stress | None = None
+    slope: Annotated[float, Meta(gt=1)] = 5.0
+    knee: Annotated[float, Meta(gt=0)] = 1e6
 
 
 class BeamTable(StrictTable, frozen=True, kw_only=True):
@@ -259,6 +265,8 @@ class SceneTable(StrictTable, frozen=True, kw_only=True):
     loads: list[LoadTable] = field(default_factory=list)
     gears: list[GearTable] = field(default_factory=list)
     springs: list[SpringTable] = field(default_factory=list)
+    bearings: dict[Name, BearingTable] = field(default_factory=dict)
+    fatigue: FatigueTable | None = None
     limits: LimitsTable = field(default_factory=LimitsTable)
     run: RunTable = field(default_factory=RunTable)
     sweep: SweepTable = field(default_factory=SweepTable)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from math import inf, pi
+from math import inf, nan, pi
 from typing import Any
 
 from elastic import JointCompliance
@@ -12,10 +12,11 @@ from kinelast.scene.drives import moved_joint
 from kinelast.scene.error import fault, known_name, likely
 from kinelast.scene.format import SceneTable
 from kinelast.scene.links import LinkModel, Points, drawn_direction, known_point
-from kinelast.scene.numbers import direction_of, real, vector
+from kinelast.scene.numbers import direction_of, real, require, vector
 from kinelast.scene.quantities import Damping
-from kinelast.scene.tables import GearTable, JointTable, SliderTable, SlotTable, WeldTable
-from rigid import GROUND, Friction, Gear, Link, Mechanism, Slider, Weld
+from kinelast.scene.tables import BearingTable, GearTable, JointTable, SliderTable, SlotTable, WeldTable
+from machine.joints import Eye, JointParts, Pin, Plain, Rolling
+from rigid import GROUND, Friction, Gear, Link, Mechanism, Slider, Weld, structure
 from rigid.arrays import Complex
 
 
@@ -186,6 +187,50 @@ def _friction(where: str, table: JointTable, slides: bool) -> Friction:
         raise fault(where, "viscosity", f"expected a damping, as in {example}, got one in {table.viscosity.unit}")
     sizes = real(table.friction or 0.0), real(table.radius or 0.0), real(table.length or inf)
     return Friction(*sizes, real(table.viscosity or 0.0))
+
+
+def build_bearings(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointParts]:
+    """Parts of the joints by the name of their pin."""
+    pins = [joint.name for joint in structure(mechanism).joints if joint.turns and joint.name not in scene.welds]
+    for name in scene.bearings:
+        known_name("bearings", name, name, pins, "pin")
+    return {name: _parts(f"bearings.{name}", table) for name, table in scene.bearings.items()}
+
+
+def _parts(where: str, table: BearingTable) -> JointParts:
+    rolling, plain, pin, eye = table.rolling, table.plain, table.pin, table.eye
+    if rolling is not None and rolling.safety is not None and rolling.C0 is None:
+        raise fault(f"{where}.rolling", "C0", "the key is missing: safety is the static one, C0 over the load")
+    if rolling is not None and rolling.least_overlap is not None and rolling.elements is None:
+        raise fault(f"{where}.rolling", "elements", "the key is missing: how many balls or rollers it has")
+    if pin is not None and pin.cheek is None and not pin.overhung:
+        raise fault(f"{where}.pin", "cheek", "the key is missing: the thickness of one cheek, or overhung = true")
+    for name, part in (("pin", pin), ("eye", eye)):
+        if part is not None and part.safety is not None and part.yield_stress is None:
+            raise fault(f"{where}.{name}", "yield", "the key is missing: safety is against it")
+    if eye is not None:
+        require(real(eye.width) > real(eye.diameter), f"{where}.eye", "width", "expected more than the diameter")
+        require(2 * real(eye.edge) > real(eye.diameter), f"{where}.eye", "edge", "expected more than half the diameter")
+    return JointParts(
+        None if rolling is None else Rolling(
+            real(rolling.C), _or(rolling.C0, nan), rolling.type, float(rolling.reliability.split()[0]) / 100,
+            _or(rolling.condition, 1.0), _or(rolling.elements, nan),
+        ),
+        None if plain is None else Plain(real(plain.diameter), real(plain.width)),
+        None if pin is None else Pin(
+            real(pin.diameter), real(pin.eye), _or(pin.cheek, 0.0), _or(pin.gap, 0.0), pin.overhung,
+            _or(pin.yield_stress, nan),
+        ),
+        None if eye is None else Eye(
+            real(eye.diameter), real(eye.width), real(eye.thickness), real(eye.edge), _or(eye.yield_stress, nan)
+        ),
+        None if table.clearance is None else real(table.clearance),
+    )  # fmt: skip
+
+
+def _or(value: Any, otherwise: float) -> Any:
+    """A number, or another where it is not given."""
+    return otherwise if value is None else real(value)
 
 
 def build_welds(scene: SceneTable, links: Mapping[str, Link], places: Points) -> tuple[Weld, ...]:

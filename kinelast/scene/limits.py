@@ -11,7 +11,7 @@ import numpy as np
 from kinelast.scene.error import SceneError, fault, known_name, likely
 from kinelast.scene.format import SceneTable
 from kinelast.scene.numbers import real
-from kinelast.scene.tables import Amount, LinkLimitsTable, RangeTable, ToleranceTable
+from kinelast.scene.tables import LEAST_ALLOWED, Amount, LinkLimitsTable, RangeTable, ToleranceTable
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Place, Variable, place_of, value_at
 from rigid import Mechanism
@@ -98,12 +98,13 @@ def build_limits(table: SceneTable, mechanism: Mechanism) -> tuple[Limit, ...]:
 
 def _limits(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
     limits = table.limits
-    yield from _of_links(limits, "")
+    yield from _of_links(table, limits, "")
     yield from _of_drives(table, mechanism)
+    yield from _of_bearings(table)
     elastic = [link.name for link in mechanism.links[1:] if link.beams]
     for name, own in limits.links.items():
         known_name("limits.links", name, name, elastic, "link with beams")
-        yield from _of_links(own, name)
+        yield from _of_links(table, own, name)
     if limits.output is not None:
         output, unit = build_output(table, mechanism), limits.output.unit
         meant = unit if output is None else "m" if output.point else "rad"
@@ -116,12 +117,52 @@ def _limits(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
         yield Limit(OUTPUT_ERROR, limits.output.within(meant), unit=meant, of="scene")
 
 
-def _of_links(table: LinkLimitsTable, link: str) -> Iterator[Limit]:
+def _of_links(asked: SceneTable, table: LinkLimitsTable, link: str) -> Iterator[Limit]:
     for kind in LinkLimitsTable.__struct_fields__:
         value = getattr(table, kind)
         if value is not None:
             unit = value.units[0] if isinstance(value, Quantity) else "1"
-            yield Limit(kind, real(value), unit == "1", link, unit)
+            if kind in ("endurance", "life") and asked.fatigue is None:
+                raise fault("limits", kind, "asks for the fatigue of the links: add [fatigue]")
+            of = "fatigued beam" if kind in ("endurance", "life") else "beam"
+            yield Limit(kind, real(value), kind in LEAST_ALLOWED, link, unit, of)
+
+
+BEARING_LIMITS = {  # by the part of a joint and its key: the figure, its unit, and whether it may not be less
+    "rolling": {
+        "life": ("bearing_life", "s", True),
+        "safety": ("bearing_static_safety", "1", True),
+        "least_load": ("bearing_load_share", "1", True),
+        "least_overlap": ("bearing_overlap", "1", True),
+    },
+    "plain": {
+        "pressure": ("bearing_pressure", "Pa", False),
+        "speed": ("bearing_speed", "m/s", False),
+        "pressure_speed": ("bearing_pv", "W/m^2", False),
+    },
+    "pin": {
+        "shear": ("pin_shear", "Pa", False),
+        "bending": ("pin_bending", "Pa", False),
+        "safety": ("pin_safety", "1", True),
+    },
+    "eye": {
+        "bearing": ("eye_bearing", "Pa", False),
+        "net": ("eye_net", "Pa", False),
+        "tear_out": ("eye_tear_out", "Pa", False),
+        "safety": ("eye_safety", "1", True),
+    },
+}
+
+
+def _of_bearings(table: SceneTable) -> Iterator[Limit]:
+    """Limits that the parts of joints set to what is asked of them."""
+    for name, bearing in table.bearings.items():
+        for of, bounds in BEARING_LIMITS.items():
+            part = getattr(bearing, of)
+            for key, (figure, unit, least) in bounds.items() if part is not None else ():
+                value = getattr(part, key)
+                if value is not None:
+                    yield Limit(figure, real(value), least, name, unit, of)
 
 
 def _of_drives(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:

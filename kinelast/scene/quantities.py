@@ -113,6 +113,20 @@ class Force(Quantity, expected='a force, as in "2 kN" or 2000', units=("N",)):
     """Component of a force [N]."""
 
 
+class LoadRating(Quantity, expected='a load, as in "19.5 kN" or 19500', units=("N",), above=0.0):
+    """Load rating of a bearing [N]."""
+
+
+class SlidingSpeed(Quantity, expected='a speed of sliding, as in "0.2 m/s" or 0.2', units=("m/s",), above=0.0):
+    """Speed of sliding [m/s]."""
+
+
+class PressureSpeed(
+    Quantity, expected='a pressure times a speed, as in "1.8 MPa m/s" or 1.8e6', units=("W/m^2",), above=0.0
+):
+    """Pressure times speed of sliding [W/m^2]."""
+
+
 class Moment(Quantity, expected='a moment, as in "3 N m" or 3', units=("N m",)):
     """Moment, counter-clockwise [N m]."""
 

@@ -22,11 +22,14 @@ from kinelast.scene.quantities import (
     GearRatio,
     Inertia,
     Length,
+    LoadRating,
     Moment,
     Pressure,
+    PressureSpeed,
     Ratio,
     Share,
     Size,
+    SlidingSpeed,
     Speed,
     Stiffness,
     Stress,
@@ -231,6 +234,94 @@ class LinkLimitsTable(StrictTable, frozen=True, kw_only=True):
     deflection: Size | None = None
     chord: Size | None = None
     safety: Factor | None = None
+    buckling: Factor | None = None
+    endurance: Factor | None = None
+    life: Duration | None = None
+
+
+LEAST_ALLOWED = ("safety", "endurance", "life")  # of these the figure may not be less
+
+
+class RollingTable(StrictTable, frozen=True, kw_only=True):
+    """A rolling bearing, and the least that is asked of it."""
+
+    C: LoadRating
+    C0: LoadRating | None = None
+    type: Literal["ball", "roller"] = "ball"
+    reliability: Literal["90 %", "95 %", "96 %", "97 %", "98 %", "99 %"] = "90 %"
+    condition: Factor | None = None
+    elements: Annotated[int, Meta(ge=3)] | None = None
+    life: Duration | None = None
+    safety: Factor | None = None
+    least_load: Share | None = None
+    least_overlap: Factor | None = None
+
+
+class PlainTable(StrictTable, frozen=True, kw_only=True):
+    """A plain bearing, and the most that its material allows."""
+
+    diameter: Size
+    width: Size
+    pressure: Stress | None = None
+    speed: SlidingSpeed | None = None
+    pressure_speed: PressureSpeed | None = None
+
+
+class PinTable(StrictTable, frozen=True, kw_only=True):
+    """A pin through an eye and two cheeks, or overhung from one, and its limits."""
+
+    diameter: Size
+    eye: Size
+    cheek: Size | None = None
+    gap: Size | None = None
+    overhung: bool = False
+    yield_stress: Stress | None = field(default=None, name="yield")
+    shear: Stress | None = None
+    bending: Stress | None = None
+    safety: Factor | None = None
+
+
+class EyeTable(StrictTable, frozen=True, kw_only=True):
+    """The eye of a link, and its limits."""
+
+    diameter: Size
+    width: Size
+    thickness: Size
+    edge: Size
+    yield_stress: Stress | None = field(default=None, name="yield")
+    bearing: Stress | None = None
+    net: Stress | None = None
+    tear_out: Stress | None = None
+    safety: Factor | None = None
+
+
+class BearingTable(StrictTable, frozen=True, kw_only=True):
+    """The parts of a joint, at the pin of that name; an empty table asks for force, swing and speed."""
+
+    rolling: RollingTable | None = None
+    plain: PlainTable | None = None
+    pin: PinTable | None = None
+    eye: EyeTable | None = None
+    clearance: Size | None = None
+
+
+Surface = Literal["polished", "ground", "machined", "hot-rolled", "as-forged"]
+
+
+class LinkFatigueTable(StrictTable, frozen=True, kw_only=True):
+    """Factors of the endurance limit of a link, and the notch factors at its points."""
+
+    surface: Surface | Factor | None = None
+    size: Factor | None = None
+    notches: dict[str, Annotated[float, Meta(ge=1)]] = field(default_factory=dict)
+
+
+class FatigueTable(LinkFatigueTable, frozen=True, kw_only=True):
+    """Fatigue of the links: criterion, reliability, and factors of all links and of single ones."""
+
+    criterion: Literal["goodman", "gerber", "soderberg"] = "goodman"
+    reliability: Annotated[float, Meta(gt=0, lt=1)] = 0.5
+    links: dict[str, LinkFatigueTable] = field(default_factory=dict)
 
 
 class LimitsTable(LinkLimitsTable, frozen=True, kw_only=True):

@@ -1,6 +1,6 @@
 """Joints of a machine: the force they bear over the cycle, and the bearings, pins and eyes that they are made of."""
 
-from machine.joints.bearings import LIFE_FACTORS, Eye, Pin, Plain, Rolling
+from machine.joints.bearings import LIFE_FACTORS, Eye, JointParts, Pin, Plain, Rolling
 from machine.joints.clearance import clearance_effects, contact_losses, knocks
 from machine.joints.courses import JointCourse, joint_course
 
@@ -8,6 +8,7 @@ __all__ = [
     "LIFE_FACTORS",
     "Eye",
     "JointCourse",
+    "JointParts",
     "Pin",
     "Plain",
     "Rolling",

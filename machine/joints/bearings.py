@@ -206,6 +206,17 @@ class Eye:
             return np.asarray(self.yield_stress / worst)
 
 
+@dataclass(frozen=True, eq=False)
+class JointParts:
+    """Parts of a joint, None where it has none: bearing, pin, eye, and clearance [m]."""
+
+    rolling: Rolling | None = None
+    plain: Plain | None = None
+    pin: Pin | None = None
+    eye: Eye | None = None
+    clearance: Real | None = None
+
+
 def _flat(value: Any) -> Any:
     """A number of every design without the axis of positions."""
     return value[..., 0] if np.ndim(value) else value

@@ -43,7 +43,7 @@ class JointCourse:
     @cached_property
     def known(self) -> Reals:
         """1 where force and rate are known, else 0, shape (..., positions)."""
-        return np.where(np.isfinite(self.force) & np.isfinite(self.rate), 1.0, 0.0)
+        return np.where(np.isfinite(self.force) & np.isfinite(self.rate) & (self.weight > 0.0), 1.0, 0.0)
 
     @cached_property
     def size(self) -> Reals:
@@ -86,8 +86,8 @@ class JointCourse:
 
     @property
     def swing(self) -> Reals:
-        """Angle between the extreme positions [rad], shape (...)."""
-        return np.asarray(np.ptp(self.angle, axis=-1))
+        """Angle between the extreme positions, or that of its turns where it turns on [rad], shape (...)."""
+        return np.maximum(np.ptp(self.angle, axis=-1), 2.0 * np.pi * np.abs(self.net_turns))
 
     @property
     def net_turns(self) -> Reals:
@@ -117,46 +117,26 @@ class JointCourse:
         return np.asarray((angle[..., -1] - angle[..., 0]) / (2.0 * np.pi))
 
 
-def joint_course(motion: Motion, forces: JointForces, number: int, closed: bool) -> JointCourse:
+def joint_course(motion: Motion, forces: JointForces, number: int, weight: Reals) -> JointCourse:
     """Force and motion of a joint.
 
     Parameters
     ----------
     number
         Of the joint, in the order of `motion.structure.joints`.
-    closed
-        Whether the run is a cycle, its end left out.
+    weight
+        Time for which each position stands [s], shape (..., positions); 0 of one that does not count.
     """
-    place, columns = motion.places[number], forces.force[number].shape
+    place = motion.places[number]
 
     def wide(value: Any) -> Any:
-        return np.broadcast_to(value, np.broadcast_shapes(columns, motion.columns))
+        return np.broadcast_to(value, np.shape(weight))
 
     return JointCourse(
         wide(forces.force[number]),
         wide(motion.direction[place.joint.child]),
         wide(motion.direction[place.joint.parent]),
         wide(np.asarray(place.rate(motion.velocity, motion.angular_velocity))),
-        wide(durations(motion.time, closed)),
+        weight,
         place.turns,
     )
-
-
-def durations(time: Reals, closed: bool) -> Reals:
-    """Time for which each position stands [s], half of that to its neighbours; shape of the argument.
-
-    Parameters
-    ----------
-    closed
-        Whether the run is a cycle, its end left out: what is passed behind the last position is a mean step.
-
-    Examples
-    --------
-    >>> durations(np.array([0.0, 1.0, 3.0]), closed=False)
-    array([0.5, 1.5, 1. ])
-    """
-    if np.shape(time)[-1] < 2:
-        return np.ones_like(time)
-    step = np.diff(time, axis=-1)
-    end = step.mean(axis=-1, keepdims=True) if closed else np.zeros_like(step[..., :1])
-    return np.asarray((np.concatenate([end, step], axis=-1) + np.concatenate([step, end], axis=-1)) / 2.0)

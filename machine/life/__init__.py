@@ -12,13 +12,14 @@ from machine.life.endurance import (
     size_factor,
     surface_factor,
 )
-from machine.life.stresses import Fatigue, fatigue
+from machine.life.stresses import Fatigue, FatigueTask, fatigue
 
 __all__ = [
     "CRITERIA",
     "SURFACES",
     "Fatigue",
     "FatigueStrength",
+    "FatigueTask",
     "cycles_of",
     "damage",
     "effective_diameter",

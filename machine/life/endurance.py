@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -180,4 +179,6 @@ def reliability_factor(reliability: float) -> float:
     >>> round(reliability_factor(0.99), 3)
     0.814
     """
+    from statistics import NormalDist  # slow to load, and asked by few
+
     return 1.0 - SPREAD * NormalDist().inv_cdf(reliability)

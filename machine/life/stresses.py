@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,9 +11,31 @@ import numpy as np
 from elastic import Deflection, Largest, sample
 from machine.life.damage import damage, reversals
 from machine.life.endurance import FatigueStrength, endurance_safety, equivalent_amplitude
-from rigid.arrays import Reals
+from rigid.arrays import Real, Reals
 
 STATIONS = np.linspace(0.0, 1.0, 21)  # along a beam
+
+
+@dataclass(frozen=True, eq=False)
+class FatigueTask:
+    """The question of fatigue.
+
+    Attributes
+    ----------
+    strengths
+        Of every beam.
+    criterion
+        One of `CRITERIA`.
+    notches
+        Fatigue notch factors at start and end of every beam, which multiply the stress there.
+    factors
+        Of every beam by name, factors that the material's endurance was multiplied by.
+    """
+
+    strengths: tuple[FatigueStrength, ...]
+    criterion: str = "goodman"
+    notches: tuple[tuple[float, float], ...] = ()
+    factors: tuple[Mapping[str, Real], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,13 +59,7 @@ class Fatigue:
     damage: Largest
 
 
-def fatigue(
-    bent: Deflection,
-    strengths: Sequence[FatigueStrength],
-    criterion: str = "goodman",
-    notches: Sequence[tuple[float, float]] = (),
-    counting: bool = True,
-) -> Fatigue:
+def fatigue(bent: Deflection, task: FatigueTask, counting: bool = True) -> Fatigue:
     """Fatigue of the beams by the normal stress in their outer fibres.
 
     Positions without stress are left out. The greatest cycle, from peak to valley, is the one that comes nearest to the
@@ -51,13 +67,10 @@ def fatigue(
 
     Parameters
     ----------
-    strengths
-        Of every beam.
-    notches
-        Fatigue notch factors at start and end of every beam, which multiply the stress there; 1 where left out.
     counting
         Whether Miner's sum is asked for; nan where not.
     """
+    strengths, criterion, notches = task.strengths, task.criterion, task.notches
     stress = np.array([sample(bent, side, STATIONS) for side in ("left", "right")])
     stress = np.moveaxis(stress, -1, -2)  # (2, beams, ..., stations, positions)
     factors = np.ones((len(strengths), len(STATIONS)))
