@@ -129,7 +129,7 @@ JOINT_FIGURES: tuple[Figure, ...] = (
 
 
 def clearance_figures(output: Output | None) -> tuple[Figure, ...]:
-    """Figures of what clearance does to the output; none where there is no output."""
+    """Figures of the output's displacement by clearance; none where there is no output."""
     if output is None:
         return ()
 

@@ -155,7 +155,7 @@ BEARING_LIMITS = {  # by the part of a joint and its key: the figure, its unit, 
 
 
 def _of_bearings(table: SceneTable) -> Iterator[Limit]:
-    """Limits that the parts of joints set to what is asked of them."""
+    """Limits that the parts of joints set."""
     for name, bearing in table.bearings.items():
         for of, bounds in BEARING_LIMITS.items():
             part = getattr(bearing, of)

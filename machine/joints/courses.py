@@ -87,7 +87,7 @@ class JointCourse:
     @property
     def swing(self) -> Reals:
         """Angle between the extreme positions, or that of its turns where it turns on [rad], shape (...)."""
-        return np.maximum(np.ptp(self.angle, axis=-1), 2.0 * np.pi * np.abs(self.net_turns))
+        return np.asarray(np.maximum(np.ptp(self.angle, axis=-1), 2.0 * np.pi * np.abs(self.net_turns)))
 
     @property
     def net_turns(self) -> Reals:
