@@ -49,7 +49,7 @@ def imported(program):
         ("import rigid", {"numpy", "rigid"}),
         ("import elastic", {"numpy", "rigid", "elastic"}),
         (CANTILEVER, {"numpy", "rigid", "elastic"}),
-        ("import machine", {"numpy", "rigid", "machine"}),
+        ("import machine", {"machine"}),
         ("import fem_check", {"numpy", "rigid", "elastic", "fem_check"}),
         ("import animations", {"numpy", "rigid", "elastic", "animations"}),
         ("import kinelast", {"kinelast"}),

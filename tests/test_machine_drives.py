@@ -7,38 +7,36 @@ import numpy as np
 import pytest
 from mechanisms import four_bar, replaced, slider_crank, turn
 
-from kinelast import scene_from_dict
+from kinelast import scene_from_dict, shipped_scenes
 from kinelast.cli.command import main
 from kinelast.designs import evaluate, with_value
 from kinelast.designs.base import base_of
 from kinelast.runs import computed
 from kinelast.scene.document import document_from_dict
 from kinelast.tasks.request import Request
-from machine import (
+from machine.drives import (
     Cylinder,
     Motor,
     available_torque,
+    balanced,
     buckling_safety,
     energy_fluctuation,
     flow_rate,
     flywheel_inertia,
+    inertia_force,
     inertia_matched_ratio,
+    inertia_moment,
     least_torque_ratio,
     mean_positive,
     motor_torque,
-    root_mean_square,
-    time_weights,
-    working_pressure,
-)
-from machine.balance import (
-    balanced,
-    inertia_force,
-    inertia_moment,
     pivoted_links,
+    root_mean_square,
     shaking_influences,
     spring_influences,
+    time_weights,
     weight_effort,
     weight_influences,
+    working_pressure,
 )
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Segment, SegmentedLaw, drive_efforts, motion, reactions
 from rigid.dynamics import kinetic_energy
@@ -428,3 +426,37 @@ positions = 721
             for key in keys:
                 alone = abs(peaks[key.partition(".")[0]][0].value)
                 assert found.columns[key][row] == pytest.approx(alone, rel=1e-12), key
+
+
+class TestProposals:
+    """What --balance proposes does, put into the scene, what it says."""
+
+    OPTIONS = ("--theory", "quasi-static", "--positions", "72")
+
+    def four_bar(self, tmp_path, more="", *options):
+        text = shipped_scenes()["steel_four_bar"].read_text() + more
+        return figures_of(text, tmp_path, *self.OPTIONS, *options)[1]
+
+    def test_a_spring_takes_as_much_of_the_drive_as_it_says(self, tmp_path):
+        proposed = self.four_bar(tmp_path, "", "--balance")["balance"]["drive_effort"]
+        (spring,) = proposed["parts"]
+        assert proposed["left"] < 0.5
+        more = f"""
+[[springs]]
+link = "{spring["link"]}"
+at = "{spring["pin"]}"
+stiffness = "{spring["stiffness"]["value"]} N m/rad"
+angle = {spring["angle"]["value"]}
+"""
+        with_it = self.four_bar(tmp_path, more)["drives"]["crank"]["effort"]["value"]
+        assert abs(with_it) == pytest.approx(proposed["after"]["value"], rel=1e-9)
+
+    def test_two_counterweights_leave_no_shaking_force(self, tmp_path, capsys):
+        text = shipped_scenes()["steel_four_bar"].read_text()
+        (tmp_path / "scene.toml").write_text(text)
+        assert main([str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out"), *self.OPTIONS, "--balance"]) == 0
+        found = json.loads((tmp_path / "out" / "scene" / "summary.json").read_text())["balance"]["shaking_force"]
+        assert found["left"] < 1e-12
+        assert found["after"]["value"] < 1e-11 * found["before"]["value"]
+        assert {part["link"] for part in found["parts"]} == {"crank", "rocker"}
+        assert "balance of the shaking force: 0.188 kg at 50 mm from O on crank" in capsys.readouterr().out

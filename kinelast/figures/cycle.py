@@ -28,7 +28,7 @@ from elastic.beams import designs_of
 from kinelast.scene.data import Scene, scene_deflection
 from kinelast.scene.limits import drive_names
 from kinelast.tasks.progress import one_thread
-from machine import time_weights
+from machine.drives import time_weights
 from machine.joints import JointCourse, joint_course
 from machine.life import Fatigue, fatigue
 from rigid import Mechanism, Motion, Reals, drive_efforts, reachable, structure

@@ -21,7 +21,7 @@ from kinelast.figures.entry import (
     least,
 )
 from kinelast.scene.data import Scene
-from machine import (
+from machine.drives import (
     available_torque,
     buckling_safety,
     energy_fluctuation,
@@ -34,7 +34,7 @@ from machine import (
     root_mean_square,
     working_pressure,
 )
-from machine import (
+from machine.drives import (
     motor_torque as shaft_torque,
 )
 from rigid import ConstantSpeed, with_rates

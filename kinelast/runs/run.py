@@ -173,6 +173,10 @@ def _finish(
         write_json(part / "check.json", {**checks.pop("check", {}), **checks})
     if request.speeds and results.scene.labels:
         figures["speeds"] = _speeds(part, results.scene, request.speeds, request.tables, progress)
+    if request.balance:
+        from kinelast.figures.balance import balance_figures
+
+        figures["balance"] = balance_figures(results)
     if request.sensitivities or request.tolerances or request.optimize:
         from kinelast.outputs.studies import write_studies
 
@@ -206,7 +210,7 @@ def _told(task: Task, figures: dict[str, Any]) -> Outcome:
     made = figures["made_from"]
     if older := [name for name, told in figures["earlier"].items() if not same_scene(told["made_from"], made)]:
         line += f"; of an earlier state of the scene: {plain(', '.join(older[:3]), MESSAGE)}"
-    for study in ("speeds", "sensitivities", "tolerances", "optimum"):
+    for study in ("balance", "speeds", "sensitivities", "tolerances", "optimum"):
         for words in figures.get(study, {}).get("words", ()):
             line += f"\n{task.name}: {words}"
     failed = figures["failed"]

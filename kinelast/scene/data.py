@@ -17,7 +17,7 @@ from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit, Output
 from kinelast.scene.sections import Material, SectionSource
-from machine import Cylinder, Motor
+from machine.drives import Cylinder, Motor
 from machine.joints import JointParts
 from machine.life import FatigueTask
 from rigid import SINGULAR, Mechanism, MechanismError, Motion, ReachError, Reals, TableError, motion, require_reach

@@ -14,7 +14,7 @@ from kinelast.scene.links import Points, drawn_direction
 from kinelast.scene.numbers import phase, real, require
 from kinelast.scene.quantities import Coordinate
 from kinelast.scene.tables import DriveTable, JointNameTable, MotorTable
-from machine import Cylinder, Motor
+from machine.drives import Cylinder, Motor
 from rigid import (
     GROUND,
     ConstantSpeed,

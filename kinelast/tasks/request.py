@@ -168,6 +168,9 @@ class Request:
         read=shown,
         belongs="animate",
     )
+    balance: bool = option(
+        DESIGNS, "counterweights, discs and springs that balance shaking force and moment, weights and drives best"
+    )
     sensitivities: bool = option(
         DESIGNS,
         "how every figure changes with every number (sensitivities.*)",

@@ -11,7 +11,7 @@ function drivesSection() {
     table(rows, [{ name: "Drive", text: (each) => each.name }, column("energy taken", "energy_taken", "into the mechanism in a run"), column("given back", "energy_given"), column("reduced inertia", "load_inertia", "of all links at this drive, the largest over the cycle"), column("energy that swings", "energy_fluctuation", "that a flywheel at this drive would take up"), column("flywheel", "flywheel", "inertia that keeps the speed as even as the scene asks")], "Energy of the drives"),
     motored.length ? motorTable(motored) : null,
     pressed.length ? table(pressed.map(({ name, drive }) => ({ name, drive: drive.cylinder })), [{ name: "Cylinder of", text: (each) => each.name }, column("pressure", "pressure"), column("flow", "flow"), column("buckling safety of the rod", "rod_buckling")], "Cylinders") : null,
-    outputTable(), grid);
+    outputTable(), balanceTable(), grid);
   motored.forEach(({ name, drive }, k) => cloud(grid, name, drive.motor.given, row("motor_speed", k), row("motor_torque", k)));
 }
 
@@ -45,6 +45,24 @@ function outputTable() {
     { name: "least mechanical advantage", means: "force or moment of the output over the effort of the drive, friction left out", text: () => (advantage ? `${figureWords(advantage)}, ${atWords(advantage)}` : "–") },
     { name: "least transmission angle", text: () => (summary.figures.transmission_angle?.value ? figureAngle(summary.figures.transmission_angle) : "–") },
   ], "Motion of the output");
+}
+
+// Counterweights and springs, where they were asked for.
+function balanceTable() {
+  const names = { shaking_force: "shaking force", shaking_moment: "shaking moment left", weight: "effort of the weights", drive_effort: "effort of the drive" };
+  const parts = { moment: "counterweight", disc: "disc", stiffness: "spring" };
+  const words = (part) => {
+    const kind = Object.keys(parts).find((key) => part[key]);
+    const at = part.mass ? ` ${coordinateWords(part.direction.value, "rad")} from its axis: ${figureWords(part.mass)} at ${figureWords(part.radius)}` : part.angle ? `, slack at ${coordinateWords(part.angle.value, "rad")}` : "";
+    return `${parts[kind]} of ${figureWords(part[kind])} on ${part.link} about ${part.pin}${at}`;
+  };
+  const rows = Object.entries(summary.balance ?? {}).filter(([key, each]) => names[key] && each.before.value);
+  return rows.length ? table(rows.map(([key, each]) => ({ key, ...each })), [
+    { name: "Balanced", text: (each) => names[each.key] },
+    { name: "by", text: (each) => each.parts.map(words).join("; ") },
+    { name: "before", text: (each) => figureWords(each.before) }, { name: "after", text: (each) => figureWords(each.after) },
+    { name: "left of the mean square", text: (each) => share(each.left) },
+  ], "Balancing") : null;
 }
 
 // Torque over speed at all positions, and the quadrants of the motor: rated, and the most that is there at a speed.

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from machine.averages import mean
+from machine.drives.averages import mean
 from rigid.arrays import Real, Reals
 
 UNKNOWN = float("nan")

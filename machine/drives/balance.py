@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from machine.averages import root_mean_square
+from machine.drives.averages import root_mean_square
 from rigid import Motion, structure, with_rates
 from rigid.arrays import Numbers, Reals
 from rigid.constants import mass_constants

@@ -1,0 +1,138 @@
+"""Proposals that balance a machine: counterweights, discs and springs on links that turn about pins of the ground."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from kinelast.figures.results import Results, figure
+from kinelast.scene.numbers import coordinate, percent, quantity
+from machine.drives import (
+    Balance,
+    balanced,
+    inertia_force,
+    inertia_moment,
+    pivoted_links,
+    shaking_influences,
+    spring_influences,
+    weight_effort,
+    weight_influences,
+)
+from rigid import Motion, position_of
+from rigid.plane import cross
+
+NOTHING = 1e-9  # share of the largest amount, below which one is round-off
+
+
+def balance_figures(results: Results) -> dict[str, Any]:
+    """Proposals for the motion of a scene as plain data, with `words`; see `machine.drives.balanced`.
+
+    `shaking_force`, `weight`: counterweights on the links, as first moments of mass; `shaking_moment`: discs that turn
+    with the links, or against them where they are negative, besides the counterweights of the shaking force;
+    `drive_effort`: torsion springs at the pins of single links. Each with the peak before and after, and the share of
+    the root mean square that is left.
+    """
+    motion, pins = results.motion, pivoted_links(results.motion)
+    if not pins or not results.counted.all():
+        why = "no link turns about a pin of the ground" if not pins else "some positions do not count"
+        return {"words": [f"nothing to balance it with: {why}"]}
+    weight = results.cycle.weights
+    force = balanced(inertia_force(motion), [each for at in pins for each in shaking_influences(motion, at)], weight)
+    found: dict[str, Any] = {"shaking_force": _told(force, "N", _counterweights(results, pins, force))}
+    moment = _moment(motion, pins, force, weight)
+    found["shaking_moment"] = _told(moment, "N m", _amounts(results, pins, moment, "kg m^2", "disc"))
+    units = [unit for *_, unit in results.drive_words]
+    if abs(results.mechanism.gravity) and len(set(units)) == 1:
+        held = balanced(weight_effort(motion), [each for at in pins for each in weight_influences(motion, at)], weight)
+        found["weight"] = _told(held, units[0], _counterweights(results, pins, held))
+    if len(set(units)) == 1:
+        efforts = np.asarray(results.efforts)
+        swings = [at for at in pins if not _goes_round(motion, at)]
+        springs = {at: balanced(efforts, spring_influences(motion, at), weight) for at in swings}
+        soft = {at: each for at, each in springs.items() if each.amounts[0] > 0}
+        if soft:
+            at, best = min(soft.items(), key=lambda each: each[1].share)
+            found["drive_effort"] = _told(best, units[0], _spring(results, at, pins[at], best))
+    return {**found, "words": [*_words(found)]}
+
+
+def _moment(motion: Motion, pins: Mapping[int, str], force: Balance, weight: Any) -> Balance:
+    """Discs on the links that turn, which balance the moment that the counterweights of the shaking force leave."""
+    left = inertia_moment(motion)
+    for (at, pin), pair in zip(pins.items(), force.amounts.reshape(-1, 2), strict=True):
+        pushes = (amount * each for amount, each in zip(pair, shaking_influences(motion, at), strict=True))
+        left = left + cross(position_of(motion, 0, pin), sum(pushes, start=0j))
+    return balanced(left, [-motion.angular_acceleration[at] for at in pins], weight)
+
+
+def _goes_round(motion: Motion, at: int) -> bool:
+    """Whether a link goes round, which no spring can."""
+    angle = np.unwrap(np.angle(motion.direction[at]))
+    return bool(abs(angle[-1] - angle[0]) > np.pi)
+
+
+def _told(balance: Balance, unit: str, parts: list[dict[str, Any]]) -> dict[str, Any]:
+    before, after = (float(np.abs(values).max()) for values in (balance.before, balance.after))
+    return {"before": figure(before, unit), "after": figure(after, unit), "left": balance.share, "parts": parts}
+
+
+def _counterweights(results: Results, pins: Mapping[int, str], balance: Balance) -> list[dict[str, Any]]:
+    """First moments of mass to add to the links, and the same as a mass on the far side of the pin."""
+    rows = []
+    largest = float(np.abs(balance.amounts).max(initial=0.0))
+    for (at, pin), pair in zip(pins.items(), balance.amounts.reshape(-1, 2), strict=True):
+        link, moment = results.mechanism.links[at], complex(*pair)
+        if abs(moment) <= NOTHING * largest:
+            continue
+        radius = max(abs(complex(place) - complex(link.points[pin])) for place in link.points.values()) / 2 or 1.0
+        rows.append(
+            {
+                "link": link.name,
+                "pin": pin,
+                "moment": figure(abs(moment), "kg m"),
+                "direction": figure(math.atan2(moment.imag, moment.real), "rad"),
+                "radius": figure(radius, "m"),
+                "mass": figure(abs(moment) / radius, "kg"),
+            }
+        )
+    return rows
+
+
+def _amounts(results: Results, pins: Mapping[int, str], balance: Balance, unit: str, kind: str) -> list[dict[str, Any]]:
+    names = [results.mechanism.links[at].name for at in pins]
+    pairs = zip(names, pins.values(), balance.amounts.tolist(), strict=True)
+    return [{"link": name, "pin": pin, kind: figure(amount, unit)} for name, pin, amount in pairs]
+
+
+def _spring(results: Results, at: int, pin: str, balance: Balance) -> list[dict[str, Any]]:
+    """The torsion spring that takes most of the effort: its stiffness, and the angle of the link where it is slack."""
+    stiffness, moment = balance.amounts.tolist()
+    slack = float(np.angle(results.motion.direction[at, 0])) - moment / stiffness
+    link = results.mechanism.links[at].name
+    given = {"stiffness": figure(stiffness, "N m/rad"), "angle": figure(slack, "rad")}
+    return [{"link": link, "pin": pin, **given}]
+
+
+def _words(found: Mapping[str, Any]) -> Iterator[str]:
+    """Sentences on the proposals."""
+    for key, name in (("shaking_force", "shaking force"), ("weight", "effort of the weights")):
+        if key in found and found[key]["before"]["value"]:
+            parts = (
+                f"{quantity(each['mass']['value'], 'kg', 3)} at {quantity(each['radius']['value'], 'm', 3)} from "
+                f"{each['pin']} on {each['link']}, {coordinate(each['direction']['value'], 'rad')} from its axis"
+                for each in found[key]["parts"]
+            )
+            yield f"balance of the {name}: {'; '.join(parts)} {_leaves(found[key])}"
+    if "drive_effort" in found:
+        (each,) = found["drive_effort"]["parts"]
+        spring = f"{quantity(each['stiffness']['value'], 'N m', 3)}/rad at {each['pin']} on {each['link']}"
+        slack = coordinate(each["angle"]["value"], "rad")
+        yield f"balance of the drive: a spring of {spring}, slack at {slack}, {_leaves(found['drive_effort'])}"
+
+
+def _leaves(row: Mapping[str, Any]) -> str:
+    before, after = (quantity(row[key]["value"], row[key]["unit"], 3) for key in ("before", "after"))
+    return f"leaves {percent(row['left'])} in the mean square, at most {after} of {before}"

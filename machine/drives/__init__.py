@@ -1,0 +1,52 @@
+"""Drives: averages over time, motors and gears, cylinders, flywheels, counterweights and springs."""
+
+from machine.drives.averages import mean, mean_positive, root_mean_square, time_weights
+from machine.drives.balance import (
+    Balance,
+    balanced,
+    inertia_force,
+    inertia_moment,
+    pivoted_links,
+    shaking_influences,
+    spring_influences,
+    weight_effort,
+    weight_influences,
+)
+from machine.drives.cylinders import Cylinder, buckling_safety, flow_rate, working_pressure
+from machine.drives.flywheels import energy_fluctuation, flywheel_inertia
+from machine.drives.motors import (
+    Motor,
+    available_torque,
+    gear_effort,
+    inertia_matched_ratio,
+    least_torque_ratio,
+    motor_torque,
+)
+
+__all__ = [
+    "Balance",
+    "Cylinder",
+    "Motor",
+    "available_torque",
+    "balanced",
+    "buckling_safety",
+    "energy_fluctuation",
+    "flow_rate",
+    "flywheel_inertia",
+    "gear_effort",
+    "inertia_force",
+    "inertia_matched_ratio",
+    "inertia_moment",
+    "least_torque_ratio",
+    "mean",
+    "mean_positive",
+    "motor_torque",
+    "pivoted_links",
+    "root_mean_square",
+    "shaking_influences",
+    "spring_influences",
+    "time_weights",
+    "weight_effort",
+    "weight_influences",
+    "working_pressure",
+]
