@@ -21,14 +21,14 @@ from kinelast.cli.command import main
 from kinelast.scene.document import scene_from_text
 
 
-def both(text, tmp_path, monkeypatch, *options, status=0):
+def both(text, tmp_path, monkeypatch, *options, status=0, asked=("--theory", "quasi-static")):
     """The folders of a run in one piece and in chunks of 64 positions."""
     scene = tmp_path / "scene.toml"
     scene.write_text(text)
     folders = []
     for name, long in (("one", 1e18), ("many", 1)):
         monkeypatch.setattr(compute, "LONG", long)
-        call = [str(scene), "--quiet", "--theory", "quasi-static", "-o", str(tmp_path / name), *options]
+        call = [str(scene), "--quiet", *asked, "-o", str(tmp_path / name), *options]
         assert main(call) == status
         folders.append(tmp_path / name / "scene")
     return folders
@@ -85,6 +85,17 @@ def test_every_figure_is_that_of_the_run_in_one_piece(tmp_path, monkeypatch):
     assert set(fields) == set(others)
     for name in fields:
         np.testing.assert_allclose(others[name], fields[name], rtol=1e-9, atol=1e-12 * np.abs(fields[name]).max())
+
+
+@pytest.mark.parametrize("asked", [("--accuracy", "1 %"), ("--theory", "elastodynamic")])
+def test_links_vibrate_in_a_long_run_as_in_one_piece(asked, tmp_path, monkeypatch):
+    text = edited(FOUR_BAR, ("positions = 36", "positions = 200"))
+    one, many = both(text, tmp_path, monkeypatch, asked=asked)
+    require_alike(one, many)
+    theory = json.loads((many / "summary.json").read_text())["theory"]
+    assert theory["without_vibration"] > 0.05
+    assert theory["name"] == (asked[1] if asked[0] == "--theory" else "geometrically-exact")
+    assert theory["error"] < 0.02
 
 
 def test_positions_out_of_reach_are_told_or_left_out_alike(tmp_path, monkeypatch, capsys):

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import numpy as np
-
 from elastic.elastodynamics.displaced_links import Displaced
 from elastic.elastodynamics.displaced_points import require_known
 from elastic.elastodynamics.exact_steps import Settled, exact_deflection, exact_step, settled_links
@@ -127,5 +125,4 @@ def _at_positions(displaced: Displaced, linear: Elastodynamic) -> Deflection:
     """Deflection of displaced links at the positions of the linear answer."""
     plain, grid = linear.quasi_static, displaced.vibration.problem.terms.grid
     time = plain.motion.time
-    cycled = grid.edges[0] + np.mod(time - grid.edges[0], np.ptp(grid.edges)) if displaced.vibration.cyclic else time
-    return exact_deflection(displaced, plain, grid.sampler(cycled))
+    return exact_deflection(displaced, plain, grid.sampler(grid.cycled(time) if displaced.vibration.cyclic else time))

@@ -209,8 +209,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         if finer is None or numbers_of(finer, grid) > MOST_NUMBERS:
             break
         discretization = finer
-    cycled = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges))
-    loads = resampled(found.loads, grid.sampler(cycled if found.cyclic else motion.time))
+    loads = resampled(found.loads, grid.sampler(grid.cycled(motion.time) if found.cyclic else motion.time))
     bent = deflection(motion, model.sections, model.joints, loads)
     size = found.history[0].shape[1]
     answer = Elastodynamic(
@@ -234,7 +233,8 @@ def deflection_at(found: Elastodynamic, motion: Motion) -> Deflection:
     plain = found.quasi_static
     if found.vibration is None:
         return deflection(motion, plain.sections, plain.joints)
-    sampler = found.vibration.problem.terms.grid.sampler(motion.time)
+    grid, time = found.vibration.problem.terms.grid, motion.time
+    sampler = grid.sampler(grid.cycled(time) if found.vibration.cyclic else time)
     if found.exact is not None:
         return exact_deflection(found.exact.displaced, replace(plain, motion=motion), sampler)
     return deflection(motion, plain.sections, plain.joints, resampled(found.vibration.loads, sampler))

@@ -85,6 +85,11 @@ class Grid:
         points = self.edges[:-1, None] + self.steps[:, None] * scheme(self.stages).points
         return np.append(self.edges[0], points.ravel())
 
+    def cycled(self, times: Reals) -> Reals:
+        """Instants of a stretch that repeats, as those of the grid."""
+        within: Reals = self.edges[0] + np.mod(times - self.edges[0], np.ptp(self.edges))
+        return within
+
     def at_nodes(self, values: Numbers) -> Numbers:
         """Values at all points but the start, shape (points, ...), and before them the first element's value there."""
         first = values[: self.stages].reshape(self.stages, -1)

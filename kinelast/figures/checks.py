@@ -143,8 +143,6 @@ def nearer(results: Results, error: FigureError, share: float) -> str:
         return "" if results.solid else f"mostly {largest}: --check solid would measure it"
     if answer is None or largest == ROUND_OFF or share <= 0.0:
         return ""
-    if results.run is not None:
-        return f"mostly {largest}: a run of fewer positions, with an accuracy, would settle it"
     if results.scene.theory.plain:
         return f'mostly {largest}: without theory = "quasi-static" it would be settled'
     if answer.theory == GEOMETRICALLY_EXACT or answer.finer:

@@ -172,7 +172,7 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
         tolerance = max(tolerance, FINE * wanted)
     try:
         linear = _vibrating(scene, plain.motion, period, tolerance)
-        if not named and linear.time_error + linear.reduction_error > max(wanted, ACCURACY):
+        if not named and linear.stable and linear.time_error + linear.reduction_error > max(wanted, ACCURACY):
             fine = (
                 "friction sticks too hard to be settled"
                 if scene.mechanism.friction

@@ -7,10 +7,10 @@ The figures of the chunks are joined: a short run is one chunk. Curves, maps, fi
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -110,7 +110,11 @@ def is_long(scene: Scene, positions: int) -> bool:
 
 
 def long_results(
-    scene: Scene, time: Reals, on_chunk: Callable[[Results, int], None], require: Callable[[Scene, Deflection], None]
+    scene: Scene,
+    time: Reals,
+    on_chunk: Callable[[Results, int], None],
+    require: Callable[[Scene, Deflection], None],
+    theory: Callable[[Results], Results] | None = None,
 ) -> Results:
     """The figures of a long run, and its deflection at `SHOWN` even positions.
 
@@ -122,31 +126,48 @@ def long_results(
         Called with the results of every chunk, and the number of its first position.
     require
         Raises where a chunk cannot be.
+    theory
+        From the results without vibration at the positions that are shown to those of the theory that is taken, which
+        then answers all positions.
     """
+    shown = Results(scene, scene_deflection(scene, _shown(scene, time, require)))
+    shown = theory(shown) if theory else shown
+    output, run, first = output_of(scene), None, 0
+    for moved in scene.course.chunks(time):
+        require_tables(scene, moved)
+        plain = scene_deflection(scene, moved)
+        require(scene, plain)
+        results = Results(scene, _by_theory_of(shown, plain))
+        on_chunk(results, first)
+        run = joined(run, run_figures(results.cycle, output, plain))
+        first += len(moved.time)
+    return replace(shown, run=None if run is None else run.with_averages(shown.cycle))
+
+
+def _shown(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], None]) -> Motion:
+    """The motion at even positions of a long run, as those near them tell on which branch it is."""
     shown = np.linspace(0.0, scene.run.duration, SHOWN, endpoint=not scene.run.turn)
     if len(time) < SHOWN or not np.isclose(time[-1] - time[0], shown[-1], rtol=2 / SHOWN):  # some were left out
         shown = time[:: -(-len(time) // SHOWN)]
     beside = np.clip(np.searchsorted(time, shown), 0, len(time) - 1)
-    output, run = output_of(scene), None
-    near: list[Any] = []
-    for first, results in _chunks(scene, time, require):
-        on_chunk(results, first)
-        run = joined(run, run_figures(results.cycle, output))
-        own = beside[(beside >= first) & (beside < first + len(results.motion.time))] - first
-        near.append((results.motion.origin[:, own], results.motion.direction[:, own]))
-    even = Posture(scene.mechanism, *(np.concatenate(parts, axis=1) for parts in zip(*near, strict=True)))
-    results = Results(scene, scene_deflection(scene, scene.course.near(shown, even)), run=run)
-    return replace(results, run=None if run is None else run.with_averages(results.cycle))
-
-
-def _chunks(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], None]) -> Iterator[tuple[int, Results]]:
-    first = 0
+    near, first = [], 0
     for moved in scene.course.chunks(time):
-        require_tables(scene, moved)
-        bent = scene_deflection(scene, moved)
-        require(scene, bent)
-        yield first, Results(scene, bent)
+        if not reachable(moved).all():
+            require(scene, scene_deflection(scene, moved))
+        own = beside[(beside >= first) & (beside < first + len(moved.time))] - first
+        near.append((moved.origin[:, own], moved.direction[:, own]))
         first += len(moved.time)
+    even = Posture(scene.mechanism, *(np.concatenate(parts, axis=1) for parts in zip(*near, strict=True)))
+    return scene.course.near(shown, even)
+
+
+def _by_theory_of(results: Results, plain: Deflection) -> Deflection:
+    """A quasi-static deflection at other positions, or that of links that vibrate as in given results."""
+    if results.answer is None or results.answer.vibrating is None or not results.vibrates:
+        return plain
+    from elastic.elastodynamics import deflection_at
+
+    return deflection_at(results.answer.vibrating, plain.motion)
 
 
 def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Results:
@@ -167,8 +188,7 @@ def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Res
 def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
     """The results of the theory of motion that is asked for, from those without vibration.
 
-    A long run keeps these, and is told how far off they are; so is the quasi-static answer that is asked for by name,
-    where there are limits to judge it by.
+    The quasi-static answer that is asked for by name is told how far it is off, where there are limits to judge it by.
     """
     scene, theory = plain.scene, request.theory_of(plain.scene)
     if not scene.labels or (theory.plain and not scene.limits):
@@ -176,7 +196,7 @@ def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
     from kinelast.figures.theory import answer
 
     progress(f"{scene.name}: vibration", 0, 1)
-    found = answer(scene, plain.deflection, theory, plain.period, only_told=theory.plain or plain.run is not None)
+    found = answer(scene, plain.deflection, theory, plain.period, only_told=theory.plain)
     return replace(plain, deflection=found.deflection, answer=found)
 
 

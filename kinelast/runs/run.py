@@ -94,9 +94,8 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
         progress.tell(heavy)
     if long:
-        if request.nonlinear or request.solid or request.theory_of(scene).demanded:
-            advice = "the quasi-static answer takes any"
-            raise RequestError(f"vibration and further checks take no more than {SHOWN} positions; {advice}")
+        if request.nonlinear or request.solid:
+            raise RequestError(f"--check nonlinear and solid take no more than {SHOWN} positions: ask for fewer")
         if request.tables:
             raise RequestError("--tables: of a run as long as this there is CSV alone, which is written on the way")
         with complete(folder) as part:
@@ -136,10 +135,11 @@ def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Res
             fields.add(results)
         progress(f"{scene.name}: positions", first + len(results.motion.time), len(instants))
 
-    results = by_theory(long_results(scene, instants, on_chunk, require_chunk), request, progress)
+    theory = partial(by_theory, request=request, progress=progress)
+    results = long_results(scene, instants, on_chunk, require_chunk, theory)
     if fields:
         fields.close()
-    comparison = checked(scene, results.deflection, request, progress)
+    comparison = checked(scene, results.quasi_static, request, progress)
     results = replace(results, comparison=comparison, left_out=count - len(instants))
     return further_checked(results, request, progress)
 
