@@ -222,11 +222,11 @@ def test_the_theory_by_name():
 
 
 def test_round_off_where_nothing_bends_is_no_error():
-    """Simeon's rod is straight at the start: no digit of zero is known. All figures are known to 0.4 %."""
+    """Simeon's rod is straight at the start: no digit of zero is known. All figures are known to a percent."""
     scene = read_scene(shipped_scenes()["simeon_slider_crank"])
     found = computed(scene, Request(accuracy=0.05)).answer
     assert found.quasi_static.condition.max() > 1e15
-    assert found.error < 0.005
+    assert found.error < 0.01
     assert max(each.error.parts["round-off"] / each.base for each in found.graded) < 1e-9
 
 
