@@ -5,7 +5,7 @@ import pytest
 from mechanisms import cantilever, still, supported
 
 from elastic import RIGID, Section, Taper, deflection, extremes, sample, section_of, tube
-from elastic.assessment import introduction_share, sections_with_shear, shear_share
+from elastic.assessment import beyond_beam_theory, introduction_share, sections_with_shear, shear_share
 from fem_check import compare_solid
 from kinelast import read_scene, scene_motion, shipped_scenes
 from rigid import Beam, LineLoad, Link, Mechanism, PointLoad, Slider, motion
@@ -55,6 +55,25 @@ def test_within_a_factor_of_two_of_plane_bodies(name, slender):
     solved = deflection(still(mechanism), [Section(EA=float(slender) ** 2, EI=1.0)])
     told = max(shear_share(solved)[0], introduction_share(solved)[0])
     assert 0.5 < told / compare_solid(solved).relative < 2.0
+
+
+@pytest.mark.parametrize("name", ["uniform", "driven"])
+def test_the_deflection_with_what_is_left_out_is_that_of_plane_bodies(name):
+    """Ten times as long as deep: the change of the largest deflection from the chord, within a factor of two."""
+    solved = deflection(still({"uniform": UNIFORM, "driven": DRIVEN}[name]), [Section(EA=100.0, EI=1.0)])
+    whole = beyond_beam_theory(solved)
+    chord, more = (np.abs(sample(bent, "chord", np.linspace(0.0, 1.0, 33))).max() for bent in (solved, whole))
+    assert 0.5 < (more - chord) / (compare_solid(solved).relative * chord) < 2.0
+
+
+def test_a_beam_on_two_supports_shears_by_the_closed_form():
+    """q l^2/(8 kGA) in the middle, no moment coming in; one that shears already stays as it is, the same object."""
+    solved = deflection(still(UNIFORM), [Section(EA=1200.0, EI=1.0)])
+    whole = beyond_beam_theory(solved, poisson=0.3)
+    kGA = 1200.0 * 13 / 15.3 / 2.6  # Cowper's rectangle
+    change = sample(whole, "w", [0.5]) - sample(solved, "w", [0.5])
+    np.testing.assert_allclose(change[0, 0, 0], -1 / (8 * kGA), rtol=1e-9)
+    assert beyond_beam_theory(whole) is whole
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """Vibration of the moving links: steady state, transient, stability, buckling, about the rigid motion."""
 
-from elastic.elastodynamics.geometrically_exact import geometrically_exact, with_large_displacement
+from elastic.elastodynamics.geometrically_exact import geometrically_exact, in_finer_elements, with_large_displacement
 from elastic.elastodynamics.solution import Elastodynamic, deflection_at
 from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap, critical_speeds, speed_map, stable_below
 from elastic.elastodynamics.speed_scan import Resonance
@@ -25,6 +25,7 @@ __all__ = [
     "deflection_at",
     "elastodynamic",
     "geometrically_exact",
+    "in_finer_elements",
     "large_displacement_error",
     "speed_map",
     "stable_below",

@@ -47,6 +47,9 @@ STATIONS = 21
 MIXED = 5  # steps before, of which the next is mixed
 TINY = float(np.finfo(float).tiny)
 LOST = 10.0  # times the least change, beyond which steps lead nowhere
+FEW = 8  # steps that tell what a linear answer leaves out, at most
+OF_FIRST, RESOLVED = 0.03, 3e-4  # of the first step, and of the largest displacement: what these may leave open
+SMALL = 0.005  # of the largest displacement: a first step after which nothing to speak of is left
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,11 +176,33 @@ def _places(moved: Displacements) -> Complexes:
     return places[1:, ..., 0]
 
 
-def exact_step(linear: Vibration, fastest: float) -> Settled:
-    """Links after the first step alone, with its changes; arguments as of `settled_links`."""
-    now = _begin(linear)
-    after, residual, _ = _step(now, linear.under, exact_loads(now), fastest)
-    return Settled(after, _places(after.moved) - _places(now.moved), residual, 1)
+def first_steps(linear: Vibration, fastest: float) -> tuple[Settled, float]:
+    """Links after as few steps as tell all that large displacement changes but for a small share of it.
+
+    Returns
+    -------
+    The links after the last step, with the changes that it made; and what further steps may change, as `Settled.open`,
+    where they do not get there, else 0.
+    """
+    now, enough = _begin(linear), 0.0
+    before: list[tuple[Displaced, Complexes]] = []
+    best: Settled | None = None
+    least = np.inf
+    for count in range(1, FEW + 1):
+        after, residual, _ = _step(now, linear.under, exact_loads(now), fastest)
+        change = _places(after.moved) - _places(now.moved)
+        size = Settled(now, change, residual, count).open
+        enough = enough or max(OF_FIRST * size, RESOLVED)
+        if best is None or size < least:
+            best, least = Settled(after, change, residual, count), size
+        if size <= (SMALL if count == 1 else enough):
+            return best, 0.0
+        if not size < LOST * least:
+            break
+        before = [*before[-MIXED:], (after, change)]
+        now = _mixed(before)
+    assert best is not None
+    return best, least
 
 
 def _mixed(before: Sequence[tuple[Displaced, Complexes]]) -> Displaced:

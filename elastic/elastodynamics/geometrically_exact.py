@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from elastic.elastodynamics.displaced_links import Displaced
 from elastic.elastodynamics.displaced_points import require_known
-from elastic.elastodynamics.exact_steps import Settled, exact_deflection, exact_step, settled_links
+from elastic.elastodynamics.exact_steps import Settled, exact_deflection, first_steps, settled_links
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.solution import (
     MOST_NUMBERS,
@@ -19,6 +21,7 @@ from elastic.elastodynamics.solution import (
     numbers_of,
     resolved_in_time,
     time_error,
+    vibration_in,
 )
 from elastic.solution import Deflection
 
@@ -28,11 +31,16 @@ FALL = 0.7  # of what steps leave open, to which more coordinates are to bring i
 LOST = 0.1  # of the displacements, beyond which steps leave open what nothing finer settles
 
 
-def with_large_displacement(linear: Elastodynamic) -> Elastodynamic:
-    """The vibrating mechanism at the same positions after one step towards the exact answer.
+def with_large_displacement(linear: Elastodynamic) -> tuple[Elastodynamic, float]:
+    """The vibrating mechanism at the same positions after a few steps towards the exact answer, and how much is open.
 
-    With the effect of large displacement to second order: the difference is what the linear answer leaves out. Its
-    `exact` tells by how much the step changes it, as shares; the linear answer where nothing vibrates or no steady
+    The difference is what the linear answer leaves out: most often one step tells it, the effect of large displacement
+    to second order.
+
+    Returns
+    -------
+    The answer, of which `exact` tells by how much the last step changed it; and what further steps may change as a
+    share of the largest displacement, 0 where they settle. The linear answer and 0 where nothing vibrates or no steady
     state comes about.
 
     Raises
@@ -42,10 +50,24 @@ def with_large_displacement(linear: Elastodynamic) -> Elastodynamic:
     """
     vibration, discretization = linear.vibration, linear.discretization
     if vibration is None or discretization is None or not _bends(linear):
-        return linear
+        return linear, 0.0
     require_known(vibration.motion)
-    step = exact_step(vibration, TWICE * discretization.left_out)
-    return replace(linear, deflection=_at_positions(step.displaced, linear), exact=step)
+    step, left = first_steps(vibration, TWICE * discretization.left_out)
+    return replace(linear, deflection=_at_positions(step.displaced, linear), exact=step), left
+
+
+def in_finer_elements(exact: Elastodynamic, tolerance: float = TOLERANCE) -> Deflection:
+    """Deflection at the same positions in elements of time half as long.
+
+    The difference is what elements of time leave open of the exact answer.
+    """
+    vibration, discretization = exact.vibration, exact.discretization
+    assert vibration is not None
+    assert discretization is not None
+    grid = vibration.problem.terms.grid
+    finer = vibration_in(discretization, grid.divided(np.full(len(grid.steps), 2)))
+    found = settled_links(finer, tolerance, TWICE * discretization.left_out)
+    return _at_positions(found.displaced, exact)
 
 
 def geometrically_exact(linear: Elastodynamic, tolerance: float = TOLERANCE) -> Elastodynamic:

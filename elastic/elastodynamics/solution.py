@@ -254,20 +254,12 @@ def resolved_in_time(
     discretization: Discretization, grid: Grid, tolerance: float
 ) -> tuple[Vibration, float, Grid, float]:
     """The vibration in elements of time as short as it takes, with its errors by coordinates and by elements."""
-    model, basis, chosen = (
-        discretization.model,
-        discretization.basis,
-        chosen_points(discretization.model.structure.mechanism),
-    )
     found: Any = None
-    rubs, loose = bool(model.structure.mechanism.friction), COARSE
+    rubs, loose = bool(discretization.model.structure.mechanism.friction), COARSE
     sliding: Sliding = ()
     while True:
-        found = bent = terms = None  # they make room for the finer ones
-        motion = checked(model.motion_at(grid.nodes))
-        bent = unlocked(deflection(motion, model.sections, model.joints))
-        terms = motion_terms(kinematics(model.structure, motion, basis, chosen), grid, model.damping)
-        found = bounded(vibration(terms, bent, discretization.start))
+        found = None  # it makes room for the finer one
+        found = vibration_in(discretization, grid)
         if rubs:
             found, rubbed = with_friction(found, loose, TWICE * discretization.left_out, sliding)
         error, finer = time_error(found, discretization.resolved)
@@ -279,6 +271,15 @@ def resolved_in_time(
             loose = max(tolerance, min(COARSE, AHEAD * error)) if finer else tolerance
             sliding = _sampled(rubbed.sliding, grid, finer or grid)
         grid = finer or grid
+
+
+def vibration_in(discretization: Discretization, grid: Grid) -> Vibration:
+    """The vibration in given elements of time."""
+    model, basis = discretization.model, discretization.basis
+    motion = checked(model.motion_at(grid.nodes))
+    bent = unlocked(deflection(motion, model.sections, model.joints))
+    kinds = kinematics(model.structure, motion, basis, chosen_points(model.structure.mechanism))
+    return bounded(vibration(motion_terms(kinds, grid, model.damping), bent, discretization.start))
 
 
 def bounded(found: Vibration) -> Vibration:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from elastic.elastodynamics import (
     Elastodynamic,
     elastodynamic,
     geometrically_exact,
+    in_finer_elements,
     large_displacement_error,
     transient,
     with_large_displacement,
@@ -45,15 +47,14 @@ from kinelast.scene.error import SceneError
 from kinelast.tasks.progress import one_thread
 from rigid import MechanismError, Motion
 
+MotionAt = Callable[[Any], Motion]
+
 TOLERANCE = 1e-4  # of the elastodynamic answer, in time and in its coordinates
 SETTLED = 0.004  # of the accuracy, that being allowed to be coarser: a figure may be a hundredth of the largest
 FINE = 0.02  # of the accuracy, that being finer than the tolerance
 LEFT = (BEAM_THEORY, ROUND_OFF)  # parts that no theory of motion changes
 BESIDES = 0.1  # of the accuracy: what is not worth answering where others hold the accuracy back
 NO_MORE = 0.1  # of the accuracy, that a step to the exact answer may change of deflections where it is the last
-LEFT_BY_STEP = (
-    2.0  # times that change: the next is mostly a fifth of it, but u and N go with the square of the deflection
-)
 HOPELESS = 4.0  # radians of a section's rotation, beyond which vibration is not looked at
 SAME = 1e-9  # share by which moments at rest differ by round-off
 UNSTABLE = "the links have no steady state, their vibration grows"
@@ -163,15 +164,15 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
     """
     wanted = ACCURACY if theory.accuracy is None else theory.accuracy
     rungs, named = _Rungs(scene, plain, theory), theory.name is not None and not only_told
-    if not named and _rests(plain):
-        return rungs.at_rest()
+    rests = not named and _rests(plain)
     if not named and np.nanmax(cycle_maxima(plain, ["phi"])["phi"].value, initial=0.0) > HOPELESS:
-        return rungs.unknown("vibration is not looked at where links turn by so much")
+        return rungs.at_rest() if rests else rungs.unknown("vibration is not looked at where links turn by so much")
     tolerance = TOLERANCE if named else max(min(TOLERANCE, FINE * wanted), SETTLED * wanted)
     if scene.mechanism.friction:
         tolerance = max(tolerance, FINE * wanted)
     try:
-        linear = _vibrating(scene, plain.motion, period, tolerance)
+        motion_at, cycle = _held(scene, plain.motion) if rests else (scene.course.at, period)
+        linear = _vibrating(scene, plain.motion, motion_at, cycle, tolerance)
         if not named and linear.stable and linear.time_error + linear.reduction_error > max(wanted, ACCURACY):
             fine = (
                 "friction sticks too hard to be settled"
@@ -182,7 +183,9 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
     except SceneError as error:
         if named:
             raise
-        return rungs.unknown(error.problem)
+        return rungs.at_rest() if rests else rungs.unknown(error.problem)
+    if rests and linear.vibration is None:
+        return rungs.at_rest()
     tried: list[Answer] = []
     for rung in rungs.climbed(linear, tolerance, 0.0 if named else wanted):
         if only_told or (not named and (_enough(rung, wanted) or not linear.stable)) or rung.theory == theory.name:
@@ -207,8 +210,8 @@ class _Rungs:
     def climbed(self, linear: Elastodynamic, tolerance: float, wanted: float) -> Iterator[Answer]:
         """The answers from the cheapest theory to the finest.
 
-        The step to the exact answer that tells how far the linear one is off is an answer of its own where its change
-        of the deflections is `NO_MORE` of the accuracy at most: then more steps change little.
+        The steps to the exact answer that tell how far the linear one is off are an answer of its own where the last of
+        them changes deflections by `NO_MORE` of the accuracy at most: then more steps change little.
 
         Raises
         ------
@@ -227,8 +230,7 @@ class _Rungs:
         yield self._answer(QUASI_STATIC, plain, linear, {VIBRATION: vibrating, **stages}, shares)
         yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares)
         if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted:
-            left = {**settled, LARGE: LEFT_BY_STEP * stepped.exact.worst}
-            yield self._answer(GEOMETRICALLY_EXACT, stages[LARGE], stepped, {}, left)
+            yield self._answer(GEOMETRICALLY_EXACT, stages[LARGE], stepped, *self._open(stepped, tolerance))
         try:
             exact = geometrically_exact(linear, tolerance)
         except MechanismError as error:
@@ -236,17 +238,16 @@ class _Rungs:
                 problem = f"large displacement cannot be answered: {error}"
                 raise SceneError(self.scene.path, "run", "theory", problem) from None
             return
-        shares = {TIME: exact.time_error + exact.reduction_error, LARGE: large_displacement_error(exact)}
-        yield self._answer(GEOMETRICALLY_EXACT, self._cycle(exact.deflection), exact, {}, shares)
+        yield self._answer(GEOMETRICALLY_EXACT, self._cycle(exact.deflection), exact, *self._open(exact, tolerance))
 
     def unknown(self, why: str) -> Answer:
         """The quasi-static answer where vibration is not known."""
         return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, {}, why)
 
     def at_rest(self) -> Answer:
-        """The answer where nothing moves, and so nothing vibrates.
+        """The answer where nothing moves, nothing vibrates, and large displacement cannot be solved for.
 
-        Large displacement is told by the square of the greatest rotation and by the share of Euler's load.
+        That is told by the square of the greatest rotation and by the share of Euler's load.
         """
         rotation = np.nanmax(cycle_maxima(self.plain, ["phi"])["phi"].value, initial=0.0)
         pressed = np.nanmax(euler_ratio(self.plain), initial=0.0)
@@ -256,11 +257,18 @@ class _Rungs:
     def _large_displacement(self, linear: Elastodynamic) -> tuple[Elastodynamic, dict[str, Cycle], dict[str, float]]:
         """The answer with large displacement, also as a stage; or its effect as a share where no more is known."""
         try:
-            stepped = with_large_displacement(linear)
+            stepped, left = with_large_displacement(linear)
         except MechanismError:
             return linear, {}, {LARGE: large_displacement_error(linear)}
-        change = stepped.exact.share if stepped.exact else 0.0
-        return stepped, {LARGE: self._cycle(stepped.deflection)}, {HIGHER_ORDERS: change**2}
+        return stepped, {LARGE: self._cycle(stepped.deflection)}, {HIGHER_ORDERS: left}
+
+    def _open(self, exact: Elastodynamic, tolerance: float) -> tuple[dict[str, Cycle], dict[str, float]]:
+        """The exact answer in finer elements of time, and the share that its steps leave open."""
+        if exact.exact is None or self.scene.mechanism.friction:
+            return {}, {TIME: exact.time_error + exact.reduction_error, LARGE: large_displacement_error(exact)}
+        stages = {TIME: self._cycle(in_finer_elements(exact, tolerance))}
+        settled = exact.exact.open <= tolerance
+        return stages, {LARGE: exact.exact.share if settled else large_displacement_error(exact)}
 
     def _answer(
         self,
@@ -333,19 +341,28 @@ def _rests(plain: Deflection) -> bool:
     return not np.any(plain.motion.drive_rate) and bool(same.all())
 
 
+def _held(scene: Scene, motion: Motion) -> tuple[MotionAt, float]:
+    """A mechanism at rest as a cycle of any duration: its first position at any instants, and the duration."""
+
+    def held(times: Any) -> Motion:
+        return replace(scene.course.at(np.repeat(motion.time[:1], len(times))), time=np.asarray(times))
+
+    return held, max(float(np.ptp(motion.time)), 1.0)
+
+
 def damping_of(scene: Scene) -> Damping:
     """Damping of every beam: beta where its material gives it, the damping ratio for the others."""
     theory = scene.theory
     return Damping(np.array(theory.damping or (math.nan,) * len(scene.labels)), ratio=theory.damping_ratio)
 
 
-def _vibrating(scene: Scene, motion: Motion, period: float, tolerance: float) -> Elastodynamic:
+def _vibrating(scene: Scene, motion: Motion, motion_at: MotionAt, period: float, tolerance: float) -> Elastodynamic:
     given = scene.sections, scene.joints, damping_of(scene), tolerance
     if many := too_many_beams(scene.mechanism):
         raise SceneError(scene.path, "run", "theory", many)
     try:
         if math.isnan(period):
-            return transient(motion, scene.course.at, *given)
-        return elastodynamic(motion, scene.course.at, period, *given)
+            return transient(motion, motion_at, *given)
+        return elastodynamic(motion, motion_at, period, *given)
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "run", "theory", f"vibration cannot be answered: {error}") from None
