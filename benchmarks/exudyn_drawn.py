@@ -458,7 +458,7 @@ def row(scene: Scene) -> dict[str, Any]:
     told |= {
         "theory": answer.theory,
         "told": 100 * answer.error,
-        "large displacement": 100 * answer.errors["large displacement"],
+        "told of courses": 100 * answer.worst_course[1],
     }
     told |= {name: apart(mine.fields[name], best.fields[name]) for name in FIELDS}
     told |= {"joints": apart(mine.joints, best.joints)}

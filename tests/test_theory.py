@@ -7,6 +7,7 @@ import json
 import math
 import re
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -197,6 +198,40 @@ def test_an_accuracy_is_that_of_all_courses():
     told = theory_figures(replace(computed(scene, Request()), answer=named))
     assert told["reached"] is False
     assert re.fullmatch(r"1[12]\d % reached in the course of u", reached_words(told))
+
+
+def test_the_viscous_part_of_moments_counts_where_it_is_not_small():
+    """Kelvin and Voigt: M has beta times the rate of what strains make. The linear answer leaves it out and says so."""
+    scene = scene_from_text(edited(FOUR_BAR, ('"100 rad/s"', '"30 rad/s"'), ("positions = 36", "positions = 120")))
+    scene = replace(scene, theory=replace(scene.theory, damping_ratio=0.1))
+    linear = computed(scene, Request(accuracy=0.005, theory=ELASTODYNAMIC)).answer
+    found = computed(scene, Request(accuracy=0.005)).answer
+    elastic, whole = (sample(each.deflection, "M", np.linspace(0, 1, 5)) for each in (linear, found))
+    orders = np.fft.fftfreq(120, 1 / 120) * 2j * math.pi / scene.run.duration
+    rate = np.fft.ifft(orders[:, None] * np.fft.fft(elastic, axis=1), axis=1).real
+    viscous = linear.vibrating.damping.beams[:, None, None] * rate
+    share = np.abs(viscous).max(axis=(1, 2)) / np.abs(whole).max(axis=(1, 2))
+    assert share.max() > 0.02
+    np.testing.assert_allclose(whole, elastic + viscous, atol=0.02 * np.abs(viscous).max())
+    assert linear.courses["M"] == pytest.approx(share.max(), rel=0.02)
+    assert not linear.accurate
+    assert found.accurate
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["steel_four_bar", "utenov_four_bar", "offset_slider_crank", "simeon_slider_crank",
+                                  "quick_return", "flapping_wing", "drs_push_up"])  # fmt: skip
+def test_on_shipped_scenes_a_finer_accuracy_never_takes_a_lower_rung_or_a_worse_answer(name):
+    scene, rungs = read_scene(shipped_scenes()[name]), (QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT)
+    answers = [computed(scene, Request(accuracy=share)).answer for share in (0.05, 0.02, 0.005, 5e-4, 5e-5)]
+    taken = [rungs.index(answer.theory) for answer in answers]
+    assert taken == sorted(taken)
+    off = [max(answer.courses.values()) for answer in answers]
+    assert all(after <= 1.02 * before for before, after in pairwise(off))  # an estimate itself gets better
+    assert answers[0].accurate
+    for answer in answers:
+        share = answer.accuracy
+        assert answer.accurate == (answer.error <= share and max(answer.courses.values()) <= share)
 
 
 def test_an_accuracy_that_is_not_reached_is_told_and_ends_in_status_1(tmp_path, capsys):
