@@ -3,7 +3,7 @@
 `python benchmarks/run_faults.py [RUNS] [SEED]`. A report, a batch, a sweep and a structure are run once undisturbed.
 Then each run is disturbed, looked at, and gone on with by `--resume`: it must come to the same bytes, with nothing
 left over beside them. A process is a fork of this one, which has loaded all; one of ten is started anew. Counts are
-written to results/run_faults.csv every fifty runs.
+added to those of results/run_faults.csv every fifty runs; the runs of a seed go on behind those noted.
 """
 
 from __future__ import annotations
@@ -85,7 +85,6 @@ class Count:
     runs: int = 0
     early: int = 0  # ended by the fault
     same: int = 0
-    wrong: list[str] = field(default_factory=list)
     statuses: Counter[int] = field(default_factory=Counter)
 
 
@@ -200,8 +199,8 @@ def remounted(folder: Path, options: str) -> None:
 class Runs:
     """Runs of the command in a folder."""
 
-    def __init__(self, place: Path, chance: random.Random) -> None:
-        self.place, self.chance, self.number = place, chance, 0
+    def __init__(self, place: Path) -> None:
+        self.place, self.number, self.chance = place, 0, random.Random()
         self.said = place / "said"
 
     def undisturbed(self, job: Job) -> Undisturbed:
@@ -322,43 +321,61 @@ def differences(found: dict[str, bytes], expected: dict[str, bytes]) -> list[str
 
 
 def run(count: int, seed: int) -> int:
-    """Disturb so many runs; how many went wrong."""
-    chance = random.Random(seed)
+    """Disturb so many runs more of a seed; how many of these went wrong."""
     sweeps.CHUNK = CHUNK  # of this process and its forks
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell lets what it starts in the background ignore it
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
-    counts: dict[tuple[str, str], Count] = {}
+    counts = noted()
+    done = sum(entry.runs for (of, *_), entry in counts.items() if of == seed)
+    wrongs = 0
     with tempfile.TemporaryDirectory() as name:
         place = Path(name)
         with disk(place / "try", 1 << 20) as mounts:
             faults = [fault for fault in FAULTS if mounts or fault not in ("disk full", "read only")]
-        runs = Runs(place, chance)
+        runs = Runs(place)
         wholes = [(job, runs.undisturbed(job)) for job in jobs_in(place)]
         wholes = [(job, runs.undisturbed(job)) for job, _ in wholes]  # all is loaded now
-        for number in range(count):
+        for number in range(done, done + count):
             job, whole = wholes[number % len(wholes)]
             having = [each for each in faults if job.works_apart or not each.startswith("worker")]
             fault = having[number // len(wholes) % len(having)]
+            runs.chance = random.Random(f"{seed} {number}")
             status, wrong = runs.disturbed(job, fault, whole)
-            entry = counts.setdefault((job.name, fault), Count())
+            entry = counts.setdefault((seed, job.name, fault), Count())
             entry.runs += 1
             entry.early += status not in (0, 1)
             entry.same += not wrong
             entry.statuses[status] += 1
             if wrong:
-                entry.wrong.append(wrong[0])
-                print(f"run {number}, {job.name}, {fault}: {wrong[:4]}", flush=True)
-            if number % EVERY == EVERY - 1 or number == count - 1:
-                write(counts, seed)
-    return sum(len(entry.wrong) for entry in counts.values())
+                wrongs += 1
+                print(f"run {number} of seed {seed}, {job.name}, {fault}: {wrong[:4]}", flush=True)
+            if number % EVERY == EVERY - 1 or number == done + count - 1:
+                write(counts)
+    return wrongs
 
 
-def write(counts: dict[tuple[str, str], Count], seed: int) -> None:
+def noted() -> dict[tuple[int, str, str], Count]:
+    """Counts of runs before, by seed, job and fault."""
+    if not RESULTS.exists():
+        return {}
+    with RESULTS.open(newline="", encoding="utf-8") as file:
+        return {
+            (int(row["seed"]), row["of"], row["fault"]): Count(
+                int(row["runs"]),
+                int(row["ended early"]),
+                int(row["same bytes at last"]),
+                Counter({int(part.split(":")[0]): int(part.split(":")[1]) for part in row["statuses"].split()}),
+            )
+            for row in csv.DictReader(file)
+        }
+
+
+def write(counts: dict[tuple[int, str, str], Count]) -> None:
     """Write the counts."""
     with RESULTS.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(("of", "fault", "runs", "ended early", "same bytes at last", "statuses", "seed"))
-        for (job, fault), entry in sorted(counts.items()):
+        for (seed, job, fault), entry in sorted(counts.items()):
             statuses = " ".join(f"{status}:{often}" for status, often in sorted(entry.statuses.items()))
             writer.writerow((job, fault, entry.runs, entry.early, entry.same, statuses, seed))
 
