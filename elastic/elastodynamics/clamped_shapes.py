@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastic.beams.section import Section
-from elastic.vibration.beam_matrices import beam_shapes, stiffness_of
+from elastic.vibration.beam_matrices import beam_shapes, polynomials_along, stiffness_of
 from elastic.vibration.link_matrices import link_coordinates, null_space, of_design
 from rigid import Link
 from rigid.arrays import Complexes, Reals
@@ -44,7 +44,8 @@ def clamped_link(link: Link, sections: Sequence[Section], root: str, inner: int,
     scale = max(float(np.abs(np.ravel(place)[0])) for place in link.points.values()) or 1.0
     scaled, parts = of_design(link, sections, scale, 0)
     lengths = [abs(complex(scaled.points[beam.end]) - complex(scaled.points[beam.start])) for beam in scaled.beams]
-    shapes = [beam_shapes(length, part, inner, points) for length, part in zip(lengths, parts, strict=True)]
+    counts = polynomials_along(lengths, inner)
+    shapes = [beam_shapes(*each, points) for each in zip(lengths, parts, counts, strict=True)]
     whole = link_coordinates(scaled, parts, [shape.u.shape[1] for shape in shapes])
     clamped = null_space(whole.place(root))
     rows = [coordinates @ whole.free @ clamped for coordinates in whole.beams]

@@ -15,8 +15,8 @@ import numpy as np
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.clamped_shapes import SCALES, clamped_link
 from elastic.links.beam_trees import root_of, trees_of
-from elastic.vibration.beam_matrices import masses_along
-from rigid import Mechanism, Motion, structure
+from elastic.vibration.beam_matrices import masses_along, polynomials_along
+from rigid import Link, Mechanism, Motion, structure
 from rigid.arrays import Columns, Complexes, Reals
 
 
@@ -69,8 +69,9 @@ class ElasticStructure:
 def elastic_structure(
     mechanism: Mechanism, sections: Sequence[Section], joints: Mapping[str, JointCompliance], inner: int
 ) -> ElasticStructure:
-    """Elastic coordinates of a mechanism of one design with `inner` polynomials along every beam."""
-    points = inner + 4 + (_tapers(mechanism, sections) + 1) // 2
+    """Elastic coordinates of a mechanism of one design with `inner` polynomials along its beams."""
+    most = max((count for link in mechanism.links for count in polynomials_along(_lengths(link), inner)), default=0)
+    points = most + 4 + (_tapers(mechanism, sections) + 1) // 2
     trees = trees_of(mechanism).trees
     links, beam = {}, 0
     for at, tree in trees.items():
@@ -99,6 +100,11 @@ def elastic_structure(
     return ElasticStructure(
         mechanism, tuple(sections), xi, length, weights, mass, rotary, fields, nodes, soft, stiffness
     )
+
+
+def _lengths(link: Link) -> list[float]:
+    """Of the beams of one design [m]."""
+    return [float(np.abs(np.ravel(link.points[beam.end] - link.points[beam.start])[0])) for beam in link.beams]
 
 
 def _tapers(mechanism: Mechanism, sections: Sequence[Section]) -> int:

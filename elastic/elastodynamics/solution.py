@@ -33,6 +33,7 @@ MotionAt = Callable[[Any], Motion]
 TOLERANCE = 1e-4
 INNER = 4
 LOOKED_AT = 16  # positions whose modes are looked at
+MOST_LOOKED_AT = 40_000_000  # displacements of masses per coordinate there, beyond which coordinates are not refined
 MOST_ELEMENTS = 2048
 ORDER = 5  # with which the error in time falls at worst, for the next guess
 SHORTEST = 1e-4  # element, as a share of the whole stretch of time
@@ -136,7 +137,8 @@ def vibrating_model(
     if designs_of(tuple(sections)):
         raise ValueError(f"sections of {designs_of(tuple(sections))[0]} designs: expected one design")
     looked_at = checked(motion_at(start + duration * np.arange(LOOKED_AT) / LOOKED_AT))
-    structure, cycle = _coordinates(looked_at, sections, joints, INNER)
+    structure = elastic_structure(looked_at.mechanism, sections, joints, INNER)
+    cycle = _modes(structure, looked_at, joints)
     if not isinstance(damping, Damping):
         beta = math.nan if damping is None else float(damping)
         damping = Damping(np.full(len(sections), beta), beta)
@@ -144,16 +146,14 @@ def vibrating_model(
     return Model(motion_at, sections, joints, damping, looked_at, structure, cycle, INNER)
 
 
-def _coordinates(
-    motion: Motion, sections: Sequence[Section], joints: Mapping[str, JointCompliance], inner: int
-) -> tuple[ElasticStructure, CycleModes | None]:
-    structure = elastic_structure(motion.mechanism, sections, joints, inner)
+def _modes(structure: ElasticStructure, motion: Motion, joints: Mapping[str, JointCompliance]) -> CycleModes | None:
+    """Modes of elastic coordinates over some positions of the cycle; None where nothing vibrates."""
     if not len(structure.stiffness):
-        return structure, None
+        return None
     slow = with_rates(motion, 0.0)
-    loaded = [unlocked(deflection(each, sections, joints)) for each in (motion, slow)]
+    loaded = [unlocked(deflection(each, structure.sections, joints)) for each in (motion, slow)]
     cycle = cycle_of(structure, motion, loaded)
-    return structure, cycle if cycle.values[0] > 0 else None  # without mass nothing vibrates
+    return cycle if cycle.values[0] > 0 else None  # without mass nothing vibrates
 
 
 def checked(motion: Motion) -> Motion:
@@ -393,7 +393,10 @@ class Discretization:
         if 2 * self.modes > most:
             return None
         inner, known = self.model.inner + 2, self.model
-        structure, cycle = _coordinates(known.looked_at, known.sections, known.joints, inner)
+        structure = elastic_structure(known.looked_at.mechanism, known.sections, known.joints, inner)
+        if LOOKED_AT * len(structure.stiffness) * len(masses(structure)) > MOST_LOOKED_AT:
+            return None
+        cycle = _modes(structure, known.looked_at, known.joints)
         model = replace(known, structure=structure, cycle=cycle, inner=inner)
         return replace(following, model=model, modes=min(2 * self.modes, len(structure.stiffness)))
 

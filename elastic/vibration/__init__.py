@@ -1,9 +1,11 @@
 """Natural frequencies of the mechanism as a structure."""
 
 from elastic.vibration.frequencies import Frequencies, natural_frequencies
+from elastic.vibration.link_matrices import elastic_coordinates
 
 __all__ = [
     "Frequencies",
+    "elastic_coordinates",
     "natural_frequencies",
 ]
 

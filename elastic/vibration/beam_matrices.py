@@ -7,6 +7,7 @@ Vibration 151 (1991) 263-289). With none of them the stiffness is exact for load
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -21,6 +22,7 @@ from rigid.arrays import Integers, Reals
 
 ENDS = 6  # coordinates of a beam's ends: u, w, phi of either
 MARGIN = 20  # integration points beyond the refinement: for the ends' own polynomials and tapers of high degree
+MANY, FEWER = 16, 4  # beams of a link, of which the short ones have so many polynomials less
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +141,17 @@ def vibrating_beam(length: float, section: Section, beam: Beam, inner: int) -> V
     )  # type: ignore[assignment]
     stiffness = stiffness_of(shapes, length, section)
     return VibratingBeam(stiffness, mass, rigid_rows(length, section), _levels(section, inner))
+
+
+def polynomials_along(lengths: Sequence[float], inner: int) -> list[int]:
+    """Inner polynomials of every beam of a link: `inner`, but four less of those that are short pieces of many.
+
+    A beam of less than a sixteenth of its link bends as its ends and static shapes do: with none of them instead of
+    four the figures of a four-bar of 63 beams differ by 1e-6.
+    """
+    whole = sum(lengths)
+    short = [len(lengths) > MANY and MANY * length < whole for length in lengths]
+    return [max(0, inner - FEWER) if few else inner for few in short]
 
 
 def _levels(section: Section, inner: int) -> Integers:

@@ -12,7 +12,7 @@ from numpy.polynomial import Polynomial
 
 from elastic.arrays import Matrices
 from elastic.beams.section import Section, Taper
-from elastic.vibration.beam_matrices import ENDS, rigid_rows, vibrating_beam
+from elastic.vibration.beam_matrices import ENDS, polynomials_along, rigid_rows, vibrating_beam
 from rigid import Beam, Link
 from rigid.arrays import Columns, Complexes, Integers, Reals
 
@@ -91,17 +91,17 @@ def link_coordinates(link: Link, sections: Sequence[Section], counts: Sequence[i
     return LinkCoordinates(names, tuple(beams), _free_of(np.vstack(rigid)))
 
 
+def elastic_coordinates(link: Link, inner: int) -> int:
+    """How many coordinates the beams of a link of one design come to, with shear and `inner` polynomials along them."""
+    lengths = [float(np.abs(np.ravel(link.points[beam.end] - link.points[beam.start])[0])) for beam in link.beams]
+    return sum(ENDS + 3 * count for count in polynomials_along(lengths, inner))
+
+
 def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> VibratingLink:
-    """A link, of one design and in units of length, with `inner` polynomials along every beam; one section per beam."""
-    parts = [
-        vibrating_beam(
-            abs(complex(link.points[beam.end] - link.points[beam.start])),
-            section,
-            beam,
-            inner,
-        )
-        for beam, section in zip(link.beams, sections, strict=True)
-    ]
+    """A link, of one design and in units of length, with `inner` polynomials along its beams; one section per beam."""
+    lengths = [abs(complex(link.points[beam.end] - link.points[beam.start])) for beam in link.beams]
+    counts = polynomials_along(lengths, inner)
+    parts = [vibrating_beam(*each) for each in zip(lengths, sections, link.beams, counts, strict=True)]
     coordinates = link_coordinates(link, sections, [len(part.mass) for part in parts])
     stiffness, mass = (np.zeros((len(coordinates.free),) * 2) for _ in range(2))
     for part, rows in zip(parts, coordinates.beams, strict=True):

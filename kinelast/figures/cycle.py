@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -259,15 +258,24 @@ def joint_words(mechanism: Mechanism) -> list[tuple[str, str]]:
     return [(joint.name, mechanism.links[joint.child].name) for joint in structure(mechanism).joints]
 
 
-MOST_BEAMS = 64  # of some 18 coordinates each: matrices of these take 1.5 GB, and half a minute
+FEW = 64  # beams, whose matrices take 1.5 GB at most, and a quarter of a minute
+MOST_COORDINATES = 18 * FEW
+MOST_BEAMS = 150  # that are short pieces of their links, with a third of the coordinates
+INNER = 4  # polynomials along a beam that vibration begins with
 
 
 def too_many_beams(mechanism: Mechanism) -> str:
     """Why vibration and buckling of a mechanism are not looked at, in words; empty where they are."""
-    beams = Counter(mechanism.links[link].name for link, _ in mechanism.beams)
-    if beams.total() <= MOST_BEAMS:
+    count = len(mechanism.beams)
+    if count <= FEW:
         return ""
-    link, most = beams.most_common(1)[0]
-    count = f"{beams.total()} beams"
-    where = f'of which {most} are in the link "{link}": expected {MOST_BEAMS} at most'
-    return f"vibration and buckling are not looked at in {count}, {where}"
+    from elastic.vibration import elastic_coordinates
+
+    coordinates = {link.name: elastic_coordinates(link, INNER) for link in mechanism.links}
+    size = sum(coordinates.values())
+    if count <= MOST_BEAMS and size <= MOST_COORDINATES:
+        return ""
+    link = max(coordinates, key=lambda name: coordinates[name])
+    where = f'of which {len(mechanism.links[mechanism.index[link]].beams)} are in the link "{link}"'
+    most = f"expected {MOST_BEAMS} beams and {MOST_COORDINATES} coordinates at most"
+    return f"vibration and buckling are not looked at in {count} beams of {size} coordinates, {where}: {most}"
