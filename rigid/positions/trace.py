@@ -49,20 +49,26 @@ class Trace:
                 self._mend(row, sense)
 
     def _place(self, which: Integers | list[np.intp], guess: Reals) -> Reals:
-        """Place the group at knots of the table; its coordinates, shape (free, knots)."""
+        """Place the group at knots of the table; its coordinates, shape (free, knots). Steps to them are open again."""
         part = some(self.branch.table, which)
         self.branch.set(part, self.number, guess)
         for name, value in part.items():
             self.branch.table[name][which] = value
+        for beside in (np.asarray(which), np.asarray(which) - 1):
+            self.branch.table[f"sure{self.number}"][beside] = False
         coordinates: Reals = part[f"free{self.number}"].T
         return coordinates
 
-    def _walk(self, order: Integers, start: Reals) -> None:
-        """Place the group at knots, shape (designs, n), one after the other, each begun on the line through two."""
+    def _walk(self, order: Integers, start: Reals, known: int = 0) -> None:
+        """Place the group at knots, shape (designs, n), one after the other, each begun on the line through two.
+
+        The first `known` of them stay where they are.
+        """
         last, guess, walked = start, start, False
         place = self.branch.table["place"]
         for k in range(order.shape[1]):
-            here = self._place(order[:, k], guess)
+            stands = k < known
+            here = self.branch.table[f"free{self.number}"][order[:, k]].T if stands else self._place(order[:, k], guess)
             reached = np.isfinite(here).all(axis=0)
             if not reached.any():
                 break
@@ -291,7 +297,7 @@ class Trace:
         inner = np.flatnonzero(mine & ((last - table["place"]) * sense > 0.5 * BESIDE * branch.path.stride))[::sense]
         first = int(inner[-1]) if len(inner) else at
         grid = outer[table["coarse"][outer]]
-        self._walk(np.array([[first, at, *grid]]), table[name][first][:, None])
+        self._walk(np.array([[first, at, *grid]]), table[name][first][:, None], 2)
         self._fill(outer[~table["coarse"][outer]], np.sort([at, *grid]))
         begins = steps(table)
         nearer = np.minimum(table["place"][begins] * sense, table["place"][begins + 1] * sense)
