@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 from kinelast.scene.error import likely
-from kinelast.tasks.option import Option, OptionError, are_checks
+from kinelast.tasks import Option, OptionError, are_checks
 from kinelast.tasks.request import GROUPS, Batch, Request, options_of
 
 EPILOG = """\

@@ -59,6 +59,8 @@ class Figure:
         Whether it is of the rigid motion alone, which no theory of the links changes.
     whole
         Whether it is of the whole run, so that those of its parts do not tell it; an `AVERAGE` is.
+    power
+        Of the loads that it goes with at most, by magnitude: errors that are known as a share count so many times.
     """
 
     key: str
@@ -74,6 +76,7 @@ class Figure:
     limit: str = ""
     rigid: bool = False
     whole: bool = False
+    power: float = 1.0
 
     def units(self, scene: Scene) -> list[str]:
         """Of every item."""

@@ -137,7 +137,8 @@ def _of_items(
     for name, stage in stages.items():
         parts[name], before = _difference(stage[figure.key], before), stage[figure.key]
     base = reference_deflection(np.where(np.isfinite(own), np.abs(own), 0.0))
-    parts |= {name: np.full(np.shape(own), share * np.max(base, initial=0.0)) for name, share in off.shares.items()}
+    wide = base if figure.over == LEAST else np.full(np.shape(own), np.max(base, initial=0.0))  # safeties are quotients
+    parts |= {name: figure.power * share * wide for name, share in off.shares.items()}
     parts[BEAM_THEORY] = np.abs(_difference(bodies[figure.key], own))
     parts[ROUND_OFF] = _round_off(answer, figure) * base
     return [

@@ -32,6 +32,8 @@ from kinelast.scene.limits import Output
 from machine.joints import JointCourse, clearance_effects, contact_losses, knocks
 from rigid.arrays import Flags, Reals
 
+ROLLER = 10.0 / 3.0  # exponent of the life of roller bearings
+STEEPEST = 9.0  # of an S-N line of slope 5 below its knee
 OfJoint = Callable[[Any, JointCourse], Any]
 """From the part of a joint, and its force and motion, to values of every position, or of the whole run."""
 
@@ -96,9 +98,9 @@ JOINT_FIGURES: tuple[Figure, ...] = (
     Figure("bearing_load", "equivalent load of a rolling bearing", "N", ROLLING,
            _one(lambda part, course: part.equivalent_load(course), ROLLING), AVERAGE),
     Figure("bearing_life", "life of a rolling bearing", "s", ROLLING,
-           _one(lambda part, course: part.life(course), ROLLING), LEAST, whole=True),
+           _one(lambda part, course: part.life(course), ROLLING), LEAST, whole=True, power=ROLLER),
     Figure("bearing_revolutions", "revolutions that a rolling bearing reaches", "1", ROLLING,
-           _one(lambda part, course: part.revolutions(course), ROLLING), LEAST, whole=True),
+           _one(lambda part, course: part.revolutions(course), ROLLING), LEAST, whole=True, power=ROLLER),
     Figure("bearing_static_safety", "static safety of a rolling bearing", "1", ROLLING,
            _one(lambda part, course: part.static_safety(course), ROLLING), LEAST, whole=True),
     Figure("bearing_load_share", "equivalent load of a rolling bearing over its dynamic rating", "1", ROLLING,
@@ -179,6 +181,8 @@ def _cycles(cycle: Cycle) -> Largest:
 LIFE_FIGURES: tuple[Figure, ...] = (
     Figure("endurance", "safety against endurance", "1", FATIGUED, _fatigue(lambda cycle: cycle.fatigue.safety), LEAST,
            limit="endurance", whole=True),
-    Figure("life_cycles", "runs until a link breaks", "1", FATIGUED, _fatigue(_cycles), LEAST, whole=True),
-    Figure("life", "time until a link breaks", "s", FATIGUED, _fatigue(_life), LEAST, limit="life", whole=True),
+    Figure("life_cycles", "runs until a link breaks", "1", FATIGUED, _fatigue(_cycles), LEAST, whole=True,
+           power=STEEPEST),
+    Figure("life", "time until a link breaks", "s", FATIGUED, _fatigue(_life), LEAST, limit="life", whole=True,
+           power=STEEPEST),
 )  # fmt: skip

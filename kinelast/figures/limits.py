@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any
@@ -15,7 +15,7 @@ from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import FIXED, SCENE, Figure, bounded_items, fixed, items_of, magnitudes
 from kinelast.figures.peaks import Peak
 from kinelast.figures.registry import ALONG_BEAMS
-from kinelast.figures.results import Results, figure, largest
+from kinelast.figures.results import Results, at_peak, figure, largest
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import Limit
 from rigid.arrays import Flags, Reals
@@ -177,3 +177,69 @@ def _row(results: Results, figures: Mapping[str, Any], verdict: Verdict) -> dict
         place = {key: value for key, value in row.items() if key not in ("value", "unit")}
         row = {**place, **figures["strength"][label]["safety_factor"]}
     return {**row, "label": label}
+
+
+RESERVES = {  # by mode of failure: the figure of beams, and the power of it that is the reserve
+    "yield": ("safety", 1.0),
+    "endurance": ("endurance", 1.0),
+    "buckling": ("buckling", -1.0),
+}
+LIMITED = {"deflection": -1.0, "chord": -1.0}  # modes by the limits that a scene sets, likewise
+
+
+def breaks_first(results: Results) -> list[dict[str, Any]]:
+    """Modes of failure of every link with its reserve: the factor that is left until it fails.
+
+    Of what is computed and known: yield, endurance and buckling where their figures are; deflection where a limit is
+    set, and where one of life is and the life ends, in place of endurance the factor of the stress by the slope of the
+    S-N line. Compression over Euler's load is taken as each beam's own, and grows with the load. `kinelast.runs`
+    adds the speed at which the limits end where that is asked for.
+
+    Returns
+    -------
+    A row for every link with beams, the one that fails first on top: `governs`, its mode, `reserve` with its error, and
+    `reserves` of all modes.
+    """
+    mechanism, rows = results.mechanism, []
+    for number, link in enumerate(mechanism.links):
+        beams = [beam for beam, (owner, _) in enumerate(mechanism.beams) if owner == number]
+        reserves = dict(_reserves(results, link.name, beams)) if beams else {}
+        if reserves:
+            mode = min(reserves, key=lambda each: reserves[each]["value"])
+            rows.append({"link": link.name, "governs": mode, "reserve": reserves[mode], "reserves": reserves})
+    return sorted(rows, key=lambda row: row["reserve"]["value"])
+
+
+def _reserves(results: Results, link: str, beams: Sequence[int]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Modes of failure of a link and their reserves, the least of its beams, of those that are known."""
+    own = [limit for limit in results.scene.limits if limit.item in ("", link)]
+    asked = next((float(limit.bound) for limit in own if limit.kind == "life"), None)
+    finite = asked is not None and any(math.isfinite(results.figures.peaks["life"][beam].value) for beam in beams)
+    for mode, (key, power) in RESERVES.items():
+        if mode == "endurance" and finite and results.scene.fatigue and asked is not None:
+            slope = float(results.scene.fatigue.strengths[beams[0]].slope)
+            yield from _reserve(results, "life", "life", 1.0 / slope, beams, asked)
+        else:
+            yield from _reserve(results, mode, key, power, beams, 1.0)
+    for limit in own:
+        if limit.kind in LIMITED:
+            yield from _reserve(results, limit.kind, limit.figure, LIMITED[limit.kind], beams, float(limit.bound))
+
+
+def _reserve(
+    results: Results, mode: str, key: str, power: float, beams: Sequence[int], bound: float
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    peaks = results.figures.peaks.get(key) or []
+    known = [(beam, peaks[beam]) for beam in beams if peaks and math.isfinite(peaks[beam].value) and peaks[beam].value]
+    if not known:
+        return
+    beam, peak = min(known, key=lambda each: abs(each[1].value) ** power)
+    value = (abs(peak.value) / bound) ** power
+    error = _error(peak) * abs(power) * value / abs(peak.value)
+    told = {"error": error if math.isfinite(error) else None}
+    yield mode, figure(value, "1", **told, label=results.scene.labels[beam], **_moment(results, peak))
+
+
+def _moment(results: Results, peak: Peak) -> dict[str, Any]:
+    """Time and drives of a peak, where it has any."""
+    return {} if math.isnan(peak.time) else at_peak(results, peak)

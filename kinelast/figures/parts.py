@@ -14,6 +14,7 @@ from elastic import Deflection, deflection, displacement_of
 from elastic.assessment import angle_error, harmonics
 from elastic.links import AddedLoads, map_loads
 from kinelast.figures.entry import CYLINDER, DRIVE, MOTOR, items_of
+from kinelast.figures.joints import JOINT_FIGURES, lost_contact, numbers_with
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, error_of, figure, largest
 from rigid import LineLoad, PointLoad, Resistance, TorsionSpring, posture
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from fem_check.solid import SolidComparison
 
 STEADY = 1e-9  # share of the speed by which a steady drive may seem to change
+MARKS = 24  # positions at most at which contact is told to be lost
 FEW = 16  # positions that tell too little of a cycle's harmonics
 
 
@@ -199,6 +201,64 @@ def _figure_of(results: Results, key: str, name: str) -> dict[str, Any] | None:
         return None
     at = items.index(name)
     return largest(results, results.figures.peaks[key][at], known.units(results.scene)[at])
+
+
+SENSES = {1: "turns counter-clockwise", -1: "turns clockwise", 0: "swings"}
+
+
+def joint_rows(results: Results) -> list[dict[str, Any]]:
+    """Figures of every joint: its force, and of one under [bearings] those of its parts."""
+    scene, rows = results.scene, []
+    for number, ((joint, link), peak) in enumerate(
+        zip(results.joint_words, results.figures.peaks["joint_force"], strict=True)
+    ):
+        row = {"joint": joint, "on": link, "force": largest(results, peak, "N")}
+        rows.append({**row, **_joint_parts(results, number)} if joint in scene.bearings else row)
+    return rows
+
+
+def _joint_parts(results: Results, number: int) -> dict[str, Any]:
+    scene, course = results.scene, results.cycle.joint(number)
+    figures = {}
+    for each in JOINT_FIGURES:
+        numbers = numbers_with(scene, each.of)
+        if number in numbers:
+            item = numbers.index(number)
+            figures[each.key] = largest(results, results.figures.peaks[each.key][item], each.units(scene)[item])
+    lost: list[dict[str, Any]] = []
+    if "contact_losses" in figures:
+        lost = [at_position(results, at) for at in np.flatnonzero(lost_contact(results.cycle, number)).tolist()[:MARKS]]
+    turns = {key: figure(course.force_turns(child), "1") for key, child in (("child", True), ("parent", False))}
+    return {
+        "parent": results.mechanism.links[results.motion.structure.joints[number].parent].name,
+        "sense": SENSES[int(course.sense)] if course.turns else "slides",
+        "force_turns": turns,
+        "contact_lost": lost,
+        "figures": figures,
+    }
+
+
+def life_figures(results: Results) -> dict[str, Any] | None:
+    """Endurance and life of every beam, and the place; None of a scene that does not ask."""
+    scene, run = results.scene, results.figures
+    if scene.fatigue is None:
+        return None
+    found, rows = results.cycle.fatigue, {}
+    for beam, label in enumerate(scene.labels):
+        peak, strength = run.peaks["endurance"][beam], scene.fatigue.strengths[beam]
+        rows[label] = {
+            "endurance": largest(results, peak, "1"),
+            "cycles": largest(results, run.peaks["life_cycles"][beam], "1"),
+            "life": largest(results, run.peaks["life"][beam], "s"),
+            "endless": bool(np.isposinf(run.peaks["life"][beam].value)),
+            "amplitude": figure(found.amplitude[beam], "Pa"),
+            "mean": figure(found.mean[beam], "Pa"),
+            "along": figure(peak.xi * float(results.deflection.length[beam, 0]), "m"),
+            "fibre": "left" if peak.row == 0 else "right",
+            "endurance_limit": figure(np.ravel(strength.endurance)[0], "Pa"),
+            "factors": {key: float(np.ravel(value)[0]) for key, value in scene.fatigue.factors[beam].items()},
+        }
+    return {"criterion": scene.fatigue.criterion, "links": rows}
 
 
 def friction_figures(results: Results) -> dict[str, Any] | None:

@@ -192,6 +192,30 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     )
 
 
+def with_limit_speed(
+    rows: Sequence[Mapping[str, Any]], told: Mapping[str, Any], scene: Scene
+) -> list[Mapping[str, Any]]:
+    """Modes of failure as of `breaks_first`, with the limit speed over the scene's of the link whose limit ends there.
+
+    Parameters
+    ----------
+    told
+        The speeds as plain data, see `kinelast.outputs.speeds.speed_figures`.
+    """
+    limit, highest = told["limit"], told["highest_within_limits"]
+    if not limit or not limit["of"] or not highest:
+        return [*rows]
+    reserve = {"value": highest / _nominal(scene), "unit": "1", "error": None, "label": limit["of"]}
+    more = []
+    for row in rows:
+        reserves = {**row["reserves"], "limit speed": reserve}
+        mode = min(reserves, key=lambda each: reserves[each]["value"])
+        told_of = scene.mechanism.beams[scene.labels.index(limit["of"])][0] if limit["of"] in scene.labels else -1
+        its = told_of >= 0 and scene.mechanism.links[told_of].name == row["link"]
+        more.append({**row, "governs": mode, "reserve": reserves[mode], "reserves": reserves} if its else row)
+    return sorted(more, key=lambda row: float(row["reserve"]["value"]))
+
+
 def leading_drive(scene: Scene) -> int:
     """Number of the drive that speeds are of: the first that moves; the others keep their ratio to it."""
     return next((number for number, law in enumerate(scene.laws) if getattr(law, "speed", 0.0)), 0)

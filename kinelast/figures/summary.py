@@ -15,12 +15,14 @@ from elastic.links import members_of
 from kinelast.figures.checks import check_passed
 from kinelast.figures.cycle import EXTREME_FIELDS
 from kinelast.figures.entry import POINT, items_of
-from kinelast.figures.limits import acceptance
+from kinelast.figures.limits import acceptance, breaks_first
 from kinelast.figures.output import slid, turns_of
 from kinelast.figures.parts import (
     drive_figures,
     friction_figures,
     input_figures,
+    joint_rows,
+    life_figures,
     nonlinear_figures,
     output_shares,
     solid_figures,
@@ -80,10 +82,9 @@ def summary(results: Results) -> dict[str, Any]:
         "points": points,
         "angle_errors": angles,
         "output": output,
-        "joints": [
-            {"joint": joint, "on": link, "force": largest(results, peak, "N")}
-            for (joint, link), peak in zip(results.joint_words, peaks["joint_force"], strict=True)
-        ],
+        "joints": joint_rows(results),
+        "life": life_figures(results),
+        "breaks_first": breaks_first(results),
         "drives": {
             name: {"coordinate": coordinate, **figures}
             for (name, coordinate, *_), figures in zip(results.drive_words, drive_figures(results), strict=True)

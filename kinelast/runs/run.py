@@ -173,6 +173,9 @@ def _finish(
         write_json(part / "check.json", {**checks.pop("check", {}), **checks})
     if request.speeds and results.scene.labels:
         figures["speeds"] = _speeds(part, results.scene, request.speeds, request.tables, progress)
+        from kinelast.figures.speeds import with_limit_speed
+
+        figures["breaks_first"] = with_limit_speed(figures["breaks_first"], figures["speeds"], results.scene)
     if request.balance:
         from kinelast.figures.balance import balance_figures
 

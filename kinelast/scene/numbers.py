@@ -86,6 +86,7 @@ def _picked(value: Any, row: int | None) -> Any:
     return value.ravel()[row if value.size > 1 else 0] if isinstance(value, np.ndarray) else value
 
 
+HOURS = 10.0  # from which on a time is told in hours
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 DASH, MINUS = "\u2013", "\u2212"
 RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
@@ -113,6 +114,8 @@ def scale_of(largest: float, unit: str) -> tuple[float, str]:
     """
     if unit in UNPREFIXED or not math.isfinite(largest) or abs(largest) < 1e-12:
         return 1.0, unit
+    if unit == "s" and abs(largest) >= HOURS * 3600.0:
+        return 1.0 / 3600.0, "h"
     power = min(max(3 * math.floor(math.log10(abs(largest)) / 3), -9), 9)
     if unit == "m" and power > 0:
         power = 3 if abs(largest) >= 1e4 else 0

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kinelast.tasks.option import (
+from kinelast.tasks import (
     ELEMENTS,
     Option,
     at_least,

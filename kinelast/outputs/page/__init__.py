@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from kinelast.figures.entry import LEAST
+from kinelast.figures.joints import JOINT_FIGURES, LIFE_FIGURES
 from kinelast.figures.results import Results
 from kinelast.outputs.page.data import Numbers, kept_positions, model_of, numbers_of
 from kinelast.outputs.sealed import json_bytes
@@ -22,7 +24,7 @@ from rigid.arrays import Integers, Reals
 
 WEB = Path(__file__).parent / "web"
 SCRIPTS = ("numbers", "dom", "theme", "arrays", "scene", "motion", "tables", "instants", "mechanism", "controls",
-           "charts", "curves", "speeds", "sizing", "maps", "answer", "figures", "drives", "main")  # fmt: skip
+           "charts", "curves", "speeds", "sizing", "maps", "answer", "figures", "drives", "joints", "main")  # fmt: skip
 
 
 def report_page(results: Results, figures: dict[str, Any], gist: str = "") -> bytes:
@@ -131,7 +133,9 @@ def index_page(
 DESIGN_SCRIPTS = ("numbers", "dom", "theme", "arrays", "design_data", "scatter", "parallel", "design_table", "designs")
 SHOWN = 10_000  # designs that a page holds: of more, the fronts and a random part
 FRONTS = 6  # figures of which every pair has its front among those
-GREATER = ("safety", "transmission_angle", "reach", "acceptable", "output_travel")  # figures that are better large
+GREATER = frozenset(  # figures that are better large
+    ("safety", "transmission_angle", "reach", "acceptable", "output_travel")
+).union(each.key for each in (*JOINT_FIGURES, *LIFE_FIGURES) if each.over == LEAST)
 
 
 def designs_page(

@@ -10,7 +10,7 @@ function agreement({ largest, momentum }) {
 }
 
 function answerSection() {
-  const part = section("answer", "Answer", "The answer", acceptance(), trustLine(), h("div", { class: "tiles" }, tiles()), contributions());
+  const part = section("answer", "Answer", "The answer", acceptance(), trustLine(), breaksFirst(), h("div", { class: "tiles" }, tiles()), contributions());
   part.classList.add("answer");
 }
 

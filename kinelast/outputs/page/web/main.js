@@ -28,6 +28,8 @@ async function start() {
   errorsSection();
   forcesSection();
   drivesSection();
+  lifeSection();
+  jointsSection();
   vibrationSection();
   registerSection();
   checkSection();

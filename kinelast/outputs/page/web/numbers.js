@@ -10,6 +10,7 @@ function scaleOf(largest, unit) {
   if (unit in chosenUnits) return chosenUnits[unit];
   const size = Math.abs(largest);
   if (UNPREFIXED.has(unit) || !isFinite(size) || size < 1e-12) return [1, unit];
+  if (unit === "s" && size >= 36000) return [1 / 3600, "h"];
   let power = Math.min(Math.max(3 * Math.floor(Math.log10(size) / 3), -9), 9);
   if (unit === "m" && power > 0) power = size >= 1e4 ? 3 : 0;
   return [Math.pow(10, -power), PREFIXES[power] + unit];

@@ -1,0 +1,71 @@
+// What breaks first, the life of the links, and the joints with their bearings, pins and eyes.
+const MODES = { yield: "yield", endurance: "endurance", buckling: "buckling", deflection: "deflection", chord: "deflection from chord", life: "life", "limit speed": "limit speed" };
+const reserveWords = (reserve) => (reserve ? number(reserve.value, 3) + errorWords(reserve) : "");
+
+function breaksFirst() {
+  const rows = summary.breaks_first;
+  if (!rows.length) return null;
+  const modes = Object.keys(MODES).filter((mode) => rows.some((row) => row.reserves[mode]));
+  return h("div", { id: "breaks-first" }, h("h3", {}, "What breaks first"), soft("Reserve of every link: the factor that is left until it yields, breaks, buckles or passes its limit; below 1 nothing is left."),
+    table(rows, [
+      { name: "Link", text: (row) => row.link },
+      { name: "governs", text: (row) => MODES[row.governs] },
+      { name: "reserve", of: (row) => row.reserve.value, words: (row) => reserveWords(row.reserve), worst: "least" },
+      ...modes.map((mode) => ({ name: MODES[mode], of: (row) => row.reserves[mode]?.value ?? NaN, words: (row) => reserveWords(row.reserves[mode]) })),
+    ], "What breaks first"));
+}
+
+const lifeWords = (figure) => (figure.value === null ? "endless" : figureWords(figure) + errorWords(figure));
+
+function lifeSection() {
+  const { life } = summary;
+  if (!life) return;
+  const rows = Object.entries(life.links).map(([label, row]) => ({ label, ...row }));
+  section("life", "Life", "Life", soft(`Safety against endurance by the criterion of ${life.criterion[0].toUpperCase()}${life.criterion.slice(1)}, of the greatest cycle of the normal stress in either fibre, notches in it; cycles are runs of the scene, hours at its speed. Where the endurance limit is not reached the life is endless.`),
+    table(rows, [
+      { name: "Link", text: (each) => each.label },
+      { name: "safety against endurance", of: (each) => value(each.endurance), words: (each) => number(value(each.endurance), 3) + errorWords(each.endurance), worst: "least" },
+      { name: "where", text: (each) => `${placeWords(each.label, each)}, ${each.fibre} fibre` },
+      { name: "amplitude", unit: "Pa", of: (each) => value(each.amplitude) },
+      { name: "mean", unit: "Pa", of: (each) => value(each.mean) },
+      { name: "endurance limit", means: "of the part, its factors of surface, size and reliability in it", unit: "Pa", of: (each) => value(each.endurance_limit) },
+      { name: "runs", text: (each) => (each.endless ? "endless" : lifeWords(each.cycles)) },
+      { name: "life", text: (each) => (each.endless ? "endless" : lifeWords(each.life)) },
+    ], "Life"));
+}
+
+function jointsSection() {
+  const rows = summary.joints.map((joint, k) => ({ ...joint, k })).filter((joint) => joint.figures);
+  if (!rows.length) return;
+  const figures = (each) => Object.entries(each.figures).filter(([, figure]) => figure.value !== null).map(([key, figure]) => ({ joint: each.joint, name: summary.figures[key].name, figure }));
+  const rings = (each) => [["child", each.on], ["parent", each.parent]].map(([side, link]) => `${link}: ${Math.abs(each.force_turns[side].value) < 0.5 ? "stays" : `goes round ${number(Math.abs(each.force_turns[side].value), 2)} times`}`).join("; ");
+  const effects = ["clearance_worst", "clearance_pressed"].filter((key) => summary.figures[key]).map((key) => `${summary.figures[key].name} ${figureAngle(summary.figures[key])}`);
+  section("bearings", "Bearings", "Bearings, pins and eyes", soft("Forces are those of the answer; means over the angle that is passed."),
+    table(rows, [
+      { name: "Joint", text: (each) => `${each.joint} on ${each.on}` },
+      { name: "largest force", unit: "N", of: (each) => value(each.force), worst: true },
+      { name: "mean force", means: "cubic, over the angle that the joint passes: the steady force of the same life of a ball bearing", unit: "N", of: (each) => value(each.figures.joint_mean_force) },
+      { name: "motion", text: (each) => `${each.sense}, ${figureAngle(each.figures.joint_swing)}` },
+      { name: "fastest", text: (each) => rpmWords({ ...each.figures.joint_rate, value: Math.abs(each.figures.joint_rate.value) }) },
+      { name: "direction of the force", means: "in the axes of either link: where it stays the ring bears a point load, where it goes round the ring wants a tight fit", text: rings },
+      { name: "contact lost at", text: (each) => each.contact_lost.map((at) => Object.entries(at.drive).map(([name, drive]) => `${name} ${coordinateWords(drive.value, drive.unit)}`)).join("; ") },
+    ], "Joints with parts"),
+    table(rows.flatMap(figures), [{ name: "Joint", text: (each) => each.joint }, { name: "Figure", text: (each) => each.name }, { name: "value", text: (each) => figureAngle(each.figure) + errorWords(each.figure) }, { name: "at", text: (each) => (each.figure.drive ? atWords(each.figure) : "") }], "Figures of the joints"),
+    effects.length ? h("p", {}, `${effects.join("; ")}.`) : null,
+    h("div", { class: "polars" }, rows.flatMap((each) => [each.on, each.parent].map((link) => polar(each, link)))));
+}
+
+// Hodograph of the force on a link in that link's axes, x' to the right: the tip of the force over the cycle.
+function polar(joint, name) {
+  const link = model.links.findIndex((each) => each.name === name), sign = name === joint.on ? 1 : -1, tips = [];
+  for (let i = 0; i < N; i++) {
+    const [x, y] = vector("force", joint.k, i), [dx, dy] = link === GROUND ? [1, 0] : vector("direction", link - 1, i);
+    tips.push(counted(i) ? [sign * (dx * x + dy * y), sign * (dx * y - dy * x)] : [NaN, NaN]);
+  }
+  const most = Math.max(...tips.map(([x, y]) => Math.hypot(x, y)).filter(isFinite), 1e-300), R = 88, at = ([x, y]) => [(R * x) / most, (-R * y) / most];
+  let path = "", pen = "M";
+  for (const tip of tips) { const [x, y] = at(tip); if (!isFinite(x + y)) { pen = "M"; continue; } path += `${pen}${x.toFixed(1)} ${y.toFixed(1)}`; pen = "L"; }
+  const svg = s("svg", { viewBox: "-100 -100 200 200", role: "img", "aria-label": `Polar diagram of the force on ${name} at ${joint.joint}`, class: "polar" });
+  svg.append(s("circle", { r: R, class: "rim" }), s("circle", { r: R / 2, class: "rim" }), s("path", { d: `M${-R} 0H${R}M0 ${-R}V${R}`, class: "rim" }), s("path", { d: path, class: "tip" }));
+  return h("figure", { class: "chart" }, h("figcaption", {}, `Force on ${name} at ${joint.joint}, in its axes; rim ${quantity(most, "N", 3)}`), svg);
+}
