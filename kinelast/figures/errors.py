@@ -148,7 +148,8 @@ def _of_items(
 
 def _difference(after: Any, before: Any) -> Reals:
     """By how much values change; not at all where both are infinite."""
-    difference: Reals = np.where(after == before, 0.0, after - before)
+    with np.errstate(invalid="ignore"):
+        difference: Reals = np.where(after == before, 0.0, after - before)
     return difference
 
 

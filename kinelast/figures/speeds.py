@@ -195,7 +195,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
 def with_limit_speed(
     rows: Sequence[Mapping[str, Any]], told: Mapping[str, Any], scene: Scene
 ) -> list[Mapping[str, Any]]:
-    """Modes of failure as of `breaks_first`, with the limit speed over the scene's of the link whose limit ends there.
+    """Modes of failure as of `breaks_first`, with the limit speed over that of the scene for the link that ends it.
 
     Parameters
     ----------

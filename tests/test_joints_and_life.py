@@ -1,0 +1,259 @@
+"""Claim: bearings, pins, eyes, clearance and fatigue of a scene are figures: told, limited, swept, with errors."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from kinelast.cli.command import main
+from kinelast.designs import evaluate
+from kinelast.figures.joints import JOINT_FIGURES, LIFE_FIGURES
+from kinelast.figures.limits import breaks_first
+from kinelast.figures.summary import summary
+from kinelast.runs import computed, long_results, require_chunk
+from kinelast.scene.document import document_of, scene_from_text
+from kinelast.scene.error import SceneError
+from kinelast.scene.numbers import quantity
+from kinelast.tasks.request import Request
+
+ARM = """
+[materials.steel]
+E = "210 GPa"
+density = "7850 kg/m^3"
+yield = "250 MPa"
+ultimate = "400 MPa"
+endurance = "200 MPa"
+[sections.round]
+shape = "circle"
+diameter = "20 mm"
+[points]
+O = [0, 0]
+A = [0.5, 0]
+[links.ground]
+points = ["O"]
+[links.arm]
+points = ["O", "A"]
+section = "round"
+material = "steel"
+[[drives]]
+link = "arm"
+speed = "40 rad/s"
+[run]
+positions = 120
+gravity = [0, -9.81]
+theory = "quasi-static"
+"""
+
+FATIGUE = """
+[fatigue]
+size = 1.0
+[limits]
+endurance = 1.5
+life = "1000 h"
+"""
+
+PARTS = """
+[bearings.O]
+clearance = "20 um"
+[bearings.O.rolling]
+C = "19.5 kN"
+C0 = "11.2 kN"
+life = "10000 h"
+safety = 2
+least_load = "1 %"
+[bearings.O.plain]
+diameter = "20 mm"
+width = "15 mm"
+pressure = "5 MPa"
+speed = "1 m/s"
+pressure_speed = "1 MPa m/s"
+[bearings.O.pin]
+diameter = "10 mm"
+eye = "12 mm"
+cheek = "8 mm"
+yield = "600 MPa"
+safety = 2
+shear = "100 MPa"
+bending = "300 MPa"
+[bearings.O.eye]
+diameter = "10 mm"
+width = "30 mm"
+thickness = "12 mm"
+edge = "15 mm"
+yield = "235 MPa"
+tear_out = "50 MPa"
+safety = 2
+"""
+
+
+def told(text, **more):
+    """The summary of a scene."""
+    return summary(computed(replace(scene_from_text(text), **more), Request()))
+
+
+def test_an_arm_that_turns_lasts_by_goodmans_line():
+    """Root of the arm: rho omega^2 L^2/2 steady, weight in bending and along the arm in quarter phase alternating."""
+    found = told(ARM + FATIGUE)
+    pull = 7850 * 40**2 * 0.5**2 / 2
+    bending = 7850 * 9.81 * 0.5**2 / 2 * 0.01 / (0.02**2 / 16)
+    alternating = np.hypot(bending, 7850 * 9.81 * 0.5)
+    row = found["life"]["links"]["arm"]
+    assert row["endurance"]["value"] == pytest.approx(1 / (alternating / 200e6 + pull / 400e6), rel=1e-3)
+    assert row["amplitude"]["value"] == pytest.approx(alternating, rel=1e-3)
+    assert row["mean"]["value"] == pytest.approx(pull, rel=1e-3)
+    assert row["along"]["value"] == 0.0
+    assert row["endless"]
+    limits = {each["kind"]: each for each in found["acceptance"]["limits"]}
+    assert {kind: each["outcome"] for kind, each in limits.items()} == {"endurance": "kept", "life": "kept"}
+    assert limits["endurance"]["found"]["value"] == row["endurance"]["value"]
+    (first,) = found["breaks_first"]
+    assert first["reserve"]["value"] == min(each["value"] for each in first["reserves"].values())
+    assert first["reserves"]["endurance"]["value"] == row["endurance"]["value"]
+    assert first["reserves"]["yield"]["value"] == found["strength"]["arm"]["safety_factor"]["value"]
+
+
+def test_factors_and_notches_lower_it_as_the_textbook_has_it():
+    plain = told(ARM + FATIGUE)["life"]["links"]["arm"]
+    factors = '[fatigue]\nsurface = "machined"\nreliability = 0.99\n[fatigue.links.arm]\nnotches = {O = 2}\n'
+    found = told(ARM + factors)["life"]["links"]["arm"]
+    whole = 4.51 * 400**-0.265 * (0.37 * 20 / 7.62) ** -0.107 * 0.814
+    assert found["factors"]["size"] == 1.0  # 7.4 mm by area, below 7.62
+    assert found["endurance_limit"]["value"] == pytest.approx(200e6 * whole / (0.37 * 20 / 7.62) ** -0.107, rel=1e-3)
+    a, m = (2 * plain[key]["value"] for key in ("amplitude", "mean"))
+    expected = 1 / (a / found["endurance_limit"]["value"] + m / 400e6)
+    assert found["endurance"]["value"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_life_that_ends_is_told_in_runs_and_hours():
+    """The S-N line by hand, at 40 rad/s."""
+    found = told(ARM.replace('"200 MPa"', '"3 MPa"') + FATIGUE)
+    row = found["life"]["links"]["arm"]
+    equivalent = row["amplitude"]["value"] / (1 - row["mean"]["value"] / 400e6)
+    cycles = 1e6 * (3e6 / equivalent) ** 5
+    assert row["cycles"]["value"] == pytest.approx(cycles, rel=1e-9)
+    assert row["life"]["value"] == pytest.approx(cycles * 2 * np.pi / 40, rel=1e-9)
+    first = found["breaks_first"][0]
+    assert first["governs"] == "life"
+    assert first["reserve"]["value"] == pytest.approx((row["life"]["value"] / 3.6e6) ** 0.2)
+    assert quantity(7.2e7, "s") == "20000 h"
+
+
+def test_parts_of_a_joint_are_worked_from_its_force():
+    text = ARM.replace("-9.81", "0.0") + PARTS
+    found = told(text)
+    force = 7850 * np.pi * 0.01**2 * 40**2 * 0.5**2 / 2
+    (joint,) = [each for each in found["joints"] if each["joint"] == "O"]
+    values = {key: each["value"] for key, each in joint["figures"].items()}
+    expected = {
+        "joint_mean_force": force,
+        "joint_swing": 2 * np.pi,
+        "bearing_life": (19.5e3 / force) ** 3 * 1e6 * 2 * np.pi / 40,
+        "bearing_static_safety": 11.2e3 / force,
+        "bearing_pressure": force / (0.02 * 0.015),
+        "bearing_speed": 0.4,
+        "bearing_pv": force / (0.02 * 0.015) * 0.4,
+        "pin_bending": 32 * force * 0.028 / 8 / (np.pi * 0.01**3),
+        "eye_tear_out": force / (2 * 0.012 * 0.010),
+        "contact_losses": 0.0,
+    }
+    assert {key: values[key] for key in expected} == pytest.approx(expected, rel=1e-6)
+    assert joint["sense"] == "turns counter-clockwise"
+    assert joint["force_turns"]["child"]["value"] == pytest.approx(0, abs=1e-9)
+    assert abs(joint["force_turns"]["parent"]["value"]) == pytest.approx(1)
+    limits = {each["kind"]: each["outcome"] for each in found["acceptance"]["limits"]}
+    assert len(limits) == 11
+    assert limits["bearing_life"] == "kept"
+
+
+def test_nothing_of_them_is_told_where_a_scene_does_not_ask():
+    found = told(ARM)
+    keys = {each.key for each in (*JOINT_FIGURES, *LIFE_FIGURES)}
+    assert not keys & found["figures"].keys()
+    assert found["life"] is None
+    assert all("figures" not in joint for joint in found["joints"])
+    assert {mode for row in found["breaks_first"] for mode in row["reserves"]} <= {"yield", "buckling"}
+
+
+def test_they_are_swept_as_single_runs_have_them():
+    text = (ARM + FATIGUE + PARTS).replace('"200 MPa"', '"3 MPa"')
+    document = document_of_text(text)
+    paths = ["sections.round.diameter", "bearings.O.rolling.C", "materials.steel.endurance"]
+    values = [[0.02, 19.5e3, 4e6], [0.03, 12e3, 3e6], [0.015, 30e3, 200e6]]
+    figures = ["endurance", "life", "bearing_life", "eye_safety.O", "bearing_pv", "acceptable"]
+    found = evaluate(document, paths, values, figures)
+    assert not any(found.reason)
+    for k, row in enumerate(values):
+        scene = document.with_values(dict(zip(paths, row, strict=True))).scene
+        alone = summary(computed(scene, Request()))["figures"]
+        for key in ("endurance", "bearing_life", "bearing_pv"):
+            assert found.columns[key][k] == pytest.approx(alone[key]["value"], rel=1e-9), key
+        life = alone["life"]["value"]
+        assert found.columns["life"][k] == (np.inf if life is None else pytest.approx(life, rel=1e-9))
+    assert np.isinf(found.columns["life"][2])
+
+
+def document_of_text(text):
+    import tomllib
+
+    return document_of(tomllib.loads(text))
+
+
+def test_a_long_run_has_the_fatigue_of_the_whole():
+    """Chunks alone see a part of the cycle: the amplitude is that of all."""
+    scene = scene_from_text(ARM + FATIGUE + PARTS)
+    times = scene.course.times(20_000)
+    long = long_results(scene, times, lambda *_: None, require_chunk)
+    short = computed(scene, Request())
+    for key in ("endurance", "bearing_life", "bearing_pv"):
+        one, other = (each.figures.peaks[key][0].value for each in (long, short))
+        assert one == pytest.approx(other, rel=1e-3)
+
+
+def test_errors_of_lives_are_those_of_their_powers():
+    """The life of a ball bearing goes with the cube of the load: its share of error is about three of the load's."""
+    text = (ARM + PARTS + FATIGUE).replace('theory = "quasi-static"', "")
+    results = computed(scene_from_text(text), Request())
+    peaks = results.figures.peaks
+    load, life = peaks["bearing_load"][0], peaks["bearing_life"][0]
+    assert life.error is not None
+    assert 2 < life.error.size / life.value / (load.error.size / load.value) < 4
+    assert breaks_first(results)[0]["reserve"]["error"] is not None
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('endurance = "200 MPa"\n', "", "endurance: the key is missing"),
+        ("size = 1.0", 'criterion = "soderberg"', None),
+        ("size = 1.0", "[fatigue.notches]\nQ = 2.0", "no point of a link with beams"),
+        ("size = 1.0", "[fatigue.links.rod]\nsize = 1.0", "no link with beams"),
+        ("[fatigue]\nsize = 1.0\n", "", "asks for the fatigue of the links"),
+        ("[bearings.O]\n", '[bearings.A]\nclearance = "1 um"\n[bearings.O]\n', "no pin"),
+        ('C0 = "11.2 kN"\n', "", "C0: the key is missing"),
+        ('cheek = "8 mm"\n', "", "cheek: the key is missing"),
+        ('width = "30 mm"', 'width = "9 mm"', "more than the diameter"),
+        ('edge = "15 mm"', 'edge = "5 mm"', "more than half the diameter"),
+        ('yield = "600 MPa"\n', "", "yield: the key is missing"),
+        ("safety = 2\nleast_load", "least_overlap = 1\nleast_load", "elements: the key is missing"),
+    ],
+)
+def test_mistakes_are_told(old, new, words):
+    text = ARM + FATIGUE + PARTS
+    assert old in text
+    if words is None:
+        scene_from_text(text.replace(old, new))
+        return
+    with pytest.raises(SceneError, match=words):
+        scene_from_text(text.replace(old, new, 1))
+
+
+def test_the_command_tells_the_limit_that_ends(tmp_path, capsys):
+    scene = tmp_path / "arm.toml"
+    scene.write_text(ARM.replace('"200 MPa"', '"3 MPa"') + FATIGUE + PARTS, encoding="utf-8")
+    assert main([str(scene), "-o", str(tmp_path / "out")]) == 1
+    assert "safety against endurance 0." in capsys.readouterr().out
+    page = (tmp_path / "out" / "arm" / "report.html").read_text(encoding="utf-8")
+    assert "function polar(" in page
+    told_ = json.loads((tmp_path / "out" / "arm" / "summary.json").read_text(encoding="utf-8"))
+    assert told_["breaks_first"][0]["link"] == "arm"
