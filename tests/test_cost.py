@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from mechanisms import steel_four_bar
-from scene_texts import ARM, QUICK_RETURN, edited
+from scene_texts import ARM, FOUR_BAR, QUICK_RETURN, edited
 
 from elastic import Section, sample
 from elastic.elastodynamics import elastodynamic, solution
@@ -14,11 +14,13 @@ from kinelast.cli.command import main
 from kinelast.designs.studies import sensitivity_study
 from kinelast.figures.cycle import MOST_BEAMS
 from kinelast.figures.speeds import speeds
+from kinelast.runs import computed
 from kinelast.scene.data import scene_deflection, scene_motion
 from kinelast.scene.document import document_from_text, scene_from_text
 from kinelast.scene.error import SceneError
 from kinelast.structure import structure_text
 from kinelast.tasks.progress import Progress
+from kinelast.tasks.request import Request
 from rigid import Link, Lump, Mechanism, PinDrive, motion
 from rigid.dynamics import Effort, ForwardError, forward
 from rigid.topology import Contact
@@ -170,3 +172,10 @@ def test_speeds_tell_how_finely_the_motion_is_resolved():
     between = [(done, total) for stage, done, total in heard.stages if "looked at between" in stage]
     assert len(between) > 2
     assert all(done < total for done, total in between)
+
+
+def test_vibration_tells_how_finely_the_motion_is_resolved():
+    heard = Heard()
+    scene = scene_from_text(edited(FOUR_BAR, ("positions = 36", "positions = 8")))
+    computed(scene, Request(), heard)
+    assert len({stage for stage, _, _ in heard.stages if "vibration, " in stage}) > 1

@@ -44,8 +44,9 @@ from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
 from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
-from kinelast.tasks.progress import one_thread
+from kinelast.tasks.progress import SILENT, Progress, one_thread
 from rigid import MechanismError, Motion
+from rigid.arrays import Reals
 
 MotionAt = Callable[[Any], Motion]
 
@@ -145,7 +146,14 @@ class Answer:
 
 
 @one_thread()
-def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_told: bool = False) -> Answer:
+def answer(
+    scene: Scene,
+    plain: Deflection,
+    theory: Theory,
+    period: float,
+    only_told: bool = False,
+    progress: Progress = SILENT,
+) -> Answer:
     """The answer of the theory asked for, or of the cheapest one that is accurate enough.
 
     Parameters
@@ -156,6 +164,8 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
         Duration of the cycle [s]; nan where the motion is none, and vibration starts from the quasi-static deflection.
     only_told
         The quasi-static answer is taken however far it is off.
+    progress
+        How finely the motion of the links that vibrate is resolved.
 
     Raises
     ------
@@ -172,7 +182,12 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
         tolerance = max(tolerance, FINE * wanted)
     try:
         motion_at, cycle = _held(scene, plain.motion) if rests else (scene.course.at, period)
-        linear = _vibrating(scene, plain.motion, motion_at, cycle, tolerance)
+
+        def resolved(times: Reals) -> Motion:
+            progress(f"{scene.name}: vibration, {len(times)} positions of the cycle", 0, 1)
+            return motion_at(times)
+
+        linear = _vibrating(scene, plain.motion, resolved, cycle, tolerance)
         if not named and linear.stable and linear.time_error + linear.reduction_error > max(wanted, ACCURACY):
             fine = (
                 "friction sticks too hard to be settled"

@@ -196,7 +196,7 @@ def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
     from kinelast.figures.theory import answer
 
     progress(f"{scene.name}: vibration", 0, 1)
-    found = answer(scene, plain.deflection, theory, plain.period, only_told=theory.plain)
+    found = answer(scene, plain.deflection, theory, plain.period, theory.plain, progress)
     return replace(plain, deflection=found.deflection, answer=found)
 
 
