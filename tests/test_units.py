@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,8 @@ import pytest
 from mechanisms import ALL, motion_of, replaced
 
 from elastic import PRIMARY, deflection
+from kinelast import scene_from_text
+from kinelast.cli.command import main
 from rigid import LineLoad, PinDrive, PointLoad
 
 EPS = np.finfo(float).eps
@@ -86,3 +89,81 @@ class TestUnits:
             ours = getattr(one, field) * dimension(*units)[field]
             off = np.abs(getattr(other, field) - ours).max() / np.abs(ours).max()
             assert off < BOUND * EPS * condition, field
+
+
+WRITTEN = """
+units = "mm"
+[materials.steel]
+E = "210 GPa"
+density = 7850
+[sections.bar]
+shape = "rectangle"
+depth = 6
+width = 10
+[points]
+O = [0, 0]
+A = [0, 60]
+B = [200, 180]
+C = [250, 0]
+[links.ground]
+points = ["O", "C"]
+[links.crank]
+points = ["O", "A"]
+section = "bar"
+material = "steel"
+[links.rod]
+points = ["A", "B"]
+section = "bar"
+material = "steel"
+[links.rocker]
+points = ["B", "C"]
+section = "bar"
+material = "steel"
+[[drives]]
+link = "crank"
+speed = "900 rpm"
+[limits]
+output = "0.05 deg"
+[run]
+output = "rocker.angle"
+positions = 36
+theory = "quasi-static"
+[sweep.vary]
+"drives.crank.speed" = ["600 rpm", "900 rpm"]
+"""
+
+
+class TestAsWritten:
+    """Units stay as the file has them, wherever its quantities are told."""
+
+    def lines(self, tmp_path, capsys, text, *options):
+        (tmp_path / "scene.toml").write_text(text)
+        main([str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out"), *options])
+        return capsys.readouterr().out
+
+    def test_limits_and_lengths_on_the_terminal(self, tmp_path, capsys):
+        told = self.lines(tmp_path, capsys, WRITTEN)
+        assert re.search(r"NOT ACCEPTABLE: output 0\.0\d+° ± \S+ %, allowed 0\.05°", told)
+        assert re.search(r"largest deflection 0\.1\d+ mm ± .* \(rod, 1\d\d mm along it", told)
+        assert "stress 5" in told
+        assert " MPa" in told
+        heads = (tmp_path / "out" / "scene" / "positions.csv").read_text().splitlines()[0]
+        assert "crank.M_max [N m]" in heads
+        assert "crank.w_max [mm]" in heads
+
+    def test_speeds_of_a_sweep(self, tmp_path, capsys):
+        told = self.lines(tmp_path, capsys, WRITTEN, "--sweep")
+        assert "drives.crank.speed 600 rpm" in told
+
+    def test_of_a_file_in_si_units(self, tmp_path, capsys):
+        plain = WRITTEN.replace('units = "mm"', "").replace('"900 rpm"', "94.2").replace('"0.05 deg"', '"0.9 mrad"')
+        plain = plain.replace("depth = 6", 'depth = "6 mm"').replace("width = 10", 'width = "10 mm"')
+        plain = re.sub(r"= \[(\d+), (\d+)\]", lambda row: f"= [{int(row[1]) / 1e3}, {int(row[2]) / 1e3}]", plain)
+        told = self.lines(tmp_path, capsys, plain)
+        assert "allowed 0.9 mrad" in told
+        assert re.search(r"largest deflection 1\d\d\.?\d* µm", told)
+
+    def test_a_unit_is_the_one_that_is_written_most(self):
+        scene = scene_from_text(WRITTEN.replace('speed = "900 rpm"', 'speed = "15 rev/s"\nstart = "1 rad"'))
+        assert scene.told_in["rad/s"] == (pytest.approx(1 / (2 * np.pi)), "rev/s")
+        assert scene.told_in["m"] == (1e3, "mm")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from kinelast.figures.results import Results, figure
-from kinelast.scene.numbers import coordinate, percent, quantity
+from kinelast.scene.numbers import ToldIn, coordinate, percent, quantity
 from machine.drives import (
     Balance,
     balanced,
@@ -56,7 +56,7 @@ def balance_figures(results: Results) -> dict[str, Any]:
         if soft:
             at, best = min(soft.items(), key=lambda each: each[1].share)
             found["drive_effort"] = _told(best, units[0], _spring(results, at, pins[at], best))
-    return {**found, "words": [*_words(found)]}
+    return {**found, "words": [*_words(found, results.scene.told_in)]}
 
 
 def _moment(motion: Motion, pins: Mapping[int, str], force: Balance, weight: Any) -> Balance:
@@ -116,23 +116,24 @@ def _spring(results: Results, at: int, pin: str, balance: Balance) -> list[dict[
     return [{"link": link, "pin": pin, **given}]
 
 
-def _words(found: Mapping[str, Any]) -> Iterator[str]:
+def _words(found: Mapping[str, Any], told_in: ToldIn) -> Iterator[str]:
     """Sentences on the proposals."""
     for key, name in (("shaking_force", "shaking force"), ("weight", "effort of the weights")):
         if key in found and found[key]["before"]["value"]:
             parts = (
-                f"{quantity(each['mass']['value'], 'kg', 3)} at {quantity(each['radius']['value'], 'm', 3)} from "
-                f"{each['pin']} on {each['link']}, {coordinate(each['direction']['value'], 'rad')} from its axis"
+                f"{quantity(each['mass']['value'], 'kg', 3, told_in)} at "
+                f"{quantity(each['radius']['value'], 'm', 3, told_in)} from {each['pin']} on "
+                f"{each['link']}, {coordinate(each['direction']['value'], 'rad')} from its axis"
                 for each in found[key]["parts"]
             )
-            yield f"balance of the {name}: {'; '.join(parts)} {_leaves(found[key])}"
+            yield f"balance of the {name}: {'; '.join(parts)} {_leaves(found[key], told_in)}"
     if "drive_effort" in found:
         (each,) = found["drive_effort"]["parts"]
         spring = f"{quantity(each['stiffness']['value'], 'N m', 3)}/rad at {each['pin']} on {each['link']}"
         slack = coordinate(each["angle"]["value"], "rad")
-        yield f"balance of the drive: a spring of {spring}, slack at {slack}, {_leaves(found['drive_effort'])}"
+        yield f"balance of the drive: a spring of {spring}, slack at {slack}, {_leaves(found['drive_effort'], told_in)}"
 
 
-def _leaves(row: Mapping[str, Any]) -> str:
-    before, after = (quantity(row[key]["value"], row[key]["unit"], 3) for key in ("before", "after"))
+def _leaves(row: Mapping[str, Any], told_in: ToldIn) -> str:
+    before, after = (quantity(row[key]["value"], row[key]["unit"], 3, told_in) for key in ("before", "after"))
     return f"leaves {percent(row['left'])} in the mean square, at most {after} of {before}"

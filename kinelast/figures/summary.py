@@ -60,6 +60,7 @@ def summary(results: Results) -> dict[str, Any]:
     trust = [asdict(finding) for finding in findings(results)]
     level, reasons = verdict(trust)
     figures = {
+        "told_in": scene.told_in,
         "scene": {"name": scene.name, "title": scene.title, "source": scene.source},
         "run": {
             **dict(zip(("positions", "singular", "ill_conditioned"), results.counts, strict=True)),

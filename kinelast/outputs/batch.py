@@ -18,7 +18,7 @@ from kinelast.outputs.page import MARK, index_page
 from kinelast.outputs.table import Column, Table, csv_bytes, csv_rows, parquet_bytes
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.error import plain
-from kinelast.scene.numbers import coordinate, number, percent, quantity
+from kinelast.scene.numbers import ToldIn, coordinate, number, percent, quantity
 from kinelast.tasks.task import Outcome
 
 OUTCOMES = {words: outcome for outcome, words in VERDICTS.items()}
@@ -102,17 +102,19 @@ def _marked(path: Path) -> bool:
 def headline(figures: Mapping[str, Any]) -> str:
     """Headline of a scene: its figures in one line."""
     words = ["nothing bends: no link has beams" if not figures["links"] else "no position could be computed"]
-    largest, accepted = figures["largest_deflection"], figures["acceptance"]
+    largest, accepted, told_in = figures["largest_deflection"], figures["acceptance"], figures["told_in"]
     if largest:
-        place = quantity(largest["along_member"]["value"], "m", 3)
+        place = quantity(largest["along_member"]["value"], "m", 3, told_in)
         drives = (f"{name} at {coordinate(item['value'], item['unit'])}" for name, item in largest["drive"].items())
-        size = quantity(abs(largest["value"]), largest["unit"])
+        size = quantity(abs(largest["value"]), largest["unit"], told_in=told_in)
         where = ", ".join((largest["member"], f"{place} along it", *drives))
         words = [f"largest deflection {size}{_error(largest)} ({where})"]
     stress = figures["largest_stress"]
     if stress:
         safety = figures["strength"][stress["label"]]["safety_factor"]["value"]
-        words.append(f"stress {quantity(stress['value'], 'Pa', 3)}{_error(stress)} ({stress['member']}{_safe(safety)})")
+        words.append(
+            f"stress {quantity(stress['value'], 'Pa', 3, told_in)}{_error(stress)} ({stress['member']}{_safe(safety)})"
+        )
     condition = figures["run"]["largest_condition"]["value"]
     if condition is not None and condition > WELL:
         words.append(f"ill-conditioned at some positions: up to {number(condition, 2)}")
@@ -130,7 +132,7 @@ def headline(figures: Mapping[str, Any]) -> str:
     if figures["made_from"]["options"]["animate"] and not figures["links"]:
         words.append("filmed is the motion: nothing is drawn along links without beams")
     if accepted["verdict"]:
-        words.insert(0, _verdict(accepted))
+        words.insert(0, _verdict(accepted, told_in))
     level, reasons = verdict(figures["trust"])
     if level != GOOD:
         words.append(f"{level}: {', '.join(reasons)}")
@@ -144,22 +146,23 @@ def _error(row: Mapping[str, Any]) -> str:
     return f" ± {percent(abs(row['error'] / row['value']))}"
 
 
-def _verdict(accepted: Mapping[str, Any]) -> str:
+def _verdict(accepted: Mapping[str, Any], told_in: ToldIn) -> str:
     """The verdict on the limits, with those that decide it."""
     verdict = accepted["verdict"]
     if accepted["passed"]:
         return str(verdict)
     decides = [row for row in accepted["limits"] if row["outcome"] == OUTCOMES[verdict]]
-    words = f"{verdict.upper()}: {', '.join(_beside_limit(row) for row in decides)}"
+    words = f"{verdict.upper()}: {', '.join(_beside_limit(row, told_in) for row in decides)}"
     return f"{words}: {accepted['problem']}" if accepted["problem"] else words
 
 
-def _beside_limit(row: Mapping[str, Any]) -> str:
+def _beside_limit(row: Mapping[str, Any], told_in: ToldIn) -> str:
     """A figure beside its limit, in a few words."""
     found, limit = row["found"], row["limit"]
     if found["value"] is None:
         return _called(row)
-    size, allowed = quantity(abs(found["value"]), found["unit"]), quantity(limit["value"], limit["unit"])
+    size = quantity(abs(found["value"]), found["unit"], told_in=told_in)
+    allowed = quantity(limit["value"], limit["unit"], told_in=told_in)
     return f"{_called(row)} {size}{_error(found)}, allowed {allowed}"
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from kinelast.designs.sensitivities import Sensitivities
 from kinelast.designs.tolerances import GEOMETRIC, WHOLE, Scatter, ToleranceResult
 from kinelast.outputs.table import Table
-from kinelast.scene.numbers import number, quantity
+from kinelast.scene.numbers import SI, ToldIn, number, quantity
 from kinelast.scene.variables import Variable
 
 WIDTH, LEFT, ROW, HEADING, GAP = 720, 250, 22, 30, 14  # [px]
@@ -141,12 +141,14 @@ def sensitivity_table(result: Sensitivities, variables: Sequence[Variable], unit
     )
 
 
-def sensitivity_bars(result: Sensitivities, variables: Sequence[Variable], units: Mapping[str, str]) -> str:
+def sensitivity_bars(
+    result: Sensitivities, variables: Sequence[Variable], units: Mapping[str, str], told_in: ToldIn = SI
+) -> str:
     """Largest sensitivities of every figure, as bars in SVG: per cent of the figure to one per cent of the number."""
     charts = []
     for row, name in enumerate(result.figures):
         ranked = _ranked(result, variables, row)[:MOST_BARS]
-        size = quantity(float(result.figure[row]), units[name])
+        size = quantity(float(result.figure[row]), units[name], told_in=told_in)
         bars = []
         for column, _ in ranked:
             share = float(result.logarithmic[row, column])
@@ -160,7 +162,7 @@ def sensitivity_bars(result: Sensitivities, variables: Sequence[Variable], units
 SAMPLED = ("mean", "deviation", "low", "median", "high", "least", "largest", "known")
 
 
-def tolerance_figures(result: ToleranceResult) -> dict[str, Any]:
+def tolerance_figures(result: ToleranceResult, told_in: ToldIn = SI) -> dict[str, Any]:
     """Ranges of figures as plain data that JSON can hold, null where not known; `words` tell the first of them."""
     numbers = [
         {
@@ -174,13 +176,15 @@ def tolerance_figures(result: ToleranceResult) -> dict[str, Any]:
     ]
     figures = [_figure(result, row, name) for row, name in enumerate(result.nominal.figures)]
     names = [name for name in (GEOMETRIC, WHOLE) if name in result.sampled] or result.nominal.figures[:TOLD]
-    words = [_told(name, result.sampled[name], result.units[name]) for name in names]
+    words = [_told(name, result.sampled[name], result.units[name], told_in) for name in names]
     return {"designs": result.designs, "words": words, "numbers": numbers, "figures": figures}
 
 
-def _told(name: str, sampled: Scatter, unit: str) -> str:
+def _told(name: str, sampled: Scatter, unit: str, told_in: ToldIn) -> str:
     """The range of a figure in words."""
-    low, median, high = (quantity(value, unit) for value in (sampled.low, sampled.median, sampled.high))
+    low, median, high = (
+        quantity(value, unit, told_in=told_in) for value in (sampled.low, sampled.median, sampled.high)
+    )
     return f"{name} of 95 % of the machines: {low} to {high}, of half of them below {median}"
 
 
@@ -219,7 +223,7 @@ def tolerance_table(result: ToleranceResult) -> Table:
     return Table.of_rows(head, rows)
 
 
-def tolerance_bars(result: ToleranceResult) -> str:
+def tolerance_bars(result: ToleranceResult, told_in: ToldIn = SI) -> str:
     """Shares of the numbers in the variance of every figure, as bars in SVG."""
     charts = []
     for row, name in enumerate(result.nominal.figures):
@@ -231,7 +235,8 @@ def tolerance_bars(result: ToleranceResult) -> str:
         )
         if bars and sampled.known:
             value, low, high = (
-                quantity(each, unit) for each in (result.nominal.figure[row], sampled.low, sampled.high)
+                quantity(each, unit, told_in=told_in)
+                for each in (result.nominal.figure[row], sampled.low, sampled.high)
             )
             charts.append(Bars(f"{name}, {value}: 95 % of all from {low} to {high}; why", bars))
     return bars_svg(charts)

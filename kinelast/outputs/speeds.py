@@ -207,25 +207,29 @@ def _name_of(key: str, scene: Scene) -> str:
 def _words(result: Speeds, scene: Scene) -> Iterator[str]:
     """Sentences on the speeds: the highest within the limits, those without a steady state, and the error."""
     unit = speed_unit(scene)
+
+    def told(speed: Any) -> str:
+        return quantity(float(speed), unit, told_in=scene.told_in)
+
     if sum(bool(getattr(law, "speed", 0.0)) for law in scene.laws) > 1:
         name = drive_words(scene.mechanism)[leading_drive(scene)][0]
         yield f"speeds are those of {name}, the other drives keep their ratio to it"
     if result.highest is not None:
         if not result.highest:
-            yield f"limits do not hold at the lowest speed, {quantity(result.speed[0], unit)}"
+            yield f"limits do not hold at the lowest speed, {told(result.speed[0])}"
         elif result.limit is None:
-            yield f"all limits hold up to {quantity(result.highest, unit)}, the highest speed asked for"
+            yield f"all limits hold up to {told(result.highest)}, the highest speed asked for"
         else:
             error = result.error[np.searchsorted(result.speed, result.highest)]
             off = f"; figures there are about {percent(error)} off" if error > TOLD else ""
-            yield f"all limits hold up to {quantity(result.highest, unit)} ({limit_words(result.limit, scene)}){off}"
+            yield f"all limits hold up to {told(result.highest)} ({limit_words(result.limit, scene)}){off}"
     for low, high in result.unstable:
-        yield f"no steady state from {quantity(low, unit)} to {quantity(high, unit)}: the links' vibration grows"
+        yield f"no steady state from {told(low)} to {told(high)}: the links' vibration grows"
     wanted = ACCURACY if scene.theory.accuracy is None else scene.theory.accuracy
     missed = np.flatnonzero(result.error > wanted)
     if len(missed):
         worst = int(np.nanargmax(result.error))
-        first, at = (quantity(result.speed[number], unit) for number in (missed[0], worst))
+        first, at = (told(result.speed[number]) for number in (missed[0], worst))
         yield (
             f"{len(missed)} of {len(result.speed)} speeds, from {first} on, are more than {percent(wanted)} off, "
             f"{percent(result.error[worst])} at {at}: large displacement"

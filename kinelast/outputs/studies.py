@@ -20,7 +20,7 @@ from kinelast.outputs.sensitivities import (
 )
 from kinelast.outputs.table import Table, write_table
 from kinelast.scene.document import Document
-from kinelast.scene.numbers import number, percent, quantity
+from kinelast.scene.numbers import SI, ToldIn, number, percent, quantity
 from kinelast.scene.text import of_file
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Request
@@ -28,7 +28,7 @@ from kinelast.tasks.request import Request
 HEAD = ("what", "name", "unit", "before", "value", "lower bound", "upper bound", "margin", "multiplier")
 
 
-def optimum_figures(solved: OptimumResult) -> dict[str, Any]:
+def optimum_figures(solved: OptimumResult, told_in: ToldIn = SI) -> dict[str, Any]:
     """The best design and its certificate, as plain data that JSON can hold; null where not known."""
     task, best = solved.task, solved.optimum
     held, name = best.certificate, task.figure
@@ -56,7 +56,7 @@ def optimum_figures(solved: OptimumResult) -> dict[str, Any]:
         ],
         "designs": best.designs,
         "calls": best.calls,
-        "words": words(solved),
+        "words": words(solved, told_in),
     }
 
 
@@ -99,22 +99,23 @@ def _limits(solved: OptimumResult) -> list[dict[str, Any]]:
     ]
 
 
-def words(solved: OptimumResult) -> list[str]:
+def words(solved: OptimumResult, told_in: ToldIn = SI) -> list[str]:
     """Sentences on an optimum."""
     task, best, unit = solved.task, solved.optimum, solved.units[solved.task.figure]
     held = best.certificate
-    kept = "all limits kept" if best.feasible else f"NOT all limits can be kept: at best {_missed(solved)}"
-    said = [f"{task.figure}: {quantity(solved.before[task.figure], unit)} -> "
-            f"{quantity(solved.after[task.figure], unit)}; {kept}"]  # fmt: skip
+    kept = "all limits kept" if best.feasible else f"NOT all limits can be kept: at best {_missed(solved, told_in)}"
+    said = [f"{task.figure}: {quantity(solved.before[task.figure], unit, told_in=told_in)} -> "
+            f"{quantity(solved.after[task.figure], unit, told_in=told_in)}; {kept}"]  # fmt: skip
     less = "more" if task.largest else "less"
     for limit, margin, multiplier in zip(task.limits, held.margin, held.multiplier, strict=True):
         if abs(margin) < ACTIVE:
-            bound = quantity(limit.bound, solved.units[limit.figure])
+            bound = quantity(limit.bound, solved.units[limit.figure], told_in=told_in)
             said.append(f"held by {limit.figure}, {bound}: 1 % more room is {number(multiplier, 3)} % {less}")
     for row in _variables(solved):
         if row["at_bound"]:
             end = "lower" if row["at_bound"] == "low" else "upper"
-            said.append(f"held by the {end} bound of {row['path']}, {quantity(row['value'], row['unit'])}")
+            size = quantity(row["value"], row["unit"], told_in=told_in)
+            said.append(f"held by the {end} bound of {row['path']}, {size}")
     residual = f"stationary to {percent(held.residual)}" + (", at a kink" if held.kinked else "")
     better, tried = int(np.sum(held.neighbours.better)), int(np.sum(held.neighbours.tried))
     said.append(f"{residual}; {better or 'none'} of {tried} neighbours better; {best.designs} designs computed")
@@ -123,13 +124,14 @@ def words(solved: OptimumResult) -> list[str]:
     return said
 
 
-def _missed(solved: OptimumResult) -> str:
+def _missed(solved: OptimumResult, told_in: ToldIn) -> str:
     """The limits that the design nearest to all of them does not keep, and by how much, in words."""
     told = []
     for limit, margin in zip(solved.task.limits, solved.optimum.certificate.margin, strict=True):
         if not margin >= 0:
             value, bound = (
-                quantity(each, solved.units[limit.figure]) for each in (solved.after[limit.figure], limit.bound)
+                quantity(each, solved.units[limit.figure], told_in=told_in)
+                for each in (solved.after[limit.figure], limit.bound)
             )
             asked, off = ("least", "too little") if limit.least else ("most", "too much")
             told.append(f"{limit.figure} is {value}, {percent(-margin)} {off} for at {asked} {bound}")
@@ -173,13 +175,13 @@ def write_studies(part: Path, document: Document, request: Request, progress: Pr
         if request.sensitivities:
             found = sensitivity_study(document, progress=progress)
             write_table(part / "sensitivities.csv", sensitivity_table(*found), request.tables)
-            (part / "sensitivities.svg").write_text(sensitivity_bars(*found), encoding="utf-8")
+            (part / "sensitivities.svg").write_text(sensitivity_bars(*found, document.scene.told_in), encoding="utf-8")
             figures["sensitivities"] = sensitivity_figures(*found)
         if request.tolerances:
             ranges = tolerance_study(document, request.samples or DESIGNS, progress)
             write_table(part / "tolerances.csv", tolerance_table(ranges), request.tables)
-            (part / "tolerances.svg").write_text(tolerance_bars(ranges), encoding="utf-8")
-            figures["tolerances"] = tolerance_figures(ranges)
+            (part / "tolerances.svg").write_text(tolerance_bars(ranges, document.scene.told_in), encoding="utf-8")
+            figures["tolerances"] = tolerance_figures(ranges, document.scene.told_in)
         if request.optimize:
             best = optimum_study(document, progress)
             paths = (number.path for number in best.task.variables)
@@ -189,5 +191,5 @@ def write_studies(part: Path, document: Document, request: Request, progress: Pr
             new = document.with_values(values).text(head)
             (part / "optimum.toml").write_text(new, encoding="utf-8")
             write_table(part / "optimum.csv", optimum_table(best), request.tables)
-            figures["optimum"] = optimum_figures(best)
+            figures["optimum"] = optimum_figures(best, document.scene.told_in)
     return figures

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from math import nan
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from elastic import Section
 from kinelast.scene.course import Course, CourseByLaws, IntegratedCourse, Run
@@ -25,6 +27,7 @@ from kinelast.scene.numbers import real, require, vector
 from kinelast.scene.repetition import Repetition, drives_repeat, mechanism_repeats
 from kinelast.scene.sections import Material, SectionSource, making, materials_of, poisson_of
 from kinelast.scene.tables import FatigueTable, LinkFatigueTable
+from kinelast.scene.units import Quantity
 from machine.life import (
     FatigueStrength,
     FatigueTask,
@@ -119,7 +122,8 @@ def built(table: SceneTable, name: str, path: str = "", varied: Collection[str] 
         output=build_output(table, mechanism),
         made_of=made_of,
         theory=_theory(table, materials, made_of),
-        report_units=table.run.report_units,
+        report_units=table.run.report_units or {"mm": "mm", "in": "in"}.get(table.units, "SI"),
+        written=written_units(table),
         motors=_of_drives(table, motor_of),
         cylinders=_of_drives(table, cylinder_of),
         unevenness=_of_drives(table, unevenness_of),
@@ -133,6 +137,31 @@ def _of_drives(table: SceneTable, kind: Callable[[SceneTable, int], Any]) -> dic
     """Parts of the drives by the number of the drive, of those that have one."""
     parts = {number: kind(table, number + 1) for number in range(len(table.drives))}
     return {number: part for number, part in parts.items() if part is not None}
+
+
+TURNS = ("rad", "rad/s")  # units in place of which a file may write others, that words keep
+
+
+def written_units(table: SceneTable) -> dict[str, tuple[float, str]]:
+    """Units that a file writes its angles and speeds of rotation in: those that it writes most."""
+    names = Counter((each.unit, each.written) for each in _quantities(table) if each.unit in TURNS and each.written)
+    most = {unit: name for (unit, name), _ in reversed(names.most_common())}
+    return {unit: (1.0 / Quantity.of_unit(unit, f"1 {name}"), name) for unit, name in most.items() if name != unit}
+
+
+def _quantities(node: Any) -> Iterator[Quantity]:
+    """All quantities of parsed tables, those that studies name aside."""
+    if isinstance(node, Quantity):
+        yield node
+    elif isinstance(node, Struct):
+        for key in node.__struct_fields__:
+            yield from _quantities(getattr(node, key))
+    elif isinstance(node, Mapping):
+        for each in node.values():
+            yield from _quantities(each)
+    elif isinstance(node, list | tuple):
+        for each in node:
+            yield from _quantities(each)
 
 
 def _with_bodies(mechanism: Mechanism, before: Sequence[LinkModel], bodies: Sequence[LinkModel]) -> Mechanism:

@@ -16,6 +16,7 @@ from kinelast.scene.course import Course, Run, table_of
 from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit, Output
+from kinelast.scene.numbers import REPORT_UNITS, ToldIn
 from kinelast.scene.sections import Material, SectionSource
 from machine.drives import Cylinder, Motor
 from machine.joints import JointParts
@@ -85,8 +86,9 @@ class Scene:
         The file as it was read; empty where the scene comes from tables.
     theory
         Of the deflection: without or with vibration.
-    report_units
-        Of page and tables: "SI", "mm" or "in".
+    report_units, written
+        Of page, tables and words: "SI", "mm" or "in"; and the units that the file writes angles and speeds in, by SI
+        unit, of words and page.
     motors, cylinders, unevenness
         By the number of a drive: its motor or cylinder, and by which share of its speed it may be uneven.
     bearings
@@ -110,6 +112,7 @@ class Scene:
     text: str = field(default="", repr=False)
     theory: Theory = Theory()
     report_units: str = "SI"
+    written: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     motors: Mapping[int, Motor] = field(default_factory=dict)
     cylinders: Mapping[int, Cylinder] = field(default_factory=dict)
     unevenness: Mapping[int, Any] = field(default_factory=dict)
@@ -143,6 +146,11 @@ class Scene:
             more = f" from {start} to {end}" if owners.count(at) > 1 else ""
             names.append(mechanism.links[at].name + more)
         return tuple(names[number] for number in members.number)
+
+    @property
+    def told_in(self) -> ToldIn:
+        """Units that its quantities are told in, in words and on the page."""
+        return {**REPORT_UNITS.get(self.report_units, {}), **self.written}
 
     @property
     def mechanism(self) -> Mechanism:

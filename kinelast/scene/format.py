@@ -239,7 +239,7 @@ class RunTable(StrictTable, frozen=True, kw_only=True):
     tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
     steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 1000
     output: str = ""
-    report_units: Literal["SI", "mm", "in"] = "SI"
+    report_units: Literal["SI", "mm", "in"] | None = None
 
 
 class SceneTable(StrictTable, frozen=True, kw_only=True):

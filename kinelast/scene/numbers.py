@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -87,6 +87,9 @@ def _picked(value: Any, row: int | None) -> Any:
 
 
 HOURS = 10.0  # from which on a time is told in hours
+ToldIn = Mapping[str, tuple[float, str]]
+"""By SI unit, the factor to the unit that quantities of it are told in, and its name."""
+SI: ToldIn = {}
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 DASH, MINUS = "\u2013", "\u2212"
 RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
@@ -95,7 +98,7 @@ UNPREFIXED = ("", "deg", "kg", "kg/m", "kg m^2", "1")
 REPORT_UNITS = {  # by SI unit: what it is multiplied by, and the unit that this gives
     "mm": {
         "m": (1e3, "mm"), "m^2": (1e6, "mm^2"), "m/s": (1e3, "mm/s"), "m/s^2": (1e3, "mm/s^2"), "Pa": (1e-6, "MPa"),
-        "N": (1.0, "N"), "N m": (1e3, "N mm"), "N/m": (1e-3, "N/mm"), "N m^2": (1e6, "N mm^2"),
+        "N": (1.0, "N"), "N/m": (1e-3, "N/mm"), "N m^2": (1e6, "N mm^2"),
     },
     "in": {
         "m": (1 / 0.0254, "in"), "m^2": (1 / 0.0254**2, "in^2"), "m/s": (1 / 0.0254, "in/s"),
@@ -142,14 +145,19 @@ def percent(share: float) -> str:
     return "beyond measure" if math.isinf(share) else f"{number(100 * share, 2)} %"
 
 
-def quantity(value: float, unit: str, digits: int = 4) -> str:
-    """A number with its unit, prefixed.
+def quantity(value: float, unit: str, digits: int = 4, told_in: ToldIn = SI) -> str:
+    """A number with its unit, prefixed, or in the unit that a scene tells such quantities in.
 
     >>> quantity(0.00146, "m")
     '1.46 mm'
+    >>> quantity(100.0, "rad/s", 3, {"rad/s": (30 / math.pi, "rpm")})
+    '955 rpm'
     """
     if not math.isfinite(value):
         return number(value)
+    if unit in told_in:
+        factor, name = told_in[unit]
+        return f"{number(value * factor, digits)} {name.replace(' ', '·')}".replace(" deg", "°")
     factor, prefixed = scale_of(value, unit)
     return f"{number(value * factor, digits)} {'' if prefixed == '1' else prefixed.replace(' ', '·')}".strip()
 

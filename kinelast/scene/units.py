@@ -93,6 +93,8 @@ class Quantity(float):
     each
         Of an instance that stands for many designs: their numbers, shape (designs, 1), the instance itself being nan;
         else None. See `kinelast.scene.numbers`.
+    written
+        Of an instance: the unit as it stands in the file; empty for a bare number.
     """
 
     expected: ClassVar[str] = "a number"
@@ -103,6 +105,7 @@ class Quantity(float):
     unit: str
     per_length: float
     each: Any = None
+    written: str = ""
 
     def __init_subclass__(cls, **told: Any) -> None:
         for name, value in told.items():
@@ -128,8 +131,9 @@ class Quantity(float):
         >>> Length.read("12 mm")
         0.012
         """
+        written = ""
         if isinstance(value, str):
-            number, unit = cls._converted(value)
+            number, unit, written = cls._converted(value)
         elif isinstance(value, int | float) and not isinstance(value, bool):
             number, unit = _float(value), cls.units[0] if len(cls.units) == 1 else ""
             number *= per_length if unit == "m" else 1.0
@@ -141,6 +145,7 @@ class Quantity(float):
             raise ValueError(f"expected {cls.expected}, {cls.bound(number)}, got {shown(value)}")
         quantity = cls(number)
         quantity.unit, quantity.per_length = unit, 1.0 if unit else per_length
+        quantity.written = written
         return quantity
 
     @classmethod
@@ -183,8 +188,8 @@ class Quantity(float):
         return number * (self.per_length if unit == "m" and not self.unit else 1.0)
 
     @classmethod
-    def _converted(cls, text: str) -> tuple[float, str]:
-        """Number in SI units, and the unit."""
+    def _converted(cls, text: str) -> tuple[float, str, str]:
+        """Number in SI units, the unit, and the one that is written."""
         plain = text.translate(TYPESET)
         form = FORM.fullmatch(plain) if len(text) <= LONGEST else None
         if form is None or len(POWER.findall(plain)) < len(re.findall(r"\^|\*\*", plain)):
@@ -199,7 +204,7 @@ class Quantity(float):
         if known is None:
             raise ValueError(f"expected {cls.expected}, got {shown(text)}")
         factor, unit = known
-        return number * factor, unit
+        return number * factor, unit, name
 
 
 @cache

@@ -209,15 +209,16 @@ def _summary(task: Task, evaluation: Evaluation, tally: Tally, manifest: Manifes
 
 def _closing(evaluation: Evaluation, tally: Tally) -> str:
     """The summary of a sweep in one line."""
-    units, words = evaluation.units, [f"{tally.designs} designs"]
+    units, words, told_in = evaluation.units, [f"{tally.designs} designs"], evaluation.base.scene.told_in
     if tally.acceptable is not None:
         words.append(f"{tally.acceptable} acceptable")
     aim = tally.aim
     if tally.best is None:
         words.append("none acceptable" if tally.acceptable == 0 else f"none has a figure {aim.figure}")
     else:
-        size = quantity(tally.best[aim.figure], units[aim.figure])
-        numbers = [f"{path} {quantity(tally.best[path], units[path])}" for path in evaluation.plan.paths[:MOST_SHOWN]]
+        size = quantity(tally.best[aim.figure], units[aim.figure], told_in=told_in)
+        paths = evaluation.plan.paths[:MOST_SHOWN]
+        numbers = [f"{path} {quantity(tally.best[path], units[path], told_in=told_in)}" for path in paths]
         which = "largest" if aim.largest else "smallest"
         words.append(f"{which} {aim.figure} {size}: no. {tally.best[NUMBER]:.0f} ({', '.join(numbers)})")
     if tally.reasons:

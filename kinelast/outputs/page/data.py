@@ -15,7 +15,6 @@ from elastic.links import Runs, members_of
 from kinelast.figures.cycle import EXTREME_FIELDS, drive_words
 from kinelast.figures.drives import motor_speed, motor_torque
 from kinelast.figures.results import Results
-from kinelast.scene.numbers import REPORT_UNITS
 from rigid import Spring, TorsionSpring
 from rigid.arrays import Integers
 
@@ -126,7 +125,7 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
     mechanism, bent = results.mechanism, results.deflection
     return {
         "fields": [{name: getattr(field, name) for name in REGISTERED} for field in FIELDS.values()],
-        "units": REPORT_UNITS.get(results.scene.report_units, {}),
+        "units": results.scene.told_in,
         "arrays": store.places,
         "integrals": store.integrals,
         "positions": len(kept),
