@@ -55,6 +55,8 @@ def quick_answer(text: str, name: str = "scene", with_numbers: bool = False) -> 
             answer["picture"], data = _closing(scene, text)
     except (SceneError, MechanismError, ValueError) as error:
         answer["mistakes"] = [mistake(error, text)]
+    except Exception as error:  # the page goes on with the next text
+        answer["mistakes"] = [{"line": None, "message": f"the program failed, please report this: {error!r}"}]
     return answer, data
 
 

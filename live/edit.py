@@ -124,7 +124,8 @@ def _place(tables: Tables, there: Any, place: complex) -> str:
 def move(text: str, tables: Tables, change: Tables) -> str:
     """A point put in another place: where it is drawn, with the lengths of the links of two points that end there.
 
-    Where links stand otherwise than drawn, the drawn place moves as far, turned back with the first link of the point.
+    Where links stand otherwise than drawn, and one of the point has its shape from the drawing, the drawn place moves as
+    far, turned back with that link.
     """
     point, to = change["point"], complex(*change["to"])
     now, ways = start_of(text)
@@ -133,14 +134,20 @@ def move(text: str, tables: Tables, change: Tables) -> str:
     links = {name: link for name, link in tables.get("links", {}).items() if point in link.get("points", ())}
     changes = []
     if ("points", point) in known.values and point in sheet:
-        shift = (to - before) * _turned_back(links, sheet, ways)
-        rest = abs(before - sheet[point]) < 1e-9
+        shift = (to - before) * _turned_back(_drawn_shapes(links), sheet, ways)
+        rest = abs(before - sheet[point]) < 1e-9 or not _drawn_shapes(links)
         there = tables["points"][point]
-        changes.append((known.values["points", point], _place(tables, there, to if rest else sheet[point] + shift)))
+        place = to if rest else sheet[point] + shift
+        changes.append((known.values["points", point], _place(tables, there, place)))
     for name, link in links.items():
         changes += _of_link(tables, known.values, name, link, point, to, {**sheet, **now}, ways)
     changes += _starts(tables, known.values, links, point, to, {**sheet, **now})
     return replaced(text, changes)
+
+
+def _drawn_shapes(links: Tables) -> Tables:
+    """Those of some links that have their shape from the drawing."""
+    return {name: link for name, link in links.items() if "length" not in link and not isinstance(link["points"], dict)}
 
 
 def _turned_back(links: Tables, sheet: Mapping[str, complex], ways: Mapping[str, complex]) -> complex:

@@ -6,11 +6,11 @@ import json
 import os
 import secrets
 import socket
-import sys
 import threading
 import webbrowser
 from collections import OrderedDict
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from hashlib import sha256
 from importlib.resources import files
@@ -100,7 +100,10 @@ def _guarded(live: Live, handler: Handler) -> Callable[[Request], Any]:
                 given["text"] = str(given.get("text", ""))
             except (ValueError, AttributeError, TypeError):
                 return Response("expected JSON", 400)
-        response = await run_in_threadpool(handler, live, request, given)
+        try:
+            response = await run_in_threadpool(handler, live, request, given)
+        except Exception as error:
+            response = Response(f"the program failed, please report this: {error!r}", 500)
         response.headers.update(SAFE)
         return response
 
@@ -248,6 +251,26 @@ def bound_socket(name: str) -> socket.socket:
     raise AssertionError
 
 
+class _Server(uvicorn.Server):
+    """A server that ends the answer under way when it is told to end: nobody is left to read it."""
+
+    def __init__(self, live: Live) -> None:
+        config = uvicorn.Config(
+            application(live), log_level="critical", access_log=False, lifespan="off", timeout_graceful_shutdown=1
+        )
+        super().__init__(config)
+        self._live = live
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        self._live.worker.cancel()
+        await super().shutdown(sockets)
+
+
+def server_of(live: Live) -> uvicorn.Server:
+    """The server of an editor, ready to run with its socket."""
+    return _Server(live)
+
+
 def serve(argument: str | None, tell: Callable[[str], None], browse: bool = True) -> int:
     """Serve the editor until it is interrupted; the exit status.
 
@@ -268,12 +291,6 @@ def serve(argument: str | None, tell: Callable[[str], None], browse: bool = True
     tell(f"{name}: {live.address}\n{where}; Ctrl+C ends it")
     if browse:
         threading.Timer(0.3, webbrowser.open, [live.address]).start()
-    config = uvicorn.Config(application(live), log_level="error", access_log=False, timeout_graceful_shutdown=1)
-    try:
-        uvicorn.Server(config).run(sockets=[bound])
-    except KeyboardInterrupt:
-        pass
-    finally:
-        live.worker.cancel()
-        sys.stdout.flush()
+    with suppress(KeyboardInterrupt):
+        server_of(live).run(sockets=[bound])
     return 0

@@ -20,7 +20,6 @@ from live.edit import EMPTY, EditError, edited, start_of
 from live.file import ChangedError, SceneFile
 from live.text import as_toml, places, with_value, without
 
-uvicorn = pytest.importorskip("uvicorn", reason="the extra live is not installed")
 server = pytest.importorskip("live.server", reason="the extra live is not installed")
 
 STEEL = shipped_scenes()["steel_four_bar"].read_text()
@@ -303,7 +302,7 @@ def served(tmp_path, text=STEEL):
     path.write_text(text)
     bound = server.bound_socket(str(path))
     live = server.Live(SceneFile(path), "one", "secret", bound.getsockname()[1], NoWorker())
-    serving = uvicorn.Server(uvicorn.Config(server.application(live), log_level="error", lifespan="off"))
+    serving = server.server_of(live)
     thread = threading.Thread(target=serving.run, kwargs={"sockets": [bound]})
     thread.start()
     try:

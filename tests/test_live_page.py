@@ -1,0 +1,127 @@
+"""Claims about the live editor in a browser: what is dragged moves, bends, is answered and saved; no text is lost."""
+
+import time
+
+import pytest
+from browser import accessibility_faults
+
+from kinelast.tasks.task import shipped_scenes
+
+pytest.importorskip("uvicorn", reason="the extra live is not installed")
+live_page = pytest.importorskip("live_page")
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(shipped_scenes()["steel_four_bar"].read_text())
+    return path
+
+
+def errors(hand):
+    return [entry["message"] for entry in hand.driver.get_log("browser")]
+
+
+def test_a_joint_is_dragged_bends_is_answered_and_saved(driver, scene):
+    before = scene.read_text()
+    with live_page.editing(scene) as live:
+        hand = live_page.Hand(driver, live.address)
+        hand.until("return live.state.whole > 0")
+        whole, deflection = hand.run("return live.state.whole"), hand.figure("deflection")
+        assert "±" in hand.run("return document.querySelector('[data-figure=deflection]').textContent")
+        start = hand.at(0.28, 0.24)
+        hand.press(start)
+        hand.move([[start[0] - 6 * k, start[1] + 4 * k] for k in range(1, 11)])
+        hand.until("return live.text().includes('B = [0.23, 0.21]')")
+        quick = hand.figure("deflection")
+        assert abs(quick / deflection - 1) > 0.1
+        assert "quick" in hand.run("return document.getElementById('theory').textContent")
+        hand.release([start[0] - 60, start[1] + 40])
+        hand.until(f"return live.state.whole > {whole}")
+        assert abs(hand.figure("deflection") / quick - 1) > 0.05  # at this speed the links vibrate
+        assert scene.read_text() == before
+        assert hand.run("return document.getElementById('saved').textContent") == "not saved"
+        hand.run("document.getElementById('save').click()")
+        hand.until("return document.getElementById('saved').textContent === 'saved'")
+        assert scene.read_text() == hand.text != before
+        hand.run("document.getElementById('undo').click()")
+        hand.until("return live.text().includes('B = [0.28, 0.24]')")
+        assert hand.text == before
+        address = hand.run("return document.getElementById('report').href")
+        assert accessibility_faults(hand) == []
+        assert errors(hand) == []
+        driver.get(address)
+        hand.until("return document.body.dataset.ready")
+        assert "largest deflection" in hand.run("return document.body.textContent")
+        assert errors(hand) == []
+
+
+def test_the_page_follows_the_file_and_keeps_the_text_without_a_server(driver, scene):
+    with live_page.editing(scene) as live:
+        hand = live_page.Hand(driver, live.address)
+        scene.write_text(scene.read_text().replace("B = [0.28, 0.24]", "B = [0.26, 0.24] # by hand"))
+        hand.until("return live.text().includes('# by hand')")
+        hand.run("live.edit({do: 'move', point: 'B', to: [0.25, 0.25]})")
+        hand.until("return live.text().includes('B = [0.25, 0.25]')")
+        scene.write_text(scene.read_text() + "# again\n")
+        hand.until("return document.getElementById('notice').textContent.includes('changed on disk')")
+        assert "B = [0.25, 0.25] # by hand" in hand.text
+        hand.run("document.getElementById('save').click()")
+        time.sleep(0.3)
+        assert scene.read_text().endswith("# again\n")
+    hand.until("return document.getElementById('notice').textContent.includes('No server any more')")
+    mine = hand.text
+    with live_page.editing(scene) as live:  # at the same address: the browser still has the text
+        hand = live_page.Hand(driver, live.address)
+        hand.run("document.querySelector('#notice button').click()")
+        hand.until("return live.text().includes('B = [0.25, 0.25]')")
+        assert hand.text == mine
+
+
+def test_a_slider_crank_is_drawn_from_the_empty_sheet(driver, tmp_path):
+    path = tmp_path / "new.toml"
+    path.write_text("[points]\n\n[links.ground]\npoints = []\n")
+    with live_page.editing(path) as live:
+        hand = live_page.Hand(driver, live.address)
+
+        def tool(name):
+            hand.run("document.querySelector(`[data-tool=${arguments[0]}]`).click()", name)
+
+        def click(x, y):
+            place, before = hand.at(x, y), hand.text
+            hand.press(place)
+            hand.release(place)
+            hand.until(f"return live.text() !== {before!r}")
+
+        tool("link")
+        hand.drag(hand.at(0, 0), hand.at(0.06, 0.04))
+        hand.until("return live.text().includes('link_1')")
+        hand.drag(hand.at(0.06, 0.04), hand.at(0.3, 0))
+        hand.until("return live.text().includes('link_2')")
+        tool("fix")
+        click(0, 0)
+        tool("slot")
+        click(0.3, 0)
+        tool("drive")
+        click(0.03, 0.02)
+        hand.until("return live.state.whole > 0")
+        assert hand.run("return document.getElementById('mistakes').children.length") == 0
+        assert errors(hand) == []
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_the_drawing_stands_above_the_fold_and_nothing_is_cut_off(driver, scene, width):
+    with live_page.editing(scene) as live:
+        hand = live_page.Hand(driver, live.address, width, 844)
+        box = hand.run(
+            "const { top, bottom } = document.getElementById('stage').getBoundingClientRect(); return [top, bottom]"
+        )
+        assert 0 < box[0] < box[1] < 844
+        assert hand.run("return document.documentElement.scrollWidth") <= width
+        scales = hand.run(
+            "const [o, d] = ['O', 'D'].map((name) => document.querySelector(`#layer-pins [data-point=${name}]`)); "
+            "return [(d.getAttribute('cx') - o.getAttribute('cx')) / 0.35, live.view.scale]"
+        )
+        assert scales[0] == pytest.approx(scales[1], rel=1e-3)  # true shape: one scale both ways
