@@ -124,8 +124,8 @@ def _place(tables: Tables, there: Any, place: complex) -> str:
 def move(text: str, tables: Tables, change: Tables) -> str:
     """A point put in another place: where it is drawn, with the lengths of the links of two points that end there.
 
-    Where links stand otherwise than drawn, and one of the point has its shape from the drawing, the drawn place moves as
-    far, turned back with that link.
+    Where links stand otherwise than drawn, and one of the point has its shape from the drawing, the drawn place moves
+    as far, turned back with that link.
     """
     point, to = change["point"], complex(*change["to"])
     now, ways = start_of(text)
