@@ -205,6 +205,10 @@ class TestTables:
         pytest.importorskip("xarray")
         bent = deflection(arm, 4)
         data = to_xarray(bent, stations=3)
+        drive = {name: data[name] for name in ("arm.effort", "arm.rate", "arm.power")}
+        np.testing.assert_allclose(drive["arm.power"], drive["arm.effort"] * drive["arm.rate"], rtol=1e-14)
+        assert [column.attrs["units"] for column in drive.values()] == ["N m", "rad/s", "W"]
+        assert data["ground.Fx"].dims == ("position",)
         pull = MASS * SPEED**2 * LENGTH**2 / 2 * np.array([1.0, 0.75, 0.0])
         np.testing.assert_allclose(
             data["N"].sel(beam="arm").transpose("position", "station"), np.tile(pull, (4, 1)), atol=1e-9

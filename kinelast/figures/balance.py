@@ -135,5 +135,7 @@ def _words(found: Mapping[str, Any], told_in: ToldIn) -> Iterator[str]:
 
 
 def _leaves(row: Mapping[str, Any], told_in: ToldIn) -> str:
+    if row["left"] < NOTHING:
+        return "leaves nothing"
     before, after = (quantity(row[key]["value"], row[key]["unit"], 3, told_in) for key in ("before", "after"))
     return f"leaves {percent(row['left'])} in the mean square, at most {after} of {before}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ import numpy as np
 from elastic import FIELDS, Deflection, sample
 from kinelast.figures.cycle import drive_words
 from kinelast.figures.results import Results
-from kinelast.outputs.positions import motion_columns, position_table
+from kinelast.outputs.positions import motion_columns, motion_table, position_table
 from kinelast.runs import computed
 from kinelast.scene.data import Scene, scene_motion
 from kinelast.scene.document import read_scene
@@ -203,7 +203,7 @@ def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
     """
     pandas = _module("pandas")
     if isinstance(result, SceneDeflection):
-        table = position_table(Results(result.scene, result))
+        table = position_table(_in_si(result))
         columns = {column.heading: column.values for column in table.columns}
     else:
         wide = result.columns
@@ -218,7 +218,8 @@ def to_xarray(result: SceneMotion | SceneDeflection, stations: int = ALONG) -> A
     """A data set with coordinates, and units in its variables' attributes.
 
     Of a motion: of points over positions x, y and their derivatives, of links over positions angles and their
-    derivatives. Of a deflection: every main field over beams, positions and so many `stations`.
+    derivatives. Of a deflection: every main field over beams, positions and so many `stations`, and the columns of
+    motion.csv by their names over the positions: efforts and powers of drives, forces of joints and on the ground.
 
     Raises
     ------
@@ -237,14 +238,21 @@ def to_xarray(result: SceneMotion | SceneDeflection, stations: int = ALONG) -> A
 def _fields(bent: SceneDeflection, stations: int) -> tuple[dict[str, Any], dict[str, Any]]:
     xi = np.linspace(0.0, 1.0, stations)
     axes = ("beam", "position", "station")
-    data = {
+    data: dict[str, Any] = {
         key: (axes, sample(bent, key, xi), {"units": each.unit, "long_name": each.name})
         for key, each in FIELDS.items()
         if each.main
     }
+    columns = {column.name: column for column in motion_table(_in_si(bent)).columns if column.name != "time"}
+    data |= {name: ("position", column.values, {"units": column.unit}) for name, column in columns.items()}
     along = (("beam", "station"), bent.length.reshape(-1, 1) * xi, {"units": "m", "long_name": "way along the beam"})
     share = ("station", xi, {"units": "1", "long_name": "share of the length"})
     return data, {"beam": list(bent.scene.labels), "xi": share, "x": along, **_shared(bent.motion)}
+
+
+def _in_si(bent: SceneDeflection) -> Results:
+    """Its results, told in SI units."""
+    return Results(replace(bent.scene, report_units="SI"), bent)
 
 
 def _kinematics(course: Any) -> tuple[dict[str, Any], tuple[list[str], list[str]]]:
