@@ -16,7 +16,7 @@ import numpy as np
 from elastic import Deflection, sample
 from kinelast.figures.cycle import Cycle, drive_words
 from kinelast.figures.entry import LEAST, Figure, items_of, magnitudes
-from kinelast.figures.limits import judged
+from kinelast.figures.limits import decisive
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
 from kinelast.figures.results import Results
@@ -308,14 +308,15 @@ def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
     """Limits of the scene beside the figures that they bound; without regard to errors."""
     return [
         {
-            "kind": verdict.limit.kind,
-            "on": verdict.limit.item,
-            "bound": float(np.ravel(verdict.limit.bound)[0]),
-            "value": float(verdict.value),
-            "unit": verdict.limit.unit or "m",
-            "kept": bool(verdict.kept),
+            "kind": limit.kind,
+            "on": limit.item,
+            "bound": float(np.ravel(limit.bound)[0]),
+            "value": float(value),
+            "unit": limit.unit or "m",
+            "kept": bool(limit.kept(value)),
         }
-        for verdict in judged(scene, values)
+        for limit in scene.limits
+        for value in [decisive(scene, limit, values)]
     ]
 
 

@@ -277,18 +277,18 @@ def test_limits_and_the_output_are_judged_design_by_design():
     tables["run"]["output"] = "B"
     tables["limits"] = {"deflection": "1 mm", "output": "2 mm", "links": {"crank": {"safety": 1.5}}}
     values = [[depth] for depth in (0.004, 0.006, 0.01)]
-    found = evaluate(tables, ["sections.bar.depth"], values, ["acceptable", "output_error", "mass"])
+    found = evaluate(tables, ["sections.bar.depth"], values, ["limits_kept", "output_error", "mass"])
     for row, (depth,) in enumerate(values):
         results = computed(
             scene_from_dict(with_value(tables, "sections.bar.depth", depth)), Request(theory="quasi-static")
         )
         figures = summary(results)
         kept = all(limit["kept"] for limit in figures["acceptance"]["limits"])  # were there no error, which no row has
-        assert bool(found.columns["acceptable"][row]) == kept
+        assert bool(found.columns["limits_kept"][row]) == kept
         assert found.columns["output_error"][row] == pytest.approx(figures["output"]["value"], rel=1e-12)
         masses = [link["mass"]["value"] for link in figures["links"]]
         assert found.columns["mass"][row] == pytest.approx(sum(masses), rel=1e-12)
-    assert set(found.columns["acceptable"]) == {0.0, 1.0}
+    assert set(found.columns["limits_kept"]) == {0.0, 1.0}
 
 
 @pytest.mark.parametrize("name", ["steel", "press", "shaper"])

@@ -580,7 +580,9 @@ def test_the_limit_of_the_output_counts_against_the_speed(driver, tmp_path):
     errors_there = summary["speeds"]["figures"]["output_error"]["values"]
     assert errors_there[0] < 1e-3 < errors_there[-1]
     highest = summary["speeds"]["highest_within_limits"]
-    kept = [error for speed, error in zip(summary["speeds"]["speed"], errors_there, strict=True) if speed <= highest]
+    own = summary["speeds"]["figures"]["output_error"]["errors"]
+    whole = [one + other for one, other in zip(errors_there, own, strict=True)]
+    kept = [error for speed, error in zip(summary["speeds"]["speed"], whole, strict=True) if speed <= highest]
     assert 0.99e-3 < max(kept) <= 1e-3
     assert f"all limits hold up to {highest:.4g} rad/s (error of the output" in summary["speeds"]["words"][0]
     told = page.run("return document.getElementById('speeds').innerText")

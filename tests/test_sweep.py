@@ -130,13 +130,16 @@ def test_the_command_writes_a_row_a_design_and_tells_the_best(tmp_path, capsys):
         head, *rows = list(csv.reader(file))
     assert head == [
         "design", "sections.bar.depth [m]", "links.crank.length [m]", "mass [kg]", "deflection.rocker [m]",
-        "acceptable [1]", "reason",
+        "limits_kept [1]", "reason",
     ]  # fmt: skip
     assert len(rows) == 12
     best = min((row for row in rows if row[5] == "1.0"), key=lambda row: float(row[4]))
     summary = json.loads((tmp_path / "out" / "bars" / "sweep.json").read_text())
     assert summary["best_design"] == int(best[0])
-    assert f"bars: 12 designs; {sum(row[5] == '1.0' for row in rows)} acceptable; smallest deflection.rocker" in line
+    assert summary["acceptance"]["verdict"] == "acceptable"
+    assert (summary["answered"][-1]["design"], summary["answered"][-1]["passed"]) == (int(best[0]), True)
+    kept = sum(row[5] == "1.0" for row in rows)
+    assert f"bars: 12 designs; {kept} keep all limits without vibration and error; smallest deflection.rocker" in line
     assert f"no. {best[0]} (sections.bar.depth" in line
     assert "6 without figures: ...% of the positions are out of reach" in line
     assert [bool(row[-1]) for row in rows] == [False, True] * 6

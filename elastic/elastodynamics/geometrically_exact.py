@@ -51,8 +51,7 @@ def with_large_displacement(linear: Elastodynamic) -> tuple[Elastodynamic, float
     vibration, discretization = linear.vibration, linear.discretization
     if vibration is None or discretization is None or not _bends(linear):
         return linear, 0.0
-    require_known(vibration.motion)
-    step, left = first_steps(vibration, TWICE * discretization.left_out)
+    step, left = steps_to_exact(vibration, discretization)
     return replace(linear, deflection=_at_positions(step.displaced, linear), exact=step), left
 
 
@@ -68,6 +67,18 @@ def in_finer_elements(exact: Elastodynamic, tolerance: float = TOLERANCE) -> Def
     finer = vibration_in(discretization, grid.divided(np.full(len(grid.steps), 2)))
     found = settled_links(finer, tolerance, TWICE * discretization.left_out)
     return _at_positions(found.displaced, exact)
+
+
+def steps_to_exact(vibration: Vibration, discretization: Discretization) -> tuple[Settled, float]:
+    """A few steps from linear vibration towards the exact answer, as of `first_steps`.
+
+    Raises
+    ------
+    MechanismError
+        As of `with_large_displacement`.
+    """
+    require_known(vibration.motion)
+    return first_steps(vibration, TWICE * discretization.left_out)
 
 
 def geometrically_exact(linear: Elastodynamic, tolerance: float = TOLERANCE) -> Elastodynamic:

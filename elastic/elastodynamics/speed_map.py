@@ -12,7 +12,8 @@ import numpy as np
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.equations_of_motion import MotionTerms, Problem, kinematics, motion_terms, problem
-from elastic.elastodynamics.exact_steps import Settled, with_friction
+from elastic.elastodynamics.exact_steps import Settled, exact_deflection, with_friction
+from elastic.elastodynamics.geometrically_exact import steps_to_exact
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.solution import (
@@ -36,19 +37,22 @@ from elastic.elastodynamics.time_grid import Grid
 from elastic.elastodynamics.vibration_loads import of_several_speeds, resampled
 from elastic.links.added_loads import AddedLoads
 from elastic.solution import Deflection, deflection
-from rigid import Motion
+from rigid import MechanismError, Motion
 from rigid.arrays import Flags, Reals
 from rigid.chunks import columns_of, design_chunks
 from rigid.kinematics import repeated
 
 ELEMENTS = 12
-MANY, EVERY = 24, 3  # of so many speeds asked for at once every third is asked what large displacement changes
+MANY, EVERY = 8, 3  # of so many speeds asked for at once every third is asked for its errors
 SIDE_BY_SIDE = 128  # speeds whose loads are kept at a time
 TOLERANCE = 2e-3
 COARSER = 30.0  # times as fine as asked, from where the next speed may do with the grid before
 MULTIPLES = 6  # of the cycle's frequency, that are looked at where they meet a natural one
 
 Measure = Callable[[Deflection], Any]
+Errors = Callable[[Deflection, Deflection | None, float, float], Reals]
+"""Errors of the measures of an answer: of it, of it with large displacement or None where that is not known, of the
+share to which it has settled, and of that of the displacements which large displacement may change besides."""
 LOOK, SLOWEST = 0.01, 0.3  # shares of a speed: apart, and down to which, stability is looked at
 
 
@@ -64,10 +68,12 @@ class SpeedMap:
         What was measured with and without vibration, shape (speeds, ...); nan where the steady state is unstable.
     growth
         Of the least stable free vibration over a cycle, shape (speeds,).
-    time_error, reduction_error, large_displacement
-        How far the answers may be from settled in time and in the coordinates, as `Elastodynamic` has them, and what
-        large displacement changes, as `TheoryError` has it, shape (speeds,); the latter two nan where the steady state
-        is unstable. Where many speeds are asked for, large displacement is that on the line between every third.
+    time_error, reduction_error
+        How far the answers may be from settled in time and in the coordinates, as `Elastodynamic` has them, shape
+        (speeds,); the latter nan where the steady state is unstable.
+    errors
+        Of the values, shape (speeds, ...); nan where nobody told, or the steady state is unstable. Where many speeds
+        are asked for, as shares of the values they are those on the line between every third.
     damping
         That was taken.
     omega
@@ -80,7 +86,7 @@ class SpeedMap:
     growth: Reals
     time_error: Reals
     reduction_error: Reals
-    large_displacement: Reals
+    errors: Reals
     damping: Damping
     omega: Reals
 
@@ -135,7 +141,8 @@ def speed_map(
 class SpeedAnswers:
     """Steady states at speeds that are asked for one after the other; see `speed_map`.
 
-    `still` is measured of the answers without vibration, the same as of the others where left out;
+    `still` is measured of the answers without vibration, the same as of the others where left out; `errors` tells
+    those of what is measured;
     `least_damping` is the least damping ratio of a natural mode: half the relative width of its peaks.
     """
 
@@ -149,6 +156,7 @@ class SpeedAnswers:
         damping: Damping | float | None = None,
         tolerance: float = TOLERANCE,
         still: Measure | None = None,
+        errors: Errors | None = None,
     ) -> None:
         model = vibrating_model(motion_at, 0.0, period, sections, joints or {}, damping)
         if model.cycle is None:
@@ -156,7 +164,7 @@ class SpeedAnswers:
         self.damping, self.omega = model.damping, model.cycle.omega
         betas = [*model.damping.beams[model.damping.beams > 0], *([model.damping.joints] * (model.damping.joints > 0))]
         self.least_damping = float(min(betas, default=0.0) * self.omega.min() / 2)
-        self._measure, self._still, self._tolerance = measure, still or measure, tolerance
+        self._measure, self._still, self._errors, self._tolerance = measure, still or measure, errors, tolerance
         grids = [Grid(np.linspace(0.0, period, ELEMENTS + 1))]
         self._course = _Course(first_discretization(model, tolerance), grids)
         self._rows: dict[float, _Row] = {}
@@ -172,7 +180,8 @@ class SpeedAnswers:
                 part = left[first : first + SIDE_BY_SIDE]
                 every = EVERY if len(part) > MANY else 1
                 steady = [
-                    _at_speed(course, ratio, self._tolerance, not number % every) for number, ratio in enumerate(part)
+                    _at_speed(course, ratio, self._tolerance, None if number % every else self._errors)
+                    for number, ratio in enumerate(part)
                 ]
                 self._rows |= _measured(course, steady, self._measure, self._still)
             errors = {ratio: self._rows[ratio].reduction_error for ratio in left}
@@ -191,11 +200,12 @@ class SpeedAnswers:
         known = sorted(self._rows) if ratios is None else [float(ratio) for ratio in ratios]
         rows = [self._rows[ratio] for ratio in known]
         parts = {name: np.array([getattr(row, name) for row in rows]) for name in _Row.__match_args__}
-        large, stable = parts["large_displacement"], parts["growth"] <= 1 + NEUTRAL
-        if (gaps := stable & np.isnan(large)).any():
-            told = sorted(ratio for ratio, row in self._rows.items() if not math.isnan(row.large_displacement))
-            sizes = [self._rows[ratio].large_displacement for ratio in told]
-            large[gaps] = np.interp(np.array(known)[gaps], told, sizes) if told else np.nan
+        gaps = (parts["growth"] <= 1 + NEUTRAL) & np.array([not row.told for row in rows], bool)
+        told = sorted(ratio for ratio, row in self._rows.items() if row.told)
+        if gaps.any() and told:
+            shares = [_share(self._rows[ratio].errors, self._rows[ratio].values) for ratio in told]
+            parts["errors"][gaps] = parts["values"][gaps] * _on_line(np.array(known)[gaps], told, np.array(shares))
+        del parts["told"]
         return SpeedMap(np.array(known), **parts, damping=self.damping, omega=self.omega)
 
     def stable(self, ratio: float) -> bool:
@@ -280,7 +290,19 @@ class _Row:
     growth: float
     time_error: float
     reduction_error: float
-    large_displacement: float
+    errors: Reals
+    told: bool
+
+
+def _share(errors: Any, values: Any) -> Reals:
+    """Errors as shares of values; zero where a value is."""
+    share: Reals = np.divide(errors, values, out=np.zeros_like(values), where=values > 0.0)
+    return share
+
+
+def _on_line(at: Reals, known: Sequence[float], values: Reals) -> Reals:
+    """Values of shape (known, rows) on the lines between those known, shape (at, rows)."""
+    return np.stack([np.interp(at, known, column) for column in values.T], axis=-1)
 
 
 class _Course:
@@ -326,11 +348,11 @@ class _Steady:
     growth: float
     time_error: float
     reduction_error: float
-    large_displacement: float
+    errors: Reals | None
     loads: AddedLoads | None
 
 
-def _at_speed(course: _Course, ratio: float, tolerance: float, large_too: bool = True) -> _Steady:
+def _at_speed(course: _Course, ratio: float, tolerance: float, errors: Errors | None) -> _Steady:
     """On the coarsest of the grids on which the elements leave no more open than asked."""
     rubbed: Settled | None = None
     while True:
@@ -348,10 +370,36 @@ def _at_speed(course: _Course, ratio: float, tolerance: float, large_too: bool =
         course.level = max(course.level - 1, 0)
     growth = float(np.abs(answer.propagation.multipliers).max())
     if growth > 1 + NEUTRAL:
-        return _Steady(ratio, terms.grid, growth, error, math.nan, math.nan, None)
+        return _Steady(ratio, terms.grid, growth, error, math.nan, None, None)
     answer, reduced = (answer, rubbed.open) if rubbed else corrected(answer, tolerance)
-    large = second_order_error(answer, answer.deflection) if large_too else math.nan
-    return _Steady(ratio, terms.grid, growth, error, reduced, large, answer.loads)
+    told = None if errors is None else _errors(_passing(course, ratio), tolerance, error + reduced, errors)
+    return _Steady(ratio, terms.grid, growth, error, reduced, told, answer.loads)
+
+
+def _passing(course: _Course, ratio: float) -> _Course:
+    """The terms of one speed, in its own time, on the grid of this level."""
+    model = course.model
+    passing = replace(model, motion_at=lambda times: _passed(model.motion_at(times * ratio), ratio))
+    grid = Grid(course.grids[course.level].edges / ratio)
+    return _Course(replace(course.discretization, model=passing), [grid])
+
+
+def _errors(course: _Course, tolerance: float, settled: float, errors: Errors) -> Reals:
+    """Errors of the measures of an answer, by it and by it with large displacement at the points of its grid."""
+    answer = vibration(course.here()[1], unlocked(course.plain(1.0)))
+    if answer.motion.mechanism.friction:
+        answer, _ = with_friction(answer, tolerance, TWICE * course.discretization.left_out)
+    else:
+        answer, _ = corrected(answer, tolerance)
+    bent = answer.deflection
+    if not answer.problem.terms.kinematics.structure.weights.size:  # no beam bends
+        return errors(bent, bent, settled, 0.0)
+    try:
+        step, left = steps_to_exact(answer, course.discretization)
+    except MechanismError:
+        return errors(bent, None, settled, second_order_error(answer, bent))
+    displaced = exact_deflection(step.displaced, bent, answer.problem.terms.grid.at_nodes)
+    return errors(bent, displaced, settled, left)
 
 
 def _passed(base: Motion, ratio: Any) -> Motion:
@@ -393,7 +441,13 @@ def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure, stil
             values[stable] = known
         for row, each in enumerate(some):
             rows[each.ratio] = _Row(
-                values[row], plain[row], each.growth, each.time_error, each.reduction_error, each.large_displacement
+                values[row],
+                plain[row],
+                each.growth,
+                each.time_error,
+                each.reduction_error,
+                np.full(values.shape[1:], np.nan) if each.errors is None else each.errors,
+                each.errors is not None,
             )
     return rows
 

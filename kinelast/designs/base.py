@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from kinelast.figures.entry import Figure, Measure, chosen, measures_of
-from kinelast.figures.limits import acceptable
+from kinelast.figures.limits import limits_kept
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
 from kinelast.scene.course import CourseByLaws
@@ -88,7 +88,7 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | Fi
 def design_measures(scene: Scene, output: Output | None) -> dict[str, Measure]:
     """All figures that the designs of a scene with this output have, by name: with limits whether they are kept."""
     figures = figures_of(output)
-    return measures_of(scene, [*figures, acceptable(scene, figures)] if scene.limits else figures)
+    return measures_of(scene, [*figures, limits_kept(scene, figures)] if scene.limits else figures)
 
 
 def _links_that_vary(table: SceneTable, places: Iterable[Place]) -> frozenset[str]:

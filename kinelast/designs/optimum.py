@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,7 @@ from scipy.stats import qmc
 from kinelast.designs.problem import KEPT, OptimizationTask, Problem, linearized
 from kinelast.designs.search import LocalOptimum, evolved, from_many_starts, local_searches
 from kinelast.designs.sensitivities import sensitivities
+from kinelast.figures.limits import Judgement
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Reals
 
@@ -176,7 +177,23 @@ def optimum(
     ValueError
         No design that was tried has all figures.
     """
-    searches = (evolved if evolve else from_many_starts)(problem, seed, first, progress)
+    return _certified(
+        problem, (evolved if evolve else from_many_starts)(problem, seed, first, progress), seed, progress
+    )
+
+
+def optimum_beside(problem: Problem, shares: np.ndarray, seed: int = 0, progress: Progress = SILENT) -> Optimum:
+    """The best design that a local search comes by from another one, at shares of shape (variables,).
+
+    Raises
+    ------
+    ValueError
+        As of `optimum`.
+    """
+    return _certified(problem, local_searches(problem, [shares], progress), seed, progress)
+
+
+def _certified(problem: Problem, searches: Sequence[LocalOptimum], seed: int, progress: Progress) -> Optimum:
     if not searches or not np.isfinite(searches[0].violation):
         raise ValueError("no design that was tried has all the figures that are asked for")
     best = searches[0]
@@ -203,12 +220,19 @@ class OptimumResult:
     ----------
     before, after
         Figures of the scene as it stands and of the best design, by name; nan where they are not known.
+    held_to
+        Bounds of the quasi-static figures that are searched with: those of the limits less room for what the full
+        answer changes of the figures and for its errors.
+    judgements
+        The limits beside the figures of the full answer; empty where there are none, or the search kept none.
     quasi_static
-        Whether the scene asks for no other theory, as all figures here are without vibration.
+        Whether the scene asks for no other theory, as the search is without vibration.
     """
 
     task: OptimizationTask
     optimum: Optimum
+    held_to: tuple[float, ...]
+    judgements: tuple[Judgement, ...]
     units: Mapping[str, str]
     before: Mapping[str, float]
     after: Mapping[str, float]

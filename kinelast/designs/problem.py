@@ -9,8 +9,7 @@ import numpy as np
 
 from kinelast.designs.sensitivities import FiguresOf
 from kinelast.designs.tolerances import Tolerance
-from kinelast.figures.entry import bounded_items, items_of
-from kinelast.scene.data import Scene
+from kinelast.figures.limits import limits_of_items
 from kinelast.scene.document import Document
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
@@ -89,31 +88,27 @@ def optimization_task(document: Document, units: Mapping[str, str]) -> Optimizat
         )
     rows = [bounds(document.table, path, *ends) for path, ends in asked.variables.items()]
     variables, low, high = zip(*rows, strict=True)
-    limits = (*_own_limits(document.scene, units), *_limits(document.table, units))
+    limits = (*_own(limits_of_items(document.scene), units), *_limits(document.table, units))
     return OptimizationTask(
         variables, np.array(low), np.array(high),
         figure, asked.maximize is not None, limits, asked.method == "evolution", asked.seed,
     )  # fmt: skip
 
 
-def _own_limits(scene: Scene, units: Mapping[str, str]) -> list[Limit]:
-    """The limits of a scene, for every beam apart: a limit of the largest of several would have more kinks.
+def _own(limits: Sequence[Limit], units: Mapping[str, str]) -> list[Limit]:
+    """The limits of a scene, with the units of their figures.
 
     Raises
     ------
     SceneError
         There is no figure for one of them.
     """
-    limits = []
-    for limit in scene.limits:
-        items = items_of(scene, limit.of)
-        names = [f"{limit.figure}.{items[number]}".rstrip(".") for number in bounded_items(scene, limit)]
-        for name in names or [limit.figure]:
-            if name not in units:
-                table = f"limits.links.{limit.item}" if limit.item else "limits"
-                raise fault(table, limit.kind, f'it cannot be judged: the figure "{name}" is not known')
-            limits.append(replace(limit, figure=name, unit=units[name]))
-    return limits
+    for limit in limits:
+        if limit.figure not in units:
+            table = f"limits.links.{limit.item}" if limit.item else "limits"
+            kind = Limit(limit.figure.partition(".")[0], 0.0).kind
+            raise fault(table, kind, f'it cannot be judged: the figure "{limit.figure}" is not known')
+    return [replace(limit, unit=units[limit.figure]) for limit in limits]
 
 
 def _each(kind: str, units: Mapping[str, str]) -> list[str]:
@@ -212,6 +207,11 @@ class Problem:
     def by_ratio(self) -> np.ndarray:
         """Which variables count by their ratio to the bounds, as these are far apart; shape (variables,)."""
         return np.asarray((self.low > 0) & (self.high >= FAR * self.low))
+
+    def held_to(self, bounds: Sequence[float]) -> Problem:
+        """The same with other bounds of its limits."""
+        moved = zip(self.limits, bounds, strict=True)
+        return replace(self, limits=tuple(replace(limit, bound=bound) for limit, bound in moved))
 
     def judged(self, shares: np.ndarray) -> Judged:
         """How good designs are, of shares of shape (designs, variables)."""

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from kinelast.designs.base import base_of, design_measures
 from kinelast.designs.evaluate import Designs, evaluate, evaluated
-from kinelast.designs.optimum import OptimumResult, optimum
+from kinelast.designs.optimum import ACTIVE, Optimum, OptimumResult, optimum, optimum_beside
 from kinelast.designs.problem import OptimizationTask, Problem, optimization_task, tolerance_task
 from kinelast.designs.sensitivities import Sensitivities, sensitivities
 from kinelast.designs.tolerances import (
@@ -27,6 +27,7 @@ from kinelast.designs.tolerances import (
     variance_shares,
 )
 from kinelast.figures.entry import Figure
+from kinelast.figures.limits import BROKEN, KEPT, LIMITS_KEPT, TOO_NEAR, Judgement, judgements_on, room
 from kinelast.figures.output import output_of
 from kinelast.scene.data import Scene, scene_motion
 from kinelast.scene.document import Document, Tables, document_of
@@ -37,7 +38,9 @@ from kinelast.scene.variables import Variable, numbers
 from kinelast.tasks.progress import SILENT, Progress
 
 NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # tables that describe no machine
-NOT_FIGURES = ("reach", "acceptable", "condition")  # whose derivatives say nothing
+NOT_FIGURES = ("reach", LIMITS_KEPT, "condition")  # whose derivatives say nothing
+ROUNDS = 6  # in which an optimum is given room for its error
+SLACK = 0.01  # share of a limit that holds a design, above which that has more room than it needs
 PART, FEW = 512, 64  # designs between two words on how far it is; where some of them are computed one by one
 
 
@@ -211,15 +214,66 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Opti
     SceneError
         As `problem_of`; or no design that was tried has the figures.
     """
-    posed = problem_of(scene)
+    document = document_of(scene)
+    posed = problem_of(document)
     asked, problem = posed.task, posed.problem
     first = problem.shares(np.array([one.base for one in asked.variables]))
     try:
         best = optimum(problem, asked.evolve, asked.seed, first, progress)
     except ValueError as error:
         raise fault("optimize", "", str(error)) from None
-    after = problem.figures_of(best.values[None]).columns
-    return OptimumResult(asked, best, posed.units, posed.before, _first(after), posed.quasi_static)
+    last = _with_room(document, asked, _Judged(problem, best), progress)
+    after = _first(last.problem.figures_of(last.best.values[None]).columns)
+    held_to = tuple(limit.bound for limit in last.problem.limits)
+    return OptimumResult(
+        asked, last.best, held_to, last.judgements, posed.units, posed.before, after, posed.quasi_static
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """The best design of a problem, and its limits beside the figures of its full answer."""
+
+    problem: Problem
+    best: Optimum
+    judgements: tuple[Judgement, ...] = ()
+
+    @property
+    def settled(self) -> bool:
+        """Whether nothing is gained by moving bounds: none lies within the error, those that hold are used up."""
+        if any(each.outcome in (TOO_NEAR, BROKEN) for each in self.judgements):
+            return False
+        holds = np.abs(self.best.certificate.margin) < ACTIVE
+        left = [float(each.limit.margin(each.worst)) for each in self.judgements]
+        return not any(hold and share > SLACK for hold, share in zip(holds, left, strict=True))
+
+
+def _with_room(document: Document, asked: OptimizationTask, first: _Judged, progress: Progress) -> _Judged:
+    """The best design that keeps all limits by its full answer, errors and all; or else the last one tried.
+
+    A search that stands on its limits by quasi-static figures would leave nothing for vibration, nor for any error: the
+    best design is answered in full, the bounds are moved by that, and the search goes on from there.
+    """
+    kept, now = None, first
+    before: list[tuple[float, float]] | None = None
+    for left in reversed(range(ROUNDS)):
+        if not now.best.feasible or not asked.limits:
+            break
+        progress("the best design, answered in full", ROUNDS - 1 - left, ROUNDS)
+        chosen = zip((number.path for number in asked.variables), now.best.values.tolist(), strict=True)
+        now = replace(now, judgements=judgements_on(document.with_values(dict(chosen)).scene, asked.limits))
+        if all(each.outcome == KEPT for each in now.judgements):
+            kept = now
+        if now.settled or not left:
+            break
+        columns = now.problem.figures_of(now.best.values[None]).columns
+        known = [(float(columns[each.limit.figure][0]), each.worst) for each in now.judgements]
+        each_before = before or (None,) * len(known)
+        rows = zip(now.judgements, known, each_before, strict=True)
+        problem = now.problem.held_to([room(judged, value, other) for judged, (value, _), other in rows])
+        before = known
+        now = _Judged(problem, optimum_beside(problem, now.best.shares, asked.seed, progress))
+    return kept or now
 
 
 def _known_figures(table: SceneTable, scene: Scene, path: Sequence[Figure]) -> list[str | Figure]:

@@ -1,4 +1,4 @@
-"""The judge of limits: of a run, of every design and of every speed; and its verdict on a run as plain data."""
+"""The judge of limits: of a run, of every design and of every speed; and its verdict as plain data."""
 
 from __future__ import annotations
 
@@ -12,92 +12,208 @@ import numpy as np
 
 from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import FIXED, SCENE, Figure, bounded_items, fixed, items_of, magnitudes
+from kinelast.figures.entry import (
+    FIXED,
+    SCENE,
+    Figure,
+    Measure,
+    bounded_items,
+    fixed,
+    items_of,
+    magnitudes,
+    measures_of,
+)
+from kinelast.figures.errors import BEAM_THEORY
 from kinelast.figures.peaks import Peak
-from kinelast.figures.registry import ALONG_BEAMS
-from kinelast.figures.results import Results, at_peak, figure, largest
+from kinelast.figures.registry import ALONG_BEAMS, figures_of
+from kinelast.figures.results import Results, at_peak, figure, largest, results_in_full
 from kinelast.scene.data import Scene
+from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit
-from rigid.arrays import Flags, Reals
+from rigid.arrays import Integers, Reals
 
 KEPT, BROKEN, TOO_NEAR, UNKNOWN = "kept", "not kept", "too near to call", "cannot be judged"
 SEVERITY = BROKEN, UNKNOWN, TOO_NEAR, KEPT
 VERDICTS = {KEPT: "acceptable", BROKEN: "not acceptable", TOO_NEAR: TOO_NEAR, UNKNOWN: UNKNOWN}
+PASSED = {KEPT: True, BROKEN: False}
+LIMITS_KEPT = "limits_kept"
+SPARE = 1e-4  # share of a limit that is left besides the error, as that changes with the design
 PLACES = {figure.limit: figure.fields[0] for figure in ALONG_BEAMS if figure.limit and figure.fields}
 """Keys under `[limits]` of figures of beams, and the fields that have their place."""
 
 
-@dataclass(frozen=True, eq=False)
-class Verdict:
-    """A limit beside the figure that it bounds.
+def severity(limit: Limit, value: Any, error: Any) -> Integers:
+    """Places in `SEVERITY` of the outcomes for figures with their errors, shape (...).
 
-    Attributes
-    ----------
-    limit
-        The limit.
-    value
-        The figure of those items for which it holds that is nearest to the bound, or farthest past it, shape (...); nan
-        where that of one of them is not known.
-    item
-        Number of the item of which that is, shape (...).
-    kept
-        Whether the limit is kept, bool, shape (...): not where the figure is not known.
+    A limit is neither kept nor not where the bound lies within the error.
     """
-
-    limit: Limit
-    value: Any
-    item: Any
-    kept: Any
+    below, above = limit.kept(value - error), limit.kept(value + error)
+    known = np.where(below & above, SEVERITY.index(KEPT), np.where(below | above, SEVERITY.index(TOO_NEAR), 0))
+    return np.where(np.isnan(value) | np.isnan(error), SEVERITY.index(UNKNOWN), known)
 
 
-def judged(scene: Scene, figures: Mapping[str, Any]) -> list[Verdict]:
-    """Every limit of a scene beside its figure.
+def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, Any] | None = None) -> Iterator[Integers]:
+    """Places in `SEVERITY` of the outcomes of all limits of a scene, each of shape (...).
 
     Parameters
     ----------
     figures
         By key, the magnitude of the figure of every item in its SI unit, shape (items, ...): items in the order of
-        `items_of`; a limit is not kept where its figure is left out.
+        `items_of`; a limit of a figure that is left out cannot be judged.
+    errors
+        Of the same shapes; where left out they are not counted, and no outcome is a verdict.
     """
-    return [_verdict(scene, limit, figures.get(limit.figure)) for limit in scene.limits]
+    for limit in scene.limits:
+        items = bounded_items(scene, limit) if limit.figure in figures else []
+        values = figures[limit.figure][items] if items else np.full(1, np.nan)
+        given = replace(limit, bound=np.ravel(limit.bound) if np.ndim(limit.bound) else limit.bound)
+        yield severity(given, values, errors[limit.figure][items] if errors and items else 0.0).min(axis=0)
 
 
-def kept(verdicts: Iterable[Verdict]) -> Flags | bool:
-    """Whether all limits are kept, bool, shape (...)."""
-    return reduce(np.logical_and, (verdict.kept for verdict in verdicts), True)
+def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Any:
+    """The figure that is nearest to a limit, or farthest past it, shape (...); nan where one of them is not known."""
+    items = bounded_items(scene, limit) if limit.figure in figures else []
+    if not items:
+        return math.nan
+    values = figures[limit.figure][items]
+    return values.min(axis=0) if limit.least else values.max(axis=0)
 
 
-def _verdict(scene: Scene, limit: Limit, values: Any) -> Verdict:
-    if values is None:
-        return Verdict(limit, np.float64(np.nan), np.zeros((), int), np.zeros((), bool))
-    items = np.array(bounded_items(scene, limit), int)
-    if not len(items):
-        nothing = np.zeros(values.shape[1:], int)
-        return Verdict(limit, np.full(nothing.shape, np.nan), nothing, nothing != 0)
-    values = values[items]
-    row = values.argmin(axis=0) if limit.least else values.argmax(axis=0)  # one that is not known before all others
-    value = np.take_along_axis(values, row[None], 0)[0]
-    bound = np.ravel(limit.bound) if np.ndim(limit.bound) else limit.bound
-    return Verdict(limit, value, items[row], replace(limit, bound=bound).kept(value))
-
-
-def acceptable(scene: Scene, figures: Iterable[Figure]) -> Figure:
-    """Whether all limits of a scene are kept, 1 or 0, as a figure."""
+def limits_kept(scene: Scene, figures: Iterable[Figure]) -> Figure:
+    """Whether all limits of a scene are kept, 1 or 0, as a figure: no verdict, as it knows no errors."""
     bounded = [figure for figure in figures if figure.key in {limit.figure for limit in scene.limits}]
 
     def find(cycle: Cycle) -> Reals:
-        return np.where(kept(judged(cycle.scene, magnitudes(cycle, bounded))), 1.0, 0.0)
+        every = severities(cycle.scene, magnitudes(cycle, bounded))
+        return np.where(reduce(np.minimum, every) == SEVERITY.index(KEPT), 1.0, 0.0)
 
     fields = tuple(dict.fromkeys(field for figure in bounded for field in figure.fields))
-    return Figure("acceptable", "all limits are kept", "1", SCENE, fixed(find), FIXED, fields, told=True)
+    return Figure(
+        LIMITS_KEPT, "all limits are kept, errors not counted", "1", SCENE, fixed(find), FIXED, fields, told=True
+    )
 
 
-def outcome(limit: Limit, value: float, error: float) -> str:
-    """Outcome for a figure with its error: neither kept nor not where the bound is within the error."""
-    if math.isnan(value) or math.isnan(error):
-        return UNKNOWN
-    kept_by = [bool(limit.kept(value + side * error)) for side in (-1, 1)]
-    return KEPT if all(kept_by) else TOO_NEAR if any(kept_by) else BROKEN
+@dataclass(frozen=True)
+class Judgement:
+    """A limit beside the figure that decides its outcome: of those that are alike the one nearest to the bound.
+
+    Attributes
+    ----------
+    limit
+        The limit.
+    outcome
+        One of `SEVERITY`.
+    item
+        Number of the item that the figure is of.
+    value, error
+        Magnitude of the figure, and its error, in its SI unit; nan where not known.
+    problem
+        Why it cannot be judged, or what would settle it; empty where it is judged, or nothing would.
+    """
+
+    limit: Limit
+    outcome: str
+    item: int
+    value: float
+    error: float
+    problem: str
+
+    @property
+    def worst(self) -> float:
+        """The figure with its error, on the side where the bound is."""
+        return self.value - self.error if self.limit.least else self.value + self.error
+
+
+def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | None = None) -> Judgement:
+    """A limit of a figure by its key, of some of its items or of all, judged."""
+    peaks = results.figures.peaks.get(key, [])
+    exact = not results.scene.labels or any(each.rigid for each in results.figures.figures if each.key == key)
+    errors = [0.0 if exact else _error(peak) for peak in peaks]
+    told = [(item, abs(peaks[item].value), errors[item]) for item in (items or range(len(peaks)))]
+    how, _, item, value, error = min(
+        ((int(severity(limit, value, error)), float(limit.margin(value)), item, value, error)
+         for item, value, error in told),
+        default=(SEVERITY.index(UNKNOWN), math.nan, 0, math.nan, math.nan),
+    )  # fmt: skip
+    outcome, problem = SEVERITY[how], ""
+    if outcome == UNKNOWN:
+        problem = "there is no figure" if math.isnan(value) else results.error_unknown or "its error is not known"
+    elif outcome == TOO_NEAR:
+        parts = peaks[item].error
+        assert parts is not None
+        problem = nearer(results, parts, abs(value - float(limit.bound)) / value)
+    return Judgement(limit, outcome, item, value, error, problem)
+
+
+def limits_of_items(scene: Scene) -> list[Limit]:
+    """Limits of a scene, each of one item, by the name by which its figure is asked for, as in `deflection.rod`."""
+    limits = []
+    for limit in scene.limits:
+        items = items_of(scene, limit.of)
+        names = [f"{limit.figure}.{items[number]}".rstrip(".") for number in bounded_items(scene, limit)]
+        limits += [replace(limit, figure=name) for name in names or [limit.figure]]
+    return limits
+
+
+def judgements_on(scene: Scene, limits: Iterable[Limit]) -> tuple[Judgement, ...]:
+    """Limits of figures by their names, beside those of the scene's full answer."""
+    try:
+        results = results_in_full(scene)
+    except SceneError as error:
+        return tuple(Judgement(limit, UNKNOWN, 0, math.nan, math.nan, error.problem) for limit in limits)
+    measures = measures_of(scene, figures_of(results.figures.output))
+    return tuple(_of_measure(results, limit, measures.get(limit.figure)) for limit in limits)
+
+
+def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judgement:
+    """A limit of any figure, judged; also of those that are only computed where they are asked for.
+
+    By Rayleigh's quotient natural frequencies are half the share too high by which beam theory makes links too stiff.
+    """
+    if measure and measure.figure.key in results.figures.peaks:
+        return judgement(results, limit, measure.figure.key, measure.items)
+    value = error = math.nan
+    if measure:
+        value = float(measure.of(results.cycle)[0])
+        peaks = [peak for peak in results.figures.peaks["deflection"] if peak.error and peak.value]
+        stiff = [peak.error.parts.get(BEAM_THEORY, math.nan) / abs(peak.value) for peak in peaks if peak.error]
+        error = 0.0 if measure.figure.rigid else (1.0 + value) * max(stiff, default=math.nan) / 2
+    outcome = SEVERITY[int(severity(limit, value, error))]
+    problem = f"the error of {limit.figure} is not known" if outcome == UNKNOWN else ""
+    return Judgement(limit, outcome, 0, value, error, problem)
+
+
+def room(judged: Judgement, value: float, before: tuple[float, float] | None = None) -> float:
+    """Bound of a quasi-static figure of a value by which the figure of the full answer keeps its limit, error and all.
+
+    What the full answer changes of a figure goes with it from one design to the next; where another design is known,
+    it is by a line through both.
+
+    Parameters
+    ----------
+    before
+        Of another design, the quasi-static figure and that of the full answer with its error.
+    """
+    bound, worst = float(judged.limit.bound), judged.worst
+    if not math.isfinite(worst) or not math.isfinite(value):
+        return bound
+    moved = bound * value / worst if value * worst > 0.0 else bound + value - worst
+    if before and (worst - before[1]) * (value - before[0]) > 0.0:
+        moved = value + (bound - worst) * (value - before[0]) / (worst - before[1])
+    return moved + (1 if judged.limit.least else -1) * SPARE * abs(bound)
+
+
+def verdict_on(judgements: Sequence[Judgement]) -> dict[str, Any]:
+    """The verdict on several limits as plain data.
+
+    Returns
+    -------
+    `verdict`: the worst outcome in words; empty where no limit is set. `passed`: whether it is acceptable; None where
+    that is not known, `problem` says why or what would settle it.
+    """
+    worst = min((each.outcome for each in judgements), key=SEVERITY.index, default="")
+    problem = next((each.problem for each in judgements if each.outcome == worst), "")
+    return {"verdict": VERDICTS.get(worst, ""), "passed": PASSED.get(worst), "problem": problem}
 
 
 def acceptance(results: Results, figures: Mapping[str, Any]) -> dict[str, Any]:
@@ -110,37 +226,22 @@ def acceptance(results: Results, figures: Mapping[str, Any]) -> dict[str, Any]:
 
     Returns
     -------
-    `verdict`: the worst outcome in words; empty where no limit is set. `passed`: whether it is acceptable; None where
-    that is not known, `problem` says why or what would settle it. `limits`: a row each, `kept` were there no error.
+    As of `verdict_on`; and `limits`: a row each, `kept` were there no error.
     """
-    rows = [_judged_row(results, figures, limit) for limit in results.scene.limits]
-    worst = min((row["outcome"] for row in rows), key=SEVERITY.index, default=None)
-    problem = next((row["problem"] for row in rows if row["outcome"] == worst and worst in (UNKNOWN, TOO_NEAR)), "")
-    passed = {KEPT: True, BROKEN: False}.get(worst) if worst else None
-    return {"verdict": VERDICTS[worst] if worst else "", "passed": passed, "problem": problem, "limits": rows}
+    judgements = [_of_own(results, limit) for limit in results.scene.limits]
+    rows = [_judged_row(results, figures, each) for each in judgements]
+    return {**verdict_on(judgements), "limits": rows}
 
 
-def _judged_row(results: Results, figures: Mapping[str, Any], limit: Limit) -> dict[str, Any]:
-    """A limit with the figure that decides its outcome: of those that are alike the one nearest to the bound."""
-    peaks = results.figures.peaks.get(limit.figure, [])
-    items = bounded_items(results.scene, limit) if peaks else []
+def _of_own(results: Results, limit: Limit) -> Judgement:
+    """A limit of the scene, judged."""
+    items = bounded_items(results.scene, limit) if limit.figure in results.figures.peaks else []
+    return judgement(results, limit, limit.figure if items else "", items)
+
+
+def _judged_row(results: Results, figures: Mapping[str, Any], judged: Judgement) -> dict[str, Any]:
+    limit, row = judged.limit, _row(results, figures, judged)
     of = next((each for each in results.figures.figures if each.key == limit.figure), None)
-    exact = not results.scene.labels or (of is not None and of.rigid)  # then nothing that bends is in it
-    told = [(item, abs(peaks[item].value), 0.0 if exact else _error(peaks[item])) for item in items]
-    found = min(
-        ((outcome(limit, value, error), float(limit.margin(value)), item, value) for item, value, error in told),
-        key=lambda each: (SEVERITY.index(each[0]), each[1]),
-        default=(UNKNOWN, math.nan, 0, math.nan),
-    )
-    how, _, item, value = found
-    row = _row(results, figures, Verdict(limit, value, item, how == KEPT))
-    problem = ""
-    if how == UNKNOWN:
-        problem = "there is no figure" if math.isnan(value) else results.error_unknown or "its error is not known"
-    elif how == TOO_NEAR:
-        error = peaks[item].error
-        assert error is not None
-        problem = nearer(results, error, abs(value - float(limit.bound)) / value)
     return {
         "kind": limit.kind,
         "name": limit.kind if of is None else of.name,
@@ -148,10 +249,10 @@ def _judged_row(results: Results, figures: Mapping[str, Any], limit: Limit) -> d
         "on": limit.item,
         "limit": figure(limit.bound, row["unit"] if limit.kind == "output" else limit.unit),
         "found": row,
-        "outcome": how,
-        "kept": bool(limit.kept(value)),
-        "passed": {KEPT: True, BROKEN: False}.get(how),
-        "problem": problem,
+        "outcome": judged.outcome,
+        "kept": bool(limit.kept(judged.value)),
+        "passed": PASSED.get(judged.outcome),
+        "problem": judged.problem,
     }
 
 
@@ -159,19 +260,18 @@ def _error(peak: Peak) -> float:
     return math.nan if peak.error is None else peak.error.size
 
 
-def _row(results: Results, figures: Mapping[str, Any], verdict: Verdict) -> dict[str, Any]:
+def _row(results: Results, figures: Mapping[str, Any], judged: Judgement) -> dict[str, Any]:
     """The figure that a limit bounds, with its place; without a value where it is not known."""
-    kind = verdict.limit.kind
-    if np.isnan(verdict.value):
-        return figure(np.nan, verdict.limit.unit or "m")
+    kind = judged.limit.kind
+    if np.isnan(judged.value):
+        return figure(np.nan, judged.limit.unit or "m")
     if kind == "output":
         output = figures["output"]
         return {**output, "label": output["name"], "shares": None}
-    item = int(verdict.item)
     if kind not in PLACES:
-        peak, label = results.figures.peaks[verdict.limit.figure][item], items_of(results.scene, verdict.limit.of)[item]
-        return {**largest(results, peak, verdict.limit.unit), "label": label}
-    label = results.scene.labels[item]
+        peak, label = results.figures.peaks[kind][judged.item], items_of(results.scene, judged.limit.of)[judged.item]
+        return {**largest(results, peak, judged.limit.unit), "label": label}
+    label = results.scene.labels[judged.item]
     row = figures["peaks"][label][PLACES[kind]]
     if kind == "safety":
         place = {key: value for key, value in row.items() if key not in ("value", "unit")}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +18,9 @@ from kinelast.figures.entry import items_of
 from kinelast.figures.errors import GradedFigure, worst_of
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, divided_links, run_figures
-from kinelast.scene.data import QUASI_STATIC, Scene
+from kinelast.scene.data import QUASI_STATIC, Scene, Theory, scene_deflection, scene_motion
 from kinelast.scene.numbers import percent, quantity
-from kinelast.tasks.progress import one_thread
+from kinelast.tasks.progress import SILENT, Progress, one_thread
 from rigid import ConstantSpeed, Mechanism, Motion, Reals
 from rigid.arrays import Flags
 
@@ -306,6 +306,36 @@ class Results:
     def counted(self) -> Flags:
         """Whether a position counts in the largest values, shape (positions,)."""
         return self.cycle.counted
+
+
+def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = SILENT) -> Results:
+    """The results of a theory of motion, from those without vibration.
+
+    The quasi-static answer that is asked for by name is told how far it is off, where it is to be judged.
+
+    Raises
+    ------
+    SceneError
+        As of `kinelast.figures.theory.answer`.
+    """
+    scene = plain.scene
+    if not scene.labels or (theory.plain and not judged):
+        return plain
+    from kinelast.figures.theory import answer
+
+    found = answer(scene, plain.deflection, theory, plain.period, theory.plain, progress)
+    return replace(plain, deflection=found.deflection, answer=found)
+
+
+def results_in_full(scene: Scene) -> Results:
+    """The results of a scene by its own theory, as its report has them, with the errors of its figures.
+
+    Raises
+    ------
+    SceneError
+        A position is out of reach; the theory asked for by name cannot answer.
+    """
+    return answered(Results(scene, scene_deflection(scene, scene_motion(scene))), scene.theory, judged=True)
 
 
 def figure(value: Any, unit: str, **more: Any) -> dict[str, Any]:

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partial, reduce
 from typing import Any
 
 import numpy as np
 
 from elastic import Deflection
+from elastic.assessment import beyond_beam_theory
 from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, SpeedSearch, critical_speeds
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import BEAM, Figure, Measure, bounded_items, items_of, magnitudes, measures_of
+from kinelast.figures.entry import BEAM, LEAST, Figure, Measure, bounded_items, items_of, magnitudes, measures_of
+from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors
+from kinelast.figures.limits import SEVERITY, VERDICTS, severities
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
 from kinelast.figures.theory import damping_of
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
-from kinelast.scene.limits import Limit
+from kinelast.scene.limits import OUTPUT_ERROR, Limit
 from kinelast.tasks.progress import SILENT, Progress, one_thread
 from rigid import ConstantSpeed, MechanismError, Motion
 from rigid.arrays import Flags, Reals
@@ -60,7 +64,11 @@ class SpeedLimit:
     Attributes
     ----------
     speed, above
-        Up to the first all limits hold, at the second they do not; the first 0.0 where they fail at the lowest speed.
+        Up to the first all limits hold, errors and all, at the second they do not; the first 0.0 where they fail at the
+        lowest speed.
+    broken
+        Up to this speed limits are too near to call, there one is not kept, whatever the error; infinite where that is
+        beyond the speeds that were looked at.
     limit, item
         Which fails first, and the number of its item; None where there is no steady state above, or the figure is not
         known.
@@ -70,6 +78,7 @@ class SpeedLimit:
 
     speed: float
     above: float
+    broken: float
     limit: Limit | None
     item: int
     resonance: Resonance | None
@@ -87,10 +96,12 @@ class Speeds:
     map
         The speed map: values of `FIELDS` [m, m, Pa] per beam, with and without vibration, growth.
     figures
-        The registered figures as measures, each with its values with vibration, shape (speeds,).
+        The registered figures as measures, each with its values with vibration and their errors, shape (speeds,).
+    verdicts
+        At every speed, as of a report; empty without limits.
     highest
-        Highest speed up to which every limit of the scene holds, to 0.2 %; None without limits, 0.0 where they fail at
-        the first.
+        Highest speed up to which every limit of the scene holds, errors and all, to 0.2 %; None without limits, 0.0
+        where they fail at the first.
     limit
         What ends there; None where all limits hold at all speeds, or there are none.
     between
@@ -108,7 +119,8 @@ class Speeds:
     speed: Reals
     asked: Flags
     map: SpeedMap
-    figures: Mapping[str, tuple[Measure, Any]]
+    figures: Mapping[str, tuple[Measure, Reals, Reals]]
+    verdicts: Sequence[str]
     highest: float | None
     limit: SpeedLimit | None
     between: tuple[Reals, Reals]
@@ -118,8 +130,10 @@ class Speeds:
 
     @property
     def error(self) -> Reals:
-        """Error by time, coordinates and large displacement as a share of the worst deflection, shape (speeds,)."""
-        return np.where(self.map.stable, self.map.error + self.map.large_displacement, np.nan)
+        """Error of the worst of the largest deflection and stress, and of the output, as a share, shape (speeds,)."""
+        read = [self.figures[key] for key in (*HEADLINE, OUTPUT_ERROR) if key in self.figures]
+        shares = [np.divide(error, value, out=0.0 * error, where=~(value <= 0.0)) for _, value, error in read]
+        return reduce(np.maximum, shares)
 
 
 @one_thread()
@@ -156,6 +170,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
             scene.joints,
             damping_of(scene),
             still=lambda bent: _largest(scene, still, bent),
+            errors=partial(_errors, scene, figures),
         )
         answers.find(ratios)
         looking = partial(progress, f"{scene.name}: speeds looked at between those asked for")
@@ -168,10 +183,13 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     steady = answers.map()
     values, plain = _by_figure(scene, figures, steady.values), _by_figure(scene, still, steady.quasi_static)
     told = replace(steady, values=np.moveaxis(_curves(values), -1, 0), quasi_static=np.moveaxis(_curves(plain), -1, 0))
+    errors = _by_figure(scene, figures, steady.errors)
     measures = {
-        name: (measure, measure.among(values[measure.figure.key]))
+        name: (measure, *_with_errors(measure, values[measure.figure.key], errors[measure.figure.key]))
         for name, measure in measures_of(scene, figures).items()
     }
+    worst = [np.broadcast_to(each, steady.ratio.shape) for each in severities(scene, values, errors)]
+    verdicts = [VERDICTS[SEVERITY[number]] for number in reduce(np.minimum, worst)] if worst else []
     per_cycle = nominal * float(scene.run.cycle) / (2 * np.pi)  # speed of the drive over that of the cycle
     spans = critical_speeds(steady.omega * per_cycle).items()
     highest = None if not scene.limits else limit.speed if limit else asked[1]
@@ -183,6 +201,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
         own,
         told,
         measures,
+        verdicts,
         highest,
         limit,
         (drawn * nominal, curves),
@@ -258,6 +277,31 @@ def _largest(scene: Scene, figures: Sequence[Figure], bent: Deflection) -> Reals
     return np.concatenate(list(magnitudes(cycle, figures).values()))
 
 
+def _errors(
+    scene: Scene,
+    figures: Sequence[Figure],
+    bent: Deflection,
+    displaced: Deflection | None,
+    settled: float,
+    left: float,
+) -> Reals:
+    """Errors of the items of figures one behind the other, as a report has them, shape (rows,)."""
+    answer, bodies = (Cycle(scene, each.motion, each, sampled=True) for each in (bent, beyond_beam_theory(bent)))
+    stages = {} if displaced is None else {LARGE: Cycle(scene, displaced.motion, displaced, sampled=True)}
+    shares = {TIME: settled, LARGE if displaced is None else HIGHER_ORDERS: left}
+    told = figure_errors(answer, figures, Estimate(stages, bodies, shares))
+    return np.array([error.size for figure in figures for error in told[figure.key]])
+
+
+def _with_errors(measure: Measure, values: Any, errors: Any) -> tuple[Reals, Reals]:
+    """Values of a measure among magnitudes of all items, shape (items, speeds), and the errors of these."""
+    rows = [*range(len(values))] if measure.items is None else [*measure.items]
+    least = measure.figure.over == LEAST
+    known = np.where(np.isnan(values[rows]), np.inf if least else -np.inf, values[rows])
+    at = known.argmin(axis=0) if least else known.argmax(axis=0)
+    return measure.among(values), np.take_along_axis(errors[rows], at[None], 0)[0]
+
+
 def _by_figure(scene: Scene, figures: Sequence[Figure], rows: Any) -> dict[str, Any]:
     """By key the values of a figure's items, shape (items, speeds), from rows of shape (speeds, rows)."""
     counts = [len(items_of(scene, figure.of)) for figure in figures]
@@ -276,9 +320,10 @@ def _limit(
     """The greatest speed up to which all limits are kept, and which fails above; None where all are kept."""
     rows = [(limit, item) for limit in scene.limits for item in bounded_items(scene, limit)]
 
-    def used(found: SpeedMap) -> Reals:
-        values = _by_figure(scene, figures, found.values)
-        return np.array([_used(limit, values.get(limit.figure), item) for limit, item in rows])
+    def used(found: SpeedMap, side: float = 1.0) -> Reals:
+        values, errors = (_by_figure(scene, figures, each) for each in (found.values, found.errors))
+        each = (_used(limit, values.get(limit.figure), errors.get(limit.figure), item, side) for limit, item in rows)
+        return np.array([*each])
 
     fields = [SCANNED.get(limit.figure, 0) for limit, _ in rows]
     beams = [item if limit.of == BEAM else -1 for limit, item in rows]
@@ -288,22 +333,28 @@ def _limit(
     low, above = bracket
     shares = used(search.answers.map([above]))[:, 0]
     if np.isnan(shares).any():
-        return SpeedLimit(low * nominal, above * nominal, None, -1, None)
+        return SpeedLimit(low * nominal, above * nominal, above * nominal, None, -1, None)
+    passed = search.find_limit(Bounded(partial(used, side=-1.0), fields, beams))
+    broken = math.inf if passed is None else passed[1] * nominal
     limit, item = rows[int(shares.argmax())]
     found = search.answers.map([above])
     parts = _by_figure(scene, figures, found.values), _by_figure(scene, still, found.quasi_static)
-    one, other = (float(_used(limit, part[limit.figure], item)[0]) for part in parts)
+    one, other = (float(_used(limit, part[limit.figure], None, item, 0.0)[0]) for part in parts)
     met = search.model.resonance(above) if one > AMPLIFIED * other else None
-    return SpeedLimit(low * nominal, above * nominal, limit, item, met)
+    return SpeedLimit(low * nominal, above * nominal, broken, limit, item, met)
 
 
-def _used(limit: Limit, values: Any, item: int) -> Any:
-    """Share of a bound that an item's values use, shape (speeds,): not known where the figure is left out."""
+def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Any:
+    """Share of a bound that an item's values use, shape (speeds,): not known where the figure is left out.
+
+    With their errors on the side of the bound (1) or away from it (-1).
+    """
     if values is None:
         return np.nan
-    bound = np.ravel(limit.bound)[0]
+    bound, value = np.ravel(limit.bound)[0], values[item]
+    error = 0.0 if errors is None else side * errors[item]
     with np.errstate(divide="ignore"):
-        return bound / values[item] if limit.least else values[item] / bound
+        return bound / np.maximum(value - error, 0.0) if limit.least else np.maximum(value + error, 0.0) / bound
 
 
 def _peaks(told: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[SpeedPeak]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 from elastic.elastodynamics import Resonance
 from kinelast.figures.cycle import drive_words
 from kinelast.figures.entry import items_of
+from kinelast.figures.limits import TOO_NEAR
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
 from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds, leading_drive, speed_unit
@@ -18,7 +20,7 @@ from kinelast.outputs.table import Column, Table
 from kinelast.scene.data import ACCURACY, Scene
 from kinelast.scene.numbers import percent, quantity
 
-TOLD = 0.01  # error at the limit speed, from which it is told beside it
+NEAR = 0.002  # share of the limit speed to which that is known
 LABEL_ROOM = 0.04  # of the range of speeds, that the label of a peak takes
 UNITS = dict(zip(FIELDS, ("m", "m", "Pa"), strict=True))
 
@@ -27,6 +29,7 @@ def speed_table(scene: Scene, result: Speeds) -> Table:
     """A row a speed: largest values of every beam with and without vibration, growth, the error, other figures."""
     answer = result.map
     ways = (("", answer.values), (" without vibration", answer.quasi_static))
+    of_fields = {key: name for name, key in FIELDS.items()}
     return Table(
         (
             Column("speed", result.speed, speed_unit(scene)),
@@ -39,11 +42,17 @@ def speed_table(scene: Scene, result: Speeds) -> Table:
             Column("growth over a cycle", answer.growth, "1"),
             Column("stable", answer.stable.tolist()),
             Column("error", result.error, "1"),
+            *([Column("verdict", result.verdicts)] if result.verdicts else []),
             Column("asked for", result.asked.tolist()),
             *(
                 Column(name, values, measure.unit)
-                for name, (measure, values) in result.figures.items()
+                for name, (measure, values, _) in result.figures.items()
                 if measure.figure.key not in FIELDS.values()
+            ),
+            *(
+                Column(f"error of {name}", errors, measure.unit)
+                for name, (measure, _, errors) in result.figures.items()
+                if measure.items is None or measure.figure.key in of_fields
             ),
         )
     )
@@ -115,8 +124,8 @@ def speed_figures(result: Speeds, scene: Scene) -> dict[str, Any]:
         "asked": result.asked.tolist(),
         **curves,
         "figures": {
-            name: {"unit": measure.unit, "values": values.tolist()}
-            for name, (measure, values) in result.figures.items()
+            name: {"unit": measure.unit, "values": values.tolist(), "errors": errors.tolist()}
+            for name, (measure, values, errors) in result.figures.items()
             if measure.items is None
         },
         "between": {
@@ -133,6 +142,7 @@ def speed_figures(result: Speeds, scene: Scene) -> dict[str, Any]:
         "to": float(result.speed[-1]),
         "count": int(result.asked.sum()),
         "highest_within_limits": result.highest,
+        "verdicts": list(result.verdicts),
         "limit": _limit_figures(result.limit, scene) if result.limit else None,
         "peaks": [
             {
@@ -156,6 +166,7 @@ def _limit_figures(limit: SpeedLimit, scene: Scene) -> dict[str, Any]:
         "kind": limit.limit.kind if limit.limit else None,
         "of": _item_of(limit, scene) or None,
         "above": limit.above,
+        "too_near_to_call_up_to": limit.broken if math.isfinite(limit.broken) else None,
         "resonance": _resonance_figures(limit.resonance, scene),
         "words": limit_words(limit, scene),
     }
@@ -216,13 +227,16 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
         yield f"speeds are those of {name}, the other drives keep their ratio to it"
     if result.highest is not None:
         if not result.highest:
-            yield f"limits do not hold at the lowest speed, {told(result.speed[0])}"
+            words = "limits are too near to call" if result.verdicts[0] == TOO_NEAR else "limits do not hold"
+            yield f"{words} at the lowest speed, {told(result.speed[0])}"
         elif result.limit is None:
             yield f"all limits hold up to {told(result.highest)}, the highest speed asked for"
         else:
-            error = result.error[np.searchsorted(result.speed, result.highest)]
-            off = f"; figures there are about {percent(error)} off" if error > TOLD else ""
-            yield f"all limits hold up to {told(result.highest)} ({limit_words(result.limit, scene)}){off}"
+            broken, near = result.limit.broken, ""
+            if broken > (1 + NEAR) * result.limit.above:
+                known = math.isfinite(broken)
+                near = f"; too near to call up to {told(broken)}" if known else "; above it too near to call"
+            yield f"all limits hold up to {told(result.highest)} ({limit_words(result.limit, scene)}){near}"
     for low, high in result.unstable:
         yield f"no steady state from {told(low)} to {told(high)}: the links' vibration grows"
     wanted = ACCURACY if scene.theory.accuracy is None else scene.theory.accuracy
@@ -232,5 +246,5 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
         first, at = (told(result.speed[number]) for number in (missed[0], worst))
         yield (
             f"{len(missed)} of {len(result.speed)} speeds, from {first} on, are more than {percent(wanted)} off, "
-            f"{percent(result.error[worst])} at {at}: large displacement"
+            f"{percent(result.error[worst])} at {at}: mostly large displacement"
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from kinelast.designs.optimum import ACTIVE, RADII, OptimumResult
 from kinelast.designs.studies import optimum_study, sensitivity_study, tolerance_study
 from kinelast.designs.tolerances import DESIGNS
+from kinelast.figures.limits import BROKEN, UNKNOWN, VERDICTS, Judgement, verdict_on
 from kinelast.outputs.sensitivities import (
     sensitivity_bars,
     sensitivity_figures,
@@ -25,7 +27,10 @@ from kinelast.scene.text import of_file
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Request
 
-HEAD = ("what", "name", "unit", "before", "value", "lower bound", "upper bound", "margin", "multiplier")
+HEAD = (
+    *("what", "name", "unit", "before", "value", "lower bound", "upper bound", "margin", "multiplier"),
+    *("held to", "in full", "error", "outcome"),
+)
 
 
 def optimum_figures(solved: OptimumResult, told_in: ToldIn = SI) -> dict[str, Any]:
@@ -40,6 +45,7 @@ def optimum_figures(solved: OptimumResult, told_in: ToldIn = SI) -> dict[str, An
         "before": float(solved.before[name]),
         "value": float(solved.after[name]),
         "feasible": best.feasible,
+        **_verdict(solved, told_in),
         "variables": _variables(solved),
         "limits": _limits(solved),
         "residual": float(held.residual),
@@ -91,26 +97,58 @@ def _limits(solved: OptimumResult) -> list[dict[str, Any]]:
             "kind": "least" if limit.least else "most",
             "before": float(solved.before[limit.figure]),
             "value": float(solved.after[limit.figure]),
+            "held_to": held_to,
+            **_in_full(judged),
             "margin": float(margin),
             "active": bool(abs(margin) < ACTIVE),
             "multiplier": float(multiplier),
         }
-        for limit, margin, multiplier in zip(solved.task.limits, held.margin, held.multiplier, strict=True)
+        for limit, held_to, margin, multiplier, judged in zip(
+            solved.task.limits,
+            solved.held_to,
+            held.margin,
+            held.multiplier,
+            solved.judgements or (None,) * len(solved.held_to),
+            strict=True,
+        )
     ]
+
+
+def _in_full(judged: Judgement | None) -> dict[str, Any]:
+    """The figure of a limit by the full answer, with its error and the outcome; null where not known."""
+    if judged is None:
+        return {"in_full": None, "error": None, "outcome": UNKNOWN}
+    value, error = (each if math.isfinite(each) else None for each in (judged.value, judged.error))
+    return {"in_full": value, "error": error, "outcome": judged.outcome}
+
+
+def _verdict(solved: OptimumResult, told_in: ToldIn) -> dict[str, Any]:
+    """The verdict on the best design; not acceptable where no design keeps all limits."""
+    if solved.task.limits and not solved.optimum.feasible:
+        return {"verdict": VERDICTS[BROKEN], "passed": False, "problem": _missed(solved, told_in)}
+    return verdict_on(solved.judgements)
 
 
 def words(solved: OptimumResult, told_in: ToldIn = SI) -> list[str]:
     """Sentences on an optimum."""
     task, best, unit = solved.task, solved.optimum, solved.units[solved.task.figure]
     held = best.certificate
-    kept = "all limits kept" if best.feasible else f"NOT all limits can be kept: at best {_missed(solved, told_in)}"
+    told = _verdict(solved, told_in)
+    kept = told["verdict"] if told["passed"] else f"{told['verdict'].upper()}: {told['problem']}".rstrip(": ")
+    if told["passed"] is False:
+        kept = f"NOT all limits can be kept: at best {told['problem']}"
+    kept = f"; {kept}" if kept else ""
     said = [f"{task.figure}: {quantity(solved.before[task.figure], unit, told_in=told_in)} -> "
-            f"{quantity(solved.after[task.figure], unit, told_in=told_in)}; {kept}"]  # fmt: skip
+            f"{quantity(solved.after[task.figure], unit, told_in=told_in)}{kept}"]  # fmt: skip
     less = "more" if task.largest else "less"
-    for limit, margin, multiplier in zip(task.limits, held.margin, held.multiplier, strict=True):
+    rows = zip(task.limits, solved.held_to, held.margin, held.multiplier, strict=True)
+    for limit, held_to, margin, multiplier in rows:
         if abs(margin) < ACTIVE:
-            bound = quantity(limit.bound, solved.units[limit.figure], told_in=told_in)
-            said.append(f"held by {limit.figure}, {bound}: 1 % more room is {number(multiplier, 3)} % {less}")
+            bound, moved = (
+                quantity(each, solved.units[limit.figure], told_in=told_in) for each in (limit.bound, held_to)
+            )
+            room = f" ({moved} without vibration and error)" if moved != bound else ""
+            said.append(f"held by {limit.figure}, {bound}{room}: 1 % more room is {number(multiplier, 3)} % {less}")
     for row in _variables(solved):
         if row["at_bound"]:
             end = "lower" if row["at_bound"] == "low" else "upper"
@@ -119,7 +157,7 @@ def words(solved: OptimumResult, told_in: ToldIn = SI) -> list[str]:
     residual = f"stationary to {percent(held.residual)}" + (", at a kink" if held.kinked else "")
     better, tried = int(np.sum(held.neighbours.better)), int(np.sum(held.neighbours.tried))
     said.append(f"{residual}; {better or 'none'} of {tried} neighbours better; {best.designs} designs computed")
-    if not solved.quasi_static:
+    if not solved.quasi_static and not solved.judgements:
         said.append("found without vibration, whatever the scene's theory or accuracy: report on optimum.toml")
     return said
 
@@ -127,11 +165,13 @@ def words(solved: OptimumResult, told_in: ToldIn = SI) -> list[str]:
 def _missed(solved: OptimumResult, told_in: ToldIn) -> str:
     """The limits that the design nearest to all of them does not keep, and by how much, in words."""
     told = []
-    for limit, margin in zip(solved.task.limits, solved.optimum.certificate.margin, strict=True):
+    for limit, held_to, margin in zip(
+        solved.task.limits, solved.held_to, solved.optimum.certificate.margin, strict=True
+    ):
         if not margin >= 0:
             value, bound = (
                 quantity(each, solved.units[limit.figure], told_in=told_in)
-                for each in (solved.after[limit.figure], limit.bound)
+                for each in (solved.after[limit.figure], held_to)
             )
             asked, off = ("least", "too little") if limit.least else ("most", "too much")
             told.append(f"{limit.figure} is {value}, {percent(-margin)} {off} for at {asked} {bound}")
@@ -142,14 +182,15 @@ def optimum_table(solved: OptimumResult) -> Table:
     """A row for the goal, every variable and every limit."""
     figures = optimum_figures(solved)
     goal = (figures["goal"], figures["figure"], figures["unit"], figures["before"], figures["value"])
-    rows: list[tuple[Any, ...]] = [(*goal, None, None, None, None)]
+    rows: list[tuple[Any, ...]] = [(*goal, *(None,) * 8)]
     for each in figures["variables"]:
         keys = ("path", "unit", "before", "value", "low", "high")
-        rows.append(("variable", *(each[key] for key in keys), None, each["multiplier"]))
+        rows.append(("variable", *(each[key] for key in keys), None, each["multiplier"], *(None,) * 4))
     for each in figures["limits"]:
         bounds = (each["bound"], None) if each["kind"] == "least" else (None, each["bound"])
         first = (each[key] for key in ("figure", "unit", "before", "value"))
-        rows.append(("limit", *first, *bounds, each["margin"], each["multiplier"]))
+        last = (each[key] for key in ("margin", "multiplier", "held_to", "in_full", "error", "outcome"))
+        rows.append(("limit", *first, *bounds, *last))
     return Table.of_rows(HEAD, rows)
 
 
@@ -186,10 +227,10 @@ def write_studies(part: Path, document: Document, request: Request, progress: Pr
             best = optimum_study(document, progress)
             paths = (number.path for number in best.task.variables)
             values = dict(zip(paths, best.optimum.values.tolist(), strict=True))
-            kept = "all limits kept" if best.optimum.feasible else "NOT all limits kept"
-            head = f"The best design by [optimize] of the scene {document.name}, quasi-statically: {kept}."
+            figures["optimum"] = optimum_figures(best, document.scene.told_in)
+            told = figures["optimum"]["verdict"]
+            head = f"The best design by [optimize] of the scene {document.name}{told and ': '}{told}."
             new = document.with_values(values).text(head)
             (part / "optimum.toml").write_text(new, encoding="utf-8")
             write_table(part / "optimum.csv", optimum_table(best), request.tables)
-            figures["optimum"] = optimum_figures(best, document.scene.told_in)
     return figures

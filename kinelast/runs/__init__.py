@@ -18,7 +18,7 @@ from elastic import FIELDS, PRIMARY, Deflection
 from kinelast.figures.cycle import EXTREME_FIELDS, too_many_beams
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
-from kinelast.figures.results import Results
+from kinelast.figures.results import Results, answered
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
 from kinelast.tasks.progress import SILENT, Progress
@@ -186,18 +186,13 @@ def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Res
 
 
 def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
-    """The results of the theory of motion that is asked for, from those without vibration.
-
-    The quasi-static answer that is asked for by name is told how far it is off, where there are limits to judge it by.
-    """
+    """The results of the theory of motion that is asked for, see `kinelast.figures.results.answered`."""
     scene, theory = plain.scene, request.theory_of(plain.scene)
-    if not scene.labels or (theory.plain and not scene.limits):
+    judged = bool(scene.limits)
+    if not scene.labels or (theory.plain and not judged):
         return plain
-    from kinelast.figures.theory import answer
-
     progress(f"{scene.name}: vibration", 0, 1)
-    found = answer(scene, plain.deflection, theory, plain.period, theory.plain, progress)
-    return replace(plain, deflection=found.deflection, answer=found)
+    return answered(plain, theory, judged, progress)
 
 
 def further_checked(results: Results, request: Request, progress: Progress) -> Results:

@@ -291,6 +291,7 @@ def _differs(figures: Mapping[str, Any]) -> bool:
     failed = any(
         check.get("passed") is False or check.get("problem") or check.get("too_near_to_call") for check in made
     )
-    infeasible = figures.get("optimum", {}).get("feasible") is False
+    best = figures.get("optimum", {"feasible": True, "verdict": ""})
+    infeasible = not best["feasible"] or bool(best["verdict"] and not best["passed"])
     judged = bool(figures["acceptance"]["verdict"]) and not figures["acceptance"]["passed"]
     return failed or infeasible or judged or figures.get("theory", {}).get("reached") is False

@@ -14,14 +14,16 @@ import numpy as np
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluate import Evaluation
 from kinelast.designs.plan import ListedValues, Plan, plan_of
+from kinelast.figures.limits import LIMITS_KEPT
 from kinelast.outputs.outbox import put
 from kinelast.outputs.sealed import json_bytes
+from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document, document_from_bytes, read_document
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.numbers import quantity, round_down
 from kinelast.scene.text import file_bytes, of_file
 from kinelast.sweep.manifest import Manifest, read_manifest
-from kinelast.sweep.pages import Aim, Tally, design_text, tallied, write_pages
+from kinelast.sweep.pages import Aim, Tally, answer_leading, design_text, tallied, write_pages
 from kinelast.sweep.running import run_plan
 from kinelast.sweep.store import NUMBER, stored_chunks
 from kinelast.tasks.processes import cores
@@ -29,6 +31,7 @@ from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, guarded
 from kinelast.version import VERSION
+from rigid import counted
 
 LONG = 10.0  # [s] from which on it is told before the start how long a sweep takes
 TRIED = 200  # designs by which that is known
@@ -38,6 +41,7 @@ CHUNK = 1.0  # [s] on one core, of a chunk: what a run that is ended loses
 SLOW = 0.3  # [s] a design, of which no more are tried
 FEWER = "positions or --jobs"
 REASONS = 20  # that are counted by name
+ERROR_UNKNOWN = "the designs are computed without vibration: only the full answer of one tells its error"
 MOST_SHOWN = 3  # numbers of the best design in the closing line
 
 
@@ -109,9 +113,12 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
         first, _ = manifest.span(number)
         return Outcome(BUG, f"{task.name}: {plan.count - outcome.kept} designs failed, from no. {first} on: {why}")
     tally = tallied(stored_chunks(task.folder, manifest), aim, keep=plan.count <= PAGED)
+    if tally.limits_kept:
+        answer_leading(evaluation, tally, progress.within(task.name))
     summary = _summary(task, evaluation, tally, manifest)
     put(task.folder / "sweep.json", json_bytes(summary, indent=1) + b"\n")
-    status, line = CHECK_FAILED if tally.best is None else FINE, f"{task.name}: {_closing(evaluation, tally)}"
+    refused = tally.best is None or (tally.accepted and not tally.accepted["passed"])
+    status, line = CHECK_FAILED if refused else FINE, f"{task.name}: {_closing(evaluation, tally)}"
     failed, why = FINE, ""
     if tally.kept:
         failed, why = write_pages(task, evaluation, tally, request.positions, batch, progress)
@@ -129,7 +136,7 @@ def _asked_of(document: Document, plan: Plan) -> tuple[tuple[str, ...], Aim]:
         known = [measure.name for measure in base.measures]
         names = list(sweep.figures or known)
         aim = Aim(sweep.smallest or sweep.largest or names[0], sweep.largest is not None)
-        limits = ["acceptable"] if base.scene.limits else []
+        limits = [LIMITS_KEPT] if base.scene.limits else []
         names = list(dict.fromkeys([*names, aim.figure, *limits]))
         base_of(document, plan.paths, names)
     except SceneError as error:
@@ -194,11 +201,15 @@ def _summary(task: Task, evaluation: Evaluation, tally: Tally, manifest: Manifes
         "designs": tally.designs,
         "numbers": {path: units[path] for path in evaluation.plan.paths},
         "figures": {name: units[name] for name in evaluation.figures or ()},
-        "theory": "quasi-static",
+        "theory": QUASI_STATIC,
+        "error": None,
+        "error_unknown": ERROR_UNKNOWN,
         "aim": {"figure": tally.aim.figure, "best": "largest" if tally.aim.largest else "smallest"},
         "best": None if best is None else {name: figure(name, value) for name, value in best.items() if name != NUMBER},
         "best_design": None if best is None else int(best[NUMBER]),
-        "acceptable": tally.acceptable,
+        "acceptance": tally.accepted,
+        "answered": [{"design": number, **told} for number, told in tally.answered],
+        "limits_kept": tally.limits_kept,
         "without_figures": sum(tally.reasons.values()),
         "reasons": dict(tally.reasons.most_common(REASONS)),
         "ranges": {name: [figure(name, end) for end in ends] for name, ends in tally.ranges.items() if name != NUMBER},
@@ -207,20 +218,33 @@ def _summary(task: Task, evaluation: Evaluation, tally: Tally, manifest: Manifes
     }
 
 
+def _verdict(tally: Tally) -> str:
+    """The verdict on the best design, in words."""
+    accepted, others = tally.accepted, len(tally.answered) - 1
+    if accepted is None:
+        return ""
+    if accepted["passed"]:
+        passed_over = f"; {counted(others, 'better design')} answered in full before it: not acceptable"
+        return f", {accepted['verdict']}{passed_over if others else ''}"
+    why = f": {accepted['problem']}" if accepted["problem"] else ""
+    return f", {accepted['verdict'].upper()}{why}; of {len(tally.answered)} answered in full none is acceptable"
+
+
 def _closing(evaluation: Evaluation, tally: Tally) -> str:
     """The summary of a sweep in one line."""
     units, words, told_in = evaluation.units, [f"{tally.designs} designs"], evaluation.base.scene.told_in
-    if tally.acceptable is not None:
-        words.append(f"{tally.acceptable} acceptable")
+    if tally.limits_kept is not None:
+        words.append(f"{tally.limits_kept} keep all limits without vibration and error")
     aim = tally.aim
     if tally.best is None:
-        words.append("none acceptable" if tally.acceptable == 0 else f"none has a figure {aim.figure}")
+        words.append("none acceptable" if tally.limits_kept == 0 else f"none has a figure {aim.figure}")
     else:
         size = quantity(tally.best[aim.figure], units[aim.figure], told_in=told_in)
         paths = evaluation.plan.paths[:MOST_SHOWN]
         numbers = [f"{path} {quantity(tally.best[path], units[path], told_in=told_in)}" for path in paths]
         which = "largest" if aim.largest else "smallest"
-        words.append(f"{which} {aim.figure} {size}: no. {tally.best[NUMBER]:.0f} ({', '.join(numbers)})")
+        told = _verdict(tally)
+        words.append(f"{which} {aim.figure} {size}: no. {tally.best[NUMBER]:.0f} ({', '.join(numbers)}){told}")
     if tally.reasons:
         reason, count = tally.reasons.most_common(1)[0]
         others = "" if len(tally.reasons) == 1 else f", {count} of them"

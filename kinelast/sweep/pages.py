@@ -6,18 +6,19 @@ import hashlib
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from kinelast.designs.evaluate import Evaluation
+from kinelast.designs.base import base_of
+from kinelast.designs.evaluate import Evaluation, evaluated
+from kinelast.figures.limits import LIMITS_KEPT, judgements_on, limits_of_items, room, verdict_on
 from kinelast.outputs.outbox import complete, put
 from kinelast.outputs.page import designs_page, first_axes, front, is_greater
 from kinelast.outputs.sealed import finished, seal
 from kinelast.runs.run import try_scene
-from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
 from kinelast.scene.error import plain
 from kinelast.sweep.store import NUMBER
@@ -26,6 +27,8 @@ from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FINE, MESSAGE, Task, shipped_scenes
 from kinelast.version import VERSION
 
+LEADING = 1000  # designs of which one is looked for that is acceptable by its full answer
+SHORTLIST = 8  # of them that are answered in full
 NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # which differ by design in a reason
 
 
@@ -39,14 +42,28 @@ class Aim:
 
 @dataclass
 class Tally:
-    """Summary of a sweep's designs: how many have no figures and why, ranges of figures, the best; or all."""
+    """Summary of a sweep's designs: how many have no figures and why, ranges of figures, the best; or all.
+
+    Attributes
+    ----------
+    limits_kept
+        How many keep all limits by their quasi-static figures; None without limits.
+    leading
+        The best of these, the best first.
+    best
+        The first of them, or where there are limits the first that is acceptable.
+    answered
+        Numbers of those that were answered in full, and the verdicts on them.
+    """
 
     aim: Aim
     designs: int = 0
     reasons: Counter[str] = field(default_factory=Counter)
-    acceptable: int | None = None
+    limits_kept: int | None = None
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
+    leading: list[dict[str, float]] = field(default_factory=list)
     best: dict[str, float] | None = None
+    answered: list[tuple[int, dict[str, Any]]] = field(default_factory=list)
     kept: list[tuple[Mapping[str, Any], Sequence[str]]] = field(default_factory=list)
 
     def add(self, columns: Mapping[str, Any], reasons: Sequence[str]) -> None:
@@ -59,20 +76,20 @@ class Tally:
                 low, high = self.ranges.get(name, (np.inf, -np.inf))
                 self.ranges[name] = min(low, float(known.min())), max(high, float(known.max()))
         good = np.isfinite(columns[self.aim.figure])
-        if "acceptable" in columns:
-            good &= columns["acceptable"] == 1.0
-            self.acceptable = (self.acceptable or 0) + int(np.count_nonzero(columns["acceptable"] == 1.0))
-        if good.any():
-            size = np.where(good, columns[self.aim.figure], np.nan)
-            at = int(np.nanargmax(size) if self.aim.largest else np.nanargmin(size))
-            found = {name: float(values[at]) for name, values in columns.items()}
-            if self.best is None or self._better(found[self.aim.figure]):
-                self.best = found
+        if LIMITS_KEPT in columns:
+            good &= columns[LIMITS_KEPT] == 1.0
+            self.limits_kept = (self.limits_kept or 0) + int(np.count_nonzero(columns[LIMITS_KEPT] == 1.0))
+        sign = -1.0 if self.aim.largest else 1.0
+        order = np.argsort(np.where(good, sign * columns[self.aim.figure], np.inf), kind="stable")
+        some = order[: min(LEADING, int(np.count_nonzero(good)))].tolist()
+        rows = [{name: float(values[at]) for name, values in columns.items()} for at in some]
+        self.leading = sorted([*self.leading, *rows], key=lambda row: sign * row[self.aim.figure])[:LEADING]
+        self.best = self.leading[0] if self.leading else None
 
-    def _better(self, value: float) -> bool:
-        assert self.best is not None
-        before = self.best[self.aim.figure]
-        return value > before if self.aim.largest else value < before
+    @property
+    def accepted(self) -> dict[str, Any] | None:
+        """The verdict on the best design; None where there are no limits, or no design keeps them."""
+        return next((told for number, told in self.answered if self.best and number == self.best[NUMBER]), None)
 
 
 def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim, keep: bool) -> Tally:
@@ -83,6 +100,35 @@ def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim,
         if keep:
             tally.kept.append((columns, reasons))
     return tally
+
+
+def answer_leading(evaluation: Evaluation, tally: Tally, progress: Progress) -> None:
+    """Answer leading designs in full, the best first, until one is acceptable: that is the best then.
+
+    A design whose figures would not keep a limit, if the full answer changed them as it did those of one before, is
+    passed over.
+    """
+    document, paths = evaluation.document, evaluation.plan.paths
+    values = np.array([[row[path] for path in paths] for row in tally.leading])
+    limits = limits_of_items(document.scene)
+    columns = evaluated(base_of(document, paths, list(dict.fromkeys(limit.figure for limit in limits))), values).columns
+    alike = not any(path.startswith("limits.") for path in paths)
+    left = np.ones(len(values), bool)
+    for done in range(SHORTLIST):
+        if not left.any():
+            break
+        progress("the best designs, answered in full", done, SHORTLIST)
+        at = int(left.argmax())
+        left[at] = False
+        scene = document.with_values(dict(zip(paths, values[at].tolist(), strict=True))).scene
+        judgements = judgements_on(scene, limits_of_items(scene))
+        tally.answered.append((int(tally.leading[at][NUMBER]), verdict_on(judgements)))
+        if tally.answered[-1][1]["passed"]:
+            tally.best = tally.leading[at]
+            break
+        for judged in judgements if alike else ():
+            known = columns[judged.limit.figure]
+            left &= replace(judged.limit, bound=room(judged, float(known[at]))).kept(known)
 
 
 FOLDER = "designs"  # in that of the scene
@@ -153,7 +199,7 @@ def write_pages(
     title = document.table.title or task.path.stem
     page = partial(designs_page, title, columns, evaluation.units, reasons, paths, figures, best)
     scene = task.path.stem if task.path in shipped_scenes().values() else task.path.name
-    options = f"--theory {QUASI_STATIC}" + (f" --positions {positions}" if positions else "")
+    options = f"--positions {positions}" if positions else ""
     put(task.folder / "designs.html", page(scene=scene, options=options))
     if not batch.pages:
         return FINE, ""
@@ -172,10 +218,10 @@ def _folders(
 ) -> tuple[list[int], int, str]:
     """Make the folders of single designs, all at once or, where something stands in the way, none.
 
-    Numbers of those that have a page; status and words of those that failed. Their figures are quasi-static, as those
-    of the sweep are, and of the same positions.
+    Numbers of those that have a page; status and words of those that failed. They are full answers, by the scene's own
+    theory, of the positions of the sweep.
     """
-    request, target = Request(theory=QUASI_STATIC, positions=positions), task.folder / FOLDER
+    request, target = Request(positions=positions), task.folder / FOLDER
     hashes = {str(number): hashlib.sha256(each.encode()).hexdigest() for number, each in texts.items()}
     made = {"sha256": hashes, "positions": positions}
     if resume and (before := finished(target, made)[0]):

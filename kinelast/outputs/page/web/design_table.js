@@ -38,7 +38,7 @@ function chosenSection() {
     const rows = data.figures.map((name) => h("tr", {}, h("th", { scope: "row" }, name), h("td", { class: "figure" }, valueWords(name, k, 6)), beside === null ? null : h("td", { class: "figure" }, valueWords(name, beside, 6)), h("td", {}, unitOf(name))));
     const lines = data.numbers.map((name) => `${name} = ${numberText(name, k)}`);
     holder.replaceChildren(
-      h("p", {}, h("b", {}, `Design ${designOf(k)}`), k === bestPlace ? ", the best" : "", address ? h("span", {}, ": ", h("a", { href: address }, "its page"), ", quasi-static as all figures here") : ""),
+      h("p", {}, h("b", {}, `Design ${designOf(k)}`), k === bestPlace ? ", the best" : "", address ? h("span", {}, ": ", h("a", { href: address }, "its page"), ", with vibration where that counts") : ""),
       reason ? h("p", { class: "verdict poor" }, reason) : "",
       address || !data.figures.some((name) => isFinite(columnOf(name)[k])) ? "" : commandsOf(designOf(k)),
       h("h3", {}, "Its numbers in the scene"), h("pre", { tabindex: 0, id: "lines" }, lines.join("\n")),
