@@ -9,6 +9,7 @@ import pytest
 from scene_texts import TEE
 
 from elastic import PRIMARY, Section, Taper, deflection, sample
+from elastic.elastodynamics import elastodynamic
 from elastic.vibration import natural_frequencies
 from fem_check import compare, solve
 from kinelast.runs import require_on_beams
@@ -55,6 +56,27 @@ def test_as_along_one_beam(friction):
         np.testing.assert_allclose(found, along, atol=1e-12 * np.abs(along).max(), err_msg=field)
     omega = [natural_frequencies(*quick_return(cuts), modes=1, positions=4).omega for cuts in ((), CUTS)]
     np.testing.assert_allclose(*omega, rtol=1e-6)
+
+
+def test_vibrating_as_along_one_beam():
+    """The steady state of a lever that bends under the block, in one beam and in two."""
+    xi, found = np.array([0.1, 0.4, 0.77, 0.99]), []
+    for cuts in ((), (0.35,)):
+        made, sections = quick_return(cuts)
+
+        def motion_at(t, made=made):
+            return motion(made.mechanism, 0.1 + 9.0 * np.asarray(t), 9.0, 0.0, t)
+
+        period = 2 * np.pi / 9.0
+        found.append(
+            elastodynamic(
+                motion_at(period * np.arange(12) / 12), motion_at, period, sections[:1] * (len(cuts) + 2), damping=1e-3
+            ).deflection
+        )
+    whole, cut = found
+    for field, off in (("M", 3e-3), ("w", 1e-4)):
+        along = np.array([sample(whole, field, low + xi * (high - low))[1] for low, high in ((0, 0.35), (0.35, 1))])
+        np.testing.assert_allclose(sample(cut, field, xi)[1:], along, atol=off * np.abs(along).max(), err_msg=field)
 
 
 @pytest.mark.parametrize("stem", [False, True])

@@ -83,14 +83,24 @@ def _beyond(angle: Reals) -> Complexes:
 def require_known(motion: Motion) -> None:
     """Raise where a mechanism has joints that displaced links are not known to hold by.
 
+    Gears about axes in the ground they know: such wheels turn by their ratio however far, and their teeth push along
+    lines that stay where they are.
+
     Raises
     ------
     MechanismError
-        A gear, or a slider along an elastic link.
+        A gear on a moving carrier or about a point beside its link's origin, or a slider along an elastic link.
     """
+    mechanism = motion.mechanism
+    for gear in mechanism.gears:
+        for wheel in (gear.follower, gear.driver):
+            ends = mechanism.ends(wheel)
+            link = mechanism.links[max(ends)]
+            if min(ends):
+                raise MechanismError(f'the gear at "{wheel.joint}" is on a moving carrier, with which its teeth turn')
+            if wheel.turns and not link.beams and np.any(link.points[wheel.joint]):
+                raise MechanismError(f'the wheel "{link.name}" turns about another point than its first')
     for joint in motion.structure.joints:
-        if joint.gear is not None:
-            raise MechanismError(f'the gear of "{joint.name}" is not known to links displaced by any amount')
         if not joint.turns and motion.mechanism.links[joint.owner].beams:
             raise MechanismError(f'the block of "{joint.name}" on a link that bends is not known to large displacement')
 

@@ -17,7 +17,7 @@ from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
 from elastic.elastodynamics.time_grid import interpolation
 from elastic.links.beam_trees import trees_of
 from elastic.links.gearing import follower_displacement
-from elastic.links.sliding_blocks import block_places
+from elastic.links.sliding_blocks import OnBeam, block_places
 from rigid import Motion
 from rigid.arrays import Columns, Complexes, Reals
 from rigid.closures import displacements, self_stresses
@@ -137,8 +137,7 @@ def _openings(
         child = bent.get((joint.child, joint.child_point or ""), still)
         parent = bent.get((joint.parent, joint.parent_point or ""), still)
         if place_number in blocks:
-            first, *_ = blocks[place_number]  # of vibrating links there are no others
-            on_beam = _under_block(structure, motion, first.beam, first.xi, bent)
+            on_beam = _under_block(structure, motion, blocks[place_number], bent)
             child, parent = (child, on_beam) if joint.owner == joint.parent else (on_beam, parent)
         gap, turn = parent[0] - child[0], parent[1] - child[1]
         if joint.gear is not None:
@@ -158,12 +157,20 @@ def _openings(
 
 
 def _under_block(
-    structure: ElasticStructure, motion: Motion, beam: int, xi: Reals, bent: Any
+    structure: ElasticStructure, motion: Motion, places: Sequence[OnBeam], bent: Any
 ) -> tuple[Complexes, Reals]:
-    """Displacement and rotation of a beam under a block, its link clamped at its root, shape (n, positions)."""
-    there = interpolation(structure.xi, xi)
-    u, w, phi = (structure.fields[name][beam].T @ there.T for name in ("u", "w", "phi"))
-    return beam_directions(motion)[beam] * (u + 1j * w), phi
+    """Displacement and rotation of the line under a block, its link clamped at its root, shape (n, positions).
+
+    Of whichever of the beams in the line it is on.
+    """
+    moved: Any = 0j
+    turned: Any = 0.0
+    for at, place in enumerate(places):
+        there = interpolation(structure.xi, place.xi)
+        u, w, phi = (structure.fields[name][place.beam].T @ there.T for name in ("u", "w", "phi"))
+        move, here = beam_directions(motion)[place.beam] * (u + 1j * w), place.here | (not at)
+        moved, turned = np.where(here, move, moved), np.where(here, phi, turned)
+    return moved, turned
 
 
 def own_basis(structure: ElasticStructure, carried: RigidBodyModes, basis: Reals) -> Reals:
@@ -232,9 +239,13 @@ def below(
 ) -> tuple[Complexes, Reals]:
     """Displacement of a beam under a block in the ground's axes, and its slope, shape (positions, c)."""
     links, number = trees_of(motion.mechanism), int(name.removeprefix(UNDER))
-    first, *_ = block_places(motion, links)[list(links.rails).index(number)]
-    there, beam = interpolation(structure.xi, first.xi)[:, None], first.beam
-    return (there @ beams[:, beam])[:, 0], (there @ slope[:, beam])[:, 0]
+    moved, turned = np.zeros(1, complex), np.zeros(1)
+    for at, place in enumerate(block_places(motion, links)[list(links.rails).index(number)]):
+        there = interpolation(structure.xi, place.xi)[:, None]
+        move, turn = (there @ beams[:, place.beam])[:, 0], (there @ slope[:, place.beam])[:, 0]
+        here = np.broadcast_to(place.here | (not at), motion.columns)[:, None]
+        moved, turned = np.where(here, move, moved), np.where(here, turn, turned)
+    return moved, turned
 
 
 def _starts(structure: ElasticStructure) -> Complexes:

@@ -174,11 +174,9 @@ def checked(motion: Motion) -> Motion:
             f"the position at {motion.time[bad][0]:.6g} s is singular or out of reach: vibration needs all of the cycle"
         )
     links = trees_of(motion.mechanism)
-    for number, (first, *others) in zip(links.rails, block_places(motion, links), strict=True):
+    for number, (first, *_) in zip(links.rails, block_places(motion, links), strict=True):
         off = ~np.isfinite(np.broadcast_to(first.xi, motion.columns))
         name = motion.structure.joints[number].name
-        if others or first.beam != links.rails[number][0]:
-            raise MechanismError(f'the block of "{name}" goes over several beams, which is not known here')
         if off.any():
             raise MechanismError(f'the block of "{name}" leaves its beam at {motion.time[off][0]:.6g} s')
     return motion
