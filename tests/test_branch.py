@@ -237,6 +237,26 @@ class TestForwardDynamics:
         np.testing.assert_allclose(found.drive[0], pendulum.y[0], rtol=0, atol=1e-6)
         np.testing.assert_allclose(found.direction[2], found.direction[1], rtol=0, atol=1e-9)
 
+    @pytest.mark.slow
+    def test_two_windows_after_ten_seconds(self):
+        """B0 of the IFToMM library's double four-bar after 10 s: five times through the flat positions."""
+        course = forward(windows(2), [Effort()], np.pi / 2, -1.0, 10.0, 1e-9)
+        place = np.exp(1j * motion_during(course, np.array([10.0])).drive[0, -1])
+        assert place == pytest.approx(0.3284581115408154 + 0.944518538178601j, abs=1e-7)
+
+    @pytest.mark.slow
+    def test_forty_windows_after_ten_seconds(self):
+        """The library's N = 40: a pendulum of (1/3 41 + 40) kg m^2."""
+        from scipy.integrate import solve_ivp
+
+        inertia, weight = 41 / 3 + 40, 9.81 * (41 / 2 + 40)
+        course = forward(windows(40), [Effort()], np.pi / 2, -1.0, 10.0, 1e-9, evaluations=10**6)
+        slope = lambda _, y: [y[1], -weight / inertia * np.cos(y[0])]  # noqa: E731
+        swung = solve_ivp(slope, (0, 10.0), [np.pi / 2, -1.0], method="DOP853", rtol=1e-12, atol=1e-12).y[0, -1]
+        found = motion_during(course, np.array([10.0]))
+        assert found.drive[0, -1] == pytest.approx(swung, abs=1e-6)
+        np.testing.assert_allclose(found.direction[40, -1], found.direction[1, -1], rtol=0, atol=1e-8)
+
     def test_a_bound_on_evaluations_keeps_what_was_reached(self):
         with pytest.raises(ForwardError, match="it has taken 100 evaluations") as caught:
             forward(windows(1), [Effort()], np.pi / 2, -1.0, 1.5, evaluations=100)
