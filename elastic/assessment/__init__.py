@@ -4,6 +4,7 @@ from elastic.assessment.beam_theory import beyond_beam_theory, introduction_shar
 from elastic.assessment.buckling import euler_loads, euler_ratio, least_axial_force, slenderness
 from elastic.assessment.cycle import over_cycle, period_of, rms
 from elastic.assessment.output_error import PathDeviation, angle_error, path_deviation, point_displacements
+from elastic.assessment.settling import rest_from, settling_time
 from elastic.assessment.spectrum import Harmonics, harmonics
 from elastic.assessment.strength import safety_factor, stress_ends, stress_range
 from elastic.assessment.validity import LIMITS, Exceedance, ValidityLimit, exceedances
@@ -26,9 +27,11 @@ __all__ = [
     "path_deviation",
     "period_of",
     "point_displacements",
+    "rest_from",
     "rms",
     "safety_factor",
     "sections_with_shear",
+    "settling_time",
     "shear_share",
     "slenderness",
     "stress_ends",

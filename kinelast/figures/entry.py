@@ -23,6 +23,7 @@ MOTOR, CYLINDER, UNEVEN = "motor", "cylinder", "uneven drive"
 BEARING, ROLLING, PLAIN, PIN, EYE = "bearing", "rolling", "plain", "pin", "eye"
 CLEARANCE, CLEARANCES = "clearance", "scene with clearance"
 FATIGUED = "fatigued beam"
+STOPPING = "scene that stops"
 LARGEST, LEAST, MOST, FIXED = "largest magnitude", "least", "most", "the same at all positions"
 AVERAGE = "over the time of the cycle"
 
@@ -129,6 +130,7 @@ def items_of(scene: Scene, of: str) -> list[str]:
     mechanism = scene.mechanism
     names: dict[str, Callable[[], Iterable[str]]] = {
         SCENE: lambda: [""],
+        STOPPING: lambda: [""] * scene.course.stops,
         FRICTION: lambda: [""] * bool(rubbing_joints(mechanism)),
         BEAM: lambda: scene.labels,
         LINK: lambda: [link.name for link in mechanism.links[1:]],

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from elastic import Deflection, Largest, cycle_maxima, displacement_of, largest
-from elastic.assessment import angle_error
+from elastic.assessment import angle_error, rest_from, settling_time
 from kinelast.figures.cycle import NOISE, Cycle, points_of
 from kinelast.scene.data import Scene, require_tables, scene_deflection
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import OUTPUT_ERROR, Output
 from rigid import GROUND, MechanismError, Motion, position_of, velocity_of, with_rates
 from rigid.analysis import Coordinate, LimitPosition, LinkAngle, PointCoordinate, limits
-from rigid.arrays import Reals
+from rigid.arrays import Flags, Reals
 from rigid.plane import dot
 
 INSTANTS = 72  # of the run, at which the output is guessed
@@ -179,6 +179,43 @@ def advantage_of(cycle: Cycle, output: Output) -> Any:
     with np.errstate(divide="ignore"):
         ratio = 1.0 / np.abs(_velocity(with_rates(cycle.motion, 1.0), output))
     return np.broadcast_to(ratio, cycle.columns)
+
+
+SETTLED = 0.02  # of the greatest distance from rest, within which an output has settled unless a scene says
+
+
+def ringing_of(cycle: Cycle, output: Output) -> tuple[Reals, Flags]:
+    """Distance of an output from where it would rest, and whether the drives do, shape (..., positions)."""
+    still, bent = scene_deflection(cycle.scene, with_rates(cycle.motion, 0.0)), cycle.deflection
+    if output.point:
+        places: Any = [(displacement_of(each, output.link, output.point),) for each in (bent, still)]
+    else:
+        mechanism = cycle.scene.mechanism
+        points = mechanism.links[mechanism.index[output.link]].points
+        places = [tuple(angle_error(each, output.link, point) for point in points) for each in (bent, still)]
+    rates = np.array([np.broadcast_to(rate, cycle.columns) for rate in cycle.motion.drive_rate])
+    apart = np.max([np.broadcast_to(np.abs(one - other), cycle.columns) for one, other in zip(*places, strict=True)], 0)
+    return np.nan_to_num(apart), rest_from(rates)
+
+
+def residual_of(cycle: Cycle, output: Output) -> Largest:
+    """Greatest distance of an output from where it will rest once the drives do; nan where they do not."""
+    apart, rests = ringing_of(cycle, output)
+    found = largest(np.where(rests, apart, 0.0))
+    return replace(found, value=np.where(rests.any(axis=-1), found.value, np.nan))
+
+
+def settling_of(cycle: Cycle, output: Output) -> Any:
+    """Time from the first position at which the drives rest until the output stays within what the scene says [s].
+
+    `SETTLED` of the greatest distance where it says nothing.
+    """
+    apart, rests = ringing_of(cycle, output)
+    most, given = np.where(rests, apart, 0.0).max(axis=-1), cycle.scene.settled
+    within = np.maximum(SETTLED * most, NOISE * apart.max(axis=-1))
+    if given is not None:
+        within = np.broadcast_to(np.ravel(given)[(0 if np.size(given) == 1 else slice(None))], np.shape(most))
+    return settling_time(cycle.motion.time, apart, rests, within)
 
 
 def swing_of(cycle: Cycle, link: str) -> tuple[Largest, Largest]:

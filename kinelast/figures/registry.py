@@ -25,6 +25,7 @@ from kinelast.figures.entry import (
     POINT,
     RUBBING,
     SCENE,
+    STOPPING,
     Figure,
     each,
     fixed,
@@ -34,7 +35,15 @@ from kinelast.figures.entry import (
     whole,
 )
 from kinelast.figures.joints import JOINT_FIGURES, LIFE_FIGURES, clearance_figures
-from kinelast.figures.output import advantage_of, stroke_of, swing_of, time_ratio_of, travel_of
+from kinelast.figures.output import (
+    advantage_of,
+    residual_of,
+    settling_of,
+    stroke_of,
+    swing_of,
+    time_ratio_of,
+    travel_of,
+)
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR, Output
 from rigid import transmission_angles
@@ -222,7 +231,16 @@ def _of_its_motion(output: Output) -> tuple[Figure, ...]:
                fixed(lambda cycle: time_ratio_of(cycle, output)), FIXED, asked=True, rigid=True),
         Figure("output_advantage", "mechanical advantage of the output over the drive", unit, SCENE,
                lambda cycle: sole(least(advantage_of(cycle, output))), LEAST, asked=True, rigid=True),
+        Figure("residual", "residual amplitude of the output after the stop", output.unit, STOPPING,
+               _stopping(lambda cycle: sole(residual_of(cycle, output))), limit="residual"),
+        Figure("settling", "settling time of the output after the stop", "s", STOPPING,
+               _stopping(fixed(lambda cycle: settling_of(cycle, output))), limit="settling"),
     )  # fmt: skip
+
+
+def _stopping(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
+    """A figure of the scene where its drives come to rest."""
+    return lambda cycle: find(cycle) if cycle.scene.course.stops else each(lambda _: [])(cycle)
 
 
 def figures_of(output: Output | None) -> tuple[Figure, ...]:

@@ -20,7 +20,7 @@ from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import build_bearings, build_friction, build_gears, build_joints, build_sliders, build_welds
 from kinelast.scene.laws import TableLaw
-from kinelast.scene.limits import build_limits, build_output
+from kinelast.scene.limits import build_limits, build_output, build_settled
 from kinelast.scene.links import LinkModel, build_links, drawn_places, guiding, undivided
 from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.numbers import real, require, vector
@@ -120,6 +120,7 @@ def built(table: SceneTable, name: str, path: str = "", varied: Collection[str] 
         outlines={body.link.name: body.outline for body in parts.bodies if body.outline},
         limits=build_limits(table, mechanism),
         output=build_output(table, mechanism),
+        settled=build_settled(table, mechanism),
         made_of=made_of,
         theory=_theory(table, materials, made_of),
         report_units=table.run.report_units or {"mm": "mm", "in": "in"}.get(table.units, "SI"),

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from elastic.assessment import rest_from
 from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
 from rigid import Mechanism, MechanismError, Motion, Posture, Reals, TableError, motion, motion_in_chunks, reachable
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from rigid.dynamics import ForwardError, IntegratedMotion
 
 OnStep = Callable[[float], None]
+LOOKED_AT = 257  # instants of a run, to see whether it ends at rest
 
 
 @dataclass(frozen=True)
@@ -100,6 +102,11 @@ class Course(ABC):
         return -inf, inf
 
     @property
+    def stops(self) -> bool:
+        """Whether the drives move, and rest at the end of the run: nobody knows of a motion that is integrated."""
+        return False
+
+    @property
     def interrupted(self) -> float | None:
         """Up to which time the motion was found when a user interrupted it [s]; None where none did."""
         return None
@@ -136,6 +143,14 @@ class CourseByLaws(Course):
     """A course with laws for all drives."""
 
     laws: tuple[DriveLaw, ...]
+
+    @cached_property
+    def stops(self) -> bool:
+        """Whether the drives move, and rest at the end of the run."""
+        times = np.linspace(0.0, float(np.max(self.run.duration)), LOOKED_AT)
+        rates = np.array([np.abs(law(times)[1]).reshape(-1, LOOKED_AT).max(axis=0) for law in self.laws])
+        resting = rest_from(rates.reshape(len(self.laws), LOOKED_AT))
+        return bool(resting[-2] and not resting[0])
 
     def at(self, times: Any) -> Motion:
         """The motion at any instants."""

@@ -95,6 +95,8 @@ class Scene:
         Parts of the joints that the scene tells them of, by the name of the pin.
     fatigue
         The question of fatigue; None where it is not asked.
+    settled
+        Distance from rest within which the output has settled after a stop [m or rad]; None where the file says none.
     """
 
     name: str
@@ -118,6 +120,7 @@ class Scene:
     unevenness: Mapping[int, Any] = field(default_factory=dict)
     bearings: Mapping[str, JointParts] = field(default_factory=dict)
     fatigue: FatigueTask | None = None
+    settled: Any = None
 
     def __repr__(self) -> str:
         return f'Scene("{self.name}": {self._told})'

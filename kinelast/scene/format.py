@@ -14,6 +14,7 @@ from kinelast.scene.error import fault
 from kinelast.scene.numbers import real, require
 from kinelast.scene.quantities import (
     Acceleration,
+    Allowance,
     Area,
     AxialRigidity,
     BendingRigidity,
@@ -239,6 +240,7 @@ class RunTable(StrictTable, frozen=True, kw_only=True):
     tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
     steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 1000
     output: str = ""
+    settled: Allowance | None = None
     report_units: Literal["SI", "mm", "in"] | None = None
 
 

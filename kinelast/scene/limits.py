@@ -106,15 +106,32 @@ def _limits(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
         known_name("limits.links", name, name, elastic, "link with beams")
         yield from _of_links(table, own, name)
     if limits.output is not None:
-        output, unit = build_output(table, mechanism), limits.output.unit
-        meant = unit if output is None else "m" if output.point else "rad"
-        if unit not in ("", meant):
-            expected = 'a length, as in "0.1 mm"' if meant == "m" else 'an angle, as in "0.1 deg"'
-            raise fault("limits", "output", f"expected {expected}, as the output is {table.run.output}")
-        if not meant and table.units != "m":
-            expected = 'a length or an angle with its unit, as in "0.1 mm"'
-            raise fault("limits", "output", f"expected {expected}, as no output is named under [run]")
-        yield Limit(OUTPUT_ERROR, limits.output.within(meant), unit=meant, of="scene")
+        bound, unit = _of_output(table, mechanism, "limits", "output", limits.output)
+        yield Limit(OUTPUT_ERROR, bound, unit=unit, of="scene")
+    if limits.residual is not None:
+        bound, unit = _of_output(table, mechanism, "limits", "residual", limits.residual)
+        yield Limit("residual", bound, unit=unit, of="scene that stops")
+    if limits.settling is not None:
+        yield Limit("settling", real(limits.settling), unit="s", of="scene that stops")
+
+
+def build_settled(table: SceneTable, mechanism: Mechanism) -> Any:
+    """Distance from rest within which the output has settled [m or rad]; None where the scene does not say."""
+    given = table.run.settled
+    return None if given is None else _of_output(table, mechanism, "run", "settled", given)[0]
+
+
+def _of_output(table: SceneTable, mechanism: Mechanism, where: str, key: str, given: Quantity) -> tuple[Any, str]:
+    """How far the output may be off, and its unit; empty where nobody says whether that is a length or an angle."""
+    output, unit = build_output(table, mechanism), given.unit
+    meant = unit if output is None else "m" if output.point else "rad"
+    if unit not in ("", meant):
+        expected = 'a length, as in "0.1 mm"' if meant == "m" else 'an angle, as in "0.1 deg"'
+        raise fault(where, key, f"expected {expected}, as the output is {table.run.output}")
+    if not meant and table.units != "m":
+        expected = 'a length or an angle with its unit, as in "0.1 mm"'
+        raise fault(where, key, f"expected {expected}, as no output is named under [run]")
+    return given.within(meant), meant
 
 
 def _of_links(asked: SceneTable, table: LinkLimitsTable, link: str) -> Iterator[Limit]:

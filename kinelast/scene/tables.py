@@ -328,6 +328,8 @@ class LimitsTable(LinkLimitsTable, frozen=True, kw_only=True):
     """Limits of the mechanism: of every link, of single links, and of its output."""
 
     output: Allowance | None = None
+    residual: Allowance | None = None
+    settling: Duration | None = None
     links: dict[str, LinkLimitsTable] = field(default_factory=dict)
 
 

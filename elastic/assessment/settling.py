@@ -1,0 +1,67 @@
+"""Ringing after a stop: how far a machine is from where it will rest, at most, and when it has settled."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rigid import Reals
+from rigid.arrays import Flags
+
+REST = 1e-9  # of a drive's greatest rate, below which it is round-off
+
+
+def rest_from(rates: Reals) -> Flags:
+    """Whether all drives have come to rest for good, bool, shape (..., positions).
+
+    Parameters
+    ----------
+    rates
+        Of the drives, shape (drives, ..., positions).
+    """
+    greatest = np.abs(rates).max(axis=-1, keepdims=True, initial=0.0)
+    moving = (np.abs(rates) > REST * greatest).any(axis=0)
+    later = np.logical_or.accumulate(moving[..., ::-1], axis=-1)[..., ::-1]
+    return np.logical_not(later)
+
+
+def settling_time(time: Reals, apart: Reals, rests: Flags, tolerance: Reals | float) -> Reals:
+    """Time from the first instant of rest until a distance is within a tolerance for good [s], shape (...).
+
+    Parameters
+    ----------
+    time
+        Instants [s], shape (..., positions) or (positions,).
+    apart
+        Distance from the place of rest, shape (..., positions).
+    rests
+        As of `rest_from`.
+    tolerance
+        In the unit of the distance, a scalar or of shape (...).
+
+    Returns
+    -------
+    Between two instants as on a straight line; infinite where the last one is still beyond, nan where nothing rests.
+
+    Examples
+    --------
+    A distance that halves every second is within a tenth after log2(10) = 3.32 s:
+
+    >>> time = np.linspace(0.0, 6.0, 601)
+    >>> settling_time(time, 0.5**time, time >= 0.0, 0.1).round(3)
+    np.float64(3.322)
+    """
+    time = np.broadcast_to(time, apart.shape)
+    beyond = rests & (apart > np.asarray(tolerance)[..., None])
+    count = apart.shape[-1]
+    last = count - 1 - beyond[..., ::-1].argmax(axis=-1)
+    first = rests.argmax(axis=-1)
+    at, after, start = last[..., None], np.minimum(last + 1, count - 1)[..., None], first[..., None]
+    (here, there), (now, then) = (
+        tuple(np.take_along_axis(values, where, -1)[..., 0] for where in (at, after)) for values in (apart, time)
+    )
+    with np.errstate(invalid="ignore", divide="ignore"):
+        crossed = now + (here - tolerance) / (here - there) * (then - now)
+    waited = crossed - np.take_along_axis(time, start, -1)[..., 0]
+    settled = np.where(beyond.any(axis=-1), np.where(last == count - 1, np.inf, waited), 0.0)
+    found: Reals = np.where(rests.any(axis=-1), settled, np.nan)
+    return found

@@ -1,0 +1,106 @@
+"""Claim: after a law that stops it is told how far the output rings on, and when it has settled."""
+
+import math
+
+import numpy as np
+import pytest
+from scene_texts import FOUR_BAR, edited
+from scipy.integrate import solve_ivp
+
+from elastic.assessment import rest_from, settling_time
+from kinelast.cli.command import main
+from kinelast.runs import computed
+from kinelast.scene.document import scene_from_text
+from kinelast.scene.error import SceneError
+from kinelast.tasks.request import Request
+
+LENGTH, MASS, RATIO, DURATION, ANGLE = 0.5, 0.3, 0.05, 0.03, math.radians(1.0)
+# A bar of next to no mass, clamped to a drive, with a mass at its tip: one mode.
+ARM = f"""
+[materials.steel]
+E = 210e9
+poisson = 0.3
+density = 100
+[sections.bar]
+shape = "rectangle"
+depth = 0.01
+width = 0.001
+[points]
+O = [0, 0]
+A = [{LENGTH}, 0]
+[links.ground]
+points = ["O"]
+[links.arm]
+points = ["O", "A"]
+section = "bar"
+material = "steel"
+masses = {{A = {MASS}}}
+[[drives]]
+link = "arm"
+law = [{{curve = "cycloidal", duration = {DURATION}, by = {ANGLE}}}]
+[run]
+duration = 3
+positions = 2001
+output = "A"
+damping_ratio = {RATIO}
+theory = "elastodynamic"
+"""
+
+
+def one_mode():
+    """The tip's way from its rigid place by q'' + 2 D w q' + w^2 q = -l theta'', at instants after the stop."""
+    EI = 210e9 * 0.001 * 0.01**3 / 12
+    kGA = 10 * (1 + 0.3) / (12 + 11 * 0.3) * 210e9 / 2.6 * 0.01 * 0.001
+    omega = math.sqrt(1 / ((LENGTH**3 / (3 * EI) + LENGTH / kGA) * MASS))
+
+    def rates(t, q):
+        turning = ANGLE * 2 * math.pi / DURATION**2 * math.sin(2 * math.pi * t / DURATION) if t < DURATION else 0.0
+        return q[1], -2 * RATIO * omega * q[1] - omega**2 * q[0] - LENGTH * turning
+
+    start = solve_ivp(rates, (0, DURATION), [0.0, 0.0], rtol=1e-10, atol=1e-14).y[:, -1]
+    after = np.linspace(DURATION, 3.0, 80001)
+    return after - DURATION, solve_ivp(rates, (DURATION, 3.0), start, t_eval=after, rtol=1e-10, atol=1e-14).y[0]
+
+
+@pytest.mark.parametrize("settled", [None, 2e-4])
+def test_an_arm_of_one_mode(settled):
+    text = ARM if settled is None else edited(ARM, ("[run]", f"[run]\nsettled = {settled}"))
+    peaks = computed(scene_from_text(text), Request()).figures.peaks
+    since, way = one_mode()
+    most = np.abs(way).max()
+    within = since[np.flatnonzero(np.abs(way) > (0.02 * most if settled is None else settled))[-1]]
+    assert peaks["residual"][0].value == pytest.approx(most, rel=5e-3)
+    assert peaks["settling"][0].value == pytest.approx(within, rel=5e-3)
+
+
+def test_quasi_static_links_rest_when_the_drive_does():
+    peaks = computed(scene_from_text(ARM), Request(theory="quasi-static")).figures.peaks
+    assert (peaks["residual"][0].value, peaks["settling"][0].value) == (pytest.approx(0.0, abs=1e-15), 0.0)
+
+
+def test_what_never_stops_has_none():
+    assert not computed(scene_from_text(FOUR_BAR), Request()).figures.peaks["settling"]
+
+
+def test_a_drive_that_rests_on_its_way_has_not_stopped():
+    assert rest_from(np.array([[0.0, 1.0, 0.0, 1.0, 1e-12, 0.0]])).tolist() == [False] * 4 + [True] * 2
+
+
+def test_a_distance_that_is_too_large_to_the_end_is_not_settled():
+    rests = np.array([False, True, True])
+    assert settling_time(np.arange(3.0), np.array([1.0, 0.5, 0.2]), rests, 0.1) == math.inf
+    assert math.isnan(settling_time(np.arange(3.0), np.array([1.0, 0.5, 0.2]), np.zeros(3, bool), 0.1))
+
+
+def test_limits_of_both(tmp_path, capsys):
+    scene = tmp_path / "arm.toml"
+    for limits, status, words in (
+        ('settling = "2.9 s"\nresidual = "9 mm"', 0, "acceptable"),
+        ('settling = "20 ms"', 1, "NOT ACCEPTABLE: settling time of the output after the stop 2."),
+        ('residual = "1 um"', 1, "NOT ACCEPTABLE: residual amplitude of the output after the stop "),
+    ):
+        scene.write_text(ARM + f"[limits]\n{limits}\n")
+        assert main([str(scene), "-o", str(tmp_path / "out")]) == status
+        assert words in capsys.readouterr().out
+    with pytest.raises(SceneError, match="expected a length, as in"):
+        scene_from_text(edited(ARM, ("[run]", '[run]\nsettled = "1 deg"')))
