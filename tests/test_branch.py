@@ -94,7 +94,7 @@ STEEL = Section(2e6, 20.0)
 def test_beyond_an_avoided_crossing_knots_that_are_certain_stay():
     """A march that passes a crossing hands its last knot on as it is: placed anew from farther back it was on another.
 
-    Asked for ten times as finely the same turn needs no march; the four branches are 0.1 rad apart at the next position.
+    Asked for ten times as finely the turn needs no march; the four branches are 0.1 rad apart at the next position.
     """
     points = {
         "O": -0.23200970091607154 - 0.1464607628433221j, "G": -0.3808553575980851 + 0.4716779166016192j,

@@ -17,6 +17,7 @@ from elastic.elastodynamics.exact_steps import exact_deflection, settled_links
 from fem_check.nonlinear import nonlinear_steady_state
 from rigid import (
     Beam,
+    Gear,
     LineLoad,
     Link,
     Lump,
@@ -141,6 +142,51 @@ def test_extremes_are_those_of_the_fields():
 def test_a_slider_on_a_link_that_bends_is_refused():
     with pytest.raises(MechanismError, match="on a link that bends is not known to large displacement"):
         vibrating(ALL["RPR, elastic lever"](), 5.0, 12, 2e-4)
+
+
+def test_gears_about_axes_in_the_ground():
+    """Two soft arms under their weight, geared 1 to -2: against the whole nonlinear mechanism."""
+    bars = [
+        Link(name, {o: 0, p: 0.2}, (Beam(o, p, 0.12),)) for name, o, p in (("first", "O", "A"), ("second", "D", "B"))
+    ]
+    ends = PinDrive("first", "O"), PinDrive("second", "D")
+    links = (Link("ground", {"O": 0, "D": 0.3}), *bars)
+    drawing = {"O": 0, "D": 0.3, "A": 0.2, "B": 0.5}
+    mechanism = Mechanism(links, ends[:1], drawing, gravity=-9.81j, gears=(Gear(*ends, -2.0),))
+    sections, speed, count = [Section(EA=3e6, EI=0.6)] * 2, 8.0, 48
+    period = 2 * math.pi / speed
+
+    def motion_at(t):
+        return motion(mechanism, speed * np.asarray(t), speed, 0.0, t)
+
+    def law(t):
+        return speed * t, np.full_like(t, speed), 0 * t
+
+    whole = nonlinear_steady_state(mechanism, sections, [law], period, positions=4 * count, elements=8, damping=2e-4)
+    linear = elastodynamic(motion_at(np.arange(count) * period / count), motion_at, period, sections, damping=2e-4)
+    found = geometrically_exact(linear)
+    for field, limit in (("M", 1e-4), ("N", 1e-4), ("chord", 3e-4)):
+        reference = getattr(whole, field)[:, ::4]
+        off = [
+            np.abs(sample(bent, field, whole.xi) - reference).max() for bent in (found.deflection, linear.deflection)
+        ]
+        assert off[0] < min(limit * np.abs(reference).max(), off[1])
+    efforts = drive_efforts(found.deflection.motion, found.deflection.forces)
+    assert np.abs(efforts - whole.efforts[:, ::4]).max() < 1e-4 * np.abs(whole.efforts).max()
+
+
+def test_a_gear_on_a_moving_carrier_is_refused():
+    links = (Link("ground", {"O": 0}), *(Link(*given, (Beam(*given[1], 1.0),)) for given in (
+        ("carrier", {"O": 0, "P": 0.2}), ("planet", {"P": 0, "Q": 0.1}))))  # fmt: skip
+    gear = Gear(PinDrive("carrier", "O"), PinDrive("planet", "P", "carrier"), -2.0, None)
+    mechanism = Mechanism(links, (PinDrive("carrier", "O"),), {"O": 0, "P": 0.2, "Q": 0.3}, gears=(gear,))
+
+    def motion_at(t):
+        return motion(mechanism, np.asarray(t), 1.0, 0.0, t)
+
+    linear = elastodynamic(motion_at(np.arange(6.0)), motion_at, 2 * math.pi, [Section(EA=1e6, EI=10.0)] * 2)
+    with pytest.raises(MechanismError, match='the gear at "P" is on a moving carrier'):
+        geometrically_exact(linear)
 
 
 def test_springs_lumps_beside_their_points_and_loads_that_turn():

@@ -206,9 +206,9 @@ def residual_of(cycle: Cycle, output: Output) -> Largest:
 
 
 def settling_of(cycle: Cycle, output: Output) -> Any:
-    """Time from the first position at which the drives rest until the output stays within what the scene says [s].
+    """Time from the first position at which the drives rest until the output stays within its tolerance [s].
 
-    `SETTLED` of the greatest distance where it says nothing.
+    `SETTLED` of the greatest distance where the scene names none.
     """
     apart, rests = ringing_of(cycle, output)
     most, given = np.where(rests, apart, 0.0).max(axis=-1), cycle.scene.settled
