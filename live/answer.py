@@ -23,6 +23,7 @@ from kinelast.figures.results import Results
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection
 from kinelast.scene.document import Document, document_from_dict
 from kinelast.scene.error import SceneError
+from kinelast.scene.numbers import quantity
 from kinelast.scene.parsing import is_chain
 from kinelast.scene.variables import numbers, place_of
 from live.edit import drawn
@@ -37,7 +38,9 @@ NUMBERS = 400  # that are offered at most
 Answer = dict[str, Any]
 
 
-def quick_answer(text: str, name: str = "scene", with_numbers: bool = False) -> tuple[Answer, bytes]:
+def quick_answer(
+    text: str, name: str = "scene", with_numbers: bool = False, dragged: bool = False
+) -> tuple[Answer, bytes]:
     """The quasi-static answer to a text at few positions, as plain data, and the numbers of its picture.
 
     Every mistake is part of the answer; nothing is raised.
@@ -52,7 +55,7 @@ def quick_answer(text: str, name: str = "scene", with_numbers: bool = False) -> 
             answer["numbers"] = offered(document, text)
         with np.errstate(all="ignore"):
             scene = document.with_positions(min(POSITIONS, document.table.run.positions)).scene
-            answer["picture"], data = _closing(scene, text)
+            answer["picture"], data = _closing(scene, dragged)
     except (SceneError, MechanismError, ValueError) as error:
         answer["mistakes"] = [mistake(error, text)]
     except Exception as error:  # the page goes on with the next text
@@ -174,21 +177,25 @@ def _range(document: Document, path: str, base: float) -> tuple[float, float]:
     return min(base / 2, base * 2), max(base / 2, base * 2)
 
 
-def _closing(scene: Scene, text: str) -> tuple[Answer, bytes]:
-    """The picture of a scene up to where it closes, and how far that is."""
+def _closing(scene: Scene, dragged: bool) -> tuple[Answer, bytes]:
+    """The picture of a scene up to where it closes, and how far that is.
+
+    While a point is dragged, that is told to a position: to find it exactly takes longer than all the rest.
+
+    Raises
+    ------
+    SceneError
+        It does not close where it is drawn.
+    """
     times = scene.course.times()
     moved = scene.course.at(times)
     ok = reachable(moved)
-    closes: Answer = {"all": bool(ok.all()), "share": float(ok.mean()), "line": None, "words": ""}
+    closes: Answer = {"all": bool(ok.all()), "share": float(ok.mean()), "words": ""}
     if not ok.all():
-        try:
-            require_reached(scene, moved)
-        except SceneError as error:
-            told = mistake(error, text)
-            closes |= {"line": told["line"], "words": error.problem}
         count = int(ok.argmin())
         if count == 0:
-            raise SceneError("", "points", "", f"does not close where it is drawn: {closes['words']}")
+            require_reached(scene, moved)
+        closes["words"] = _stop_words(scene, moved, count) if dragged else _reach_words(scene, moved)
         moved = scene.course.at(times[:count])
     require_tables(scene, moved)
     cycle = Cycle(scene, moved, scene_deflection(scene, moved), sampled=True)
@@ -206,6 +213,25 @@ def _closing(scene: Scene, text: str) -> tuple[Answer, bytes]:
         "theory": "quasi-static",
         "quick": True,
     }, data
+
+
+def _reach_words(scene: Scene, moved: Motion) -> str:
+    """Where a motion stops, and the joint that opens there."""
+    try:
+        require_reached(scene, moved)
+    except SceneError as error:
+        return error.problem
+    return ""
+
+
+def _stop_words(scene: Scene, moved: Motion, count: int) -> str:
+    """Coordinates of the drives at the last position that closes, after so many."""
+    rows = zip(drive_words(scene.mechanism), moved.drive[:, count - 1], strict=True)
+    places = (
+        f'"{name}" at {math.degrees(value):.4g} deg' if unit == "rad" else f'"{name}" at {quantity(float(value), unit)}'
+        for (name, _, unit, _), value in rows
+    )
+    return f"it stops behind {' and '.join(places)}"
 
 
 def whole_picture(results: Results) -> tuple[Answer, bytes]:

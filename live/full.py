@@ -40,7 +40,7 @@ def whole_answer(text: str, name: str) -> tuple[dict[str, Any], bytes, bytes]:
             drawn |= {
                 "theory": theory["name"],
                 "quick": False,
-                "closes": {"all": True, "share": 1.0, "line": None, "words": ""},
+                "closes": {"all": True, "share": 1.0, "words": ""},
                 "error": theory["error"],
                 "problem": theory["problem"],
                 "verdict": figures["acceptance"]["verdict"],
@@ -86,9 +86,9 @@ class Worker:
     def cancel(self) -> None:
         """End the answer that is under way."""
         with self._lock:
-            if self._process is not None and self._process.is_alive():
+            if self._process is not None:
                 self._process.kill()
-            self._process = None
+                self._process = None
 
     def answer(self, text: str, name: str) -> tuple[dict[str, Any], bytes, bytes] | None:
         """The whole answer; None where it was cancelled meanwhile."""
@@ -107,4 +107,7 @@ class Worker:
         finally:
             ours.close()
             process.join()
-            process.close() if self._process is not process else None
+            with self._lock:
+                if self._process is process:
+                    self._process = None
+                process.close()

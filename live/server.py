@@ -161,7 +161,7 @@ def _answer(live: Live, request: Request, given: Any) -> Response:
             text = edited(text, change)
     except (EditError, ValueError) as error:
         text, told["refused"] = given["text"], str(error)
-    answer, data = quick_answer(text, live.name, bool(given.get("numbers")))
+    answer, data = quick_answer(text, live.name, bool(given.get("numbers")), bool(given.get("dragged")))
     return Response(packed({**answer, **told, "text": text}, data), media_type="application/octet-stream")
 
 

@@ -182,6 +182,10 @@ class TestAnswers:
         at, shape = answer["picture"]["arrays"]["points"]
         assert np.isfinite(np.frombuffer(data, "<f4")[at : at + np.prod(shape)]).all()
 
+    def test_while_it_is_dragged_the_last_position_that_closes_is_told(self):
+        closes = quick_answer(CLOSING, dragged=True)[0]["picture"]["closes"]
+        assert closes["words"] == 'it stops behind "crank" at 80 deg'  # of 72 positions, 5 deg apart
+
     @pytest.mark.parametrize(
         ("old", "new", "line"),
         [
@@ -399,3 +403,24 @@ class TestCommand:
         assert main(["--live", str(tmp_path / "no" / "one.toml")]) == 2
         assert main(["--live", "steel_forbar"]) == 2
         assert len(capsys.readouterr().err.splitlines()) == 3
+
+
+@pytest.mark.slow
+def test_a_whole_answer_is_ended_by_the_next_drag():
+    from live.full import Worker
+
+    worker, told = Worker(), []
+    slow = STEEL.replace("positions = 360", "positions = 3600")
+    thread = threading.Thread(target=lambda: told.append(worker.answer(slow, "one")))
+    thread.start()
+    while worker._process is None:
+        pass
+    worker.cancel()
+    thread.join()
+    assert told == [None]
+    answer, data, report = worker.answer(STEEL.replace("positions = 360", "positions = 24"), "one")
+    assert answer["picture"]["theory"] != "quasi-static"
+    assert all(row["error"] is not None for row in answer["picture"]["figures"] if row["key"] == "deflection")
+    assert data
+    assert report.startswith(b"<!doctype html>")
+    assert worker.answer("a = ", "one")[0]["mistakes"]

@@ -2,8 +2,14 @@
 const $ = (id) => document.getElementById(id);
 const svg = $("svg"), NS = "http://www.w3.org/2000/svg", STOPS = [[33, 102, 172], [217, 183, 74], [178, 24, 43]];
 export const view = {
-  x: 0, y: 0, scale: 400, factor: 1, most: 0, position: 0, sheet: null, picture: null, stale: false, chosen: null, preview: null, guides: [], paths: true, trace: null, held: false,
+  x: 0, y: 0, scale: 400, factor: 1, most: 0, position: 0, sheet: null, picture: null, stale: false, chosen: null, preview: null, guides: [], paths: true, trace: null, width: 1, height: 1,
 };
+
+// The stage's size, read once: reading it while marks change would lay the page out anew each time.
+export function measure() {
+  [view.width, view.height] = [svg.clientWidth || 1, svg.clientHeight || 1];
+}
+measure();
 
 export function quantity(value, unit, digits = 3) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
@@ -14,8 +20,8 @@ export function quantity(value, unit, digits = 3) {
   return `${Number((value / factor).toPrecision(digits))} ${name}`;
 }
 
-export const toScreen = ([x, y]) => [svg.clientWidth / 2 + (x - view.x) * view.scale, svg.clientHeight / 2 - (y - view.y) * view.scale];
-export const toPlane = ([x, y]) => [view.x + (x - svg.clientWidth / 2) / view.scale, view.y - (y - svg.clientHeight / 2) / view.scale];
+export const toScreen = ([x, y]) => [view.width / 2 + (x - view.x) * view.scale, view.height / 2 - (y - view.y) * view.scale];
+export const toPlane = ([x, y]) => [view.x + (x - view.width / 2) / view.scale, view.y - (y - view.height / 2) / view.scale];
 
 // Grid steps are 1, 2 or 5 times a power of ten, and no closer than some pixels.
 export function gridStep(least = 12) {
@@ -40,9 +46,9 @@ export const pointNow = (name) => {
 export function fit() {
   const places = Object.values(view.sheet?.points ?? {});
   if (view.picture) { const { values } = view.picture.arrays.points; for (let k = 0; k < values.length; k += 2) places.push([values[k], values[k + 1]]); }
-  if (!places.length) { Object.assign(view, { x: 0.2, y: 0.1, scale: svg.clientWidth / 0.7 }); return; }
+  if (!places.length) { Object.assign(view, { x: 0.2, y: 0.1, scale: view.width / 0.7 }); return; }
   const span = (k) => [Math.min(...places.map((p) => p[k])), Math.max(...places.map((p) => p[k]))], [[l, r], [b, t]] = [span(0), span(1)];
-  Object.assign(view, { x: (l + r) / 2, y: (b + t) / 2, scale: Math.min((svg.clientWidth - 90) / Math.max(r - l, 1e-3), (svg.clientHeight - 90) / Math.max(t - b, 1e-3)) });
+  Object.assign(view, { x: (l + r) / 2, y: (b + t) / 2, scale: Math.min((view.width - 90) / Math.max(r - l, 1e-3), (view.height - 90) / Math.max(t - b, 1e-3)) });
 }
 
 // The factor by which displacements are drawn, and the stress of the last colour: kept while something is dragged.
@@ -95,11 +101,11 @@ const loop = (link) => (link.beams.length ? link.beams : link.points.slice(1).ma
 const linkPath = (link, place) => loop(link).map((ends) => ends.map(place)).filter((ends) => ends.every(Boolean)).map(([a, b]) => `M${px(a)}L${px(b)}`).join("");
 
 export function drawGrid() {
-  const step = gridStep(40), [left, top] = toPlane([0, 0]), [right, bottom] = toPlane([svg.clientWidth, svg.clientHeight]);
+  const step = gridStep(40), [left, top] = toPlane([0, 0]), [right, bottom] = toPlane([view.width, view.height]);
   let lines = "", axes = "";
-  for (let k = Math.ceil(left / step); k * step < right; k++) { const [x] = toScreen([k * step, 0]); const mark = `M${x.toFixed(1)},0V${svg.clientHeight}`; if (k) lines += mark; else axes += mark; }
-  for (let k = Math.ceil(bottom / step); k * step < top; k++) { const [, y] = toScreen([0, k * step]); const mark = `M0,${y.toFixed(1)}H${svg.clientWidth}`; if (k) lines += mark; else axes += mark; }
-  fill("grid", [["path", { d: lines || "M0,0" }], ["path", { d: axes || "M0,0", class: "axis" }], ["text", { x: svg.clientWidth - 8, y: svg.clientHeight - 8, "text-anchor": "end" }, `grid ${quantity(step, "m")}`]]);
+  for (let k = Math.ceil(left / step); k * step < right; k++) { const [x] = toScreen([k * step, 0]); const mark = `M${x.toFixed(1)},0V${view.height}`; if (k) lines += mark; else axes += mark; }
+  for (let k = Math.ceil(bottom / step); k * step < top; k++) { const [, y] = toScreen([0, k * step]); const mark = `M0,${y.toFixed(1)}H${view.width}`; if (k) lines += mark; else axes += mark; }
+  fill("grid", [["path", { d: lines || "M0,0" }], ["path", { d: axes || "M0,0", class: "axis" }], ["text", { x: view.width - 8, y: view.height - 8, "text-anchor": "end" }, `grid ${quantity(step, "m")}`]]);
   const { trace } = view;
   if (!trace) return fill("trace", []);
   const [x, y] = toScreen([trace.left, trace.bottom]), width = trace.width * view.scale, height = width * trace.ratio;

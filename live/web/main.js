@@ -2,9 +2,9 @@
 import * as text from "./text.js";
 import * as talk from "./talk.js";
 import * as tools from "./tools.js";
-import { draw, drawGrid, fit, quantity, rescale, view } from "./drawing.js";
+import { draw, drawGrid, fit, measure, quantity, rescale, view } from "./drawing.js";
 const $ = (id) => document.getElementById(id);
-const state = { digest: "", saved: "", path: null, name: "", numbers: [], dragging: null, playing: null, latencies: [], whole: 0, queue: Promise.resolve(), shipped: {} };
+const state = { digest: "", saved: "", path: null, name: "", numbers: [], dragging: null, playing: null, latencies: [], drawing: [], whole: 0, queue: Promise.resolve(), shipped: {} };
 const KEY = () => `live ${state.path ?? ""}`;
 
 // --- answers
@@ -15,6 +15,7 @@ function ask(job) {
 
 function take(answer, job) {
   if (answer.refused) notice(answer.refused, true); else if (!job.drag) hush();
+  const began = performance.now();
   if (!job.typed) text.show(answer.text, Boolean(job.edits?.length));
   text.tellMistakes(answer.mistakes);
   if (answer.sheet) view.sheet = answer.sheet;
@@ -24,6 +25,7 @@ function take(answer, job) {
   if (view.picture) view.position = Math.min(view.position, view.picture.positions - 1);
   show();
   keepInBrowser();
+  if (job.stamp) state.drawing.push(performance.now() - began);
   if (job.stamp) requestAnimationFrame(() => { const channel = new MessageChannel(); channel.port1.onmessage = () => state.latencies.push(performance.now() - job.stamp); channel.port2.postMessage(0); });
 }
 
@@ -340,7 +342,7 @@ function wire() {
     const act = { s: save, z: () => travel(event.shiftKey ? text.redo() : text.undo()), y: () => travel(text.redo()) }[event.key.toLowerCase()];
     if (act && !["file", "number"].includes(event.target.type)) { event.preventDefault(); act(); }
   });
-  new ResizeObserver(() => show()).observe($("svg"));
+  new ResizeObserver(() => { measure(); text.measure(); show(); }).observe($("svg"));
 }
 function trace() {
   if (!view.trace) return;

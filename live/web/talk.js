@@ -49,7 +49,7 @@ async function next() {
   waiting = null;
   busy = true;
   try {
-    const response = await request("answer", { text: job.text, edits: job.edits ?? [], numbers: job.numbers ?? false, number: job.number });
+    const response = await request("answer", { text: job.text, edits: job.edits ?? [], numbers: job.numbers ?? false, dragged: job.drag ?? false, number: job.number });
     if (response.ok) {
       const answer = await unpacked(response);
       if (answer.number > shown) { shown = answer.number; job.done(answer); }

@@ -1,9 +1,16 @@
 // The text beside the drawing: its lines, mistakes and changes marked, and undo over everything that changes it.
 const $ = (id) => document.getElementById(id);
-const area = $("text"), gutter = $("gutter"), marks = $("marks"), lineHeight = () => parseFloat(getComputedStyle(area).lineHeight);
+const area = $("text"), gutter = $("gutter"), marks = $("marks");
+let LINE = 19, room = 400;
 let past = [], future = [], current = "", mistakes = [], changed = [];
 
 export const text = () => current;
+
+// Sizes that are read once, not at every change.
+export function measure() {
+  LINE = parseFloat(getComputedStyle(area).lineHeight);
+  room = area.clientHeight;
+}
 
 export function begin(whole) {
   [past, future] = [[], []];
@@ -48,6 +55,7 @@ function buttons() {
 }
 
 export function tellMistakes(found) {
+  if (!found.length && !mistakes.length) return;
   mistakes = found;
   $("mistakes").replaceChildren(...found.map(({ line, message }) => {
     const item = document.createElement("li");
@@ -71,7 +79,7 @@ export function goTo(line) {
 }
 
 function reveal(row) {
-  const LINE = lineHeight(), top = row * LINE, height = area.clientHeight;
+  const top = row * LINE, height = room;
   if (top < area.scrollTop || top > area.scrollTop + height - 3 * LINE) area.scrollTop = Math.max(0, top - height / 3);
 }
 
@@ -89,7 +97,7 @@ function draw() {
   const count = current.split("\n").length, wrong = new Set(mistakes.map(({ line }) => line));
   const html = Array.from({ length: count }, (_, k) => (wrong.has(k + 1) ? `<b>${k + 1}</b>` : k + 1)).join("\n");
   if (gutter.dataset.html !== html) { gutter.innerHTML = html + "\n\n\n"; gutter.dataset.html = html; }
-  const LINE = lineHeight(), rows = [...mistakes.filter(({ line }) => line).map(({ line }) => [line - 1, ""]), ...changed.map((row) => [row, "changed"])];
+  const rows = [...mistakes.filter(({ line }) => line).map(({ line }) => [line - 1, ""]), ...changed.map((row) => [row, "changed"])];
   marks.replaceChildren(...rows.map(([row, kind]) => {
     const mark = document.createElement("div");
     mark.className = kind;

@@ -51,7 +51,7 @@ function clear() {
 
 const at = (event) => { const box = svg.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
 
-export function zoom(factor, around = [svg.clientWidth / 2, svg.clientHeight / 2]) {
+export function zoom(factor, around = [view.width / 2, view.height / 2]) {
   const before = toPlane(around);
   view.scale = Math.max(1e-3, Math.min(1e7, view.scale * factor));
   const after = toPlane(around);
