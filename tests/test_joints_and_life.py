@@ -8,6 +8,7 @@ import pytest
 
 from kinelast.cli.command import main
 from kinelast.designs import evaluate
+from kinelast.designs.studies import optimum_study
 from kinelast.figures.joints import JOINT_FIGURES, LIFE_FIGURES
 from kinelast.figures.limits import breaks_first
 from kinelast.figures.summary import summary
@@ -191,6 +192,24 @@ def test_they_are_swept_as_single_runs_have_them():
         life = alone["life"]["value"]
         assert found.columns["life"][k] == (np.inf if life is None else pytest.approx(life, rel=1e-9))
     assert np.isinf(found.columns["life"][2])
+
+
+@pytest.mark.slow
+def test_a_design_is_made_as_light_as_its_life_allows():
+    """The thinnest arm whose endurance and static safety are kept: one of them is met exactly."""
+    study = """
+[optimize]
+minimize = "mass"
+[optimize.variables]
+"sections.round.diameter" = ["5 mm", "40 mm"]
+"""
+    text = ARM.replace('"200 MPa"', '"20 MPa"') + FATIGUE + PARTS + study
+    best = optimum_study(document_of_text(text))
+    assert best.optimum.feasible
+    after = {limit.figure: (best.after[limit.figure] / limit.bound) ** (1 if limit.least else -1)
+             for limit in best.task.limits}  # fmt: skip
+    assert "endurance.arm" in after
+    assert min(after.values()) == pytest.approx(1.0, rel=1e-4)
 
 
 def document_of_text(text):

@@ -270,7 +270,8 @@ def _row(results: Results, figures: Mapping[str, Any], judged: Judgement) -> dic
         return {**output, "label": output["name"], "shares": None}
     if kind not in PLACES:
         peak, label = results.figures.peaks[kind][judged.item], items_of(results.scene, judged.limit.of)[judged.item]
-        return {**largest(results, peak, judged.limit.unit), "label": label}
+        endless = {"endless": True} if math.isinf(peak.value) else {}
+        return {**largest(results, peak, judged.limit.unit), **endless, "label": label}
     label = results.scene.labels[judged.item]
     row = figures["peaks"][label][PLACES[kind]]
     if kind == "safety":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,14 @@ class FatigueTask:
     notches: tuple[tuple[float, float], ...] = ()
     factors: tuple[Mapping[str, Real], ...] = ()
 
+    @property
+    def factors_along(self) -> Reals:
+        """Notch factors at all stations, shape (beams, stations)."""
+        factors = np.ones((len(self.strengths), len(STATIONS)))
+        if self.notches:
+            factors[:, [0, -1]] = self.notches
+        return factors
+
 
 @dataclass(frozen=True, eq=False)
 class Fatigue:
@@ -49,54 +58,79 @@ class Fatigue:
         fibre, 1 of the right one, `position` that of the greatest stress.
     amplitude, mean
         Stress there, with the notch [Pa], shape (beams, ...).
-    damage
-        Greatest Miner's sum of one repetition of the run, where the endurance limit is passed, and its place.
+    task
+        Of which this is the answer.
+    stresses, excess
+        In the left fibres and the right ones, without notches, shape (beams, ..., positions, stations) each; and the
+        equivalent amplitude over the endurance limit, shape (2, beams, ..., stations).
     """
 
     safety: Largest
     amplitude: Reals
     mean: Reals
-    damage: Largest
+    task: FatigueTask
+    stresses: tuple[Any, Any]
+    excess: Reals
+
+    @cached_property
+    def damage(self) -> Largest:
+        """Greatest Miner's sum of one repetition of the run, of every beam, and its place."""
+        excess = _places(self.excess)  # (beams, ..., places)
+        shape = excess.shape[:-1]
+        total, place = np.zeros(shape), np.zeros(shape, int)
+        total[np.isnan(excess).any(axis=-1)] = np.nan
+        factors = self.task.factors_along
+        for cell in zip(*np.nonzero((excess > 1.0).any(axis=-1) & ~np.isnan(total)), strict=True):
+            own = _of_design(self.task.strengths[cell[0]], cell[1:], shape[1:])
+            courses = np.concatenate([side[cell] * factors[cell[0]] for side in self.stresses], axis=-1)
+            good = np.isfinite(courses).all(axis=-1)
+            total[cell], place[cell] = _greatest(courses[good].T, excess[cell], own, self.task.criterion)
+        return Largest(total, np.where(np.isnan(total), -1, 0), *_place(place))
 
 
-def fatigue(bent: Deflection, task: FatigueTask, counting: bool = True) -> Fatigue:
+def fatigue(bent: Deflection, task: FatigueTask) -> Fatigue:
     """Fatigue of the beams by the normal stress in their outer fibres.
 
     Positions without stress are left out. The greatest cycle, from peak to valley, is the one that comes nearest to the
     endurance limit by any of the criteria: a smaller cycle whose peak is no higher has a smaller equivalent amplitude.
-
-    Parameters
-    ----------
-    counting
-        Whether Miner's sum is asked for; nan where not.
     """
-    strengths, criterion, notches = task.strengths, task.criterion, task.notches
-    stress = np.array([sample(bent, side, STATIONS) for side in ("left", "right")])
-    stress = np.moveaxis(stress, -1, -2)  # (2, beams, ..., stations, positions)
-    factors = np.ones((len(strengths), len(STATIONS)))
-    if len(notches):
-        factors[:, [0, -1]] = notches
-    stress *= factors.reshape(len(strengths), *(1,) * (stress.ndim - 4), len(STATIONS), 1)
-    known = np.isfinite(stress)
-    least = np.where(known, stress, np.inf).min(axis=-1)
-    most = np.where(known, stress, -np.inf).max(axis=-1)
-    some = least <= most
-    amplitude = np.where(some, (most - least) / 2, np.nan)
-    mean = np.where(some, (most + least) / 2, np.nan)
+    strengths, criterion = task.strengths, task.criterion
+    sides = sample(bent, "left", STATIONS), sample(bent, "right", STATIONS)
+    least, most = (np.array(each) for each in zip(*map(_ends, sides), strict=True))
+    notched = task.factors_along.reshape(len(strengths), *(1,) * (least.ndim - 3), len(STATIONS))
+    amplitude, mean = notched * (most - least) / 2, notched * (most + least) / 2
     parts = [
         (endurance_safety(amplitude[:, k], mean[:, k], each, criterion),
          equivalent_amplitude(amplitude[:, k], mean[:, k], each, criterion) / each.endurance)
         for k, each in enumerate(strengths)
     ]  # fmt: skip
     if not parts:
-        none = np.zeros((0, *stress.shape[2:-2]))
-        return Fatigue(Largest(none, -1), none, none, Largest(none, -1))
+        none = np.zeros((0, *least.shape[2:-1]))
+        return Fatigue(Largest(none, -1), none, none, task, sides, least)
     safety, excess = (np.stack(rows, axis=1) for rows in zip(*parts, strict=True))
     worst, index = _least_place(safety)
-    at = np.where(known, stress, -np.inf).argmax(axis=-1)
-    found = Largest(worst, np.where(np.isnan(worst), -1, _taken(at, index)), *_place(index))
-    sums = _damages(stress, excess, strengths, criterion) if counting else _unknown(found)
-    return Fatigue(found, _taken(amplitude, index), _taken(mean, index), sums)
+    xi, fibre = _place(index)
+    at = np.nan_to_num(_course(sides, index), nan=-np.inf).argmax(axis=-1)
+    found = Largest(worst, np.where(np.isnan(worst), -1, at), xi, fibre)
+    return Fatigue(found, _taken(amplitude, index), _taken(mean, index), task, sides, excess)
+
+
+def _ends(values: Any) -> tuple[Reals, Reals]:
+    """Least and greatest over the positions, the last axis but one, of those that are known; nan where none is."""
+    least, most = values.min(axis=-2), values.max(axis=-2)
+    if np.isfinite(most - least).all():
+        return least, most
+    known = np.isfinite(values)
+    some = known.any(axis=-2)
+    least, most = np.where(known, values, np.inf).min(axis=-2), np.where(known, values, -np.inf).max(axis=-2)
+    return np.where(some, least, np.nan), np.where(some, most, np.nan)
+
+
+def _course(sides: Sequence[Any], index: Any) -> Reals:
+    """Stress at places by their numbers, shape (beams, ..., positions)."""
+    at, fibre = index % len(STATIONS), index // len(STATIONS)
+    left, right = (np.take_along_axis(side, at[..., None, None], -1)[..., 0] for side in sides)
+    return np.where(fibre[..., None] == 0, left, right)
 
 
 def _least_place(safety: Any) -> tuple[Reals, Any]:
@@ -119,24 +153,6 @@ def _taken(values: Any, index: Any) -> Any:
 def _place(index: Any) -> tuple[Reals, Any]:
     """Abscissa, and number of the fibre, of places by their numbers."""
     return STATIONS[index % len(STATIONS)], index // len(STATIONS)
-
-
-def _unknown(found: Largest) -> Largest:
-    return Largest(np.full(np.shape(found.value), np.nan), np.full(np.shape(found.value), -1))
-
-
-def _damages(stress: Any, excess: Any, strengths: Sequence[FatigueStrength], criterion: str) -> Largest:
-    """Greatest Miner's sum of every beam."""
-    excess = _places(excess)  # (beams, ..., places)
-    shape = excess.shape[:-1]
-    total, place = np.zeros(shape), np.zeros(shape, int)
-    total[np.isnan(excess).any(axis=-1)] = np.nan
-    for cell in zip(*np.nonzero((excess > 1.0).any(axis=-1) & ~np.isnan(total)), strict=True):
-        own = _of_design(strengths[cell[0]], cell[1:], shape[1:])
-        courses = np.moveaxis(stress, -1, 0)[(slice(None), slice(None), *cell)].reshape(stress.shape[-1], -1)
-        good = np.isfinite(courses).all(axis=-1)
-        total[cell], place[cell] = _greatest(courses[good].T, excess[cell], own, criterion)
-    return Largest(total, np.where(np.isnan(total), -1, 0), *_place(place))
 
 
 def _greatest(courses: Any, excess: Any, strength: FatigueStrength, criterion: str) -> tuple[float, int]:

@@ -25,7 +25,7 @@ function acceptance() {
     limits.length ? table(limits, [
       { name: "Limit", text: (each) => `${limitName(each)}${each.on ? ` of ${each.on}` : ""}` },
       { name: "allowed", text: (each) => `${each.least ? "at least" : "at most"} ${figureAngle(each.limit)}` },
-      { name: "found", text: (each) => figureAngle(each.found) + errorWords(each.found) },
+      { name: "found", text: (each) => (each.found.endless ? "endless" : figureAngle(each.found) + errorWords(each.found)) },
       { name: "where", text: (each) => [each.found.label, atWords(each.found)].filter(Boolean).join(", ") },
       { name: "kept", text: (each) => ({ kept: "yes", "not kept": "no" }[each.outcome] ?? each.outcome) },
     ], "Limits of the scene") : null);
