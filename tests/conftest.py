@@ -4,6 +4,7 @@ A line now and then on how far things are would come of a busy machine alone: no
 """
 
 import one_thread  # noqa: F401 - before numpy
+import processes
 import pytest
 from browser import started
 from hypothesis import HealthCheck, settings
@@ -17,6 +18,13 @@ settings.load_profile("steady")
 def no_lines_in_between(monkeypatch):
     """Without a terminal nothing is said of how far things are, but in the test of that."""
     monkeypatch.setattr("kinelast.cli.terminal.SELDOM", float("inf"))
+
+
+@pytest.fixture(autouse=True)
+def no_process_is_left():
+    """Whatever way a test ends, its processes do."""
+    yield
+    processes.end_all()
 
 
 @pytest.fixture(scope="session")

@@ -15,6 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
+import processes as disturbed
 import pytest
 from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 
@@ -43,7 +44,7 @@ def scenes(folder, count, long=()):
 
 def started(*arguments, **options):
     here = Path(__file__).parent.parent
-    return subprocess.Popen([*COMMAND, *map(str, arguments)], cwd=here, start_new_session=True, **options)
+    return disturbed.started([*COMMAND, *map(str, arguments)], cwd=here, **options)
 
 
 def wait_for(what, seconds=60.0):
@@ -262,7 +263,7 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(name, jobs, tmp_pa
         os.killpg(run.pid, number)  # as a keyboard sends it
     else:
         run.send_signal(number)
-    said = run.communicate(timeout=20)[1].decode()
+    said = run.communicate(timeout=120)[1].decode()
     assert run.returncode == {"SIGINT": 130, "SIGKILL": -9}.get(name, 128 + number)
     with pytest.raises(ProcessLookupError):
         wait_for(lambda: os.killpg(run.pid, 0), 10)  # which tells nothing but that there is none

@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import processes
 import pytest
 from sweeps import IDENTITY, Parabolas, tree
 
@@ -343,10 +344,8 @@ def started(folder, kind, seconds, jobs=2):
     here = Path(__file__)
     command = [sys.executable, here.with_name("sweeps.py"), folder, COUNT, 10, jobs, seconds, kind]
     place = os.pathsep.join((str(here.parent.parent), str(here.parent)))
-    return subprocess.Popen(
-        list(map(str, command)), start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        text=True, env={**os.environ, "PYTHONPATH": place},
-    )  # fmt: skip
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return processes.started(list(map(str, command)), env={**os.environ, "PYTHONPATH": place}, **pipes)
 
 
 def alive(group):

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The suite with the oldest dependencies that pyproject.toml allows, and with the newest Python and dependencies:
-# tests/versions.sh [PYTHON FOR THE OLDEST] [PYTHON FOR THE NEWEST], each in a virtual environment of its own in build/.
+# The suite with the oldest dependencies that pyproject.toml allows, and with the newest on every newer Python that is there:
+# tests/versions.sh [PYTHON FOR THE OLDEST] [PYTHONS FOR THE NEWEST], each in a virtual environment of its own in build/.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export PYTHONDONTWRITEBYTECODE=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
@@ -28,6 +28,8 @@ PYTHON
 
 failed=()
 tried oldest "${1:-python3.11}" oldest
-tried newest "${2:-python3.13}"
+for python in ${2:-python3.12 python3.13 python3.14}; do
+    if "$python" --version > /dev/null 2>&1; then tried "newest-${python##*/}" "$python"; else echo "not there: $python"; fi
+done
 echo "failed: ${failed[*]:-none}"
 [ ${#failed[@]} = 0 ]
