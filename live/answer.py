@@ -23,6 +23,7 @@ from kinelast.figures.results import Results
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection
 from kinelast.scene.document import Document, document_from_dict
 from kinelast.scene.error import SceneError
+from kinelast.scene.limits import tolerance
 from kinelast.scene.numbers import quantity
 from kinelast.scene.parsing import is_chain
 from kinelast.scene.variables import numbers, place_of
@@ -172,6 +173,9 @@ def _range(document: Document, path: str, base: float) -> tuple[float, float]:
     if isinstance(swept, list):
         values = [document.value(path, each) for each in swept]
         return min(values), max(values)
+    if path in table.tolerances:
+        _, half, _ = tolerance(table, path, table.tolerances[path])
+        return base - half, base + half
     if base == 0:
         return -0.1, 0.1
     return min(base / 2, base * 2), max(base / 2, base * 2)

@@ -182,6 +182,14 @@ class TestAnswers:
         at, shape = answer["picture"]["arrays"]["points"]
         assert np.isfinite(np.frombuffer(data, "<f4")[at : at + np.prod(shape)]).all()
 
+    def test_sliders_go_over_the_ranges_of_the_scene(self):
+        ranges = '[sweep.vary]\n"points.B.x" = {from = 0.2, to = 0.3, count = 3}\n'
+        ranges += '[tolerances]\n"sections.bar.depth" = "0.1 mm"\n'
+        numbers = {each["path"]: each for each in quick_answer(f"{STEEL}\n{ranges}", with_numbers=True)[0]["numbers"]}
+        told = [(numbers[path]["low"], numbers[path]["high"], numbers[path]["line"]) for path in
+                ("points.B.x", "sections.bar.depth", "sections.bar.width")]  # fmt: skip
+        assert told == [(0.2, 0.3, 19), pytest.approx((0.0059, 0.0061, 13)), (0.005, 0.02, 14)]
+
     def test_while_it_is_dragged_the_last_position_that_closes_is_told(self):
         closes = quick_answer(CLOSING, dragged=True)[0]["picture"]["closes"]
         assert closes["words"] == 'it stops behind "crank" at 80 deg'  # of 72 positions, 5 deg apart

@@ -338,6 +338,7 @@ function wire() {
   $("picture").onchange = () => { const [file] = $("picture").files; if (!file) return; const image = new Image(); image.onload = () => { view.trace = { address: image.src, ratio: image.naturalHeight / image.naturalWidth }; trace(); }; image.src = URL.createObjectURL(file); };
   talk.onReach((reached) => { keepInBrowser(); if (reached) hush(true); else notice("No server any more: the command has ended, or this computer slept. The text is kept in this browser; start the command again with the same file, or download it.", false, ["Download", download]); });
   document.addEventListener("keydown", (event) => {
+    if (event.target === document.body) tools.keys(event); // without a click
     if (!(event.ctrlKey || event.metaKey)) return;
     const act = { s: save, z: () => travel(event.shiftKey ? text.redo() : text.undo()), y: () => travel(text.redo()) }[event.key.toLowerCase()];
     if (act && !["file", "number"].includes(event.target.type)) { event.preventDefault(); act(); }

@@ -178,7 +178,7 @@ function plate(closed) {
   if (points.length > 1) actions.edit({ do: "link", points, closed, section: $("section").value, material: $("material").value });
 }
 
-function keys(event) {
+export function keys(event) {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const named = TOOLS.find(([, , key]) => key === event.key.toLowerCase()), arrow = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
   if (named) take(named[0]);
