@@ -170,7 +170,7 @@ def _called(row: Mapping[str, Any]) -> str:
     """A limit by its key, where it has one of its own; else by its figure and item."""
     if row["kind"] in ("deflection", "chord", "safety", "output"):
         return str(row["kind"])
-    return f"{row['name']} of {row['on']}" if row["on"] else str(row["name"])
+    return f"{row['name']} ({row['on']})" if row["on"] else str(row["name"])
 
 
 def questions(figures: Mapping[str, Any]) -> list[str]:

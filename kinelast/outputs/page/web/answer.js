@@ -23,7 +23,7 @@ function acceptance() {
   const note = !verdict && !weak ? h("span", { class: "soft" }, " A scene may set them under [limits], and the answer will be yes or no.") : null;
   return h("div", { class: `verdict ${level}`, id: "acceptance" }, h("p", {}, h("b", {}, words), note),
     limits.length ? table(limits, [
-      { name: "Limit", text: (each) => `${limitName(each)}${each.on ? ` of ${each.on}` : ""}` },
+      { name: "Limit", text: (each) => limitName(each) + (each.on ? (LIMIT_WORDS[each.kind] ? ` of ${each.on}` : ` (${each.on})`) : "") },
       { name: "allowed", text: (each) => `${each.least ? "at least" : "at most"} ${figureAngle(each.limit)}` },
       { name: "found", text: (each) => (each.found.endless ? "endless" : figureAngle(each.found) + errorWords(each.found)) },
       { name: "where", text: (each) => [each.found.label, atWords(each.found)].filter(Boolean).join(", ") },
