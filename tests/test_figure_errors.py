@@ -103,7 +103,7 @@ def test_elements_of_time_are_told_of_every_figure():
     given = results.motion, scene.course.at, results.period, scene.sections, scene.joints, damping_of(scene)
     rough, fine = (elastodynamic(*given, tolerance) for tolerance in (1e-2, 1e-5))
     coarse = geometrically_exact(rough, 1e-2)
-    bent = coarse.deflection, in_finer_elements(coarse, 1e-4), geometrically_exact(fine, 1e-5).deflection
+    bent = coarse.deflection, in_finer_elements(coarse, 1e-4)[0], geometrically_exact(fine, 1e-5).deflection
     here, told, best = (largest(results, each) for each in bent)
     ratios = []
     for key, values in best.items():

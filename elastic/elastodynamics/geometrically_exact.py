@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.displaced_links import Displaced
 from elastic.elastodynamics.displaced_points import require_known
 from elastic.elastodynamics.exact_steps import Settled, exact_deflection, first_steps, settled_links
@@ -18,6 +19,7 @@ from elastic.elastodynamics.solution import (
     TWICE,
     Discretization,
     Elastodynamic,
+    deflection_at,
     numbers_of,
     resolved_in_time,
     time_error,
@@ -55,18 +57,23 @@ def with_large_displacement(linear: Elastodynamic) -> tuple[Elastodynamic, float
     return replace(linear, deflection=_at_positions(step.displaced, linear), exact=step), left
 
 
-def in_finer_elements(exact: Elastodynamic, tolerance: float = TOLERANCE) -> Deflection:
-    """Deflection at the same positions in elements of time half as long.
+def in_finer_elements(answer: Elastodynamic, tolerance: float = TOLERANCE) -> tuple[Deflection, float]:
+    """Deflection at the same positions in elements of time half as long, and the share that is left open there.
 
-    The difference is what elements of time leave open of the exact answer.
+    The difference is what elements of time leave open of the answer, exact or of small displacements.
     """
-    vibration, discretization = exact.vibration, exact.discretization
-    assert vibration is not None
-    assert discretization is not None
+    vibration, discretization = answer.vibration, answer.discretization
+    if vibration is None or discretization is None:
+        return answer.deflection, 0.0
     grid = vibration.problem.terms.grid
     finer = vibration_in(discretization, grid.divided(np.full(len(grid.steps), 2)))
-    found = settled_links(finer, tolerance, TWICE * discretization.left_out)
-    return _at_positions(found.displaced, exact)
+    if answer.exact is None:
+        found, left = corrected(finer, tolerance)
+        after = replace(answer, vibration=found)
+    else:
+        settled = settled_links(finer, tolerance, TWICE * discretization.left_out)
+        after, left = replace(answer, vibration=finer, exact=settled), settled.open
+    return deflection_at(after, answer.quasi_static.motion), left
 
 
 def steps_to_exact(vibration: Vibration, discretization: Discretization) -> tuple[Settled, float]:

@@ -100,6 +100,8 @@ class Estimate:
         The answer with an estimate of what beam theory leaves out.
     shares
         By cause, other errors as shares of the largest displacement.
+    in_time
+        An answer, and the same in finer elements of time; nothing where the shares alone tell what these leave open.
     unknown
         Why the whole is not known; nothing where it is.
     """
@@ -108,6 +110,7 @@ class Estimate:
     beam_theory: Cycle
     shares: Mapping[str, float]
     unknown: str = ""
+    in_time: tuple[Cycle, Cycle] | None = None
 
 
 def figure_errors(answer: Cycle, figures: Sequence[Figure], off: Estimate) -> dict[str, list[FigureError]]:
@@ -119,7 +122,8 @@ def figure_errors(answer: Cycle, figures: Sequence[Figure], off: Estimate) -> di
     values = magnitudes(answer, figures)
     stages = {name: magnitudes(cycle, figures) for name, cycle in off.stages.items()}
     bodies = values if off.beam_theory is answer else magnitudes(off.beam_theory, figures)
-    return {figure.key: _of_items(answer, figure, values, stages, bodies, off) for figure in figures}
+    timed = [magnitudes(cycle, figures) for cycle in off.in_time or ()]
+    return {figure.key: _of_items(answer, figure, values, stages, bodies, timed, off) for figure in figures}
 
 
 def _of_items(
@@ -128,6 +132,7 @@ def _of_items(
     values: Mapping[str, Any],
     stages: Mapping[str, Mapping[str, Any]],
     bodies: Mapping[str, Any],
+    timed: Sequence[Mapping[str, Any]],
     off: Estimate,
 ) -> list[FigureError]:
     before = own = values[figure.key]
@@ -139,6 +144,8 @@ def _of_items(
     base = reference_deflection(np.where(np.isfinite(own), np.abs(own), 0.0))
     wide = base if figure.over == LEAST else np.full(np.shape(own), np.max(base, initial=0.0))  # safeties are quotients
     parts |= {name: figure.power * share * wide for name, share in off.shares.items()}
+    if timed:
+        parts[TIME] = np.abs(_difference(*(each[figure.key] for each in reversed(timed))))
     parts[BEAM_THEORY] = np.abs(_difference(bodies[figure.key], own))
     parts[ROUND_OFF] = _round_off(answer, figure) * base
     return [

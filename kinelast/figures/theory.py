@@ -242,8 +242,11 @@ class _Rungs:
             return
         stepped, stages, shares = self._large_displacement(linear)
         shares |= settled
-        yield self._answer(QUASI_STATIC, plain, linear, {VIBRATION: vibrating, **stages}, shares)
-        yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares)
+        timed = None
+        if not self.scene.mechanism.friction:
+            timed = vibrating, self._cycle(in_finer_elements(linear, tolerance)[0])
+        yield self._answer(QUASI_STATIC, plain, linear, {VIBRATION: vibrating, **stages}, shares, in_time=timed)
+        yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares, in_time=timed)
         if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted:
             yield self._answer(GEOMETRICALLY_EXACT, stages[LARGE], stepped, *self._open(stepped, tolerance))
         try:
@@ -281,9 +284,8 @@ class _Rungs:
         """The exact answer in finer elements of time, and the share that its steps leave open."""
         if exact.exact is None or self.scene.mechanism.friction:
             return {}, {TIME: exact.time_error + exact.reduction_error, LARGE: large_displacement_error(exact)}
-        stages = {TIME: self._cycle(in_finer_elements(exact, tolerance))}
-        settled = exact.exact.open <= tolerance
-        return stages, {LARGE: exact.exact.share if settled else large_displacement_error(exact)}
+        finer, left = in_finer_elements(exact, tolerance)
+        return {TIME: self._cycle(finer)}, {} if left <= tolerance else {LARGE: large_displacement_error(exact)}
 
     def _answer(
         self,
@@ -293,8 +295,9 @@ class _Rungs:
         stages: Mapping[str, Cycle],
         shares: Mapping[str, float],
         unknown: str = "",
+        in_time: tuple[Cycle, Cycle] | None = None,
     ) -> Answer:
-        off = Estimate(stages, self._cycle(beyond_beam_theory(cycle.deflection)), shares, unknown)
+        off = Estimate(stages, self._cycle(beyond_beam_theory(cycle.deflection)), shares, unknown, in_time)
         graded = graded_figures(self.scene, cycle, self.figures, off)
         missed = math.nan if vibrating is None else math.inf
         if not unknown:
