@@ -17,7 +17,7 @@ from kinelast.cli.command import main
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "answers.md"
 MARK = "<!-- answers -->\n"
-NUMBER = re.compile(r"\d[\d.]*(e-?\d+)?")
+NUMBER = re.compile(r'\d[\d.]*(e-?\d+)?|"[^"]*"')  # and names
 
 BARS = edited(FOUR_BAR, ("100 rad/s", "20 rad/s"), ("positions = 36", "positions = 12"))
 CRANK = edited(

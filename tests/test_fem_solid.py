@@ -19,7 +19,7 @@ from fem_check import compare_solid, solve_solid, write_solid_vtu_series
 from fem_check.solid.body import SolidLink
 from fem_check.solid.outline import Outline, Strip
 from fem_check.solid.responses import responses
-from rigid import Beam, LineLoad, Link, Lump, PointLoad, motion
+from rigid import Beam, Friction, LineLoad, Link, Lump, PointLoad, motion
 
 NU = 0.3
 
@@ -284,3 +284,25 @@ def test_the_deflection_of_the_axis_is_what_elastic_samples():
     for k, (xi, chord) in enumerate(zip(solid.xi, solid.chord, strict=True)):
         beam = sample(bent, "chord", xi)[k]
         np.testing.assert_allclose(chord, beam, atol=6e-3 * np.abs(beam).max())
+
+
+def test_friction_is_the_moments_that_it_makes():
+    """Viscous friction of a pin beside the same moments given as loads; Coulomb's comes from the same forces."""
+    viscosity, made = 0.05, steel_four_bar().mechanism
+    names = [link.name for link in made.links]
+    coupler, rocker = names.index("coupler"), names.index("rocker")
+
+    def sliding(moved):
+        return moved.angular_velocity[rocker] - moved.angular_velocity[coupler]
+
+    pair = (("rocker", -viscosity), ("coupler", viscosity))
+    loads = tuple(PointLoad(link, "B", moment=moment, law=sliding) for link, moment in pair)
+    rubbed = replace(made, friction={"B": Friction(viscosity=viscosity)})
+    bars = [Section(EA=12.6e6, EI=37.8)] * 3
+    one, other, bare = (
+        solve_solid(motion(each, np.linspace(0.2, 5.0, 4), 30.0), bars, across=2)
+        for each in (rubbed, replace(made, loads=loads), made)
+    )
+    for own, given in zip(one.chord, other.chord, strict=True):
+        np.testing.assert_allclose(own, given, rtol=0, atol=1e-9 * np.abs(given).max())
+    assert np.abs(one.chord[2] - bare.chord[2]).max() > 0.1 * np.abs(bare.chord[2]).max()

@@ -74,7 +74,11 @@ FEATURES = {
         ' {curve = "dwell", duration = 0.2}]\n',
         "",
     ),
-    "friction": (TURNING + "[joints.B]\nfriction = 0.1\nradius = 0.005\n", "friction of joints"),
+    "viscous friction": (TURNING + "[joints.B]\nviscosity = 0.02\n", ""),
+    "Coulomb friction": (
+        TURNING + "[joints.B]\nfriction = 0.1\nradius = 0.005\n",
+        'Coulomb friction at "B" sticks and slips',
+    ),
     "drive by effort": ('[[drives]]\nlink = "crank"\neffort = 0.5\nspeed = "20 rad/s"\n', "drives that follow laws"),
 }
 SHIPPED = {

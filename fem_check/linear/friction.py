@@ -36,6 +36,12 @@ class Rubbing:
         return not self.frame.motion.mechanism.friction or not np.any(self.unsettled)
 
     @property
+    def known(self) -> Rubbing:
+        """The same with nan where it is not settled."""
+        efforts = {name: np.where(self.unsettled, np.nan, effort) for name, effort in (self.efforts or {}).items()}
+        return replace(self, efforts=efforts)
+
+    @property
     def loads(self) -> Sequence[Load]:
         """Place, force [N], complex, and moment [N m] of the friction on both sides of every joint."""
         return tuple(load for name, effort in (self.efforts or {}).items() for load in self._loads(name, effort))

@@ -13,7 +13,7 @@ from fem_check.linear.beams import beams_of, over_designs
 from fem_check.linear.equilibrium import balanced, wrenches_of
 from fem_check.linear.fields import fields_of
 from fem_check.linear.frame import Frame
-from fem_check.linear.friction import Rubbing
+from fem_check.linear.friction import Load, Rubbing
 from fem_check.linear.meshes import Flanks
 from fem_check.linear.ties import Tie, ties
 from fem_check.linear.unit_beam import unit_beam
@@ -61,6 +61,8 @@ class Solution:
         Moment [N m] or force [N] of every drive along its coordinate, shape (drives, ..., positions).
     flanks
         Which flanks of the gears' teeth are loaded.
+    friction
+        Place, force [N], complex, and moment [N m] of the friction on both sides of every joint.
     """
 
     motion: Motion
@@ -76,6 +78,7 @@ class Solution:
     ties: tuple[TieForce, ...]
     efforts: Reals
     flanks: Flanks
+    friction: Sequence[Load] = ()
 
     def __repr__(self) -> str:
         return f"Solution({len(self.sections)} beams of {self.elements} elements, columns {self.motion.columns})"
@@ -150,6 +153,7 @@ def solve(
         else:
             multipliers = np.where(friction.unsettled[..., None], np.nan, multipliers)
             carried = np.where(friction.unsettled[..., None, None], np.nan, carried)
+            friction = friction.known
         spots = wrenches.spots
         spots = spots[..., -1, :, :] + np.einsum("...r,...rki->...ki", multipliers, spots[..., :-1, :, :])
         spots[..., 2] *= wrenches.size
@@ -163,15 +167,9 @@ def solve(
         ties=forces,
         efforts=efforts,
         flanks=flanks,
+        friction=friction.loads,
         **fields,
     )
-
-
-def loaded_flanks(
-    motion: Motion, sections: Sequence[Section], joints: Mapping[str, JointCompliance] | None = None
-) -> Flanks:
-    """Flanks of the gears' teeth that are loaded, as in `Solution`; parameters as of `solve`."""
-    return solve(motion, sections, 1, joints).flanks if motion.mechanism.gears else {}
 
 
 def _loaded_flanks(held: Sequence[Tie], multipliers: Reals) -> Flanks:

@@ -56,10 +56,8 @@ def loads_of(mechanism: Mechanism, nodes: Nodes) -> Loads:
     Raises
     ------
     NotCheckedError
-        Friction of joints; a load on a point that no beam reaches.
+        A load on a point that no beam reaches.
     """
-    if mechanism.friction:
-        raise NotCheckedError("friction of joints: the nonlinear check does not know it")
     rows: list[tuple[Any, ...]] = []
     laws: list[Law] = []
     for load in mechanism.loads:

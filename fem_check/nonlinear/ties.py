@@ -12,7 +12,7 @@ import numpy as np
 from elastic import JointCompliance
 from fem_check.nonlinear.couplings import CouplingKind, NodeCoupling, coupling_state
 from fem_check.nonlinear.nodes import Nodes, NotCheckedError
-from rigid import Gear, Mechanism, PinDrive, Reals, Slider, SliderDrive, Spring, TorsionSpring, structure
+from rigid import Friction, Gear, Mechanism, PinDrive, Reals, Slider, SliderDrive, Spring, TorsionSpring, structure
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def ties_of(
     Raises
     ------
     NotCheckedError
-        A slider on an elastic link, a pin at which no beam ends, a soft joint of several links.
+        A slider on an elastic link, a pin at which no beam ends, a soft joint of several links, Coulomb friction.
     """
     return _Builder(mechanism, nodes, joints, drawn).built(first)
 
@@ -131,6 +131,8 @@ class _Builder:
             self._drive(number, drive)
         for gear in self.mechanism.gears:
             self._gear(gear)
+        for name, friction in self.mechanism.friction.items():
+            self._viscous(name, friction)
         for load in self.mechanism.loads:
             if isinstance(load, Spring):
                 self._spring(load)
@@ -251,6 +253,22 @@ class _Builder:
         if self.soft.get(name, JointCompliance()).rotation:
             raise NotCheckedError(f'gear at the soft joint "{name}": the nonlinear check takes stiff gears')
         self.ties.conditions.append(Condition(parts, target))
+
+    def _viscous(self, name: str, friction: Friction) -> None:
+        """Viscous friction of a joint: a damper without a spring."""
+        if np.any(friction.coefficient):
+            raise NotCheckedError(
+                f'Coulomb friction at "{name}" sticks and slips with the force in the joint: the smooth steps of the '
+                "nonlinear check have no such corners"
+            )
+        slider = next((slider for slider in self.mechanism.sliders if slider.name == name), None)
+        if slider is None:
+            parent, child = next((p, c) for point, p, c, _ in _pins(self.mechanism) if point == name)
+            ends = self.place(parent, name)[0], self.place(child, name)[0]
+            coupling = NodeCoupling(CouplingKind.TURN, *ends)
+        else:
+            coupling = self._rail(slider, CouplingKind.ALONG)
+        self.ties.gives.append(Give(self.couple(coupling), 0.0, damping=float(friction.viscosity)))
 
     def _spring(self, spring: Spring) -> None:
         index = self.mechanism.index

@@ -13,7 +13,7 @@ from fem_check.linear.beams import beams_of
 from fem_check.linear.equilibrium import balanced, wrenches_of
 from fem_check.linear.frame import Frame, FramePlace
 from fem_check.linear.loads import concentrated
-from fem_check.linear.solution import loaded_flanks
+from fem_check.linear.solution import solve
 from fem_check.linear.ties import ties
 from fem_check.solid.outline import Outline, OutlineError, Strip
 from fem_check.solid.responses import Responses, responses
@@ -100,7 +100,7 @@ def solve_solid(
     Raises
     ------
     ValueError
-        The sections are not one per beam; several designs; `across` is odd.
+        The sections are not one per beam; several designs; `across` is odd; friction may lock the mechanism.
 
     Examples
     --------
@@ -121,11 +121,11 @@ def solve_solid(
         raise ValueError(f"columns of shape {motion.columns}: expected one design")
     if across < LEAST_ACROSS or across % 2:
         raise ValueError(f"{across} elements across: expected an even number")
-    if motion.mechanism.friction:
-        raise ValueError("friction of joints: plane bodies do not know it")
     frame = Frame(motion)
     given = np.broadcast_to(np.asarray(poisson, float), len(sections))
     pushes = list(_pushes(frame, sections, joints or {}))
+    if motion.mechanism.friction and not all(np.isfinite(part).all() for *_, push in pushes for part in push):
+        raise ValueError("friction may lock the mechanism")
     bodies: dict[int, Responses] = {}
     loads: dict[int, Reals] = {}
     left_out: dict[str, str] = {}
@@ -185,11 +185,16 @@ def _pushes(
     frame: Frame, sections: Sequence[Section], joints: Mapping[str, JointCompliance]
 ) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
     """Joint forces and concentrated loads on the ends of beams: link, point, force in the ground's axes and moment."""
-    flanks = loaded_flanks(frame.motion, sections, joints)
+    found = (
+        solve(frame.motion, sections, 1, joints)
+        if frame.motion.mechanism.gears or frame.motion.mechanism.friction
+        else None
+    )
+    flanks, friction = (found.flanks, found.friction) if found else ({}, ())
     rows = [row for tie in ties(frame, joints, flanks) for row in tie.rows]
     with np.errstate(invalid="ignore", over="ignore"):
         beams = beams_of(frame, sections, 1)
-        wrenches = wrenches_of(frame, rows, beams)
+        wrenches = wrenches_of(frame, rows, beams, friction)
         multipliers, _ = balanced(frame.motion, rows, beams, wrenches)
     beamed = frame.motion.mechanism.beams
 
@@ -205,8 +210,9 @@ def _pushes(
             continue  # a weld within a link
         for place, force, moment in reached:
             yield from on_end(place, force * unit, moment * unit)
-    for place, force, moment in concentrated(frame):
-        yield from on_end(place, force, moment)
+    for where, force, moment in (*concentrated(frame), *friction):
+        if where is not None:
+            yield from on_end(where, force, moment)
 
 
 def _loads(

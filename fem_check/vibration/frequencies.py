@@ -10,7 +10,7 @@ import numpy as np
 from elastic import JointCompliance, Section
 from fem_check.linear.beams import over_designs
 from fem_check.linear.frame import Frame, FramePlace
-from fem_check.linear.solution import loaded_flanks
+from fem_check.linear.solution import solve
 from fem_check.linear.ties import Row, ties
 from fem_check.vibration.body_matrices import one_of, vibrating_beam, vibrating_lumps
 from rigid import SINGULAR, Motion, Reals
@@ -73,7 +73,7 @@ def natural_frequencies(
     motion = over_designs(motion, sections)
     chosen = np.arange(motion.columns[-1]) if positions is None else np.asarray(positions, int)
     frame = Frame(motion)
-    flanks = loaded_flanks(motion, sections, joints)
+    flanks = solve(motion, sections, 1, joints).flanks if motion.mechanism.gears else {}
     held = [row for tie in ties(frame, joints or {}, flanks) for row in tie.rows]
     designs = motion.columns[:-1]
     omega = np.full((count, *designs, len(chosen)), np.nan)
