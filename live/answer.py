@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 import struct
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -28,7 +27,8 @@ from kinelast.scene.numbers import quantity
 from kinelast.scene.parsing import is_chain
 from kinelast.scene.variables import numbers, place_of
 from live.edit import drawn
-from live.text import Path, line_of, places
+from live.mistakes import entry_mistakes, mistake
+from live.text import line_of, places
 from rigid import MechanismError, Motion, reachable
 
 POSITIONS, FRAMES = 72, 120  # of a quick answer, and at most of the picture of a whole one
@@ -58,38 +58,10 @@ def quick_answer(
             scene = document.with_positions(min(POSITIONS, document.table.run.positions)).scene
             answer["picture"], data = _closing(scene, dragged)
     except (SceneError, MechanismError, ValueError) as error:
-        answer["mistakes"] = [mistake(error, text)]
+        answer["mistakes"] = entry_mistakes(text) or [mistake(error, text)]
     except Exception as error:  # the page goes on with the next text
         answer["mistakes"] = [{"line": None, "message": f"the program failed, please report this: {error!r}"}]
     return answer, data
-
-
-def mistake(error: Exception, text: str) -> Answer:
-    """A mistake in a text: its line, None where it has none, and the message."""
-    if not isinstance(error, SceneError):
-        at = re.search(r"at line (\d+)", str(error))
-        return {"line": int(at[1]) if at else None, "message": str(error)}
-    message = " ".join(part for part in (error.key if error.table == "points" else "", error.problem) if part)
-    if at := re.search(r"at line (\d+)", error.problem) if not error.table else None:
-        return {"line": int(at[1]), "message": message}
-    try:
-        first = places(text).nearest(path_of(error.table, error.key))
-    except (ValueError, IndexError):
-        first = None
-    return {"line": None if first is None else line_of(text, first), "message": message or str(error)}
-
-
-def path_of(table: str, key: str) -> Path:
-    """The path of a message's table and key, counting from 0.
-
-    Examples
-    --------
-    >>> path_of("drives[1]", "law[2].by")
-    ('drives', 0, 'law', 1, 'by')
-    """
-    words = f"{table}.{key}".replace(" x", "[1]").replace(" y", "[2]").replace('"', "")
-    parts = re.findall(r"\[(\d+)\]|([^.\[\]\s]+)", words)
-    return tuple(int(number) - 1 if number else name for number, name in parts)
 
 
 def sheet(tables: Mapping[str, Any]) -> Answer:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import threading
+from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -21,7 +22,8 @@ def whole_answer(text: str, name: str) -> tuple[dict[str, Any], bytes, bytes]:
     from kinelast.scene.document import document_from_text
     from kinelast.tasks.request import Request
     from kinelast.version import VERSION
-    from live.answer import mistake, whole_picture
+    from live.answer import whole_picture
+    from live.mistakes import mistake
 
     told: dict[str, Any] = {"mistakes": [], "picture": None, "line": ""}
     try:
@@ -44,10 +46,17 @@ def whole_answer(text: str, name: str) -> tuple[dict[str, Any], bytes, bytes]:
                 "error": theory["error"],
                 "problem": theory["problem"],
                 "verdict": figures["acceptance"]["verdict"],
+                "limits": [_limit(row) for row in figures["acceptance"]["limits"]],
             }
             return {**told, "picture": drawn, "line": line}, data, report_page(results, figures, line)
     except (ValueError, ArithmeticError) as error:  # of a scene, a mechanism, or a request
         return {**told, "mistakes": [mistake(error, text)]}, b"", b""
+
+
+def _limit(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A limit beside its figure, judged with the error of that."""
+    told = {"kind": row["kind"], "on": row["on"], "outcome": row["outcome"], "kept": bool(row["passed"])}
+    return {**told, "bound": row["limit"]["value"], "value": row["found"]["value"], "unit": row["limit"]["unit"]}
 
 
 def _work(pipe: Any, text: str, name: str) -> None:

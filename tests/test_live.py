@@ -209,6 +209,15 @@ class TestAnswers:
         assert [each["line"] for each in answer["mistakes"]] == [line]
         assert (answer["sheet"] is None) == (line == 27)  # no TOML, no drawing
 
+    def test_all_entries_that_cannot_be_read_are_told_at_once(self):
+        text = STEEL.replace('depth = "6 mm"', 'depth = "6 kg"').replace("A = [0.1, 0.0]", "A = [0.1, true]")
+        text = text.replace('speed = "100 rad/s"', 'sped = "100 rad/s"').replace(
+            "[run]", "[[drives]]\nlink = 3\n[runn]"
+        )
+        told = quick_answer(text)[0]["mistakes"]
+        assert [each["line"] for each in told] == [13, 18, 45, 48, 49]
+        assert 'did you mean "run"' in told[-1]["message"]
+
     def test_limits_are_judged(self):
         answer, _ = quick_answer(f'{STEEL}\n[limits]\ndeflection = "1 mm"\nsafety = 1.2\n')
         assert [(row["kind"], row["kept"]) for row in answer["picture"]["limits"]] == [
