@@ -405,6 +405,21 @@ def test_it_fits_every_width(width, driver, reports):
     assert errors(page) == []
 
 
+@pytest.mark.slow
+def test_joints_and_life_are_shown(driver, reports):
+    page = Page(driver, reports["pusher"] / "report.html", 400)
+    assert page.run("return document.documentElement.scrollWidth <= window.innerWidth")
+    modes = page.run("return document.querySelector('#breaks-first tbody tr').innerText")
+    first = page.run("return kinelast.summary.breaks_first[0]")
+    assert modes.startswith(first["link"])
+    assert first["governs"] in modes
+    assert page.run("return document.querySelectorAll('#bearings .polar .tip').length") == 12  # six pins, both sides
+    tip = page.run("return document.querySelector('#bearings .polar .tip').getBBox().width")
+    assert 1 < tip <= 176
+    assert page.run("return document.getElementById('life').innerText").count("endless") >= 8
+    assert errors(page) == []
+
+
 def test_it_is_dark_where_the_reader_likes_that(driver, reports):
     path = reports["steel_four_bar"] / "report.html"
     grounds = [
@@ -430,7 +445,13 @@ def test_paper_has_no_blank_page(driver, reports):
 
 
 @pytest.mark.parametrize(
-    ("name", "wish"), [("steel_four_bar", "light"), ("steel_four_bar", "dark"), ("andrews_driven", "light")]
+    ("name", "wish"),
+    [
+        ("steel_four_bar", "light"),
+        ("steel_four_bar", "dark"),
+        ("andrews_driven", "light"),
+        pytest.param("pusher", "light", marks=pytest.mark.slow),
+    ],
 )
 def test_it_is_accessible(name, wish, driver, reports):
     """By axe-core's rules, of which the script comes with axe-selenium-python."""
