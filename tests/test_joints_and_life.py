@@ -9,6 +9,7 @@ import pytest
 from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.designs.studies import optimum_study
+from kinelast.figures.errors import Estimate, figure_errors
 from kinelast.figures.joints import JOINT_FIGURES, LIFE_FIGURES
 from kinelast.figures.limits import breaks_first
 from kinelast.figures.summary import summary
@@ -218,15 +219,31 @@ def document_of_text(text):
     return document_of(tomllib.loads(text))
 
 
-def test_a_long_run_has_the_fatigue_of_the_whole():
+def test_a_long_run_has_the_fatigue_of_the_whole(monkeypatch):
     """Chunks alone see a part of the cycle: the amplitude is that of all."""
+    monkeypatch.setattr("rigid.chunks.COLUMNS", 900)
+    monkeypatch.setattr("rigid.chunks.CELLS", 900)
     scene = scene_from_text(ARM + FATIGUE + PARTS)
-    times = scene.course.times(20_000)
+    times = scene.course.times(3600)
     long = long_results(scene, times, lambda *_: None, require_chunk)
     short = computed(scene, Request())
     for key in ("endurance", "bearing_life", "bearing_pv"):
         one, other = (each.figures.peaks[key][0].value for each in (long, short))
         assert one == pytest.approx(other, rel=1e-3)
+
+
+def test_an_error_known_as_a_share_counts_by_the_power_of_the_load():
+    results = computed(scene_from_text(ARM + PARTS + FATIGUE), Request())
+    figures = [each for each in (*JOINT_FIGURES, *LIFE_FIGURES)
+               if each.key in ("bearing_load", "bearing_life", "contact_losses")]  # fmt: skip
+    found = figure_errors(results.cycle, figures, Estimate({}, results.cycle, {"time and coordinates": 0.01}))
+    share = {
+        key: rows[0].size / abs(results.figures.peaks[key][0].value)
+        for key, rows in found.items()
+        if key != "contact_losses"
+    }
+    assert share == pytest.approx({"bearing_load": 0.01, "bearing_life": 0.1 / 3}, rel=1e-6)
+    assert found["contact_losses"][0].size == pytest.approx(0.0, abs=1e-9)
 
 
 def test_errors_of_lives_are_those_of_their_powers():

@@ -18,6 +18,7 @@ from machine.life import (
     surface_factor,
 )
 from machine.life.damage import reversals
+from machine.life.stresses import _greatest as worst_of
 from rigid import Beam, Link, Mechanism, PinDrive, motion
 
 STEEL = FatigueStrength(400e6, 250e6, 160e6, 5.0, 1e6)
@@ -88,6 +89,13 @@ def test_a_small_cycle_on_a_large_one_damages_by_the_lower_slope():
     small = equivalent_amplitude(40e6, 40e6, STEEL)
     assert damage(course, STEEL) == pytest.approx(whole + (small / 160e6) ** 9 / 1e6, rel=1e-12)
     assert damage(course / 2.1, STEEL) == 0.0
+
+
+def test_many_smaller_cycles_may_be_worse_than_a_greater_one():
+    courses = np.array([[1.0, -1.0, 0, 0], [0.99, -0.99] * 2]) * 320e6
+    excess = np.ptp(courses, axis=1) / 2 / STEEL.endurance
+    assert worst_of(courses, excess, STEEL, "goodman") == (pytest.approx(damage(courses[1], STEEL)), 1)
+    assert damage(courses[1], STEEL) == pytest.approx(2 * (0.99 * 2) ** 5 / 1e6)
 
 
 def test_a_rotating_arm_under_its_weight_and_its_spin():

@@ -126,7 +126,7 @@ JOINT_FIGURES: tuple[Figure, ...] = (
     Figure("eye_safety", "yield stress over the stress of an eye", "1", EYE,
            _least(lambda part, course: part.safety(course), EYE), LEAST),
     Figure("contact_losses", "times that contact is lost in a joint with clearance", "1", CLEARANCE,
-           averaged(_knocks), AVERAGE),
+           averaged(_knocks), AVERAGE, power=0.0),
 )  # fmt: skip
 
 
