@@ -30,7 +30,7 @@ import numpy as np
 from exudyn_beams import add_beam
 from random_scenes import scenes, sheared
 
-from elastic import sample
+from elastic import sample, with_rotary_inertia
 from kinelast.runs import computed
 from kinelast.scene.data import Scene, Theory
 from kinelast.scene.document import read_scene
@@ -79,7 +79,9 @@ def cases() -> Iterator[Scene]:
         yield prepared(scene, scene.theory.damping_ratio)
     for scene in scenes(SEED):
         if scene.title.split(":")[0] in KINDS and len(scene.sections) <= MOST_BEAMS:
-            yield prepared(replace(scene, sections=tuple(map(sheared, scene.sections))), DAMPING)
+            sections = tuple(map(sheared, scene.sections))
+            course = replace(scene.course, mechanism=with_rotary_inertia(scene.mechanism, sections))
+            yield prepared(replace(scene, sections=sections, course=course), DAMPING)
 
 
 def prepared(scene: Scene, damping: float) -> Scene:
