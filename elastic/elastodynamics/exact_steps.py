@@ -123,6 +123,7 @@ def settled_links(
     fastest: float,
     loads_of: Callable[[Displaced], ExactLoads] = exact_loads,
     sliding: Sliding = (),
+    begun: Displaced | None = None,
 ) -> Settled:
     """Links displaced by any amount; they are open by more than the tolerance where steps do not get there.
 
@@ -134,8 +135,10 @@ def settled_links(
         Loads of displaced links.
     sliding
         Rates of the joints with friction that the first step takes, as `AddedLoads` has them; their own without.
+    begun
+        Links that steps begin with, on the same grid; without it they begin with the linear answer.
     """
-    now, last = _begin(linear), np.inf
+    now, last = begun or _begin(linear), np.inf
     response: Response = linear.under
     before: list[tuple[Displaced, Complexes]] = []
     best: Settled | None = None

@@ -88,7 +88,9 @@ def steps_to_exact(vibration: Vibration, discretization: Discretization) -> tupl
     return first_steps(vibration, TWICE * discretization.left_out)
 
 
-def geometrically_exact(linear: Elastodynamic, tolerance: float = TOLERANCE) -> Elastodynamic:
+def geometrically_exact(
+    linear: Elastodynamic, tolerance: float = TOLERANCE, begun: Settled | None = None
+) -> Elastodynamic:
     """The vibrating mechanism with links displaced by any amount: Reissner's beams with shear and rotary inertia.
 
     Stability is that about the rigid motion. Where steps towards the exact answer do not settle, `reduction_error` says
@@ -100,6 +102,8 @@ def geometrically_exact(linear: Elastodynamic, tolerance: float = TOLERANCE) -> 
         The answer of small displacements, steady or from a start.
     tolerance
         How far the answer may be from settled, as a share of the largest displacement.
+    begun
+        The first steps from the linear answer, as of `with_large_displacement`, where these are known.
 
     Raises
     ------
@@ -116,9 +120,10 @@ def geometrically_exact(linear: Elastodynamic, tolerance: float = TOLERANCE) -> 
         return linear
     require_known(vibration.motion)
     best: Elastodynamic | None = None
-    before = math.inf
+    now, before, made = begun.displaced if begun else None, math.inf, begun.steps if begun else 0
     for _ in range(ROUNDS):
-        exact = settled_links(vibration, tolerance, TWICE * discretization.left_out)
+        exact = settled_links(vibration, tolerance, TWICE * discretization.left_out, begun=now)
+        exact = replace(exact, steps=(made := made + exact.steps))
         moving = replace(vibration, history=exact.displaced.history)
         in_elements, finer = time_error(moving, discretization.resolved)
         found = _settled(linear, exact, vibration, discretization, in_elements)
@@ -128,7 +133,7 @@ def geometrically_exact(linear: Elastodynamic, tolerance: float = TOLERANCE) -> 
         discretization, before = discretization.wider() if few else discretization, exact.open
         if not (few or finer) or exact.open > LOST or numbers_of(discretization, grid) > MOST_NUMBERS:
             break
-        vibration = resolved_in_time(discretization, grid, tolerance)[0]
+        vibration, now = resolved_in_time(discretization, grid, tolerance)[0], None
     assert best is not None
     assert best.exact is not None
     return replace(best, deflection=_at_positions(best.exact.displaced, linear))

@@ -250,7 +250,8 @@ class _Rungs:
         if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted:
             yield self._answer(GEOMETRICALLY_EXACT, stages[LARGE], stepped, *self._open(stepped, tolerance))
         try:
-            exact = geometrically_exact(linear, tolerance)
+            begun = None if self.scene.mechanism.friction else stepped.exact
+            exact = geometrically_exact(linear, tolerance, begun)
         except MechanismError as error:
             if self.theory.name == GEOMETRICALLY_EXACT:
                 problem = f"large displacement cannot be answered: {error}"
