@@ -92,9 +92,9 @@ STEEL = Section(2e6, 20.0)
 
 
 def test_beyond_an_avoided_crossing_knots_that_are_certain_stay():
-    """A march that passes a crossing hands its last knot on as it is: placed anew from farther back it was on another.
+    """A march hands its last knot on as it is: placed anew from farther back it was on another branch, 0.1 rad off.
 
-    Asked for ten times as finely the turn needs no march; the four branches are 0.1 rad apart at the next position.
+    The plate's angles are those of benchmarks/branch_tracker.py, which takes certain steps of its own.
     """
     points = {
         "O": -0.23200970091607154 - 0.1464607628433221j, "G": -0.3808553575980851 + 0.4716779166016192j,
@@ -102,15 +102,14 @@ def test_beyond_an_avoided_crossing_knots_that_are_certain_stay():
         "A": 0.15766484865155073 + 0.3090049742133306j, "B": 0.14403900286669835 + 0.390193897914044j,
         "C": 0.5546634564868438 + 0.29702757424242154j,
     }  # fmt: skip
-    members = {
-        "ground": "OGH", "crank": "OK", "plate": "ABC", "r1": "GA", "r2": "HB", "r3": "KC",
-    }  # fmt: skip
-    links = tuple(Link(name, {point: points[point] for point in on}) for name, on in members.items())
-    mechanism = Mechanism(links, (PinDrive("crank", "O"),), points)
+    links = [Link("ground", {point: points[point] for point in "OGH"})]
+    for name, on in {"crank": "OK", "plate": "ABC", "r1": "GA", "r2": "HB", "r3": "KC"}.items():
+        along = (points[on[1]] - points[on[0]]) / abs(points[on[1]] - points[on[0]])
+        links.append(Link(name, {point: (points[point] - points[on[0]]) / along for point in on}))
+    mechanism = Mechanism(tuple(links), (PinDrive("crank", "O"),), points)
     step, start = -0.07306029426952998, np.angle(points["K"] - points["O"])
-    coarse = motion(mechanism, start + step * np.arange(60), 1.0)
-    fine = motion(mechanism, start + step / 10 * np.arange(600), 1.0)
-    assert np.abs(coarse.direction - fine.direction[:, ::10]).max() < 1e-9
+    moved = motion(mechanism, start + step * np.arange(60), 1.0)
+    assert np.angle(moved.direction[2, 39:42]) == pytest.approx([2.98941686, 2.9534228, 2.9173094], abs=1e-7)
 
 
 def test_a_crosshead_in_two_parallel_guides_moves_as_in_one():

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 from kinelast.cli.parser import parsed
 from kinelast.cli.terminal import Sentences, fill_closed_streams, listener, say
-from kinelast.scene.error import SceneError, plain
+from kinelast.scene.error import SceneError, likely, plain
 from kinelast.tasks.progress import SILENT, Progress, StoppedError, ignored_interrupts, signals_held_back, stoppable
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package
@@ -122,6 +122,8 @@ def _lost(task: Task, end: Lost) -> Outcome:
 
 
 BY_SIGNAL, INTERRUPTED = 128, 130
+FIRST = Path(__file__).parents[1] / "scene" / "first.toml"
+"""The scene of --new: that of docs/scenes.md."""
 
 
 def main(argv: Sequence[str]) -> int:
@@ -155,12 +157,15 @@ def main(argv: Sequence[str]) -> int:
 
 def _answer(request: Request, batch: Batch) -> int:
     """Run the command: version, list, or scenes."""
-    if batch.version:
-        return _version()
-    if batch.list:
-        return _list(*batch.scenes)
-    if batch.live:
-        return _live(*batch.scenes)
+    begins = batch.new or batch.copy or batch.foreign
+    for asked, answer in (
+        (batch.version, _version),
+        (batch.list, partial(_list, *batch.scenes)),
+        (batch.live, partial(_live, *batch.scenes)),
+        (begins, partial(_begin, batch)),
+    ):
+        if asked:
+            return answer()
     if not batch.scenes:
         return _refuse("no scene was given: name a .toml file or a shipped scene, see --list")
     try:
@@ -242,6 +247,41 @@ def _list(kind: str = "", *words: str) -> int:
         note = " (--structure)" if name in structures else ""
         title = tomllib.loads(path.read_text(encoding="utf-8")).get("title", "")
         say(f"{name:{width}}  {title}{note}", sys.stdout)
+    return FINE
+
+
+def _begin(batch: Batch) -> int:
+    """Write a scene to begin with into the working folder, never over another file; the exit status."""
+    from kinelast.scene.text import scene_to_begin_with
+    from kinelast.tasks.task import shipped_scenes
+
+    notes: tuple[str, ...] = ()
+    if batch.foreign:
+        from exchange import ExchangeError, read, scene_text
+
+        try:
+            drawing = read(batch.foreign)
+            text, notes = scene_text(drawing), drawing.notes
+        except ExchangeError as error:
+            return _refuse(f"--import: {plain(str(error), 300)}")
+        path = Path("mechanism.toml" if "://" in batch.foreign else f"{Path(batch.foreign).stem}.toml")
+    elif batch.copy:
+        shipped = shipped_scenes()
+        if batch.copy not in shipped:
+            return _refuse(
+                f'--copy: there is no shipped scene "{batch.copy}"{likely(batch.copy, list(shipped))}, see --list'
+            )
+        path, text = Path(f"{batch.copy}.toml"), shipped[batch.copy].read_text(encoding="utf-8")
+    else:
+        path, text = Path(f"{str(batch.new).removesuffix('.toml')}.toml"), FIRST.read_text(encoding="utf-8")
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(scene_to_begin_with(text))
+    except FileExistsError:
+        return _refuse(f'"{path}" is there already: move it away, or go to another folder')
+    for note in notes:
+        say(f"{path}: {note}", sys.stderr)
+    say(f"{path} written; deflection-report {path} answers it", sys.stdout)
     return FINE
 
 

@@ -101,6 +101,13 @@ def written(text: str, table: SceneTable, values: Mapping[str, float], head: str
     return "".join([f"# {head}\n" if head else "", *kept])
 
 
+def scene_to_begin_with(text: str) -> str:
+    """A scene's text with the schema of this installation in its first line, for editors that complete by it."""
+    schema = Path(__file__).parents[1] / "scene.schema.json"
+    rest = text.partition("\n")[2].lstrip("\n") if text.startswith(SCHEMA) else text
+    return f"{SCHEMA} {schema.as_uri()}\n{rest}"
+
+
 def _put(document: Any, table: SceneTable, place: Place, value: float) -> None:
     """Put a value into a document."""
     node: Any = document

@@ -222,6 +222,15 @@ class Batch:
         many=True,
         default=(),
     )
+    new: str | None = option(SCENE, "write a first scene to begin with, NAME.toml, and stop", "NAME")
+    copy: str | None = option(SCENE, "write a copy of a shipped scene to change, SCENE.toml, and stop", "SCENE")
+    foreign: str | None = option(
+        SCENE,
+        "write the scene of another program's mechanism and stop: PMKS+ (file or link), Linkage, pylinkage, mec2, "
+        "linkage_sim, DXF",
+        "FILE",
+        flags=("--import",),
+    )
     structure: bool = option(
         CHECKING,
         "tell mobility, loops and groups instead, and draw the skeleton",

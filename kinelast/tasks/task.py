@@ -108,9 +108,10 @@ FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
 """Exit statuses of the command, the greatest of all scenes' counts."""
 DONE, FAILED, SKIPPED = "done", "failed", "skipped"
 MESSAGE = 1000  # letters of a line, at most
-OURS = ("kinelast", "rigid", "elastic", "machine", "fem_check", "animations")
+OURS = ("kinelast", "rigid", "elastic", "machine", "fem_check", "animations", "exchange")
 TO_INSTALL = {  # by the name that is imported, where that is not what is installed
     "distributed": "kinelast[cluster]",
+    "ezdxf": "kinelast[dxf]",
     "imageio_ffmpeg": "imageio[ffmpeg]",
     "pandas": "kinelast[notebook]",
     "pyarrow": "kinelast[sweep]",

@@ -1,0 +1,97 @@
+"""DXF drawings: lines as links into a scene, links with the holes of their joints out of one."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names
+
+SOURCE = "DXF"
+UNITS = {1: "in", 4: "mm", 5: "cm", 6: "m"}  # $INSUNITS
+SAME = 1e-4  # of the drawing's size: ends that are one point
+TURN = "60 rpm"
+
+
+def of_dxf(path: Path, title: str) -> Drawing:
+    """The mechanism in a drawing: every line a link, every polyline a link of all its corners.
+
+    Ends at one place are pinned together. Ends on a layer whose name has "ground", "fixed" or "base", and circles
+    there, are fixed; where none are, the two ends that single links have. The first link on the ground is driven.
+
+    Raises
+    ------
+    ExchangeError
+        It is no drawing of lines.
+    ModuleNotFoundError
+        Without ezdxf.
+    """
+    from ezdxf.filemanagement import readfile
+    from ezdxf.lldxf.const import DXFError
+
+    try:
+        drawing = readfile(path)
+    except (OSError, DXFError) as error:
+        raise ExchangeError(f"no DXF drawing that can be read: {error}") from None
+    chains, marks = [], []
+    for entity in drawing.modelspace():
+        ground = bool(re.search("ground|fixed|base", entity.dxf.layer, re.IGNORECASE))
+        corners = _corners(entity)
+        if ground or entity.dxftype() == "CIRCLE":
+            marks += (corners or [_place(entity.dxf.center)]) if ground else []
+        elif len(corners) > 1:
+            chains.append(corners)
+    if not chains:
+        raise ExchangeError("there is no line in it")
+    spread = [place for chain in chains for place in chain]
+    near = SAME * max(abs(a - spread[0]) for a in spread)
+    points: list[complex] = []
+    ends = [tuple(dict.fromkeys(_index(place, points, near) for place in chain)) for chain in chains]
+    notes = ["every line of the drawing is a link; ends at one place are pinned together"]
+    fixed = {n for n, place in enumerate(points) if any(abs(place - mark) <= near for mark in marks)}
+    if not fixed:
+        fixed = {n for n in range(len(points)) if sum(n in own for own in ends) == 1}
+        notes.append("no layer named ground, fixed or base: the ends that only one line has are taken as fixed")
+    names, called = Names(), Names(["ground"])
+    point = {n: names(n, _letter(n)) for n in range(len(points))}
+    links = {
+        called(n, f"link_{n + 1}"): Body(tuple(point[c] for c in own)) for n, own in enumerate(ends) if set(own) - fixed
+    }
+    driven = next((name for name, body in links.items() if any(point[n] in body.points for n in fixed)), None)
+    drives: tuple[Drive, ...] = ()
+    if driven is not None:
+        at = next(point[n] for n in sorted(fixed) if point[n] in links[driven].points)
+        drives = (Drive({"link": driven, "at": at}, TURN),)
+        notes.append(f"{driven} turns at {TURN}: assumed")
+    unit = UNITS.get(drawing.header.get("$INSUNITS", 4), "mm")
+    places = {point[n]: place for n, place in enumerate(points)}
+    return Drawing(
+        title, SOURCE, unit, places, tuple(point[n] for n in sorted(fixed)), links, drives=drives, notes=tuple(notes)
+    )
+
+
+def _corners(entity: Any) -> list[complex]:
+    if entity.dxftype() == "LINE":
+        return [_place(entity.dxf.start), _place(entity.dxf.end)]
+    if entity.dxftype() == "LWPOLYLINE":
+        return [complex(x, y) for x, y in entity.get_points("xy")]
+    if entity.dxftype() == "POLYLINE":
+        return [_place(vertex.dxf.location) for vertex in entity.vertices]
+    return []
+
+
+def _place(vector: Any) -> complex:
+    return complex(vector.x, vector.y)
+
+
+def _index(place: complex, points: list[complex], near: float) -> int:
+    for number, known in enumerate(points):
+        if abs(known - place) <= near:
+            return number
+    points.append(place)
+    return len(points) - 1
+
+
+def _letter(number: int) -> str:
+    return chr(ord("A") + number % 26) + ("" if number < 26 else str(number // 26))

@@ -1,0 +1,117 @@
+"""Models of mec2, as JSON of nodes and constraints, alone or within the <mec-2> element of a page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names, Slide, Slot
+
+SOURCE = "mec2"
+CURVES = {
+    "linear": "constant-speed", "quadratic": "constant-acceleration", "harmonic": "harmonic", "sinoid": "cycloidal",
+    "poly5": "polynomial-345", "const": "dwell",
+}  # fmt: skip
+
+
+def of_mec2(data: Mapping[str, Any], title: str) -> Drawing:
+    """The mechanism in a JSON object of mec2; ExchangeError where it is none."""
+    try:
+        return _drawing(data, title)
+    except (KeyError, TypeError, ValueError, StopIteration) as error:
+        raise ExchangeError(f"no model of mec2 that can be read: {error!r}") from None
+
+
+def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
+    names, called = Names(), Names(["ground"])
+    notes = ["mec2 draws in pixels: each is taken as a millimetre"]
+    nodes = {str(each["id"]): each for each in data["nodes"]}
+    points = {names(key): complex(each.get("x", 0), each.get("y", 0)) for key, each in nodes.items()}
+    still = {names(key) for key, each in nodes.items() if each.get("base")}
+    constraints = {str(each["id"]): each for each in data["constraints"]}
+    members: dict[str, list[str]] = {}
+    host: dict[str, str] = {}
+    slots: dict[str, Slot] = {}
+    slides: dict[str, Slide] = {}
+    drives = []
+    for key, each in constraints.items():
+        start, end = names(each["p1"]), names(each["p2"])
+        length, angle = each.get("len") or {"type": "free"}, each.get("ori") or {"type": "free"}
+        reference = host.get(str(angle.get("ref", "")))
+        if (
+            length["type"] == "const"
+            and angle["type"] == "const"
+            and reference
+            and {start, end} & set(members[reference])
+        ):
+            members[reference] += [name for name in (start, end) if name not in members[reference]]
+            host[key] = reference
+        elif length["type"] == "const" and angle["type"] == "const" and not angle.get("ref") and start in still:
+            still.add(end)
+        elif length["type"] == "const" and not angle.get("ref"):
+            link = host[key] = called(key)
+            members[link] = [start, end]
+            if angle["type"] == "drive":
+                drives.append(_drive(angle, {"link": link, "at": start}, math.tau, "rad"))
+        elif length["type"] in ("free", "drive") and angle["type"] == "const" and start in still:
+            slots[called(f"{key} slot", f"slot_{key}")] = Slot(end, "", "ground", points[end] - points[start])
+            if length["type"] == "drive":
+                slides[called(f"{key} slide", f"slide_{key}")] = Slide("", "ground", end, points[end] - points[start])
+                drives.append(_drive(length, {"slider": f"slide_{key}"}, 100.0, "mm"))
+        else:
+            notes.append(
+                f"constraint {key} is of a kind that is left out ({length['type']} length, {angle['type']} angle)"
+            )
+    links = {name: Body(tuple(own)) for name, own in members.items() if not set(own) <= still}
+    if data.get("loads"):
+        notes.append("loads of mec2 are left out: put them under [[loads]]")
+    if data.get("gravity"):
+        notes.append("gravity of mec2 is left out: put gravity = [0.0, -9.81] under [run]")
+    slides, slots = _with_blocks(slides, slots, links, called)
+    shown = (str(view.get("of")) for view in data.get("views", ()) if view.get("as") == "trace")
+    traced = next((names(key) for key in shown if key in nodes and names(key) not in still), "")
+    used = {name for body in links.values() for name in body.points} | still
+    points = {name: place for name, place in points.items() if name in used}
+    fixed = tuple(name for name in points if name in still)
+    return Drawing(
+        str(data.get("title") or data.get("id") or title), SOURCE, "mm", points, fixed, links, slots, slides,
+        tuple(drives), traced=traced, notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _with_blocks(
+    slides: Mapping[str, Slide], slots: Mapping[str, Slot], links: dict[str, Body], called: Names
+) -> tuple[dict[str, Slide], dict[str, Slot]]:
+    """Slides with a block of their own, and slots with the first link that has their pin."""
+    driven = {slide.through for slide in slides.values()}
+    blocks = {}
+    for name, slide in slides.items():
+        block = called(f"block {slide.through}", f"block_{slide.through}")
+        links[block] = Body((slide.through,))
+        blocks[name] = Slide(block, slide.on, slide.through, slide.direction)
+    pins = {
+        name: Slot(
+            slot.point, next(link for link, body in links.items() if slot.point in body.points), slot.on, slot.direction
+        )
+        for name, slot in slots.items()
+        if slot.point not in driven
+    }
+    return blocks, pins
+
+
+def _drive(how: Mapping[str, Any], joint: dict[str, str], whole: float, unit: str) -> Drive:
+    """A drive of an angle or a length: `Dw` within `Dt`, by a function or a sequence of them."""
+    time, by = float(how.get("Dt", 1)), float(how.get("Dw", whole))
+    kind = how.get("func", "linear")
+    if kind == "linear":
+        return Drive(joint, f"{by / time:.12g} {unit}/s")
+    parts = how["args"] if kind == "seq" else [{"func": kind, "dt": time, "dz": 1}]
+    lasting = sum(float(part["dt"]) for part in parts)
+    law = []
+    for part in parts:
+        segment = {"curve": CURVES[part["func"]], "duration": f"{float(part['dt']) * time / lasting:.12g} s"}
+        if part["func"] != "const":
+            segment["by"] = f"{by * float(part.get('dz', 1)):.12g} {unit}"
+        law.append(segment)
+    return Drive(joint, law=tuple(law))

@@ -1,0 +1,73 @@
+"""Mechanisms of pylinkage (its `mechanism` package), as JSON of joints and links."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names, Slot
+
+SOURCE = "pylinkage"
+TURN = "60 rpm"  # pylinkage tells angles by step, and no duration of a step
+
+
+def of_pylinkage(data: Mapping[str, Any], title: str) -> Drawing:
+    """The mechanism in a JSON object of pylinkage; ExchangeError where it is none."""
+    try:
+        return _drawing(data, title)
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise ExchangeError(f"no mechanism of pylinkage that can be read: {error!r}") from None
+
+
+def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
+    names, called, notes = Names(), Names(["ground"]), ["pylinkage has no unit of length: millimetres are assumed"]
+    joints = {str(each["id"]): each for each in data["joints"]}
+    points = {names(key, each.get("name", "")): complex(*map(float, each["position"])) for key, each in joints.items()}
+    still = {key for key, each in joints.items() if each["type"] == "ground"}
+    links: dict[str, Body] = {}
+    drives = []
+    for each in data["links"]:
+        own = tuple(map(str, each["joints"]))
+        if each["type"] == "ground":
+            still |= set(own)
+            continue
+        link = called(each["id"], each.get("name", ""))
+        links[link] = Body(tuple(names(key) for key in own))
+        if each["type"] in ("driver", "arc_driver"):
+            at = str(each.get("motor_joint") or next(key for key in own if key in still))
+            still.add(at)
+            drives.append(_drive(each, link, names(at), notes))
+    for key, each in joints.items():
+        if each["type"] == "tracker":
+            pair = {names(each["ref_joint1_id"]), names(each["ref_joint2_id"])}
+            host = next((name for name, body in links.items() if pair <= set(body.points)), None)
+            if host is None:
+                notes.append(f"the tracker {names(key)} is on no link, and left out")
+                points.pop(names(key))
+            elif names(key) not in links[host].points:
+                links[host] = Body((*links[host].points, names(key)))
+    slots = {}
+    for key, each in joints.items():
+        if each["type"] == "prismatic":
+            host = next((name for name, body in links.items() if names(key) in body.points), None)
+            if host is not None:
+                slots[f"slot_{names(key)}"] = Slot(names(key), host, "ground", complex(*map(float, each["axis"])))
+    fixed = tuple(names(key) for key in joints if key in still)
+    links = {name: body for name, body in links.items() if not set(body.points) <= set(fixed)}
+    return Drawing(
+        str(data.get("name") or title), SOURCE, "mm", points, fixed, links, slots, {}, tuple(drives), notes=tuple(notes)
+    )
+
+
+def _drive(each: Mapping[str, Any], link: str, at: str, notes: list[str]) -> Drive:
+    joint = {"link": link, "at": at}
+    sense = math.copysign(1, each.get("angular_velocity") or 1)
+    if each["type"] == "driver":
+        notes.append(f"{link} turns at {TURN}: assumed, since pylinkage tells an angle by step")
+        return Drive(joint, TURN if sense > 0 else f"-{TURN}")
+    swing = math.degrees(float(each["arc_end"]) - float(each["arc_start"]))
+    at_start = math.degrees(float(each.get("initial_angle") or each["arc_start"]) - float(each["arc_start"]))
+    notes.append(f"{link} swings over its arc in a second and back: assumed, since pylinkage tells an angle by step")
+    ways = [by for by in (swing - at_start, -swing, at_start) if abs(by) > 1e-9]
+    return Drive(joint, law=tuple({"curve": "harmonic", "duration": "1 s", "by": f"{by:.12g} deg"} for by in ways))

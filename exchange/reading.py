@@ -1,0 +1,74 @@
+"""Files of other programs, told from one another by their content."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from exchange.drawing import Drawing, ExchangeError
+from exchange.linkage2 import of_linkage2
+from exchange.linkage_sim import of_linkage_sim
+from exchange.mec2 import of_mec2
+from exchange.pmks import of_pmks
+from exchange.pylinkage import of_pylinkage
+
+FORMATS = "PMKS+ (.pmks or a link), Linkage (.linkage2), pylinkage, mec2 and linkage_sim (.json), DXF (.dxf)"
+LARGEST = 20_000_000  # bytes
+
+
+def read(source: str) -> Drawing:
+    """The mechanism in a file of another program, or in a link of PMKS+.
+
+    Raises
+    ------
+    ExchangeError
+        It is of no format that is known, or not readable.
+    """
+    if re.match(r"https?://", source):
+        return of_pmks(source, "mechanism")
+    path = Path(source)
+    title = path.stem or "mechanism"
+    if path.suffix.lower() == ".dxf":
+        from exchange.dxf import of_dxf
+
+        return of_dxf(path, title)
+    return of_text(_text(path), title)
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.stat().st_size > LARGEST:
+            raise ExchangeError(f"{path}: larger than {LARGEST // 1_000_000} MB")
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise ExchangeError(f"{path}: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise ExchangeError(f"{path}: not a text in UTF-8") from None
+
+
+def of_text(text: str, title: str) -> Drawing:
+    """The mechanism in the text of a file."""
+    if "<linkage2" in text:
+        return of_linkage2(text[text.index("<linkage2") :], title)
+    inner = re.search(r"<mec-2[^>]*>(.*?)</mec-2>", text, re.DOTALL)
+    if inner or text.lstrip().startswith("{"):
+        return _of_json(inner[1] if inner else text, title)
+    return of_pmks(text, title)
+
+
+def _of_json(text: str, title: str) -> Drawing:
+    try:
+        data: Any = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ExchangeError(f"no JSON: {error}") from None
+    if isinstance(data, dict):
+        for keys, reader in (
+            ({"nodes", "constraints"}, of_mec2),
+            ({"bodies", "joints"}, of_linkage_sim),
+            ({"joints", "links"}, of_pylinkage),
+        ):
+            if keys <= data.keys():
+                return reader(data, title)
+    raise ExchangeError(f"a JSON file of no program that is known; there are {FORMATS}")

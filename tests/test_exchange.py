@@ -1,0 +1,198 @@
+"""Mechanisms of other programs come in as they are drawn there, and move as they do there."""
+
+import json
+
+import numpy as np
+import pytest
+
+import kinelast
+from exchange import ExchangeError, read, scene_text
+from exchange.reading import of_text
+from kinelast.cli.command import main
+
+# PMKS+'s own number system, by its rule: thousandths in base 64, negative ones with a leading 0.
+DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
+
+
+def coded(value):
+    number, text = abs(round(1000 * value)), ""
+    while number:
+        number, digit = divmod(number, 64)
+        text = DIGITS[digit] + text
+    return ("0" if value <= 0 else "") + text
+
+
+def pmks():
+    """A slider-crank of 3 and 8 cm at 45 degrees, 30 rpm, as PMKS+ writes it."""
+    b = 3 * np.exp(0.25j * np.pi)
+    c = b.real + np.sqrt(64 - b.imag**2)
+    rows = [("M", "A", 0j), ("G", "B", b), ("G", "C", c), ("L", "D", c)]  # driven and fixed, plain, plain, sliding
+    joints = "".join(f"{mark}{key},{key},{coded(complex(z).real)},{coded(complex(z).imag)},0." for mark, key, z in rows)
+    links = "YRab,AB,Fe,Fe,0,0,c5cae9,A,B,,.YRbc,BC,Fe,Fe,0,0,c5cae9,B,C,,.YPcd,CD,Fe,0,0,0,,C,D,,."
+    return f"0O.TY.U,0.101.{joints}.{links}..JAq"
+
+
+LINKAGE = """<linkage2><program units="Millimeters"/>
+<connector id="0" x="0" y="0" anchor="true" input="true" rpm="-30"/><connector id="1" x="4" y="6"/>
+<connector id="2" x="120" y="50" draw="true"/><connector id="3" x="100" y="-40" anchor="true"/>
+<connector id="4" x="108" y="-4" slider="true"><slidelimit id="3"/><slidelimit id="2"/></connector>
+<connector id="5" x="108" y="-140" anchor="true"/><connector id="6" x="150" y="-60"/>
+<connector id="9" x="1" y="1" layer="1"/>
+<Link id="1"><connector id="0"/><connector id="1"/></Link><Link id="2"><connector id="1"/><connector id="2"/></Link>
+<Link id="3"><connector id="3"/><connector id="2"/></Link>
+<Link id="4"><connector id="4"/><connector id="6"/><connector id="5"/></Link></linkage2>"""
+
+MEC2 = {
+    "nodes": [
+        {"id": "A0", "base": True}, {"id": "B0", "x": 200, "base": True}, {"id": "A", "y": 50},
+        {"id": "B", "x": 250, "y": 120}, {"id": "C", "x": 125, "y": 150},
+    ],
+    "constraints": [
+        {"id": "a", "p1": "A0", "p2": "A", "len": {"type": "const"},
+         "ori": {"type": "drive", "func": "linear", "Dt": 5}},
+        {"id": "b", "p1": "A", "p2": "B", "len": {"type": "const"}},
+        {"id": "c", "p1": "B0", "p2": "B", "len": {"type": "const"}},
+        {"id": "b2", "p1": "A", "p2": "C", "len": {"type": "const"}, "ori": {"type": "const", "ref": "b"}},
+    ],
+    "views": [{"show": "pos", "of": "C", "as": "trace"}],
+}  # fmt: skip
+
+PYLINKAGE = {
+    "name": "four-bar",
+    "joints": [
+        {"id": "O1", "type": "ground", "position": [0, 0]}, {"id": "O2", "type": "ground", "position": [100, 0]},
+        {"id": "A", "type": "revolute", "position": [0, 25]}, {"id": "B", "type": "revolute", "position": [68, 50.6]},
+        {"id": "T", "type": "tracker", "position": [34, 38], "ref_joint1_id": "A", "ref_joint2_id": "B"},
+    ],
+    "links": [
+        {"id": "g", "type": "ground", "joints": ["O1", "O2"]},
+        {"id": "crank", "type": "driver", "joints": ["O1", "A"], "motor_joint": "O1", "angular_velocity": -0.1},
+        {"id": "coupler", "type": "link", "joints": ["A", "B"]},
+        {"id": "rocker", "type": "link", "joints": ["B", "O2"]},
+    ],
+}  # fmt: skip
+
+
+def linkage_sim():
+    """A slider-crank of 1 and 3 m whose crank begins at 0.7 rad; its bodies are told in axes of their own alone."""
+
+    def body(mass, **points):
+        return {"attachment_points": points, "mass": mass, "cg_local": [0, 0], "izz_cg": 0.1}
+
+    def pin(i, p, j, q):
+        return {"type": "revolute", "body_i": i, "point_i": p, "body_j": j, "point_j": q}
+
+    return {
+        "schema_version": "1.0.0",
+        "bodies": {
+            "ground": body(0, O=[0, 0], rail=[3, 0]), "crank": body(1, A=[0, 0], B=[1, 0]),
+            "rod": body(2, B=[0, 0], C=[3, 0]), "block": body(0.5, C=[0, 0]),
+        },
+        "joints": {
+            "J1": pin("ground", "O", "crank", "A"), "J2": pin("crank", "B", "rod", "B"),
+            "J3": pin("rod", "C", "block", "C"),
+            "P": pin("ground", "rail", "block", "C") | {"type": "prismatic", "axis_local_i": [1, 0]},
+        },
+        "drivers": {
+            "D": {"type": "constant_speed", "body_i": "ground", "body_j": "crank", "omega": 2.0, "theta_0": 0.7},
+        },
+    }  # fmt: skip
+
+
+def moved(text, title="mine"):
+    """The scene of a text of another program, and its motion."""
+    scene = kinelast.scene_from_text(scene_text(of_text(text, title)))
+    return scene, kinelast.scene_motion(scene)
+
+
+def test_a_slider_crank_of_pmks_moves_as_its_lengths_say():
+    scene, motion = moved(pmks())
+    crank = motion.drive[0]
+    assert scene.run.duration == pytest.approx(2.0)  # a turn at 30 rpm
+    expected = 0.03 * np.cos(crank) + np.sqrt(0.08**2 - (0.03 * np.sin(crank)) ** 2)
+    place = motion.origin[[link.name for link in scene.mechanism.links].index("block_C")]
+    np.testing.assert_allclose(place, expected, atol=2e-5)  # drawn to a hundredth of a millimetre
+
+
+def test_a_file_of_linkage_has_its_slots_its_sense_and_its_traced_point():
+    drawing = of_text(LINKAGE, "mine")
+    assert drawing.slots["slot_P4"].on == "link_3"
+    assert drawing.traced == "P2"
+    assert drawing.drives[0].speed == "-30 rpm"
+    assert "P9" not in drawing.points  # drawn beside the mechanism
+    scene, motion = moved(LINKAGE)
+    names = [link.name for link in scene.mechanism.links]
+    coupler, rocker = (motion.origin[names.index(name)] for name in ("link_2", "link_3"))
+    assert np.abs(coupler - 0).max() == pytest.approx(np.hypot(4, 6) / 1000)
+    assert np.ptp(np.abs(rocker - 0.1 + 0.04j)) < 1e-12
+
+
+def test_a_point_fixed_on_another_of_mec2_is_of_its_link():
+    drawing = of_text(f"<mec-2 width='3'>{json.dumps(MEC2)}</mec-2>", "mine")
+    assert drawing.links["b"].points == ("A", "B", "C")
+    assert drawing.traced == "C"
+    scene, _ = moved(json.dumps(MEC2))
+    assert scene.run.duration == pytest.approx(5.0)
+
+
+def test_a_four_bar_of_pylinkage_closes_and_turns_its_way():
+    _, motion = moved(json.dumps(PYLINKAGE))
+    assert motion.drive[0][1] < motion.drive[0][0]
+    assert np.isfinite(motion.condition).all()
+
+
+def test_bodies_of_linkage_sim_are_put_together():
+    scene, motion = moved(json.dumps(linkage_sim()))
+    at = [link.name for link in scene.mechanism.links].index("block")
+    crank = motion.drive[0]
+    assert crank[0] == pytest.approx(0.7)
+    sign = np.sign(motion.origin[at][0].real - np.cos(0.7))  # which of the two assemblies was found
+    np.testing.assert_allclose(motion.origin[at], np.cos(crank) + sign * np.sqrt(9 - np.sin(crank) ** 2), atol=1e-9)
+
+
+def test_lines_of_a_dxf_drawing_are_links(tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.new(units=4)
+    for start, end in (((0, 0), (20, 30)), ((20, 30), (120, 50)), ((120, 50), (100, -40))):
+        drawing.modelspace().add_line(start, end)
+    drawing.saveas(tmp_path / "four.dxf")
+    scene = kinelast.scene_from_text(scene_text(read(str(tmp_path / "four.dxf"))))
+    assert [len(link.points) for link in scene.mechanism.links] == [2, 2, 2, 2]
+    assert np.isfinite(kinelast.scene_motion(scene).condition).all()
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "{", "{}", '{"joints": 1, "links": 2}', "<linkage2><connector/></linkage2>", "?j=A,1&l=", "0.1.2", "a" * 1000,
+     '{"nodes": [], "constraints": [{}]}', '{"bodies": {}, "joints": {}}', "<linkage2><!ENTITY a 'b'></linkage2>"],
+)  # fmt: skip
+def test_what_is_no_mechanism_is_told(text):
+    with pytest.raises(ExchangeError):
+        scene_text(of_text(text, "mine"))
+
+
+def test_the_command_writes_a_scene_to_begin_with_and_never_over_another(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "walker.json").write_text(json.dumps(MEC2))
+    assert main(["--import", "walker.json"]) == 0
+    assert "pixels" in capsys.readouterr().err  # what was assumed is told
+    assert main(["--copy", "steel_four_bar"]) == main(["--new", "mine"]) == 0
+    for name in ("walker", "steel_four_bar", "mine"):
+        text = (tmp_path / f"{name}.toml").read_text()
+        assert text.startswith("#:schema file:")
+        kinelast.scene_from_text(text)
+    edited = (tmp_path / "mine.toml").read_text() + "# mine\n"
+    (tmp_path / "mine.toml").write_text(edited)
+    assert main(["--new", "mine"]) == main(["--copy", "steel_for_bar"]) == main(["--import", "none.json"]) == 2
+    said = capsys.readouterr().err
+    assert "is there already" in said
+    assert 'did you mean "steel_four_bar"?' in said
+    assert (tmp_path / "mine.toml").read_text() == edited
+
+
+def test_the_first_scene_is_that_of_the_docs():
+    from pathlib import Path
+
+    docs = (Path(__file__).parent.parent / "docs" / "scenes.md").read_text(encoding="utf-8")
+    first = Path(kinelast.__file__).parent / "scene" / "first.toml"
+    assert f"```toml\n{first.read_text(encoding='utf-8')}```" in docs
