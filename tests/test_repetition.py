@@ -4,14 +4,18 @@ from math import isnan, pi
 
 import numpy as np
 import pytest
+from answers_table import FEATURES
 from scene_texts import FOUR_BAR, PARALLELOGRAM, edited
 
+from elastic import sample
+from fem_check.nonlinear import nonlinear_steady_state
 from kinelast.figures.trust import findings
 from kinelast.runs import computed
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.repetition import common_period
 from kinelast.tasks.request import Request
 
+REDUNDANT = FEATURES["redundant joints"]
 TWO_CRANKS = edited(
     FOUR_BAR,
     ("D = [0.35, 0.0]", "D = [0.36, 0.0]\nC = [0.40, 0.0]"),
@@ -123,6 +127,31 @@ class TestRuns:
     def test_a_parallelogram_is_back_after_one_turn(self):
         run = run_of(text=PARALLELOGRAM)
         assert (run.duration, run.turn) == (pytest.approx(2 * pi / 10), True)
+
+
+class TestFewPositions:
+    """A cycle is one in however few positions it is looked at."""
+
+    law = "motion = [[0, 0.6], [0.1, 0.9], [0.2, 1.2], [0.3, 0.9], [0.4, 0.6]]\nrepeat = true"
+
+    def test_the_period_is_that_of_the_run(self):
+        text = edited(FOUR_BAR, ('speed = "100 rad/s"', self.law), ("positions = 36", "positions = 12"))
+        assert computed(scene_from_text(text), Request(theory="quasi-static")).period == 0.4
+
+    @pytest.mark.slow
+    def test_redundant_joints_are_those_of_the_whole_nonlinear_mechanism(self):
+        """A parallelogram on three cranks, one more than it needs: the force method against constraints of elements."""
+        scene = scene_from_text(REDUNDANT)
+        found = computed(scene, Request(theory="elastodynamic"))
+        assert any(closed.redundancy for closed in found.motion.closures)
+        course, damping = scene.course, found.answer.vibrating.damping.beams
+        whole = nonlinear_steady_state(
+            scene.mechanism, scene.sections, course.laws, course.period, 192, 8, damping=damping
+        )
+        for field, limit in (("chord", 1e-3), ("M", 1e-3), ("N", 3e-3)):
+            expected = getattr(whole, field)[:, ::16]
+            apart = np.abs(sample(found.deflection, field, whole.xi) - expected).max(axis=(1, 2))
+            assert (apart < limit * np.abs(expected).max(axis=(1, 2))).all(), field
 
 
 class TestTold:
