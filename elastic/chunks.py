@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from elastic.beams.compliance import designs_of
 from elastic.beams.section import JointCompliance, Section
 from elastic.solution import Deflection, deflection
 from rigid import Mechanism, motion_in_chunks
+from rigid.arrays import ArrayLike
 from rigid.chunks import columns_of, design_chunks
 from rigid.positions import select_designs
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from functools import reduce
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from elastic.arrays import AtStations, PerBeam
 from elastic.beams.division import at_station, evaluated
@@ -15,7 +14,7 @@ from elastic.fields import field_named
 from elastic.links.beam_trees import in_line
 from elastic.solution import Deflection
 from rigid import Beam
-from rigid.arrays import Complexes, Reals
+from rigid.arrays import ArrayLike, Complexes, Reals
 
 STATIONS = 101
 UNBENT = 0.01  # of the largest deflection of all beams, below which one of them counts as bent by so much

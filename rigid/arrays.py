@@ -5,31 +5,40 @@ and positions last, contiguous; `...` stands for the designs, where there are an
 in the docstring of the function.
 """
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Reals = NDArray[np.float64]
-"""Real numbers."""
+if TYPE_CHECKING:
+    from numpy import typing
+    from numpy.typing import NDArray
 
-Complexes = NDArray[np.complex128]
-"""Complex numbers: vectors of the plane."""
+    ArrayLike = typing.ArrayLike
+    """Numbers that make an array."""
+
+    Reals = NDArray[np.float64]
+    """Real numbers."""
+
+    Complexes = NDArray[np.complex128]
+    """Complex numbers: vectors of the plane."""
+
+    Flags = NDArray[np.bool_]
+    """Truth values."""
+
+    Integers = NDArray[np.int64]
+    """Numbers of links, joints, positions, ..."""
+
+    Numbers = NDArray[Any]
+    """Real or complex numbers, as the function is asked with."""
+else:  # numpy's types take as long to load as ten files of ours
+    ArrayLike = Any
+    Reals = Complexes = Flags = Integers = Numbers = np.ndarray
 
 Real = float | Reals
 """A real number, or one for each of many designs."""
 
 Complex = complex | Complexes
 """A vector of the plane, or one for each of many designs."""
-
-Flags = NDArray[np.bool_]
-"""Truth values."""
-
-Integers = NDArray[np.int64]
-"""Numbers of links, joints, positions, ..."""
-
-Numbers = NDArray[Any]
-"""Real or complex numbers, as the function is asked with."""
 
 Columns = Any
 """A real or complex number at every position: shape (..., positions), or a scalar or ZERO where it is the same at all.

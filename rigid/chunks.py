@@ -7,9 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from rigid.arrays import Reals
+from rigid.arrays import ArrayLike, Reals
 from rigid.drive_arrays import drive_arrays
 from rigid.kinematics import Motion, motion
 from rigid.mechanism import Mechanism

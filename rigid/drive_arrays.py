@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from rigid.arrays import Columns, Reals
+from rigid.arrays import ArrayLike, Columns, Reals
 from rigid.mechanism import Mechanism
 from rigid.names import counted
 from rigid.parts import MechanismError

@@ -8,9 +8,8 @@ from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from rigid.arrays import Columns, Complexes, Numbers, Reals
+from rigid.arrays import ArrayLike, Columns, Complexes, Numbers, Reals
 from rigid.closures.closure import Closure
 from rigid.closures.conditioning import closure_sine, condition_numbers, marked, may_be_singular
 from rigid.closures.displacements import Openings, displacements

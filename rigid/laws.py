@@ -13,10 +13,8 @@ from math import pi
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import polynomial
-from numpy.typing import ArrayLike
 
-from rigid.arrays import Real, Reals
+from rigid.arrays import ArrayLike, Real, Reals
 
 Triple = tuple[Reals, Reals, Reals]
 JUMP = 1e-9  # of the speeds before and after, above which a change of speed is an impact
@@ -43,12 +41,21 @@ class TableError(ValueError):
         self.place, self.ends = place, ends
 
 
+def _value(powers: Reals, z: Reals) -> Reals:
+    """Value of a polynomial by its coefficients, of rising powers; numpy's own is in a module that is long to load."""
+    value: Reals = powers[-1] + 0.0 * z
+    for power in powers[-2::-1]:
+        value = power + value * z
+    return value
+
+
 def _polynomial(*coefficients: float) -> Callable[[Reals], Triple]:
     powers = [np.array(coefficients, float)]
-    powers += [polynomial.polyder(powers[0]), polynomial.polyder(powers[0], 2)]
+    for _ in range(2):
+        powers.append(powers[-1][1:] * np.arange(1, len(powers[-1])) if len(powers[-1]) > 1 else np.zeros(1))
 
     def curve(z: Reals) -> Triple:
-        value, rate, acceleration = (polynomial.polyval(z, power) for power in powers)
+        value, rate, acceleration = (_value(power, z) for power in powers)
         return value, rate, acceleration
 
     return curve

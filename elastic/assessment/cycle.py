@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from elastic.extreme_values import Extreme
 from elastic.largest import Largest, largest
 from rigid import Motion, Reals
+from rigid.arrays import ArrayLike
 
 EVEN = 1e-9  # of themselves that equal steps, and a constant speed, may differ by
 

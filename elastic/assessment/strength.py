@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from elastic.arrays import AtStations
 from elastic.extreme_values import Extreme, extremes
@@ -11,6 +10,7 @@ from elastic.fields import FIELDS
 from elastic.sampling import sample
 from elastic.solution import Deflection
 from rigid import Reals
+from rigid.arrays import ArrayLike
 from rigid.constants import per_row
 
 

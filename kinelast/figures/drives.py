@@ -39,7 +39,6 @@ from machine.drives import (
 )
 from rigid import ConstantSpeed, with_rates
 from rigid.arrays import Reals
-from rigid.dynamics import kinetic_energy
 
 PerDrive = Callable[[Cycle, int], Any]
 
@@ -79,6 +78,8 @@ def load_inertia(cycle: Cycle, number: int) -> Reals:
     """Inertia of all links, reduced to a drive while the others stand [kg m^2 or kg], shape (..., positions)."""
     count = len(cycle.scene.mechanism.drives)
     unit = with_rates(cycle.motion, np.eye(count)[:, number : number + 1])
+    from rigid.dynamics import kinetic_energy  # which few scenes ask for
+
     whole: Reals = 2.0 * kinetic_energy(unit) - cycle.scene.mechanism.drives[number].inertia
     return np.broadcast_to(whole, cycle.columns)
 

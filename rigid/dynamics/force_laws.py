@@ -9,10 +9,9 @@ from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from rigid.analysis.coordinates import Coordinate
-from rigid.arrays import Reals
+from rigid.arrays import ArrayLike, Reals
 from rigid.kinematics import Motion
 from rigid.laws import TableError
 from rigid.parts import Law

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from rigid.analysis.turning_points import aligned_joint
-from rigid.arrays import Reals
+from rigid.arrays import ArrayLike, Reals
 from rigid.decomposition.order import structure
 from rigid.dynamics.integrated_motion import Effort, ForwardError, IntegratedMotion, MotionLaw
 from rigid.dynamics.leading import Lead, Stretch, better_leading_joints, unwound

@@ -6,9 +6,8 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from rigid.arrays import Integers
+from rigid.arrays import ArrayLike, Integers
 from rigid.names import counted
 from rigid.parts import MechanismError
 

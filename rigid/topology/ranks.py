@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigid.arrays import Integers, Reals
 from rigid.parts import MechanismError
@@ -83,20 +82,20 @@ class Mobility:
     loops: int
     kinematic_unknowns: int
     kinematic_equations: int
-    kinematic_rank: NDArray[np.int64]
+    kinematic_rank: Integers
     static_unknowns: int
     static_equations: int
-    static_rank: NDArray[np.int64]
+    static_rank: Integers
     kept: Reals
     dropped: Reals
 
     @property
-    def mobility(self) -> NDArray[np.int64]:
+    def mobility(self) -> Integers:
         """Degree of mobility m = E_s - r_s, shape (...): independent motions at the position."""
         return self.static_equations - self.static_rank
 
     @property
-    def hyperstaticity(self) -> NDArray[np.int64]:
+    def hyperstaticity(self) -> Integers:
         """Degree of hyperstaticity h = I_s - r_s, shape (...): components of joint forces that statics cannot tell."""
         return self.static_unknowns - self.static_rank
 

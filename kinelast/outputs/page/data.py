@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elastic import FIELDS, coefficients
 from elastic.links import Runs, members_of
@@ -16,7 +15,7 @@ from kinelast.figures.cycle import EXTREME_FIELDS, drive_words
 from kinelast.figures.drives import motor_speed, motor_torque
 from kinelast.figures.results import Results
 from rigid import Spring, TorsionSpring
-from rigid.arrays import Integers
+from rigid.arrays import Integers, Reals
 
 BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out
 STORED = ("N", "M", "u", "w")
@@ -89,7 +88,7 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
     count = len(motion.time)
     every = len(kept) == count
 
-    def taken(values: Any) -> NDArray[Any]:
+    def taken(values: Any) -> Reals:
         if np.shape(values)[-1:] != (count,):
             values = np.broadcast_to(values, (*np.shape(values)[:-1], count))
         return np.asarray(values if every else values[..., kept])
