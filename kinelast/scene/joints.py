@@ -16,7 +16,7 @@ from kinelast.scene.numbers import direction_of, real, require, vector
 from kinelast.scene.quantities import Damping
 from kinelast.scene.tables import BearingTable, GearTable, JointTable, SliderTable, SlotTable, WeldTable
 from machine.joints import Eye, JointParts, Pin, Plain, Rolling
-from rigid import GROUND, Friction, Gear, Link, Mechanism, Slider, Weld, structure
+from rigid import GROUND, Friction, Gear, Link, Mechanism, Slider, Weld
 from rigid.arrays import Complex
 
 
@@ -191,7 +191,8 @@ def _friction(where: str, table: JointTable, slides: bool) -> Friction:
 
 def build_bearings(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointParts]:
     """Parts of the joints by the name of their pin."""
-    pins = [joint.name for joint in structure(mechanism).joints if joint.turns and joint.name not in scene.welds]
+    shared = Counter(point for link in mechanism.links for point in link.points)
+    pins = [point for point, count in shared.items() if count > 1 and point not in scene.welds]
     for name in scene.bearings:
         known_name("bearings", name, name, pins, "pin")
     return {name: _parts(f"bearings.{name}", table) for name, table in scene.bearings.items()}
