@@ -197,7 +197,17 @@ def write_pages(
     best = None if tally.best is None else int(tally.best[NUMBER])
     document = evaluation.document
     title = document.table.title or task.path.stem
-    page = partial(designs_page, title, columns, evaluation.units, reasons, paths, figures, best)
+    page = partial(
+        designs_page,
+        title,
+        columns,
+        evaluation.units,
+        reasons,
+        paths,
+        figures,
+        best,
+        told_in=evaluation.base.scene.told_in,
+    )
     scene = task.path.stem if task.path in shipped_scenes().values() else task.path.name
     options = f"--positions {positions}" if positions else ""
     put(task.folder / "designs.html", page(scene=scene, options=options))

@@ -20,6 +20,7 @@ from kinelast.figures.joints import JOINT_FIGURES, LIFE_FIGURES
 from kinelast.figures.results import Results
 from kinelast.outputs.page.data import Numbers, kept_positions, model_of, numbers_of
 from kinelast.outputs.sealed import json_bytes
+from kinelast.scene.numbers import SI, ToldIn
 from rigid.arrays import Integers, Reals
 
 WEB = Path(__file__).parent / "web"
@@ -150,6 +151,7 @@ def designs_page(
     pages: Mapping[int, str] | None = None,
     scene: str | None = None,
     options: str = "",
+    told_in: ToldIn = SI,
 ) -> bytes:
     """The page of many designs, UTF-8: it needs nothing but itself and asks for nothing.
 
@@ -174,6 +176,8 @@ def designs_page(
     scene, options
         What the command calls the scene, and the options by which a design's single run has the figures of this page:
         designs without a page are told the commands that make it.
+    told_in
+        Units that the scene's quantities are told in.
 
     Raises
     ------
@@ -200,6 +204,7 @@ def designs_page(
         "count": len(kept),
         "of": count,
         "units": {name: units.get(name, "1") for name in values},
+        "told_in": told_in,
         "numbers": list(numbers),
         "figures": list(figures),
         "axes": first_axes(numbers, figures),
