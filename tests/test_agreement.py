@@ -62,13 +62,12 @@ def summary_of(tables):
 def test_every_key_under_limits_is_that_of_a_figure_bounded_from_its_side():
     limits = {"deflection": 1.0, "chord": 1.0, "safety": 2.0, "output": 1.0, "buckling": 0.5}
     limits |= {"endurance": 1.5, "life": "1000 h"}
-    assert {*limits, "links"} == {*LimitsTable.__struct_fields__}
     tables = copy.deepcopy({**DRAWN[0], "limits": limits, "fatigue": {}})
     for material in tables["materials"].values():
         material |= {"ultimate": "500 MPa", "endurance": "200 MPa"}
     scene = scene_from_dict(tables)
     figures = {figure.limit: figure for figure in figures_of(output_of(scene)) if figure.limit}
-    assert figures.keys() == limits.keys()
+    assert figures.keys() | {"links"} == {*LimitsTable.__struct_fields__}
     for limit in scene.limits:
         figure = figures[limit.kind]
         assert (limit.figure, limit.least) == (figure.key, figure.over == LEAST)

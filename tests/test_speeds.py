@@ -103,14 +103,14 @@ class TestLimitSpeed:
         text = shipped_scenes()["steel_four_bar"].read_text()
         found = speeds(scene_from_text(text), (60.0, 90.0, 2))
         scene = scene_from_text(
-            text.replace('accuracy = "5 %"', 'theory = "elastodynamic"').replace("100 rad/s", "60 rad/s")
+            text.replace('accuracy = "5 %"', 'theory = "elastodynamic"').replace("100 rad/s", "90 rad/s")
         )
         peaks = results_in_full(scene).figures.peaks
         for key in ("deflection", "stress", "output_error", "shaking_force"):
             peak = max(peaks[key], key=lambda peak: abs(peak.value))
             _, values, errors = found.figures[key]
-            assert values[0] == pytest.approx(abs(peak.value), rel=0.01), key
-            assert errors[0] == pytest.approx(peak.error.size, rel=1.0, abs=2e-3 * abs(peak.value)), key
+            assert values[-1] == pytest.approx(abs(peak.value), rel=0.01), key
+            assert 0.95 * peak.error.size < errors[-1] < 2 * peak.error.size, key  # its time is less fine
 
     @pytest.mark.parametrize(("bound", "highest"), [("1 m", 40.0), ("1 nm", 0.0)])
     def test_limits_may_hold_everywhere_or_nowhere(self, bound, highest):
