@@ -210,7 +210,7 @@ minimize = "mass"
     after = {limit.figure: (best.after[limit.figure] / limit.bound) ** (1 if limit.least else -1)
              for limit in best.task.limits}  # fmt: skip
     assert "endurance.arm" in after
-    assert min(after.values()) == pytest.approx(1.0, rel=1e-4)
+    assert 1.0 <= min(after.values()) < 1.001  # room is left for the error of the figure
 
 
 def document_of_text(text):
