@@ -55,6 +55,8 @@ SETTLED = 0.004  # of the accuracy, that being allowed to be coarser: a figure m
 FINE = 0.02  # of the accuracy, that being finer than the tolerance
 LEFT = (BEAM_THEORY, ROUND_OFF)  # parts that no theory of motion changes
 BESIDES = 0.1  # of the accuracy: what is not worth answering where others hold the accuracy back
+MANY = 256  # elements of time, beyond which twice as many take seconds, and shares tell what they leave open
+FURTHER = 0.1  # of the tolerance of an exact answer is that of the one in finer elements that it is held against
 NO_MORE = 0.1  # of the accuracy, that a step to the exact answer may change of deflections where it is the last
 HOPELESS = 4.0  # radians of a section's rotation, beyond which vibration is not looked at
 SAME = 1e-9  # share by which moments at rest differ by round-off
@@ -243,7 +245,7 @@ class _Rungs:
         stepped, stages, shares = self._large_displacement(linear)
         shares |= settled
         timed = None
-        if not self.scene.mechanism.friction:
+        if self._in_finer(linear):
             timed = vibrating, self._cycle(in_finer_elements(linear, tolerance)[0])
         yield self._answer(QUASI_STATIC, plain, linear, {VIBRATION: vibrating, **stages}, shares, in_time=timed)
         yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares, in_time=timed)
@@ -283,10 +285,14 @@ class _Rungs:
 
     def _open(self, exact: Elastodynamic, tolerance: float) -> tuple[dict[str, Cycle], dict[str, float]]:
         """The exact answer in finer elements of time, and the share that its steps leave open."""
-        if exact.exact is None or self.scene.mechanism.friction:
+        if exact.exact is None or not self._in_finer(exact):
             return {}, {TIME: exact.time_error + exact.reduction_error, LARGE: large_displacement_error(exact)}
-        finer, left = in_finer_elements(exact, tolerance)
+        finer, left = in_finer_elements(exact, FURTHER * tolerance)  # else both leave the same steps open
         return {TIME: self._cycle(finer)}, {} if left <= tolerance else {LARGE: large_displacement_error(exact)}
+
+    def _in_finer(self, answer: Elastodynamic) -> bool:
+        """Whether it is worth its time to answer in finer elements what elements of time leave open."""
+        return not self.scene.mechanism.friction and answer.elements <= MANY
 
     def _answer(
         self,
