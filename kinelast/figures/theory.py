@@ -291,7 +291,7 @@ class _Rungs:
         return {TIME: self._cycle(finer)}, {} if left <= tolerance else {LARGE: large_displacement_error(exact)}
 
     def _in_finer(self, answer: Elastodynamic) -> bool:
-        """Whether it is worth its time to answer in finer elements what elements of time leave open."""
+        """Whether an answer in finer elements of time is worth the time that it takes."""
         return not self.scene.mechanism.friction and answer.elements <= MANY
 
     def _answer(
