@@ -7,9 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sources import shipped, three_ways
+from sources import three_ways
 
 from kinelast.scene.data import scene_motion, scene_motion_at
+from kinelast.scene.document import scene_from_text
+from kinelast.tasks.task import shipped_scenes
 from rigid import motion
 from rigid.analysis import PointCoordinate, dead_points, drive_values
 
@@ -20,9 +22,11 @@ def digits(value):
 
 
 class TestDragReduction:
-    """DRS project: kinematics push up mechanism, a Maple worksheet."""
+    """DRS project: kinematics push up mechanism, a Maple worksheet: its bars are lines of mass."""
 
-    scene = shipped("drs_push_up")
+    scene = scene_from_text(
+        shipped_scenes()["drs_push_up"].read_text(encoding="utf-8").replace("[run]", '[run]\nbeams = "euler-bernoulli"')
+    )
 
     def force(self, *milliseconds, scene=None):
         return three_ways(scene_motion_at(scene or self.scene, np.array(milliseconds) * 1e-3))[0]
