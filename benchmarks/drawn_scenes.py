@@ -67,6 +67,7 @@ WORDS: dict[str, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {  
     "exaggeration": (("2", "10"), ("1e-300", "1e300"), ("0", "inf", "x")),
     "background": (("black", "#ffffff"), ("#000",), ("no colour", "")),
     "show": (("names", "links,peak", "none", "drives,paths,deformed"), ("",), ("x", "names,x")),
+    "balance": ((), (), ()),
     "sensitivities": ((), (), ()),
     "tolerances": ((), (), ()),
     "samples": (("16", "32"), ("16",), ("15", "x", "1000001")),
