@@ -159,7 +159,7 @@ class TestLinks:
         scene = scene_from_text(edited(FOUR_BAR, ('["O", "A"]', '["O", "A"]\nrigid = true\nmass = 2')))
         (lump,) = link(scene, "crank").lumps
         assert (lump.point, lump.mass, lump.offset) == ("O", 2.0, pytest.approx(0.05))
-        assert lump.inertia == pytest.approx(7850 * BAR_AREA * 0.1 * 0.1**2 / 12)
+        assert lump.inertia == pytest.approx(7850 * BAR_AREA * 0.1 * (0.1**2 + 0.006**2) / 12)
         assert scene.labels == ("coupler", "rocker")
 
     def test_the_mass_of_a_guide_is_that_of_its_beams(self):

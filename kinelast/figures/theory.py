@@ -336,7 +336,7 @@ class _Rungs:
 def _enough(rung: Answer, wanted: float) -> bool:
     """Whether a finer theory would not help: the accuracy is reached, or the error that it could take away is small.
 
-    That of courses, of all fields and joint forces, is to be within the accuracy too.
+    Where an accuracy is asked for, that of courses, of all fields and joint forces, is to be within it too.
     """
     if rung.unknown:
         return False
@@ -345,7 +345,7 @@ def _enough(rung: Answer, wanted: float) -> bool:
         left = each.share - by_motion
         if not by_motion <= max(wanted - left, BESIDES * wanted):
             return False
-    return max(rung.courses.values(), default=0.0) <= wanted
+    return rung.accuracy is None or max(rung.courses.values(), default=0.0) <= wanted
 
 
 def _off_by_motion(rung: Answer) -> float:
