@@ -406,7 +406,7 @@ class TestFurtherChecks:
         told = json.loads((tmp_path / "bars" / "summary.json").read_text())["nonlinear_check"]
         assert (told["passed"], told["largest"]) == (None, None)
         assert "friction" in told["problem"]
-        assert "friction of joints" in (tmp_path / "bars" / "report.html").read_text()
+        assert "Coulomb friction" in (tmp_path / "bars" / "report.html").read_text()
 
     def test_plane_bodies_tell_what_beam_theory_leaves_out(self):
         found = solid_check(results_at(FAST))
