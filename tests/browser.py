@@ -34,6 +34,7 @@ class Page:
     def __init__(self, driver, path: Path, width: int = 1280, media: dict[str, str] | None = None) -> None:
         self.driver = driver
         self.logs()
+        driver.get_log("performance")  # of pages before
         features = [{"name": name, "value": value} for name, value in (media or {}).items()]
         driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}

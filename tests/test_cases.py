@@ -203,7 +203,7 @@ class TestVerdicts:
         """456 rad/s by 241 speeds."""
         _, said, _ = answered("limit_speed", "--speeds", f"200:660:{count}")
         [found] = re.findall(r"all limits hold up to ([\d.]+) rad/s", said)
-        assert float(found) == pytest.approx(456, rel=0.005)
+        assert float(found) == pytest.approx(456, rel=0.01)  # the error of the stress is kept off the limit
 
     @pytest.mark.parametrize(
         ("without", "named"), [("named_point_none", "named_point_far"), ("named_point_none_b", "named_point_near")]

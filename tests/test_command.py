@@ -54,7 +54,11 @@ def strict_json(path):
     return json.loads(path.read_text(), parse_constant=refuse)
 
 
-@pytest.mark.parametrize("name", sorted(shipped_scenes()))
+LONG = ("flap_bars", "flap_plates", "pusher")
+SHIPPED = [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in sorted(shipped_scenes())]
+
+
+@pytest.mark.parametrize("name", SHIPPED)
 def test_every_shipped_scene_makes_a_complete_folder(name, tmp_path, capsys):
     assert main([name, "--positions", "24", "--fields", "--stations", "11", "-o", str(tmp_path)]) == 0
     folder = tmp_path / name
@@ -74,7 +78,7 @@ def test_every_shipped_scene_makes_a_complete_folder(name, tmp_path, capsys):
     assert lines[0].removeprefix(f"{name}: ").removeprefix("acceptable; ").startswith(said)
 
 
-@pytest.mark.parametrize("name", sorted(shipped_scenes()))
+@pytest.mark.parametrize("name", SHIPPED)
 def test_extremes_in_the_table_are_those_of_the_fields(name, tmp_path):
     """Against a dense search of the sampled fields, whose own error is (1/800)^2/8 of the field's curvature.
 
@@ -654,7 +658,11 @@ def test_the_line_tells_the_worst_grade(arm, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("edit", "question"),
     [
-        (("A = [0.2, 0]", "A = [200, 0]"), r"arm is 200 m long, is that meant\? a bare number is in m; units = .mm"),
+        pytest.param(
+            ("A = [0.2, 0]", "A = [200, 0]"),
+            r"arm is 200 m long, is that meant\? a bare number is in m; units = .mm",
+            marks=pytest.mark.slow,
+        ),
         (("A = [0.2, 0]", "A = [2e-7, 0]"), "No link is longer than 200 nm, is that meant"),
         (("E = 210e9", "E = 210"), "E of steel is 210 Pa, which hardly a solid has"),
         (("speed = 50.0", "speed = 3e6"), r"A drive turns at 2.865·10⁷ rpm, is that meant"),

@@ -104,6 +104,7 @@ class TestMechanisms:
         assert len(pairs) == 2
         assert all(abs(heights[one] - heights[other]) > 0 for one, other in pairs)
 
+    @pytest.mark.slow
     def test_joined_links_are_one_behind_the_other(self):
         bent = deflection(load("flap_bars"))
         found = stack(bent)

@@ -125,6 +125,7 @@ def test_the_check_and_films_are_of_the_positions_shown(tmp_path, monkeypatch):
     assert (summary["check"]["passed"], summary["check"]["compared"]) == (True, 40)
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_positions(monkeypatch):
     scene = scene_from_text(FOUR_BAR)
     monkeypatch.setattr(compute, "SHOWN", 32)

@@ -138,6 +138,7 @@ def test_that_vibration_is_left_out_is_said_where_it_is_asked_for(scene, tmp_pat
     assert "found without vibration" not in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_an_optimum_is_written_the_same_way_twice(scene, tmp_path):
     first, second = (tmp_path / name for name in ("first", "second"))
     for out in (first, second):
@@ -393,6 +394,7 @@ def test_the_example_of_the_page_prints_what_it_says():
     assert printed.getvalue().strip() == code.rsplit("  # ", 1)[1].strip()
 
 
+@pytest.mark.slow
 def test_the_page_shows_all_three(scene, tmp_path, driver):
     main([str(scene()), "--sensitivities", "--tolerances", "--samples", "64", "--optimize", "--quiet",
           "-o", str(tmp_path / "out")])  # fmt: skip

@@ -184,6 +184,7 @@ def test_what_cannot_be_swept_is_told_before_it_starts(tmp_path, capsys, old, ne
     assert not (tmp_path / "out" / "bars" / "designs.csv").exists()
 
 
+@pytest.mark.slow
 def test_the_three_steps_of_the_page_on_designs(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     steps = re.findall(r"^\$ deflection-report (.*)\n(.*)$", PAGE, re.MULTILINE)

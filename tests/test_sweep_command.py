@@ -50,6 +50,7 @@ def test_a_sweep_of_a_scene_is_the_same_for_any_number_of_processes_and_when_gon
     assert tree(tmp_path / "two") == whole
 
 
+@pytest.mark.slow
 def test_pages_that_the_disk_did_not_take_are_made_by_the_next_run(tmp_path, monkeypatch, capsys):
     """All of them or none: those that came before the disk was full would pass for all that there are."""
     scene = swept_scene(tmp_path / "arm.toml", SWEEP.replace("samples = 90", "samples = 4"))
