@@ -75,6 +75,7 @@ def whole_folders(out):
     return {folder.name for folder in found}
 
 
+@pytest.mark.slow
 def test_two_runs_at_once_leave_whole_folders_of_one_or_the_other(tmp_path):
     cases, out = scenes(tmp_path / "in", 4), tmp_path / "out"
     runs = [started(cases, "-o", out, "--positions", count, stderr=subprocess.PIPE) for count in (5, 6, 7)]
@@ -250,7 +251,7 @@ SLOW = pytest.mark.slow
 
 @pytest.mark.parametrize(
     ("name", "jobs"),
-    [("SIGTERM", 2), ("SIGINT", 2), pytest.param("SIGKILL", 2, marks=SLOW), pytest.param("SIGHUP", 2, marks=SLOW),
+    [pytest.param("SIGTERM", 2, marks=SLOW), ("SIGINT", 2), pytest.param("SIGKILL", 2, marks=SLOW), pytest.param("SIGHUP", 2, marks=SLOW),
      pytest.param("SIGTERM", 1, marks=SLOW), pytest.param("SIGINT", 1, marks=SLOW)],
 )  # fmt: skip
 def test_a_signal_ends_all_processes_and_the_next_run_goes_on(name, jobs, tmp_path):

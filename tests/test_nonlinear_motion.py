@@ -404,6 +404,7 @@ def test_steps_and_elements_are_refined_to_the_tolerance(speed):
     assert (off <= 5e-3 * np.abs(true.chord).max(axis=(1, 2))).all()
 
 
+@pytest.mark.slow
 def test_few_steps_say_that_they_are_few():
     """A rough tolerance is reached by fewer steps, and the error that is told is not below the true one."""
     rough, fine = refined_four_bar(60.0, 0.1), refined_four_bar(60.0, 2e-3)

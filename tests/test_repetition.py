@@ -183,6 +183,7 @@ class TestTold:
 class TestAnswers:
     """Vibration in the cycle of the whole mechanism."""
 
+    @pytest.mark.slow
     def test_is_that_of_one_turn_of_a_slower_drive(self):
         request = Request(theory="elastodynamic", checks=(4,))
         both = [computed(scene_from_text(text), request) for text in (TWO_CRANKS, GEARED)]

@@ -126,6 +126,7 @@ def test_an_optimum_that_no_design_in_reach_attains_is_no_success(scene, tmp_pat
     assert " % too much for at most 1 µm" in told
 
 
+@pytest.mark.slow
 def test_that_vibration_is_left_out_is_said_where_it_is_asked_for(scene, tmp_path, capsys):
     path = scene()
     path.write_text(

@@ -79,7 +79,8 @@ def answers_of(scene):
 
 
 class TestLimitSpeed:
-    @pytest.mark.parametrize("asked", [pytest.param((430.0, 470.0, 2), marks=pytest.mark.slow), (440.0, 480.0, 4)])
+    @pytest.mark.slow
+    @pytest.mark.parametrize("asked", [(430.0, 470.0, 2), (440.0, 480.0, 4)])
     def test_it_is_the_same_however_many_are_asked(self, asked):
         """Single answers keep the limit at 454.3 and break it at 454.9 rad/s, and keep it again; less their errors."""
         found = speeds(scene_from_text(LIGHTLY_DAMPED + CHORD), asked)

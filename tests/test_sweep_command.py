@@ -83,6 +83,7 @@ def test_another_sweep_is_not_gone_on_with(scene, tmp_path, capsys):
     assert tree(tmp_path / "out") == before
 
 
+@pytest.mark.slow
 def test_rows_do_not_depend_on_the_chunks_that_they_are_computed_in(scene, tmp_path):
     tables = toml_tables(file_text(scene), "")
     evaluation = Evaluation(document_from_dict(tables), plan_of(tables), ("deflection", "mass"))
