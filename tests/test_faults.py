@@ -251,8 +251,8 @@ SLOW = pytest.mark.slow
 
 @pytest.mark.parametrize(
     ("name", "jobs"),
-    [pytest.param("SIGTERM", 2, marks=SLOW), ("SIGINT", 2), pytest.param("SIGKILL", 2, marks=SLOW), pytest.param("SIGHUP", 2, marks=SLOW),
-     pytest.param("SIGTERM", 1, marks=SLOW), pytest.param("SIGINT", 1, marks=SLOW)],
+    [("SIGINT", 2), *(pytest.param(*each, marks=SLOW)
+     for each in (("SIGTERM", 2), ("SIGKILL", 2), ("SIGHUP", 2), ("SIGTERM", 1), ("SIGINT", 1)))],
 )  # fmt: skip
 def test_a_signal_ends_all_processes_and_the_next_run_goes_on(name, jobs, tmp_path):
     cases, out = scenes(tmp_path / "in", 4, long=[2, 3]), tmp_path / "out"
@@ -289,6 +289,7 @@ def test_a_pipe_that_is_closed_ends_nothing(tmp_path):
     assert whole_folders(out) == {"s0", "s1", "s2"}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device")
 def test_an_output_that_is_full_or_closed_ends_nothing(tmp_path):
     cases = scenes(tmp_path / "in", 2)
@@ -609,6 +610,7 @@ def test_a_rigid_scene_has_its_report_whatever_is_asked(tmp_path, capsys):
     assert (check["passed"], check["largest"]) == (True, None)
 
 
+@pytest.mark.slow
 def test_results_are_the_same_byte_for_byte_for_any_number_of_jobs(tmp_path):
     cases = scenes(tmp_path / "in", 1)
     (cases / "chain.toml").write_text(CHAIN)

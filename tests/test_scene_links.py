@@ -279,6 +279,7 @@ class TestPointsOnTheWay:
         shares=st.lists(st.floats(0.01, 0.99), min_size=1, max_size=5, unique_by=lambda share: round(share, 3)),
         reversed_at=st.integers(0, 4),
     )
+    @pytest.mark.slow
     def test_named_points_change_no_figure_and_no_word(self, case, shares, reversed_at):
         """Random points named on a straight link, its beams written piece by piece."""
         name, link = case

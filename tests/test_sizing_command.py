@@ -63,6 +63,7 @@ def scene(tmp_path):
     return written
 
 
+@pytest.mark.slow
 def test_all_studies_of_a_scene(scene, tmp_path, capsys):
     options = ["--sensitivities", "--tolerances", "--samples", "256", "--optimize", "-o", str(tmp_path / "out")]
     assert main([str(scene()), *options]) == 1  # as it stands, it bends more than allowed

@@ -235,6 +235,7 @@ def test_on_shipped_scenes_a_finer_accuracy_never_takes_a_lower_rung_or_a_worse_
         assert answer.accurate == (answer.error <= share and max(answer.courses.values()) <= share)
 
 
+@pytest.mark.slow
 def test_an_accuracy_that_is_not_reached_is_told_and_ends_in_status_1(tmp_path, capsys):
     (tmp_path / "bars.toml").write_text(edited(FOUR_BAR, ("positions = 36", 'positions = 24\naccuracy = "0.01 %"')))
     assert main([str(tmp_path / "bars.toml"), "-o", str(tmp_path / "out")]) == 1
