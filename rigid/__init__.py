@@ -37,6 +37,7 @@ from rigid.parts import (
 from rigid.points import acceleration_of, position_of, velocity_of
 from rigid.postures import Posture, posture
 from rigid.reach import ReachError, reachable, require_reach
+from rigid.table_laws import RepeatedLaw, TableLaw
 from rigid.transmission import transmission_angles
 
 __all__ = [
@@ -61,6 +62,7 @@ __all__ = [
     "Posture",
     "ReachError",
     "Reals",
+    "RepeatedLaw",
     "Resistance",
     "Segment",
     "SegmentedLaw",
@@ -68,6 +70,7 @@ __all__ = [
     "SliderDrive",
     "Spring",
     "TableError",
+    "TableLaw",
     "TorsionSpring",
     "Weld",
     "acceleration_of",

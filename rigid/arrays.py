@@ -48,3 +48,8 @@ No closer type, for numpy's own operators have none that takes arrays, numbers a
 
 ColumnShape = tuple[int, ...]
 """Shape of the columns: (positions,) or (designs, positions)."""
+
+
+def of_designs(value: Any) -> Any:
+    """A number of a mechanism or its parts without the axis of positions, which it has where designs differ in it."""
+    return np.asarray(value)[..., 0] if np.ndim(value) else value

@@ -17,6 +17,7 @@ from rigid.decomposition.groups import Structure
 from rigid.decomposition.order import structure
 from rigid.drive_arrays import drive_arrays, per_position, rate_of
 from rigid.joints import JointPlace
+from rigid.laws import MotionLaw
 from rigid.mechanism import Mechanism
 from rigid.plane import ZERO
 from rigid.positions.link_positions import place
@@ -180,6 +181,16 @@ def with_rates(motion: Motion, drive_rate: ArrayLike, drive_acceleration: ArrayL
         return _with_velocities(motion.mechanism, motion.time, motion.drive, rate, rate2, *here)
 
 
+def unit_motion(motion: Motion, drive: int) -> Motion:
+    """The same positions with one drive moving at rate 1 and no others, so that velocities are influences."""
+    return with_rates(motion, np.eye(len(motion.mechanism.drives))[:, drive : drive + 1])
+
+
+def unit_motions(motion: Motion) -> list[Motion]:
+    """As of `unit_motion`, of every drive."""
+    return [unit_motion(motion, drive) for drive in range(len(motion.mechanism.drives))]
+
+
 def _with_velocities(
     mechanism: Mechanism,
     time: Reals,
@@ -272,3 +283,9 @@ def _accelerations(
     for number, hinge in enumerate(hinge for closed in closures for hinge in closed.joints):
         gaps[number] = gaps[number] + hinge.coriolis(velocity, rotation)
     return displacements(closures, gaps, turns, [value * value for value in rotation])
+
+
+def by_laws(laws: Sequence[MotionLaw], times: Reals) -> tuple[Reals, Reals, Reals]:
+    """Coordinates, rates and accelerations of drives that follow laws, each of shape (drives, ..., positions)."""
+    coordinates, rates, accelerations = (np.array(part) for part in zip(*(law(times) for law in laws), strict=True))
+    return coordinates, rates, accelerations

@@ -17,6 +17,8 @@ import numpy as np
 from rigid.arrays import ArrayLike, Real, Reals
 
 Triple = tuple[Reals, Reals, Reals]
+MotionLaw = Callable[[Any], Triple]
+"""From times [s] to coordinate, rate and acceleration of a drive, each of their shape."""
 JUMP = 1e-9  # of the speeds before and after, above which a change of speed is an impact
 SAME = 1e-12  # of its duration, by which an instant may miss the end of a segment
 
@@ -88,9 +90,9 @@ def _sine_constant_cosine(sine: float, cosine: float) -> Callable[[Reals], Tripl
     ends, flat = b / 2, (1 - d) / 2
     # Speed and coordinate where the pieces meet, at an acceleration of 1 in the constant one; half of the rise is 1/2.
     speed = 2 * ends / pi
-    way = ends**2 * (2 / pi) * (1 - 2 / pi)
+    travel = ends**2 * (2 / pi) * (1 - 2 / pi)
     lasts = flat - ends
-    later_way, later = way + speed * lasts + lasts**2 / 2, speed + lasts
+    later_way, later = travel + speed * lasts + lasts**2 / 2, speed + lasts
     peak = 1 / (2 * (later_way + later * d / 2 + (d / pi) ** 2))
 
     def half(z: Reals) -> Triple:
@@ -102,7 +104,7 @@ def _sine_constant_cosine(sine: float, cosine: float) -> Callable[[Reals], Tripl
         value = np.select(
             [first, third],
             [b / pi * (z - b / pi * np.sin(turn)), later_way + later * rest + (d / pi) ** 2 * (1 - np.cos(swing))],
-            way + speed * on + on**2 / 2,
+            travel + speed * on + on**2 / 2,
         )
         rate = np.select([first, third], [b / pi * (1 - np.cos(turn)), later + d / pi * np.sin(swing)], speed + on)
         return peak * value, peak * rate, peak * np.select([first, third], [np.sin(turn), np.cos(swing)], 1.0)

@@ -16,10 +16,12 @@ from rigid.arrays import Complex, Real, Reals
 
 AnyMotion = Any  # a `Motion`, which is made of these parts
 Law = Callable[[AnyMotion], Reals]
+"""Coordinate, rate or factor as a function of a motion, shape (positions,)."""
 PointForce = tuple[str, str, Any, Any]
 """Link, point, force in the ground's axes [N], complex, and moment [N m], shape (..., positions) or scalar."""
 
 GROUND = "ground"
+"""Name of the fixed link."""
 PRESSURE_ANGLE = float(np.radians(20.0))  # of standard involute teeth, ISO 53
 
 

@@ -11,6 +11,7 @@ from rigid.analysis.coordinates import (
     Slide,
 )
 from rigid.analysis.inverse import drive_values
+from rigid.analysis.repetition import Repetition, common_period, drives_repeat, mechanism_repeats
 from rigid.analysis.turning_points import (
     DeadPoint,
     LimitPosition,

@@ -18,7 +18,8 @@ from rigid.closures.displacements import Openings
 from rigid.mechanism import Mechanism
 from rigid.plane import ZERO, number
 
-SINGULAR = 1e12  # condition beyond which a position is marked and its velocities and forces are nan
+SINGULAR = 1e12
+"""Condition number beyond which a position is marked, and its velocities and forces are nan."""
 REGULAR = 1e-2  # sine from which on no position comes to that
 MILD = 4.0  # by how much larger than their sum parts may be without counting
 TINY = np.finfo(float).tiny  # instead of a zero to divide by

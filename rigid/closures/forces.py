@@ -16,7 +16,8 @@ from rigid.joints import JointPlace
 from rigid.plane import ZERO, cross, dot, number
 from rigid.teeth import loaded_flank
 
-UNSTRESSED = 1e-9  # share of a self-stress of unit size below which a joint has no part in it
+UNSTRESSED = 1e-9
+"""Share of a self-stress of unit size below which a joint has no part in it."""
 
 
 @dataclass(frozen=True, eq=False)

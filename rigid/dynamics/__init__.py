@@ -1,4 +1,4 @@
-"""Efforts, energy, laws and springs, and motions found from efforts."""
+"""Efforts of drives, laws of loads, and motions found from efforts."""
 
 from rigid.dynamics.effort import (
     EquationOfMotion,
@@ -7,7 +7,6 @@ from rigid.dynamics.effort import (
     reduced_inertia,
     virtual_work_efforts,
 )
-from rigid.dynamics.energy import dissipated_power, kinetic_energy, load_power, potential_energy
 from rigid.dynamics.force_laws import (
     constant_law,
     law_of,
@@ -16,6 +15,6 @@ from rigid.dynamics.force_laws import (
     sum_of_laws,
     table_curve,
 )
-from rigid.dynamics.forward_dynamics import INTERRUPTED, forward
+from rigid.dynamics.forward_dynamics import INTERRUPTED, forward, steps_ahead
 from rigid.dynamics.integrated_motion import Effort, ForwardError, IntegratedMotion, MotionLaw, motion_during
 from rigid.laws import TableError

@@ -20,7 +20,7 @@ from rigid.constants import mass_constants
 from rigid.dynamics.constraints import Constraints, constraint_matrix, constraint_table, constraints_at
 from rigid.dynamics.rubbing import friction_loads, friction_of
 from rigid.joints import JointPlace
-from rigid.kinematics import Motion, with_rates
+from rigid.kinematics import Motion, unit_motions, with_rates
 from rigid.kinetostatics.friction import sliding_rate
 from rigid.kinetostatics.loads import given_loads, link_loads
 from rigid.kinetostatics.statics import reactions
@@ -95,12 +95,6 @@ def virtual_work_efforts(motion: Motion) -> Reals:
         for number, effort in reactions(motion).friction.items():
             efforts = efforts - np.stack([effort * sliding_rate(unit, number) for unit in units])
     return efforts
-
-
-def unit_motions(motion: Motion) -> list[Motion]:
-    """The same positions with one drive at a time moving at rate 1 and no others, so that velocities are influences."""
-    count = len(motion.mechanism.drives)
-    return [with_rates(motion, np.eye(count)[:, number : number + 1]) for number in range(count)]
 
 
 def _inertia_power(motion: Motion, other: Motion) -> Reals:

@@ -45,6 +45,7 @@ def table_curve(
     value: ArrayLike,
     interpolation: Literal["linear", "cubic"] = "linear",
     extend: Literal["error", "hold"] = "error",
+    angles: bool = False,
 ) -> Curve:
     """Curve through the entries of a table.
 
@@ -56,6 +57,8 @@ def table_curve(
         Straight between the entries, or a cubic spline with continuous curvature ("not-a-knot" at its ends).
     extend
         Beyond the ends: refused, or the value at the end.
+    angles
+        Whether the places are angles [rad], which are told in degrees.
 
     Raises
     ------
@@ -84,20 +87,22 @@ def table_curve(
     def curve(place: ArrayLike) -> Reals:
         place = np.asarray(place, float)
         if extend == "error":
-            _require_inside(place, at)
+            _require_inside(place, at, angles)
         result: Reals = inside(np.clip(place, at[0], at[-1]))
         return result
 
     return curve
 
 
-def _require_inside(place: Reals, at: Reals) -> None:
+def _require_inside(place: Reals, at: Reals, angles: bool) -> None:
     slack = OVER * (at[-1] - at[0])
     outside = place[(place < at[0] - slack) | (place > at[-1] + slack)]
     if outside.size:
+        asked, first, last = (
+            f"{np.degrees(each):.6g}\u00b0" if angles else f"{each:.6g}" for each in (outside.flat[0], at[0], at[-1])
+        )
         raise TableError(
-            f"asked at {outside.flat[0]:.6g}, but the table goes from {at[0]:.6g} to {at[-1]:.6g}: "
-            'add entries, or extend = "hold"',
+            f'asked at {asked}, but the table goes from {first} to {last}: add entries, or extend = "hold"',
             float(outside.flat[0]),
             (float(at[0]), float(at[-1])),
         )

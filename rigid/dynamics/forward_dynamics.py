@@ -29,7 +29,8 @@ from rigid.postures import Posture
 EVALUATIONS = 200_000  # of the equation of motion, at which an integration is given up
 CHARTED = 1e-11  # tolerance from which postures are taken from polynomials
 LEAST_TOLERANCE = 3e-14  # below it the integrator's error estimate is round-off
-INTERRUPTED = "interrupted"  # kind of the error where a user ended the integration
+INTERRUPTED = "interrupted"
+"""Kind of the error where a user ended the integration."""
 FADING = 50.0  # of that rate, from which another joint is looked for that leads them better
 STEEP = 1e4  # of a link's rate per rate of a drive, which then no longer leads it
 JUDGED = 20  # steps from which their sizes tell how many more it takes
@@ -197,12 +198,27 @@ def _stepped(
 
 
 def _hopeless(run: _Run, steps: Sequence[_Step]) -> bool:
-    """Whether the latest steps are by far too short to come to the end in the steps allowed, and do not grow."""
-    if len(steps) <= JUDGED or not np.isfinite(run.most_steps):
+    """Whether the latest steps are by far too short to come to the end in the steps allowed."""
+    if not np.isfinite(run.most_steps):
         return False
-    sizes = np.diff([step[0] for step in steps[-JUDGED - 1 :]])
-    before, after = sizes[: JUDGED // 2].max(), sizes[JUDGED // 2 :].max()
-    return bool(after <= before and run.duration - run.time > HOPELESS * run.most_steps * before)
+    return steps_ahead([step[0] for step in steps[-JUDGED - 1 :]], run.duration) > HOPELESS * run.most_steps
+
+
+def steps_ahead(times: Sequence[float], duration: float) -> float:
+    """Steps that an integration still takes, at the greatest size of its latest; 0 while they grow, or are few.
+
+    Parameters
+    ----------
+    times
+        Reached by its steps so far, the start first [s].
+    duration
+        [s].
+    """
+    if len(times) <= JUDGED:
+        return 0.0
+    sizes = np.diff(times[-JUDGED - 1 :])
+    before, after = float(sizes[: JUDGED // 2].max()), float(sizes[JUDGED // 2 :].max())
+    return (duration - times[-1]) / max(before, TINY) if after <= before else 0.0
 
 
 def _with_better_lead(system: RightHandSide, steps: list[_Step], solver: Any) -> tuple[RightHandSide, Reals] | None:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from rigid.arrays import Integers, Reals
-from rigid.dynamics.effort import equation_of_motion, unit_motions
+from rigid.dynamics.effort import equation_of_motion
 from rigid.dynamics.leading import Stretch
-from rigid.kinematics import Motion, motion, with_rates
+from rigid.kinematics import Motion, motion, unit_motions, with_rates
 from rigid.kinetostatics.loads import given_loads
 from rigid.mechanism import Mechanism
 from rigid.parts import Law, MechanismError
@@ -83,14 +83,14 @@ def motion_during(course: IntegratedMotion, time: Any) -> Motion:
     drive, rate, rate2 = (np.zeros((len(course.drives), len(time))) for _ in range(3))
     places = np.zeros((2, len(course.mechanism.links), len(time)), complex)
     for number, stretch in enumerate(course.stretches):
-        own = which == number
-        if own.any():
-            part = _moving(stretch, course.drives, time[own])
-            seen = stretch.lead.seen(part, _near(stretch, time[own]))
-            drive[:, own], rate[:, own], rate2[:, own] = seen.drive, seen.drive_rate, part.drive_acceleration
+        within = which == number
+        if within.any():
+            part = _moving(stretch, course.drives, time[within])
+            seen = stretch.lead.seen(part, _near(stretch, time[within]))
+            drive[:, within], rate[:, within], rate2[:, within] = seen.drive, seen.drive_rate, part.drive_acceleration
             for led, value in stretch.lead.accelerations(part).items():
-                rate2[led, own] = value
-            places[:, :, own] = part.origin, part.direction
+                rate2[led, within] = value
+            places[:, :, within] = part.origin, part.direction
     return motion(course.mechanism, drive, rate, rate2, time, Posture(course.mechanism, *places))
 
 

@@ -1,5 +1,6 @@
-"""Loads of a motion, friction, and the joint forces that balance them."""
+"""Loads of a motion, its energy, friction, and the joint forces that balance the loads."""
 
+from rigid.kinetostatics.energy import dissipated_power, kinetic_energy, load_power, potential_energy
 from rigid.kinetostatics.friction import (
     creep_rate,
     friction_per_rate,
@@ -17,10 +18,14 @@ __all__ = [
     "beam_directions",
     "beam_loads",
     "creep_rate",
+    "dissipated_power",
     "force_condition",
     "friction_per_rate",
     "friction_power",
+    "kinetic_energy",
+    "load_power",
     "point_loads",
+    "potential_energy",
     "rubbing_joints",
     "sliding_directions",
     "with_friction",

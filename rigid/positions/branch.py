@@ -210,6 +210,8 @@ class Branch:
             low[f"box{number}"], low[f"sure{number}"] = box, sure
             length = high["place"] - low["place"]
             known = np.isfinite(np.array([end["sine"][:, number] for end in (low, high)]))
+            # What is certain of groups before it is of halves, too, though their own boxes may not tell.
+            before |= np.all([low[f"sure{k}"] for k in range(number)], axis=0) if number else True
             split = ~sure & (length > finest * self.path.stride) & before & known.any(axis=0)
             split &= known.all(axis=0) | (length > edge)
             if np.count_nonzero(split) > most:  # nothing is certain anywhere, such as far from any machine's sizes

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.arrays import Columns, Complexes, Integers, Reals
+from rigid.arrays import Columns, Complexes, Integers, Real, Reals
 from rigid.decomposition.groups import Group
 from rigid.joints import Joint
 from rigid.plane import ROUND_OFF
@@ -127,17 +127,17 @@ class Certificate:
                 base[hinge.child] = base[hinge.child] + self._led(hinge)
         return base
 
-    def _led(self, hinge: Joint) -> Any:
+    def _led(self, hinge: Joint) -> Reals:
         """How far a gear's follower may be from the straight line."""
         assert hinge.gear is not None
-        total: Any = 0.0
+        total: Reals = np.zeros(())
         for ratio, driver in hinge.gear.sources:
             if not driver.moved:
                 sort = self.step.bend if driver.turns else self.step.stray
                 total = total + abs(ratio) * sum(sort[link] for link in (driver.parent, driver.child))
         return total
 
-    def _size(self, arm: Columns) -> Any:
+    def _size(self, arm: Columns) -> Real:
         size = np.abs(arm)
         return np.ravel(size)[self.step.row] if np.ndim(size) else size
 
@@ -251,7 +251,7 @@ class Certificate:
             box = np.maximum(box, start)
         sure = np.zeros(box.shape[1:], bool)
         for _ in range(ROUNDS):
-            box = box * WIDER
+            box = np.where(sure, box, box * WIDER)  # one that is sure stays: grown with others it would not be
             again = np.max([self._mapped(each, box) for each in maps], axis=0)
             sure = (again < box).all(axis=0)
             if sure.all():

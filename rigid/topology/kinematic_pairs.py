@@ -149,6 +149,8 @@ def _slider(mechanism: Mechanism, slider: Slider) -> Joint:
 def kutzbach(links: int, one_freedom: int, two_freedom: int = 0, welds: int = 0) -> int:
     """Mobility of a planar mechanism by count alone: 3 (n - 1) - 2 j1 - j2 - 3 j0.
 
+    The count is blind to special dimensions: gears count 0 and turn. `mobility` is not.
+
     Parameters
     ----------
     links
@@ -157,8 +159,6 @@ def kutzbach(links: int, one_freedom: int, two_freedom: int = 0, welds: int = 0)
         Numbers of pairs that leave one freedom (pins, sliders, rolling) and two (a cam and its follower, slipping).
     welds
         Number of pairs that leave none, j0.
-
-    The count is blind to special dimensions: gears count 0 and turn. `mobility` is not.
 
     Examples
     --------

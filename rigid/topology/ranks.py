@@ -16,7 +16,8 @@ from rigid.arrays import Integers, Reals
 from rigid.parts import MechanismError
 from rigid.topology.graph import Graph, components, cyclomatic_number, fundamental_loops, incidence
 
-RANK_TOLERANCE = 1e-9  # singular value over the greatest below which it counts as zero
+RANK_TOLERANCE = 1e-9
+"""Singular value over the greatest below which it counts as zero."""
 STRESS_TOLERANCE = 1e-6  # share of a self-stress below which a joint has no part in it
 
 

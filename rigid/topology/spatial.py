@@ -71,6 +71,7 @@ JOINT_TYPES: Mapping[str, JointType] = {
         JointType("rigid", "no freedom", ()),
     )
 }
+"""Kinds of joints in space, by their names."""
 
 SYNONYMS: Mapping[str, str] = {
     "punctual": "point",
@@ -88,6 +89,7 @@ SYNONYMS: Mapping[str, str] = {
     "pin": "revolute",
     "fixed": "rigid",
 }
+"""Other usual names of kinds of joints, with the name in `JOINT_TYPES`."""
 
 
 @dataclass(frozen=True)
