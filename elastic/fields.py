@@ -97,6 +97,7 @@ _ALL = (
 )
 
 FIELDS: Mapping[str, Field] = MappingProxyType({field.key: field for field in _ALL})
+"""Fields along a beam, by their keys."""
 _WORDS = {field.slug: field for field in _ALL}
 
 PRIMARY = tuple(field.key for field in _ALL if field.integral_of)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid import Reals
+from rigid.arrays import Integers, Numbers, Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,5 +74,6 @@ def largest_row(rows: Largest, least: bool = False) -> Largest:
     return Largest(value, position, xi, row)
 
 
-def _taken(values: Any, at: Any) -> Any:
-    return np.take_along_axis(values, at[..., None], -1)[..., 0]
+def _taken(values: Any, at: Integers) -> Numbers:
+    taken: Numbers = np.take_along_axis(values, at[..., None], -1)[..., 0]
+    return taken

@@ -102,15 +102,15 @@ def rotation_of(deflection: Deflection, link: str | int, point: str) -> Reals:
 
 def _on_a_beam(deflection: Deflection, at: int, point: str, fields: Sequence[str]) -> tuple[Beam, list[Reals]] | None:
     """The first beam of a link that ends at a point, else that it lies on, and fields there; None where none does."""
-    own = [(number, beam) for number, (owner, beam) in enumerate(deflection.motion.mechanism.beams) if owner == at]
-    for number, beam in own:
+    beams = [(number, beam) for number, (owner, beam) in enumerate(deflection.motion.mechanism.beams) if owner == at]
+    for number, beam in beams:
         pieces = deflection.division.of_beam(number)
         if point == beam.start:
             return beam, [getattr(deflection, field)[0, pieces[0]] for field in fields]
         if point == beam.end:
             return beam, [getattr(deflection, field)[:, pieces[-1]].sum(0) for field in fields]
     points = deflection.motion.mechanism.links[at].points
-    for number, beam in own:
+    for number, beam in beams:
         start, end = points[beam.start], points[beam.end]
         if in_line(points[point] - start, end - points[point]):
             xi = np.abs(points[point] - start) / np.abs(end - start)

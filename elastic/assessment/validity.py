@@ -52,6 +52,7 @@ LIMITS = {  # the last is of an answer's whole error, `kinelast.figures.theory`
     "yield": ValidityLimit(2 / 3, 1.0),
     "vibration": ValidityLimit(0.03, 0.25),
 }
+"""Bounds of each condition under which the theory holds, by its name."""
 
 
 @dataclass(frozen=True)

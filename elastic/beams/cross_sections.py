@@ -10,7 +10,8 @@ import numpy as np
 
 from elastic.beams.section import Section, Taper
 
-POISSON = 0.3  # of metals, where none is known
+POISSON = 0.3
+"""Poisson's ratio of metals, where none is known."""
 FITTED = 12  # degree of the polynomials that stand for what is none along a taper
 ROUND_OFF = 1e-14  # share of the greatest below which a coefficient of a taper is none
 

@@ -8,7 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rigid import Beam, Mechanism, Reals
+from rigid import Beam, Mechanism
+from rigid.arrays import Complex, Reals
+
+FULL = 1.6  # largest shear stress over the mean one: 1.5 of rectangles, 4/3 of circles; more has thin walls
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +70,11 @@ class Section:
     width: float | Reals = math.nan
     round: bool = False
 
+    @property
+    def thin_walled(self) -> bool:
+        """Whether shear goes through walls, as in a tube or an I: then a link is no plane body."""
+        return bool(np.ravel(self.peak_shear)[0] > FULL)
+
     def __repr__(self) -> str:
         return f"Section(EA={_told(self.EA)}, EI={_told(self.EI)}{', tapered' if self.taper else ''})"
 
@@ -110,6 +118,7 @@ def _told(value: float | Reals) -> str:
 
 
 RIGID = Section()
+"""The section of a beam that does not give way."""
 
 
 @dataclass(frozen=True)
@@ -129,5 +138,5 @@ class JointCompliance:
 
     translation: float = 0.0
     rotation: float = 0.0
-    gap: complex = 0.0
+    gap: Complex = 0.0
     turn: float = 0.0

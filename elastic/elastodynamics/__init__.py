@@ -1,6 +1,12 @@
 """Vibration of the moving links: steady state, transient, stability, buckling, about the rigid motion."""
 
-from elastic.elastodynamics.geometrically_exact import geometrically_exact, in_finer_elements, with_large_displacement
+from elastic.elastodynamics.geometrically_exact import (
+    discretized_finer,
+    finer_vibration,
+    geometrically_exact,
+    with_large_displacement,
+)
+from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.solution import Elastodynamic, deflection_at
 from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap, critical_speeds, speed_map, stable_below
 from elastic.elastodynamics.speed_scan import Resonance
@@ -20,12 +26,14 @@ __all__ = [
     "SpeedMap",
     "SpeedSearch",
     "TheoryError",
+    "Vibration",
     "buckling_factor",
     "critical_speeds",
     "deflection_at",
+    "discretized_finer",
     "elastodynamic",
+    "finer_vibration",
     "geometrically_exact",
-    "in_finer_elements",
     "large_displacement_error",
     "speed_map",
     "stable_below",

@@ -16,7 +16,8 @@ from functools import cached_property
 
 import numpy as np
 
-from elastic.elastodynamics.displaced_points import Turned, bare_links, point_loads
+from elastic.elastodynamics.displaced_joints import displaced_joints
+from elastic.elastodynamics.displaced_points import Turned, point_loads
 from elastic.elastodynamics.displacements import Displacements
 from elastic.elastodynamics.elastic_structure import ElasticStructure
 from elastic.elastodynamics.equations_of_motion import mass_rows, masses
@@ -50,8 +51,8 @@ class Displaced:
         Displacements that the coordinates do not follow.
     force
         P: section force in the axes of the beams' rigid places [N], complex, shape (nodes, beams, Gauss points).
-    joints
-        Joint forces in the ground's axes [N], complex, shape (nodes, joints).
+    joints, moments
+        Joint forces in the ground's axes [N], complex, and moments [N m], shape (nodes, joints).
     """
 
     vibration: Vibration
@@ -59,6 +60,7 @@ class Displaced:
     residual: ResidualResponse
     force: Complexes
     joints: Complexes
+    moments: Reals
 
     @cached_property
     def moved(self) -> Displacements:
@@ -126,7 +128,7 @@ def exact_loads(now: Displaced) -> ExactLoads:
     gaps, turns = openings(gathered, motion, viscous)
     turned = Turned(motion, grid, kinds.chosen, now.moved)
     lumps = point_loads(turned, accelerations[:, len(accelerations[0]) - _lump_rows(structure, size) :])
-    points, opened = bare_links(turned, lumps, now.joints)
+    joints = displaced_joints(turned, structure, lumps, now.joints, now.moments)
     residual = damped_N - 1j * (across + _derivative(structure, damped_M))
     linear = P - residual
     free = turn * (1 + strain) - 1 - strain_of(structure, linear) - 1j * phi
@@ -135,13 +137,14 @@ def exact_loads(now: Displaced) -> ExactLoads:
     return ExactLoads(
         AddedLoads(
             q,
-            (*gathered.points, *points),
-            (),
-            tuple(gap + more_gap for gap, more_gap in zip(gaps, opened, strict=True)),
-            turns,
+            (*gathered.points, *joints.points),
+            joints.blocks,
+            tuple(gap + more for gap, more in zip(gaps, joints.gaps, strict=True)),
+            tuple(turn + more for turn, more in zip(turns, joints.turns, strict=True)),
             np.stack([gathered.positions_last(free @ series), np.zeros_like(q)]),
             np.stack([gathered.positions_last(part @ series) for part in (more, damped_M)]),
             sliding_rates(problem, motion, *now.history[:2]),
+            joints.slides,
         ),
         residual,
     )

@@ -6,7 +6,7 @@ The linear solution turns an arm a of a link without beams by i alpha a, and has
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,14 +58,20 @@ class Turned:
 
     def displacement(self, at: int, point: str) -> Complexes:
         """Of a chosen point in the ground's axes, at the nodes [m], complex."""
-        if not at:
-            return np.zeros(len(self.moved.angle), complex)
-        moved = self.moved.moves[:, self.chosen.index((at, point)), 0]
+        moved = self.linear_displacement(at, point)
         return moved + self.beyond(at, self.point(at, point)) if self.bare(at) else moved
 
-    def point(self, at: int, name: str) -> Any:
+    def linear_displacement(self, at: int, point: str) -> Complexes:
+        """The same, linear in the angle of its link."""
+        if not at:
+            return np.zeros(len(self.moved.angle), complex)
+        moved: Complexes = self.moved.moves[:, self.chosen.index((at, point)), 0]
+        return moved
+
+    def point(self, at: int, name: str) -> complex:
         """Place of a point in its link's axes [m], complex."""
-        return np.ravel(self.motion.mechanism.links[at].points[name])[0]
+        place: complex = np.ravel(self.motion.mechanism.links[at].points[name])[0]
+        return place
 
     def arm(self, at: int, place: Any) -> Complexes:
         """An arm in a link's axes in the ground's, at the points [m], complex."""
@@ -83,26 +89,26 @@ def _beyond(angle: Reals) -> Complexes:
 def require_known(motion: Motion) -> None:
     """Raise where a mechanism has joints that displaced links are not known to hold by.
 
-    Gears about axes in the ground they know: such wheels turn by their ratio however far, and their teeth push along
-    lines that stay where they are.
+    Racks they know on wheels whose axes stand still.
 
     Raises
     ------
     MechanismError
-        A gear on a moving carrier or about a point beside its link's origin, or a slider along an elastic link.
+        A wheel that runs along a rack; a slider along an elastic link where joints are redundant.
     """
     mechanism = motion.mechanism
     for gear in mechanism.gears:
-        for wheel in (gear.follower, gear.driver):
-            ends = mechanism.ends(wheel)
-            link = mechanism.links[max(ends)]
-            if min(ends):
-                raise MechanismError(f'the gear at "{wheel.joint}" is on a moving carrier, with which its teeth turn')
+        wheels = gear.follower, gear.driver
+        for wheel in () if all(each.turns for each in wheels) else wheels:
+            link = mechanism.links[max(mechanism.ends(wheel))]
+            if min(mechanism.ends(wheel)):
+                raise MechanismError(f'the wheel at "{wheel.joint}" runs along a rack, and its teeth with its carrier')
             if wheel.turns and not link.beams and np.any(link.points[wheel.joint]):
-                raise MechanismError(f'the wheel "{link.name}" turns about another point than its first')
+                raise MechanismError(f'the wheel "{link.name}" of a rack turns about another point than its first')
+    surplus = any(closed.redundancy for closed in motion.closures)
     for joint in motion.structure.joints:
-        if not joint.turns and motion.mechanism.links[joint.owner].beams:
-            raise MechanismError(f'the block of "{joint.name}" on a link that bends is not known to large displacement')
+        if surplus and not joint.turns and mechanism.links[joint.owner].beams:
+            raise MechanismError(f'the block of "{joint.name}" is on a link that bends, and other joints are redundant')
 
 
 def point_loads(turned: Turned, accelerations: Complexes) -> list[Load]:
@@ -170,7 +176,9 @@ def _turning_loads(turned: Turned) -> Iterator[Load]:
                 yield at, load.point, turn * np.broadcast_to(force, motion.columns)[1:], 0.0
 
 
-def bare_links(turned: Turned, added: list[Load], forces: Complexes) -> tuple[list[Load], list[Complexes]]:
+def bare_links(
+    turned: Turned, added: list[Load], forces: Complexes, besides: Iterable[tuple[int, str, Complexes]]
+) -> tuple[list[Load], list[Complexes]]:
     """Moments of forces on the turned arms of links without beams, and joints opened by the turning.
 
     Parameters
@@ -179,6 +187,8 @@ def bare_links(turned: Turned, added: list[Load], forces: Complexes) -> tuple[li
         From `point_loads`.
     forces
         In the joints, in the ground's axes [N], complex, shape (nodes, joints).
+    besides
+        Link's number, point's name and force of what else pushes points, but for given loads.
 
     Returns
     -------
@@ -216,7 +226,7 @@ def bare_links(turned: Turned, added: list[Load], forces: Complexes) -> tuple[li
         for link, point, force, _ in () if isinstance(load, LineLoad) else load.forces(motion):
             at = mechanism.index[link]
             turn(at, turned.arm(at, turned.point(at, point)), np.broadcast_to(force, motion.columns)[1:])
-    for at, point, force, _ in added:
+    for at, point, force in (*((at, point, force) for at, point, force, _ in added), *besides):
         turn(at, turned.arm(at, turned.point(at, point)), force)
     loads += [(at, _first(turned, at), 0.0, moment) for at, moment in moments.items()]
     return [load for load in loads if load[0]], gaps

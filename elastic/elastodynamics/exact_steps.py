@@ -33,6 +33,7 @@ from elastic.links import members_of
 from elastic.sampling import reference_deflection
 from elastic.solution import Deflection, deflection
 from rigid.arrays import Columns, Complexes, Numbers, Reals
+from rigid.kinematics import stacked
 from rigid.kinetostatics import friction_per_rate
 
 Sliding = tuple[tuple[int, Columns, Columns], ...]  # as of `AddedLoads.sliding`
@@ -225,8 +226,8 @@ def _sum(parts: Sequence[Displaced], weights: Reals) -> Displaced:
     x, x1, x2 = (total(*each) for each in zip(*(part.history for part in parts), strict=True))
     moved = Displacements(*map(total, *(vars(part.residual.moved).values() for part in parts)))
     residual = ResidualResponse(moved, total(*(part.residual.forces for part in parts)))
-    force, joints = total(*(part.force for part in parts)), total(*(part.joints for part in parts))
-    return Displaced(parts[-1].vibration, (x, x1, x2), residual, force, joints)
+    held = (total(*each) for each in zip(*((part.force, part.joints, part.moments) for part in parts), strict=True))
+    return Displaced(parts[-1].vibration, (x, x1, x2), residual, *held)
 
 
 def _begin(linear: Vibration) -> Displaced:
@@ -241,11 +242,12 @@ def _begin(linear: Vibration) -> Displaced:
     return Displaced(linear, linear.history, residual, *_forces(linear, linear.deflection))
 
 
-def _forces(linear: Vibration, bent: Deflection) -> tuple[Complexes, Complexes]:
-    """N - i V along the beams, and the joint forces, at the nodes."""
+def _forces(linear: Vibration, bent: Deflection) -> tuple[Complexes, Complexes, Reals]:
+    """N - i V along the beams, and the joint forces and moments, at the nodes."""
     N, V = (along_beams(bent, name, linear.problem.terms.kinematics.structure.xi) for name in ("N", "V"))
-    joints = [np.broadcast_to(force, len(N)) for force in bent.forces.force]
-    return N - 1j * V, np.array(joints, complex).reshape(len(joints), -1).T
+    count = (len(N),)
+    moments = [bent.forces.without_friction(number)[1] for number in range(len(bent.forces.moment))]
+    return N - 1j * V, stacked(bent.forces.force, count, complex).T, stacked(moments, count, float).T
 
 
 def _held_back(linear: Vibration, bent: Deflection, sliding: Sliding) -> Response:
@@ -279,7 +281,7 @@ def _step(
     structure, unit, grid = terms.kinematics.structure, terms.kinematics.unit, terms.grid
     plain, added = linear.quasi_static, replace(loads.added, section=None)
     bent = deflection(plain.motion, plain.sections, plain.joints, resampled(added, grid.at_nodes))
-    force, joints = _forces(linear, bent)
+    force, joints, moments = _forces(linear, bent)
     strains, stiff = strain_rows(structure, terms.kinematics.basis), rigidities(structure)
 
     def made_by(amounts: Reals) -> Reals:
@@ -293,7 +295,7 @@ def _step(
     rest = ResidualResponse(change - unit @ static[..., None], more - made_by(static)).smoothed(grid, fastest)
     moving = response(push[1:] + inertia_load(linear, rest))
     x, x1, x2 = (part + added for part, added in zip(now.history, moving, strict=True))
-    after = Displaced(linear, (x, x1, x2), now.residual + rest, force + grid.at_nodes(loads.residual), joints)
+    after = Displaced(linear, (x, x1, x2), now.residual + rest, force + grid.at_nodes(loads.residual), joints, moments)
     return after, _places(change), bent
 
 

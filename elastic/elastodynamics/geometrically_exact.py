@@ -48,7 +48,7 @@ def with_large_displacement(linear: Elastodynamic) -> tuple[Elastodynamic, float
     Raises
     ------
     MechanismError
-        A gear, or a slider along an elastic link.
+        A wheel that runs along a rack; a slider along an elastic link where other joints are redundant.
     """
     vibration, discretization = linear.vibration, linear.discretization
     if vibration is None or discretization is None or not _bends(linear):
@@ -57,21 +57,37 @@ def with_large_displacement(linear: Elastodynamic) -> tuple[Elastodynamic, float
     return replace(linear, deflection=_at_positions(step.displaced, linear), exact=step), left
 
 
-def in_finer_elements(answer: Elastodynamic, tolerance: float = TOLERANCE) -> tuple[Deflection, float]:
-    """Deflection at the same positions in elements of time half as long, and the share that is left open there.
-
-    The difference is what elements of time leave open of the answer, exact or of small displacements.
-    """
+def finer_vibration(answer: Elastodynamic) -> Vibration | None:
+    """Vibration of small displacements, elements half as long and twice as many modes; None where nothing vibrates."""
     vibration, discretization = answer.vibration, answer.discretization
     if vibration is None or discretization is None:
-        return answer.deflection, 0.0
+        return None
     grid = vibration.problem.terms.grid
-    finer = vibration_in(discretization, grid.divided(np.full(len(grid.steps), 2)))
+    return vibration_in(discretization.wider(), grid.divided(np.full(len(grid.steps), 2)))
+
+
+def discretized_finer(
+    answer: Elastodynamic, finer: Vibration | None, tolerance: float = TOLERANCE
+) -> tuple[Deflection, float]:
+    """Deflection at the same positions in a finer discretization, and the share left open there.
+
+    The difference is what the discretization leaves open of the answer, exact or of small displacements: either time or
+    coordinates alone may show little where both together show more.
+
+    Parameters
+    ----------
+    finer
+        As of `finer_vibration`, which the exact answer shares with that of small displacements it is made of.
+    tolerance
+        To which the answer is settled there.
+    """
+    if finer is None or answer.discretization is None:
+        return answer.deflection, 0.0
     if answer.exact is None:
         found, left = corrected(finer, tolerance)
         after = replace(answer, vibration=found)
     else:
-        settled = settled_links(finer, tolerance, TWICE * discretization.left_out)
+        settled = settled_links(finer, tolerance, TWICE * answer.discretization.wider().left_out)
         after, left = replace(answer, vibration=finer, exact=settled), settled.open
     return deflection_at(after, answer.quasi_static.motion), left
 
@@ -108,7 +124,7 @@ def geometrically_exact(
     Raises
     ------
     MechanismError
-        A gear, or a slider along an elastic link.
+        A wheel that runs along a rack; a slider along an elastic link where other joints are redundant.
 
     Returns
     -------

@@ -26,6 +26,7 @@ from rigid import (
     velocity_of,
 )
 from rigid.arrays import Columns, Complexes, Reals
+from rigid.joints import Joint
 from rigid.kinetostatics import rubbing_joints
 from rigid.plane import dot
 from rigid.plane import number as plain
@@ -116,17 +117,23 @@ def chosen_points(mechanism: Mechanism) -> tuple[tuple[int, str], ...]:
     for at, link in enumerate(mechanism.links):
         if at and not link.beams:
             points.append((at, next(iter(link.points))))
-    rails = trees_of(mechanism).rails
-    for number, joint in enumerate(structure(mechanism).joints):
-        if not joint.turns:
-            points.append((joint.block, joint.point(joint.block) or ""))
-            if number in rails:
-                points.append((joint.owner, under(number)))
-    for number, _ in rubbing_joints(mechanism):
-        joint = structure(mechanism).joints[number]
-        if joint.turns:
-            points += [(at, joint.point(at) or "") for at in (joint.child, joint.parent) if at]
+    points += _joint_points(mechanism)
     return tuple(dict.fromkeys(points))
+
+
+def _joint_points(mechanism: Mechanism) -> Iterator[tuple[int, str]]:
+    """Of blocks, of beams under them, of wheels with teeth, and of pins with friction."""
+    rails, rubbing = trees_of(mechanism).rails, {number for number, _ in rubbing_joints(mechanism)}
+    for number, joint in enumerate(structure(mechanism).joints):
+        pins: list[Joint] = [joint] if number in rubbing and joint.turns else []
+        if not joint.turns:
+            yield joint.block, joint.point(joint.block) or ""
+            if number in rails:
+                yield joint.owner, under(number)
+        elif joint.gear is not None and joint.gear.driver.turns:
+            pins = [joint, joint.gear.driver]
+        for pin in pins:
+            yield from ((at, pin.point(at) or "") for at in (pin.child, pin.parent) if at)
 
 
 def lumps_of(mechanism: Mechanism) -> list[tuple[int, Lump]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,19 +19,20 @@ from elastic.elastodynamics.exact_steps import Settled, Sliding, exact_deflectio
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
 from elastic.elastodynamics.reduction import CycleModes, cycle_of, near_modes, reduced_basis
-from elastic.elastodynamics.strains import Damping
-from elastic.elastodynamics.time_grid import Grid
+from elastic.elastodynamics.strains import Damping, given_forces
+from elastic.elastodynamics.time_grid import Grid, jumps
 from elastic.elastodynamics.vibration_loads import resampled
 from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import trees_of
 from elastic.links.sliding_blocks import block_places
 from elastic.solution import Deflection, deflection
 from rigid import SINGULAR, MechanismError, Motion, with_rates
-from rigid.arrays import Numbers, Reals
+from rigid.arrays import Integers, Numbers, Reals
 
 MotionAt = Callable[[Any], Motion]
 
 TOLERANCE = 1e-4
+ELEMENTS = 12  # of time, at first
 INNER = 4
 LOOKED_AT = 16  # positions whose modes are looked at
 MOST_LOOKED_AT = 40_000_000  # displacements of masses per coordinate there, beyond which coordinates are not refined
@@ -38,6 +40,7 @@ MOST_ELEMENTS = 2048
 ORDER = 5  # with which the error in time falls at worst, for the next guess
 SHORTEST = 1e-4  # element, as a share of the whole stretch of time
 MOST_PARTS = 4  # into which an element is divided at once
+GROWS = 2.0  # times as long as one before it is an element at most that follows those that are divided
 ROUNDS = 6
 RUBBED = 2  # rounds with friction, of which more coordinates seldom are what its steps lack
 MOST_NUMBERS = 16_000_000  # accelerations of masses per amplitude: half a GB with all that is made of them
@@ -182,6 +185,23 @@ def checked(motion: Motion) -> Motion:
     return motion
 
 
+def first_grid(model: Model, start: float, duration: float) -> Grid:
+    """Elements of time that an answer is tried with first: even ones, that begin anew where loads jump.
+
+    Within an element nothing jumps then, as the load of a machine that resists one way, or an acceleration by a law.
+    """
+    even = Grid(start + duration * np.linspace(0.0, 1.0, ELEMENTS + 1))
+
+    def forces(times: Reals) -> Reals:
+        bent = deflection(model.motion_at(times), model.sections, model.joints)
+        return given_forces(model.structure, bent)
+
+    if model.cycle is None or len(model.structure.mechanism.beams) == 0:
+        return even
+    edges = np.union1d(even.edges, jumps(forces, even.nodes))
+    return Grid(edges[np.append(True, np.diff(edges) > SHORTEST * duration)]) if len(edges) > ELEMENTS + 1 else even
+
+
 def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: Start | None = None) -> Elastodynamic:
     """Refine elements of time, then coordinates, until the answer at the positions of a motion has settled.
 
@@ -193,11 +213,13 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         return Elastodynamic(plain, plain, model.damping, np.inf, none, 0, 0, 0.0, 0.0)
     lowest = float(model.cycle.omega.min())
     discretization = replace(first_discretization(model, tolerance), start=start)
-    found: Any = None
+    best: Any = None
     for _ in range(RUBBED if motion.mechanism.friction else ROUNDS):
-        found = None  # it makes room for the finer one
-        found, reduced, grid, in_elements = resolved_in_time(discretization, grid, tolerance)
-        multipliers = found.propagation.multipliers if found.cyclic else np.zeros(0, complex)
+        solved, reduced, grid, in_elements = resolved_in_time(discretization, grid, tolerance)
+        off = reduced + in_elements
+        if best is None or off < best[0]:  # more coordinates may settle less, where loads jump
+            best = off, solved, reduced, grid, in_elements, discretization
+        multipliers = solved.propagation.multipliers if solved.cyclic else np.zeros(0, complex)
         unstable = np.abs(multipliers).max(initial=0.0) > 1 + NEUTRAL
         finer = (
             None
@@ -207,9 +229,11 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         if finer is None or numbers_of(finer, grid) > MOST_NUMBERS:
             break
         discretization = finer
-    loads = resampled(found.loads, grid.sampler(grid.cycled(motion.time) if found.cyclic else motion.time))
+    _, solved, reduced, grid, in_elements, discretization = best
+    multipliers = solved.propagation.multipliers if solved.cyclic else np.zeros(0, complex)
+    loads = resampled(solved.loads, grid.sampler(grid.cycled(motion.time) if solved.cyclic else motion.time))
     bent = deflection(motion, model.sections, model.joints, loads)
-    size = found.history[0].shape[1]
+    size = solved.history[0].shape[1]
     answer = Elastodynamic(
         bent,
         plain,
@@ -220,22 +244,22 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         len(grid.steps),
         in_elements,
         reduced,
-        found,
+        solved,
         discretization,
     )
     return answer if answer.stable else unanswered(answer)
 
 
-def deflection_at(found: Elastodynamic, motion: Motion) -> Deflection:
+def deflection_at(answer: Elastodynamic, motion: Motion) -> Deflection:
     """Deflection of the vibrating mechanism at other positions of its motion than it was asked for."""
-    plain = found.quasi_static
-    if found.vibration is None:
+    plain = answer.quasi_static
+    if answer.vibration is None:
         return deflection(motion, plain.sections, plain.joints)
-    grid, time = found.vibration.problem.terms.grid, motion.time
-    sampler = grid.sampler(grid.cycled(time) if found.vibration.cyclic else time)
-    if found.exact is not None:
-        return exact_deflection(found.exact.displaced, replace(plain, motion=motion), sampler)
-    return deflection(motion, plain.sections, plain.joints, resampled(found.vibration.loads, sampler))
+    grid, time = answer.vibration.problem.terms.grid, motion.time
+    sampler = grid.sampler(grid.cycled(time) if answer.vibration.cyclic else time)
+    if answer.exact is not None:
+        return exact_deflection(answer.exact.displaced, replace(plain, motion=motion), sampler)
+    return deflection(motion, plain.sections, plain.joints, resampled(answer.vibration.loads, sampler))
 
 
 def numbers_of(discretization: Discretization, grid: Grid) -> int:
@@ -252,19 +276,19 @@ def resolved_in_time(
     discretization: Discretization, grid: Grid, tolerance: float
 ) -> tuple[Vibration, float, Grid, float]:
     """The vibration in elements of time as short as it takes, with its errors by coordinates and by elements."""
-    found: Any = None
+    resolved: Any = None
     rubs, loose = bool(discretization.model.structure.mechanism.friction), COARSE
     sliding: Sliding = ()
     while True:
-        found = None  # it makes room for the finer one
-        found = vibration_in(discretization, grid)
+        resolved = None  # it makes room for the finer one
+        resolved = vibration_in(discretization, grid)
         if rubs:
-            found, rubbed = with_friction(found, loose, TWICE * discretization.left_out, sliding)
-        error, finer = time_error(found, discretization.resolved)
+            resolved, rubbed = with_friction(resolved, loose, TWICE * discretization.left_out, sliding)
+        error, finer = time_error(resolved, discretization.resolved)
         if finer is None and not rubs:
-            return *corrected(found, tolerance), grid, error
+            return *corrected(resolved, tolerance), grid, error
         if (finer is None and loose <= tolerance) or (rubs and rubbed.open > LOST * loose):
-            return found, rubbed.open, grid, error
+            return resolved, rubbed.open, grid, error
         if rubs:
             loose = max(tolerance, min(COARSE, AHEAD * error)) if finer else tolerance
             sliding = _sampled(rubbed.sliding, grid, finer or grid)
@@ -280,7 +304,7 @@ def vibration_in(discretization: Discretization, grid: Grid) -> Vibration:
     return bounded(vibration(motion_terms(kinds, grid, model.damping), bent, discretization.start))
 
 
-def bounded(found: Vibration) -> Vibration:
+def bounded(answer: Vibration) -> Vibration:
     """A vibration, checked to be finite.
 
     Raises
@@ -288,11 +312,11 @@ def bounded(found: Vibration) -> Vibration:
     MechanismError
         It grows beyond all numbers, mostly since a node came too near to a singular position for its loads to be known.
     """
-    lost = ~np.isfinite(found.history[0]).all(axis=-1)
+    lost = ~np.isfinite(answer.history[0]).all(axis=-1)
     if lost.any():
-        time = found.motion.time[1:][lost][0]
+        time = answer.motion.time[1:][lost][0]
         raise MechanismError(f"it has no bound from {time:.6g} s on, as near a singular position")
-    return found
+    return answer
 
 
 def _sampled(sliding: Sliding, known: Grid, grid: Grid) -> Sliding:
@@ -315,17 +339,29 @@ def unlocked(bent: Deflection) -> Deflection:
     return bent
 
 
-def time_error(found: Vibration, tolerance: float) -> tuple[float, Grid | None]:
+def time_error(resolved: Vibration, tolerance: float) -> tuple[float, Grid | None]:
     """Error by the elements of time, as a share of the largest displacement; finer ones where that is too much.
 
     A step of the loads stays one however short its element: such elements do not count.
     """
-    grid = found.problem.terms.grid
-    error = np.where(grid.steps > SHORTEST * np.ptp(grid.edges), SAFE * found.unresolved, 0.0)
+    grid = resolved.problem.terms.grid
+    error = np.where(grid.steps > SHORTEST * np.ptp(grid.edges), SAFE * resolved.unresolved, 0.0)
     if error.max() <= tolerance or len(error) > MOST_ELEMENTS:
         return float(error.max()), None
-    parts = np.ceil((error / tolerance) ** (1 / ORDER))
-    return float(error.max()), grid.divided(np.clip(parts, 1, MOST_PARTS).astype(int))
+    parts = np.clip(np.ceil((error / tolerance) ** (1 / ORDER)), 1, MOST_PARTS).astype(int)
+    return float(error.max()), grid.divided(_graded(grid.steps, parts))
+
+
+def _graded(steps: Reals, parts: Integers) -> Integers:
+    """Parts of elements, more where one follows a much shorter one that is divided.
+
+    What rings there goes on into it, where it is damped for want of resolution, and would be seen only later.
+    """
+    graded, longest = parts.copy(), math.inf
+    for number, step in enumerate(steps):
+        graded[number] = max(parts[number], min(math.ceil(step / longest), MOST_PARTS**2))
+        longest = GROWS * (step / graded[number] if parts[number] > 1 else longest)
+    return graded
 
 
 def first_discretization(model: Model, tolerance: float) -> Discretization:
@@ -359,7 +395,7 @@ class Discretization:
     in_time: bool = False
     stalled: bool = False
 
-    @property
+    @cached_property
     def basis(self) -> Reals:
         """Of the coordinates that are let vibrate, shape (n, r)."""
         assert self.model.cycle is not None
@@ -399,11 +435,11 @@ class Discretization:
         return replace(following, model=model, modes=min(2 * self.modes, len(structure.stiffness)))
 
 
-def unanswered(found: Elastodynamic) -> Elastodynamic:
+def unanswered(answer: Elastodynamic) -> Elastodynamic:
     """With nan in place of fields that will not come about."""
-    nothing = AddedLoads(np.full((1, *found.deflection.q.shape[1:]), np.nan, complex), (), (), *_still(found))
-    own = found.quasi_static
-    return replace(found, deflection=deflection(own.motion, own.sections, own.joints, nothing))
+    nothing = AddedLoads(np.full((1, *answer.deflection.q.shape[1:]), np.nan, complex), (), (), *_still(answer))
+    own = answer.quasi_static
+    return replace(answer, deflection=deflection(own.motion, own.sections, own.joints, nothing))
 
 
 def _still(found: Elastodynamic) -> tuple[Any, Any]:

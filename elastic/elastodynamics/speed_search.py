@@ -132,15 +132,15 @@ class SpeedSearch:
             line = np.array([[_line(self.scan.ratio, known.ratio, row) for row in rows] for rows in values])
             above = np.where(predicted > floor, predicted / np.maximum(line, TINY), 0.0)
             tops = [_tops(row) for row in predicted.reshape(-1, predicted.shape[-1])]
-            found = [
+            peaks = [
                 (float(share[at]), at)
                 for top, share in zip(tops, above.reshape(-1, above.shape[-1]), strict=True)
                 for at in top
                 if share[at] > 1 + VISIBLE
             ]
-            more = {ratio for _, at in found for ratio in self._between(at)}
+            more = {ratio for _, at in peaks for ratio in self._between(at)}
             if not more:
-                return [(share, float(self.scan.ratio[at])) for share, at in found]
+                return [(share, float(self.scan.ratio[at])) for share, at in peaks]
             self.look(sorted(more))
 
     def _between(self, at: int) -> Iterator[float]:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from elastic.beams.section import JointCompliance, Section
-from elastic.elastodynamics.solution import TOLERANCE, Elastodynamic, MotionAt, settled, vibrating_model
+from elastic.elastodynamics.solution import (
+    TOLERANCE,
+    Elastodynamic,
+    MotionAt,
+    first_grid,
+    settled,
+    vibrating_model,
+)
 from elastic.elastodynamics.strains import Damping
-from elastic.elastodynamics.time_grid import Grid
 from rigid import Motion
-
-ELEMENTS = 12
 
 
 def elastodynamic(
@@ -53,5 +55,4 @@ def elastodynamic(
         Several designs at once.
     """
     model = vibrating_model(motion_at, motion.time[0], period, sections, joints or {}, damping)
-    grid = Grid(motion.time[0] + np.linspace(0.0, period, ELEMENTS + 1))
-    return settled(model, motion, grid, tolerance)
+    return settled(model, motion, first_grid(model, float(motion.time[0]), period), tolerance)

@@ -14,6 +14,9 @@ from rigid.arrays import Complexes, Integers, Numbers, Reals
 
 STAGES = 8
 CACHED = 200_000  # numbers worked on at once
+JUMP = 0.02  # of the greatest magnitude: smaller jumps are left to short elements
+LEFT = {2: 0.5, 6: 0.3}  # of a change, after so many halvings: a jump leaves more, a smooth change less
+HALVED = 24  # times: to some 1e-9 of the whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,13 +106,13 @@ class Grid:
         values
             Shape (nodes, ...).
         """
-        own = scheme(self.stages)
+        method = scheme(self.stages)
         count = len(self.steps)
         flat = values.reshape(len(values), -1)
         first_node = np.arange(count)[:, None] * self.stages
         elements = flat[first_node + np.arange(self.stages + 1)]
         per = 1.0 / self.steps[:, None, None]
-        found = (own.first @ elements) * per, (own.second @ elements) * per**2
+        found = (method.first @ elements) * per, (method.second @ elements) * per**2
         one, two = (rate.reshape(-1, *values.shape[1:]) for rate in found)
         return one, two
 
@@ -127,17 +130,17 @@ class Grid:
         -------
         Shape (points, n).
         """
-        own = scheme(self.stages)
+        method = scheme(self.stages)
         total = np.empty((len(amplitudes[0]), values.shape[1]), values.dtype)
         for part, (nodes, points) in self.parts(values[0].size):
             first_node = np.arange(len(part.steps))[:, None] * self.stages
             elements = values[nodes][first_node + np.arange(self.stages + 1)]
-            found: Any = 0.0
-            for order, (matrix, each) in enumerate(zip((own.first, own.second), amplitudes, strict=True), 1):
+            derivative: Any = 0.0
+            for order, (matrix, each) in enumerate(zip((method.first, method.second), amplitudes, strict=True), 1):
                 there = each[points].reshape(len(part.steps), self.stages, -1).swapaxes(-1, -2)
                 moved = elements @ there[:, None]
-                found = found + np.einsum("ij,ejni->ein", matrix, moved) / part.steps[:, None, None] ** order
-            total[points] = found.reshape(-1, values.shape[1])
+                derivative = derivative + np.einsum("ij,ejni->ein", matrix, moved) / part.steps[:, None, None] ** order
+            total[points] = derivative.reshape(-1, values.shape[1])
         return total
 
     def parts(self, size: int) -> Iterator[tuple[Grid, tuple[slice, slice]]]:
@@ -162,9 +165,16 @@ class Grid:
         element = np.clip(np.searchsorted(self.edges, times, side="right") - 1, 0, len(self.steps) - 1)
         weights = interpolation(scheme(self.stages).points, (times - self.edges[element]) / self.steps[element])
 
+        order = np.argsort(element, kind="stable")
+        present, first = np.unique(element[order], return_index=True)
+        instants = np.split(order, first[1:])  # of every element, as few as a copy of it for each of them are many
+
         def sampled(values: Complexes) -> Complexes:
-            own = values.reshape(len(self.steps), self.stages, -1)[element]
-            return (weights[:, None] @ own)[:, 0].reshape(len(element), *values.shape[1:])
+            elements = values.reshape(len(self.steps), self.stages, -1)
+            found = np.empty((len(times), elements.shape[-1]), values.dtype)
+            for number, rows in zip(present, instants, strict=True):
+                found[rows] = weights[rows] @ elements[number]
+            return found.reshape(len(times), *values.shape[1:])
 
         return sampled
 
@@ -208,9 +218,46 @@ class Grid:
         return Grid(np.append(np.concatenate(pieces), self.edges[-1]), self.stages)
 
 
+def jumps(values_at: Callable[[Reals], Reals], times: Reals) -> Reals:
+    """Instants just before which values jump, at most one between two of some times, shape (jumps,).
+
+    Parameters
+    ----------
+    values_at
+        From instants to values there, shape (instants, n).
+    """
+    values = values_at(times)
+    scale = np.abs(values).max(axis=0, initial=0.0)
+    scale[scale == 0.0] = 1.0
+
+    def change(one: Reals, other: Reals) -> Reals:
+        changed: Reals = np.abs((other - one) / scale).max(axis=-1, initial=0.0)
+        return changed
+
+    low, high, before, after = times[:-1], times[1:], values[:-1], values[1:]
+    first = change(before, after)
+    for halved in range(HALVED + 1):
+        kept = first > JUMP if not halved else change(before, after) > LEFT.get(halved, 0.0) * first
+        low, high, before, after, first = (each[kept] for each in (low, high, before, after, first))
+        if not len(low):
+            break
+        middle = (low + high) / 2
+        there = values_at(middle)
+        left = change(before, there) > change(there, after)
+        low, high = np.where(left, low, middle), np.where(left, middle, high)
+        before, after = (np.where(side[:, None], there, each) for side, each in ((~left, before), (left, after)))
+    return low
+
+
 def interpolation(nodes: Reals, places: Reals) -> Reals:
     """From values at nodes on [0, 1] to those at places of the polynomial through them, shape (places, nodes)."""
     return _values(places, np.eye(len(nodes))) @ _to_series(tuple(nodes.tolist()))
+
+
+def slopes(nodes: Reals, places: Reals) -> Reals:
+    """From values at nodes on [0, 1] to the derivative of the polynomial through them, shape (places, nodes)."""
+    series = np.array([legendre.legder(row) for row in np.eye(len(nodes))])
+    return 2.0 * _values(places, series) @ _to_series(tuple(nodes.tolist()))
 
 
 @lru_cache(maxsize=32)

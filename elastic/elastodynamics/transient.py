@@ -10,15 +10,20 @@ import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.equations_of_motion import Problem
-from elastic.elastodynamics.solution import TOLERANCE, Elastodynamic, MotionAt, settled, vibrating_model
+from elastic.elastodynamics.solution import (
+    TOLERANCE,
+    Elastodynamic,
+    MotionAt,
+    first_grid,
+    settled,
+    vibrating_model,
+)
 from elastic.elastodynamics.strains import Damping, given_forces, rigidities, strain_rows
 from elastic.elastodynamics.time_elements import Propagation
-from elastic.elastodynamics.time_grid import Grid
 from elastic.solution import Deflection, deflection
 from rigid import Motion, with_rates
 from rigid.arrays import Reals
 
-ELEMENTS = 12
 REST = 1e-6  # of a drive's greatest rate, below which it is round-off of a law that begins at rest
 
 
@@ -57,7 +62,7 @@ def transient(
         raise ValueError(f"{len(motion.time)} instants that do not all grow, expected at least 2 that do")
     start, duration = float(motion.time[0]), float(np.ptp(motion.time))
     model = vibrating_model(motion_at, start, duration, sections, joints or {}, damping)
-    grid = Grid(start + np.linspace(0.0, duration, ELEMENTS + 1))
+    grid = first_grid(model, start, duration)
     at_start = motion_at(np.array([start]))
     begin = _undeformed if undeformed else _quasi_static
     if not undeformed and _begins_at_rest(at_start, motion):

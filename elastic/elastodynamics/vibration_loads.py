@@ -104,14 +104,14 @@ class GatheredLoads:
 
 
 def vibration_loads(
-    found: Problem, motion: Motion, history: tuple[Reals, Reals, Reals], residual: ResidualResponse | None = None
+    problem: Problem, motion: Motion, history: tuple[Reals, Reals, Reals], residual: ResidualResponse | None = None
 ) -> AddedLoads:
     """Loads at a grid's points, positions first, from the amplitudes and their rates, shape (points, r) each.
 
     `motion` is that at the grid's nodes; `residual` is there besides.
     """
     x, x1, _ = history
-    terms, kinds = found.terms, found.terms.kinematics
+    terms, kinds = problem.terms, problem.terms.kinematics
     structure = kinds.structure
     directions = beam_directions(motion).T[1:]
     acceleration = terms.accelerations(history)
@@ -120,15 +120,15 @@ def vibration_loads(
         rows = mass_rows(structure, motion, kinds.chosen, residual.moved)[1:, :, 0]
         acceleration = acceleration + terms.grid.derivative(rows, 2)
         slope = slope + residual.moved.slope[1:, ..., 0]
-    inertia = (-(found.speed**2) * masses(structure)) * acceleration
+    inertia = (-(problem.speed**2) * masses(structure)) * acceleration
     gathered = GatheredLoads(structure, len(x))
-    flux = _of_beams(gathered, found, motion, slope, inertia)
-    viscous = strain_rates(found, x, x1)
+    flux = _of_beams(gathered, problem, motion, slope, inertia)
+    viscous = strain_rates(problem, x, x1)
     if residual is not None:
-        viscous = viscous + residual.viscous(found)
+        viscous = viscous + residual.viscous(problem)
     of_strain_rates(gathered, directions, viscous, flux)
     of_lumps(gathered, motion, inertia)
-    _of_effects(gathered, found, x, x1, residual)
+    _of_effects(gathered, problem, x, x1, residual)
     gaps, turns = openings(gathered, motion, viscous)
     return AddedLoads(
         gathered.positions_last(gathered.q),
@@ -136,7 +136,7 @@ def vibration_loads(
         tuple(gathered.blocks),
         gaps,
         turns,
-        sliding=sliding_rates(found, motion, x, x1),
+        sliding=sliding_rates(problem, motion, x, x1),
     )
 
 
@@ -155,13 +155,13 @@ def _of_beams(gathered: GatheredLoads, found: Problem, motion: Motion, slope: Re
     return flux / structure.weights
 
 
-def strain_rates(found: Problem, x: Reals, x1: Reals) -> Reals:
+def strain_rates(problem: Problem, x: Reals, x1: Reals) -> Reals:
     """Rates of the forces that strains make, times beta, shape (positions, rows)."""
-    terms, structure = found.terms, found.terms.kinematics.structure
+    terms, structure = problem.terms, problem.terms.kinematics.structure
     rates = (terms.strains @ x1[..., None])[..., 0]
     if np.ndim(terms.strain_rate):
         rates = rates + (terms.strain_rate @ x[..., None])[..., 0]
-    return rates * (found.speed * rigidities(structure) * terms.damping.per_row(structure))
+    return rates * (problem.speed * rigidities(structure) * terms.damping.per_row(structure))
 
 
 def of_strain_rates(gathered: GatheredLoads, directions: Complexes, viscous: Reals, flux: Reals) -> None:
@@ -193,25 +193,25 @@ def of_lumps(gathered: GatheredLoads, motion: Motion, inertia: Complexes) -> Non
 
 
 def _of_effects(
-    gathered: GatheredLoads, found: Problem, x: Reals, x1: Reals, residual: ResidualResponse | None
+    gathered: GatheredLoads, problem: Problem, x: Reals, x1: Reals, residual: ResidualResponse | None
 ) -> None:
     """Forces that displaced points feel."""
-    if not found.felt.effects:
+    if not problem.felt.effects:
         return
-    kinds, grid = found.terms.kinematics, found.terms.grid
+    kinds, grid = problem.terms.kinematics, problem.terms.grid
     moved = kinds.unit[1:] @ x[..., None]
-    for effect in found.felt.effects:
-        own = effect[1:]
-        cause = own.cause(moved)[:, 0]
+    for effect in problem.felt.effects:
+        places = effect[1:]
+        cause = places.cause(moved)[:, 0]
         besides = 0.0 if residual is None else effect.cause(residual.moved)[1:, 0]
-        amount = own.stiffness * (cause + besides)
+        amount = places.stiffness * (cause + besides)
         if effect.rubs:
             continue
-        if np.any(own.damping):
+        if np.any(places.damping):
             cause = effect.cause(kinds.unit)
             rate = (grid.rates(cause)[0] * x + cause[1:] * x1).sum(axis=-1)
-            amount = amount + found.speed * own.damping * rate
-        for point, force, moment in own.loads(-amount):
+            amount = amount + problem.speed * places.damping * rate
+        for point, force, moment in places.loads(-amount):
             at, name = kinds.chosen[point]
             if name.startswith(UNDER):
                 gathered.blocks.append((int(name.removeprefix(UNDER)), force, moment))
@@ -219,18 +219,18 @@ def _of_effects(
                 gathered.points.append((at, name, force, moment))
 
 
-def sliding_rates(found: Problem, motion: Motion, x: Reals, x1: Reals) -> tuple[tuple[int, Reals, float], ...]:
+def sliding_rates(problem: Problem, motion: Motion, x: Reals, x1: Reals) -> tuple[tuple[int, Reals, float], ...]:
     """Rates that vibration adds to those of the joints with friction, as `AddedLoads.sliding` has them.
 
     Those of the coordinates: what lies beside them is known to be smooth only between changes of friction.
     """
-    grid, kinds = found.terms.grid, found.terms.kinematics
+    grid, kinds = problem.terms.grid, problem.terms.kinematics
     rates = []
     rubbing = rubbing_joints(motion.mechanism)
     for (number, _), row in zip(rubbing, sliding_rows(motion, kinds.chosen), strict=True):
         unit = row(kinds.unit)
         rate = (grid.rates(unit)[0] * x + unit[1:] * x1).sum(axis=-1)
-        rates.append((number, found.speed * rate, creep_rate(motion, number)))
+        rates.append((number, problem.speed * rate, creep_rate(motion, number)))
     return tuple(rates)
 
 
@@ -256,7 +256,7 @@ def openings(
 def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
     """Loads at other instants: `sampled` turns values at a grid's points, shape (points, k), into those."""
     columns = loads.q.shape[-1]
-    pairs = [item[-2:] for item in (*loads.points, *loads.blocks, *loads.sliding)] + list(
+    pairs = [item[-2:] for item in (*loads.points, *loads.blocks, *loads.sliding, *loads.slides)] + list(
         zip(loads.gaps, loads.turns, strict=True)
     )
     along = [part for part in (loads.q, loads.strain, loads.section) if part is not None]
@@ -270,6 +270,7 @@ def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
     points = tuple((*item[:2], *next(moved)) for item in loads.points)
     blocks = tuple((item[0], *next(moved)) for item in loads.blocks)
     sliding = tuple((item[0], *next(moved)) for item in loads.sliding)
+    slides = tuple((item[0], *next(moved)) for item in loads.slides)
     gaps, turns = zip(*moved, strict=True)
     ends = np.cumsum([part[..., 0].size for part in along])
     q, *others = (
@@ -278,14 +279,14 @@ def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
     )
     strain = None if loads.strain is None else others.pop(0)
     section = None if loads.section is None else others.pop(0)
-    return AddedLoads(q, points, blocks, gaps, turns, strain, section, sliding)
+    return AddedLoads(q, points, blocks, gaps, turns, strain, section, sliding, slides)
 
 
-def of_several_speeds(found: Sequence[AddedLoads]) -> AddedLoads:
+def of_several_speeds(loads: Sequence[AddedLoads]) -> AddedLoads:
     """Loads at several speeds, each of columns (positions,), as one of columns (speeds, positions)."""
-    count = found[0].q.shape[-1]
+    count = loads[0].q.shape[-1]
 
     def side_by_side(*parts: Any) -> Numbers:
         return np.stack([np.broadcast_to(part, (*np.shape(part)[:-1], count)) for part in parts], axis=-2)
 
-    return map_loads(side_by_side, *found)
+    return map_loads(side_by_side, *loads)

@@ -34,6 +34,9 @@ class AddedLoads:
     sliding
         Of joints with friction: joint's number, rate that vibration adds to that of the motion, and creep, both [rad/s
         or m/s], as for `rigid.kinetostatics.with_friction`.
+    slides
+        Of sliders on beams: joint's number, by how much farther along its line than in the motion the block is [m], and
+        the moment on the beam's link about the place in the motion of the force where the block is [N m].
     """
 
     q: VectorCoefficients
@@ -44,6 +47,7 @@ class AddedLoads:
     strain: VectorCoefficients | None = None
     section: VectorCoefficients | None = None
     sliding: tuple[tuple[int, Columns, Columns], ...] = ()
+    slides: tuple[tuple[int, Columns, Columns], ...] = ()
 
 
 def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
@@ -71,4 +75,5 @@ def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
         None if loads[0].strain is None else change(*(load.strain for load in loads)),
         None if loads[0].section is None else change(*(load.section for load in loads)),
         each(tuple(load.sliding for load in loads)),
+        each(tuple(load.slides for load in loads)),
     )

@@ -71,6 +71,8 @@ def resultants(
         place = motion.places[number]
         owner = place.joint.owner
         yield owner, force, cross(place.arm(owner), force) + moment
+    for number, _, moment in added.slides:
+        yield motion.places[number].joint.owner, 0j, moment
 
 
 def add_load(nodes: NodeLoads, where: tuple[int, str], force: Columns, moment: Columns) -> None:

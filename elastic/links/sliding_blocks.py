@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -12,12 +14,13 @@ from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import BeamTrees
 from elastic.links.configuration import Configuration
 from rigid import JointForces, Motion
-from rigid.arrays import Complexes, Flags, Reals
+from rigid.arrays import Columns, Complexes, Flags, Reals
 from rigid.constants import beam_constants
 from rigid.kinetostatics import beam_directions
 from rigid.plane import dot
 
 ON_BEAM = 1e-12  # of its length that a block may be beyond a beam's end and yet on it: round-off
+UNMOVED: Mapping[int, Columns] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,10 +32,15 @@ class OnBeam:
     here: Flags
 
 
-def block_places(motion: Motion, trees: BeamTrees) -> list[tuple[OnBeam, ...]]:
+def block_places(motion: Motion, trees: BeamTrees, slides: Mapping[int, Columns] = UNMOVED) -> list[tuple[OnBeam, ...]]:
     """Where the block of every slider on beams is: those of the beams in its line that it comes to.
 
     At every position it is on one of them; the first has nan where it is beyond them all.
+
+    Parameters
+    ----------
+    slides
+        By joint, by how much farther along its line the block is than in the motion [m].
     """
     if not trees.rails:
         return []
@@ -42,10 +50,12 @@ def block_places(motion: Motion, trees: BeamTrees) -> list[tuple[OnBeam, ...]]:
     for number, beams in trees.rails.items():
         place = motion.places[number]
         at = place.joint.owner
+        arm = place.arm(at) + slides.get(number, 0.0) * place.along
         places: list[OnBeam] = []
         elsewhere: Any = False
         for beam in beams:
-            xi = dot(directions[beam], place.arm(at) - motion.direction[at] * table.start[beam]) / table.length[beam]
+            reach = arm - motion.direction[at] * table.start[beam]
+            xi = dot(directions[beam], reach) / table.length[beam]
             here = (xi >= -ON_BEAM) & (xi <= 1 + ON_BEAM) & np.logical_not(elsewhere)
             if np.any(here):
                 places.append(OnBeam(beam, np.clip(xi, 0.0, 1.0), here))
@@ -61,7 +71,8 @@ def block_loads(
 ) -> list[tuple[Block, ...]]:
     """Loads of the sliders on the beams they move along, in the order of `BeamTrees.rails`."""
     trees, loads = configuration.trees, []
-    for number, places in zip(trees.rails, block_places(motion, trees), strict=True):
+    slides = {} if added is None else {number: slide for number, slide, _ in added.slides}
+    for number, places in zip(trees.rails, block_places(motion, trees, slides), strict=True):
         sense = motion.structure.joints[number].sense
         pull, load = -sense * forces.force[number], -sense * forces.moment[number]
         for joint, force, more in added.blocks if added is not None else ():

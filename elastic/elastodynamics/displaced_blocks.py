@@ -1,0 +1,107 @@
+"""Blocks on links that bend by any amount: their places on the bent axis, and forces square to it there.
+
+The displacement of an axis holds for any amount, and that across the line of the rigid link is closed by the linear
+solution, the block being where it is: so much farther along the line that it lies on the bent axis. That shift, and
+the rotation there, are those of the solution before. A block that holds a moment C against a bent axis is pushed along
+it by C times the curvature, since a slide of the block turns it: Bigoni et al., Eshelby-like forces acting on elastic
+structures, Mechanics of Materials 80 (2015) 368-374. Derivation: docs/theory.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics.displaced_points import Turned
+from elastic.elastodynamics.elastic_structure import ElasticStructure
+from elastic.elastodynamics.time_grid import interpolation, slopes
+from elastic.links.beam_trees import BeamTrees, trees_of
+from elastic.links.sliding_blocks import block_places
+from rigid import Motion
+from rigid.arrays import Columns, Complexes, Reals
+from rigid.kinetostatics import beam_directions
+from rigid.plane import cross, dot
+
+SHIFTS = 4  # steps to where on its axis a block is, each of which leaves of it what the axis stretches
+
+
+@dataclass(frozen=True, eq=False)
+class DisplacedBlock:
+    """The block of a slider on an elastic link that is displaced by any amount, at the points of a grid.
+
+    Attributes
+    ----------
+    joint
+        Number of the slider.
+    slide
+        By how much farther along the line of the rigid link it is on the axis [m].
+    force
+        Of the beam on the block in the ground's axes [N], complex.
+    more
+        Of this force what the linear solution has not.
+    lever
+        Moment on the beam's link of the force where the block is, less that where it is in the motion [N m].
+    gap
+        What of the displacement under the block the link's rotation misses there, from child to parent [m], complex.
+    """
+
+    joint: int
+    slide: Reals
+    force: Complexes
+    more: Complexes
+    lever: Reals
+    gap: Complexes
+
+
+def displaced_blocks(
+    turned: Turned, structure: ElasticStructure, forces: Complexes, moments: Reals
+) -> list[DisplacedBlock]:
+    """Of all sliders on elastic links.
+
+    Parameters
+    ----------
+    turned
+        Displacements at the nodes.
+    forces, moments
+        In the joints, in the ground's axes [N, N m], shape (nodes, joints).
+    """
+    trees = trees_of(structure.mechanism)
+    return [_displaced(turned, structure, trees, number, forces, moments) for number in trees.rails]
+
+
+def _displaced(
+    turned: Turned, structure: ElasticStructure, trees: BeamTrees, number: int, forces: Complexes, moments: Reals
+) -> DisplacedBlock:
+    motion, place = turned.motion, turned.motion.places[number]
+    joint = place.joint
+    along = np.broadcast_to(place.along, motion.columns)
+    moved = turned.displacement(joint.block, joint.point(joint.block) or "")
+    slide = np.zeros(motion.columns)
+    for _ in range(0 if joint.drive is not None else SHIFTS):
+        slide = dot(along, moved - _under(turned.moved.beams, structure, motion, trees, number, slide)[0])
+    angle, curvature = _under(turned.moved.phi, structure, motion, trees, number, slide)
+    linear = joint.sense * forces[:, number]
+    pushed = 0.0 if joint.drive is not None else -joint.sense * moments[:, number] * curvature
+    force = np.exp(1j * angle) * (linear + pushed * along)
+    missed = joint.sense * 1j * turned.angle(joint.owner) * slide * along
+    return DisplacedBlock(
+        number, slide[1:], force[1:], (force - linear)[1:], -cross(slide * along, force)[1:], missed[1:]
+    )
+
+
+def _under(
+    values: Any, structure: ElasticStructure, motion: Motion, trees: BeamTrees, number: int, slide: Columns
+) -> tuple[Any, Any]:
+    """Values and slopes along the line at a shifted block, of such along beams, shape (nodes, beams, points, 1)."""
+    places = block_places(motion, trees, {number: slide})[list(trees.rails).index(number)]
+    there: Any = np.zeros(len(values))
+    slope: Any = np.zeros(len(values))
+    for at, place in enumerate(places):
+        along, here = values[:, place.beam, :, 0], place.here | (not at)
+        value = (interpolation(structure.xi, place.xi) * along).sum(axis=-1)
+        rate = (slopes(structure.xi, place.xi) * along).sum(axis=-1) / structure.length[place.beam]
+        rate = rate * dot(beam_directions(motion)[place.beam], motion.places[number].along)
+        there, slope = np.where(here, value, there), np.where(here, rate, slope)
+    return there, slope
