@@ -3,7 +3,7 @@
 What the finite elements share with the answer that they check is the motion with its accelerations. Here neither is
 believed: joints have to close, velocities have to be the rate of the places, and the momentum of all masses has to
 change as gravity, the given loads and the ground make it. Of `rigid` only the mechanism, the places and velocities of
-its links and the forces on the ground are read. Derivation: docs/check.md, "Momentum".
+its links and the forces on the ground are read. Derivation: docs/validity.md, "Momentum".
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ def balance(
         )
 
 
-def _centre(motion: Motion) -> Any:
+def _centre(motion: Motion) -> complex:
     """A place amid the links, about which moments are taken [m], complex."""
     return (
         complex(np.mean(motion.origin, where=np.isfinite(motion.origin))) if np.isfinite(motion.origin).any() else 0.0

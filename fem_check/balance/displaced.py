@@ -11,7 +11,8 @@ from elastic import Deflection
 from fem_check.balance.forces import shifted
 from fem_check.balance.masses import Masses, displacements, places, velocities
 from fem_check.balance.rates import EIGHTH, MotionNear, Rates
-from rigid import Motion, Reals, posture
+from rigid import Motion, posture
+from rigid.arrays import Complexes, Numbers, Reals
 from rigid.plane import cross
 
 SECOND_EIGHTH = (8 / 5, -1 / 5, 8 / 315, -1 / 560)
@@ -24,7 +25,9 @@ Transient = tuple[Callable[[Motion], Deflection], Reals]
 """Deflection of vibrating links at any positions, and the times between which it is smooth [s], shape (edges,)."""
 
 
-def of_displacements(deflection: Deflection, masses: Masses, centre: Any, cycle: float, exact: bool) -> tuple[Any, Any]:
+def of_displacements(
+    deflection: Deflection, masses: Masses, centre: complex, cycle: float, exact: bool
+) -> tuple[Complexes, Reals]:
     """Rate of the momentum that vibration adds [N], and of the angular momentum less the moments that it adds [N m].
 
     A point displaced by s, moving with v, has m s' more momentum, and m (r x s' + s x (v + s')) more angular momentum,
@@ -43,13 +46,13 @@ def of_displacements(deflection: Deflection, masses: Masses, centre: Any, cycle:
 def of_transient(
     deflection: Deflection,
     masses: Masses,
-    centre: Any,
+    centre: complex,
     rates: Rates,
     motion_near: MotionNear,
     transient: Transient,
     granted: float,
     exact: bool,
-) -> tuple[Any, Any]:
+) -> tuple[Complexes, Reals]:
     """The same by differences in time, nan at positions that they do not tell of.
 
     The angular momentum's rate is m (r x s'' + s x (a + s'')), with s x s'' of second order.
@@ -64,7 +67,7 @@ def of_transient(
         return unknown, unknown
     time, step, here = motion.time[inside], step[inside], posture(motion, inside)
 
-    def carried(k: int) -> Any:
+    def carried(k: int) -> Complexes:
         return np.array(displacements(near(motion_near(time + k * step, here))), complex)
 
     middle = carried(0)
@@ -81,7 +84,7 @@ def of_transient(
     return force, moment - shifted(deflection, masses, displacements(deflection)[0])
 
 
-def rate_of(values: Any, cycle: float) -> Any:
+def rate_of(values: Numbers, cycle: float) -> Complexes:
     """Rate of a periodic function, complex, from even positions of its cycle; the last axis is time."""
     count = values.shape[-1]
     waves = np.fft.fftfreq(count, 1 / count)

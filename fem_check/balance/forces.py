@@ -12,10 +12,11 @@ from elastic import Deflection, displacement_of
 from fem_check.balance.masses import Masses, gauss, places
 from fem_check.balance.rates import size_of
 from rigid import LineLoad, Motion, PointLoad, position_of
+from rigid.arrays import Complex, Complexes, Reals
 from rigid.plane import cross
 
 
-def openings(motion: Motion) -> Any:
+def openings(motion: Motion) -> Reals:
     """How far joints are open [m], shape (joints, positions): pins, and blocks off their lines or turned on them."""
     mechanism = motion.mechanism
     names = sorted({name for link in mechanism.links for name in link.points})
@@ -40,12 +41,13 @@ def openings(motion: Motion) -> Any:
     return np.array(rows)
 
 
-def ground_moment(deflection: Deflection, centre: Any) -> Any:
+def ground_moment(deflection: Deflection, centre: Complex) -> Reals:
     """Moment of the mechanism on the ground about a place [N m], shape (positions,)."""
-    return deflection.forces.ground_moment - cross(centre, deflection.forces.ground_force)
+    moment: Reals = deflection.forces.ground_moment - cross(centre, deflection.forces.ground_force)
+    return moment
 
 
-def applied(motion: Motion, masses: Masses, centre: Any) -> tuple[Any, Any]:
+def applied(motion: Motion, masses: Masses, centre: Complex) -> tuple[Complexes, Reals]:
     """Gravity and all given loads, those on the ground too: force [N], complex, and moment about a place [N m]."""
     weight = masses.mass * (motion.mechanism.gravity + 0j)
     force = np.zeros(motion.columns, complex) + weight.sum()
@@ -79,10 +81,10 @@ def _line_load(motion: Motion, load: LineLoad) -> Sequence[tuple[Any, Any, Any]]
     ]
 
 
-def shifted(deflection: Deflection, masses: Masses, moved: Any) -> Any:
+def shifted(deflection: Deflection, masses: Masses, moved: Complexes) -> Reals:
     """Moment that gravity and the forces have more because they go with displaced points [N m]."""
     motion = deflection.motion
-    pushed = cross(moved, masses.mass * (motion.mechanism.gravity + 0j)).sum(axis=0)
+    pushed: Reals = cross(moved, masses.mass * (motion.mechanism.gravity + 0j)).sum(axis=0)
     for load in motion.mechanism.loads:
         for link, point, force, _ in load.forces(motion) if isinstance(load, PointLoad) else ():
             pushed = pushed + cross(displacement_of(deflection, link, point), force)

@@ -9,6 +9,7 @@ import numpy as np
 
 from elastic import Deflection, displacement_of, rotation_of, sample
 from rigid import Mechanism, Motion
+from rigid.arrays import Complexes, Integers, Reals
 
 GAUSS = 8  # places along a beam
 
@@ -27,10 +28,10 @@ class Masses:
         [kg], and about the point itself [kg m^2]: of beams that of their sections.
     """
 
-    link: Any
-    place: Any
-    mass: Any
-    inertia: Any
+    link: Integers
+    place: Complexes
+    mass: Reals
+    inertia: Reals
 
 
 def masses_of(mechanism: Mechanism) -> Masses:
@@ -55,24 +56,24 @@ def masses_of(mechanism: Mechanism) -> Masses:
     return Masses(link.astype(int), place.astype(complex)[:, None], *(amount[:, None] for amount in amounts))
 
 
-def gauss() -> tuple[Any, Any]:
+def gauss() -> tuple[Reals, Reals]:
     """Gauss's points and weights from 0 to 1."""
     points, weights = np.polynomial.legendre.leggauss(GAUSS)
     return (points + 1) / 2, weights / 2
 
 
-def places(motion: Motion, masses: Masses) -> Any:
+def places(motion: Motion, masses: Masses) -> Complexes:
     """Places of the masses [m], complex, shape (masses, positions)."""
     return motion.origin[masses.link] + motion.direction[masses.link] * masses.place
 
 
-def velocities(motion: Motion, masses: Masses) -> Any:
+def velocities(motion: Motion, masses: Masses) -> Complexes:
     """Velocities of the masses as the motion tells them [m/s], complex, shape (masses, positions)."""
     turning = 1j * motion.angular_velocity[masses.link] * motion.direction[masses.link]
     return motion.velocity[masses.link] + turning * masses.place
 
 
-def displacements(deflection: Deflection) -> tuple[Any, Any]:
+def displacements(deflection: Deflection) -> tuple[Complexes, Reals]:
     """Displacements [m], complex, and rotations [rad] of the masses, in their order, shape (masses, positions)."""
     motion = deflection.motion
     mechanism = motion.mechanism

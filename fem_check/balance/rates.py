@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from fem_check.balance.masses import Masses, places, velocities
-from rigid import Motion, Posture, Reals, posture
+from rigid import Motion, Posture, posture
+from rigid.arrays import Complexes, Reals
 
 GRANTED = 1e-6
 """Imbalance granted, as a share of the largest force or moment on the ground, velocity or size."""
@@ -57,7 +58,7 @@ def rates_of(motion: Motion, masses: Masses, motion_near: MotionNear, span: tupl
     return Rates(rates[0], rates[1], rates[2].real, known)
 
 
-def _carried(motion: Motion, masses: Masses) -> Any:
+def _carried(motion: Motion, masses: Masses) -> Complexes:
     """Places and velocities of the masses and the angular velocities of their links, shape (3, masses, positions)."""
     return np.array([places(motion, masses), velocities(motion, masses), motion.angular_velocity[masses.link]])
 

@@ -162,13 +162,13 @@ class BlockResponse:
         self.nodes = self._nodes(n)
 
     def _under(self, divided: Divided, values: Reals, unit: float) -> Reals:
-        found = divided.of_nodes(values)
+        nodal = divided.of_nodes(values)
         stations = len(self.unit.stations)
-        found[:, :stations] += unit * divided.of_spread(self.unit.load_at)
+        nodal[:, :stations] += unit * divided.of_spread(self.unit.load_at)
         if divided is self.across:
             n = float(self.unit.bending.elements)
-            found[:, stations : 2 * stations] += unit * n * divided.of_spread(self.unit.load_at, couples=True)
-        return found
+            nodal[:, stations : 2 * stations] += unit * n * divided.of_spread(self.unit.load_at, couples=True)
+        return nodal
 
     def _nodes(self, n: float) -> dict[str, Reals]:
         (w, phi), forces = self.across.pushed()

@@ -1,7 +1,7 @@
 """Lines of equal finite elements, clamped at their first node: the model of every beam.
 
 scikit-fem numbers, integrates, assembles and condenses. Two things are done here, both for round-off, which in a plain
-assembly grows with the fourth power of the elements (docs/check.md has the figures). Every element is integrated where
+assembly grows with the fourth power of the elements (docs/validity.md). Every element is integrated where
 scikit-fem is exact, from 0 to 1: the `Basis` takes the numbering of the row, and a mesh whose elements lie one upon
 the other. And what a solution leaves is computed from stiffnesses that oppose two deformations, those that are left of
 the element's freedoms when it cannot move as a whole: a rigid motion costs no energy, and where the rigidity does not

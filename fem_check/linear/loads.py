@@ -56,12 +56,12 @@ def couples(frame: Frame, stations: Reals) -> Reals:
     [N], shape (stations, beams, ..., positions).
     """
     motion, mechanism = frame.motion, frame.motion.mechanism
-    found = np.zeros((len(stations), len(mechanism.beams), *motion.columns))
+    moments = np.zeros((len(stations), len(mechanism.beams), *motion.columns))
     for number, (at, beam) in enumerate(mechanism.beams):
         for k, xi in enumerate(stations):
             there = beam.rotary_inertia * np.polynomial.polynomial.polyval(xi, beam.rotary_taper)
-            found[k, number] = -there * motion.angular_acceleration[at]
-    return found
+            moments[k, number] = -there * motion.angular_acceleration[at]
+    return moments
 
 
 def concentrated(frame: Frame) -> Iterator[tuple[FramePlace, Any, Any]]:

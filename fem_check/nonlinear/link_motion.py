@@ -10,7 +10,9 @@ import numpy as np
 
 from fem_check.nonlinear.nodes import NotCheckedError
 from fem_check.nonlinear.rigid_places import RigidPlaces, coordinates
-from rigid import Mechanism, Reals, structure
+from rigid import Mechanism, structure
+from rigid.arrays import Complexes, Reals
+from rigid.decomposition import Structure
 
 STRIDE = 5e-3
 """Of the drives between two instants of a difference [rad], or share of the mechanism's size."""
@@ -41,7 +43,7 @@ class LinkMotion:
         return self.rigid.mechanism
 
     @property
-    def structure(self) -> Any:
+    def structure(self) -> Structure:
         """Its joints."""
         return structure(self.mechanism)
 
@@ -56,11 +58,11 @@ class LinkMotion:
         return coordinates(self.rigid.laws, self.time).T
 
     @cached_property
-    def _places(self) -> Any:
+    def _places(self) -> tuple[Complexes, Reals]:
         return self._seen(self.rigid.at(self.time))
 
     @cached_property
-    def _rates(self) -> Any:
+    def _rates(self) -> tuple[Reals, ...]:
         """First and second derivatives of origins and angles, each of shape (2, links, instants)."""
         step = self._step
         around = np.maximum(self.time, self.rigid.start - OFFSETS[0] * step)  # nothing is known before the start
@@ -89,21 +91,22 @@ class LinkMotion:
         return float(steps[-1])
 
     @staticmethod
-    def _seen(places: Reals) -> Any:
+    def _seen(places: Reals) -> tuple[Complexes, Reals]:
         return (places[..., 0] + 1j * places[..., 1]).T, places[..., 2].T
 
     @property
-    def origin(self) -> Any:
+    def origin(self) -> Complexes:
         """Of every link's axes [m], complex, shape (links, instants)."""
         return self._places[0]
 
     @property
-    def direction(self) -> Any:
+    def direction(self) -> Complexes:
         """Unit vector of every link's x' axis, complex."""
-        return np.exp(1j * self._places[1])
+        way: Complexes = np.exp(1j * self._places[1])
+        return way
 
     @property
-    def velocity(self) -> Any:
+    def velocity(self) -> Complexes:
         """Of the origins [m/s], complex."""
         return self._seen(self._rates[0])[0]
 
@@ -114,14 +117,14 @@ class LinkMotion:
         return spin
 
     @property
-    def acceleration(self) -> Any:
+    def acceleration(self) -> Complexes:
         """Of the origins [m/s^2], complex."""
         return self._seen(self._rates[1])[0]
 
     @property
-    def turning(self) -> Any:
+    def turning(self) -> Complexes:
         """Angular acceleration times i less the square of the angular velocity [1/s^2], complex."""
-        return 1j * self._seen(self._rates[1])[1] - self.angular_velocity**2
+        return np.asarray(1j * self._seen(self._rates[1])[1] - self.angular_velocity**2, complex)
 
     def __getattr__(self, name: str) -> Any:
         """Refuse another attribute by its name."""

@@ -92,7 +92,7 @@ def refined_deflection(
     closed: bool,
     tolerance: float,
     joints: Mapping[str, JointCompliance] | None = None,
-    damping: float | Sequence[float] = 0.0,
+    damping: float | Sequence[float] | Reals = 0.0,
     progress: Progress | None = None,
 ) -> RefinedDeflection:
     """Deflection of the moving mechanism, displacements of any size, to a tolerance.

@@ -104,7 +104,8 @@ def ties_of(
     Raises
     ------
     NotCheckedError
-        A slider on an elastic link, a pin at which no beam ends, a soft joint of several links, Coulomb friction.
+        A slider or toothed wheels on an elastic link, a pin at which no beam ends, a soft joint of several links,
+        Coulomb friction.
     """
     return _Builder(mechanism, nodes, joints, drawn).built(first)
 
@@ -242,10 +243,13 @@ class _Builder:
         self.ties.movers.append(moved)
 
     def _gear(self, gear: Gear) -> None:
-        """The ratio between the coordinates of the joints; the push between the teeth is left out.
-
-        A carrier that bends under that push, or turns the follower because it bends, does not do so here.
-        """
+        """The ratio between the coordinates of the joints; the push between the teeth is left out."""
+        both = set(self.mechanism.ends(gear.follower)) & set(self.mechanism.ends(gear.driver))
+        if gear.pressure_angle is not None and any(self.mechanism.links[link].beams for link in both):
+            raise NotCheckedError(
+                f'the gear at "{gear.follower.joint}" is on a carrier that bends: the nonlinear check leaves out the '
+                "push between the teeth"
+            )
         follower, driver = self._coordinate(gear.follower), self._coordinate(gear.driver)
         target = self._drawn_value(follower) - gear.ratio * self._drawn_value(driver)
         parts = (self.couple(follower), 1.0), (self.couple(driver), -gear.ratio)

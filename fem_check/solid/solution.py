@@ -153,14 +153,11 @@ def solve_solid(
     )
 
 
-FULL = 1.6  # largest shear stress over the mean one: 1.5 of rectangles, 4/3 of circles; more has thin walls
-
-
 def _no_body(frame: Frame, at: int, sections: Sequence[Section]) -> str | None:
     """Why a link is no plane body with loads in place; None where it may be one."""
     if not all(np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections):
         return "a beam is rigid"
-    if any(np.ravel(section.peak_shear)[0] > FULL for section in sections):
+    if any(section.thin_walled for section in sections):
         return "a beam is hollow or an I, which shears as no plane body does"
     blocks = frame.spots[len(frame.motion.mechanism.beams) :]
     return "a slider's block moves along it" if any(frame.bodies[k].link == at for k, _ in blocks) else None
@@ -185,12 +182,12 @@ def _pushes(
     frame: Frame, sections: Sequence[Section], joints: Mapping[str, JointCompliance]
 ) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
     """Joint forces and concentrated loads on the ends of beams: link, point, force in the ground's axes and moment."""
-    found = (
+    pushes = (
         solve(frame.motion, sections, 1, joints)
         if frame.motion.mechanism.gears or frame.motion.mechanism.friction
         else None
     )
-    flanks, friction = (found.flanks, found.friction) if found else ({}, ())
+    flanks, friction = (pushes.flanks, pushes.friction) if pushes else ({}, ())
     rows = [row for tie in ties(frame, joints, flanks) for row in tie.rows]
     with np.errstate(invalid="ignore", over="ignore"):
         beams = beams_of(frame, sections, 1)
