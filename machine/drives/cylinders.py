@@ -39,19 +39,19 @@ class Cylinder:
     buckling_safety: Real = UNKNOWN
 
     @property
-    def area(self) -> Any:
+    def area(self) -> Reals:
         """Of the piston [m^2]."""
-        return np.pi * np.square(self.bore) / 4
+        return np.asarray(np.pi * np.square(self.bore) / 4)
 
     @property
-    def annulus(self) -> Any:
+    def annulus(self) -> Reals:
         """Of the piston on the rod's side [m^2]."""
-        return np.pi * (np.square(self.bore) - np.square(self.rod)) / 4
+        return np.asarray(np.pi * (np.square(self.bore) - np.square(self.rod)) / 4)
 
     @property
-    def buckling_load(self) -> Any:
+    def buckling_load(self) -> Reals:
         """Euler's, of the rod pinned at both ends [N]: pi^2 E I / l^2."""
-        return np.pi**2 * self.modulus * (np.pi * np.asarray(self.rod) ** 4 / 64) / np.square(self.length)
+        return np.asarray(np.pi**2 * self.modulus * (np.pi * np.asarray(self.rod) ** 4 / 64) / np.square(self.length))
 
 
 def working_pressure(cylinder: Cylinder, force: Any) -> Reals:

@@ -46,12 +46,12 @@ class Motor:
     inertia_ratio: Real = UNKNOWN
 
     @property
-    def inertia(self) -> Any:
+    def inertia(self) -> Real:
         """Of rotor and gear at the motor's shaft [kg m^2]."""
         return self.rotor_inertia + self.gear_inertia
 
     @property
-    def reduced_inertia(self) -> Any:
+    def reduced_inertia(self) -> Real:
         """Of rotor and gear, reduced to the drive's coordinate [kg m^2 or kg]."""
         return self.gear_ratio**2 * self.inertia
 
@@ -110,11 +110,11 @@ def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, 
     return np.where(np.isfinite(ratio), ratio, np.nan)
 
 
-def inertia_matched_ratio(load: Any, own: Any) -> Reals:
+def inertia_matched_ratio(load: Any, motor: Any) -> Reals:
     """Gear ratio that accelerates an inertia with the least torque: the root of the load's over the motor's.
 
     >>> round(float(inertia_matched_ratio(0.09, 1e-4)), 9)
     30.0
     """
-    ratio: Reals = np.sqrt(np.asarray(load) / own)
+    ratio: Reals = np.sqrt(np.asarray(load) / motor)
     return ratio

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from machine.joints.courses import JointCourse
-from rigid.arrays import Real, Reals
+from rigid.arrays import Real, Reals, of_designs
 
 MILLION = 1e6
 LIFE_FACTORS = {0.90: 1.0, 0.95: 0.64, 0.96: 0.55, 0.97: 0.47, 0.98: 0.37, 0.99: 0.25}
@@ -59,8 +58,8 @@ class Rolling:
         ISO 281:2007, equations (3), (9) and (27): L_nm = a_1 a_ISO (C/P)^p million revolutions.
         """
         with np.errstate(divide="ignore"):
-            ratio = _flat(self.dynamic) / self.equivalent_load(course)
-            factor = LIFE_FACTORS[self.reliability] * _flat(self.condition)
+            ratio = of_designs(self.dynamic) / self.equivalent_load(course)
+            factor = LIFE_FACTORS[self.reliability] * of_designs(self.condition)
             return np.asarray(factor * ratio**self.exponent * MILLION)
 
     def life(self, course: JointCourse) -> Reals:
@@ -80,11 +79,11 @@ class Rolling:
     def static_safety(self, course: JointCourse) -> Reals:
         """C0 over the largest load, shape (...) (ISO 76:2006)."""
         with np.errstate(divide="ignore"):
-            return np.asarray(_flat(self.static) / course.size.max(axis=-1))
+            return np.asarray(of_designs(self.static) / course.size.max(axis=-1))
 
     def load_share(self, course: JointCourse) -> Reals:
         """Equivalent load over C, shape (...): bearings roll without sliding from some 0.01 (balls) or 0.02 on."""
-        return np.asarray(self.equivalent_load(course) / _flat(self.dynamic))
+        return np.asarray(self.equivalent_load(course) / of_designs(self.dynamic))
 
     def overlap(self, course: JointCourse) -> Reals:
         """Swing over that at which each rolling element comes to the place of the next, shape (...).
@@ -215,8 +214,3 @@ class JointParts:
     pin: Pin | None = None
     eye: Eye | None = None
     clearance: Real | None = None
-
-
-def _flat(value: Any) -> Any:
-    """A number of every design without the axis of positions."""
-    return value[..., 0] if np.ndim(value) else value

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from rigid import JointForces, Motion
-from rigid.arrays import Complexes, Integers, Reals
+from rigid.arrays import Complexes, Integers, Numbers, Reals
 
 CUBE = 3.0  # exponent of the life of ball bearings
 WHOLE = 0.5  # turns from which on a joint turns on instead of swinging, in a run
@@ -129,7 +129,7 @@ def joint_course(motion: Motion, forces: JointForces, number: int, weight: Reals
     """
     place = motion.places[number]
 
-    def wide(value: Any) -> Any:
+    def wide(value: Any) -> Numbers:
         return np.broadcast_to(value, np.shape(weight))
 
     return JointCourse(

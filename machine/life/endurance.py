@@ -17,6 +17,7 @@ SURFACES = {  # of steel: a and b of k_a = a (S_ut / MPa)^b
     "hot-rolled": (57.7, -0.718),
     "as-forged": (272.0, -0.995),
 }
+"""Marin's factor of a steel's surface, k_a = a (S_ut / MPa)^b: a and b."""
 LEAST_SIZE, MIDDLE_SIZE, LARGEST_SIZE = 2.79e-3, 51e-3, 254e-3  # [m] between which the size factor is known
 SPREAD = 0.08  # standard deviation of endurance limits over their mean
 

@@ -12,7 +12,7 @@ import numpy as np
 from elastic import Deflection, Largest, sample
 from machine.life.damage import damage, reversals
 from machine.life.endurance import FatigueStrength, endurance_safety, equivalent_amplitude
-from rigid.arrays import Real, Reals
+from rigid.arrays import Integers, Real, Reals
 
 STATIONS = np.linspace(0.0, 1.0, 21)  # along a beam
 
@@ -140,17 +140,18 @@ def _least_place(safety: Any) -> tuple[Reals, Any]:
     return np.take_along_axis(rows, index[..., None], -1)[..., 0], index
 
 
-def _places(values: Any) -> Any:
+def _places(values: Reals) -> Reals:
     """Values of shape (2, beams, ..., stations) as (beams, ..., places)."""
     moved = np.moveaxis(values, 0, -2)
     return moved.reshape(*moved.shape[:-2], -1)
 
 
-def _taken(values: Any, index: Any) -> Any:
-    return np.take_along_axis(_places(values), index[..., None], -1)[..., 0]
+def _taken(values: Reals, index: Integers) -> Reals:
+    taken: Reals = np.take_along_axis(_places(values), index[..., None], -1)[..., 0]
+    return taken
 
 
-def _place(index: Any) -> tuple[Reals, Any]:
+def _place(index: Integers) -> tuple[Reals, Integers]:
     """Abscissa, and number of the fibre, of places by their numbers."""
     return STATIONS[index % len(STATIONS)], index // len(STATIONS)
 
