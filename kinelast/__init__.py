@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from kinelast.version import VERSION
-
 if TYPE_CHECKING:
     from kinelast.notebook import deflection, load, motion, to_pandas, to_xarray
-    from kinelast.notebook.inline import film, picture, report
+    from kinelast.notebook.inline import answer, film, picture, report
     from kinelast.scene.course import Run
     from kinelast.scene.data import Scene, scene_motion, scene_motion_at, scene_times
     from kinelast.scene.document import Document, read_document, read_scene, scene_from_dict, scene_from_text
@@ -23,6 +21,7 @@ __all__ = [
     "SceneError",
     "StructureScene",
     "__version__",
+    "answer",
     "deflection",
     "film",
     "load",
@@ -44,10 +43,11 @@ __all__ = [
     "to_xarray",
 ]
 
-__version__ = VERSION
+__version__ = "0.1.0"
+"""Version of the program, as a wheel bears it too."""
 
 _HOME = {
-    "notebook.inline": ("film", "picture", "report"),
+    "notebook.inline": ("answer", "film", "picture", "report"),
     "notebook": ("deflection", "load", "motion", "to_pandas", "to_xarray"),
     "scene.course": ("Run",),
     "scene.data": ("Scene", "scene_motion", "scene_motion_at", "scene_times"),
@@ -69,4 +69,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted(__all__)

@@ -17,13 +17,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from kinelast.cli.parser import parsed
-from kinelast.cli.terminal import Sentences, fill_closed_streams, listener, say
+from kinelast import __version__
+from kinelast.cli.terminal import Sentences, fill_closed_streams, listener, parsed, say
 from kinelast.scene.error import SceneError, likely, plain
 from kinelast.tasks.progress import SILENT, Progress, StoppedError, ignored_interrupts, signals_held_back, stoppable
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package
-from kinelast.version import VERSION
 
 if TYPE_CHECKING:
     from kinelast.tasks.processes import Lost
@@ -63,12 +62,17 @@ class SceneWork:
 
 @contextmanager
 def _uncollected() -> Iterator[None]:
-    """Without looking for garbage: imports leave none, and looking through all that they make takes a while."""
+    """Without looking for garbage: imports leave none, and looking through all that they make takes a while.
+
+    That stays out of later looks too, the last one as the process ends among them: a seventh of a short run.
+    """
     looks = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
+        if not gc.get_freeze_count():  # once: what the runs of a process leave behind is looked through
+            gc.freeze()
         if looks:
             gc.enable()
 
@@ -136,8 +140,8 @@ def main(argv: Sequence[str]) -> int:
 
     Returns
     -------
-    The exit status: 0 fine, 1 a check failed, 2 bad input, 3 an error of the program itself, 130 interrupted, 128 and
-    the number of the signal that ended the run.
+    The exit status: 0 fine, 1 a check, limit or accuracy failed, 2 bad input, 3 an error of the program itself,
+    130 interrupted, 128 and the number of the signal that ended the run.
     """
     fill_closed_streams()
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -219,7 +223,7 @@ def _stopped(stop: BaseException, done: str) -> int:
 
 
 def _version() -> int:
-    print(f"kinelast {VERSION}")
+    print(f"kinelast {__version__}")
     return FINE
 
 

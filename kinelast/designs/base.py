@@ -19,7 +19,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
 from kinelast.scene.format import SceneTable
 from kinelast.scene.joints import RUBBING
-from kinelast.scene.limits import OUTPUT_ERROR, Output
+from kinelast.scene.limits import Output
 from kinelast.scene.quantities import Direction, Size, Sizes
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Place, place_of, replaced, within_bounds
@@ -74,11 +74,13 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | Fi
     if varied := _links_that_vary(table, places):
         document = replace(document, varied=document.varied | varied)
     scene = document.scene
-    asked = any(str(name).startswith("output_") for name in figures or ()) or any(
-        limit.figure == OUTPUT_ERROR for limit in scene.limits
-    )
-    output = output_of(scene) if asked else scene.output
-    known = design_measures(scene, output)
+    known = design_measures(scene, scene.output)
+    keys = {measure.figure.key for measure in known.values()}
+    asked = {name.partition(".")[0] for name in figures or () if isinstance(name, str)}
+    if (
+        scene.output is None and not asked.union(limit.figure for limit in scene.limits) <= keys
+    ):  # of an output, to guess
+        known = design_measures(scene, output_of(scene))
     told = [name for name, each in known.items() if each.figure.told and each.items is None]
     names: Sequence[str | Figure] = told if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)

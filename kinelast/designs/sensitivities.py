@@ -269,11 +269,13 @@ def _gathered(names: tuple[str, ...], at: np.ndarray, tried: _Tried, still: np.n
 def _slopes(tried: _Tried, values: np.ndarray, both: np.ndarray) -> _Slopes:
     """Derivatives by values of moved designs, nan where they do not serve; `both`: where both sides together do."""
     served = np.where(np.isinf(values), np.nan, values).transpose(1, 2, 0, 3)  # (sides, levels, figures, variables)
-    own = np.where(np.isinf(tried.own), np.nan, tried.own)[:, None]  # what is endless has no derivative
+    figures = np.where(np.isinf(tried.own), np.nan, tried.own)[:, None]  # what is endless has no derivative
     left, right = tried.move[:, :, None, :]
-    rough = ROUND_OFF * np.maximum(abs(own), np.where(np.isfinite(served), abs(served), 0.0).max(axis=(0, 1)))
+    rough = ROUND_OFF * np.maximum(abs(figures), np.where(np.isfinite(served), abs(served), 0.0).max(axis=(0, 1)))
     across = np.where(both, served[1] - served[0], np.nan)
-    below, above = (limit((served[k] - own) / by, 2 * rough / abs(by), order=1) for k, by in enumerate((left, right)))
+    below, above = (
+        limit((served[k] - figures) / by, 2 * rough / abs(by), order=1) for k, by in enumerate((left, right))
+    )
     return _Slopes(limit(across / (right - left), 2 * rough / (right - left), order=2), below, above)
 
 

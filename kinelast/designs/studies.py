@@ -36,6 +36,7 @@ from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import Output
 from kinelast.scene.variables import Variable, numbers
 from kinelast.tasks.progress import SILENT, Progress
+from rigid.arrays import Integers
 
 NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # tables that describe no machine
 NOT_FIGURES = ("reach", LIMITS_KEPT, "condition")  # whose derivatives say nothing
@@ -74,8 +75,9 @@ def _figures_of(
     return found
 
 
-def _place(part: Designs, name: str) -> Any:
-    return part.place.get(name, np.full(len(part.reason), -1))
+def _place(part: Designs, name: str) -> Integers:
+    at: Integers = part.place.get(name, np.full(len(part.reason), -1))
+    return at
 
 
 def _as_it_stands(document: Document, figures: Sequence[str | Figure] | None) -> Designs:

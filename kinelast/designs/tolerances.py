@@ -173,14 +173,14 @@ def variance_shares(
     names: list[str] = []
 
     def values(designs: np.ndarray) -> np.ndarray:
-        found = figures_of(np.asarray(at) + designs.T).columns
-        names[:] = found
-        return np.stack([np.asarray(found[name], float) for name in names])
+        columns = figures_of(np.asarray(at) + designs.T).columns
+        names[:] = columns
+        return np.stack([np.asarray(columns[name], float) for name in names])
 
     dists = [norm(0, each.deviation) if each.normal else uniform(-each.half, 2 * each.half) for each in tolerances]
     with np.errstate(invalid="ignore", divide="ignore"):
-        found = sobol_indices(func=values, n=INDEX_SAMPLE, dists=dists, rng=np.random.default_rng(seed))
-    alone, together = (np.reshape(each, (len(names), -1)) for each in (found.first_order, found.total_order))
+        columns = sobol_indices(func=values, n=INDEX_SAMPLE, dists=dists, rng=np.random.default_rng(seed))
+    alone, together = (np.reshape(each, (len(names), -1)) for each in (columns.first_order, columns.total_order))
     return {name: (alone[k], together[k]) for k, name in enumerate(names)}
 
 
@@ -239,11 +239,11 @@ def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
         def bent(cycle: Cycle) -> list[Numbers]:
             return [off(cycle) + displacement_of(cycle.deflection, output.link, output.point)]
     else:
-        way = nominal.direction[nominal.mechanism.index[output.link]]
+        axis = nominal.direction[nominal.mechanism.index[output.link]]
 
         def off(cycle: Cycle) -> Numbers:
             mechanism = cycle.motion.mechanism
-            return np.asarray(np.angle(cycle.motion.direction[mechanism.index[output.link]] * np.conj(way)))
+            return np.asarray(np.angle(cycle.motion.direction[mechanism.index[output.link]] * np.conj(axis)))
 
         def bent(cycle: Cycle) -> list[Numbers]:
             mechanism = cycle.scene.mechanism

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from cmath import rect
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from kinelast.figures.results import Results, figure
+from kinelast.scene.document import Document
+from kinelast.scene.links import drawn_direction, drawn_places
 from kinelast.scene.numbers import ToldIn, coordinate, percent, quantity
 from machine.drives import (
     Balance,
@@ -41,13 +44,13 @@ def balance_figures(results: Results) -> dict[str, Any]:
         return {"words": [f"nothing to balance it with: {why}"]}
     weight = results.cycle.weights
     force = balanced(inertia_force(motion), [each for at in pins for each in shaking_influences(motion, at)], weight)
-    found: dict[str, Any] = {"shaking_force": _told(force, "N", _counterweights(results, pins, force))}
+    proposals: dict[str, Any] = {"shaking_force": _told(force, "N", _counterweights(results, pins, force))}
     moment = _moment(motion, pins, force, weight)
-    found["shaking_moment"] = _told(moment, "N m", _amounts(results, pins, moment, "kg m^2", "disc"))
+    proposals["shaking_moment"] = _told(moment, "N m", _amounts(results, pins, moment, "kg m^2", "disc"))
     units = [unit for *_, unit in results.drive_words]
     if abs(results.mechanism.gravity) and len(set(units)) == 1:
         held = balanced(weight_effort(motion), [each for at in pins for each in weight_influences(motion, at)], weight)
-        found["weight"] = _told(held, units[0], _counterweights(results, pins, held))
+        proposals["weight"] = _told(held, units[0], _counterweights(results, pins, held))
     if len(set(units)) == 1:
         efforts = np.asarray(results.efforts)
         swings = [at for at in pins if not _goes_round(motion, at)]
@@ -55,8 +58,61 @@ def balance_figures(results: Results) -> dict[str, Any]:
         soft = {at: each for at, each in springs.items() if each.amounts[0] > 0}
         if soft:
             at, best = min(soft.items(), key=lambda each: each[1].share)
-            found["drive_effort"] = _told(best, units[0], _spring(results, at, pins[at], best))
-    return {**found, "words": [*_words(found, results.scene.told_in)]}
+            proposals["drive_effort"] = _told(best, units[0], _spring(results, at, pins[at], best))
+    return {**proposals, "words": [*_words(proposals, results.scene.told_in)]}
+
+
+def balance_text(document: Document, proposals: Mapping[str, Any]) -> str:
+    """The text of a scene with the counterweights of its shaking force; empty where there are none that can be added.
+
+    Each is a rigid link of its mass, welded to its link at the pin. Their masses are variables of `[optimize]`, which
+    makes the shaking force least where the scene does not say what else.
+
+    Parameters
+    ----------
+    proposals
+        As of `balance_figures` of that scene.
+    """
+    import tomlkit
+
+    file, taken = tomlkit.parse(document.source), {*document.tables.get("welds", ())}
+    variables = {}
+    for part in proposals.get("shaking_force", {}).get("parts", ()):
+        name, mass = f"{part['link']}_counterweight", part["mass"]["value"]
+        place = _drawn_place(document, part)
+        at = next(
+            (point for point in (part["pin"], *document.table.links[part["link"]].points) if point not in taken), ""
+        )
+        if place is None or not at or name in document.table.links:
+            return ""
+        taken.add(at)
+        _put(file, "points", name, [f"{float(each)!r} m" for each in (place.real, place.imag)])
+        link = {"points": [at, name], "rigid": True, "mass": f"{mass!r} kg", "center": name, "inertia": 0.0}
+        _put(file, "links", name, link)
+        _put(file, "welds", at, {"links": [part["link"], name]})
+        variables[f"links.{name}.mass"] = ["1 g", f"{2 * mass:.4g} kg"]
+    if not variables:
+        return ""
+    if not document.table.optimize.variables:
+        _put(file, "optimize", "minimize", "shaking_force")
+    _put(file, "optimize", "variables", {**dict(file["optimize"].get("variables", {})), **variables})
+    return f"# The scene {document.name} with counterweights of its shaking force, as proposed.\n" + tomlkit.dumps(file)
+
+
+def _put(file: Any, table: str, key: str, value: Any) -> None:
+    """Put a value into a table of a file, which may not be there yet."""
+    if table not in file:
+        file[table] = {}
+    file[table][key] = value
+
+
+def _drawn_place(document: Document, part: Mapping[str, Any]) -> complex | None:
+    """Where the drawing has a counterweight; None where the drawing does not show at which angle its link is."""
+    mechanism, places = document.scene.mechanism, drawn_places(document.table)
+    direction = drawn_direction(mechanism.links[mechanism.index[part["link"]]], places)
+    if direction is None or part["pin"] not in places:
+        return None
+    return complex(places[part["pin"]] + direction * rect(part["radius"]["value"], part["direction"]["value"]))
 
 
 def _moment(motion: Motion, pins: Mapping[int, str], force: Balance, weight: Any) -> Balance:
@@ -116,22 +172,23 @@ def _spring(results: Results, at: int, pin: str, balance: Balance) -> list[dict[
     return [{"link": link, "pin": pin, **given}]
 
 
-def _words(found: Mapping[str, Any], told_in: ToldIn) -> Iterator[str]:
+def _words(proposals: Mapping[str, Any], told_in: ToldIn) -> Iterator[str]:
     """Sentences on the proposals."""
     for key, name in (("shaking_force", "shaking force"), ("weight", "effort of the weights")):
-        if key in found and found[key]["before"]["value"]:
+        if key in proposals and proposals[key]["before"]["value"]:
             parts = (
                 f"{quantity(each['mass']['value'], 'kg', 3, told_in)} at "
                 f"{quantity(each['radius']['value'], 'm', 3, told_in)} from {each['pin']} on "
                 f"{each['link']}, {coordinate(each['direction']['value'], 'rad')} from its axis"
-                for each in found[key]["parts"]
+                for each in proposals[key]["parts"]
             )
-            yield f"balance of the {name}: {'; '.join(parts)} {_leaves(found[key], told_in)}"
-    if "drive_effort" in found:
-        (each,) = found["drive_effort"]["parts"]
+            yield f"balance of the {name}: {'; '.join(parts)} {_leaves(proposals[key], told_in)}"
+    if "drive_effort" in proposals:
+        (each,) = proposals["drive_effort"]["parts"]
         spring = f"{quantity(each['stiffness']['value'], 'N m', 3)}/rad at {each['pin']} on {each['link']}"
         slack = coordinate(each["angle"]["value"], "rad")
-        yield f"balance of the drive: a spring of {spring}, slack at {slack}, {_leaves(found['drive_effort'], told_in)}"
+        left = _leaves(proposals["drive_effort"], told_in)
+        yield f"balance of the drive: a spring of {spring}, slack at {slack}, {left}"
 
 
 def _leaves(row: Mapping[str, Any], told_in: ToldIn) -> str:

@@ -3,29 +3,34 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from elastic import Deflection, reference_deflection, sample
 from elastic.beams import POISSON
 from elastic.links import members_of
-from kinelast.figures.errors import BEAM_THEORY, ROUND_OFF, TIME, FigureError
+from kinelast.figures.cycle import points_of
+from kinelast.figures.errors import BEAM_THEORY, BODIES, LITTLE, ROUND_OFF, TIME, FigureError, Measured
+from kinelast.figures.registry import NAMES
 from kinelast.figures.results import NonlinearCheck, NotMade, allowed_difference
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
+from kinelast.scene.limits import OUTPUT_ERROR
 from kinelast.scene.numbers import percent
 
 if TYPE_CHECKING:
     from fem_check import Balance
+    from fem_check.nonlinear import RefinedDeflection
     from fem_check.solid import SolidComparison
     from kinelast.figures.results import Results
     from kinelast.scene.data import Scene
-    from rigid import Reals
+    from rigid import Mechanism, Reals
 
 DECIDED = 1.5, 6.0  # parts of what is allowed that the check itself may be off by: at first, and where that decides
+TELLING = 0.2  # of the estimate, that the check may be off by to take its place, where that is no less than `UNTOLD`
 UNTOLD = 0.005  # that it may be off by where nothing is allowed or forbidden
 LEAST_ASKED = 1e-4  # accuracy
 LEAST_GRANTED, MOST_GRANTED = 0.005, 0.1  # of the momentum of vibrating links: beyond, nothing is learnt
@@ -48,13 +53,17 @@ def nonlinear_check(results: Results, progress: Callable[[float, str], None] | N
     try:
         for part in DECIDED:
             allowed = allowed_difference(estimate)
-            tolerance = min(UNTOLD, allowed / part) if part > DECIDED[0] else allowed / part
+            tolerance = min(UNTOLD, allowed / part) if part > DECIDED[0] else min(allowed / part, _telling(estimate))
             check = _nonlinear(results, course, UNTOLD if math.isnan(allowed) else tolerance, estimate, progress)
             if not check.near:
                 break
     except (NotCheckedError, DoesNotCloseError) as error:
         return NotMade(str(error))
     return check
+
+
+def _telling(estimate: float) -> float:
+    return math.inf if math.isnan(estimate) else max(TELLING * estimate, UNTOLD)
 
 
 def _nonlinear(
@@ -102,7 +111,43 @@ def _nonlinear(
         refined.mesh,
         refined.step,
         _besides(results, largest.max(initial=0.0) / np.where(base > 0, base, 1.0)),
+        _measured(results, refined),
     )
+
+
+def _measured(results: Results, refined: RefinedDeflection) -> Measured:
+    """Errors of the largest displacements of beams, points and the output by the check, at its nodes and instants.
+
+    Its own error is a share of the deflection of a beam from its chord, and taken as one of displacements alike.
+    """
+    theirs = dict(zip(("u", "w", "phi"), refined.moved, strict=True)) | {"chord": refined.chord}
+    ours = {name: sample(results.deflection, name, refined.xi) for name in theirs}
+    sizes = {NAMES.get(name, name): tuple(_greatest(each[name]) for each in (ours, theirs)) for name in theirs}
+    names = [name for name, _ in points_of(results.mechanism)]
+    sizes["displacement"] = tuple(_of_points(results.mechanism, names, each) for each in (ours, theirs))
+    if (output := results.figures.output) and output.point in names:
+        sizes[OUTPUT_ERROR] = tuple(each[[names.index(output.point)]] for each in sizes["displacement"])
+    differences = {key: np.abs(mine - true).tolist() for key, (mine, true) in sizes.items()}
+    least = {key: LITTLE * np.nanmax(true, initial=0.0) for key, (_, true) in sizes.items()}
+    uncertain = {key: (refined.error * np.maximum(true, least[key])).tolist() for key, (_, true) in sizes.items()}
+    return Measured(differences, uncertain)
+
+
+def _greatest(values: Reals) -> Reals:
+    """Greatest magnitudes over places and instants of every beam, shape (beams,)."""
+    greatest: Reals = np.nanmax(np.abs(values), axis=(1, 2))
+    return greatest
+
+
+def _of_points(mechanism: Mechanism, names: Sequence[str], moved: Mapping[str, Reals]) -> Reals:
+    """Greatest displacements of points at the ends of beams [m], nan of others, shape (points,)."""
+    greatest = np.full(len(names), np.nan)
+    size = np.hypot(moved["u"], moved["w"])
+    for number, (_, beam) in enumerate(mechanism.beams):
+        for point, node in ((beam.start, 0), (beam.end, -1)):
+            if point in names:
+                greatest[names.index(point)] = np.nanmax(size[number, :, node])
+    return greatest
 
 
 def _besides(results: Results, smaller: Reals) -> dict[str, float]:
@@ -114,7 +159,7 @@ def _besides(results: Results, smaller: Reals) -> dict[str, float]:
     return dict(zip(results.scene.labels, (share * np.maximum(smaller - 1.0, 0.0)).tolist(), strict=True))
 
 
-def _damping(results: Results) -> Any:
+def _damping(results: Results) -> Reals:
     """beta of every beam [s]: that of the answer, or of the lowest natural frequency."""
     if results.answer and results.answer.vibrating:
         return results.answer.vibrating.damping.beams
@@ -140,14 +185,20 @@ def nearer(results: Results, error: FigureError, share: float) -> str:
     accuracy = f'accuracy = "{percent(max(share / 2, LEAST_ASKED))}" would settle it'
     by_laws = isinstance(results.scene.course, CourseByLaws) and not results.left_out
     if largest == BEAM_THEORY:
-        return "" if results.solid else f"mostly {largest}: --check solid would measure it"
-    if answer is None or largest == ROUND_OFF or share <= 0.0:
+        return "" if results.solid or _hollow(results) else f"mostly {largest}: --check solid would measure it"
+    if answer is None or largest in (ROUND_OFF, BODIES) or share <= 0.0:
         return ""
     if results.scene.theory.plain:
         return f'mostly {largest}: without theory = "quasi-static" it would be settled'
     if answer.theory == GEOMETRICALLY_EXACT or answer.finer:
         return f"mostly {largest}: {accuracy}"
     return f"mostly {largest}: --check nonlinear would measure it" if by_laws and not results.nonlinear else ""
+
+
+def _hollow(results: Results) -> bool:
+    """Whether the beam of which beam theory leaves out most has thin walls, which no plane body has."""
+    parts = [abs(error.parts.get(BEAM_THEORY, 0.0)) for error in results.errors.get("chord", ())]
+    return bool(parts) and results.scene.sections[int(np.argmax(parts))].thin_walled
 
 
 def momentum_balances(results: Results) -> dict[str, Balance]:
@@ -188,6 +239,9 @@ def solid_check(results: Results) -> SolidComparison | NotMade:
     from fem_check.solid import compare_solid
 
     try:
-        return compare_solid(results.quasi_static, _poisson(results.scene))
+        compared = compare_solid(results.quasi_static, _poisson(results.scene))
     except ValueError as error:
         return NotMade(str(error))
+    if compared.by_link:
+        return compared
+    return NotMade("; ".join(f"{link}: {reason}" for link, reason in compared.left_out.items()))

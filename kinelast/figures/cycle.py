@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from machine.life import Fatigue, fatigue
 from rigid import Mechanism, Motion, Reals, drive_efforts, reachable, structure
 from rigid.arrays import Flags, Numbers
 
+Result = TypeVar("Result")
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not Kind.LOAD)
 WELL = 1e6  # condition up to which a position counts in the largest values: beyond, round-off grows into them
 NOISE = 1e-12  # share of the scene's forces and displacements below which a figure is round-off
@@ -76,14 +77,19 @@ class Cycle:
     used: int | None = None
     period: Any = None
     sampled: bool = False
-    _known: dict[Any, Largest] = field(default_factory=dict, repr=False)
-    _joints: dict[int, JointCourse] = field(default_factory=dict, repr=False)
+    _known: dict[tuple[Any, ...], Any] = field(default_factory=dict, repr=False)
+
+    def once(self, function: Callable[..., Result], *arguments: Hashable) -> Result:
+        """A result of the cycle and further arguments, kept for whoever asks for it again."""
+        key = function, *arguments
+        if key not in self._known:
+            self._known[key] = function(self, *arguments)
+        result: Result = self._known[key]
+        return result
 
     def of(self, figure: LargestSearch) -> Largest:
-        """The largest values of a figure's items, found once."""
-        if figure not in self._known:
-            self._known[figure] = figure.find(self)
-        return self._known[figure]
+        """The largest values of a figure's items."""
+        return self.once(figure.find)
 
     @cached_property
     def deflection(self) -> Deflection:
@@ -196,9 +202,7 @@ class Cycle:
 
     def joint(self, number: int) -> JointCourse:
         """Force and motion of a joint over the positions that count."""
-        if number not in self._joints:
-            self._joints[number] = joint_course(self.motion, self.deflection.forces, number, self.weights)
-        return self._joints[number]
+        return self.once(_joint, number)
 
     @cached_property
     def efforts(self) -> Reals:
@@ -228,6 +232,10 @@ class Cycle:
         lowest = np.full((*self.columns[:-1], solved.shape[-1]), np.nan)
         lowest[: len(solved)] = solved
         return lowest
+
+
+def _joint(cycle: Cycle, number: int) -> JointCourse:
+    return joint_course(cycle.motion, cycle.deflection.forces, number, cycle.weights)
 
 
 def greatest_along(values: Any) -> Reals:

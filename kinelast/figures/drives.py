@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from elastic import Largest
 from kinelast.figures.cycle import Cycle, drive_words
 from kinelast.figures.entry import (
     AVERAGE,
@@ -37,13 +38,15 @@ from machine.drives import (
 from machine.drives import (
     motor_torque as shaft_torque,
 )
-from rigid import ConstantSpeed, with_rates
-from rigid.arrays import Reals
+from rigid import ConstantSpeed
+from rigid.arrays import Reals, of_designs
+from rigid.kinematics import unit_motion
+from rigid.kinetostatics import kinetic_energy
 
-PerDrive = Callable[[Cycle, int], Any]
+PerDrive = Callable[[Cycle, int], Reals]
 
 
-def of_drive(values: PerDrive, of: str = DRIVE) -> Callable[[Cycle], list[Any]]:
+def of_drive(values: PerDrive, of: str = DRIVE) -> Callable[[Cycle], list[Reals]]:
     """Values of the drives that are items of a kind, from those of a drive by its number."""
     return lambda cycle: [values(cycle, number) for number in drives_of(cycle.scene, of)]
 
@@ -76,18 +79,15 @@ def power(cycle: Cycle, number: int) -> Reals:
 
 def load_inertia(cycle: Cycle, number: int) -> Reals:
     """Inertia of all links, reduced to a drive while the others stand [kg m^2 or kg], shape (..., positions)."""
-    count = len(cycle.scene.mechanism.drives)
-    unit = with_rates(cycle.motion, np.eye(count)[:, number : number + 1])
-    from rigid.dynamics import kinetic_energy  # which few scenes ask for
-
-    whole: Reals = 2.0 * kinetic_energy(unit) - cycle.scene.mechanism.drives[number].inertia
+    alone = unit_motion(cycle.motion, number)
+    whole: Reals = 2.0 * kinetic_energy(alone) - cycle.scene.mechanism.drives[number].inertia
     return np.broadcast_to(whole, cycle.columns)
 
 
-def _over_time(measure: Callable[..., Any], values: PerDrive, of: str = DRIVE) -> Callable[[Cycle], Any]:
+def _over_time(measure: Callable[..., Reals], values: PerDrive, of: str = DRIVE) -> Callable[[Cycle], Any]:
     """Figures that average values of the drives over the positions that count."""
 
-    def over_time(cycle: Cycle, number: int) -> Any:
+    def over_time(cycle: Cycle, number: int) -> Reals:
         known = np.where(cycle.weights > 0.0, values(cycle, number), 0.0)
         with np.errstate(invalid="ignore", divide="ignore"):
             return measure(known, cycle.weights)
@@ -106,12 +106,12 @@ def energy_given(values: Any, weight: Any) -> Reals:
     return energy_taken(-np.asarray(values), weight)
 
 
-def _fluctuation(cycle: Cycle, number: int) -> Any:
+def _fluctuation(cycle: Cycle, number: int) -> Reals:
     """Fluctuation of the energy of a drive that turns steadily through whole cycles [J]; nan of others."""
     scene, coordinate = cycle.scene, np.broadcast_to(cycle.motion.drive[number], cycle.columns)
     steady = isinstance(scene.laws[number], ConstantSpeed) and scene.mechanism.drives[number].turns
     if not steady or not scene.run.turn or cycle.columns[-1] < 3:
-        return np.nan
+        return np.full(cycle.columns[:-1], np.nan)
     span = cycle.weights.sum(axis=-1)
     travel = rate(cycle, number)[..., 0] * span
     repeated = cycle.period is not None  # then the end of the cycle is its start once more
@@ -121,14 +121,9 @@ def _fluctuation(cycle: Cycle, number: int) -> Any:
     return np.where(cycle.counted.all(axis=-1), found, np.nan)
 
 
-def _flywheel(cycle: Cycle, number: int) -> Any:
+def _flywheel(cycle: Cycle, number: int) -> Reals:
     speed = rate(cycle, number)[..., 0]
-    return flywheel_inertia(_fluctuation(cycle, number), _flat(cycle.scene.unevenness[number]), speed)
-
-
-def _flat(value: Any) -> Any:
-    """A number, or of many designs the numbers, shape (designs,)."""
-    return np.asarray(value)[..., 0] if np.ndim(value) else value
+    return flywheel_inertia(_fluctuation(cycle, number), of_designs(cycle.scene.unevenness[number]), speed)
 
 
 def _load_effort(cycle: Cycle, number: int) -> Reals:
@@ -157,11 +152,11 @@ def _use(cycle: Cycle, number: int) -> Reals:
 def _inertia_ratio(cycle: Cycle, number: int) -> Reals:
     motor = cycle.scene.motors[number]
     own = np.where(np.equal(motor.reduced_inertia, 0), np.nan, motor.reduced_inertia)
-    ratio: Reals = load_inertia(cycle, number) / own
+    ratio: Reals = cycle.once(load_inertia, number) / own
     return ratio
 
 
-def _least_ratio(cycle: Cycle, number: int) -> Any:
+def _least_ratio(cycle: Cycle, number: int) -> Reals:
     motor, counts = cycle.scene.motors[number], cycle.weights > 0.0
     load, moved, changed = (
         np.where(counts, values(cycle, number), 0.0) for values in (_load_effort, rate, acceleration)
@@ -169,9 +164,9 @@ def _least_ratio(cycle: Cycle, number: int) -> Any:
     return least_torque_ratio(motor, load, moved, changed, cycle.weights)
 
 
-def _matched_ratio(cycle: Cycle, number: int) -> Any:
-    own = np.asarray(_flat(cycle.scene.motors[number].inertia), float)
-    load = mean(np.where(cycle.weights > 0.0, load_inertia(cycle, number), 0.0), cycle.weights)
+def _matched_ratio(cycle: Cycle, number: int) -> Reals:
+    own = np.asarray(of_designs(cycle.scene.motors[number].inertia), float)
+    load = mean(np.where(cycle.weights > 0.0, cycle.once(load_inertia, number), 0.0), cycle.weights)
     return inertia_matched_ratio(load, np.where(own == 0, np.nan, own))
 
 
@@ -183,7 +178,7 @@ def _flow(cycle: Cycle, number: int) -> Reals:
     return flow_rate(cycle.scene.cylinders[number], rate(cycle, number))
 
 
-def _rod_buckling(cycle: Cycle) -> Any:
+def _rod_buckling(cycle: Cycle) -> Largest:
     rows = [
         np.where(cycle.counted, buckling_safety(cycle.scene.cylinders[number], effort(cycle, number)), np.inf)
         for number in drives_of(cycle.scene, CYLINDER)
@@ -210,7 +205,7 @@ DRIVE_FIGURES: tuple[Figure, ...] = (
     Figure("energy_given", "energy of a drive, given back in a cycle", "J", DRIVE, _over_time(energy_given, power),
            AVERAGE),
     Figure("load_inertia", "inertia of the links, reduced to a drive", _units("kg m^2", "kg"), DRIVE,
-           each(of_drive(load_inertia)), rigid=True),
+           each(of_drive(lambda cycle, number: cycle.once(load_inertia, number))), rigid=True),
     Figure("energy_fluctuation", "energy that a flywheel on a drive would take up", "J", DRIVE,
            averaged(of_drive(_fluctuation)), AVERAGE),
     Figure("flywheel", "inertia that keeps a drive as even as it may be", "kg m^2", UNEVEN,

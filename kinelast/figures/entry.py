@@ -62,6 +62,8 @@ class Figure:
         Whether it is of the whole run, so that those of its parts do not tell it; an `AVERAGE` is.
     power
         Of the loads that it goes with at most, by magnitude: errors that are known as a share count so many times.
+    remains_of
+        Of what is small beside it, the figure to a share of which the answer is settled.
     """
 
     key: str
@@ -78,6 +80,7 @@ class Figure:
     rigid: bool = False
     whole: bool = False
     power: float = 1.0
+    remains_of: Figure | None = None
 
     def units(self, scene: Scene) -> list[str]:
         """Of every item."""

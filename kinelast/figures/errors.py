@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from rigid.arrays import Complexes, Numbers, Reals
 
 VIBRATION, LARGE = "vibration", "large displacement"
 HIGHER_ORDERS, TIME, BEAM_THEORY, ROUND_OFF = "higher orders", "time and coordinates", "beam theory", "round-off"
+MEASURED, BODIES = "motion, as measured", "beam theory, as measured"  # by checks, in place of the estimates
 BY_MOTION = (VIBRATION, LARGE)  # each from the answer with those before it to that with it: their signs count
 HEADLINE = NAMES["w"], NAMES["mises"]  # figures of which every report tells the greatest
 LITTLE = 0.01  # of the greatest figure of a unit, below which one of them counts as so much
@@ -56,6 +57,11 @@ class FigureError:
     def largest(self) -> str:
         """Name of the largest part."""
         return max(self.parts, key=lambda name: abs(self.parts[name]), default="")
+
+    @property
+    def measured(self) -> bool:
+        """Whether checks measured its largest part."""
+        return self.largest in (MEASURED, BODIES)
 
     def without(self, names: Sequence[str]) -> FigureError:
         """The error but for some of its parts."""
@@ -101,7 +107,10 @@ class Estimate:
     shares
         By cause, other errors as shares of the largest displacement.
     in_time
-        An answer, and the same in finer elements of time; nothing where the shares alone tell what these leave open.
+        An answer, and the same discretized finer; nothing where the shares alone tell what its discretization leaves
+        open.
+    settled
+        Share of the largest displacement to which the answer is settled in time and coordinates.
     unknown
         Why the whole is not known; nothing where it is.
     """
@@ -111,13 +120,73 @@ class Estimate:
     shares: Mapping[str, float]
     unknown: str = ""
     in_time: tuple[Cycle, Cycle] | None = None
+    settled: float = 0.0
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Errors of figures by a check that rests on another theory, of its items in the units of the figures.
+
+    Attributes
+    ----------
+    off, own
+        By key of the figure, how far every item is off by the check, and how far the check may be; nan where it does
+        not tell.
+    """
+
+    off: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    own: Mapping[str, Sequence[float]] = field(default_factory=dict)
+
+    def in_place(self, key: str, item: int, error: FigureError) -> FigureError:
+        """An error with that of the check in place of all estimates of the theory of motion.
+
+        The estimate stays where the check is too coarse to tell more.
+        """
+        if key not in self.off or math.isnan(self.off[key][item]):
+            return error
+        off, own, kept = self.off[key][item], self.own[key][item], (BEAM_THEORY, ROUND_OFF)
+        if not error.unknown and own >= max(off, error.without(kept).size):
+            return error
+        return FigureError({MEASURED: off + own, **{name: error.parts.get(name, 0.0) for name in kept}})
+
+
+def with_bodies(
+    errors: Mapping[str, Sequence[FigureError]], off: Sequence[float], whole: Sequence[float]
+) -> dict[str, list[FigureError]]:
+    """Errors with beam theory's part as plane bodies have it.
+
+    Of the deflection from a beam's chord it is what they differ by; of other figures the estimate, times as much as it
+    is too low or too high for the beam for which that is most. These keep the estimate where a beam that has a part in
+    it is no body.
+
+    Parameters
+    ----------
+    off, whole
+        Of every beam, by how much its largest deflection from the chord differs, and the greatest difference at any
+        place and position [m]; nan of beams that are no bodies.
+    """
+    told = [abs(error.parts.get(BEAM_THEORY, 0.0)) for error in errors["chord"]]
+    least = SMALL * max(told, default=0.0)
+    factor = max((apart / part for apart, part in zip(whole, told, strict=True) if part > least), default=math.nan)
+    if any(math.isnan(apart) for apart, part in zip(whole, told, strict=True) if part > least):
+        factor = math.nan
+
+    def measured(key: str, item: int, error: FigureError) -> FigureError:
+        size = off[item] if key == "chord" else factor * error.parts.get(BEAM_THEORY, math.nan)
+        if math.isnan(size):
+            return error
+        others = {name: part for name, part in error.parts.items() if name != BEAM_THEORY}
+        return replace(error, parts={**others, BODIES: size})
+
+    return {key: [measured(key, item, each) for item, each in enumerate(rows)] for key, rows in errors.items()}
 
 
 def figure_errors(answer: Cycle, figures: Sequence[Figure], off: Estimate) -> dict[str, list[FigureError]]:
     """Errors of the figures of an answer by key, of every item.
 
     The same reductions are taken of the answer and of what it would be with a cause put right; the difference is the
-    error. What is known as a share of the largest displacement counts as that share of a figure's greatest item.
+    error. What is known as a share of the largest displacement counts as that share of a figure's greatest item. A
+    small rest is known to the share of what it remains of to which the answer is settled: elements of time may damp it.
     """
     values = magnitudes(answer, figures)
     stages = {name: magnitudes(cycle, figures) for name, cycle in off.stages.items()}
@@ -135,21 +204,26 @@ def _of_items(
     timed: Sequence[Mapping[str, Any]],
     off: Estimate,
 ) -> list[FigureError]:
-    before = own = values[figure.key]
+    before = here = values[figure.key]
     if figure.rigid:
-        return [FigureError() for _ in own]
+        return [FigureError() for _ in here]
     parts: dict[str, Reals] = {}
     for name, stage in stages.items():
         parts[name], before = _difference(stage[figure.key], before), stage[figure.key]
-    base = reference_deflection(np.where(np.isfinite(own), np.abs(own), 0.0))
-    wide = base if figure.over == LEAST else np.full(np.shape(own), np.max(base, initial=0.0))  # safeties are quotients
+    base = reference_deflection(np.where(np.isfinite(here), np.abs(here), 0.0))
+    wide = (
+        base if figure.over == LEAST else np.full(np.shape(here), np.max(base, initial=0.0))
+    )  # safeties are quotients
     parts |= {name: figure.power * share * wide for name, share in off.shares.items()}
     if timed:
         parts[TIME] = np.abs(_difference(*(each[figure.key] for each in reversed(timed))))
-    parts[BEAM_THEORY] = np.abs(_difference(bodies[figure.key], own))
+    if figure.remains_of and off.settled:
+        whole = np.max(answer.of(figure.remains_of).value, initial=0.0)
+        parts[TIME] = np.maximum(np.abs(parts.get(TIME, 0.0)), np.full(np.shape(here), off.settled * whole))
+    parts[BEAM_THEORY] = np.abs(_difference(bodies[figure.key], here))
     parts[ROUND_OFF] = _round_off(answer, figure) * base
     return [
-        FigureError({name: float(part[item]) for name, part in parts.items()}, off.unknown) for item in range(len(own))
+        FigureError({name: float(part[item]) for name, part in parts.items()}, off.unknown) for item in range(len(here))
     ]
 
 

@@ -136,7 +136,7 @@ def clearance_figures(output: Output | None) -> tuple[Figure, ...]:
         return ()
 
     def effect(number: int) -> Callable[[Cycle], Any]:
-        return lambda cycle: [_effects(cycle, output)[number]] if numbers_with(cycle.scene, CLEARANCE) else []
+        return lambda cycle: [cycle.once(_effects, output)[number]] if numbers_with(cycle.scene, CLEARANCE) else []
 
     return (
         Figure("clearance_worst", "displacement of the output by clearance, at worst", output.unit, CLEARANCES,

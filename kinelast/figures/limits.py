@@ -30,7 +30,7 @@ from kinelast.figures.results import Results, at_peak, figure, largest, results_
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit
-from rigid.arrays import Integers, Reals
+from rigid.arrays import Integers, Real, Reals, of_designs
 
 KEPT, BROKEN, TOO_NEAR, UNKNOWN = "kept", "not kept", "too near to call", "cannot be judged"
 SEVERITY = BROKEN, UNKNOWN, TOO_NEAR, KEPT
@@ -66,17 +66,18 @@ def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, An
     for limit in scene.limits:
         items = bounded_items(scene, limit) if limit.figure in figures else []
         values = figures[limit.figure][items] if items else np.full(1, np.nan)
-        given = replace(limit, bound=np.ravel(limit.bound) if np.ndim(limit.bound) else limit.bound)
+        given = replace(limit, bound=of_designs(limit.bound))
         yield severity(given, values, errors[limit.figure][items] if errors and items else 0.0).min(axis=0)
 
 
-def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Any:
+def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
     """The figure that is nearest to a limit, or farthest past it, shape (...); nan where one of them is not known."""
     items = bounded_items(scene, limit) if limit.figure in figures else []
     if not items:
         return math.nan
-    values = figures[limit.figure][items]
-    return values.min(axis=0) if limit.least else values.max(axis=0)
+    values: Reals = figures[limit.figure][items]
+    nearest: Reals = values.min(axis=0) if limit.least else values.max(axis=0)
+    return nearest
 
 
 def limits_kept(scene: Scene, figures: Iterable[Figure]) -> Figure:
@@ -313,8 +314,8 @@ def breaks_first(results: Results) -> list[dict[str, Any]]:
 
 def _reserves(results: Results, link: str, beams: Sequence[int]) -> Iterator[tuple[str, dict[str, Any]]]:
     """Modes of failure of a link and their reserves, the least of its beams, of those that are known."""
-    own = [limit for limit in results.scene.limits if limit.item in ("", link)]
-    asked = next((float(limit.bound) for limit in own if limit.kind == "life"), None)
+    limits = [limit for limit in results.scene.limits if limit.item in ("", link)]
+    asked = next((float(limit.bound) for limit in limits if limit.kind == "life"), None)
     finite = asked is not None and any(math.isfinite(results.figures.peaks["life"][beam].value) for beam in beams)
     for mode, (key, power) in RESERVES.items():
         if mode == "endurance" and finite and results.scene.fatigue and asked is not None:
@@ -322,7 +323,7 @@ def _reserves(results: Results, link: str, beams: Sequence[int]) -> Iterator[tup
             yield from _reserve(results, "life", "life", 1.0 / slope, beams, asked)
         else:
             yield from _reserve(results, mode, key, power, beams, 1.0)
-    for limit in own:
+    for limit in limits:
         if limit.kind in LIMITED:
             yield from _reserve(results, limit.kind, limit.figure, LIMITED[limit.kind], beams, float(limit.bound))
 

@@ -16,7 +16,7 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.limits import OUTPUT_ERROR, Output
 from rigid import GROUND, MechanismError, Motion, position_of, velocity_of, with_rates
 from rigid.analysis import Coordinate, LimitPosition, LinkAngle, PointCoordinate, limits
-from rigid.arrays import Flags, Reals
+from rigid.arrays import Complexes, Flags, Numbers, Reals, of_designs
 from rigid.plane import dot
 
 INSTANTS = 72  # of the run, at which the output is guessed
@@ -123,21 +123,22 @@ def turns_of(cycle: Cycle, output: Output) -> list[LimitPosition]:
         return []
 
 
-def _velocity(motion: Motion, output: Output) -> Any:
+def _velocity(motion: Motion, output: Output) -> Numbers:
     """Velocity of an output: of a point complex [m/s], of a link its rate [rad/s]."""
     at = motion.mechanism.index[output.link]
     return velocity_of(motion, at, output.point) if output.point else motion.angular_velocity[at]
 
 
-def path_direction(motion: Motion, output: Output) -> Any:
+def path_direction(motion: Motion, output: Output) -> Complexes:
     """Unit vector of the direction that a point goes along most, shape (..., 1): of a straight line, that line's."""
     places = position_of(motion, motion.mechanism.index[output.link], output.point)
     apart = np.where(np.isfinite(places), places, np.nan)
     apart = apart - np.nanmean(apart, axis=-1, keepdims=True)
-    return np.exp(0.5j * np.angle(np.nansum(apart**2, axis=-1, keepdims=True)))
+    along: Complexes = np.exp(0.5j * np.angle(np.nansum(apart**2, axis=-1, keepdims=True)))
+    return along
 
 
-def stroke_of(cycle: Cycle, output: Output) -> Any:
+def stroke_of(cycle: Cycle, output: Output) -> Reals:
     """Extent of a point's path along `path_direction` [m], between positions by parabolas as of `swing_of`."""
     motion = cycle.motion
     way = path_direction(motion, output)
@@ -153,7 +154,7 @@ def between_ends(cycle: Cycle, values: Any) -> tuple[Largest, Largest]:
     return replace(lowest, value=-lowest.value), _top(known, bool(cycle.scene.run.turn))
 
 
-def time_ratio_of(cycle: Cycle, output: Output) -> Any:
+def time_ratio_of(cycle: Cycle, output: Output) -> Reals:
     """The longer over the shorter time that an output goes one way and the other in a cycle; nan where it has none."""
     rate = _velocity(cycle.motion, output)
     if output.point:
@@ -169,7 +170,7 @@ def time_ratio_of(cycle: Cycle, output: Output) -> Any:
         return np.where((share > 0) & (share < 1), np.maximum(share, 1 - share) / np.minimum(share, 1 - share), np.nan)
 
 
-def advantage_of(cycle: Cycle, output: Output) -> Any:
+def advantage_of(cycle: Cycle, output: Output) -> Reals:
     """Rate of the only drive over the speed of an output, which is its force over the effort, shape (..., positions).
 
     Infinite where the output stands; nan with several drives.
@@ -200,21 +201,21 @@ def ringing_of(cycle: Cycle, output: Output) -> tuple[Reals, Flags]:
 
 def residual_of(cycle: Cycle, output: Output) -> Largest:
     """Greatest distance of an output from where it will rest once the drives do; nan where they do not."""
-    apart, rests = ringing_of(cycle, output)
+    apart, rests = cycle.once(ringing_of, output)
     found = largest(np.where(rests, apart, 0.0))
     return replace(found, value=np.where(rests.any(axis=-1), found.value, np.nan))
 
 
-def settling_of(cycle: Cycle, output: Output) -> Any:
+def settling_of(cycle: Cycle, output: Output) -> Reals:
     """Time from the first position at which the drives rest until the output stays within its tolerance [s].
 
     `SETTLED` of the greatest distance where the scene names none.
     """
-    apart, rests = ringing_of(cycle, output)
+    apart, rests = cycle.once(ringing_of, output)
     most, given = np.where(rests, apart, 0.0).max(axis=-1), cycle.scene.settled
     within = np.maximum(SETTLED * most, NOISE * apart.max(axis=-1))
     if given is not None:
-        within = np.broadcast_to(np.ravel(given)[(0 if np.size(given) == 1 else slice(None))], np.shape(most))
+        within = np.broadcast_to(of_designs(given), np.shape(most))
     return settling_time(cycle.motion.time, apart, rests, within)
 
 

@@ -1,24 +1,21 @@
-"""Parts of the summary: inputs, strength and vibration of the links, and their shares in the output's error."""
+"""Parts of the summary: inputs, strength and vibration of the links, drives, joints, life, friction and checks."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elastic import Deflection, deflection, displacement_of
-from elastic.assessment import angle_error, harmonics
-from elastic.links import AddedLoads, map_loads
+from elastic.assessment import harmonics
 from kinelast.figures.entry import CYLINDER, DRIVE, MOTOR, items_of
 from kinelast.figures.joints import JOINT_FIGURES, lost_contact, numbers_with
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, error_of, figure, largest
-from rigid import LineLoad, PointLoad, Resistance, TorsionSpring, posture
-from rigid.arrays import Flags, Numbers, Reals
+from rigid import LineLoad, PointLoad, Resistance, TorsionSpring
+from rigid.arrays import Flags
 from rigid.kinetostatics import rubbing_joints, sliding_directions
 
 if TYPE_CHECKING:
@@ -243,7 +240,7 @@ def life_figures(results: Results) -> dict[str, Any] | None:
     scene, run = results.scene, results.figures
     if scene.fatigue is None:
         return None
-    found, rows = results.cycle.fatigue, {}
+    fatigue, rows = results.cycle.fatigue, {}
     for beam, label in enumerate(scene.labels):
         peak, strength = run.peaks["endurance"][beam], scene.fatigue.strengths[beam]
         rows[label] = {
@@ -251,8 +248,8 @@ def life_figures(results: Results) -> dict[str, Any] | None:
             "cycles": largest(results, run.peaks["life_cycles"][beam], "1"),
             "life": largest(results, run.peaks["life"][beam], "s"),
             "endless": bool(np.isposinf(run.peaks["life"][beam].value)),
-            "amplitude": figure(found.amplitude[beam], "Pa"),
-            "mean": figure(found.mean[beam], "Pa"),
+            "amplitude": figure(fatigue.amplitude[beam], "Pa"),
+            "mean": figure(fatigue.mean[beam], "Pa"),
             "along": figure(peak.xi * float(results.deflection.length[beam, 0]), "m"),
             "fibre": "left" if peak.row == 0 else "right",
             "endurance_limit": figure(np.ravel(strength.endurance)[0], "Pa"),
@@ -286,74 +283,6 @@ def resting(results: Results) -> Flags:
     signs = sliding_directions(results.motion, results.deflection.forces.sliding)
     still: Flags = np.all([sign == 0.0 for sign in signs.values()], axis=0)
     return still & ~results.singular
-
-
-NOTHING = 1e-9  # share of the error below which a rest is round-off
-
-
-def output_shares(results: Results, output: dict[str, Any] | None) -> list[dict[str, Any]]:
-    """Share of every link in the error of the output where that is largest.
-
-    Displacements are linear in the compliances of the links as long as statics alone tells the forces between these: a
-    link that is twice as stiff takes half of its share away. So twice the difference is the share, exactly. Of a point
-    it is the part along the whole displacement. What is left over goes to "others": strains, soft joints, and forces
-    that the stiffness of the links divides.
-
-    Parameters
-    ----------
-    output
-        The error, see `kinelast.figures.output_error.output_figure`.
-    """
-    if output is None or not output["value"] or not results.mechanism.beams:
-        return []
-    pairs = zip(results.mechanism.beams, results.scene.sections, strict=True)
-    links = list(dict.fromkeys(at for (at, _), section in pairs if np.isfinite(section.EI)))
-    if not links:
-        return []
-    bent = _stiffened(results, links, output["time"]["value"])
-    total, parts = _error(results, bent, output)
-    shares = 2.0 * (total - parts)
-    rows = [(results.mechanism.links[at].name, share) for at, share in zip(links, shares, strict=True)]
-    rest = total - shares.sum()
-    if abs(rest) > NOTHING * abs(total):
-        rows.append(("others", rest))
-    return [{"link": name, **figure(share, output["unit"])} for name, share in rows]
-
-
-def _stiffened(results: Results, links: list[int], time: float) -> Deflection:
-    """The deflection at an instant as it is (the first design), and with one link after another twice as stiff."""
-    scene = results.scene
-    sections = []
-    for (at, _), section in zip(results.mechanism.beams, scene.sections, strict=True):
-        factor = np.array([1.0, *(2.0 if at == other else 1.0 for other in links)])[:, None]
-        sections.append(replace(section, EA=section.EA * factor, EI=section.EI * factor, kGA=section.kGA * factor))
-    at, instant = int(np.argmin(np.abs(results.motion.time - time))), np.array([time])
-    at_hand = results.motion.time[at] == time  # and so the branch is known
-    moved = scene.course.near(instant, posture(results.motion, [at])) if at_hand else scene.course.at(instant)
-    more = results.deflection.added
-    return deflection(moved, sections, scene.joints, None if more is None else _of_position(more, at, len(links) + 1))
-
-
-def _of_position(loads: AddedLoads, at: int, designs: int) -> AddedLoads:
-    """Loads at one of the positions, the same for all designs."""
-    count = loads.q.shape[-1]
-
-    def there(part: Any) -> Numbers:
-        wide = np.broadcast_to(part, (*np.shape(part)[:-1], count))
-        return np.repeat(wide[..., at, None, None], designs, axis=-2)
-
-    return map_loads(there, loads)
-
-
-def _error(results: Results, bent: Deflection, output: dict[str, Any]) -> tuple[float, Reals]:
-    """The error as it is, and with each of the links stiffened."""
-    if output["kind"] == "angle":
-        turned = angle_error(bent, output["name"], output["point"])[:, 0]
-        return float(turned[0]), turned[1:]
-    owner = next(link.name for link in results.mechanism.links[1:] if output["name"] in link.points)
-    moved = displacement_of(bent, owner, output["name"])[:, 0]
-    along = (np.conj(moved[0] / abs(moved[0])) * moved).real
-    return float(along[0]), along[1:]
 
 
 def nonlinear_figures(check: NonlinearCheck | NotMade | None) -> dict[str, Any] | None:

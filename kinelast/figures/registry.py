@@ -146,14 +146,16 @@ ALONG_BEAMS: tuple[Figure, ...] = (
     Figure("buckling", "compression over Euler's load", "1", BEAM, each(lambda cycle: cycle.euler_ratio),
            limit="buckling"),
 )  # fmt: skip
+DISPLACEMENT = Figure("displacement", "displacement of a point", "m", POINT,
+                      each(lambda cycle: [np.abs(one.displacement) for one in cycle.deviations.values()]))  # fmt: skip
+ANGLE_ERROR = Figure("angle_error", "error of a link's angle", "rad", LINK, _angle_errors)
 OF_THE_MACHINE: tuple[Figure, ...] = (
-    Figure("displacement", "displacement of a point", "m", POINT,
-           each(lambda cycle: [np.abs(one.displacement) for one in cycle.deviations.values()])),
+    DISPLACEMENT,
     Figure("along_path", "displacement along the path", "m", POINT,
            each(lambda cycle: [one.along for one in cycle.deviations.values()])),
     Figure("off_path", "displacement off the path", "m", POINT,
            each(lambda cycle: [one.normal for one in cycle.deviations.values()])),
-    Figure("angle_error", "error of a link's angle", "rad", LINK, _angle_errors),
+    ANGLE_ERROR,
     Figure("drive_effort", "effort of a drive", lambda scene: [unit for *_, unit in drive_words(scene.mechanism)],
            DRIVE, each(lambda cycle: cycle.efforts), told=True),
     *DRIVE_FIGURES,
@@ -201,7 +203,10 @@ def output_figures(output: Output | None) -> tuple[Figure, ...]:
                    FIXED, asked=True, rigid=True),
             *_of_its_motion(output),
         )  # fmt: skip
-    swing = partial(swing_of, link=output.link)
+
+    def swing(cycle: Cycle) -> tuple[Largest, Largest]:
+        return cycle.once(swing_of, output.link)
+
     return (
         Figure(OUTPUT_ERROR, "error of the output", "rad", SCENE,
                lambda cycle: sole(_angle_error(cycle, output.link)), told=True, limit="output"),
@@ -232,7 +237,8 @@ def _of_its_motion(output: Output) -> tuple[Figure, ...]:
         Figure("output_advantage", "mechanical advantage of the output over the drive", unit, SCENE,
                lambda cycle: sole(least(advantage_of(cycle, output))), LEAST, asked=True, rigid=True),
         Figure("residual", "residual amplitude of the output after the stop", output.unit, STOPPING,
-               _stopping(lambda cycle: sole(residual_of(cycle, output))), limit="residual"),
+               _stopping(lambda cycle: sole(residual_of(cycle, output))), limit="residual",
+               remains_of=DISPLACEMENT if output.point else ANGLE_ERROR),
         Figure("settling", "settling time of the output after the stop", "s", STOPPING,
                _stopping(fixed(lambda cycle: settling_of(cycle, output))), limit="settling"),
     )  # fmt: skip

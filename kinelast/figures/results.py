@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ from elastic.assessment import Exceedance, PathDeviation, exceedances, period_of
 from elastic.vibration import Frequencies, natural_frequencies
 from kinelast.figures.cycle import Cycle, drive_words, joint_words, too_many_beams
 from kinelast.figures.entry import items_of
-from kinelast.figures.errors import GradedFigure, worst_of
+from kinelast.figures.errors import FigureError, GradedFigure, Measured, with_bodies, worst_of
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, divided_links, run_figures
 from kinelast.scene.data import QUASI_STATIC, Scene, Theory, scene_deflection, scene_motion
@@ -65,6 +65,8 @@ class NonlinearCheck:
     besides
         By label, how much more it is off as a share of that beam's own deflection: settled to a share of the largest
         displacement, an answer says less of a link that hardly bends.
+    measured
+        Errors of the figures that it has as well.
     """
 
     elements: int
@@ -77,6 +79,7 @@ class NonlinearCheck:
     mesh: float
     step: float
     besides: Mapping[str, float] = field(default_factory=dict)
+    measured: Measured = field(default_factory=Measured)
 
     @property
     def largest(self) -> float:
@@ -180,16 +183,44 @@ class Results:
         return ASKED_FOR if self.answer is None else self.instability or self.answer.unknown
 
     @cached_property
+    def errors(self) -> Mapping[str, Sequence[FigureError]]:
+        """Of the figures by key, of every item, as checks measured them and as they are estimated where none did."""
+        if self.answer is None:
+            return {}
+        errors = self.answer.errors
+        if isinstance(self.nonlinear, NonlinearCheck):
+            told = self.nonlinear.measured
+            errors = {key: [told.in_place(key, *each) for each in enumerate(rows)] for key, rows in errors.items()}
+        if self.solid is not None and not isinstance(self.solid, NotMade):
+            change = np.abs(self.solid.peak - self.solid.largest)
+            own = self.solid.refinement * self.solid.largest.max(initial=0.0)
+            errors = with_bodies(errors, (change + own).tolist(), (self.solid.difference + own).tolist())
+        return errors
+
+    @cached_property
+    def graded(self) -> list[GradedFigure]:
+        """The figures that are read, with their errors."""
+        figures = self.answer.graded if self.answer else ()
+        return [replace(each, error=self.errors[each.key][each.item]) for each in figures]
+
+    @cached_property
     def worst(self) -> GradedFigure | None:
         """The figure that is farthest off of those that are read; None where nothing is known of any."""
-        return worst_of(self.answer.graded) if self.answer else None
+        return worst_of(self.graded)
 
     @property
     def error(self) -> float:
         """Of the worst of the figures that are read, as a share; nan where one is not known."""
-        if self.answer is None or self.error_unknown:
+        if self.answer is None:
             return math.nan
-        return self.worst.share if self.worst else 0.0
+        return self.worst.share if self.worst else math.nan if self.error_unknown else 0.0
+
+    @property
+    def accurate(self) -> bool | None:
+        """Whether the answer is as near as was asked for; None where nothing was asked."""
+        if self.answer is None or self.answer.accuracy is None:
+            return None
+        return self.error <= self.answer.accuracy and not self.answer.worst_course[1] > self.answer.accuracy
 
     @property
     def quasi_static(self) -> Deflection:
@@ -205,7 +236,7 @@ class Results:
     def figures(self) -> RunFigures:
         """The figures of the run, with their errors where these are known."""
         figures = self.run or run_figures(self.cycle, output_of(self.scene), self.quasi_static)
-        return figures.with_errors(self.answer.errors) if self.answer else figures
+        return figures.with_errors(self.errors) if self.answer else figures
 
     @property
     def counts(self) -> tuple[int, int, int]:
@@ -375,12 +406,13 @@ def worst_figure(results: Results) -> dict[str, Any]:
 
 
 def error_of(peak: Peak) -> dict[str, Any]:
-    """Error of a peak in its unit; null where it is not known, and why."""
+    """Error of a peak in its unit, and whether a check measured most of it; null where it is not known, and why."""
     if peak.error is None or math.isnan(peak.value):
         return {"error": None}
     if peak.error.unknown:
         return {"error": None, "error_unknown": peak.error.unknown}
-    return {"error": peak.error.size if math.isfinite(peak.error.size) else None}
+    measured = {"error_measured": True} if peak.error.measured else {}
+    return {"error": peak.error.size if math.isfinite(peak.error.size) else None, **measured}
 
 
 def largest(results: Results, peak: Peak, unit: str, **more: Any) -> dict[str, Any]:

@@ -194,11 +194,11 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     spans = critical_speeds(steady.omega * per_cycle).items()
     highest = None if not scene.limits else limit.speed if limit else asked[1]
     drawn, curves = search.between()
-    speed, own = steady.ratio * nominal, np.isin(steady.ratio, ratios)
-    speed[own] = np.linspace(*asked)
+    speed, wanted = steady.ratio * nominal, np.isin(steady.ratio, ratios)
+    speed[wanted] = np.linspace(*asked)
     return Speeds(
         speed,
-        own,
+        wanted,
         told,
         measures,
         verdicts,
@@ -320,10 +320,10 @@ def _limit(
     """The greatest speed up to which all limits are kept, and which fails above; None where all are kept."""
     rows = [(limit, item) for limit in scene.limits for item in bounded_items(scene, limit)]
 
-    def used(found: SpeedMap, side: float = 1.0) -> Reals:
-        values, errors = (_by_figure(scene, figures, each) for each in (found.values, found.errors))
+    def used(answers: SpeedMap, side: float = 1.0) -> Reals:
+        values, errors = (_by_figure(scene, figures, each) for each in (answers.values, answers.errors))
         each = (_used(limit, values.get(limit.figure), errors.get(limit.figure), item, side) for limit, item in rows)
-        return np.array([*each])
+        return np.array(np.broadcast_arrays(*each))
 
     fields = [SCANNED.get(limit.figure, 0) for limit, _ in rows]
     beams = [item if limit.of == BEAM else -1 for limit, item in rows]
@@ -337,21 +337,21 @@ def _limit(
     passed = search.find_limit(Bounded(partial(used, side=-1.0), fields, beams))
     broken = math.inf if passed is None else passed[1] * nominal
     limit, item = rows[int(shares.argmax())]
-    found = search.answers.map([above])
-    parts = _by_figure(scene, figures, found.values), _by_figure(scene, still, found.quasi_static)
+    answers = search.answers.map([above])
+    parts = _by_figure(scene, figures, answers.values), _by_figure(scene, still, answers.quasi_static)
     one, other = (float(_used(limit, part[limit.figure], None, item, 0.0)[0]) for part in parts)
     met = search.model.resonance(above) if one > AMPLIFIED * other else None
     return SpeedLimit(low * nominal, above * nominal, broken, limit, item, met)
 
 
-def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Any:
+def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Reals:
     """Share of a bound that an item's values use, shape (speeds,): not known where the figure is left out.
 
     With their errors on the side of the bound (1) or away from it (-1).
     """
     if values is None:
-        return np.nan
-    bound, value = np.ravel(limit.bound)[0], values[item]
+        return np.full(1, np.nan)
+    bound, value = float(np.ravel(limit.bound)[0]), np.asarray(values[item])
     error = 0.0 if errors is None else side * errors[item]
     with np.errstate(divide="ignore"):
         return bound / np.maximum(value - error, 0.0) if limit.least else np.maximum(value + error, 0.0) / bound

@@ -24,7 +24,6 @@ from kinelast.figures.parts import (
     joint_rows,
     life_figures,
     nonlinear_figures,
-    output_shares,
     solid_figures,
     strength_figures,
     vibration_figures,
@@ -32,6 +31,7 @@ from kinelast.figures.parts import (
 from kinelast.figures.peaks import Peak, greatest
 from kinelast.figures.registry import output_figures
 from kinelast.figures.results import Results, at_position, coordinates, error_of, figure, largest, worst_figure
+from kinelast.figures.shares import output_shares
 from kinelast.figures.trust import exceedance_figures, findings, left_out, verdict
 from kinelast.scene.data import ACCURACY, QUASI_STATIC
 from kinelast.scene.limits import OUTPUT_ERROR, Output
@@ -153,7 +153,7 @@ def theory_figures(results: Results) -> dict[str, Any]:
         "without_vibration": known(answer.missed),
         "accuracy": answer.accuracy,
         "expected": ACCURACY,
-        "reached": answer.accurate,
+        "reached": results.accurate,
         "courses": {name: known(share) for name, share in answer.courses.items()},
         "problem": results.error_unknown,
         **({} if answer.vibrating is None else _vibrating(answer.vibrating)),

@@ -15,9 +15,11 @@ from elastic.assessment import beyond_beam_theory, euler_ratio
 from elastic.elastodynamics import (
     Damping,
     Elastodynamic,
+    Vibration,
+    discretized_finer,
     elastodynamic,
+    finer_vibration,
     geometrically_exact,
-    in_finer_elements,
     large_displacement_error,
     transient,
     with_large_displacement,
@@ -52,11 +54,12 @@ MotionAt = Callable[[Any], Motion]
 
 TOLERANCE = 1e-4  # of the elastodynamic answer, in time and in its coordinates
 SETTLED = 0.004  # of the accuracy, that being allowed to be coarser: a figure may be a hundredth of the largest
+FINEST = 1e-8  # below which elements of time take minutes to settle, and no theory is as true
 FINE = 0.02  # of the accuracy, that being finer than the tolerance
 LEFT = (BEAM_THEORY, ROUND_OFF)  # parts that no theory of motion changes
 BESIDES = 0.1  # of the accuracy: what is not worth answering where others hold the accuracy back
 MANY = 256  # elements of time, beyond which twice as many take seconds, and shares tell what they leave open
-FURTHER = 0.1  # of the tolerance of an exact answer is that of the one in finer elements that it is held against
+FURTHER = 0.1  # of the tolerance of an exact answer is that of the finer one that it is held against
 NO_MORE = 0.1  # of the accuracy, that a step to the exact answer may change of deflections where it is the last
 HOPELESS = 4.0  # radians of a section's rotation, beyond which vibration is not looked at
 SAME = 1e-9  # share by which moments at rest differ by round-off
@@ -172,14 +175,14 @@ def answer(
     Raises
     ------
     SceneError
-        What is asked for by name cannot be answered: a singular position, a block that leaves its beam, a gear.
+        What is asked for by name cannot be answered: a singular position, a block off its beam, a wheel along a rack.
     """
     wanted = ACCURACY if theory.accuracy is None else theory.accuracy
     rungs, named = _Rungs(scene, plain, theory), theory.name is not None and not only_told
     rests = not named and _rests(plain)
     if not named and np.nanmax(cycle_maxima(plain, ["phi"])["phi"].value, initial=0.0) > HOPELESS:
         return rungs.at_rest() if rests else rungs.unknown("vibration is not looked at where links turn by so much")
-    tolerance = TOLERANCE if named else max(min(TOLERANCE, FINE * wanted), SETTLED * wanted)
+    tolerance = TOLERANCE if named else max(min(TOLERANCE, FINE * wanted), SETTLED * wanted, FINEST)
     if scene.mechanism.friction:
         tolerance = max(tolerance, FINE * wanted)
     try:
@@ -233,7 +236,7 @@ class _Rungs:
         Raises
         ------
         SceneError
-            Large displacement is asked for by name and cannot be answered: a gear, a slider along a link that bends.
+            Large displacement is asked for by name and cannot be answered: a wheel that runs along a rack.
         """
         plain, vibrating = self._cycle(self.plain), self._cycle(linear.deflection)
         settled = {TIME: linear.time_error + linear.reduction_error}
@@ -244,13 +247,14 @@ class _Rungs:
             return
         stepped, stages, shares = self._large_displacement(linear)
         shares |= settled
-        timed = None
-        if self._in_finer(linear):
-            timed = vibrating, self._cycle(in_finer_elements(linear, tolerance)[0])
+        timed = shared = None
+        if self._worth_finer(linear):
+            shared = finer_vibration(linear)
+            timed = vibrating, self._cycle(discretized_finer(linear, shared, tolerance)[0])
         yield self._answer(QUASI_STATIC, plain, linear, {VIBRATION: vibrating, **stages}, shares, in_time=timed)
         yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares, in_time=timed)
         if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted:
-            yield self._answer(GEOMETRICALLY_EXACT, stages[LARGE], stepped, *self._open(stepped, tolerance))
+            yield self._answer(GEOMETRICALLY_EXACT, stages[LARGE], stepped, *self._open(stepped, tolerance, shared))
         try:
             begun = None if self.scene.mechanism.friction else stepped.exact
             exact = geometrically_exact(linear, tolerance, begun)
@@ -259,7 +263,8 @@ class _Rungs:
                 problem = f"large displacement cannot be answered: {error}"
                 raise SceneError(self.scene.path, "run", "theory", problem) from None
             return
-        yield self._answer(GEOMETRICALLY_EXACT, self._cycle(exact.deflection), exact, *self._open(exact, tolerance))
+        opened = self._open(exact, tolerance, shared if exact.vibration is linear.vibration else None)
+        yield self._answer(GEOMETRICALLY_EXACT, self._cycle(exact.deflection), exact, *opened)
 
     def unknown(self, why: str) -> Answer:
         """The quasi-static answer where vibration is not known."""
@@ -283,15 +288,18 @@ class _Rungs:
             return linear, {}, {LARGE: large_displacement_error(linear)}
         return stepped, {LARGE: self._cycle(stepped.deflection)}, {HIGHER_ORDERS: left}
 
-    def _open(self, exact: Elastodynamic, tolerance: float) -> tuple[dict[str, Cycle], dict[str, float]]:
-        """The exact answer in finer elements of time, and the share that its steps leave open."""
-        if exact.exact is None or not self._in_finer(exact):
+    def _open(
+        self, exact: Elastodynamic, tolerance: float, finer: Vibration | None
+    ) -> tuple[dict[str, Cycle], dict[str, float]]:
+        """The exact answer discretized finer, as given where that is known, and the share that its steps leave open."""
+        if exact.exact is None or not self._worth_finer(exact):
             return {}, {TIME: exact.time_error + exact.reduction_error, LARGE: large_displacement_error(exact)}
-        finer, left = in_finer_elements(exact, FURTHER * tolerance)  # else both leave the same steps open
-        return {TIME: self._cycle(finer)}, {} if left <= tolerance else {LARGE: large_displacement_error(exact)}
+        finer = finer or finer_vibration(exact)
+        bent, left = discretized_finer(exact, finer, FURTHER * tolerance)  # else both leave the same steps open
+        return {TIME: self._cycle(bent)}, {} if left <= tolerance else {LARGE: large_displacement_error(exact)}
 
-    def _in_finer(self, answer: Elastodynamic) -> bool:
-        """Whether an answer in finer elements of time is worth the time that it takes."""
+    def _worth_finer(self, answer: Elastodynamic) -> bool:
+        """Whether a finer discretization of an answer is worth the time that it takes."""
         return not self.scene.mechanism.friction and answer.elements <= MANY
 
     def _answer(
@@ -304,7 +312,8 @@ class _Rungs:
         unknown: str = "",
         in_time: tuple[Cycle, Cycle] | None = None,
     ) -> Answer:
-        off = Estimate(stages, self._cycle(beyond_beam_theory(cycle.deflection)), shares, unknown, in_time)
+        settled = vibrating.time_error + vibrating.reduction_error if vibrating else 0.0
+        off = Estimate(stages, self._cycle(beyond_beam_theory(cycle.deflection)), shares, unknown, in_time, settled)
         graded = graded_figures(self.scene, cycle, self.figures, off)
         missed = math.nan if vibrating is None else math.inf
         if not unknown:

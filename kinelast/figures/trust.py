@@ -7,42 +7,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from elastic.assessment import LIMITS, shear_share
-from elastic.beams import POISSON
 from kinelast.figures.checks import check_passed, nearer
 from kinelast.figures.cycle import NOISE, WELL
-from kinelast.figures.parts import fastest_drive, friction_figures
+from kinelast.figures.inputs import CAUTION, GOOD, OPEN, ORDER, POOR, Finding, cycle_findings, input_findings
+from kinelast.figures.parts import friction_figures
 from kinelast.figures.results import Results, at_peak, worst_figure
-from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT, Scene
+from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT
 from kinelast.scene.numbers import number, percent, quantity
-from rigid import Friction, LineLoad, PointLoad, Resistance, counted
+from rigid import Friction, counted
 
-INPUTS, THEORY = "Inputs", "Accuracy"
-GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"
-ORDER = (POOR, CAUTION, OPEN, GOOD)
+THEORY = "Accuracy"
 HEADINGS = {
     "slenderness": "Stubby links",
     "deflection": "Large displacements",
     "axial force": "Buckling",
     "yield": "Strength",
 }
-LONG, SHORT = 90.0, 1e-5  # [m], of the longest link: larger machines and smaller ones are not of slender links
-FAST = 1e5  # [rad/s], a dentist's drill runs at half of it
-SOLIDS = {  # from soft rubber to diamond, from foam to osmium
-    "E": (1e6, 2e12, "Pa", '"210 GPa"'),
-    "density": (10.0, 3e4, "kg/m^3", '"7.85 g/cm^3"'),
-    "yield stress": (1e3, 1e11, "Pa", '"250 MPa"'),
-}
 TOLD_FROM = 0.01  # of an error, its parts that are told
-ALIKE = 1e-6  # of a load and a ratio, by which they are the same
-LOOKED_AT = 9  # instants of a load by time
-MOST_TURNS = 1000  # of which a run is seen to be whole
-NEARLY = 1e-3  # of a duration, by which it misses a cycle that is meant
 WITHIN = {
     "slenderness": "beam theory leaves out less than {:.0f} % of the deflection of any link",
     "deflection": "none deflects by more than {:.0f} % of its length",
@@ -69,23 +55,13 @@ UNKNOWN = {
 }
 
 
-@dataclass(frozen=True)
-class Finding:
-    """One answer to "can I trust this?": a level, a heading, and a sentence with its figure."""
-
-    level: str
-    heading: str
-    text: str
-
-
 def findings(results: Results) -> list[Finding]:
     """All that can be said about a scene's figures, the worst first."""
     unsorted = [
-        *_inputs(results),
-        *_poisson(results),
+        *input_findings(results),
         *_theory(results),
         _positions(results),
-        *_cycle(results),
+        *cycle_findings(results),
         *_friction(results),
         *_check(results),
         *_exceedances(results),
@@ -104,21 +80,30 @@ def verdict(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
     return level, list(dict.fromkeys(finding["heading"].lower() for finding in about if finding["level"] == level))
 
 
+def digits_left(condition: float) -> int:
+    """Digits of sixteen that round-off leaves where a problem has this condition number."""
+    return max(0, int(15 - math.log10(max(condition, 1.0))))
+
+
 def _positions(results: Results) -> Finding:
     count, singular, ill = results.counts
-    heading = "Conditioning of the positions"
+    heading = "Dead points"
     if singular + results.figures.locked == count:
         why = "singular, out of reach, or locked by friction" if results.figures.locked else "singular or out of reach"
         return Finding(POOR, heading, f"No position could be computed: all are {why}.")
     worst = results.figures.peaks["condition"][0].value
-    digits = max(0, int(15 - math.log10(max(worst, 1.0))))
-    text = f"Worst condition number {number(worst, 3)}: about {digits} digits survive there."
+    digits = digits_left(worst)
+    near = "Near a dead point round-off grows: " if worst > WELL else "No position is near a dead point: "
+    text = f"{near}worst condition number {number(worst, 3)}, about {digits} digits survive there."
     if singular:
-        text += f" {singular} of {count} positions are singular: they have no figures and count in no extreme."
+        text += (
+            f" {singular} of {count} positions are singular, dead or change points:"
+            " they have no figures and count in no extreme."
+        )
     if ill:
         text += (
             f" {ill} {'position is' if ill == 1 else 'positions are'} left out of the largest values as"
-            f" ill-conditioned, beyond {number(WELL)}: round-off grows there;"
+            f" too near a dead point, with a condition number beyond {number(WELL)}: round-off grows there;"
             " positions.csv has them, with their condition numbers."
         )
     if results.scene.course.interrupted is not None:
@@ -128,63 +113,6 @@ def _positions(results: Results) -> Finding:
         text += f" {results.left_out} positions are out of the mechanism's reach and were left out on request."
     level = POOR if worst > 1e10 else CAUTION if singular or worst > WELL or results.left_out else GOOD
     return Finding(level, heading, text)
-
-
-def _cycle(results: Results) -> Iterator[Finding]:
-    """Whether the run is the cycle of the whole mechanism."""
-    run, heading = results.scene.run, "Cycle"
-    lasts = quantity(run.duration, "s")
-    if run.no_cycle:
-        text = f"There is no cycle: {run.no_cycle}. The figures are of the first {lasts}, in which vibration begins at"
-        text += " the start; how large they become later is not known."
-        yield Finding(OPEN if run.told else CAUTION, heading, text)
-    elif run.turn and run.told:
-        text = (
-            f"The duration is one cycle of the mechanism, {lasts}: it is answered as a cycle that has always gone on,"
-        )
-        yield Finding(GOOD, heading, f"{text} and its end, which is its start, is not a position.")
-    elif run.turn:
-        yield Finding(
-            GOOD, heading, f"After {lasts} the whole mechanism is where it was: the figures are of this cycle."
-        )
-    elif abs(run.duration - run.cycle) <= NEARLY * run.cycle:
-        text = f"The duration misses a cycle, {run.cycle:.9g} s, by {percent(abs(run.duration / run.cycle - 1))}: it is"
-        text += " answered as a run from the start. For the cycle leave duration out."
-        yield Finding(OPEN, heading, text)
-    elif turns := _whole(run.cycle / run.duration):
-        text = f"The duration is not a cycle but one of {turns} parts of it, {quantity(run.cycle, 's')}: it is answered"
-        text += " as a run from the start, in which vibration begins. For the cycle leave duration out."
-        yield Finding(CAUTION, heading, text)
-    elif turns := _whole(run.duration / run.cycle):
-        text = f"The duration is {turns} cycles of {quantity(run.cycle, 's')}: it is answered as a run from the start,"
-        text += " in which vibration begins. For the cycle leave duration out."
-        yield Finding(OPEN, heading, text)
-    if run.turn:
-        yield from _jumping_loads(results.scene)
-
-
-def _whole(ratio: float) -> int:
-    """A ratio that is a whole number beyond 1; else 0."""
-    number = round(ratio) if ratio < MOST_TURNS else 0
-    return number if number > 1 and abs(ratio - number) <= ALIKE * number else 0
-
-
-def _jumping_loads(scene: Scene) -> Iterator[Finding]:
-    """Loads that do not end as they begin where the run is a cycle, which repeats them."""
-    given = (load.load if isinstance(load, Resistance) else load for load in scene.mechanism.loads)
-    by_law = [(load.link, law) for load in given if isinstance(load, PointLoad | LineLoad) and (law := load.law)]
-    if not by_law:
-        return
-    times = np.linspace(0.0, scene.run.duration, LOOKED_AT)
-    seen = scene.course.at(times)
-    for link, law in by_law:
-        factor = np.broadcast_to(law(seen), times.shape)
-        first, last, most = float(factor[0]), float(factor[-1]), float(np.abs(factor).max())
-        if abs(last - first) > ALIKE * most:
-            text = f'The load on "{link}" does not close: it ends the cycle at {number(last, 3)} times its size'
-            text += f" and begins the next at {number(first, 3)}. That is taken as a jump in every cycle; for a load"
-            text += " that acts once give the run a duration, else let the table end as it begins."
-            yield Finding(CAUTION, "Load over the cycle", text)
 
 
 def _friction(results: Results) -> Iterator[Finding]:
@@ -221,53 +149,6 @@ def _unguided(results: Results, name: str, own: Friction) -> bool:
         return False
     scale = results.figures.scales["N m"]
     return bool(np.any(np.abs(forces.moment[number]) > NOISE * scale))
-
-
-def _inputs(results: Results) -> Iterator[Finding]:
-    """Numbers that no solid and no mechanism has: most likely without their units."""
-    yield from _sizes(results)
-    for name, stuff in results.scene.materials.items():
-        for (what, (least, most, unit, example)), value in zip(
-            SOLIDS.items(), (stuff.E, stuff.density, stuff.yield_stress), strict=True
-        ):
-            if value is not None and not least <= value <= most:
-                told = f"{what} of {name} is {value:.4g} {unit}, which hardly a solid has"
-                hint = f"a bare number is in {unit}, other units are told as in {example}"
-                yield Finding(POOR, INPUTS, f"The {told}: {hint}.")
-
-
-def _sizes(results: Results) -> Iterator[Finding]:
-    """Links and speeds that hardly a machine has."""
-    sizes = {
-        link.name: max(
-            abs(complex(one) - complex(other)) for one in link.points.values() for other in link.points.values()
-        )
-        for link in results.mechanism.links
-    }
-    name = max(sizes, key=lambda each: sizes[each])
-    if sizes[name] > LONG:
-        hint = 'a bare number is in m; units = "mm" at the head of the scene reads bare lengths as millimetres'
-        yield Finding(POOR, INPUTS, f"The link {name} is {quantity(sizes[name], 'm')} long, is that meant? {hint}.")
-    elif 0 < sizes[name] < SHORT:
-        yield Finding(POOR, INPUTS, f"No link is longer than {quantity(sizes[name], 'm')}, is that meant?")
-    speed = fastest_drive(results)
-    if speed > FAST:
-        text = f"A drive turns at {number(speed * 30 / math.pi)} rpm, is that meant? A bare speed is in rad/s"
-        yield Finding(POOR, INPUTS, f"{text}.")
-
-
-def _poisson(results: Results) -> Iterator[Finding]:
-    """The Poisson's ratio assumed for materials that do not tell it, where beams shear by it."""
-    scene = results.scene
-    sheared = {
-        made.material for made, own in zip(scene.made_of, scene.sections, strict=False) if np.isfinite(own.kGA).all()
-    }
-    assumed = [name for name, stuff in scene.materials.items() if name in sheared and stuff.poisson is None]
-    if assumed:
-        text = (
-            f"Poisson's ratio of {' and '.join(assumed)} is not given: that of metals, {POISSON}, is taken for shear."
-        )
-        yield Finding(GOOD, "Shear", text)
 
 
 def _theory(results: Results) -> Iterator[Finding]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from html import escape
 from pathlib import Path
@@ -16,13 +16,16 @@ from kinelast.figures.results import Results
 from kinelast.outputs.positions import motion_columns, motion_table, position_table
 from kinelast.runs import computed
 from kinelast.scene.data import Scene, scene_motion
-from kinelast.scene.document import read_scene
-from kinelast.tasks.request import Request
+from kinelast.scene.document import Document, read_scene
+from kinelast.scene.error import MissingFileError, likely
+from kinelast.tasks import Option, OptionError
+from kinelast.tasks.request import Request, options_of
 from kinelast.tasks.task import scene_paths
-from rigid import Motion, acceleration_of, position_of, velocity_of
+from rigid import Mechanism, Motion, acceleration_of, position_of, velocity_of
 from rigid.arrays import Complexes, Reals
 
 STATIONS = 101
+LONGEST_SHOWN = 60  # letters of an argument in a message
 
 
 def load(scene: str | Path) -> Scene:
@@ -32,17 +35,19 @@ def load(scene: str | Path) -> Scene:
     ------
     SceneError
         The file holds a mistake.
-    ValueError
-        There is no such file or scene, or more than one.
+    FileNotFoundError, ValueError
+        There is no such file or scene; or more than one.
 
     Examples
     --------
     >>> load("steel_four_bar")
     Scene("steel_four_bar": 4 links, 3 beams, 1 drive, 360 positions)
     """
+    if not isinstance(scene, str | Path):
+        raise TypeError(f"expected the name of a scene or the path of its file, got {_shown(scene)}")
     paths, problems = scene_paths([str(scene)])
     if problems:
-        raise ValueError(problems[0])
+        raise MissingFileError("", "", "", problems[0])
     if len(paths) != 1:
         raise ValueError(f'"{scene}" holds {len(paths)} scenes: name one of them')
     return read_scene(paths[0])
@@ -101,6 +106,16 @@ class SceneMotion(Motion):
 
     scene: Scene
 
+    def __iter__(self) -> Iterator[str]:
+        yield from dict.fromkeys((*point_names(self.mechanism), *self.mechanism.index))
+
+    def keys(self) -> list[str]:
+        """Names of points and links."""
+        return [*self]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [*self]
+
     def __getitem__(self, name: str) -> PointMotion | LinkMotion:
         links = self.mechanism.links
         for number, link in enumerate(links):
@@ -108,18 +123,21 @@ class SceneMotion(Motion):
                 at = number, name
                 return PointMotion(*(of(self, *at) for of in (position_of, velocity_of, acceleration_of)))
         if name in self.mechanism.index:
-            number = self.mechanism.index[name]
-            angle = np.unwrap(np.angle(self.direction[number]))
-            return LinkMotion(angle, self.angular_velocity[number], self.angular_acceleration[number])
-        raise _unknown(name, [*{point: None for link in links for point in link.points}, *self.mechanism.index])
+            return self.link(name)
+        raise KeyError(unknown_name(name, self))
+
+    def link(self, name: str) -> LinkMotion:
+        """The motion of a link, also where a point has its name."""
+        number = self.mechanism.index[name]
+        angle = np.unwrap(np.angle(self.direction[number]))
+        return LinkMotion(angle, self.angular_velocity[number], self.angular_acceleration[number])
 
     def __repr__(self) -> str:
         return f'Motion("{self.scene.name}": {_told(self)})'
 
     def _repr_html_(self) -> str:
-        names = {point: None for link in self.mechanism.links for point in link.points}
-        links = list(self.mechanism.index)[1:]
-        return _html(self.scene, f"motion, {_told(self)}", {"points": names, "links": links})
+        names = {"points": point_names(self.mechanism), "links": [*self.mechanism.index][1:]}
+        return _html(self.scene, f"motion, {_told(self)}", names)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -128,9 +146,19 @@ class SceneDeflection(Deflection):
 
     scene: Scene
 
+    def __iter__(self) -> Iterator[str]:
+        yield from self.scene.labels
+
+    def keys(self) -> list[str]:
+        """Names of the beams."""
+        return [*self]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [*self]
+
     def __getitem__(self, label: str) -> BeamFields:
         if label not in self.scene.labels:
-            raise _unknown(label, self.scene.labels)
+            raise KeyError(unknown_name(label, self))
         return BeamFields(self, label, self.scene.labels.index(label))
 
     def __repr__(self) -> str:
@@ -141,18 +169,21 @@ class SceneDeflection(Deflection):
         return _html(self.scene, told, {"beams": self.scene.labels, "fields": FIELDS})
 
 
-def motion(scene: Scene, positions: int | None = None) -> SceneMotion:
+def motion(scene: Scene | Document, positions: int | None = None) -> SceneMotion:
     """The motion of a scene over its run; `positions` overrides how many.
 
     Raises
     ------
     SceneError
         The drives ask for positions that cannot be reached.
+    TypeError, ValueError
+        What is given is no scene, or no number of positions.
     """
-    return _motion(scene, scene_motion(scene, positions))
+    given, asked = scene_of(scene), request_of(positions=positions)
+    return _motion(given, scene_motion(given, asked.positions))
 
 
-def deflection(scene: Scene, positions: int | None = None) -> SceneDeflection:
+def deflection(scene: Scene | Document, positions: int | None = None) -> SceneDeflection:
     """The deflection of a scene over its run, by the theory that it asks for; `positions` overrides how many.
 
     Raises
@@ -160,7 +191,8 @@ def deflection(scene: Scene, positions: int | None = None) -> SceneDeflection:
     SceneError
         As `motion`; a block leaves its beam; vibration is asked for and cannot be answered.
     """
-    return named_deflection(scene, computed(scene, Request(positions=positions)).deflection)
+    given = scene_of(scene)
+    return named_deflection(given, computed(given, request_of(positions=positions)).deflection)
 
 
 def named_deflection(scene: Scene, bent: Deflection) -> SceneDeflection:
@@ -177,13 +209,63 @@ def _told(course: Motion) -> str:
     return f"{len(course.time)} positions in {course.time[-1] - course.time[0]:.4g} s"
 
 
-def _html(scene: Scene, told: str, names: dict[str, Iterable[str]]) -> str:
+def _html(scene: Scene, told: str, names: Mapping[str, Iterable[str]]) -> str:
     rows = "".join(f"<br>{kind}: <code>{escape(', '.join(each))}</code>" for kind, each in names.items())
     return f"<p><b>{escape(scene.title)}</b>: {escape(told)}{rows}</p>"
 
 
-def _unknown(name: str, known: Iterable[str]) -> KeyError:
-    return KeyError(f'there is no "{name}": choose from {", ".join(known)}')
+def point_names(mechanism: Mechanism) -> list[str]:
+    """Names of all points, each once."""
+    return [*dict.fromkeys(point for link in mechanism.links for point in link.points)]
+
+
+def unknown_name(name: object, known: Iterable[str]) -> str:
+    """The message on a name that there is not, with those that there are."""
+    return f'there is no "{name}": choose from {", ".join(known)}'
+
+
+def scene_of(given: object) -> Scene:
+    """A scene, or that of a document; TypeError of anything else."""
+    if isinstance(given, Document):
+        return given.scene
+    if isinstance(given, Scene):
+        return given
+    advice = f"; load({_shown(given)}) reads it" if isinstance(given, str | Path) else ""
+    raise TypeError(f'expected a scene, as of load("steel_four_bar"), got {_shown(given)}{advice}')
+
+
+def request_of(**asked: Any) -> Request:
+    """The request of options by their names, those that are None left out; in words, as the command has them, or not.
+
+    Raises
+    ------
+    ValueError
+        An option has a value that it cannot have.
+    """
+    known, given = options_of(Request), {}
+    for name, value in asked.items():
+        option, text = known[name][0], f"{value}"
+        if value is None:
+            continue
+        if option.choices and value not in option.choices:
+            raise ValueError(f"{name}: expected one of {', '.join(option.choices)}, got {text}{_near(text, option)}")
+        try:
+            given[name] = value if option.choices else option.read(text)
+        except OptionError as error:
+            raise ValueError(f"{name}: {error}") from None
+    return Request(**given)
+
+
+def _near(text: str, option: Option) -> str:
+    """The nearest choice, where there is one near."""
+    hint = likely(text, option.choices)
+    return hint if hint.startswith("; did") else ""
+
+
+def _shown(given: object) -> str:
+    """An argument as a message shows it: short."""
+    text = repr(given)
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}... (a {type(given).__name__})"
 
 
 ALONG = 21  # stations of a table, unless told
@@ -201,6 +283,7 @@ def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
     ModuleNotFoundError
         pandas is not installed.
     """
+    _require_result(result)
     pandas = _module("pandas")
     if isinstance(result, SceneDeflection):
         table = position_table(_in_si(result))
@@ -226,6 +309,7 @@ def to_xarray(result: SceneMotion | SceneDeflection, stations: int = ALONG) -> A
     ModuleNotFoundError
         xarray is not installed.
     """
+    _require_result(result)
     xarray = _module("xarray")
     if isinstance(result, SceneMotion):
         data, names = _kinematics(result)
@@ -256,7 +340,7 @@ def _in_si(bent: SceneDeflection) -> Results:
 
 
 def _kinematics(course: Any) -> tuple[dict[str, Any], tuple[list[str], list[str]]]:
-    points = list({point: None for link in course.mechanism.links for point in link.points})
+    points = point_names(course.mechanism)
     links = list(course.mechanism.index)
     data: dict[str, Any] = {}
     for prefix, (name, unit) in POINT.items():
@@ -277,6 +361,11 @@ def _shared(course: Any) -> dict[str, Any]:
     for (name, kind, unit, _), values in zip(drive_words(course.mechanism), course.drive, strict=True):
         found[f"{name}_{kind}"] = ("position", values, {"units": unit, "long_name": f"{kind} of the drive {name}"})
     return found
+
+
+def _require_result(result: object) -> None:
+    if not isinstance(result, SceneMotion | SceneDeflection):
+        raise TypeError(f"expected a motion or a deflection of a scene, got {_shown(result)}")
 
 
 def _module(name: str) -> Any:

@@ -1,27 +1,273 @@
-"""Pictures, films and the page as objects that a notebook shows where they stand."""
+"""Answers, pictures, films and the page as objects that a notebook shows where they stand."""
 
 from __future__ import annotations
 
 from base64 import b64encode
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from html import escape
 from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, TypeVar
 
+import numpy as np
+
+from kinelast import __version__
+from kinelast.figures.results import Results
 from kinelast.figures.summary import summary
-from kinelast.notebook import SceneDeflection
+from kinelast.notebook import (
+    BeamFields,
+    LinkMotion,
+    PointMotion,
+    SceneDeflection,
+    SceneMotion,
+    named_deflection,
+    point_names,
+    request_of,
+    scene_of,
+    unknown_name,
+)
 from kinelast.outputs.batch import headline
 from kinelast.outputs.page import report_page
+from kinelast.outputs.positions import joint_loads
 from kinelast.outputs.sealed import made_from
 from kinelast.runs import computed
-from kinelast.scene.data import Scene
+from kinelast.scene.data import QUASI_STATIC, Scene
+from kinelast.scene.document import Document
 from kinelast.tasks.request import Request
-from kinelast.version import VERSION
+from rigid.arrays import Complexes, Reals
+
+T = TypeVar("T")
 
 SIZE = (960, 540)
 FRAME = "width:100%;height:48em;border:1px solid #ccd"
+
+
+class ByName(Mapping[str, T]):
+    """Parts of an answer by their names, as items and as attributes, both of which complete by the tab key."""
+
+    def __init__(self, names: Iterable[str], part: Callable[[str], T]) -> None:
+        self._names, self._part = tuple(names), part
+
+    def __getitem__(self, name: str) -> T:
+        if name not in self._names:
+            raise KeyError(unknown_name(name, self._names))
+        return self._part(name)
+
+    def __getattr__(self, name: str) -> T:
+        if name.startswith("_") or name not in self._names:
+            raise AttributeError(unknown_name(name, self._names))
+        return self._part(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def __dir__(self) -> list[str]:
+        return sorted({*(name for name in self._names if name.isidentifier()), "get", "items", "keys", "values"})
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [*self._names]
+
+    def __repr__(self) -> str:
+        return f"ByName({', '.join(self._names)})"
+
+
+@dataclass(frozen=True, repr=False)
+class AnsweredPoint(PointMotion):
+    """A point of rigid links, and how far it is displaced from there [m], complex, shape (positions,)."""
+
+    displacement: Complexes
+
+    def __repr__(self) -> str:
+        return f"AnsweredPoint({len(self.position)} positions: position, velocity, acceleration, displacement)"
+
+
+@dataclass(frozen=True, repr=False)
+class AnsweredJoint:
+    """A joint: its force and moment on each of its links, as in motion.csv, shape (positions,).
+
+    Attributes
+    ----------
+    force
+        By link [N], complex, in the ground's axes.
+    moment
+        By link [N m]; 0 of a joint that lets them turn.
+    """
+
+    force: ByName[Complexes]
+    moment: ByName[Reals]
+
+    def __repr__(self) -> str:
+        return f"AnsweredJoint(force and moment on {', '.join(self.force)})"
+
+
+@dataclass(frozen=True, repr=False)
+class AnsweredDrive:
+    """A drive: coordinate [rad or m], rate, acceleration, effort [N m or N] and power [W], shape (positions,)."""
+
+    coordinate: Reals
+    rate: Reals
+    acceleration: Reals
+    effort: Reals
+
+    @property
+    def power(self) -> Reals:
+        """Power that it gives to the mechanism [W]."""
+        return self.effort * self.rate
+
+    def __repr__(self) -> str:
+        return f"AnsweredDrive({len(self.coordinate)} positions: coordinate, rate, acceleration, effort, power)"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Answer:
+    """A scene answered: its parts by name, and its figures with their errors.
+
+    Attributes
+    ----------
+    scene, motion, deflection
+        The scene, its motion, and the deflection by the theory that was taken.
+    figures
+        As in summary.json.
+    """
+
+    results: Results
+    request: Request
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return self.results.scene
+
+    @cached_property
+    def deflection(self) -> SceneDeflection:
+        """Deflection of the links, by name."""
+        return named_deflection(self.scene, self.results.deflection)
+
+    @property
+    def motion(self) -> SceneMotion:
+        """Motion of the rigid links, by name."""
+        course = self.deflection.motion
+        assert isinstance(course, SceneMotion)
+        return course
+
+    @property
+    def theory(self) -> str:
+        """The theory that was taken."""
+        return self.results.answer.theory if self.results.answer else QUASI_STATIC
+
+    @property
+    def error(self) -> float:
+        """Of the worst of the figures that are read, as a share; nan where it is not known."""
+        return self.results.error
+
+    @cached_property
+    def figures(self) -> dict[str, Any]:
+        """All figures, as in summary.json."""
+        made = made_from(self.scene.text.encode(), self.request)
+        return {"kinelast": __version__, **summary(self.results), "made_from": made}
+
+    @property
+    def headline(self) -> str:
+        """The line that the command prints."""
+        return headline(self.figures)
+
+    @property
+    def points(self) -> ByName[AnsweredPoint]:
+        """Points by name."""
+        displaced, still = self.results.displacements, np.zeros(self.results.motion.columns, complex)
+
+        def point(name: str) -> AnsweredPoint:
+            course = self.motion[name]
+            assert isinstance(course, PointMotion)
+            kinematics = course.position, course.velocity, course.acceleration
+            return AnsweredPoint(*kinematics, displacement=displaced.get(name, still))
+
+        return ByName(point_names(self.scene.mechanism), point)
+
+    @property
+    def links(self) -> ByName[LinkMotion]:
+        """Links by name."""
+        return ByName(self.scene.mechanism.index, self.motion.link)
+
+    @property
+    def beams(self) -> ByName[BeamFields]:
+        """Fields of beams by name."""
+        return ByName(self.scene.labels, self.deflection.__getitem__)
+
+    @property
+    def joints(self) -> ByName[AnsweredJoint]:
+        """Joints by name."""
+        links, wide = self.scene.mechanism.links, self.results.motion.columns
+        loads: dict[str, dict[str, tuple[Any, Any]]] = {}
+        for (name, link), load in joint_loads(self.results).items():
+            loads.setdefault(name, {})[links[link].name] = load
+
+        def joint(name: str) -> AnsweredJoint:
+            own = loads[name]
+            force = ByName(own, lambda link: np.broadcast_to(own[link][0], wide))
+            return AnsweredJoint(force, ByName(own, lambda link: np.broadcast_to(own[link][1], wide)))
+
+        return ByName(loads, joint)
+
+    @property
+    def drives(self) -> ByName[AnsweredDrive]:
+        """Drives by name."""
+        course = self.results.motion
+        columns = zip(course.drive, course.drive_rate, course.drive_acceleration, self.results.efforts, strict=True)
+        names = (name for name, *_ in self.results.drive_words)
+        wide = {
+            name: [np.broadcast_to(each, course.columns) for each in column]
+            for name, column in zip(names, columns, strict=True)
+        }
+        return ByName(wide, lambda name: AnsweredDrive(*wide[name]))
+
+    def __repr__(self) -> str:
+        return f'Answer("{self.scene.name}", {self.theory}: {self.headline})'
+
+    def _repr_html_(self) -> str:
+        rows = {kind: getattr(self, kind) for kind in ("points", "links", "beams", "joints", "drives")}
+        told = "".join(f"<br>{kind}: <code>{escape(', '.join(names))}</code>" for kind, names in rows.items())
+        return f"<p><b>{escape(self.scene.title)}</b>: {escape(self.headline)}{told}</p>"
+
+
+def answer(
+    scene: Scene | Document,
+    theory: str | None = None,
+    accuracy: float | str | None = None,
+    positions: int | None = None,
+) -> Answer:
+    """The answer to a scene.
+
+    Parameters
+    ----------
+    theory
+        "quasi-static", "elastodynamic" or "geometrically-exact", instead of the scene's own.
+    accuracy
+        How far the answer may be off, as in 0.02 or "2 %": takes the cheapest theory that gets there.
+    positions
+        Overrides how many.
+
+    Raises
+    ------
+    SceneError
+        As `kinelast.deflection`.
+    TypeError, ValueError
+        What is given is no scene; an option cannot have that value, or not both of theory and accuracy.
+    """
+    return _answer(scene, theory=theory, accuracy=accuracy, positions=positions)
+
+
+def _answer(scene: Scene | Document, **asked: Any) -> Answer:
+    given, request = scene_of(scene), request_of(**asked)
+    if request.theory is not None and request.accuracy is not None:
+        raise ValueError("accuracy chooses the theory: leave out accuracy, or theory")
+    return Answer(computed(given, request), request)
 
 
 @dataclass(frozen=True)
@@ -73,7 +319,11 @@ class Report:
 
 
 def report(
-    scene: Scene, positions: int | None = None, check: int | None = None, accuracy: float | None = None
+    scene: Scene | Document,
+    positions: int | None = None,
+    check: int | None = None,
+    accuracy: float | str | None = None,
+    theory: str | None = None,
 ) -> Report:
     """The report on a scene, by the theory that the scene asks for.
 
@@ -83,20 +333,17 @@ def report(
         Overrides how many.
     check
         Compare with finite elements, so many to a beam.
-    accuracy
-        How far the answer may be off, as a share: takes the cheapest theory that gets there.
+    accuracy, theory
+        As of `answer`.
 
     Raises
     ------
-    SceneError
-        As `kinelast.deflection`.
+    SceneError, TypeError, ValueError
+        As `answer`.
     """
-    request = Request(positions=positions, checks=() if check is None else (check,), accuracy=accuracy)
-    results = computed(scene, request)
-    made = made_from(scene.text.encode(), request)
-    figures = {"kinelast": VERSION, **summary(results), "made_from": made}
-    line = headline(figures)
-    return Report(scene.name, line, figures, report_page(results, figures, line))
+    elements = None if check is None else f"{check}"
+    told = _answer(scene, positions=positions, checks=elements, accuracy=accuracy, theory=theory)
+    return Report(told.scene.name, told.headline, told.figures, report_page(told.results, told.figures, told.headline))
 
 
 def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 0, **style: Any) -> Still:
@@ -113,9 +360,12 @@ def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 
     ------
     ValueError
         There is no such diagram or position.
+    TypeError
+        What is given is no deflection of a scene.
     RenderingUnavailable
         This machine has no OpenGL.
     """
+    _require_deflection(bent)
     from PIL import Image
 
     from animations import Picture, diagram_named, drawable, off_screen
@@ -132,11 +382,17 @@ def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 
 
 def film(bent: SceneDeflection, diagram: str = "deflection", frames: int | None = None, **style: Any) -> Film:
     """A film of a deflection over its positions; the parameters and errors are those of `picture`."""
+    _require_deflection(bent)
     from animations import movie
 
     with TemporaryDirectory() as folder:
         (path,) = movie(bent, diagram, Path(folder) / "film.mp4", frames, _style(bent, style))
         return Film(f"{diagram} of {bent.scene.name}", path.read_bytes())
+
+
+def _require_deflection(bent: object) -> None:
+    if not isinstance(bent, SceneDeflection):
+        raise TypeError(f"expected a deflection, as of deflection(scene) or answer(scene).deflection, got {bent!r:.60}")
 
 
 def _style(bent: SceneDeflection, asked: dict[str, Any]) -> Any:

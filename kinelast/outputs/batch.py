@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from kinelast.figures.cycle import WELL
+from kinelast.figures.inputs import CAUTION, GOOD, INPUTS, OPEN, POOR
 from kinelast.figures.limits import VERDICTS
-from kinelast.figures.trust import GOOD, INPUTS, verdict
+from kinelast.figures.trust import digits_left, verdict
 from kinelast.outputs.outbox import rewritten
 from kinelast.outputs.page import MARK, index_page
 from kinelast.outputs.table import Column, Table, csv_bytes, csv_rows, parquet_bytes
@@ -27,6 +28,8 @@ HEAD = (("scene", ""), ("state", ""), ("status", ""), ("accepted", ""), ("larges
         ("output_error", "m"), ("output_error", "rad"), ("output", ""), ("condition", "1"), ("grade", ""),
         ("check", ""), ("message", ""))  # fmt: skip
 ACCEPTED = {None: "", True: "yes", False: "no"}
+LEVELS = {CAUTION: "to be taken with care", POOR: "not to be relied on", OPEN: "not known"}
+"""How far to trust the figures, as the page says it too."""
 
 
 def summary_row(outcome: Outcome, name: str) -> list[Any]:
@@ -117,9 +120,9 @@ def headline(figures: Mapping[str, Any]) -> str:
         )
     condition = figures["run"]["largest_condition"]["value"]
     if condition is not None and condition > WELL:
-        words.append(f"ill-conditioned at some positions: up to {number(condition, 2)}")
+        words.append(f"near a dead point: {digits_left(condition)} digits left there")
     if figures["run"]["singular"]:
-        words.append(f"{figures['run']['singular']} singular positions")
+        words.append(f"{figures['run']['singular']} positions without figures, at dead points")
     if figures["run"]["locked"]:
         words.append(f"{figures['run']['locked']} positions that friction may lock")
     if figures["run"]["interrupted"]:
@@ -135,7 +138,7 @@ def headline(figures: Mapping[str, Any]) -> str:
         words.insert(0, _verdict(accepted, told_in))
     level, reasons = verdict(figures["trust"])
     if level != GOOD:
-        words.append(f"{level}: {', '.join(reasons)}")
+        words.append(f"{LEVELS[level]}: {', '.join(reasons)}")
     return "; ".join(words)
 
 
@@ -143,7 +146,7 @@ def _error(row: Mapping[str, Any]) -> str:
     """The error of a figure as a share of it, behind it; nothing where it is not known."""
     if row["error"] is None or not row["value"]:
         return ""
-    return f" ± {percent(abs(row['error'] / row['value']))}"
+    return f" ± {percent(abs(row['error'] / row['value']))}{' measured' if row.get('error_measured') else ''}"
 
 
 def _verdict(accepted: Mapping[str, Any], told_in: ToldIn) -> str:
@@ -158,12 +161,12 @@ def _verdict(accepted: Mapping[str, Any], told_in: ToldIn) -> str:
 
 def _beside_limit(row: Mapping[str, Any], told_in: ToldIn) -> str:
     """A figure beside its limit, in a few words."""
-    found, limit = row["found"], row["limit"]
-    if found["value"] is None:
+    value, limit = row["found"], row["limit"]
+    if value["value"] is None:
         return _called(row)
-    size = quantity(abs(found["value"]), found["unit"], told_in=told_in)
+    size = quantity(abs(value["value"]), value["unit"], told_in=told_in)
     allowed = quantity(limit["value"], limit["unit"], told_in=told_in)
-    return f"{_called(row)} {size}{_error(found)}, allowed {allowed}"
+    return f"{_called(row)} {size}{_error(value)}, allowed {allowed}"
 
 
 def _called(row: Mapping[str, Any]) -> str:
@@ -194,11 +197,12 @@ def _theory(figures: Mapping[str, Any]) -> list[str]:
         if figures[key] and "problem" in figures[key]:
             words.append(f"{name} CANNOT BE MADE: {figures[key]['problem']}")
         elif figures[key] and figures[key]["largest"] is not None:
-            failed = " FAILED" if figures[key].get("passed") is False else ""
-            failed += " TOO NEAR TO CALL" if figures[key].get("too_near_to_call") else ""
+            passed = figures[key].get("passed")
+            outcome = "" if passed is None else " agrees" if passed else " FAILED"
+            outcome = " TOO NEAR TO CALL" if figures[key].get("too_near_to_call") else outcome
             without = figures[key].get("left_out")
             more = f", without {', '.join(without)}" if without else ""
-            words.append(f"{name}{failed} ({percent(figures[key]['largest'])} apart{more})")
+            words.append(f"{name}{outcome} ({percent(figures[key]['largest'])} apart{more})")
     return words
 
 

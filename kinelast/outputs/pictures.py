@@ -210,6 +210,41 @@ def write_stills(folder: Path, results: Results) -> None:
 LITTLE = 1_000_000  # bytes that are free on a disk that is full to an encoder, which writes by blocks
 
 
+def write_dxf(path: Path, results: Results) -> None:
+    """Write the links with their outlines and holes as they lie at the first position, and the paths of all points.
+
+    In inches where the scene is told in them, else in millimetres.
+    """
+    from exchange import DrawnLink, dxf_text
+
+    scene, motion = results.scene, results.motion
+    unit, scale = ("in", 1 / 0.0254) if scene.report_units == "in" else ("mm", 1e3)
+    links, holes = motion.mechanism.links, {name: scale * each for name, each in _holes(scene).items()}
+    paths: dict[str, list[complex]] = {}
+    drawn: list[dict[str, complex]] = []
+    for number, link in enumerate(links):
+        course = {point: np.ravel(scale * position_of(motion, number, point)) for point in link.points}
+        drawn.append({point: complex(places[0]) for point, places in course.items()})
+        paths |= {point: places.tolist() for point, places in course.items() if number and np.ptp(places) != 0}
+    beams: list[list[tuple[complex, complex, float, float]]] = [[] for _ in links]
+    for (number, beam), section in zip(motion.mechanism.beams, scene.sections, strict=True):
+        first = float(scale * section.fibre)
+        last = first if section.taper is None else first * sum(section.taper.fibre)
+        beams[number].append((drawn[number][beam.start], drawn[number][beam.end], first, last))
+    parts = [
+        DrawnLink(link.name, places, own, {point: holes[point] for point in places if point in holes})
+        for link, places, own in zip(links[1:], drawn[1:], beams[1:], strict=True)
+        if " " not in link.name  # blocks that the scene does not name
+    ]
+    path.write_text(dxf_text(parts, drawn[0], paths, unit), encoding="utf-8")
+
+
+def _holes(scene: Scene) -> dict[str, float]:
+    """Diameters of holes by joint, of those with a known eye, pin or bush [m]."""
+    parts = {name: each.eye or each.pin or each.plain for name, each in scene.bearings.items()}
+    return {name: float(each.diameter) for name, each in parts.items() if each is not None}
+
+
 def require_rendering() -> None:
     """Raise `RequestError` where nothing can be drawn on this machine."""
     from animations import RenderingUnavailable, probe

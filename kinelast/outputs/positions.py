@@ -104,19 +104,26 @@ def _effort_columns(results: Results) -> dict[str, tuple[Any, str]]:
     return columns
 
 
-def _force_columns(results: Results) -> dict[str, tuple[Any, str]]:
-    """Force of every joint on each of its links, in the ground's axes and the link's own; its moment; shaking.
+def joint_loads(results: Results) -> dict[tuple[str, int], tuple[Any, Any]]:
+    """Force [N], complex, and moment [N m] of every joint on each of its links, by joint and number of the link.
 
-    Where more than two links meet, it is what the pin does to the link, not to one of the others.
+    Where more than two links meet, it is what the pin does to the link, not to one of the others. Of a joint that takes
+    no moment it is the number 0.
     """
-    motion, forces = results.motion, results.deflection.forces
     loads: dict[tuple[str, int], tuple[Any, Any]] = {}
-    for place, force, moment in zip(motion.places, forces.force, forces.moment, strict=True):
+    forces = results.deflection.forces
+    for place, force, moment in zip(results.motion.places, forces.force, forces.moment, strict=True):
         for link, sign in ((place.joint.child, 1.0), (place.joint.parent, -1.0)):
             before = loads.get((place.joint.name, link), (0.0, 0.0))
             loads[place.joint.name, link] = before[0] + sign * force, before[1] + sign * moment
+    return loads
+
+
+def _force_columns(results: Results) -> dict[str, tuple[Any, str]]:
+    """Force of every joint on each of its links, in the ground's axes and the link's own; its moment; shaking."""
+    motion, forces = results.motion, results.deflection.forces
     columns: dict[str, tuple[Any, str]] = {}
-    for (name, link), (force, moment) in loads.items():
+    for (name, link), (force, moment) in joint_loads(results).items():
         on = f"_on_{motion.mechanism.links[link].name}"
         columns |= _vector(f"{name}.F{{}}{on}", force, "N")
         if link:

@@ -9,8 +9,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from kinelast import __version__
 from kinelast.tasks.request import Request
-from kinelast.version import VERSION
 
 SUMMARY = "summary.json"
 
@@ -131,7 +131,7 @@ def finished(folder: Path, made: Mapping[str, Any]) -> tuple[dict[str, Any] | No
     before = summary_in(folder)
     if before is None:
         return None, "its summary.json cannot be read"
-    if before.get("made_from") != made or before.get("kinelast") != VERSION:
+    if before.get("made_from") != made or before.get("kinelast") != __version__:
         return None, ""
     if before.get("failed") or not before.get("files"):
         return None, ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,8 @@ from kinelast.scene.data import ACCURACY, Scene
 from kinelast.scene.numbers import percent, quantity
 
 NEAR = 0.002  # share of the limit speed to which that is known
+USELESS = 0.5  # error from which a figure is not to be relied on: next to resonance its percentage is none
+BESIDE = 0.05  # of a speed, by which a peak beside it is its resonance
 LABEL_ROOM = 0.04  # of the range of speeds, that the label of a peak takes
 UNITS = dict(zip(FIELDS, ("m", "m", "Pa"), strict=True))
 
@@ -239,12 +241,25 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
             yield f"all limits hold up to {told(result.highest)} ({limit_words(result.limit, scene)}){near}"
     for low, high in result.unstable:
         yield f"no steady state from {told(low)} to {told(high)}: the links' vibration grows"
+    yield from _error_words(result, scene, told)
+
+
+def _error_words(result: Speeds, scene: Scene, told: Callable[[Any], str]) -> Iterator[str]:
+    """How many speeds are farther off than the accuracy; next to resonance, as the percentage is no figure there."""
     wanted = ACCURACY if scene.theory.accuracy is None else scene.theory.accuracy
     missed = np.flatnonzero(result.error > wanted)
-    if len(missed):
-        worst = int(np.nanargmax(result.error))
-        first, at = (told(result.speed[number]) for number in (missed[0], worst))
-        yield (
-            f"{len(missed)} of {len(result.speed)} speeds, from {first} on, are more than {percent(wanted)} off, "
-            f"{percent(result.error[worst])} at {at}: mostly large displacement"
-        )
+    if not len(missed):
+        return
+    worst, useless = int(np.nanargmax(result.error)), result.error > USELESS
+    first, at = (told(result.speed[number]) for number in (missed[0], worst))
+    words = f"{len(missed)} of {len(result.speed)} speeds, from {first} on, are more than {percent(wanted)} off"
+    near = min(result.peaks, key=lambda peak: abs(peak.speed - result.speed[worst]), default=None)
+    if not useless.any():
+        yield f"{words}, {percent(result.error[worst])} at {at}: mostly large displacement"
+        return
+    words += f" by large displacement, {useless.sum()} of them not to be relied on"
+    if near is None or near.resonance is None or abs(near.speed / result.speed[worst] - 1.0) > BESIDE:
+        yield f"{words}, as {at}"
+    else:
+        resonance = resonance_words(near.resonance, scene)
+        yield f"{words}: damping decides at resonance, as at {told(near.speed)} where {resonance}"

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from kinelast import __version__
 from kinelast.figures.results import Results
 from kinelast.outputs import positions as tables
 from kinelast.outputs.batch import headline, questions
@@ -35,7 +36,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, document_from_bytes
 from kinelast.scene.error import plain
 from kinelast.scene.text import file_bytes
-from kinelast.tasks.progress import SILENT, Progress
+from kinelast.tasks.progress import SILENT, Progress, lasting
 from kinelast.tasks.request import Request, RequestError
 from kinelast.tasks.task import (
     BUG,
@@ -49,7 +50,6 @@ from kinelast.tasks.task import (
     guarded,
     missing_package,
 )
-from kinelast.version import VERSION
 
 
 def try_scene(request: Request, resume: bool, task: Task, progress: Progress = SILENT) -> Outcome:
@@ -109,11 +109,29 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
 
 
 def _on_step(scene: Scene, progress: Progress) -> OnStep:
-    """Who is told of the steps of an integrated motion, which may take long."""
+    """Who is told of the steps of an integrated motion, which may take long, or more steps than are allowed."""
     stage, end = f"{scene.name}: integrated, in thousandths of {scene.run.duration:g} s", scene.run.duration
+    times, began, judged = [0.0], time.perf_counter(), False
 
-    def on_step(time: float) -> None:
-        progress(stage, int(1000 * time / end), 1000)
+    def on_step(reached: float) -> None:
+        nonlocal judged
+        progress(stage, int(1000 * reached / end), 1000)
+        times.append(reached)
+        if judged:
+            return
+        from rigid.dynamics import steps_ahead
+
+        ahead = steps_ahead(times, end)
+        if not ahead:
+            return
+        judged = True
+        steps, allowed = len(times) - 1, scene.run.steps
+        if steps + ahead > allowed:
+            lasts = lasting((time.perf_counter() - began) * allowed / steps)
+            stands = f"after {steps} steps the integration stands at {reached:.3g} s of {end:g} s"
+            limit = f"it is given up after {allowed} (steps under [run]), in about {lasts}"
+            wants = f"at their size it wants {float(f'{ahead:.2g}'):,.0f} more"
+            progress.tell(f"{scene.name}: {stands}; {wants}, and {limit}")
 
     return on_step
 
@@ -167,7 +185,7 @@ def _finish(
 
     if request.refine and not results.vibrates:
         results = refined(results, progress)
-    figures = {"kinelast": VERSION, **summary(results), "made_from": made}
+    figures = {"kinelast": __version__, **summary(results), "made_from": made}
     checks = {name: figures[name] for name in ("check", "nonlinear_check", "solid_check") if figures[name]}
     if checks:
         write_json(part / "check.json", {**checks.pop("check", {}), **checks})
@@ -177,9 +195,11 @@ def _finish(
 
         figures["breaks_first"] = with_limit_speed(figures["breaks_first"], figures["speeds"], results.scene)
     if request.balance:
-        from kinelast.figures.balance import balance_figures
+        from kinelast.figures.balance import balance_figures, balance_text
 
         figures["balance"] = balance_figures(results)
+        if balanced := balance_text(document, figures["balance"]):
+            (part / "balance.toml").write_text(balanced, encoding="utf-8")
     if request.sensitivities or request.tolerances or request.optimize:
         from kinelast.outputs.studies import write_studies
 
@@ -258,6 +278,11 @@ def _drawings(
         progress(f"{name}: stills", 0, 1)
         write_stills(part / "stills", results)
 
+    def dxf() -> None:
+        from kinelast.outputs.pictures import write_dxf
+
+        write_dxf(part / "links.dxf", results)
+
     def meshes() -> None:
         from fem_check import write_vtu_series
 
@@ -275,6 +300,8 @@ def _drawings(
     yield "report.html", report
     if request.stills:
         yield "stills", stills
+    if request.dxf:
+        yield "links.dxf", dxf
     if request.mesh:
         yield "mesh", meshes
     films = request.animate

@@ -19,12 +19,10 @@ from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives, cylinder_
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import build_bearings, build_friction, build_gears, build_joints, build_sliders, build_welds
-from kinelast.scene.laws import TableLaw
 from kinelast.scene.limits import build_limits, build_output, build_settled
 from kinelast.scene.links import LinkModel, build_links, drawn_places, guiding, undivided
 from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.numbers import real, require, vector
-from kinelast.scene.repetition import Repetition, drives_repeat, mechanism_repeats
 from kinelast.scene.sections import Material, SectionSource, making, materials_of, poisson_of
 from kinelast.scene.tables import FatigueTable, LinkFatigueTable
 from kinelast.scene.units import Quantity
@@ -36,7 +34,9 @@ from machine.life import (
     size_factor,
     surface_factor,
 )
-from rigid import LineLoad, Link, Load, Mechanism, SegmentedLaw
+from rigid import LineLoad, Link, Load, Mechanism, SegmentedLaw, TableLaw
+from rigid.analysis import Repetition, drives_repeat, mechanism_repeats
+from rigid.arrays import Real
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,14 +92,15 @@ def built(table: SceneTable, name: str, path: str = "", varied: Collection[str] 
     if not table.drives:
         raise fault("drives", "", "the table is missing; a scene needs [[drives]]")
     parts = build_mechanism(table)
-    repetition = drives_repeat(parts.mechanism.drives, parts.laws)
+    laws = [None if isinstance(law, DriveEffort) else law for law in parts.laws]
+    repetition = drives_repeat(parts.mechanism, laws)
     run = _run(table, repetition, parts.laws)
     friction = build_friction(table, parts.mechanism)
     if friction and any(isinstance(law, DriveEffort) for law in parts.laws):
         why = "an integrated motion does not know: give dampers under [[springs]], or drives by laws"
         raise fault(f"joints.{min(friction)}", "friction", f"friction follows from the joint forces, which {why}")
     mechanism = replace(parts.mechanism, loads=_loads(table, parts, run.duration), friction=friction)
-    repeats = mechanism_repeats(_course(mechanism, parts.laws, run, path), repetition)
+    repeats = mechanism_repeats(mechanism, laws, repetition)
     if repeats is not repetition:
         run = _run(table, repeats, parts.laws)
         mechanism = replace(mechanism, loads=_loads(table, parts, run.duration))
@@ -232,14 +233,14 @@ def _strength(
     if not made.material:
         return FatigueStrength(nan, nan, nan, nan, nan), {}
     stuff, where = materials[made.material], f"materials.{made.material}"
-    own = asked.links.get(body.link.name, asked)
+    given = asked.links.get(body.link.name, asked)
     for key in ("ultimate", "endurance"):
         if getattr(stuff, key) is None:
             raise fault(where, key, "the key is missing: [fatigue] asks for it")
     if asked.criterion == "soderberg" and stuff.yield_stress is None:
         raise fault(where, "yield", "the key is missing: Soderberg's line asks for it")
-    surface = asked.surface if own.surface is None else own.surface
-    size = asked.size if own.size is None else own.size
+    surface = asked.surface if given.surface is None else given.surface
+    size = asked.size if given.size is None else given.size
     ultimate = real(stuff.ultimate)
     factors: dict[str, Any] = {"reliability": reliability_factor(asked.reliability)}
     factors["surface"] = surface_factor(surface, ultimate) if isinstance(surface, str) else surface or 1.0
@@ -249,7 +250,7 @@ def _strength(
     return FatigueStrength(ultimate, limit, real(stuff.endurance) * whole, stuff.slope, stuff.knee), factors
 
 
-def _size_factor(section: Section, made: SectionSource) -> Any:
+def _size_factor(section: Section, made: SectionSource) -> Real:
     """Factor of the endurance limit by the larger end of a beam."""
     taper = section.taper
     deep, wide = (1.0, 1.0) if taper is None else (max(1.0, sum(taper.fibre)), max(1.0, sum(taper.width)))

@@ -17,6 +17,7 @@ from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
 from rigid import Mechanism, MechanismError, Motion, Posture, Reals, TableError, motion, motion_in_chunks, reachable
 from rigid.chunks import columns_of
+from rigid.kinematics import by_laws
 
 if TYPE_CHECKING:
     from rigid.dynamics import ForwardError, IntegratedMotion
@@ -156,27 +157,21 @@ class CourseByLaws(Course):
         """The motion at any instants."""
         times = np.asarray(times, float)
         with of_scene(self.path, self.mechanism):
-            return motion(self.mechanism, *self._drives(times), times)
+            return motion(self.mechanism, *by_laws(self.laws, times), times)
 
     def near(self, times: Any, postures: Posture) -> Motion:
         """The motion at instants apart from one another."""
         with of_scene(self.path, self.mechanism):
-            return motion(self.mechanism, *self._drives(times), times, postures)
+            return motion(self.mechanism, *by_laws(self.laws, times), times, postures)
 
     def chunks(self, times: Reals) -> Iterator[Motion]:
         """The motion, chunk by chunk."""
         with of_scene(self.path, self.mechanism):
-            yield from motion_in_chunks(self.mechanism, *self._drives(times), times)
+            yield from motion_in_chunks(self.mechanism, *by_laws(self.laws, times), times)
 
     def reached(self, times: Reals) -> Reals:
         """Instants at which all joints close."""
         return np.asarray(times[np.concatenate([reachable(part) for part in self.chunks(times)])])
-
-    def _drives(self, times: Any) -> tuple[Reals, Reals, Reals]:
-        """Coordinates, rates and accelerations of the drives, each of shape (drives, positions)."""
-        triples = zip(*(law(times) for law in self.laws), strict=True)
-        coordinates, rates, accelerations = (np.array(part) for part in triples)
-        return coordinates, rates, accelerations
 
 
 @contextmanager

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -11,9 +11,10 @@ from typing import Any
 
 from kinelast.scene.build import built
 from kinelast.scene.data import Scene, require_determined
-from kinelast.scene.error import fault
+from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import require_studies
+from kinelast.scene.mistakes import all_mistakes
 from kinelast.scene.parsing import parse_parts, parse_scene
 from kinelast.scene.text import decoded, file_bytes, of_file, scene_name, toml_tables, written
 from kinelast.scene.variables import Variable, in_file, place_of, put, value_at
@@ -64,7 +65,7 @@ class Document:
         SceneError
             The tables tell no mechanism whose motion is determined.
         """
-        with of_file(self.path):
+        with of_file(self.path), _all_told("" if self.values else self.source):
             scene = replace(built(self.table, self.name, self.path, self.varied), text=self.text())
             require_determined(scene)
             require_studies(self.table)
@@ -161,7 +162,31 @@ def document_from_bytes(content: bytes, path: str | Path) -> Document:
 
 def document_from_text(text: str, name: str = "scene", path: str = "") -> Document:
     """The document in a TOML text; `path` stands for the file in messages. SceneError where it holds a mistake."""
-    return replace(document_from_dict(toml_tables(text, path), name, path), source=text)
+    with of_file(path), _all_told(text):
+        return replace(document_from_dict(toml_tables(text, ""), name, path), source=text)
+
+
+@contextmanager
+def _all_told(text: str) -> Iterator[None]:
+    """Add the other mistakes of a text to the first; where there is no text, as of a design, there is that one."""
+    try:
+        yield
+    except SceneError as error:
+        if text:
+            error.others = tuple(each for each in mistakes_in(text) if str(each) != str(error.of_file("")))
+        raise
+
+
+def mistakes_in(text: str) -> tuple[SceneError, ...]:
+    """All mistakes of a TOML text, but for those of its mechanism as a whole, as one that does not close."""
+    return all_mistakes(text, _require_parts)
+
+
+def _require_parts(tables: Tables) -> None:
+    """Raise on a mistake in tables, but for one of the mechanism as a whole."""
+    table = parse_scene(tables)
+    built(table, "scene")
+    require_studies(table)
 
 
 def document_from_dict(raw: Tables, name: str = "scene", path: str = "") -> Document:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from math import isclose
 from typing import TYPE_CHECKING, Any
 
 from kinelast.scene.error import fault, known_name, likely, require_absent
 from kinelast.scene.format import SceneTable
-from kinelast.scene.laws import APART, Lasting, TableLaw, factor_law, repeated
 from kinelast.scene.links import Points, drawn_direction
+from kinelast.scene.loads import APART, factor_law
 from kinelast.scene.numbers import phase, real, require
 from kinelast.scene.quantities import Coordinate
 from kinelast.scene.tables import DriveTable, JointNameTable, MotorTable
@@ -23,11 +24,14 @@ from rigid import (
     Motion,
     PinDrive,
     Reals,
+    RepeatedLaw,
     Segment,
     SegmentedLaw,
     Slider,
     SliderDrive,
+    TableLaw,
 )
+from rigid.arrays import Real
 
 if TYPE_CHECKING:
     from rigid.dynamics import Effort
@@ -98,7 +102,7 @@ def motor_of(scene: SceneTable, number: int) -> Motor | None:
     return Motor(**told, gear_ratio=_gear_ratio(f"motors.{table.motor}", given, table))
 
 
-def _gear_ratio(where: str, motor: MotorTable, drive: DriveTable) -> Any:
+def _gear_ratio(where: str, motor: MotorTable, drive: DriveTable) -> Real:
     """Angle of the motor over the drive's coordinate."""
     ratio = motor.gear_ratio
     if ratio is None and drive.turns:
@@ -107,7 +111,8 @@ def _gear_ratio(where: str, motor: MotorTable, drive: DriveTable) -> Any:
         what = "turns" if drive.turns else "slides"
         expected = "a number" if drive.turns else 'an angle to a length, as in "628 rad/m" or "10 mm/rad"'
         raise fault(where, "gear_ratio", f'expected {expected}, as "{drive.name}" {what}')
-    return 1.0 / real(ratio) if ratio.unit == "m/rad" else real(ratio)
+    value: Real = real(ratio)
+    return 1.0 / value if ratio.unit == "m/rad" else value
 
 
 def cylinder_of(scene: SceneTable, number: int) -> Cylinder | None:
@@ -131,7 +136,7 @@ def cylinder_of(scene: SceneTable, number: int) -> Cylinder | None:
     return cylinder
 
 
-def unevenness_of(scene: SceneTable, number: int) -> Any:
+def unevenness_of(scene: SceneTable, number: int) -> Real | None:
     """Unevenness of speed that a drive, counted from 1, may have; None where it tells none.
 
     Raises
@@ -228,8 +233,18 @@ def _speed(where: str, table: DriveTable, unit: str) -> Any:
 def _law(where: str, table: DriveTable, unit: str, start: Any) -> DriveLaw:
     if table.law is None and table.motion is None:
         return ConstantSpeed(start, _speed(where, table, unit))
-    law: Lasting = _segments(where, table, unit, start) if table.law is not None else _motion(where, table, unit)
-    return repeated(where, "repeat", law) if table.repeat else law
+    law: SegmentedLaw | TableLaw = (
+        _segments(where, table, unit, start) if table.law is not None else _motion(where, table, unit)
+    )
+    return _repeated(where, "repeat", law) if table.repeat else law
+
+
+def _repeated(where: str, key: str, law: SegmentedLaw | TableLaw) -> RepeatedLaw:
+    """A law over and over again; raises where it does not end at the speed at which it starts."""
+    first, last = float(law([0.0])[1][0]), law.final_speed
+    if not isclose(first, last, rel_tol=1e-9, abs_tol=1e-12):
+        raise fault(where, key, f"starts at a speed of {first:g} and ends at {last:g}: repeated, the speed would jump")
+    return RepeatedLaw(law)
 
 
 def _segments(where: str, table: DriveTable, unit: str, start: float) -> SegmentedLaw:

@@ -25,9 +25,12 @@ class SceneError(ValueError):
         What is wrong, what was expected and, where there is one, the likely correction.
     designs
         Rows of the designs that are at fault, where a scene stands for many; else None.
+    others
+        Further mistakes of the same file, each told on a line of its own.
     """
 
     designs: Any = None
+    others: tuple[SceneError, ...] = ()
 
     def __init__(self, file: str, table: str, key: str, problem: str) -> None:
         place = " ".join(plain(part, LONGEST_PLACE) for part in (_header(table), key) if part)
@@ -36,9 +39,22 @@ class SceneError(ValueError):
         super().__init__(": ".join(part for part in told if part))
         self.file, self.table, self.key, self.problem = file, table, key, problem
 
-    def __reduce__(self) -> tuple[type[SceneError], tuple[str, str, str, str]]:
+    def __str__(self) -> str:
+        return "\n".join([str(self.args[0]), *map(str, self.others)])
+
+    def __reduce__(self) -> tuple[Any, ...]:
         """Survive the way back from a worker process."""
-        return SceneError, (self.file, self.table, self.key, self.problem)
+        return type(self), (self.file, self.table, self.key, self.problem), {"others": self.others}
+
+    def of_file(self, path: str) -> SceneError:
+        """The same mistakes with the file that they are in."""
+        error = SceneError(path, self.table, self.key, self.problem)
+        error.others = tuple(each.of_file(path) for each in self.others)
+        return error
+
+
+class MissingFileError(SceneError, FileNotFoundError):
+    """There is no file, or shipped scene, of the name given for one."""
 
 
 def _header(table: str) -> str:

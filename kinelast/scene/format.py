@@ -72,22 +72,22 @@ class Dimensioned(StrictTable, frozen=True, kw_only=True, tag_field="shape"):
 class Rectangle(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="rectangle"):
     """A solid rectangle, `depth` in the plane of motion."""
 
-    depth: Sizes
-    width: Sizes
+    depth: Sizes  #: in the plane of motion
+    width: Sizes  #: across it
 
 
 class Circle(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="circle"):
     """A solid circle."""
 
-    diameter: Sizes
+    diameter: Sizes  #: of the circle
 
 
 class Tube(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="tube"):
     """A circular tube by its outer diameter, and its inner one or its wall."""
 
-    outer: Sizes
-    inner: Sizes | None = None
-    wall: Sizes | None = None
+    outer: Sizes  #: outer diameter
+    inner: Sizes | None = None  #: inner diameter, or instead `wall`
+    wall: Sizes | None = None  #: thickness, instead of `inner`
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
         """The outer and inner diameters at the two ends of the beam [m]."""
@@ -108,10 +108,10 @@ class Tube(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="tube"
 class Box(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="box"):
     """A hollow rectangle, `depth` in the plane of motion; `corner` is its outer radius."""
 
-    depth: Sizes
-    width: Sizes
-    wall: Sizes
-    corner: Sizes | None = None
+    depth: Sizes  #: in the plane of motion
+    width: Sizes  #: across it
+    wall: Sizes  #: thickness
+    corner: Sizes | None = None  #: outer radius of the corners [0]
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
         """Depth, width, wall and corner at the two ends of the beam [m]."""
@@ -126,11 +126,11 @@ class Box(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="box"):
 class ISection(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="I"):
     """An I with its `web` in the plane of motion; `fillet` is the radius between web and flange."""
 
-    depth: Sizes
-    width: Sizes
-    web: Sizes
-    flange: Sizes
-    fillet: Sizes | None = None
+    depth: Sizes  #: in the plane of motion
+    width: Sizes  #: of the flanges, across it
+    web: Sizes  #: thickness of the web
+    flange: Sizes  #: thickness of the flanges
+    fillet: Sizes | None = None  #: radius between web and flange [0]
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
         """Depth, width, web, flange and fillet at the two ends of the beam [m]."""
@@ -152,19 +152,20 @@ def _or_none(sizes: Any) -> Any:
 class Properties(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="properties"):
     """Any shape: area, second moment of area, distance of the outermost fibre, area that resists shear."""
 
-    A: Area
+    A: Area  #: area
+    #: second moment of area
     I: SecondMoment  # noqa: E741
-    c: Size | None = None
-    shear_area: Area | None = None
+    c: Size | None = None  #: distance of the outermost fibre [stress is not known]
+    shear_area: Area | None = None  #: area that resists shear [no shear]
 
 
 class Rigidities(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="rigidities"):
     """A beam without a material."""
 
-    EA: AxialRigidity
-    EI: BendingRigidity
-    mass_per_length: MassPerLength
-    kGA: ShearRigidity | None = None
+    EA: AxialRigidity  #: axial rigidity
+    EI: BendingRigidity  #: bending rigidity
+    mass_per_length: MassPerLength  #: mass per length
+    kGA: ShearRigidity | None = None  #: shear rigidity [no shear]
 
 
 SectionTable = Rectangle | Circle | Tube | Box | ISection | Properties | Rigidities
@@ -185,96 +186,121 @@ Strain = Annotated[float, Meta(ge=-0.1, le=0.1)]
 class MaterialTable(StrictTable, frozen=True, kw_only=True):
     """The material of links."""
 
-    E: Stress
-    density: Density
+    E: Stress  #: Young's modulus
+    density: Density  #: mass per volume
+    #: Poisson's ratio [0.3, that of metals; the report says so]
     poisson: Annotated[float, Meta(gt=-1, le=0.5)] | None = None
-    G: Stress | None = None
-    yield_stress: Stress | None = field(default=None, name="yield")
-    expansion: Expansion | None = None
+    G: Stress | None = None  #: shear modulus, instead of `poisson` [from `poisson`]
+    yield_stress: Stress | None = field(default=None, name="yield")  #: for the safety factor [none]
+    expansion: Expansion | None = None  #: thermal, where a `temperature` is given
+    #: beta of the law of Kelvin and Voigt, stress = E (strain + beta d strain/dt) [by `damping_ratio`]
     damping: Duration | None = None
-    ultimate: Stress | None = None
+    ultimate: Stress | None = None  #: tensile strength, where `[fatigue]` asks for it
+    #: amplitude of fully reversed stress that a smooth bar bears for ever, where `[fatigue]` asks for it
     endurance: Stress | None = None
-    slope: Annotated[float, Meta(gt=1)] = 5.0
-    knee: Annotated[float, Meta(gt=0)] = 1e6
+    slope: Annotated[float, Meta(gt=1)] = 5.0  #: exponent k of the S-N line
+    knee: Annotated[float, Meta(gt=0)] = 1e6  #: cycles at which the S-N line ends in the endurance limit
 
 
 class BeamTable(StrictTable, frozen=True, kw_only=True):
     """A straight piece of a link."""
 
-    start: str = field(name="from")
-    end: str = field(name="to")
-    section: str | None = None
-    material: str | None = None
-    strain: Strain | None = None
-    temperature: Warming | None = None
+    start: str = field(name="from")  #: its first point
+    end: str = field(name="to")  #: its second point
+    section: str | None = None  #: before the link's [the link's]
+    material: str | None = None  #: before the link's [the link's]
+    strain: Strain | None = None  #: before the link's [the link's]
+    temperature: Warming | None = None  #: before the link's [the link's]
 
 
 class LinkTable(StrictTable, frozen=True, kw_only=True):
     """A link: its points, beams, masses and outline."""
 
+    #: names, as in `["A", "B"]`: shape as drawn; or places in the link's own axes, as in `{A = [0, 0], B = ["30 cm",
+    #: 0]}`
     points: list[str] | dict[str, Place]
-    length: Size | None = None
-    section: str | None = None
-    material: str | None = None
+    length: Size | None = None  #: of a link of two points, instead of the drawn length [as drawn]
+    section: str | None = None  #: of its beams: a name under `[sections]`, or one of the trade
+    material: str | None = None  #: of its beams: a name under `[materials]`, or one of the trade
+    #: which points are joined by straight beams [each point to the next; one that lies between two before it goes
+    #: between them]
     beams: list[tuple[str, str] | BeamTable] | None = None
+    #: what its beams are longer by than drawn when nothing pulls, per length: an error of length [0]
     strain: Strain | None = None
-    temperature: Warming | None = None
-    rigid: bool = False
-    mass: Mass | None = None
+    temperature: Warming | None = None  #: by how much they are warmer than when they had their length [0]
+    rigid: bool = False  #: `true`: it does not bend
+    mass: Mass | None = None  #: of a rigid link [by section and material]
+    #: of mass of a rigid link: a point's name, or `[x, y]` in its own axes [by section and material; of a single
+    #: point: there]
     center: str | Place | None = None
+    #: moment of inertia of a rigid link about its centre of mass [by section and material, or 0]
     inertia: Inertia | None = None
-    masses: dict[str, Mass] = field(default_factory=dict)
+    masses: dict[str, Mass] = field(default_factory=dict)  #: point masses on it, as in `{B = "50 g"}`
+    #: corners for drawing it: names, or `[x, y]` in its own axes
     outline: list[str | Place] = field(default_factory=list)
 
 
 class RunTable(StrictTable, frozen=True, kw_only=True):
     """Which positions are computed, gravity, the theories of beams and of motion, and the output."""
 
-    positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360
+    positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360  #: how many positions are computed
+    #: of the run from the start; the last position is at its end, unless it is one cycle [one cycle]
     duration: Duration | None = None
-    gravity: tuple[Acceleration, Acceleration] | None = None
+    gravity: tuple[Acceleration, Acceleration] | None = None  #: acceleration of free fall, `[x, y]` [none]
+    #: theory of the beams: `"timoshenko"` asks every section for its shear rigidity, `"euler-bernoulli"` leaves shear
+    #: and rotary inertia out [shear wherever sections tell]
     beams: Literal["euler-bernoulli", "timoshenko"] | None = None
+    #: of motion: links that do not vibrate, that vibrate, that vibrate and are displaced by any amount [chosen by
+    #: `accuracy`]
     theory: Literal["quasi-static", "elastodynamic", "geometrically-exact"] | None = None
+    #: in place of `theory`: how far the answer may be off; the cheapest theory that gets there is taken [5 %]
     accuracy: Share | None = None
+    #: of the lowest natural frequency over the cycle, for materials without `damping` [0.01]
     damping_ratio: Annotated[float, Meta(gt=0, lt=1)] | None = None
-    tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
+    tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10  #: relative, of a step, where the motion is integrated
+    #: after which an integration is given up, or after twenty whose size tells that it would take a thousand times as
+    #: many; a step takes some 1.5 ms with one drive, 8 ms with several
     steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 1000
+    #: the point or angle that the machine is there for, as in `"C"` or `"rocker.angle"` [guessed from the form]
     output: str = ""
+    #: how near the output has to be to where it rests, to have settled after a stop [2 % of the residual amplitude]
     settled: Allowance | None = None
+    #: of the page and of `positions.csv`: `"SI"` with the prefix that suits, `"mm"` (mm, N, MPa), `"in"` (in, lbf,
+    #: psi, lb) [`"mm"` or `"in"` of a file in these `units`, else `"SI"`]
     report_units: Literal["SI", "mm", "in"] | None = None
 
 
 class SceneTable(StrictTable, frozen=True, kw_only=True):
     """A planar mechanism of rigid and elastic links, its drives and loads."""
 
-    title: str = ""
-    source: str = ""
-    units: LengthUnit = "m"
-    structure_only: bool = False
-    materials: dict[Name, MaterialTable] = field(default_factory=dict)
-    sections: dict[Name, SectionTable] = field(default_factory=dict)
-    points: dict[Name, Place]
-    links: dict[Name, LinkTable]
-    sliders: dict[Name, SliderTable] = field(default_factory=dict)
-    slots: dict[Name, SlotTable] = field(default_factory=dict)
-    welds: dict[Name, WeldTable] = field(default_factory=dict)
-    contacts: dict[Name, ContactTable] = field(default_factory=dict)
-    joints: dict[Name, JointTable] = field(default_factory=dict)
-    masses: dict[Name, Mass] = field(default_factory=dict)
-    drives: list[DriveTable] = field(default_factory=list)
-    motors: dict[Name, MotorTable] = field(default_factory=dict)
-    cylinders: dict[Name, CylinderTable] = field(default_factory=dict)
-    loads: list[LoadTable] = field(default_factory=list)
-    gears: list[GearTable] = field(default_factory=list)
-    springs: list[SpringTable] = field(default_factory=list)
-    bearings: dict[Name, BearingTable] = field(default_factory=dict)
-    fatigue: FatigueTable | None = None
-    limits: LimitsTable = field(default_factory=LimitsTable)
-    run: RunTable = field(default_factory=RunTable)
-    sweep: SweepTable = field(default_factory=SweepTable)
-    sensitivities: SensitivitiesTable = field(default_factory=SensitivitiesTable)
-    tolerances: dict[str, Amount | ToleranceTable] = field(default_factory=dict)
-    optimize: OptimizeTable = field(default_factory=OptimizeTable)
+    title: str = ""  #: heading of the report [the file's name]
+    source: str = ""  #: where the data are from
+    units: LengthUnit = "m"  #: of bare lengths
+    structure_only: bool = False  #: `true`: the file may say less, and is for `--structure`
+    materials: dict[Name, MaterialTable] = field(default_factory=dict)  #: what links are made of
+    sections: dict[Name, SectionTable] = field(default_factory=dict)  #: cross-sections of links
+    points: dict[Name, Place]  #: places that draw the mechanism near its start
+    links: dict[Name, LinkTable]  #: the links, one of them `ground`
+    sliders: dict[Name, SliderTable] = field(default_factory=dict)  #: links that slide on others
+    slots: dict[Name, SlotTable] = field(default_factory=dict)  #: pins in straight slots
+    welds: dict[Name, WeldTable] = field(default_factory=dict)  #: points at which links are joined rigidly
+    contacts: dict[Name, ContactTable] = field(default_factory=dict)  #: links that touch, of a scene for `--structure`
+    joints: dict[Name, JointTable] = field(default_factory=dict)  #: joints that rub, give way or do not fit
+    masses: dict[Name, Mass] = field(default_factory=dict)  #: point masses at joints
+    drives: list[DriveTable] = field(default_factory=list)  #: one for every freedom
+    motors: dict[Name, MotorTable] = field(default_factory=dict)  #: motors that drives name
+    cylinders: dict[Name, CylinderTable] = field(default_factory=dict)  #: cylinders that drives name
+    loads: list[LoadTable] = field(default_factory=list)  #: forces and moments besides inertia and weight
+    gears: list[GearTable] = field(default_factory=list)  #: pairs of joints whose coordinates are tied
+    springs: list[SpringTable] = field(default_factory=list)  #: springs and dampers
+    bearings: dict[Name, BearingTable] = field(default_factory=dict)  #: parts of joints that are to be sized
+    fatigue: FatigueTable | None = None  #: asks for the life of the links [not asked for]
+    limits: LimitsTable = field(default_factory=LimitsTable)  #: that figures have to keep
+    run: RunTable = field(default_factory=RunTable)  #: what is computed, and how
+    sweep: SweepTable = field(default_factory=SweepTable)  #: designs that are computed
+    sensitivities: SensitivitiesTable = field(default_factory=SensitivitiesTable)  #: figures that are differentiated
+    tolerances: dict[str, Amount | ToleranceTable] = field(default_factory=dict)  #: how numbers scatter, by their paths
+    optimize: OptimizeTable = field(default_factory=OptimizeTable)  #: the best design
 
 
 def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:
@@ -292,27 +318,29 @@ Part = Annotated[float, Meta(ge=-1e9, le=1e9)]
 class ContactTable(StrictTable, frozen=True, kw_only=True):
     """Two links that touch: they roll on each other, or slip along the tangent where a normal is given."""
 
-    links: tuple[str, str]
-    at: Place
-    normal: Direction | None = None
+    links: tuple[str, str]  #: the two that touch
+    at: Place  #: where, in the drawing
+    normal: Direction | None = None  #: direction of the common normal where they slip on each other [they roll]
 
 
 class SpatialJointTable(StrictTable, frozen=True, kw_only=True):
     """A joint between two links in space."""
 
-    links: tuple[str, str]
+    links: tuple[str, str]  #: the two it joins
+    #: `revolute`, `prismatic`, `helical`, `cylindrical`, `spherical`, `planar`, `universal`, `annular`, `line`,
+    #: `point`, `rigid`, or another usual name of them, as `pivot`
     type: str
-    at: tuple[Length, Length, Length] | None = None
-    axis: tuple[Part, Part, Part] | None = None
-    normal: tuple[Part, Part, Part] | None = None
-    pitch: Length | None = None
+    at: tuple[Length, Length, Length] | None = None  #: where [the origin]
+    axis: tuple[Part, Part, Part] | None = None  #: its direction; the normal of a contact in a point or plane [z]
+    normal: tuple[Part, Part, Part] | None = None  #: of a line contact; of a universal joint its second axis
+    pitch: Length | None = None  #: advance per radian of a helical joint, negative for a left-handed thread
 
 
 class ChainTable(StrictTable, frozen=True, kw_only=True):
     """A chain of joints in space, of which the structure is asked."""
 
-    title: str = ""
-    source: str = ""
-    units: LengthUnit = "m"
-    fixed: str | None = None
-    joints: dict[Name, SpatialJointTable] = field(default_factory=dict)
+    title: str = ""  #: heading [the file's name]
+    source: str = ""  #: where the data are from
+    units: LengthUnit = "m"  #: of bare lengths
+    fixed: str | None = None  #: the fixed link [`ground`, or the first one mentioned]
+    joints: dict[Name, SpatialJointTable] = field(default_factory=dict)  #: the joints, each between two links

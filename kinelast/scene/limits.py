@@ -15,7 +15,7 @@ from kinelast.scene.tables import LEAST_ALLOWED, Amount, LinkLimitsTable, RangeT
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Place, Variable, place_of, value_at
 from rigid import Mechanism
-from rigid.arrays import Flags, Reals
+from rigid.arrays import Flags, Real, Reals
 
 OUTPUT_ERROR = "output_error"
 MOTOR_LIMITS = {  # by the key of a motor, the figure that it bounds, and its unit
@@ -115,7 +115,7 @@ def _limits(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
         yield Limit("settling", real(limits.settling), unit="s", of="scene that stops")
 
 
-def build_settled(table: SceneTable, mechanism: Mechanism) -> Any:
+def build_settled(table: SceneTable, mechanism: Mechanism) -> Real | None:
     """Distance from rest within which the output has settled [m or rad]; None where the scene does not say."""
     given = table.run.settled
     return None if given is None else _of_output(table, mechanism, "run", "settled", given)[0]

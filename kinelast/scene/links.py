@@ -78,7 +78,7 @@ def known_point(table: str, key: str, point: str, points: Mapping[str, object], 
         raise fault(table, key, f'the link "{link}" has no point "{point}"{likely(point, points)}')
 
 
-def drawn_direction(link: Link, places: Points) -> Any:
+def drawn_direction(link: Link, places: Points) -> Complex | None:
     """Unit vector of a link's axes as drawn; None where fewer than two of its points are drawn apart."""
     if link.name == GROUND:
         return 1 + 0j
@@ -90,7 +90,8 @@ def drawn_direction(link: Link, places: Points) -> Any:
     if not any_nonzero(seen) or not any_nonzero(own):
         return None
     turned = seen / own
-    return turned / abs(turned)
+    way: Complex = turned / abs(turned)
+    return way
 
 
 BODILY = ("section", "material", "beams", "strain", "temperature", "mass", "center", "inertia", "masses")
@@ -257,7 +258,8 @@ def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str
     if stiff:
         require_absent(where, table, ("strain", "temperature"), "only elastic links take it")
     else:
-        advice = "only rigid links take it: add rigid = true, or use masses"
+        advice = "an elastic link takes masses at its points; a body with inertia is a rigid link of its own, joined"
+        advice += " to it by [welds.POINT] (rigid = true would take the bending of this one away)"
         require_absent(where, table, ("mass", "center", "inertia"), advice)
     pieces, sections = _beams(scene, name, points)
     numbers = tuple(range(len(pieces)))

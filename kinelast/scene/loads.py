@@ -1,17 +1,26 @@
-"""Loads of a scene, at points and along beams, and its springs."""
+"""Loads of a scene, at points and along beams, the laws of their size, and its springs."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
+from math import pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from kinelast.scene.error import fault, known_name, require_absent
-from kinelast.scene.laws import factor_law
 from kinelast.scene.links import known_point
 from kinelast.scene.numbers import any_nonzero, real, vector
 from kinelast.scene.quantities import Damping, Effort, Stiffness
-from kinelast.scene.tables import LoadTable, SpringTable
-from rigid import GROUND, Law, LineLoad, Link, PointLoad, Resistance, Spring, TorsionSpring
+from kinelast.scene.tables import DriveTable, LoadTable, SpringTable
+from rigid import GROUND, Law, LineLoad, Link, PointLoad, Resistance, Spring, TableError, TorsionSpring
 from rigid.arrays import Real
+
+if TYPE_CHECKING:
+    from rigid.analysis import LinkAngle, Slide
+
+OVER = 1e-12  # of a span, by which a table may miss it
+APART = 1e-12  # of a table's length, that its entries are at least: closer ones are a slip, and their slopes no numbers
 
 
 def build_load(
@@ -123,3 +132,77 @@ def _sizes(where: str, table: SpringTable, turning: int) -> list[Real]:
     if not any(any_nonzero(size) for size in sizes):
         raise fault(where, "stiffness", "the key is missing: a spring needs stiffness, damping or preload")
     return sizes
+
+
+def factor_law(
+    where: str, table: LoadTable | DriveTable, duration: float, links: Collection[str], sliders: Collection[str]
+) -> Law | None:
+    """Factor on a load or effort; None without a table. A table against time must cover the duration [s].
+
+    `links`, `sliders` are the names that there are.
+    """
+    if table.table is None:
+        require_absent(where, table, ("against", "extend"), "belongs to a table: give that too")
+        return None
+    from rigid.analysis import Slide
+    from rigid.dynamics import law_of, law_of_time, table_curve
+
+    unit, coordinate = _against(where, table, links, sliders)
+    for number, (place, _) in enumerate(table.table, 1):
+        if place.unit not in ("", unit):
+            raise fault(where, f"table[{number}]", f"is against {WORDS[unit]}, got {float(place):g} {place.unit}")
+    at, factor = np.array([(place.within(unit), factor) for place, factor in table.table], float).T
+    rises = np.diff(at)
+    steps = np.flatnonzero(rises == 0)
+    if (
+        (rises[rises != 0] <= APART * (at[-1] - at[0])).any()
+        or (np.diff(steps) == 1).any()
+        or (len(steps) and table.interpolation != "linear")
+    ):
+        allowed = "two entries at one place are a step, in a linear table"
+        raise fault(where, "table", f"expected {GROWING[unit]} that grow from entry to entry; {allowed}")
+    at[steps] = np.nextafter(at[steps], -np.inf)  # at the step itself the second entry holds
+    try:
+        # Times are looked at here, once for all: a search between the positions may look a little beyond the run.
+        extend = "hold" if coordinate is None else table.extend or "error"
+        curve = table_curve(at, factor, table.interpolation, extend, unit == "rad")
+    except TableError as error:
+        raise fault(where, "table", str(error)) from None
+    if coordinate is None:
+        if table.extend is None and (at[0] > 0 or at[-1] < duration * (1 - OVER)):
+            problem = f"covers {at[0]:g} to {at[-1]:g} s, but the run lasts from 0 to {duration:g} s: "
+            raise fault(where, "table", problem + 'add entries, or extend = "hold"')
+        return law_of_time(curve)
+    if isinstance(coordinate, Slide):
+        return law_of(coordinate, curve)
+    if at[-1] - at[0] > 2 * pi * (1 + OVER):
+        raise fault(where, "table", "covers more than a turn, expected angles within one")
+    return _turning(coordinate, curve, float(at[0] + at[-1]) / 2)
+
+
+GROWING = {"s": "times", "rad": "angles", "m": "lengths"}
+WORDS = {"s": 'a time, as in "50 ms"', "rad": 'an angle, as in "30 deg"', "m": 'a length, as in "20 mm"'}
+
+
+def _turning(angle: LinkAngle, curve: Callable[[Any], Any], middle: float) -> Law:
+    """A curve against an angle, which is taken within half a turn of the middle of its entries."""
+    return lambda motion: curve(middle + angle.difference(motion, middle))
+
+
+def _against(
+    where: str, table: LoadTable | DriveTable, links: Collection[str], sliders: Collection[str]
+) -> tuple[str, LinkAngle | Slide | None]:
+    """Unit of a table's abscissa, and the coordinate; None for time."""
+    from rigid.analysis import LinkAngle, Slide
+
+    against = table.against
+    if against is None:
+        return "s", None
+    if not against.told:
+        raise fault(where, "against", 'expected either link or slider, as in {link = "crank"}')
+    if not against.turns:
+        known_name(where, "against.slider", against.name, sliders, "slider")
+        return "m", Slide(against.name)
+    for key, link in (("link", against.name), ("on", against.on)):
+        known_name(where, f"against.{key}", link, links)
+    return "rad", LinkAngle(against.name, against.on)

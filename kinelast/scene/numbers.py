@@ -14,40 +14,46 @@ from typing import Any
 import numpy as np
 
 from kinelast.scene.error import fault
+from rigid.arrays import Complex, Real
 
 
 def real(quantity: Any) -> Any:
-    """A quantity as a number, or as an array where it differs by design; such an array stays."""
+    """A quantity as a number, or as an array where it differs by design; such an array stays.
+
+    Of no closer type: who takes it is written for one design, and so is typed.
+    """
     each = quantity if isinstance(quantity, np.ndarray) else getattr(quantity, "each", None)
     return float(quantity) if each is None else each
 
 
-def vector(place: Iterable[Any]) -> Any:
+def vector(place: Iterable[Any]) -> Complex:
     """Two components as a complex number, or as an array where one differs by design."""
     x, y = (real(part) for part in place)
-    return x + 1j * y if isinstance(x, np.ndarray) or isinstance(y, np.ndarray) else complex(x, y)
+    together: Complex = x + 1j * y if isinstance(x, np.ndarray) or isinstance(y, np.ndarray) else complex(x, y)
+    return together
 
 
-def direction_of(direction: Any) -> Any:
+def direction_of(direction: Any) -> Complex:
     """A direction as a complex number, or as an array where it differs by design."""
     each = getattr(direction, "each", None)
-    return direction if each is None else each
+    seen: Complex = direction if each is None else each
+    return seen
 
 
-def phase(way: Any) -> Any:
+def phase(way: Complex) -> Real:
     """Angle of a complex number [rad]."""
     return np.angle(way) if isinstance(way, np.ndarray) else cmath.phase(way)
 
 
-def quotient(vector: Any, size: Any) -> Any:
+def quotient(vector: Complex, size: Any) -> Complex:
     """A vector over a number; 0 where both are, of designs."""
     if not isinstance(size, np.ndarray) and not isinstance(vector, np.ndarray):
         return complex(vector) / float(size)
     size = np.where(size == 0.0, 1.0, size)
-    return np.real(vector) / size + 1j * (np.imag(vector) / size)
+    return np.asarray(np.real(vector) / size + 1j * (np.imag(vector) / size))
 
 
-def any_nonzero(value: Any) -> bool:
+def any_nonzero(value: Real | Complex) -> bool:
     """Whether a number is not zero, or that of any design."""
     return bool(np.any(value)) if isinstance(value, np.ndarray) else bool(value)
 

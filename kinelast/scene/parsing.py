@@ -12,7 +12,7 @@ import msgspec
 
 from kinelast.scene.error import fault, likely
 from kinelast.scene.format import ChainTable, RunTable, SceneTable, read_quantity
-from kinelast.scene.tables import PER_LENGTH, LengthUnit, StrictTable
+from kinelast.scene.tables import PER_LENGTH, LengthUnit
 from kinelast.scene.units import shown
 
 Hook = Callable[[type, Any], Any]
@@ -29,15 +29,20 @@ WORDS = {
 AXES = {"[1]": " x", "[2]": " y"}
 EXAMPLES = {"gravity": "[0, -9.81]", "direction": '[1, 0] or "30 deg"', "points": "[0.1, 0.05]"}
 NOT_MODELLED = {
-    "clearance": "play in a joint is",
-    "backlash": "play in a joint is",
-    "play": "play in a joint is",
+    "backlash": "play between teeth is",
     "wear": "wear is",
-    "damping": "damping of a link or joint is",
     "contact": "contact is",
     "impact": "impact is",
 }
-RUBBING = ("friction", "viscosity")  # of a joint
+DID = "; did you mean "
+ELSEWHERE = {  # where keys belong that are looked for in other tables
+    "friction": "it belongs under [joints.NAME]",
+    "viscosity": "it belongs under [joints.NAME]",
+    "clearance": "it belongs under [bearings.NAME]",
+    "play": "clearance under [bearings.NAME] tells what it does",
+    "damping": "links are damped by damping_ratio under [run] or damping under [materials.NAME],"
+    " joints by viscosity under [joints.NAME]",
+}
 
 
 def parse_toml(text: str) -> dict[str, Any]:
@@ -155,7 +160,7 @@ def _part(name: str, kind: Any, value: Any, hook: Hook) -> Any:
             raise fault(name, "", f"expected tables of a list, written [[{name}]] with two brackets")
         entry = get_args(kind)[0]
         return [_converted(item, entry, f"{name}[{number}]", hook=hook) for number, item in enumerate(value, 1)]
-    place = (name, "") if isinstance(kind, type) and issubclass(kind, StrictTable) else ("", name)
+    place = (name, "") if _tables(kind) else ("", name)
     return _converted(value, kind, *place, hook)
 
 
@@ -205,10 +210,12 @@ def _told(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
         if match[1] in NOT_MODELLED:
             return inner + match[1], f"{NOT_MODELLED[match[1]]} not modelled: leave the key out"
         known = _keys(kind, path, value)
-        hint = "; it belongs under [joints.NAME]" if match[1] in RUBBING else likely(match[1], known)
+        hint = f"; {ELSEWHERE[match[1]]}" if match[1] in ELSEWHERE else likely(match[1], known)
         return inner + match[1], f"there is no such key{hint}"
     if match := re.fullmatch(r"Object missing required field `(.*)`", what):
-        return inner + match[1], "the key is missing" + (_choices(kind) if match[1] == "shape" else "")
+        told = "the key is missing" + (_choices(kind) if match[1] == "shape" else "")
+        near = likely(match[1], [key for key in _found(value, path) if key not in _keys(kind, path, value)])
+        return inner + match[1], told + (f"; is it {near[len(DID) : -1]}?" if near.startswith(DID) else "")
     if match := re.fullmatch(r"Invalid (?:enum )?value (.*)", what):
         word = match[1].strip("'\"")
         choices = _tags(kind) if path == "shape" else _literals(kind, path, value) if path else _words(kind)
@@ -226,7 +233,7 @@ def _told(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
 
 def _near(word: str, choices: list[str]) -> str:
     hint = likely(word, choices)
-    return hint if hint.startswith("; did") else ""
+    return hint if hint.startswith(DID) else ""
 
 
 def _tags(kind: Any) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import stat
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -9,12 +10,15 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+from msgspec import Struct
+from msgspec.structs import fields
 
-from kinelast.scene.error import SceneError
+from kinelast.scene.error import MissingFileError, SceneError
 from kinelast.scene.format import ChainTable, SceneTable
 from kinelast.scene.parsing import parse_toml
 from kinelast.scene.quantities import Direction, Sizes
-from kinelast.scene.units import FORM, TYPESET, Quantity
+from kinelast.scene.tables import StrictTable
+from kinelast.scene.units import FORM, TYPESET, Quantity, written_like
 from kinelast.scene.variables import Place, in_file, place_of, value_at
 
 LARGEST_FILE = 4_000_000  # bytes: a table of 100,000 entries
@@ -28,7 +32,7 @@ def file_bytes(path: Path) -> bytes:
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)
     except FileNotFoundError:
-        raise SceneError(str(path), "", "", "there is no such file") from None
+        raise MissingFileError(str(path), "", "", "there is no such file") from None
     except (OSError, ValueError) as error:  # a name that holds a null character is a ValueError
         problem = getattr(error, "strerror", None) or str(error)
         raise SceneError(str(path), "", "", f"not readable: {problem}") from None
@@ -68,7 +72,7 @@ def of_file(path: str) -> Iterator[None]:
     try:
         yield
     except SceneError as error:
-        raise SceneError(path, error.table, error.key, error.problem) from None
+        raise error.of_file(path) from None
     except RecursionError:
         raise SceneError(path, "", "", "lists or tables in one another go too deep for a scene") from None
 
@@ -133,11 +137,10 @@ def _forms(place: Place, there: Any, value: float) -> Iterator[Any]:
     """A value as it may stand in a file: in the unit that stands there; at last in the SI unit."""
     unit = place.variable.unit
     for digits in () if isinstance(place.leaf, int) else DIGITS:
-        if isinstance(there, str) and (form := FORM.fullmatch(there.translate(TYPESET))):
-            own = Quantity.of_unit(unit, f"1 {form[2]}")
-            yield f"{value / own:.{digits}g} {form[2].strip()}"
+        if isinstance(there, str) and FORM.fullmatch(there.translate(TYPESET)):
+            yield written_like(there, value, unit, digits)
         elif isinstance(there, int | float) and not isinstance(place.leaf, Direction):
-            yield float(f"{value / place.per_bare:.{digits}g}")
+            yield written_like(there, value, unit, digits, place.per_bare)
         else:
             yield f"{value:.{digits}g} {unit}" if unit != "1" else float(f"{value:.{digits}g}")
     yield in_file(place, value)
@@ -148,6 +151,10 @@ def scene_schema() -> dict[str, Any]:
     choices, tables = msgspec.json.schema_components(
         (SceneTable, ChainTable), schema_hook=_quantity_schema, ref_template="#/$defs/{name}"
     )
+    for table in subtables(StrictTable):
+        for key, words in key_words(table).items() if table.__name__ in tables else ():
+            entry = tables[table.__name__]["properties"][key]
+            entry["description"] = "; ".join([words, *([entry["description"]] if "description" in entry else [])])
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "kinelast scene",
@@ -156,11 +163,43 @@ def scene_schema() -> dict[str, Any]:
     }
 
 
+FIELD = re.compile(r"    (\w+): ")
+WORDS = re.compile(r"#: (.*)")
+
+
+def key_words(table: type[Struct]) -> dict[str, str]:
+    """Words on the keys of a table, by key: the comments `#:` at its fields, with those of the tables that it extends.
+
+    Where the default is another than the field's, it stands at the end in brackets.
+    """
+    from inspect import getsource
+
+    words: dict[str, str] = {}
+    for part in reversed(table.__mro__):
+        if not (issubclass(part, Struct) and part.__struct_fields__):
+            continue
+        told: list[str] = []
+        for line in getsource(part).splitlines():
+            told += WORDS.findall(line)
+            if field := FIELD.match(line):
+                if told:
+                    words[field[1]] = " ".join(told)
+                told = []
+    return {field.encode_name: words[field.name] for field in fields(table) if field.name in words}
+
+
 def schema_text() -> str:
     """The schema as it is published in scene.schema.json."""
     import json
 
     return json.dumps(scene_schema(), indent=2) + "\n"
+
+
+def subtables(table: type[Struct]) -> Iterator[type[Struct]]:
+    """Every table that extends a table, and those that extend these."""
+    for below in table.__subclasses__():
+        yield below
+        yield from subtables(below)
 
 
 def _quantity_schema(kind: Any) -> dict[str, Any]:

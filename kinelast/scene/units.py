@@ -253,3 +253,21 @@ def shown(value: object) -> str:
     if isinstance(value, int) and value.bit_length() > MOST_BITS:  # which Python may refuse to print
         return f"a whole number of some {value.bit_length() * 3 // 10} digits"
     return "a table" if isinstance(value, dict) else plain(str(value), LONGEST)
+
+
+def written_like(there: Any, value: float, unit: str, digits: int, per_bare: float = 1.0) -> str | float:
+    """A value in an SI unit as it is written where another stands: in the unit of that; bare where it has none.
+
+    Parameters
+    ----------
+    per_bare
+        SI units of a number without a unit.
+
+    Raises
+    ------
+    ValueError
+        A unit stands there that is of another kind.
+    """
+    if isinstance(there, str) and (form := FORM.fullmatch(there.translate(TYPESET))):
+        return f"{value / float(Quantity.of_unit(unit, f'1 {form[2]}')):.{digits}g} {form[2].strip()}"
+    return float(f"{value / per_bare:.{digits}g}")

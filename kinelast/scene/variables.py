@@ -17,8 +17,9 @@ import msgspec
 import numpy as np
 
 from kinelast.scene.error import SceneError, fault, likely
-from kinelast.scene.format import SceneTable
+from kinelast.scene.format import LinkTable, SceneTable
 from kinelast.scene.joints import UNITS
+from kinelast.scene.links import drawn_places
 from kinelast.scene.quantities import Abscissa, Angle, Direction, Size, Sizes
 from kinelast.scene.tables import PER_LENGTH
 from kinelast.scene.units import Quantity
@@ -135,12 +136,26 @@ def place_of(table: SceneTable, path: str) -> Place:
             raise _unknown(table, path) from None
         keys.append(key)
         names.append(name)
+    if node is None and isinstance(parents[-1], LinkTable) and keys[-1] == "length":
+        node = _drawn_length(table, parents[-1], path)
     if isinstance(node, tuple) and not isinstance(node, Sizes) and len(node) == 2:
         raise fault("", path, f'is two numbers: name "{path}.x" or "{path}.y"')
     if not isinstance(node, int | float | Sizes | Direction) or isinstance(node, bool):
         raise _unknown(table, path)
     unit = _unit(table, keys, parents, node)
     return Place(Variable(path, unit, _base(node, unit)), tuple(keys), tuple(names), node, PER_LENGTH[table.units])
+
+
+def _drawn_length(table: SceneTable, link: LinkTable, path: str) -> Size:
+    """The length of a link that is as drawn, which may be set, though none stands in the file; SceneError of others."""
+    places = drawn_places(table)
+    if isinstance(link.points, dict) or len(link.points) != 2 or not {*link.points} <= places.keys():
+        advice = f'name the coordinates of one of them, as in "{path.rpartition(".")[0]}.points.{{0}}.x"'
+        if not isinstance(link.points, dict):
+            advice = 'name the place of one of them, as in "points.{0}.x"'
+        raise fault("", path, f"the link has its size by its points: {advice.format([*link.points][-1])}")
+    one, other = (places[point] for point in link.points)
+    return Size.read(abs(other - one))
 
 
 def numbers(table: SceneTable) -> Iterator[str]:

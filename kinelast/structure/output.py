@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kinelast import __version__
 from kinelast.outputs.outbox import add_to
 from kinelast.outputs.sheet import PAPER, MechanismAxes
 from kinelast.scene.build import build_mechanism
@@ -20,7 +21,6 @@ from kinelast.scene.parsing import check_name, is_chain, parse_chain, parse_scen
 from kinelast.scene.text import file_text, of_file, scene_name, toml_tables
 from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.task import DONE, FINE, Outcome, Task, guarded
-from kinelast.version import VERSION
 from rigid import Mechanism, MechanismError
 from rigid.topology import Contact, SpatialJoint, assembled, spatial_chain
 
@@ -133,7 +133,7 @@ def _structure(task: Task) -> Outcome:
     scene = read_structure(task.path)
     text = scene_text(scene)
     files, drawn = _files(scene, text)
-    add_to(task.folder, files, {"kinelast": VERSION})
+    add_to(task.folder, files, {"kinelast": __version__})
     return Outcome(FINE, f"{text}\n{task.name}: structure{drawn} -> {task.folder}", DONE)
 
 

@@ -12,10 +12,10 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from kinelast import __version__
 from kinelast.outputs.sealed import json_bytes
 from kinelast.scene.error import plain
 from kinelast.tasks.request import RequestError
-from kinelast.version import VERSION
 
 NAME = "manifest.json"
 SHOWN = 60  # letters of a value in a message
@@ -91,7 +91,7 @@ class Manifest:
 @cache
 def versions() -> dict[str, str]:
     """Versions that have a say in the last digits of a figure and in the bytes of a file."""
-    found = {"kinelast": VERSION, "numpy": metadata.version("numpy"), "scipy": metadata.version("scipy")}
+    found = {"kinelast": __version__, "numpy": metadata.version("numpy"), "scipy": metadata.version("scipy")}
     with suppress(metadata.PackageNotFoundError):
         found["pyarrow"] = metadata.version("pyarrow")
     return found

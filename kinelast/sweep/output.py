@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from kinelast import __version__
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluate import Evaluation
 from kinelast.designs.plan import ListedValues, Plan, plan_of
@@ -27,10 +28,9 @@ from kinelast.sweep.pages import Aim, Tally, answer_leading, design_text, tallie
 from kinelast.sweep.running import run_plan
 from kinelast.sweep.store import NUMBER, stored_chunks
 from kinelast.tasks.processes import cores
-from kinelast.tasks.progress import SILENT, Progress
+from kinelast.tasks.progress import SILENT, Progress, lasting
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, guarded
-from kinelast.version import VERSION
 from rigid import counted
 
 LONG = 10.0  # [s] from which on it is told before the start how long a sweep takes
@@ -88,9 +88,9 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
     takes = each * plan.count / (batch.jobs or cores())
     if plan.count > batch.most:
         advice = "ask for fewer, or allow so many by --most"
-        raise RequestError(f"{plan.count:.6g} designs would take about {_words(takes)}: {advice}")
+        raise RequestError(f"{plan.count:.6g} designs would take about {lasting(takes)}: {advice}")
     if takes > LONG:
-        progress.tell(f"{task.name}: {plan.count} designs, about {_words(takes)}")
+        progress.tell(f"{task.name}: {plan.count} designs, about {lasting(takes)}")
     if document.scene.theory.demanded:
         progress.tell(
             f"{task.name}: the designs are computed without vibration, whatever the scene's theory or accuracy"
@@ -165,14 +165,6 @@ def _chunk(folder: Path | None, each: float, count: int) -> int:
     return min(count, max(1, int(round_down(CHUNK / max(each, TICK)))))
 
 
-def _words(seconds: float) -> str:
-    """A duration in words."""
-    for size, unit in ((365.25 * 86400, "years"), (86400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
-        if seconds >= 2 * size:
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds:.3g} s"
-
-
 def _identity(content: bytes, plan: Plan, evaluation: Evaluation, positions: int | None) -> dict[str, Any]:
     """All that the figures of a sweep depend on: the file, the table of designs, figures and positions."""
     drawn = hashlib.sha256()
@@ -196,7 +188,7 @@ def _summary(task: Task, evaluation: Evaluation, tally: Tally, manifest: Manifes
 
     best = tally.best
     return {
-        "kinelast": VERSION,
+        "kinelast": __version__,
         "scene": task.path.stem,
         "designs": tally.designs,
         "numbers": {path: units[path] for path in evaluation.plan.paths},

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from kinelast import __version__
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluate import Evaluation, evaluated
 from kinelast.figures.limits import LIMITS_KEPT, judgements_on, limits_of_items, room, verdict_on
@@ -25,7 +26,6 @@ from kinelast.sweep.store import NUMBER
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FINE, MESSAGE, Task, shipped_scenes
-from kinelast.version import VERSION
 
 LEADING = 1000  # designs of which one is looked for that is acceptable by its full answer
 SHORTLIST = 8  # of them that are answered in full
@@ -255,7 +255,7 @@ def _folders(
                 if outcome.status >= BAD_INPUT:
                     failed.append(outcome.line.replace(str(part), str(target)))
                     status = max(status, outcome.status if outcome.status == BUG else FINE)
-            lasting = {"kinelast": VERSION, "made_from": made, "pages": pages, "failed": failed}
+            lasting = {"kinelast": __version__, "made_from": made, "pages": pages, "failed": failed}
             seal(part, lasting)
     except (RequestError, OSError) as error:
         told = error.strerror.lower() if isinstance(error, OSError) and error.strerror else str(error)

@@ -121,6 +121,9 @@ class Request:
     stills: bool = option(
         PICTURES, "also draw curves, maps and the mechanism as SVG for print (stills/*.svg)", writes=("stills",)
     )
+    dxf: bool = option(
+        PICTURES, "also draw the links with their holes, and the paths of all points (links.dxf)", writes=("links.dxf",)
+    )
     mesh: bool = option(PICTURES, "also write a mesh for every position, for ParaView (mesh/*.vtu)", writes=("mesh",))
     animate: tuple[str, ...] = option(
         PICTURES,
@@ -169,7 +172,10 @@ class Request:
         belongs="animate",
     )
     balance: bool = option(
-        DESIGNS, "counterweights, discs and springs that balance shaking force and moment, weights and drives best"
+        DESIGNS,
+        "counterweights, discs and springs that balance shaking force and moment, weights and drives best; the scene "
+        "with the counterweights to optimize (balance.toml)",
+        writes=("balance.toml",),
     )
     sensitivities: bool = option(
         DESIGNS,

@@ -165,16 +165,22 @@ def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", pl
         return Outcome(BAD_INPUT, f"{name}: out of memory: ask for fewer {fewer}")
     except OSError as error:
         where = f"{error.filename or place}: " if error.filename or place else ""
-        told = plain(f"{where}{(error.strerror or str(error)).lower()}", MESSAGE)
-        return Outcome(BAD_INPUT, f"{name}: not written: {told}", unwritten=True)
+        missing = isinstance(error, SceneError)  # of a scene's file that is not there
+        told = str(error) if missing else f"not written: {where}{(error.strerror or str(error)).lower()}"
+        return Outcome(BAD_INPUT, f"{name}: {_lines(told)}", unwritten=not missing)
     except Exception as error:
         from rigid import MechanismError
 
         if isinstance(error, (SceneError, MechanismError, RequestError)):
-            return Outcome(BAD_INPUT, f"{name}: {plain(str(error), MESSAGE)}")
+            return Outcome(BAD_INPUT, f"{name}: {_lines(str(error))}")
         if told := missing_package(error):
             return Outcome(BAD_INPUT, f"{name}: {told}")
         return Outcome(BUG, f"{name}: the program failed, please report this:\n{traceback.format_exc()}")
+
+
+def _lines(text: str) -> str:
+    """A message, every line of it as it can be printed."""
+    return "\n".join(plain(line, MESSAGE) for line in text.split("\n"))
 
 
 def missing_package(error: BaseException) -> str:

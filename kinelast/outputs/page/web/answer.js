@@ -9,9 +9,14 @@ function agreement({ largest, momentum }) {
   return (largest === null ? words : [`largest difference ${number(largest, 2)} of the maximum`, ...words]).join("; ");
 }
 
+// The verdict, then the picture, then the figures; where there is room the picture stands beside the others.
 function answerSection() {
-  const part = section("answer", "Answer", "The answer", acceptance(), trustLine(), breaksFirst(), h("div", { class: "tiles" }, tiles()), contributions());
-  part.classList.add("answer");
+  const part = section("answer", "Answer", "The answer", acceptance(), trustLine());
+  const front = h("div", { class: "front" }, part, mechanismSection(), h("div", { class: "tiles" }, tiles()));
+  $("main").append(front);
+  limitsSection();
+  breaksFirst();
+  contributions();
 }
 
 function acceptance() {
@@ -21,14 +26,19 @@ function acceptance() {
   const level = passed === false || weak ? "poor" : passed ? "good" : verdict ? "caution" : "open";
   const words = weak ? weak : passed ? `Acceptable: ${limits.length === 1 ? "the limit of the scene is" : `all ${limits.length} limits of the scene are`} kept.` : verdict ? `${verdict[0].toUpperCase()}${verdict.slice(1)}: ${[deciding.map(limitWords).join("; "), problem].filter(Boolean).join(": ")}.` : "No limits are set.";
   const note = !verdict && !weak ? h("span", { class: "soft" }, " A scene may set them under [limits], and the answer will be yes or no.") : null;
-  return h("div", { class: `verdict ${level}`, id: "acceptance" }, h("p", {}, h("b", {}, words), note),
-    limits.length ? table(limits, [
-      { name: "Limit", text: (each) => limitName(each) + (each.on ? (LIMIT_WORDS[each.kind] ? ` of ${each.on}` : ` (${each.on})`) : "") },
-      { name: "allowed", text: (each) => `${each.least ? "at least" : "at most"} ${figureAngle(each.limit)}` },
-      { name: "found", text: (each) => (each.found.endless ? "endless" : figureAngle(each.found) + errorWords(each.found)) },
-      { name: "where", text: (each) => [each.found.label, atWords(each.found)].filter(Boolean).join(", ") },
-      { name: "kept", text: (each) => ({ kept: "yes", "not kept": "no" }[each.outcome] ?? each.outcome) },
-    ], "Limits of the scene") : null);
+  return h("div", { class: `verdict ${level}`, id: "acceptance" }, h("p", {}, h("b", {}, words), note));
+}
+
+function limitsSection() {
+  const { limits } = summary.acceptance;
+  if (!limits.length) return;
+  section("limits", "Limits", "Limits of the scene", table(limits, [
+    { name: "Limit", text: (each) => limitName(each) + (each.on ? (LIMIT_WORDS[each.kind] ? ` of ${each.on}` : ` (${each.on})`) : "") },
+    { name: "allowed", text: (each) => `${each.least ? "at least" : "at most"} ${figureAngle(each.limit)}` },
+    { name: "found", text: (each) => (each.found.endless ? "endless" : figureAngle(each.found) + errorWords(each.found)) },
+    { name: "where", text: (each) => [each.found.label, atWords(each.found)].filter(Boolean).join(", ") },
+    { name: "kept", text: (each) => ({ kept: "yes", "not kept": "no" }[each.outcome] ?? each.outcome) },
+  ], "Each with what was found"));
 }
 
 const limitName = (each) => LIMIT_WORDS[each.kind] ?? each.name;
@@ -60,7 +70,8 @@ function trustLine() {
 
 function tile(heading, figure, words, { level = "", means = null, at = null } = {}) {
   const go = at && at.value !== null ? h("button", { type: "button", class: "go", "aria-label": `show ${heading}`, onclick: () => { stop(); showPosition(positionOf(at)); $("mechanism").scrollIntoView(); } }, "show") : null;
-  return h("div", { class: "tile" }, h("h3", {}, means ? jargon(heading, means) : heading), h("b", { class: level }, figure), h("span", {}, words, " ", go));
+  const [value, error] = figure.split(" ±");
+  return h("div", { class: "tile" }, h("h3", {}, means ? jargon(heading, means) : heading), h("b", { class: level }, h("span", { class: "value" }, value), error ? h("small", {}, ` ±${error}`) : null), h("span", {}, words, " ", go));
 }
 
 function placeWords(label, figure) {
@@ -73,7 +84,7 @@ function placeWords(label, figure) {
 // The error of a figure behind it, as a share of it.
 function errorWords(figure) {
   if (figure?.error === undefined || figure.error === 0 || figure.value === null || !figure.value) return "";
-  return figure.error === null ? (figure.error_unknown ? " (error unknown)" : "") : ` ± ${share(Math.abs(figure.error / figure.value))}`;
+  return figure.error === null ? (figure.error_unknown ? " (error unknown)" : "") : ` ± ${share(Math.abs(figure.error / figure.value))}${figure.error_measured ? " measured" : ""}`;
 }
 
 const share = (part) => `${number(100 * part, 2)} %`;
@@ -115,11 +126,12 @@ function tiles() {
 // How much of the output's error every link causes.
 function contributions() {
   const { output } = summary;
-  if (!output?.shares?.length || !output.value) return null;
+  if (!output?.shares?.length || !output.value) return;
   const ranked = [...output.shares].sort((a, b) => Math.abs(b.value) - Math.abs(a.value)), rows = ranked.filter((each) => Math.abs(each.value) > 1e-6 * Math.abs(output.value)), idle = ranked.filter((each) => !rows.includes(each));
   const most = Math.max(...rows.map((each) => Math.abs(each.value)), 1e-300);
-  return h("div", { class: "shares" }, h("h3", {}, "Who causes the error of the output"), soft(`At the instant where it is largest${summary.theory.name !== "quasi-static" ? ", under the forces there, those of the vibration among them" : ""}: what every link's own giving way adds; together they are the whole. A negative part makes up for others.`),
+  const part = section("causes", "Causes", "Who causes the error of the output", soft(`At the instant where it is largest${summary.theory.name !== "quasi-static" ? ", under the forces there, those of the vibration among them" : ""}: what every link's own giving way adds; together they are the whole. A negative part makes up for others.`),
     h("ul", {}, rows.map((each) => h("li", {}, h("span", {}, each.link), h("span", { class: "strip", "aria-hidden": "true" }, h("i", { style: `width:${(100 * Math.abs(each.value)) / most}%`, class: each.value * output.value < 0 ? "less" : "" })), h("span", {}, `${figureAngle(each, 3)} (${number((100 * each.value) / output.value, 3)} %)`)))), idle.length ? soft(`Nothing by ${idle.map((each) => each.link).join(", ")}.`) : null);
+  part.classList.add("shares");
 }
 
 function trustSection() {

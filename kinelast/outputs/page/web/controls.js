@@ -36,17 +36,21 @@ function mechanismSection() {
   follow((i) => {
     slider.value = i;
     slider.setAttribute("aria-valuetext", instantWords(i));
-    words.textContent = instantWords(i) + (counted(i) ? "" : " – ill-conditioned: in no largest value");
+    words.textContent = instantWords(i) + (counted(i) ? "" : " – too near a dead point: in no largest value");
   });
-  part.addEventListener("keydown", (event) => {
+  // Keys of the picture, and while nothing else has the keyboard and the picture is seen, of the page.
+  document.addEventListener("keydown", (event) => {
+    const inside = part.contains(event.target), box = holder.getBoundingClientRect();
+    if (event.ctrlKey || event.altKey || event.metaKey || !(inside || (event.target === document.body && box.bottom > 0 && box.top < innerHeight))) return;
     if (event.target.matches("input:not([type=checkbox]), select, summary")) return;
-    const steps = { ArrowLeft: -1, ArrowRight: 1, PageUp: -10, PageDown: 10 };
+    const steps = { ArrowLeft: -1, ArrowRight: 1, ...(inside ? { PageUp: -10, PageDown: 10 } : {}) };
     if (event.key === " " && event.target.matches("button, input")) return;
     if (event.key === " ") toggle();
     else if (event.key in steps) { stop(); showPosition(instant.position + steps[event.key]); }
     else return;
     event.preventDefault();
   });
+  return part;
 }
 
 function show(name, words) {
@@ -68,15 +72,15 @@ function diagramChoice() {
 function exaggeration() {
   if (!suited) return null;
   const words = h("output", {}, `${number(view.factor)} times`);
-  const low = Math.log10(suited) - 2, high = Math.log10(suited) + 1;
-  const range = h("input", { type: "range", id: "exaggeration", min: low, max: high, step: 0.01, value: Math.log10(suited), "aria-label": "exaggeration of the displacements", oninput: (event) => set(Math.pow(10, Number(event.target.value))) });
+  const low = Math.min(0, Math.log10(suited) - 2), high = Math.max(0, Math.log10(suited) + 1);
+  const range = h("input", { type: "range", id: "exaggeration", min: low, max: high, step: 0.01, value: 0, "aria-label": "exaggeration of the displacements", oninput: (event) => set(Math.pow(10, Number(event.target.value))) });
   function set(factor) {
     view.factor = Number(factor.toPrecision(2));
     words.textContent = `${number(view.factor)} times`;
     view.redraw();
   }
   const button = (name, factor) => h("button", { type: "button", onclick: () => { if (factor > 0) range.value = Math.log10(factor); set(factor); } }, name);
-  return h("div", { class: "bar" }, h("label", { for: "exaggeration" }, "Displacements drawn larger"), range, words, button("true size", 1), button("rigid", 0), button("as at first", suited));
+  return h("div", { class: "bar" }, h("label", { for: "exaggeration" }, "Displacements drawn larger"), range, words, button("true size", 1), button("rigid", 0), button(`${number(suited)} times`, suited));
 }
 
 // The picture as it is, with the page's colours written into it.

@@ -31,7 +31,7 @@ function strengthSection() {
       { name: "Euler [%]", of: (each) => 100 * (value(each.euler_ratio) ?? NaN), digits: 2 },
       where("at", (each) => each.euler_ratio),
       { name: "slenderness", of: (each) => value(each.slenderness), digits: 3 },
-    ], "Strength and buckling"));
+    ], "Strength of the links"));
 }
 
 function vibrationSection() {
@@ -44,7 +44,7 @@ function vibrationSection() {
       { name: "Mode", text: (each) => String(each.k) },
       { name: "lowest [Hz]", of: (each) => hertz(each.lowest) }, where("at", (each) => each.lowest),
       { name: "highest [Hz]", of: (each) => hertz(each.highest) }, where("at", (each) => each.highest),
-    ], "Natural frequencies"),
+    ], "Modes"),
     h("p", {}, speed.value ? `The drive turns at ${number(speed.value / (2 * Math.PI), 3)} Hz, ${number(ratio.value, 2)} of the lowest. ` : "",
       load?.harmonic ? `Its load is felt up to harmonic ${load.harmonic}, ${number(load.frequency.value / (2 * Math.PI), 3)} Hz, ${number(load.to_lowest.value, 2)} of the lowest. ` : ""));
 }
@@ -72,7 +72,7 @@ function registerSection() {
       { name: "value", text: (each) => figureAngle(each) },
       { name: "on", text: (each) => each.on ?? "" },
       { name: "at", text: (each) => (each.drive ? atWords(each) : "") },
-    ], "All figures")));
+    ], "Figures")));
 }
 
 function checkSection() {

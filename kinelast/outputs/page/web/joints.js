@@ -4,15 +4,15 @@ const reserveWords = (reserve) => (reserve ? number(reserve.value, 3) + errorWor
 
 function breaksFirst() {
   const rows = summary.breaks_first;
-  if (!rows.length) return null;
+  if (!rows.length) return;
   const modes = Object.keys(MODES).filter((mode) => rows.some((row) => row.reserves[mode]));
-  return h("div", { id: "breaks-first" }, h("h3", {}, "What breaks first"), soft("Reserve of every link: the factor that is left until it yields, breaks, buckles or passes its limit; below 1 nothing is left."),
+  section("breaks-first", "Reserves", "What breaks first", soft("Reserve of every link: the factor that is left until it yields, breaks, buckles or passes its limit; below 1 nothing is left."),
     table(rows, [
       { name: "Link", text: (row) => row.link },
       { name: "governs", text: (row) => MODES[row.governs] },
       { name: "reserve", of: (row) => row.reserve.value, words: (row) => reserveWords(row.reserve), worst: "least" },
       ...modes.map((mode) => ({ name: MODES[mode], of: (row) => row.reserves[mode]?.value ?? NaN, words: (row) => reserveWords(row.reserves[mode]) })),
-    ], "What breaks first"));
+    ], "Reserves of the links"));
 }
 
 const lifeWords = (figure) => (figure.value === null ? "endless" : figureWords(figure) + errorWords(figure));
@@ -31,7 +31,7 @@ function lifeSection() {
       { name: "endurance limit", means: "of the part, its factors of surface, size and reliability in it", unit: "Pa", of: (each) => value(each.endurance_limit) },
       { name: "runs", text: (each) => (each.endless ? "endless" : lifeWords(each.cycles)) },
       { name: "life", text: (each) => (each.endless ? "endless" : lifeWords(each.life)) },
-    ], "Life"));
+    ], "Life of the links"));
 }
 
 function jointsSection() {

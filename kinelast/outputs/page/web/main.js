@@ -16,7 +16,6 @@ async function start() {
   theme(restyle);
   aboutRun();
   answerSection();
-  mechanismSection();
   beamSection();
   curvesSection();
   speedsSection();

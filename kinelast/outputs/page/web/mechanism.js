@@ -36,7 +36,6 @@ const suited = (() => {
   for (const { link, point } of movingPoints) for (let i = 0; i < N; i++) if (counted(i)) largest = Math.max(largest, size(displacementOf(link, point, i)) || 0);
   return largest > 1e-12 * extent ? roundDown((DEFORMED_SHARE * extent) / largest) : 0;
 })();
-view.factor = suited;
 
 const largestForce = (() => {
   let largest = 0;

@@ -1,0 +1,82 @@
+"""Shares of the links in the error of the output."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from elastic import Deflection, deflection, displacement_of
+from elastic.assessment import angle_error
+from elastic.links import AddedLoads, map_loads
+from kinelast.figures.results import Results, figure
+from rigid import posture
+from rigid.arrays import Numbers, Reals
+
+NOTHING = 1e-9  # share of the error below which a rest is round-off
+
+
+def output_shares(results: Results, output: dict[str, Any] | None) -> list[dict[str, Any]]:
+    """Share of every link in the error of the output where that is largest.
+
+    Displacements are linear in the compliances of the links as long as statics alone tells the forces between these: a
+    link that is twice as stiff takes half of its share away. So twice the difference is the share, exactly. Of a point
+    it is the part along the whole displacement. What is left over goes to "others": strains, soft joints, and forces
+    that the stiffness of the links divides.
+
+    Parameters
+    ----------
+    output
+        The error, see `kinelast.figures.summary.output_figure`.
+    """
+    if output is None or not output["value"] or not results.mechanism.beams:
+        return []
+    pairs = zip(results.mechanism.beams, results.scene.sections, strict=True)
+    links = list(dict.fromkeys(at for (at, _), section in pairs if np.isfinite(section.EI)))
+    if not links:
+        return []
+    bent = _stiffened(results, links, output["time"]["value"])
+    total, parts = _error(results, bent, output)
+    shares = 2.0 * (total - parts)
+    rows = [(results.mechanism.links[at].name, share) for at, share in zip(links, shares, strict=True)]
+    rest = total - shares.sum()
+    if abs(rest) > NOTHING * abs(total):
+        rows.append(("others", rest))
+    return [{"link": name, **figure(share, output["unit"])} for name, share in rows]
+
+
+def _stiffened(results: Results, links: list[int], time: float) -> Deflection:
+    """The deflection at an instant as it is (the first design), and with one link after another twice as stiff."""
+    scene = results.scene
+    sections = []
+    for (at, _), section in zip(results.mechanism.beams, scene.sections, strict=True):
+        factor = np.array([1.0, *(2.0 if at == other else 1.0 for other in links)])[:, None]
+        sections.append(replace(section, EA=section.EA * factor, EI=section.EI * factor, kGA=section.kGA * factor))
+    at, instant = int(np.argmin(np.abs(results.motion.time - time))), np.array([time])
+    at_hand = results.motion.time[at] == time  # and so the branch is known
+    moved = scene.course.near(instant, posture(results.motion, [at])) if at_hand else scene.course.at(instant)
+    more = results.deflection.added
+    return deflection(moved, sections, scene.joints, None if more is None else _of_position(more, at, len(links) + 1))
+
+
+def _of_position(loads: AddedLoads, at: int, designs: int) -> AddedLoads:
+    """Loads at one of the positions, the same for all designs."""
+    count = loads.q.shape[-1]
+
+    def there(part: Any) -> Numbers:
+        wide = np.broadcast_to(part, (*np.shape(part)[:-1], count))
+        return np.repeat(wide[..., at, None, None], designs, axis=-2)
+
+    return map_loads(there, loads)
+
+
+def _error(results: Results, bent: Deflection, output: dict[str, Any]) -> tuple[float, Reals]:
+    """The error as it is, and with each of the links stiffened."""
+    if output["kind"] == "angle":
+        turned = angle_error(bent, output["name"], output["point"])[:, 0]
+        return float(turned[0]), turned[1:]
+    owner = next(link.name for link in results.mechanism.links[1:] if output["name"] in link.points)
+    moved = displacement_of(bent, owner, output["name"])[:, 0]
+    along = (np.conj(moved[0] / abs(moved[0])) * moved).real
+    return float(along[0]), along[1:]

@@ -1,0 +1,333 @@
+"""All mistakes of a scene's text at once: each is told and mended in a copy as can be guessed, and the next looked for.
+
+A mistake that follows from another is left out: of what a part that could not be mended has left behind, of a key that
+was taken away, of a mechanism that is no longer the one that was meant.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from copy import deepcopy
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+from kinelast.scene.error import SceneError
+from kinelast.scene.parsing import parse_toml
+
+MOST = 100  # that are told
+MOST_LETTERS = 2_000_000  # that are read for it, again and again
+Path = tuple[Any, ...]  # of names, and numbers from 0
+ALONE = ("run", "limits", "fatigue", "sweep", "sensitivities", "optimize", "title", "source", "units", "structure_only")
+STANDING_IN = {  # for an entry that cannot be mended, so that others may name it
+    "masses": 1.0,
+    "materials": {"E": 2e11, "density": 8e3, "yield": 2e8, "ultimate": 4e8, "endurance": 1e8},
+    "sections": {"shape": "rectangle", "depth": 0.01, "width": 0.01},
+    "joints": {},
+    "motors": {},
+    "cylinders": {"bore": 0.05},
+}
+OF_ITSELF = re.compile(r'expected|there is no|the (point|link) "[^"]*" has no')  # whatever stands elsewhere
+TABLE = re.compile(r"\s*\[{1,2}\s*([\w.\s\"-]+?)\s*\]{1,2}\s*(#.*)?$")
+
+
+def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tuple[SceneError, ...]:
+    """The mistakes of a TOML text, without its file, in the order in which they are come upon.
+
+    Parameters
+    ----------
+    check
+        Raises SceneError on the first mistake of the tables of a file.
+    """
+    told, kept, left_out = _unreadable(text)
+    try:
+        tables = tomllib.loads(kept)
+    except ValueError:
+        return told
+    copy = _Copy(deepcopy(tables), told=[*told], doubtful={*left_out})
+    for _ in range(min(MOST, MOST_LETTERS // (len(text) + 1))):
+        try:
+            check(copy.tables)
+        except SceneError as error:
+            if not copy.mended(error):
+                break
+        except Exception:  # of a copy that is not what was meant, whatever that leads to
+            break
+        else:
+            break
+    missing = (
+        re.compile("the table is missing") if () in left_out else None
+    )  # it may stand below the head that cannot be read
+    return tuple(each for each in copy.told if not (missing and missing.match(each.problem)))
+
+
+def _unreadable(text: str) -> tuple[tuple[SceneError, ...], str, set[Path]]:
+    """Mistakes of a text that is no TOML, the text without the lines that hold them, and the tables of these lines."""
+    told: list[SceneError] = []
+    lines, left_out = text.splitlines(), set()
+    while len(told) < MOST:
+        try:
+            parse_toml("\n".join(lines))
+            break
+        except SceneError as error:
+            at = _line_at_fault(lines, error)
+            told.append(error)
+            if at is None:
+                return tuple(told), "not TOML =", set()
+            header = lines[at].lstrip().startswith("[")
+            left_out.add(() if header else _table_of_line(lines, at))
+            lines[at] = ""
+            while header and at + 1 < len(lines) and not lines[at + 1].lstrip().startswith("["):
+                at += 1  # the keys below it would be those of the table above
+                lines[at] = ""
+    return tuple(told), "\n".join(lines), left_out
+
+
+def _line_at_fault(lines: list[str], error: SceneError) -> int | None:
+    """The line told, or where that is well alone the nearest above that is not, as of a list that is not closed."""
+    told = re.search(r"at line (\d+)", error.problem)
+    last = min(int(told[1]), len(lines)) - 1 if told else len(lines) - 1
+    return next((at for at in range(last, -1, -1) if not _reads(lines[at])), last if lines[last].strip() else None)
+
+
+def _reads(line: str) -> bool:
+    try:
+        tomllib.loads(line)
+    except ValueError:
+        return False
+    return True
+
+
+def _table_of_line(lines: list[str], at: int) -> Path:
+    """The entry that a line belongs to, as a path."""
+    above = [match for line in lines[: at + 1] if (match := TABLE.match(line))]
+    if not above:
+        return ()
+    name = above[-1][1].replace('"', "")
+    if above[-1][0].lstrip().startswith("[["):
+        same = sum(match[1] == above[-1][1] and match[0].lstrip().startswith("[[") for match in above)
+        return (name, same - 1)
+    return tuple(name.split(".")[:2])
+
+
+@dataclass
+class _Copy:
+    """A copy of the tables of a file in which mistakes are mended one after the other.
+
+    Attributes
+    ----------
+    told
+        The mistakes so far.
+    doubtful
+        Entries of which keys were taken away or guessed: of these, and of what names them, not all is told; () where
+        a line that cannot be read may be the head of any.
+    seen
+        Paths of the mistakes so far.
+    gone
+        Paths of entries that were taken away.
+    numbers
+        Of every list of tables, the numbers in the file of those that are left.
+    """
+
+    tables: dict[str, Any]
+    told: list[SceneError]
+    doubtful: set[Path]
+    seen: set[Path] = field(default_factory=set)
+    gone: set[Path] = field(default_factory=set)
+    numbers: dict[str, list[int]] = field(default_factory=dict)
+
+    def mended(self, error: SceneError) -> bool:
+        """Whether the copy could be mended of a mistake, which is told unless it follows from another."""
+        path = path_of(error.table, error.key)
+        entry = self._entry(path)
+        place = self._in_file(entry) + path[len(entry) :]
+        if place in self.seen or self._follows(error.problem, path, entry):
+            return self._key_taken(path, entry) or self._entry_taken(entry)
+        self.seen.add(place)
+        self.told.append(self._numbered(error, path))
+        if path == ("structure_only",):  # all else is asked otherwise then
+            return False
+        ways = self._renamed, self._example_put, self._any_put
+        return any(way(path, error.problem) for way in ways) or self._key_taken(path, entry) or self._entry_taken(entry)
+
+    def _follows(self, problem: str, path: Path, entry: Path) -> bool:
+        """Whether a mistake may follow from how others were mended."""
+        if path[:1] in self.gone or self.gone & {*pairwise(path)} or self._names_what_is_gone(problem):
+            return True
+        names = {name for doubted in self.doubtful for name in doubted[1:]}
+        alone = bool(path) and path[0] in ALONE
+        depends = alone or self._in_file(entry) in self.doubtful or names & {*_words(self._at(entry))}
+        return bool(self.doubtful and depends) and (self._at(path) is None or not OF_ITSELF.match(problem))
+
+    def _names_what_is_gone(self, problem: str) -> bool:
+        """Whether a message misses a name that was taken away, or that may stand in a line that cannot be read."""
+        unknown = re.search(r'(?:no|the) (\w+) "([^"]*)"', problem)
+        if not unknown or not re.search(r"\bno\b", problem):
+            return False
+        tables = f"{unknown[1]}s", *(("points", "sliders") if unknown[1] in ("joint", "pin") else ())
+        near = {(table, *name) for table in tables for name in ((), (unknown[2],))}
+        return bool(near & self.gone) or () in self.doubtful or any((table,) in self.doubtful for table in tables)
+
+    def _renamed(self, path: Path, problem: str) -> bool:
+        """Put the name that the message proposes in the place of the wrong one: of a key, a value, or one of a list."""
+        hint = re.search(r'; (?:did you mean|there is|is it) ("[^;]*")', problem)
+        holder = self._at(path[:-1])
+        if not hint or not path or path[-1] == "shape" or not isinstance(holder, dict | list):
+            return False
+        new, key, sure = re.findall(r'"([^"]*)"', hint[1])[-1], path[-1], "; there is" not in problem
+        if problem.startswith("there is no such"):
+            return sure and isinstance(holder, dict) and key in holder and _joined(holder, key, new)
+        if not sure:
+            self._doubt(path)
+        words = re.findall(r'"([^"]*)"', problem.split("; ", maxsplit=1)[0])
+        value = self._at(path)
+        if isinstance(value, str) and value in words and value != new:
+            holder[key] = new
+            return True
+        if isinstance(value, list) and new not in value and any(word in value for word in words):
+            value[next(at for at, each in enumerate(value) if each in words)] = new
+            return True
+        return False
+
+    def _doubt(self, path: Path) -> None:
+        self.doubtful.add(self._in_file(self._entry(path)))
+
+    def _example_put(self, path: Path, problem: str) -> bool:
+        """Put the example of the message, or its first choice, in the place of a wrong value."""
+        if path[-1:] == ("shape",):  # on which the other keys depend
+            return self._entry_taken(path[:2])
+        example = re.search(r'^expected .*?as in "([^"]*)"', problem)
+        choice = re.search(r"^expected one of ([^\s,]+)", problem)
+        proposed = example[1] if example else choice[1] if choice else None
+        value, holder = self._at(path), self._at(path[:-1])
+        if proposed is None or value is None or not isinstance(holder, dict | list) or path[0] == "points":
+            return False
+        holder[path[-1]] = proposed
+        self._doubt(path)
+        return True
+
+    def _any_put(self, path: Path, problem: str) -> bool:
+        """Put any section, material and so on that there is in the place of one that there is not."""
+        value, there = self._at(path), self.tables.get(f"{path[-1]}s") if path else None
+        if not isinstance(value, str) or f'"{value}"' not in problem or not isinstance(there, dict) or value in there:
+            return False
+        self._at(path[:-1])[path[-1]] = next(iter(there), value)
+        self._doubt(path)
+        return bool(there)
+
+    def _key_taken(self, path: Path, entry: Path) -> bool:
+        """Take a key out of its table; of an entry of a list in it, the whole list."""
+        while path and path != entry and not isinstance(path[-1], str):
+            path = path[:-1]
+        holder = self._at(path[:-1])
+        if not path or path == entry or not isinstance(holder, dict) or path[-1] not in holder:
+            return False
+        del holder[path[-1]]
+        self._doubt(entry)
+        return True
+
+    def _entry_taken(self, entry: Path) -> bool:
+        """Take an entry away with all that it holds."""
+        holder = self._at(entry[:-1])
+        if not entry or self._at(entry) is None:
+            return False
+        if isinstance(holder, list):
+            number = int(entry[-1])
+            self._numbers(str(entry[0])).pop(number)
+            del holder[number]
+            if not holder:
+                del self.tables[entry[0]]
+                self.gone.add(entry[:1])
+            return True
+        instead = self._stand_in(entry)
+        if instead is not None and holder[entry[-1]] != instead:
+            holder[entry[-1]] = instead
+            self._doubt(entry)
+            return True
+        del holder[entry[-1]]
+        self.gone.add(entry)
+        return True
+
+    def _stand_in(self, entry: Path) -> Any:
+        """A table in the place of an entry that others may name; None where nothing does."""
+        if len(entry) == 2 and entry[0] == "points":
+            return [0.0173 * len(self.told), 0.0291]  # each elsewhere
+        if entry[0] != "links" or len(entry) != 2:
+            return deepcopy(STANDING_IN.get(entry[0])) if len(entry) == 2 else None
+        points = self._at((*entry, "points")) or [*self.tables.get("points", ())][:1]
+        if entry[1] == "ground":
+            return {"points": points}
+        center = [0.0, 0.0] if isinstance(points, dict) else next(iter(points), "")
+        return {"points": points, "rigid": True, "mass": 1.0, "inertia": 1.0, "center": center}
+
+    def _entry(self, path: Path) -> Path:
+        """The entry of a table or list of the top level that a path leads into; the table itself where it has none."""
+        return path[:2] if path and path[0] not in ALONE else path[:1]
+
+    def _at(self, path: Path) -> Any:
+        """The content at a path; None where there is none."""
+        node: Any = self.tables
+        for part in path:
+            if isinstance(node, list):
+                node = dict(enumerate(node))
+            if not isinstance(node, dict) or part not in node:
+                return None
+            node = node[part]
+        return node
+
+    def _numbers(self, name: str) -> list[int]:
+        return self.numbers.setdefault(name, [*range(len(self.tables[name]))])
+
+    def _in_file(self, entry: Path) -> Path:
+        """An entry as it is numbered in the file."""
+        if len(entry) == 2 and isinstance(entry[1], int) and isinstance(self.tables.get(str(entry[0])), list):
+            return entry[0], self._numbers(str(entry[0]))[entry[1]]
+        return entry
+
+    def _numbered(self, error: SceneError, path: Path) -> SceneError:
+        """A mistake with the number of its entry in the file."""
+        entry = self._entry(path)
+        there = self._in_file(entry)
+        if there == entry or not error.table.startswith(f"{entry[0]}["):
+            return error
+        table = error.table.replace(f"[{int(entry[1]) + 1}]", f"[{int(there[1]) + 1}]", 1)
+        return SceneError(error.file, table, error.key, error.problem)
+
+
+def _words(node: Any) -> Iterator[str]:
+    """All texts in tables."""
+    if isinstance(node, str):
+        yield node
+    elif isinstance(node, dict | list):
+        for each in node.values() if isinstance(node, dict) else node:
+            yield from _words(each)
+
+
+def _joined(holder: dict[str, Any], key: str, new: str) -> bool:
+    """Whether the content of a key could be given to another key, which may hold tables itself."""
+    there, content = holder.get(new), holder[key]
+    if there is None:
+        holder[new] = content
+    elif isinstance(there, dict) and isinstance(content, dict) and not there.keys() & content.keys():
+        there.update(content)
+    elif isinstance(there, list) and isinstance(content, list):
+        there.extend(content)
+    else:
+        return False
+    del holder[key]
+    return True
+
+
+def path_of(table: str, key: str) -> Path:
+    """The path of a message's table and key, counting from 0.
+
+    Examples
+    --------
+    >>> path_of("drives[1]", "law[2].by")
+    ('drives', 0, 'law', 1, 'by')
+    """
+    words = f"{table}.{key}".replace(" x", "[1]").replace(" y", "[2]").replace('"', "")
+    parts = re.findall(r"\[(\d+)\]|([^.\[\]\s]+)", words)
+    return tuple(int(number) - 1 if number else name for number, name in parts)
