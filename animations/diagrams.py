@@ -34,6 +34,7 @@ DIAGRAMS = {
     field.slug: Diagram(field.title, field.symbol, field.unit.replace(" ", "·"), field.key, field.signed)
     for field in FIELDS.values()
 } | {"shape": SHAPE, "motion": MOTION}
+"""Diagrams of pictures and films, by the names that the command takes."""
 
 
 def diagram_named(name: str) -> Diagram:

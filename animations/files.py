@@ -20,6 +20,7 @@ from elastic import Deflection
 MOVIES = (".mp4", ".gif", ".png")
 FRAMES = 120
 RATE = 25.0
+"""Frames of a film shown in a second, unless another rate is asked for."""
 CODECS: dict[str, dict[str, Any]] = {
     ".mp4": {
         "codec": "libx264",

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 from animations.paints import colour
 
 LOOKS = ("plain", "solid")
+"""Looks of the links: lines, or shaded bodies."""
 NARROW = 0.62  # of a picture's width: what its letters go with where it is higher
 SHOWN = ("names", "links", "peak", "drives", "paths", "deformed")
+"""Parts of a picture that may be shown or left out."""
 
 
 @dataclass(frozen=True)

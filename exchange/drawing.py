@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from math import hypot, isfinite
+from math import isfinite
 from typing import Any
 
 SLENDERNESS = 20  # of the longest link: its length over the depth of the assumed section
@@ -139,6 +139,11 @@ class Names:
         return self._names[known]
 
 
+def link_with(links: Mapping[str, Body], *points: str) -> str | None:
+    """The first link that has all of some points; None where there is none."""
+    return next((name for name, body in links.items() if {*points} <= {*body.points}), None)
+
+
 def scene_text(drawing: Drawing) -> str:
     """The text of a scene with this mechanism; every assumption has a comment that says so.
 
@@ -263,5 +268,4 @@ def _add_joints(document: Any, drawing: Drawing) -> None:
 
 
 def _direction(direction: complex) -> list[float]:
-    size = hypot(direction.real, direction.imag) or 1.0
-    return _place(direction / size)
+    return _place(direction / (abs(direction) or 1.0))

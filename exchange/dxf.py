@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +15,81 @@ SOURCE = "DXF"
 UNITS = {1: "in", 4: "mm", 5: "cm", 6: "m"}  # $INSUNITS
 SAME = 1e-4  # of the drawing's size: ends that are one point
 TURN = "60 rpm"
+AXIS = "axis "  # begins the layers of the links' axes in drawings that are written here
+
+
+@dataclass(frozen=True)
+class DrawnLink:
+    """A link to be drawn.
+
+    Attributes
+    ----------
+    points
+        Places of its points, by name.
+    beams
+        Start and end of every beam, and half its depth there; nan where it has none.
+    holes
+        Diameters of the holes at its points, of those where they are known.
+    """
+
+    name: str
+    points: Mapping[str, complex]
+    beams: Sequence[tuple[complex, complex, float, float]] = ()
+    holes: Mapping[str, float] = field(default_factory=dict)
+
+
+def dxf_text(
+    links: Iterable[DrawnLink], fixed: Mapping[str, complex], paths: Mapping[str, Sequence[complex]], unit: str
+) -> str:
+    """A drawing: on a layer for every link its outline and holes, on others its axis, the fixed points and the paths.
+
+    Beams end in half circles about their points. What `of_dxf` reads of it are the axes and the fixed points.
+
+    Parameters
+    ----------
+    fixed
+        Points of the ground.
+    paths
+        Places of points in the course of the motion.
+    unit
+        Of all lengths: "mm", "cm", "m" or "in".
+
+    Raises
+    ------
+    ModuleNotFoundError
+        Without ezdxf.
+    """
+    from ezdxf.filemanagement import new
+
+    drawing = new(units=next(code for code, name in UNITS.items() if name == unit))
+    space = drawing.modelspace()
+    for link in links:
+        on, holes = {"layer": link.name}, link.holes
+        for start, end, first, last in link.beams:
+            if first > 0 and last > 0 and start != end:
+                across = 1j * (end - start) / abs(end - start)
+                corners = (start + across * first, 0), (end + across * last, -1), (end - across * last, 0)
+                ends = [(*_xy(place), bulge) for place, bulge in (*corners, (start - across * first, -1))]
+                space.add_lwpolyline(ends, "xyb", close=True, dxfattribs=on)
+        for name, place in link.points.items():
+            if name in holes:
+                space.add_circle(_xy(place), holes[name] / 2, dxfattribs=on)
+            else:
+                space.add_point(_xy(place), dxfattribs=on)
+        if len(link.points) > 1:
+            axis = [_xy(place) for place in link.points.values()]
+            space.add_lwpolyline(axis, dxfattribs={"layer": AXIS + link.name})
+    for place in fixed.values():
+        space.add_circle(_xy(place), 1.0, dxfattribs={"layer": "ground"})
+    for name, places in paths.items():
+        space.add_lwpolyline([_xy(place) for place in places], dxfattribs={"layer": f"path {name}"})
+    text = StringIO()
+    drawing.write(text)
+    return text.getvalue()
+
+
+def _xy(place: complex) -> tuple[float, float]:
+    return place.real, place.imag
 
 
 def of_dxf(path: Path, title: str) -> Drawing:
@@ -35,7 +113,11 @@ def of_dxf(path: Path, title: str) -> Drawing:
     except (OSError, DXFError) as error:
         raise ExchangeError(f"no DXF drawing that can be read: {error}") from None
     chains, marks = [], []
-    for entity in drawing.modelspace():
+    entities = [*drawing.modelspace()]
+    axes = [entity for entity in entities if entity.dxf.layer.startswith(AXIS)]
+    if axes:  # a drawing that was written here
+        entities = [*axes, *(entity for entity in entities if entity.dxf.layer == "ground")]
+    for entity in entities:
         ground = bool(re.search("ground|fixed|base", entity.dxf.layer, re.IGNORECASE))
         corners = _corners(entity)
         if ground or entity.dxftype() == "CIRCLE":
@@ -51,12 +133,16 @@ def of_dxf(path: Path, title: str) -> Drawing:
     notes = ["every line of the drawing is a link; ends at one place are pinned together"]
     fixed = {n for n, place in enumerate(points) if any(abs(place - mark) <= near for mark in marks)}
     if not fixed:
-        fixed = {n for n in range(len(points)) if sum(n in own for own in ends) == 1}
+        fixed = {n for n in range(len(points)) if sum(n in pair for pair in ends) == 1}
         notes.append("no layer named ground, fixed or base: the ends that only one line has are taken as fixed")
     names, called = Names(), Names(["ground"])
     point = {n: names(n, _letter(n)) for n in range(len(points))}
     links = {
-        called(n, f"link_{n + 1}"): Body(tuple(point[c] for c in own)) for n, own in enumerate(ends) if set(own) - fixed
+        called(n, axes[n].dxf.layer.removeprefix(AXIS) if axes else f"link_{n + 1}"): Body(
+            tuple(point[c] for c in pair)
+        )
+        for n, pair in enumerate(ends)
+        if set(pair) - fixed
     }
     driven = next((name for name, body in links.items() if any(point[n] in body.points for n in fixed)), None)
     drives: tuple[Drive, ...] = ()

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from xml.etree import ElementTree
 
-from exchange.drawing import Body, Drawing, Drive, ExchangeError, Gear, Names, Slide, Slot
+from exchange.drawing import Body, Drawing, Drive, ExchangeError, Gear, Names, Slide, Slot, link_with
 
 SOURCE = "Linkage"
 UNITS = {"inches": "in", "millimeters": "mm"}
@@ -108,22 +108,24 @@ def _read_links(read: _Reading, root: ElementTree.Element, wheels: set[str]) -> 
     """Read the links; those of fixed connectors alone are of the ground. The actuators, by their keys."""
     actuators = {}
     for number, each in enumerate((*root.findall("Link"), *root.findall("element"))):
-        own = tuple(c.attrib["id"] for c in each.findall("connector") if c.attrib["id"] in read.connectors)
-        if not own or not _moves(each):
+        connectors = tuple(c.attrib["id"] for c in each.findall("connector") if c.attrib["id"] in read.connectors)
+        if not connectors or not _moves(each):
             continue
         key = f"{each.get('id')} {number}"  # the files give a number twice now and then
-        read.members[key] = own
+        read.members[key] = connectors
         if each.get("fastenlink") or each.find("fastenconnector") is not None:
             read.notes.append(
                 f"link {each.get('id')} is fastened to another, which is left out: a [welds] table does it"
             )
         if each.get("actuator") == "true":
             actuators[key] = each
-        elif all(read.connectors[c].fixed for c in own) and not (len(own) == 1 and each.get("id") in wheels):
+        elif all(read.connectors[c].fixed for c in connectors) and not (
+            len(connectors) == 1 and each.get("id") in wheels
+        ):
             read.link_of[key] = "ground"
         else:
             name = read.link_of[key] = read.called(key, each.get("name") or f"link_{each.get('id')}")
-            read.links[name] = Body(tuple(read.connectors[c].name for c in own))
+            read.links[name] = Body(tuple(read.connectors[c].name for c in connectors))
     return actuators
 
 
@@ -134,12 +136,16 @@ def _read_slot(read: _Reading, key: str) -> None:
         return
     start, end = (read.connectors[limit] for limit in pin.limits)
     on = next(
-        (read.link_of[link] for link, own in read.members.items() if {*pin.limits} <= {*own} and link in read.link_of),
+        (
+            read.link_of[link]
+            for link, members in read.members.items()
+            if {*pin.limits} <= {*members} and link in read.link_of
+        ),
         "",
     )
     if not on and start.fixed and end.fixed:
         on = "ground"
-    mine = [read.link_of[link] for link, own in read.members.items() if key in own and link in read.link_of]
+    mine = [read.link_of[link] for link, members in read.members.items() if key in members and link in read.link_of]
     link = "ground" if pin.fixed else next((name for name in mine if name not in (on, "ground")), "")
     along = end.place - start.place
     across = ((pin.place - start.place) * along.conjugate()).imag / abs(along) ** 2 if along else 1.0
@@ -163,7 +169,7 @@ def _read_slot(read: _Reading, key: str) -> None:
 def _turning(read: _Reading) -> Iterator[Drive]:
     """Drives of the connectors that are inputs, each of the first link that has it."""
     for connector in read.connectors.values():
-        link = next((name for name, body in read.links.items() if connector.name in body.points), None)
+        link = link_with(read.links, connector.name)
         if connector.turns is not None and link is not None:
             yield Drive({"link": link, "at": connector.name}, f"{connector.turns:g} rpm")
 

@@ -56,14 +56,14 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
         if each["type"] == "constant_speed"
     }
     where = _placed(
-        list(local), list(pairs.values()), turns, max(abs(p) for own in local.values() for p in own.values())
+        list(local), list(pairs.values()), turns, max(abs(p) for carried in local.values() for p in carried.values())
     )
     names, called = Names(), Names(["ground"])
     same = _shared(joints)
     points: dict[str, complex] = {}
     members: dict[str, list[str]] = {}
-    for body, own in local.items():
-        for point, place in own.items():
+    for body, carried in local.items():
+        for point, place in carried.items():
             key = same.get((body, point), f"{body} {point}")
             name = names(key, point)
             points[name] = where[body][0] + cmath.exp(1j * where[body][1]) * place
@@ -71,8 +71,8 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
             if name not in members[body]:
                 members[body].append(name)
     links = {
-        called(body): Body(tuple(own), float(bodies[body].get("mass") or 0) or None)
-        for body, own in members.items()
+        called(body): Body(tuple(carried), float(bodies[body].get("mass") or 0) or None)
+        for body, carried in members.items()
         if body != GROUND
     }
     slides = {

@@ -36,6 +36,9 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
     slides: dict[str, Slide] = {}
     drives = []
     for key, each in constraints.items():
+        if lost := [str(each[end]) for end in ("p1", "p2") if str(each[end]) not in nodes]:
+            notes.append(f"constraint {key} is left out: there is no node {' and no '.join(lost)}")
+            continue
         start, end = names(each["p1"]), names(each["p2"])
         length, angle = each.get("len") or {"type": "free"}, each.get("ori") or {"type": "free"}
         reference = host.get(str(angle.get("ref", "")))
@@ -68,6 +71,8 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
         notes.append("loads of mec2 are left out: put them under [[loads]]")
     if data.get("gravity"):
         notes.append("gravity of mec2 is left out: put gravity = [0.0, -9.81] under [run]")
+    idle = [name for name, slot in slots.items() if _holder(slot, slides, links) is None]
+    notes += [f"a slot is left out: no link has its point {slots.pop(name).point}" for name in idle]
     slides, slots = _with_blocks(slides, slots, links, called)
     shown = (str(view.get("of")) for view in data.get("views", ()) if view.get("as") == "trace")
     traced = next((names(key) for key in shown if key in nodes and names(key) not in still), "")
@@ -91,13 +96,17 @@ def _with_blocks(
         links[block] = Body((slide.through,))
         blocks[name] = Slide(block, slide.on, slide.through, slide.direction)
     pins = {
-        name: Slot(
-            slot.point, next(link for link, body in links.items() if slot.point in body.points), slot.on, slot.direction
-        )
+        name: Slot(slot.point, holder, slot.on, slot.direction)
         for name, slot in slots.items()
-        if slot.point not in driven
+        if slot.point not in driven and (holder := _holder(slot, {}, links))
     }
     return blocks, pins
+
+
+def _holder(slot: Slot, slides: Mapping[str, Slide], links: Mapping[str, Body]) -> str | None:
+    """The first link that has a slot's point, or the slide that drives it; None where it guides nothing."""
+    sliding = (name for name, slide in slides.items() if slide.through == slot.point)
+    return next((name for name, body in links.items() if slot.point in body.points), next(sliding, None))
 
 
 def _drive(how: Mapping[str, Any], joint: dict[str, str], whole: float, unit: str) -> Drive:

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from urllib.parse import parse_qs, unquote, urlsplit
 
-from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names, Slide
+from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names, Slide, link_with
 
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 UNITS = ("in", "cm", "m")  # by the number that the file has
 SOURCE = "PMKS+"
-SPEED = "20 rpm"  # PMKS+'s own default
+TURNS = 20  # rpm, PMKS+'s own default
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def _of_second(query: str, title: str) -> Drawing:
     settings = words[:first]
     enums = settings[-1] if settings else ""
     unit = UNITS[int(enums[0])] if enums[:1] in ("0", "1", "2") else "cm"
-    turns = _integer(next((word for word in settings[1:] if "," in word), "K").split(",")[0]) or 20
+    turns = _integer(next((word for word in settings[1:] if "," in word), "K").split(",")[0]) or TURNS
     clockwise = bool(settings and DIGITS.index(settings[0][-1]) & 1)
     return _drawing(title, unit, joints, parts, f"{-turns if clockwise else turns} rpm", forces)
 
@@ -124,7 +124,7 @@ def _of_first(query: str, title: str) -> Drawing:
         Part(row[0], row[0], float(row[1]), tuple(row[5].split("|")), False) for row in _rows(given.get("l", [""])[0])
     ]
     settings = given.get("s", [""])[0].split(",")
-    turns = float(settings[0]) if settings[0] else 20.0
+    turns = float(settings[0]) if settings[0] else TURNS
     unit = settings[3] if len(settings) > 3 and settings[3] in ("cm", "m", "in", "mm") else "cm"
     speed = f"{-turns if settings[1:2] == ['true'] else turns:g} rpm"
     return _drawing(title, unit, joints, parts, speed, len(_rows(given.get("f", [""])[0])))
@@ -176,7 +176,7 @@ def _drive(joint: Joint, point: dict[str, str], links: dict[str, Body], slides: 
     if joint.slides:
         name = next((name for name, slide in slides.items() if name.endswith(point.get(joint.key, ""))), "")
         raise ExchangeError(f"a driven slider ({name or joint.name}) is not read: its stroke is not in the file")
-    link = next((name for name, body in links.items() if point[joint.key] in body.points), None)
+    link = link_with(links, point[joint.key])
     if link is None:
         raise ExchangeError(f'no link has the driven joint "{joint.name}"')
     return Drive({"link": link, "at": point[joint.key]}, speed)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names, Slot
+from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names, Slot, link_with
 
 SOURCE = "pylinkage"
 TURN = "60 rpm"  # pylinkage tells angles by step, and no duration of a step
@@ -28,20 +28,19 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
     links: dict[str, Body] = {}
     drives = []
     for each in data["links"]:
-        own = tuple(map(str, each["joints"]))
+        shared = tuple(map(str, each["joints"]))
         if each["type"] == "ground":
-            still |= set(own)
+            still |= set(shared)
             continue
         link = called(each["id"], each.get("name", ""))
-        links[link] = Body(tuple(names(key) for key in own))
+        links[link] = Body(tuple(names(key) for key in shared))
         if each["type"] in ("driver", "arc_driver"):
-            at = str(each.get("motor_joint") or next(key for key in own if key in still))
+            at = str(each.get("motor_joint") or next(key for key in shared if key in still))
             still.add(at)
             drives.append(_drive(each, link, names(at), notes))
     for key, each in joints.items():
         if each["type"] == "tracker":
-            pair = {names(each["ref_joint1_id"]), names(each["ref_joint2_id"])}
-            host = next((name for name, body in links.items() if pair <= set(body.points)), None)
+            host = link_with(links, names(each["ref_joint1_id"]), names(each["ref_joint2_id"]))
             if host is None:
                 notes.append(f"the tracker {names(key)} is on no link, and left out")
                 points.pop(names(key))
@@ -50,7 +49,7 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
     slots = {}
     for key, each in joints.items():
         if each["type"] == "prismatic":
-            host = next((name for name, body in links.items() if names(key) in body.points), None)
+            host = link_with(links, names(key))
             if host is not None:
                 slots[f"slot_{names(key)}"] = Slot(names(key), host, "ground", complex(*map(float, each["axis"])))
     fixed = tuple(names(key) for key in joints if key in still)

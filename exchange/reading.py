@@ -15,6 +15,7 @@ from exchange.pmks import of_pmks
 from exchange.pylinkage import of_pylinkage
 
 FORMATS = "PMKS+ (.pmks or a link), Linkage (.linkage2), pylinkage, mec2 and linkage_sim (.json), DXF (.dxf)"
+"""Programs and files that are read, in words."""
 LARGEST = 20_000_000  # bytes
 
 

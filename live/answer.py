@@ -27,9 +27,9 @@ from kinelast.scene.numbers import quantity
 from kinelast.scene.parsing import is_chain
 from kinelast.scene.variables import numbers, place_of
 from live.edit import drawn
-from live.mistakes import entry_mistakes, mistake
+from live.mistakes import mistakes_of
 from live.text import line_of, places
-from rigid import MechanismError, Motion, reachable
+from rigid import MechanismError, Motion, position_of, reachable
 
 POSITIONS, FRAMES = 72, 120  # of a quick answer, and at most of the picture of a whole one
 STATIONS = np.linspace(0.0, 1.0, 9)
@@ -58,7 +58,7 @@ def quick_answer(
             scene = document.with_positions(min(POSITIONS, document.table.run.positions)).scene
             answer["picture"], data = _closing(scene, dragged)
     except (SceneError, MechanismError, ValueError) as error:
-        answer["mistakes"] = entry_mistakes(text) or [mistake(error, text)]
+        answer["mistakes"] = mistakes_of(error, text)
     except Exception as error:  # the page goes on with the next text
         answer["mistakes"] = [{"line": None, "message": f"the program failed, please report this: {error!r}"}]
     return answer, data
@@ -177,14 +177,11 @@ def _closing(scene: Scene, dragged: bool) -> tuple[Answer, bytes]:
     cycle = Cycle(scene, moved, scene_deflection(scene, moved), sampled=True)
     chosen = [each for each in figures_of(output_of(scene)) if each.key in _wanted(scene)]
     told, data = picture(scene, cycle.deflection, cycle.efforts)
-    figures, limits = (
-        figure_rows(scene, chosen, magnitudes(cycle, chosen)),
-        limit_rows(scene, magnitudes(cycle, chosen)),
-    )
+    values = magnitudes(cycle, chosen)
     return {
         **told,
-        "figures": figures,
-        "limits": limits,
+        "figures": figure_rows(scene, chosen, values),
+        "limits": limit_rows(scene, values),
         "closes": closes,
         "theory": "quasi-static",
         "quick": True,
@@ -260,13 +257,12 @@ def picture(scene: Scene, bent: Deflection, efforts: Any, most: int = POSITIONS)
 
 def _points(moved: Motion) -> dict[str, Any]:
     """Places of all named points over the positions [m], complex."""
-    found: dict[str, Any] = {}
+    points: dict[str, Any] = {}
     for number, link in enumerate(moved.mechanism.links):
-        for point, own in link.points.items():
-            if point not in found and (number == 0 or not link.name.endswith(" block")):
-                place = moved.origin[number] + moved.direction[number] * np.ravel(own)[0]
-                found[point] = np.broadcast_to(place, moved.columns)
-    return found
+        for point in link.points:
+            if point not in points and (number == 0 or not link.name.endswith(" block")):
+                points[point] = np.broadcast_to(position_of(moved, number, point), moved.columns)
+    return points
 
 
 def _beams(bent: Deflection, taken: slice) -> dict[str, Any]:

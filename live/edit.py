@@ -6,6 +6,7 @@ import cmath
 import math
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from functools import lru_cache
 from typing import Any
 
@@ -13,9 +14,9 @@ import numpy as np
 
 from kinelast.scene.document import document_from_text
 from kinelast.scene.tables import PER_LENGTH
-from kinelast.scene.units import FORM, TYPESET, Quantity
+from kinelast.scene.units import Quantity, written_like
 from live.text import as_toml, places, replaced, with_table, with_value, without
-from rigid import GROUND, MechanismError
+from rigid import GROUND, MechanismError, position_of
 
 DIGITS = 6
 EMPTY = """title = "New mechanism"
@@ -62,7 +63,7 @@ def edited(text: str, change: Mapping[str, Any]) -> str:
 
 def drawn(tables: Tables) -> dict[str, complex]:
     """Places of the points as the tables draw them [m]; those that cannot be read are left out."""
-    per_length = PER_LENGTH.get(tables.get("units", "m"), 1.0)
+    per_length = _per_length(tables)
     points = tables.get("points")
     ground = tables.get("links", {}).get(GROUND, {}) if isinstance(tables.get("links"), dict) else {}
     own = ground.get("points") if isinstance(ground, dict) else None
@@ -76,6 +77,16 @@ def drawn(tables: Tables) -> dict[str, complex]:
         if math.isfinite(x) and math.isfinite(y):
             known[name] = complex(x, y)
     return known
+
+
+def _per_length(tables: Tables) -> float:
+    """Metres to a bare length of the file."""
+    return PER_LENGTH.get(tables.get("units", "m"), 1.0)
+
+
+def _grounded(tables: Tables) -> Any:
+    """Points of the ground as the file lists them."""
+    return tables.get("links", {}).get(GROUND, {}).get("points", ())
 
 
 def metres(value: Any, per_length: float) -> float:
@@ -95,28 +106,25 @@ def start_of(text: str) -> tuple[dict[str, complex], dict[str, complex]]:
             moved = scene.course.at([0.0])
     except (ValueError, MechanismError):
         return {}, {}
-    found: dict[str, complex] = {}
+    seen: dict[str, complex] = {}
     for number, link in enumerate(scene.mechanism.links):
-        for point, own in link.points.items():
-            place = complex(moved.origin[number, 0] + moved.direction[number, 0] * np.ravel(own)[0])
+        for point in link.points:
+            place = complex(position_of(moved, number, point)[0])
             if cmath.isfinite(place):
-                found.setdefault(point, place)
+                seen.setdefault(point, place)
     ways = {link.name: complex(moved.direction[k, 0]) for k, link in enumerate(scene.mechanism.links)}
-    return found, {name: way for name, way in ways.items() if cmath.isfinite(way)}
+    return seen, {name: way for name, way in ways.items() if cmath.isfinite(way)}
 
 
 def _number(there: Any, value: float, unit: str, per_bare: float = 1.0) -> Any:
-    """A value in SI units written as the one that stands there: in its unit, or bare."""
-    if isinstance(there, str) and (form := FORM.fullmatch(there.translate(TYPESET))):
-        try:
-            return f"{value / float(Quantity.of_unit(unit, f'1 {form[2]}')):.{DIGITS}g} {form[2].strip()}"
-        except ValueError:
-            pass
-    return float(f"{value / per_bare:.{DIGITS}g}")
+    """A value in SI units written as the one that stands there; bare where that has no unit of this kind."""
+    with suppress(ValueError):
+        return written_like(there, value, unit, DIGITS, per_bare)
+    return written_like(None, value, unit, DIGITS, per_bare)
 
 
 def _place(tables: Tables, there: Any, place: complex) -> str:
-    per_length = PER_LENGTH.get(tables.get("units", "m"), 1.0)
+    per_length = _per_length(tables)
     x, y = there if isinstance(there, list) and len(there) == 2 else (0, 0)
     return as_toml([_number(x, place.real, "m", per_length), _number(y, place.imag, "m", per_length)])
 
@@ -163,7 +171,7 @@ def _of_link(
     tables: Tables, spans: Any, name: str, link: Tables, point: str, to: complex, now: Any, ways: Any
 ) -> Iterator[Any]:
     """Changes of a link that has the point: of its length, or of the point in its own axes."""
-    per_length = PER_LENGTH.get(tables.get("units", "m"), 1.0)
+    per_length = _per_length(tables)
     if "length" in link and len(link["points"]) == 2:
         other = next(each for each in link["points"] if each != point)
         if other in now and abs(to - now[other]) > 0:
@@ -171,11 +179,11 @@ def _of_link(
             yield spans["links", name, "length"], as_toml(length)
     if isinstance(link["points"], dict) and ("links", name, "points", point) in spans:
         first = next(iter(link["points"]))
-        way = ways.get(name, 1 + 0j)
+        direction = ways.get(name, 1 + 0j)
         origin = 0j if name == GROUND else now.get(first, 0j)
         offset = 0j if name == GROUND else complex(*(metres(part, per_length) for part in link["points"][first]))
         if point != first:
-            own = (to - origin) * way.conjugate() + offset
+            own = (to - origin) * direction.conjugate() + offset
             yield spans["links", name, "points", point], _place(tables, link["points"][point], own)
 
 
@@ -234,7 +242,7 @@ def new_name(taken: Any, stem: str) -> str:
 def _with_points(text: str, tables: Tables, wanted: list[Any]) -> tuple[str, list[str]]:
     """A text with a point more for every place among some points, and the names of all."""
     taken = {*tables.get("points", ()), *drawn(tables)}
-    per_length = PER_LENGTH.get(tables.get("units", "m"), 1.0)
+    per_length = _per_length(tables)
     names = []
     for each in wanted:
         if isinstance(each, str):
@@ -316,7 +324,7 @@ def add_spring(text: str, tables: Tables, change: Tables) -> str:
     """A spring between two points, unloaded as drawn."""
     text, (first, last) = _with_points(text, tables, [change["from"], change["to"]])
     tables = tomllib.loads(text)
-    grounded = tables.get("links", {}).get(GROUND, {}).get("points", ())
+    grounded = _grounded(tables)
     if first in grounded:
         first, last = last, first
     if last not in grounded and not any(last in link.get("points", ()) for link in tables["links"].values()):
@@ -352,7 +360,7 @@ def add_drive(text: str, tables: Tables, change: Tables) -> str:
     for number, drive in enumerate(tables.get("drives", ())):
         if drive.get("link") == link:
             return without(text, ("drives", number))
-    grounded = tables.get("links", {}).get(GROUND, {}).get("points", ())
+    grounded = _grounded(tables)
     if not any(point in grounded for point in tables["links"][link]["points"]):
         raise EditError(f'"{link}" has no pin on the ground about which a drive could turn it')
     return with_table(text, ("drives", 0), {"link": link, "speed": change.get("speed", "60 rpm")})

@@ -14,6 +14,7 @@ def whole_answer(text: str, name: str) -> tuple[dict[str, Any], bytes, bytes]:
     """The whole answer to a text, the numbers of its picture, and its report."""
     import numpy as np
 
+    from kinelast import __version__
     from kinelast.figures.summary import summary
     from kinelast.outputs.batch import headline
     from kinelast.outputs.page import report_page
@@ -21,7 +22,6 @@ def whole_answer(text: str, name: str) -> tuple[dict[str, Any], bytes, bytes]:
     from kinelast.runs import SHOWN, computed, is_long
     from kinelast.scene.document import document_from_text
     from kinelast.tasks.request import Request
-    from kinelast.version import VERSION
     from live.answer import whole_picture
     from live.mistakes import mistake
 
@@ -35,7 +35,7 @@ def whole_answer(text: str, name: str) -> tuple[dict[str, Any], bytes, bytes]:
             request = Request()
             results = computed(scene, request)
             made = made_from(text.encode(), request)
-            figures = {"kinelast": VERSION, **summary(results), "made_from": made}
+            figures = {"kinelast": __version__, **summary(results), "made_from": made}
             line = headline(figures)
             drawn, data = whole_picture(results)
             theory = figures["theory"]

@@ -1,57 +1,21 @@
-"""Mistakes of a scene's text with their lines: all that single entries hold at once, else the first of the whole."""
+"""Mistakes of a scene's text with their lines."""
 
 from __future__ import annotations
 
+import math
 import re
-import tomllib
-from collections.abc import Iterator, Mapping
 from typing import Any
 
+from kinelast.scene.document import mistakes_in
 from kinelast.scene.error import SceneError
-from kinelast.scene.format import SceneTable
-from kinelast.scene.parsing import parse_parts, parse_scene
-from kinelast.scene.tables import PER_LENGTH
-from live.text import Path, line_of, places
-
-MOST = 50  # that are told
-WHOLE = ("run", "limits", "sweep", "sensitivities", "optimize", "title", "source", "units", "structure_only")
+from kinelast.scene.mistakes import path_of
+from live.text import line_of, places
 
 
-def entry_mistakes(text: str) -> list[dict[str, Any]]:
-    """A mistake for every entry of a text that cannot be read; none where all can.
-
-    Entries that can be read may still not fit each other: that only the whole scene tells.
-    """
-    try:
-        tables = tomllib.loads(text)
-    except ValueError:
-        return []
-    units = tables.get("units")
-    empty = SceneTable(points={}, links={}, units=units if units in PER_LENGTH else "m")
-    told = []
-    for name, value in tables.items():
-        for number, part in _entries(name, value):
-            try:
-                if name not in SceneTable.__struct_fields__:
-                    parse_scene({name: part})
-                parse_parts(empty, {name: part}, [name])
-            except SceneError as error:
-                table = error.table.replace("[1]", f"[{number}]") if isinstance(value, list) else error.table
-                told.append(mistake(SceneError("", table, error.key, error.problem), text))
-                if len(told) == MOST:
-                    return told
-    return told
-
-
-def _entries(name: str, value: Any) -> Iterator[tuple[int, Any]]:
-    """Each entry of a table or list of the top level, as one that holds it alone, and its number."""
-    apart = name in SceneTable.__struct_fields__ and name not in WHOLE
-    if apart and isinstance(value, Mapping):
-        yield from enumerate(({key: entry} for key, entry in value.items()), 1)
-    elif apart and isinstance(value, list):
-        yield from enumerate(([entry] for entry in value), 1)
-    else:
-        yield 1, value
+def mistakes_of(error: Exception, text: str) -> list[dict[str, Any]]:
+    """All mistakes of a text from its top, the one that it was not answered for where there is no other."""
+    told = [mistake(each, text) for each in mistakes_in(text) or (error,)]
+    return sorted(told, key=lambda each: each["line"] or math.inf)
 
 
 def mistake(error: Exception, text: str) -> dict[str, Any]:
@@ -67,16 +31,3 @@ def mistake(error: Exception, text: str) -> dict[str, Any]:
     except (ValueError, IndexError):
         first = None
     return {"line": None if first is None else line_of(text, first), "message": message or str(error)}
-
-
-def path_of(table: str, key: str) -> Path:
-    """The path of a message's table and key, counting from 0.
-
-    Examples
-    --------
-    >>> path_of("drives[1]", "law[2].by")
-    ('drives', 0, 'law', 1, 'by')
-    """
-    words = f"{table}.{key}".replace(" x", "[1]").replace(" y", "[2]").replace('"', "")
-    parts = re.findall(r"\[(\d+)\]|([^.\[\]\s]+)", words)
-    return tuple(int(number) - 1 if number else name for number, name in parts)
