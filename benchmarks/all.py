@@ -8,6 +8,7 @@ from pathlib import Path
 
 NAMES = (
     "error_against_run_time",
+    "rungs",
     "peers",
     "growth",
     "what_is_skipped",

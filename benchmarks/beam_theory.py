@@ -1,4 +1,4 @@
-"""What beam theory leaves out, as it is estimated and as plane-stress bodies have it: docs/check.md has the tables."""
+"""What beam theory leaves out, as estimated and as plane-stress bodies have it: docs/validity.md has the tables."""
 
 from __future__ import annotations
 

@@ -57,6 +57,7 @@ WORDS: dict[str, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {  
     "stations": (("3", "11"), ("2",), ("1", "10002", "x")),
     "checks": (("1", "2", "4", "nonlinear", "solid", "2,solid"), ("1",), ("0", "5000", "1,2", "x", "")),
     "stills": ((), (), ()),
+    "dxf": ((), (), ()),
     "mesh": ((), (), ()),
     "animate": (("deflection", "slope"), ("deflection,deflection",), ("x", "")),
     "frames": (("1", "2"), ("1",), ("0", "x", "100000")),

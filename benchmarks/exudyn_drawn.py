@@ -34,9 +34,8 @@ from elastic import sample, with_rotary_inertia
 from kinelast.runs import computed
 from kinelast.scene.data import Scene, Theory
 from kinelast.scene.document import read_scene
-from kinelast.scene.laws import RepeatedLaw
 from kinelast.tasks.request import Request
-from rigid import PinDrive, Spring, TorsionSpring
+from rigid import PinDrive, RepeatedLaw, Spring, TorsionSpring
 
 SEED = 20260
 KINDS = (

@@ -43,7 +43,7 @@ BAD_INPUT = 2
 EVERY = 100  # cases to a row
 RESULTS = Path(__file__).parent / "results" / "fuzz_scenes.csv"
 NOTICE = re.compile(
-    r"take about|takes about|, about [\d.]+ (?:s|min|h)|seconds a step|\d+ of \d+"
+    r"take about|takes about|in about|, about [\d.]+ (?:s|min|h)|seconds a step|\d+ of \d+"
 )  # before what takes long
 NOT_A_NUMBER = re.compile(r"(?<![\w\"'.])(?:nan|inf|NaN|Infinity)(?![\w\"'])")
 TOKEN = re.compile(r'"[^"\n]*"|[-+]?\d[\w.+-]*|[A-Za-z_][\w-]*|[\[\]{}=,.\n#]')

@@ -15,7 +15,6 @@ from elastic import JointCompliance, Section, with_rotary_inertia
 from elastic.vibration import natural_frequencies
 from kinelast.scene.course import CourseByLaws, Run
 from kinelast.scene.data import Scene
-from kinelast.scene.laws import RepeatedLaw
 from rigid import (
     ConstantSpeed,
     Gear,
@@ -26,6 +25,7 @@ from rigid import (
     MechanismError,
     PinDrive,
     PointLoad,
+    RepeatedLaw,
     Segment,
     SegmentedLaw,
     Spring,
