@@ -1,0 +1,91 @@
+"""Reference of the API: a page a package, with the public names of its root and its rooms.
+
+What another package may import is public: names of a root and of a room's root; of `kinelast` those of the root alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import griffe
+from made import Made
+
+PACKAGES = {
+    "kinelast": "Scenes, deflections, pictures and reports from Python",
+    "rigid": "Mechanism to motion: positions, velocities, accelerations, inertia loads, joint forces",
+    "elastic": "Motion to deflection: section forces, elastic lines, extremes, strength, vibration",
+    "machine": "Drives, joints and life sized: formulas on arrays",
+    "fem_check": "The same question put to finite elements",
+    "animations": "Pictures and films of moving links",
+    "exchange": "Mechanisms of other programs",
+    "live": "A scene drawn and changed in the browser",
+}
+ALONE = ("kinelast",)
+"""Packages of which the root alone is public."""
+
+
+def pages(root: Path) -> Iterator[Made]:
+    """A page of every package.
+
+    Raises
+    ------
+    ValueError
+        A public name has no docstring.
+    """
+    loader = griffe.GriffeLoader(search_paths=[root])
+    for package in PACKAGES:
+        loader.load(package)
+    loader.resolve_aliases(external=False)
+    bare: list[str] = []
+    for package, words in PACKAGES.items():
+        module = loader.modules_collection[package]
+        text, told = [f"# {package}\n\n{words}.\n"], set[str]()
+        for room in _rooms(module):
+            part = [*_names(room, told, bare)]
+            if part:
+                text += [f"## `{room.path}`\n", f"{_first_line(room)}\n", *part]
+        yield Made(f"reference/api/{package}.md", "\n".join(text))
+    if bare:
+        raise ValueError(f"public names without a docstring: {', '.join(sorted(bare))}")
+
+
+def _rooms(module: griffe.Module) -> Iterator[griffe.Module]:
+    yield module
+    if module.name not in ALONE:
+        yield from (
+            room for name, room in sorted(module.modules.items()) if not name.startswith("_") and room.is_init_module
+        )
+
+
+def _names(room: griffe.Module, told: set[str], bare: list[str]) -> Iterator[str]:
+    """Directives of a room's public names that are not told yet."""
+    names = [str(name) for name in room.exports] if room.exports else _given(room)
+    for name in names:
+        member = room.members[name]
+        try:
+            target = member.final_target if isinstance(member, griffe.Alias) else member
+        except griffe.AliasResolutionError:
+            continue  # of another project, as a type that is passed on
+        if target.path in told or isinstance(target, griffe.Module):
+            continue
+        told.add(target.path)
+        if target.docstring is None:
+            bare.append(target.path)
+        yield f"::: {target.path}\n    options:\n      heading_level: 3\n"
+
+
+def _given(room: griffe.Module) -> list[str]:
+    """Names that a room's root imports from its files, or defines."""
+    return sorted(
+        name
+        for name, member in room.members.items()
+        if not name.startswith("_")
+        and not isinstance(member, griffe.Module)
+        and (member.target_path.startswith(f"{room.path}.") if isinstance(member, griffe.Alias) else True)
+        and not (isinstance(member, griffe.Attribute) and member.docstring is None and member.is_private)
+    )
+
+
+def _first_line(room: griffe.Module) -> str:
+    return room.docstring.value.split("\n\n")[0] if room.docstring else ""

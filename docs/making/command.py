@@ -1,0 +1,46 @@
+"""Reference of the command, made of the fields of its requests: option, value, default, meaning, files."""
+
+from __future__ import annotations
+
+from kinelast.cli.terminal import EPILOG
+from kinelast.tasks import Option
+from kinelast.tasks.request import GROUPS, Batch, Request, options_of
+
+HEAD = "| option | value | default | meaning | writes |\n| --- | --- | --- | --- | --- |\n"
+TITLES = {
+    "scene": "Of the scene",
+    "checks": "Checks",
+    "pictures": "Pictures",
+    "designs": "Designs",
+    "running": "Running",
+}
+
+
+def page() -> str:
+    """The page of all options."""
+    known = options_of(Batch, Request)
+    parts = [
+        "# Options of the command\n\n`deflection-report SCENE ... [options]`, or `python -m kinelast`. "
+        "Made of the fields that the command's parser is made of; `deflection-report --help` tells the same.\n"
+    ]
+    for group in GROUPS:
+        rows = [_row(name, option, default) for name, (option, default) in known.items() if option.group == group]
+        parts.append(f"## {TITLES[group]}\n\n{HEAD}{''.join(rows)}")
+    status, _, examples = EPILOG.partition("examples:")
+    told = status.strip().removeprefix("exit status: ").replace("\n", " ")
+    lines = "\n".join(line.strip() for line in examples.strip().splitlines())
+    return "\n".join([*parts, f"## Exit status\n\n{told}.\n", f"## Examples\n\n```\n{lines}\n```\n"])
+
+
+def _row(name: str, option: Option, default: object) -> str:
+    flags = option.flags or (f"--{name}",)
+    shown = "`SCENE ...`" if name == "scenes" else ", ".join(f"`{flag}`" for flag in flags)
+    value = " or ".join(f"`{each}`" for each in option.choices) if option.choices else f"`{option.metavar}`"
+    value = value if option.choices or option.metavar else ""
+    meaning, _, told = (
+        option.help.removesuffix("]").partition(" [") if option.help.endswith("]") else (option.help, "", "")
+    )
+    told = told or (f"`{default}`" if option.shows else "")
+    cells = (shown, value + (", as often as needed" if option.many else ""), told, meaning,
+             ", ".join(f"`{file}`" for file in option.writes))  # fmt: skip
+    return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |\n"

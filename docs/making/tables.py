@@ -1,0 +1,147 @@
+"""Reference of summary.json and of every table that the command writes: keys and columns of real ones, with words.
+
+A key or a column that has no words here, and is no figure of the registry and no field, ends the build.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from figures import all_figures
+from runs import run
+
+from elastic import FIELDS
+from kinelast.outputs.batch import HEAD as BATCH
+from kinelast.outputs.sensitivities import HEAD as SENSITIVITIES
+from kinelast.outputs.sensitivities import SAMPLED
+from kinelast.outputs.studies import HEAD as OPTIMUM
+
+SCENE, SPEEDS = "press_sweep", "20 rad/s : 40 rad/s : 3"
+WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
+MARKS = {
+    "FIELD": "|".join(FIELDS), "FIGURE": rf"(?:{'|'.join(map(re.escape, all_figures()))})(?:\..*)?", "PATH": r".+\..+",
+    "DRIVE": "crank", "LINK": "crank|rod|piston", "POINT": "A|B", "JOINT": "O|A|B|guide",
+}  # fmt: skip
+"""Names that patterns of columns stand for, in the run that is looked at."""
+HEAD = """# Keys and columns
+
+Keys and columns are those of real runs; what they hold is told by the registry of [figures](figures.md), or here. All
+is in SI units and radians, but for `positions.csv` and `motion.csv`, which keep the scene's `report_units`.
+"""
+ROWS = "| column | unit | meaning |\n| --- | --- | --- |\n"
+
+
+def page() -> str:
+    """The page of all tables."""
+    folder = run([SCENE], "--motion", "--speeds", SPEEDS, "--theory", "quasi-static") / SCENE
+    designs = run([SCENE], "--sweep", "--pages", "0") / SCENE / "designs.csv"
+    tolerances = ["figure", "unit", "value", "first order deviation", "first order worst", *SAMPLED, "share of PATH",
+                  "share of PATH with others"]  # fmt: skip
+    parts = [
+        HEAD,
+        _part("summary.json", "a *figure* is `{value, unit}`, with its place where it has one", _summary(folder)),
+        _part("positions.csv", "a row a position", _columns(folder / "positions.csv", "position")),
+        _part("motion.csv", "a row a position, by `--motion`", _columns(folder / "motion.csv", "position")),
+        _part("speeds.csv", "a row a speed, by `--speeds`", _columns(folder / "speeds.csv", "speed")),
+        _part("designs.csv", "a row a design, by `--sweep`", _columns(designs, "design")),
+        _part(
+            "sensitivities.csv",
+            "a row a figure and number, by `--sensitivities`",
+            _told(SENSITIVITIES, "sensitivities"),
+        ),
+        _part("tolerances.csv", "a row a figure, by `--tolerances`", _told(tolerances, "tolerances")),
+        _part(
+            "optimum.csv", "a row for the goal, every variable and limit, by `--optimize`", _told(OPTIMUM, "optimum")
+        ),
+        _part("summary.csv", "a row a scene, where there are several", _told([name for name, _ in BATCH], "scenes")),
+    ]
+    return "\n".join(parts)
+
+
+def _part(file: str, words: str, table: str) -> str:
+    return f"## `{file}`\n\n{words[0].upper()}{words[1:]}.\n\n{table}"
+
+
+def _told(names: Sequence[str], table: str) -> str:
+    words = WORDS[table]
+    if missing := {*names} - words.keys():
+        raise ValueError(f"columns without words: {', '.join(sorted(missing))}")
+    rows = "".join(f"| `{name}` | {words[name]} |\n" for name in dict.fromkeys(names))
+    return f"| column | meaning |\n| --- | --- |\n{rows}"
+
+
+def _columns(path: Path, table: str) -> str:
+    """Rows of the kinds of columns in a file, in its order.
+
+    Raises
+    ------
+    ValueError
+        A column is of no kind.
+    """
+    with path.open(encoding="utf-8", newline="") as file:
+        heads = [re.fullmatch(r"(.*?)(?: \[(.*)\])?", head) for head in next(csv.reader(file))]
+    met: dict[tuple[str, str], dict[str, None]] = {}
+    for head in heads:
+        assert head is not None
+        for pattern, shown, meaning in WORDS[table]:
+            if _is(head[1], pattern):
+                met.setdefault((shown, meaning), {})[head[2] or ""] = None
+                break
+        else:
+            raise ValueError(f"{path.name}: the column {head[1]} has no words")
+    return ROWS + "".join(
+        f"| {', '.join(f'`{name}`' for name in shown.split(', '))} | {', '.join(filter(None, units))} | {meaning} |\n"
+        for (shown, meaning), units in met.items()
+    )
+
+
+def _is(name: str, pattern: str) -> bool:
+    """Whether a column of the run is of a kind."""
+    for mark, those in MARKS.items():
+        pattern = pattern.replace(mark, f"(?:{those})")
+    return re.fullmatch(pattern, name) is not None
+
+
+def _summary(folder: Path) -> str:
+    data = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    if missing := data.keys() - WORDS["summary"].keys():
+        raise ValueError(f"summary.json: keys without words: {', '.join(sorted(missing))}")
+    order = [*data, *(key for key in WORDS["summary"] if key not in data)]
+    rows = "".join(
+        f"| `{key}` | {WORDS['summary'][key]} | {_shape(data[key]) if key in data else 'on request'} |\n"
+        for key in order
+    )
+    return f"| key | meaning | holds |\n| --- | --- | --- |\n{rows}"
+
+
+def _shape(value: Any) -> str:  # noqa: PLR0911 - a line a kind
+    """What a value of summary.json is made of."""
+    match value:
+        case None:
+            return "`null` unless asked for"
+        case {"value": _, "unit": _, **more}:
+            return f"figure{f' with {_names(more)}' if more else ''}"
+        case dict() if isinstance(first := next(iter(value.values()), None), dict) and _alike(value):
+            return f"by name: {_shape(first)}"
+        case dict():
+            return _names(value) if value else "by name"
+        case [dict() as first, *_]:
+            return f"list of {_shape(first)}"
+        case list():
+            return "list"
+    return {bool: "true or false", str: "text"}.get(type(value), "number")
+
+
+def _alike(value: dict[str, Any]) -> bool:
+    """Whether all entries of a table have the same keys."""
+    return len({tuple(each) if isinstance(each, dict) else None for each in value.values()}) == 1
+
+
+def _names(value: dict[str, Any]) -> str:
+    return ", ".join(f"`{key}`" for key in value)
