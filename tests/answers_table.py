@@ -116,6 +116,17 @@ ratio = -1
 positions = 12
 gravity = [0, -9.81]
 """ + linked('section = "bar"\nmaterial = "steel"', first="OA", second="DB")
+# An arm carries a planet around a sun that is the ground.
+PLANET = edited(
+    WHEELS,
+    ('points = ["O", "D"]', 'points = ["O"]'),
+    ("D = [0.3, 0]\n", ""),
+    ("B = [0.4, 0]", "B = [0.2, 0]"),
+    ("points = ['D', 'B']", "points = ['A', 'B']"),
+    ("ratio = -1", "ratio = 2"),
+    ("[0, -9.81]", "[1, -9.81]"),
+    ('follower = {link = "second"}', 'follower = {link = "second", on = "first"}'),
+)
 
 FLAT = edited(
     BARS,
@@ -140,6 +151,7 @@ FEATURES = {
     + linked('section = "bar"\nmaterial = "steel"', arm="PB")
     + "[welds.P]\n",
     "a gear": WHEELS,
+    "a gear on a moving carrier": PLANET,
     "a slider on the ground": CRANK,
     "a slot in a rigid link": edited(SLOTTED, ('["C", "D"]\nsection', '["C", "D"]\nrigid = true\nsection')),
     "a slot in an elastic link": SLOTTED,

@@ -3,6 +3,8 @@
 A line now and then on how far things are would come of a busy machine alone: no test waits for one but that of them.
 """
 
+import signal
+
 import one_thread  # noqa: F401 - before numpy
 import processes
 import pytest
@@ -12,6 +14,10 @@ from hypothesis import HealthCheck, settings
 TIMED = [HealthCheck.too_slow]  # which depends on what else the machine does
 settings.register_profile("steady", derandomize=True, deadline=None, database=None, suppress_health_check=TIMED)
 settings.load_profile("steady")
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # as of what a shell starts in the background
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:  # as by nohup
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.fixture(autouse=True)

@@ -12,8 +12,8 @@ from elastic import RIGID, deflection, displacement_of
 from elastic.assessment import angle_error
 from kinelast.cli.command import main
 from kinelast.figures.cycle import EXTREME_FIELDS
-from kinelast.figures.parts import output_shares
 from kinelast.figures.results import Results
+from kinelast.figures.shares import output_shares
 from kinelast.figures.summary import angle_figures, output_figure, point_figures
 from kinelast.outputs.page.data import BUDGET, kept_positions, numbers_of
 from kinelast.outputs.table import Column, Table, csv_bytes
@@ -321,7 +321,8 @@ def test_lines_of_a_table_give_their_numbers_back():
 
 
 def test_stills_are_drawn_when_asked_for(tmp_path):
-    assert main(["steel_four_bar", "--stills", "--positions", "24", "--quiet", "-o", str(tmp_path)]) == 0
+    asked = ["--stills", "--positions", "24", "--theory", "quasi-static", "--quiet"]
+    assert main(["steel_four_bar", *asked, "-o", str(tmp_path)]) == 0
     stills = sorted((tmp_path / "steel_four_bar" / "stills").iterdir())
     assert {"mechanism.svg", "maps_1.svg", "joint_forces.svg"} <= {path.name for path in stills}
     for path in stills:

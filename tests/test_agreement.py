@@ -4,7 +4,10 @@ Each is held against the report of the scene, to 1e-12 of the figure or to what 
 """
 
 import copy
+import re
 from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,6 +34,7 @@ from kinelast.figures.registry import figures_of
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import summary
 from kinelast.runs import by_theory, computed, long_results
+from kinelast.scene.document import document_from_text
 from kinelast.scene.error import SceneError
 from kinelast.scene.tables import LimitsTable
 from kinelast.scene.text import file_text, toml_tables
@@ -185,25 +189,35 @@ def test_many_scenes_have_the_same_figures_and_verdicts_at_every_door(tables):
     check_doors(tables)
 
 
+@cache
+def figures_before_limits(named):
+    """Figures of the steel four-bar without limits, its output named or guessed."""
+    tables = copy.deepcopy(SHIPPED[0])
+    if named:
+        tables["run"]["output"] = "B"
+    return summary_of(tables)["figures"]
+
+
 @pytest.mark.parametrize("named", [True, False])
 @pytest.mark.parametrize("factor", FACTORS)
 def test_an_optimum_and_a_notebook_keep_the_limits_of_the_report(factor, named):
     tables = copy.deepcopy(SHIPPED[0])
     if named:
         tables["run"]["output"] = "B"
-    figures = summary_of(tables)["figures"]
+    figures = figures_before_limits(named)
     limits = {key: factor * abs(figures[key]["value"]) for key in ("deflection", "chord", "safety")}
     tables["limits"] = {
         **limits,
         "output": f"{factor * abs(figures['output_error']['value'])!r} {figures['output_error']['unit']}",
     }
-    rows = summary_of(tables)["acceptance"]["limits"]
+    told = summary_of(tables)
+    rows = told["acceptance"]["limits"]
     assert {row["kind"]: row["kept"] for row in rows} == {
         key: (factor > 1) != (key == "safety") for key in ("deflection", "chord", "safety", "output")
     }
     written = report(scene_from_dict(tables)).figures
     assert written["acceptance"]["limits"] == rows
-    assert written["figures"] == summary_of(tables)["figures"]
+    assert written["figures"] == told["figures"]
     tables["optimize"] = {"minimize": "mass", "variables": {"sections.bar.depth": ["3 mm", "9 mm"]}}
     posed = problem_of(tables)
     at = np.array([variable.base for variable in posed.task.variables])
@@ -280,3 +294,17 @@ def test_registered_figures_are_of_every_item():
     scene = scene_from_dict(SHIPPED[0])
     names = design_measures(scene, output_of(scene))
     assert {"deflection.crank", "joint_force.A", "displacement.B", "angle_error.rocker", "buckling"} <= set(names)
+
+
+def test_limits_of_a_guessed_output_are_those_of_designs_too():
+    """Whichever figure of the output they bound."""
+    limits = 'residual = "1 mm"\nsettling = "1 s"'
+    arm = Path(__file__).parents[1] / "docs" / "gallery" / "pick_and_place_arm.toml"
+    text = re.sub(r'output = "T"|\[limits\][^\[]*', "", arm.read_text(encoding="utf-8"))
+    document = document_from_text(f"{text}\n[limits]\n{limits}", "arm")
+    results = computed(document.scene, Request(theory="quasi-static"))
+    told = summary(results)["acceptance"]["limits"]
+    designs = evaluate(document, [], np.zeros((1, 0)), ["limits_kept", *(limit["kind"] for limit in told)])
+    for limit in told:
+        assert designs.columns[limit["kind"]][0] == pytest.approx(limit["found"]["value"], rel=1e-12)
+    assert designs.columns["limits_kept"][0] == 1.0

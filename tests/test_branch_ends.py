@@ -10,6 +10,7 @@ from mechanisms import linkage
 from kinelast.cli.command import main
 from rigid import PinDrive, motion, motion_in_chunks
 from rigid.analysis import ReachError, require_reach, stops
+from rigid.positions.knots import some, steps
 
 RODS = (("crank", "O", "K"), ("r1", "G", "A"), ("r2", "H", "B"), ("r3", "K", "C"))
 
@@ -120,6 +121,29 @@ def test_drawn_next_to_a_dead_point_it_goes_away_from_it():
         rtol=0,
         atol=2e-9,
     )
+
+
+def test_next_to_an_end_a_step_is_certain_or_not_whatever_others_are_looked_at_with_it():
+    """Drawn 4.4e-6 rad before the dead point of its last dyad, which closes again 0.023 rad behind it.
+
+    A step across that was left as it was, as one before it was certain by itself and not among others.
+    """
+    places = {"D0": -0.250503905285663 - 0.04766986590254707j, "D1": 0.05904084929877307 + 0.40585182779962325j}
+    places |= {"D2": 0.39829559406700465 + 0.16669156288887477j, "K": -0.31004129870839936 + 0.1364449125340887j}
+    places |= {"P": 0.14960254048581775 - 0.3998156168894246j, "S0": -0.34801668672881003 - 0.1390271148451756j}
+    places |= {"S1": 0.4695173515170074 + 0.15961129807930374j, "S2": -0.18812775949077326 - 0.22786644609155704j}
+    places |= {"S3": -0.2991857726712836 + 0.37353948918260654j, "O": -0.2467405192156582 + 0.3586598558200298j}
+    rods = ("PS0", "D2S0", "S0S1", "D1S1", "KS2", "PS2", "D1S2", "D0S3", "S1S3", "KS3")
+    bars = (("crank", "O", "K"), *((f"b{k}", rod[:-2], rod[-2:]) for k, rod in enumerate(rods)))
+    mechanism = linkage(places, ("O", "D0", "D1", "D2"), bars, drives=[PinDrive("crank", "O")])
+    drive = -1.8483086217923526 - 0.09666438934122445 * np.arange(65)
+    np.testing.assert_array_equal(np.isfinite(motion(mechanism, drive).direction).all(axis=0), drive > -1.84831302)
+    (branch,) = mechanism.__dict__["_branches"].values()
+    at = steps(branch.table)
+    low, high = some(branch.table, at), some(branch.table, at + 1)
+    together = branch.certify(low, high, 4)[0]
+    for k in range(len(at)):
+        np.testing.assert_array_equal(branch.certify(some(low, [k]), some(high, [k]), 4)[0], together[k : k + 1])
 
 
 THREE_CRANKS = """

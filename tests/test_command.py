@@ -15,7 +15,7 @@ import pytest
 from scene_texts import ARM, FOUR_BAR, PARALLELOGRAM, edited
 
 from kinelast.cli.command import main
-from kinelast.cli.parser import parsed
+from kinelast.cli.terminal import parsed
 from kinelast.tasks.request import GROUPS, Batch, Request, options_of
 from kinelast.tasks.task import shipped_scenes, shipped_structures
 
@@ -54,6 +54,7 @@ def strict_json(path):
     return json.loads(path.read_text(), parse_constant=refuse)
 
 
+QUASI_STATIC = ["--theory", "quasi-static"]
 LONG = ("flap_bars", "flap_plates", "pusher")
 SHIPPED = [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in sorted(shipped_scenes())]
 
@@ -83,8 +84,10 @@ def test_extremes_in_the_table_are_those_of_the_fields(name, tmp_path):
     """Against a dense search of the sampled fields, whose own error is (1/800)^2/8 of the field's curvature.
 
     Under a block forces jump and the moment has a kink: there it is off by as much as the field changes in half a step.
+    The four-bar vibrates.
     """
     asked = ["--positions", "12", "--fields", "--stations", "801", "--quiet", "--units", "SI"]
+    asked += [] if name == "steel_four_bar" else QUASI_STATIC
     assert main([name, *asked, "-o", str(tmp_path)]) == 0
     fields, rows = np.load(tmp_path / name / "fields.npz"), rows_of(tmp_path / name / "positions.csv")
     for key in set(fields) - {"t"}:
@@ -267,11 +270,14 @@ def test_out_of_reach_is_told_with_advice_and_left_out_on_request(tmp_path, caps
     assert (run["positions"], run["left_out"]) == (close.sum(), 72 - close.sum())
 
 
-def test_singular_positions_are_marked_and_empty(tmp_path):
+def test_singular_positions_are_marked_and_empty(tmp_path, capsys):
     """A parallelogram is flat, and singular, at 0 and 180 degrees."""
     path = tmp_path / "flat.toml"
     path.write_text(edited(PARALLELOGRAM, ("positions = 36", "positions = 4")))
-    assert main([str(path), "-o", str(tmp_path / "out"), "--fields", "--quiet"]) == 0
+    assert main([str(path), "-o", str(tmp_path / "out"), "--fields"]) == 0
+    said = capsys.readouterr().out
+    assert "2 positions without figures, at dead points" in said
+    assert re.search(r"; to be taken with care: [a-z ,]*dead points", said)
     rows = rows_of(tmp_path / "out" / "flat" / "positions.csv")
     known = [row["coupler.w_max [m]"] != "" for row in rows]
     assert known == [False, True, False, True]
@@ -284,7 +290,7 @@ def test_singular_positions_are_marked_and_empty(tmp_path):
 
 def test_resuming_does_only_what_is_missing_or_changed(arm, tmp_path, capsys):
     out = tmp_path / "out"
-    call = [str(arm), "steel_four_bar", "--positions", "8", "-o", str(out), "--resume"]
+    call = [str(arm), "steel_four_bar", "--positions", "8", *QUASI_STATIC, "-o", str(out), "--resume"]
     assert main(call) == 0
     before = (out / "arm" / "report.html").stat().st_mtime_ns
     capsys.readouterr()
@@ -387,7 +393,7 @@ def test_an_error_of_the_program_is_told_and_does_not_stop_the_others(arm, tmp_p
     monkeypatch.setattr(
         kinelast.runs.run, "document_from_bytes", lambda text, path: 1 / 0 if path.stem == "arm" else real(text, path)
     )
-    assert main([str(arm), "steel_four_bar", "--positions", "4", "-o", str(tmp_path / "out")]) == 3
+    assert main([str(arm), "steel_four_bar", "--positions", "4", *QUASI_STATIC, "-o", str(tmp_path / "out")]) == 3
     said = capsys.readouterr()
     assert "ZeroDivisionError" in said.err
     assert said.out.startswith("steel_four_bar: ")
@@ -458,7 +464,7 @@ def test_every_field_of_a_request_is_an_option_in_a_group_of_the_help(capsys):
     for line in capsys.readouterr().out.splitlines():
         if re.fullmatch(r"\w+:", line):
             groups[line[:-1]] = []
-        elif flag := re.match(r"  (?:-o OUT, )?--(\w+)", line):
+        elif flag := re.match(r"  (?:-o(?: OUT)?, )?--(\w+)", line):  # shorter from Python 3.13 on
             groups[list(groups)[-1]].append(flag[1])
     assert list(groups)[1:6] == list(GROUPS)
     for name, (option, _) in options_of(Request, Batch).items():
@@ -598,7 +604,7 @@ def test_a_failed_check_is_exit_status_1_and_is_written_all_the_same(tmp_path, m
         return real(motion, [Section(EA=section.EA, EI=section.EI / 2) for section in sections], elements, joints)
 
     monkeypatch.setattr(fem_check, "solve", softer)
-    call = ["steel_four_bar", "--check", "--positions", "6", "-o", str(tmp_path)]
+    call = ["steel_four_bar", "--check", "--positions", "6", *QUASI_STATIC, "-o", str(tmp_path)]
     assert main(call) == 1
     assert "check FAILED" in capsys.readouterr().out
     assert not strict_json(tmp_path / "steel_four_bar" / "check.json")["passed"]
@@ -650,9 +656,9 @@ def test_the_line_tells_the_worst_grade(arm, tmp_path, capsys):
     soft.write_text(arm.read_text().replace("E = 210e9", "E = 2e6"))
     assert main([str(arm), str(soft), "--theory", "quasi-static", "-o", str(tmp_path / "out")]) == 0
     fine, poor = (line for line in capsys.readouterr().out.splitlines() if line)
-    assert "poor" not in fine
-    assert "caution" not in fine
-    assert re.search(r"; poor: [a-z ,]*large displacements", poor)
+    assert "relied" not in fine
+    assert "care" not in fine
+    assert re.search(r"; not to be relied on: [a-z ,]*large displacements", poor)
 
 
 @pytest.mark.parametrize(
@@ -670,10 +676,10 @@ def test_the_line_tells_the_worst_grade(arm, tmp_path, capsys):
 )  # fmt: skip
 def test_figures_that_hardly_a_machine_has_are_asked_about(edit, question, arm, tmp_path, capsys):
     arm.write_text(edited(ARM, edit))
-    assert main([str(arm), "-o", str(tmp_path / "out")]) == 0
+    assert main([str(arm), *QUASI_STATIC, "-o", str(tmp_path / "out")]) == 0
     said = capsys.readouterr()
     assert re.search(question, said.err)
-    assert "poor: inputs" in said.out
+    assert "not to be relied on: inputs" in said.out
     trust = strict_json(tmp_path / "out" / "arm" / "summary.json")["trust"]
     assert any(re.search(question, finding["text"]) for finding in trust)
 

@@ -1,11 +1,12 @@
 """Claim: what would take too long or too much memory is told, or not begun; and never told in two ways."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 from mechanisms import steel_four_bar
-from scene_texts import ARM, FOUR_BAR, QUICK_RETURN, edited
+from scene_texts import ARM, FALLING, FOUR_BAR, QUICK_RETURN, edited
 
 from elastic import Section, sample
 from elastic.elastodynamics import elastodynamic, solution
@@ -39,6 +40,17 @@ def test_an_integration_of_far_too_many_steps_is_given_up_when_they_have_a_size(
     # One that the allowed steps nearly reach is gone on with to the last of them.
     with pytest.raises(ForwardError, match="it has taken 50 steps"):
         forward(pendulum, [Effort()], [1.0], [0.0], 0.1, 1e-8, most_steps=50)
+
+
+@pytest.mark.parametrize(("duration", "steps", "told"), [(200, 60, True), (8, 1000, False)])
+def test_an_integration_of_more_steps_than_allowed_says_so_after_twenty(duration, steps, told, tmp_path, capsys):
+    """It is given up in the end, but not without a word until then."""
+    text = edited(FALLING, ("duration = 2", f"duration = {duration}\nsteps = {steps}"))
+    (tmp_path / "arm.toml").write_text(text)
+    assert main([str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out")]) == (2 if told else 0)
+    said = capsys.readouterr().err
+    sentence = r"arm: after 2\d steps the integration stands at .*, and it is given up after \d+ \(steps under"
+    assert bool(re.search(sentence, said)) == told
 
 
 def test_coordinates_are_not_refined_beyond_the_memory_allowed(monkeypatch):

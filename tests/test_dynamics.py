@@ -33,20 +33,17 @@ from rigid.analysis import LinkAngle, Slide
 from rigid.dynamics import (
     TableError,
     constant_law,
-    dissipated_power,
     equation_of_motion,
-    kinetic_energy,
     law_of,
     law_of_rate,
     law_of_time,
-    load_power,
     multiplier_forces,
-    potential_energy,
     reduced_inertia,
     sum_of_laws,
     table_curve,
     virtual_work_efforts,
 )
+from rigid.kinetostatics import dissipated_power, kinetic_energy, load_power, potential_energy
 
 GRAVITY = 9.81
 

@@ -32,7 +32,7 @@ from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.reduction import reduced_basis
 from elastic.elastodynamics.solution import vibrating_model
 from elastic.elastodynamics.time_elements import Equations, propagation
-from elastic.elastodynamics.time_grid import Grid, scheme
+from elastic.elastodynamics.time_grid import Grid, jumps, scheme
 from elastic.elastodynamics.vibration_loads import of_several_speeds
 from elastic.links.added_loads import AddedLoads
 from elastic.vibration import natural_frequencies
@@ -51,6 +51,7 @@ from rigid import (
     drive_efforts,
     motion,
 )
+from rigid.dynamics import law_of_time
 
 STATIONS = np.linspace(0.0, 1.0, 7)
 FOUR_BAR = steel_four_bar()
@@ -746,3 +747,30 @@ def test_links_without_mass_do_not_vibrate():
     ):
         assert (found.coordinates, found.lowest) == (0, math.inf)
         assert difference(found.deflection, found.quasi_static) == 0.0
+
+
+def test_jumps_are_found_beside_kinks_and_steep_slopes():
+    """Instants just before, to a billionth; a small jump on a slope is left to short elements."""
+    asked = []
+
+    def values(times):
+        asked.append(len(times))
+        steps = np.where(times >= 0.3, 1.0, 0.0), 5.0 * (times > 0.7123) + np.sin(40 * times), np.abs(times - 0.5)
+        return np.stack((*steps, np.tanh(300 * (times - 0.15)), 0.001 * (times > 0.9) + 0.5 * times), axis=-1)
+
+    found = jumps(values, np.linspace(0.0, 1.0, 97))
+    assert found == pytest.approx([0.3, 0.7123], abs=1e-8)
+    assert (found < [0.3, 0.7123]).all()
+    assert sum(asked) < 500
+    assert not len(jumps(lambda times: np.zeros((len(times), 2)), np.linspace(0.0, 1.0, 5)))
+
+
+def test_elements_begin_anew_where_a_load_jumps():
+    """A load that is taken off within the cycle: the whole ring-down is answered by smooth elements."""
+    speed, gone = 40.0, 0.37
+    period = 2 * math.pi / speed
+    given = PointLoad("coupler", "B", 300.0j, law=law_of_time(lambda time: np.where(time <= gone * period, 1.0, 0.0)))
+    loaded = replace(FOUR_BAR.mechanism, loads=(given,))
+    found = steady(loaded, FOUR_BAR.sections, speed, tolerance=1e-3)
+    assert np.abs(found.edges - gone * period).min() < 1e-8 * period
+    assert found.time_error + found.reduction_error < 2e-3

@@ -9,6 +9,7 @@ import kinelast
 from exchange import ExchangeError, read, scene_text
 from exchange.reading import of_text
 from kinelast.cli.command import main
+from rigid import position_of
 
 # PMKS+'s own number system, by its rule: thousandths in base 64, negative ones with a leading 0.
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
@@ -135,6 +136,21 @@ def test_a_point_fixed_on_another_of_mec2_is_of_its_link():
     assert scene.run.duration == pytest.approx(5.0)
 
 
+def test_slots_that_hold_nothing_and_nodes_that_there_are_not_are_left_out_and_told():
+    """As in published models of mec2 that were not finished."""
+    idle = {"id": "s", "p1": "B0", "p2": "H", "ori": {"type": "const"}}
+    lost = {"id": "t", "p1": "I", "p2": "A", "len": {"type": "const"}}
+    nodes = [*MEC2["nodes"], {"id": "H", "x": 200, "y": 9}]
+    text = json.dumps({**MEC2, "nodes": nodes, "constraints": [*MEC2["constraints"], idle, lost]})
+    drawing = of_text(text, "mine")
+    assert "a slot is left out: no link has its point H" in drawing.notes
+    assert "constraint t is left out: there is no node I" in drawing.notes
+    scene, motion = moved(text)
+    _, plain = moved(json.dumps(MEC2))
+    np.testing.assert_array_equal(motion.origin, plain.origin)
+    assert "H" not in drawing.points or "H" not in {point for link in scene.mechanism.links for point in link.points}
+
+
 def test_a_four_bar_of_pylinkage_closes_and_turns_its_way():
     _, motion = moved(json.dumps(PYLINKAGE))
     assert motion.drive[0][1] < motion.drive[0][0]
@@ -196,3 +212,44 @@ def test_the_first_scene_is_that_of_the_docs():
     docs = (Path(__file__).parent.parent / "docs" / "scenes.md").read_text(encoding="utf-8")
     first = Path(kinelast.__file__).parent / "scene" / "first.toml"
     assert f"```toml\n{first.read_text(encoding='utf-8')}```" in docs
+
+
+class TestDrawn:
+    """Links and paths as a DXF drawing, read back by ezdxf and by the importer."""
+
+    def drawing(self, tmp_path, name):
+        ezdxf = pytest.importorskip("ezdxf")
+        options = ("--theory", "quasi-static", "--positions", "24", "--quiet", "--dxf")
+        main([name, "-o", str(tmp_path), *options])
+        return ezdxf.readfile(tmp_path / name / "links.dxf"), kinelast.load(name)
+
+    def test_outlines_holes_and_paths_have_the_sizes_of_the_scene(self, tmp_path):
+        drawing, scene = self.drawing(tmp_path, "pusher")
+        space, motion = drawing.modelspace(), kinelast.scene_motion(scene, 24)
+        for name, parts in scene.bearings.items():
+            known = parts.eye or parts.pin or parts.plain
+            circles = [each.dxf.radius for each in space.query("CIRCLE") if each.dxf.layer != "ground"]
+            assert known is None or any(radius == pytest.approx(500 * known.diameter) for radius in circles), name
+        (coupler,) = [link for link in scene.mechanism.links if link.name == "coupler"]
+        outline = space.query('LWPOLYLINE[layer=="coupler"]')[0]
+        (ax, ay, *_), (bx, by, *_), (cx, cy, *_), _ = outline.get_points("xyb")
+        beam = coupler.beams[0]
+        length = abs(coupler.points[beam.end] - coupler.points[beam.start])
+        assert np.hypot(bx - ax, by - ay) == pytest.approx(1e3 * length)
+        number = [link for link, _ in scene.mechanism.beams].index(scene.mechanism.index["coupler"])
+        assert np.hypot(cx - bx, cy - by) == pytest.approx(2e3 * scene.sections[number].fibre)
+        path = space.query('LWPOLYLINE[layer=="path B"]')[0]
+        places = 1e3 * position_of(motion, scene.mechanism.index["coupler"], "B")
+        np.testing.assert_allclose([complex(x, y) for x, y in path.get_points("xy")], places, atol=1e-6)
+
+    def test_what_is_drawn_is_read_as_the_mechanism_that_it_was(self, tmp_path):
+        _, scene = self.drawing(tmp_path, "steel_four_bar")
+        read_back = read(str(tmp_path / "steel_four_bar" / "links.dxf"))
+        assert not [note for note in read_back.notes if "no layer named ground" in note]
+        back = kinelast.scene_from_text(scene_text(read_back))
+        motion = kinelast.scene_motion(back)
+        assert [link.name for link in back.mechanism.links] == [link.name for link in scene.mechanism.links]
+        for one, other in zip(back.mechanism.links, scene.mechanism.links, strict=True):
+            np.testing.assert_allclose(np.ptp([*one.points.values()]), np.ptp([*other.points.values()]), rtol=1e-9)
+        here = kinelast.scene_motion(scene, len(motion.time))
+        np.testing.assert_allclose(motion.direction, here.direction, atol=1e-9)

@@ -104,10 +104,14 @@ def cases(draw, name, taper=False):
     return turning, draw(sections(mechanism, taper))
 
 
-QUICKLY_PLACED = sorted(set(LINKS) - {"group that is no dyad"})
+PLACED = [
+    *sorted(set(LINKS) - {"group that is no dyad"}),
+    pytest.param("group that is no dyad", marks=pytest.mark.slow),
+]
+"""Links, of which a group that is no dyad is placed more slowly."""
 
 
-@pytest.mark.parametrize("name", [*QUICKLY_PLACED, pytest.param("group that is no dyad", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", PLACED)
 @SPREAD
 @given(st.data())
 def test_random_links_agree(name, data):
@@ -118,7 +122,7 @@ def test_random_links_agree(name, data):
     assert comparison.compared > 0
 
 
-@pytest.mark.parametrize("name", sorted(set(LINKS) - {"block on a lever"}))
+@pytest.mark.parametrize("name", [name for name in PLACED if name != "block on a lever"])
 @settings(max_examples=15, deadline=None)
 @given(st.data())
 def test_random_tapered_links_close_to_the_fourth_order(name, data):

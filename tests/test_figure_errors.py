@@ -8,11 +8,30 @@ import numpy as np
 import pytest
 from scene_texts import FOUR_BAR, edited
 
-from elastic.elastodynamics import elastodynamic, geometrically_exact, in_finer_elements, with_large_displacement
+from elastic.elastodynamics import (
+    discretized_finer,
+    elastodynamic,
+    finer_vibration,
+    geometrically_exact,
+    with_large_displacement,
+)
 from kinelast import scene_from_text
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import magnitudes
-from kinelast.figures.errors import FigureError, GradedFigure, worst_of
+from kinelast.figures.errors import (
+    BEAM_THEORY,
+    BODIES,
+    LARGE,
+    MEASURED,
+    ROUND_OFF,
+    TIME,
+    VIBRATION,
+    FigureError,
+    GradedFigure,
+    Measured,
+    with_bodies,
+    worst_of,
+)
 from kinelast.figures.theory import damping_of
 from kinelast.runs.__init__ import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
@@ -103,7 +122,8 @@ def test_elements_of_time_are_told_of_every_figure():
     given = results.motion, scene.course.at, results.period, scene.sections, scene.joints, damping_of(scene)
     rough, fine = (elastodynamic(*given, tolerance) for tolerance in (1e-2, 1e-5))
     coarse = geometrically_exact(rough, 1e-2)
-    bent = coarse.deflection, in_finer_elements(coarse, 1e-4)[0], geometrically_exact(fine, 1e-5).deflection
+    finer = discretized_finer(coarse, finer_vibration(coarse), 1e-4)[0]
+    bent = coarse.deflection, finer, geometrically_exact(fine, 1e-5).deflection
     here, told, best = (largest(results, each) for each in bent)
     ratios = []
     for key, values in best.items():
@@ -113,6 +133,43 @@ def test_elements_of_time_are_told_of_every_figure():
     assert len(ratios) > 10
     assert min(ratios) > 0.4
     assert max(ratios) < 2.5
+
+
+def test_a_check_takes_the_place_of_estimates_it_is_finer_than():
+    told = FigureError({VIBRATION: 5.0, LARGE: -1.0, BEAM_THEORY: 0.5, ROUND_OFF: 0.1})
+    off, own = {"w": [3.0, 0.2, math.nan]}, {"w": [0.5, 4.5, 0.5]}
+    fine, coarse, nothing = (Measured(off, own).in_place("w", item, told) for item in range(3))
+    assert fine.parts == {MEASURED: 3.5, BEAM_THEORY: 0.5, ROUND_OFF: 0.1}
+    assert fine.size == 4.1
+    assert coarse is nothing is told
+    assert Measured(off, own).in_place("M", 0, told) is told
+    unknown = Measured(off, own).in_place("w", 1, FigureError({BEAM_THEORY: 0.5}, "friction"))
+    assert unknown.size == 5.2
+
+
+def test_plane_bodies_take_the_place_of_what_beam_theory_is_estimated_to_leave_out():
+    """Of the chord of a body their own, of all others the estimate by as much as the worst beam's is too low."""
+    parts = [1.0, 2.0, 0.01]
+    errors = {"chord": [FigureError({BEAM_THEORY: part, TIME: 0.1}) for part in parts]}
+    errors["M"] = [FigureError({BEAM_THEORY: 7.0, TIME: 0.1})]
+    told = with_bodies(errors, [0.5, 1.0, 0.2], [0.6, 1.0, 0.2])
+    assert [each.parts[BODIES] for each in told["chord"]] == [0.5, 1.0, 0.2]
+    assert told["M"][0].parts == {TIME: 0.1, BODIES: pytest.approx(0.6 * 7.0)}
+    left_out = with_bodies(errors, [0.5, math.nan, 0.2], [0.6, math.nan, 0.2])
+    assert left_out["chord"][0].parts == {TIME: 0.1, BODIES: 0.5}
+    assert left_out["chord"][1] is errors["chord"][1]
+    assert left_out["M"][0] is errors["M"][0]
+
+
+def test_what_is_left_after_a_stop_is_known_to_a_share_of_the_largest_displacement():
+    """A dwell in which elements of time are long: they damp what rings there more than its material."""
+    stop = '[{curve = "cycloidal", duration = "80 ms", by = "30 deg"}, {curve = "dwell", duration = "0.2 s"}]'
+    text = edited(FOUR_BAR, ('speed = "100 rad/s"', f"law = {stop}"), ("positions = 36", "positions = 73"))
+    results = computed(scene_from_text(text), Request(theory=ELASTODYNAMIC))
+    found, moved = results.figures.peaks["residual"][0], results.figures.peaks["displacement"]
+    vibrating = results.answer.vibrating
+    settled = vibrating.time_error + vibrating.reduction_error
+    assert found.error.parts[TIME] >= settled * max(abs(peak.value) for peak in moved) > 0
 
 
 def test_an_unknown_error_is_the_worst():

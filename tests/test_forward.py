@@ -35,14 +35,12 @@ from rigid.dynamics import (
     Effort,
     ForwardError,
     constant_law,
-    dissipated_power,
     forward,
-    kinetic_energy,
     law_of_rate,
     motion_during,
-    potential_energy,
     tracking,
 )
+from rigid.kinetostatics import dissipated_power, kinetic_energy, potential_energy
 
 GRAVITY = 9.81
 FREE = Effort()

@@ -10,9 +10,20 @@ import math
 import numpy as np
 import pytest
 from mechanisms import ALL, steel_four_bar
+from scipy.optimize import root
 
-from elastic import Section, displacement_of, extremes, reference_deflection, sample, with_rotary_inertia
+from elastic import (
+    JointCompliance,
+    Section,
+    displacement_of,
+    extremes,
+    reference_deflection,
+    rotation_of,
+    sample,
+    with_rotary_inertia,
+)
 from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error
+from elastic.elastodynamics.displaced_points import require_known
 from elastic.elastodynamics.exact_steps import exact_deflection, settled_links
 from fem_check.nonlinear import nonlinear_steady_state
 from rigid import (
@@ -25,6 +36,8 @@ from rigid import (
     MechanismError,
     PinDrive,
     PointLoad,
+    Slider,
+    SliderDrive,
     Spring,
     TorsionSpring,
     drive_efforts,
@@ -139,9 +152,109 @@ def test_extremes_are_those_of_the_fields():
         np.testing.assert_allclose(np.abs(peak.value), values, rtol=1e-5, atol=1e-12 * values.max())
 
 
-def test_a_slider_on_a_link_that_bends_is_refused():
-    with pytest.raises(MechanismError, match="on a link that bends is not known to large displacement"):
-        vibrating(ALL["RPR, elastic lever"](), 5.0, 12, 2e-4)
+SOFT = Section(EA=1e4, EI=1.0, kGA=1e3)
+
+
+def held_exactly(mechanism, sections, joints=None):
+    """Deflection of a mechanism that stands still, displaced by any amount."""
+
+    def motion_at(t):
+        return motion(mechanism, 0 * np.asarray(t), 0.0, 0.0, t)
+
+    linear = elastodynamic(motion_at(np.array([0.0, 0.5])), motion_at, 1.0, sections, joints=joints)
+    return linear.deflection, geometrically_exact(linear, 1e-9).deflection
+
+
+def shot(section, length, force, moment, give=0.0, steps=60):
+    """Place, rotation and moment at the end of a beam of Reissner's, by Runge and Kutta's fourth order.
+
+    `force` on its end, and the `moment` at its start, which turns by so much times `give`.
+    """
+
+    def rate(y):
+        turn = np.exp(1j * y[1])
+        section_force = np.conj(turn) * force
+        stretched = turn * (1 + section_force.real / section.EA + 1j * section_force.imag / section.kGA)
+        return np.array([stretched, y[2] / section.EI, -(np.conj(stretched) * force).imag])
+
+    y, h = np.array([0j, give * moment, moment]), length / steps
+    for _ in range(steps):
+        k1 = rate(y)
+        k2 = rate(y + h / 2 * k1)
+        k3 = rate(y + h / 2 * k2)
+        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + rate(y + h * k3))
+    return complex(y[0]), float(y[1].real), float(y[2].real)
+
+
+@pytest.mark.parametrize(("load", "beside"), [(-0.7j, 0.0), (-0.4j, 0.7)])
+def test_a_block_on_a_bent_link(load, beside):
+    """A carriage on a vertical guide presses a block down on an arm whose drive gives way; a force turns the block.
+
+    Where the block is on the bent axis, its force is square to it there but for the moment times the curvature.
+    """
+    at, lever, give = 0.6, 0.1j, 0.2
+    arm = Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A", 1e-6),))
+    links = Link("ground", {"O": 0}), arm, Link("shoe", {"P": 0, "Q": lever}), Link("carriage", {"P": 0})
+    sliders = (
+        Slider("slot", "shoe", "arm", "P", origin=0, direction=1.0),
+        Slider("guide", "carriage", "ground", "P", origin=at, direction=1j),
+    )
+    loads = PointLoad("carriage", "P", load), PointLoad("shoe", "Q", beside)
+    drawing = {"O": 0, "A": 1.0, "P": at, "Q": at + lever}
+    mechanism = Mechanism(links, (PinDrive("arm", "O"),), drawing, sliders, loads=loads)
+    linear, found = held_exactly(mechanism, [SOFT], {"O": JointCompliance(rotation=give)})
+    down = (load + beside).imag
+
+    def lacking(unknown):
+        length, along, moment = unknown
+        force = along + 1j * down
+        place, turn, held = shot(SOFT, length, force, moment, give)
+        axes = np.exp(1j * turn)
+        turning = (np.conj(lever * axes) * beside).imag
+        section_force = np.conj(axes) * force / 2  # the mean of both sides of the block, like the curvature
+        tangent = axes * (1 + section_force.real / SOFT.EA + 1j * section_force.imag / SOFT.kGA)
+        pushed = (np.conj(tangent) * force).real + turning * turning / (2 * SOFT.EI)
+        return [place.real - at, held - turning, pushed]
+
+    length, along, moment = root(lacking, [at, 0.0, at * down], tol=1e-11).x
+    place, turn, _ = shot(SOFT, length, along + 1j * down, moment, give)
+    scale = abs(displacement_of(linear, "shoe", "P")[0] - 1j * place.imag)
+    assert abs(displacement_of(found, "shoe", "P")[0] - 1j * place.imag) < min(2e-4 * abs(place.imag), 0.02 * scale)
+    assert found.phi.sum(0)[0, 0] == pytest.approx(turn, rel=2e-4)
+    assert sample(found, "M", [0.0])[0, 0, 0] == pytest.approx(moment, rel=2e-4)
+    assert found.blocks[0].xi[0] == pytest.approx(length, abs=2e-5)
+
+
+@pytest.mark.parametrize(("pressure_angle", "hub"), [(0.0, 0.0), (0.35, 0.1 - 0.05j)])
+def test_a_planet_on_a_bent_carrier(pressure_angle, hub):
+    """It rolls around a sun that stands still; by a force beside its pin its teeth bend the carrier by half a radian.
+
+    Teeth push across the line of centres as it then is, the planet turns as seen from there.
+    """
+    beside, load, ratio, slope = 0.15 + 0.05j, -1j, -2.0, math.tan(pressure_angle)
+    arm = Link("arm", {"O": 0, "P": 1.0}, (Beam("O", "P", 1e-6),))
+    links = Link("ground", {"O": 0}), arm, Link("planet", {"P": hub, "Q": hub + beside})
+    gear = Gear(PinDrive("ground", "O", "arm"), PinDrive("planet", "P", "arm"), ratio, pressure_angle)
+    drawing = {"O": 0, "P": 1.0, "Q": 1.0 + beside}
+    loads = (PointLoad("planet", "Q", load),)
+    mechanism = Mechanism(links, (PinDrive("arm", "O"),), drawing, loads=loads, gears=(gear,))
+    _, found = held_exactly(mechanism, [SOFT])
+
+    def turned(centre):
+        return (1 - ratio) * (np.angle(centre) - slope * np.log(abs(centre)))
+
+    def lacking(unknown):
+        force = complex(*unknown[:2])
+        centre, _, held = shot(SOFT, 1.0, force, unknown[2])
+        moment = -(np.conj(beside * np.exp(1j * turned(centre))) * load).imag
+        teeth = (1 - ratio) * moment * (slope - 1j) / np.conj(centre)
+        return [(force - load - teeth).real, (force - load - teeth).imag, held]
+
+    along, across, moment = root(lacking, [0.0, -1.4, -1.4], tol=1e-11).x
+    centre, _, _ = shot(SOFT, 1.0, along + 1j * across, moment)
+    assert displacement_of(found, "arm", "P")[0] == pytest.approx(centre - 1.0, abs=1e-6)
+    assert rotation_of(found, "planet", "P")[0] == pytest.approx(turned(centre), abs=1e-6)
+    assert sample(found, "M", [0.0])[0, 0, 0] == pytest.approx(moment, rel=1e-6)
 
 
 def test_gears_about_axes_in_the_ground():
@@ -175,18 +288,15 @@ def test_gears_about_axes_in_the_ground():
     assert np.abs(efforts - whole.efforts[:, ::4]).max() < 1e-4 * np.abs(whole.efforts).max()
 
 
-def test_a_gear_on_a_moving_carrier_is_refused():
-    links = (Link("ground", {"O": 0}), *(Link(*given, (Beam(*given[1], 1.0),)) for given in (
-        ("carrier", {"O": 0, "P": 0.2}), ("planet", {"P": 0, "Q": 0.1}))))  # fmt: skip
-    gear = Gear(PinDrive("carrier", "O"), PinDrive("planet", "P", "carrier"), -2.0, None)
-    mechanism = Mechanism(links, (PinDrive("carrier", "O"),), {"O": 0, "P": 0.2, "Q": 0.3}, gears=(gear,))
-
-    def motion_at(t):
-        return motion(mechanism, np.asarray(t), 1.0, 0.0, t)
-
-    linear = elastodynamic(motion_at(np.arange(6.0)), motion_at, 2 * math.pi, [Section(EA=1e6, EI=10.0)] * 2)
-    with pytest.raises(MechanismError, match='the gear at "P" is on a moving carrier'):
-        geometrically_exact(linear)
+def test_a_wheel_that_runs_along_a_rack_is_refused():
+    links = Link("ground", {"O": 0}), Link("cart", {"P": 0}), Link("wheel", {"P": 0, "Q": 0.05})
+    guide = Slider("guide", "cart", "ground", "P", origin=0.0, direction=1.0)
+    turns = PinDrive("wheel", "P", "cart")
+    drawing = {"O": 0, "P": 0.2, "Q": 0.25}
+    gears = (Gear(turns, SliderDrive("guide"), 0.05),)
+    mechanism = Mechanism(links, (turns,), drawing, (guide,), gears=gears)
+    with pytest.raises(MechanismError, match='the wheel at "P" runs along a rack'):
+        require_known(motion(mechanism, np.zeros((1, 2))))
 
 
 def test_springs_lumps_beside_their_points_and_loads_that_turn():

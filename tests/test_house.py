@@ -6,6 +6,7 @@ First lines of docstrings name the thing: none defines it by "what", "whose" or 
 import ast
 import re
 import sys
+from functools import cache
 from itertools import groupby
 from pathlib import Path
 
@@ -19,9 +20,21 @@ PLAIN = ("rigid", "elastic", "machine", "fem_check", "animations", "exchange", "
 RIDDLE = re.compile(r"\b(what|whose|whatever)\b", re.IGNORECASE)
 
 
+@cache
+def tree_of(path):
+    """A file as a tree of syntax."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@cache
+def files():
+    """Files of all packages."""
+    return [path for package in PLAIN for path in sorted((ROOT / package).rglob("*.py"))]
+
+
 def first_line(path):
     """What a file says of itself."""
-    return " ".join((ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n\n")[0].split())
+    return " ".join((ast.get_docstring(tree_of(path)) or "").split("\n\n")[0].split())
 
 
 def rooms():
@@ -66,11 +79,9 @@ def decides(node):
 
 def deciding_files():
     """Files that decide on the kind of a joint, the joints' own room left out."""
-    for package in PLAIN:
-        for path in sorted((ROOT / package).rglob("*.py")):
-            tree = ast.parse(path.read_text(encoding="utf-8"))
-            if "rigid/joints" not in path.as_posix() and any(decides(node) for node in ast.walk(tree)):
-                yield path.relative_to(ROOT).with_suffix("").as_posix()
+    for path in files():
+        if "rigid/joints" not in path.as_posix() and any(decides(node) for node in ast.walk(tree_of(path))):
+            yield path.relative_to(ROOT).with_suffix("").as_posix()
 
 
 def test_the_list_of_files_that_decide_on_the_kind_of_a_joint_is_true():
@@ -81,9 +92,8 @@ def test_the_list_of_files_that_decide_on_the_kind_of_a_joint_is_true():
 
 def first_lines(path):
     """First lines of the docstrings of a file, its classes and its functions, with their line numbers."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
     documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-    for node in ast.walk(tree):
+    for node in ast.walk(tree_of(path)):
         words = ast.get_docstring(node) if isinstance(node, documented) else None
         if words:
             yield getattr(node, "lineno", 1), words.splitlines()[0]
@@ -100,6 +110,29 @@ def test_first_lines_are_no_riddles(package):
     assert not riddles, "\n".join(riddles)
 
 
+EMPTY = {"found", "one", "own", "way"}
+"""Names that say nothing of what they name."""
+
+
+def long_lived(path):
+    """Empty names of a file that live longer than three lines, from where they are bound to their last use."""
+    for function in ast.walk(tree_of(path)):
+        if isinstance(function, ast.FunctionDef):
+            seen = {}
+            for node in ast.walk(function):
+                name = getattr(node, "id", getattr(node, "arg", None))
+                if name in EMPTY and isinstance(node, ast.Name | ast.arg):
+                    seen.setdefault(name, []).append(node)
+            for name, nodes in seen.items():
+                bound = [node.lineno for node in nodes if isinstance(getattr(node, "ctx", None), ast.Store | None)]
+                if bound and max(node.lineno for node in nodes) - min(bound) > 3:
+                    yield f"{path.relative_to(ROOT)}:{min(bound)}: {name} in {function.name}"
+
+
+def test_empty_names_live_three_lines_at_most():
+    assert not [name for path in files() for name in long_lived(path)]
+
+
 ONE_FILE = {f"rigid.{name}" for name in ("arrays", "chunks", "constants", "kinematics", "plane", "teeth")} | {
     "elastic.arrays"
 }
@@ -108,17 +141,15 @@ ONE_FILE = {f"rigid.{name}" for name in ("arrays", "chunks", "constants", "kinem
 
 def deep_imports():
     """Imports of another package that reach deeper than its root or a room's root: file, line and module."""
-    packages = (*PLAIN, "kinelast")
-    for package in packages:
-        for path in sorted((ROOT / package).rglob("*.py")):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                if not isinstance(node, ast.ImportFrom) or not node.module or node.module in ONE_FILE:
-                    continue
-                first, *inner = node.module.split(".")
-                if first in packages and first != package and inner:
-                    room = ROOT / first / inner[0]
-                    if first != "kinelast" and (len(inner) > 1 or not room.is_dir()):  # its rooms give their files
-                        yield f"{path.relative_to(ROOT)}:{node.lineno}: {node.module}"
+    for path in files():
+        for node in ast.walk(tree_of(path)):
+            if not isinstance(node, ast.ImportFrom) or not node.module or node.module in ONE_FILE:
+                continue
+            first, *inner = node.module.split(".")
+            if first in PLAIN and first != path.relative_to(ROOT).parts[0] and inner:
+                room = ROOT / first / inner[0]
+                if first != "kinelast" and (len(inner) > 1 or not room.is_dir()):  # its rooms give their files
+                    yield f"{path.relative_to(ROOT)}:{node.lineno}: {node.module}"
 
 
 def test_a_package_is_imported_at_its_root_or_at_that_of_a_room():

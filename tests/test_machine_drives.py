@@ -1,6 +1,7 @@
 """Sizing of drives against closed forms and printed examples: averages, motors, flywheels, cylinders, balancing."""
 
 import json
+import re
 import tomllib
 
 import numpy as np
@@ -39,7 +40,7 @@ from machine.drives import (
     working_pressure,
 )
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Segment, SegmentedLaw, drive_efforts, motion, reactions
-from rigid.dynamics import kinetic_energy
+from rigid.kinetostatics import kinetic_energy
 
 
 class TestAverages:
@@ -460,3 +461,25 @@ angle = {spring["angle"]["value"]}
         assert found["after"]["value"] < 1e-11 * found["before"]["value"]
         assert {part["link"] for part in found["parts"]} == {"crank", "rocker"}
         assert "balance of the shaking force: 0.188 kg at 50 mm from O on crank" in capsys.readouterr().out
+
+    @pytest.mark.parametrize("scene", ["steel_four_bar", "offset_slider_crank"])
+    def test_the_scene_with_the_counterweights_shakes_as_they_say_and_can_be_optimized(self, scene, tmp_path):
+        """Of a four-bar nothing is left, of a slider-crank, whose slider no link turns with, a part."""
+        unloaded = re.sub(r"\[\[loads\]\].*?(?=\n\[)", "", shipped_scenes()[scene].read_text(), flags=re.DOTALL)
+        text = re.sub(r"gravity = .*", "gravity = [0, 0]", unloaded) + "\n# kept\n"
+        (tmp_path / "scene.toml").write_text(text)
+        out, options = tmp_path / "out", (*self.OPTIONS, "--quiet")
+        main([str(tmp_path / "scene.toml"), "-o", str(out), *options, "--balance"])
+        before = json.loads((out / "scene" / "summary.json").read_text())
+        written = (out / "scene" / "balance.toml").read_text()
+        assert "# kept" in written
+        main([str(out / "scene" / "balance.toml"), "-o", str(out), *options])
+        after = json.loads((out / "balance" / "summary.json").read_text())["shaking"]["force"]["value"]
+        proposed = before["balance"]["shaking_force"]
+        assert proposed["before"]["value"] == pytest.approx(before["shaking"]["force"]["value"], rel=1e-9)
+        assert after == pytest.approx(proposed["after"]["value"], abs=1e-9 * proposed["before"]["value"])
+        asked = tomllib.loads(written)["optimize"]
+        assert asked["minimize"] == "shaking_force"
+        links = {part["link"] for part in proposed["parts"]}
+        assert {*asked["variables"]} == {f"links.{link}_counterweight.mass" for link in links}
+        assert (scene == "steel_four_bar") == (proposed["left"] < 1e-9)

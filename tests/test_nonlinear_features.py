@@ -1,4 +1,4 @@
-"""Claim: the nonlinear check takes a feature of a scene or refuses it in one sentence, as docs/nonlinear.md says."""
+"""Claim: the nonlinear check takes a feature of a scene or refuses it in one sentence, as docs/validity.md says."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ WHEEL = '[links.wheel]\npoints = ["G", "H"]\nsection = "bar"\nmaterial = "steel"
 FEATURES = {
     "taper": (TURNING, ""),
     "compliance of a pin": (TURNING + "[joints.A]\ncompliance = 1e-8\n", ""),
-    "gap of a pin": (TURNING + "[joints.A]\ngap = [1e-5, 0.0]\n", ""),
+    "misfit of a pin (`gap`)": (TURNING + "[joints.A]\ngap = [1e-5, 0.0]\n", ""),
     "spring between points": (
         TURNING + '[[springs]]\nlink = "rocker"\npoint = "B"\nanchor = "O"\nstiffness = 100.0\n',
         "",
@@ -109,6 +109,6 @@ def test_it_is_taken_or_refused_in_a_sentence(feature):
 
 
 def test_the_documentation_says_which():
-    page = (Path(__file__).parents[1] / "docs" / "nonlinear.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[1] / "docs" / "validity.md").read_text(encoding="utf-8")
     for feature, (_, refusal) in {**FEATURES, **SHIPPED}.items():
         assert f"| {feature} | {'refused' if refusal else 'taken'}" in page, feature

@@ -86,13 +86,14 @@ class TestDocs:
         snippets = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
         for snippet in snippets:
             exec(snippet, names)
+            if snippet is snippets[0]:  # others give these names to other things
+                assert names["moved"]["B"].position.shape == (360,)
+                assert names["bent"]["coupler"].w.shape == (360, 101)
         assert len(snippets) >= 7
-        assert names["moved"]["B"].position.shape == (360,)
-        assert names["bent"]["coupler"].w.shape == (360, 101)
         assert names["told"].figures["check"]["passed"]
-        thin, thick = (float(line.split()[2]) for line in capsys.readouterr().out.splitlines())
-        assert thin == pytest.approx(7850 * (20 * np.pi) ** 2 * 0.4**2 / 2, rel=1e-6)  # rho w^2 l^2/2
-        assert thick == pytest.approx(thin, rel=1e-6)
+        thin, thick = (float(line.split()[2]) for line in capsys.readouterr().out.splitlines()[:2])
+        assert 6 / 8 * thin < thick < thin  # of bending as 1/depth, of tension the same
+        assert names["solved"].joints.B.force.rocker.shape == (90,)
 
     @pytest.mark.slow
     def test_the_notebook(self):
@@ -196,7 +197,7 @@ class TestTables:
 
         (tmp_path / "arm.toml").write_text(ARM)
         assert main([str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out"), "--quiet"]) == 0
-        written = pandas.read_csv(tmp_path / "out" / "arm" / "positions.csv", index_col=0)
+        written = pandas.read_csv(tmp_path / "out" / "arm" / "positions.csv", index_col=0, engine="python")
         table = to_pandas(deflection(arm))
         assert list(table.columns) == list(written.columns)
         np.testing.assert_array_equal(table.to_numpy(), written.to_numpy())

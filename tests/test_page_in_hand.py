@@ -53,6 +53,22 @@ def hover(page, x, y):
     action.perform()
 
 
+def test_the_picture_is_seen_at_once_and_hears_the_keys(driver, steel):
+    """Beside the answer where there is room, behind the verdict else; keys move it without a click."""
+    from selenium.webdriver.common.keys import Keys
+
+    for width, above in ((390, 760), (1280, 460)):
+        page = Page(driver, steel, width)
+        assert page.run("return document.getElementById('stage').getBoundingClientRect().top") < above
+    assert "displacements" not in page.run("return document.querySelector('.mechanism .scale').textContent")
+    page.run("kinelast.showPosition(10)")
+    driver.switch_to.active_element.send_keys(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT)
+    assert page.run("return kinelast.instant.position") == 12
+    driver.switch_to.active_element.send_keys(Keys.SPACE)
+    assert page.run("return document.getElementById('play').getAttribute('aria-pressed')") == "true"
+    assert errors(page) == []
+
+
 @pytest.mark.parametrize(
     "choice", ["document.querySelector('.tile .go')", "document.querySelector('#maps .map')", "the link"]
 )
@@ -196,6 +212,8 @@ def test_paper_says_what_the_picture_shows(driver, tmp_path):
     text = shipped_scenes()["flap_bars"].read_text()
     page = Page(driver, written(tmp_path, text, "--positions", "24", "--theory", "quasi-static"))
     page.run("kinelast.showPosition(0)")
+    assert "displacements \u00d7 " not in "\n".join(paper(driver))  # true shape, until asked otherwise
+    page.run("document.getElementById('exaggeration').parentNode.querySelectorAll('button')[2].click()")
     pages = paper(driver)
     whole = "\n".join(pages)
     assert page.run("return document.getElementById('instant').textContent") + "; bending moment" in whole

@@ -12,8 +12,8 @@ from fem_check.nonlinear import nonlinear_steady_state
 from kinelast.figures.trust import findings
 from kinelast.runs import computed
 from kinelast.scene.document import scene_from_text
-from kinelast.scene.repetition import common_period
 from kinelast.tasks.request import Request
+from rigid.analysis import common_period
 
 REDUNDANT = FEATURES["redundant joints"]
 TWO_CRANKS = edited(

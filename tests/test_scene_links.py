@@ -15,7 +15,8 @@ from kinelast.designs import evaluate
 from kinelast.figures.summary import summary
 from kinelast.runs import computed
 from kinelast.scene.data import scene_motion
-from kinelast.scene.document import scene_from_dict, scene_from_text
+from kinelast.scene.document import document_from_text, scene_from_dict, scene_from_text
+from kinelast.scene.error import SceneError
 from kinelast.scene.quantities import (
     Coordinate,
     Density,
@@ -199,6 +200,36 @@ class TestLinks:
     def test_outlines_are_in_the_axes_of_the_link(self):
         scene = scene_from_text(edited(FOUR_BAR, ('["A", "B"]', '["A", "B"]\noutline = ["A", ["15 cm", 0.02], "B"]')))
         assert scene.outlines == {"coupler": (0, pytest.approx(0.15 + 0.02j), pytest.approx(0.3))}
+
+
+class TestDrawnLengths:
+    """The length of a link that is as drawn may be set, swept and scattered, though none stands in the file."""
+
+    def test_setting_it_is_writing_it(self):
+        written = edited(FOUR_BAR, ('points = ["A", "B"]', 'points = ["A", "B"]\nlength = "310 mm"'))
+        changed = document_from_text(FOUR_BAR).with_changes(["links.coupler.length=310 mm"])
+        assert changed.tables["links"]["coupler"]["length"] == "0.31 m"
+        links = [document_from_text(text).table.links for text in (changed.text(), written)]
+        assert links[0] == links[1] == changed.table.links
+        drawn = document_from_text(FOUR_BAR).variable("links.coupler.length").base
+        assert drawn == pytest.approx(abs(complex(0.28, 0.24) - 0.1), rel=1e-15)
+
+    def test_designs_of_it_are_those_of_single_runs(self):
+        lengths = [[0.29], [0.31]]
+        found = evaluate(document_from_text(FOUR_BAR), ["links.coupler.length"], lengths, ["deflection", "stress"])
+        for row, (length,) in enumerate(lengths):
+            document = document_from_text(FOUR_BAR).with_values({"links.coupler.length": length})
+            figures = summary(computed(document.scene, Request(theory="quasi-static")))
+            largest = figures["largest_deflection"]["value"], figures["largest_stress"]["value"]
+            assert found.columns["deflection"][row] == pytest.approx(abs(largest[0]), rel=1e-12)
+            assert found.columns["stress"][row] == pytest.approx(largest[1], rel=1e-12)
+
+    def test_a_link_of_another_shape_tells_the_numbers_that_it_has(self):
+        plate = edited(FOUR_BAR, ('["A", "B"]', "{A = [0, 0], B = [0.3, 0]}"))
+        wide = edited(FOUR_BAR, ('["A", "B"]', '["A", "P", "B"]'))
+        for text, words in ((plate, "links.coupler.points.B.x"), (wide, "points.B.x")):
+            with pytest.raises(SceneError, match=f'the link has its size by its points: .*, as in "{words}"'):
+                document_from_text(text).with_changes(["links.coupler.length=0.1"])
 
 
 class TestSliders:

@@ -92,12 +92,12 @@ def test_a_mistake_is_told_with_its_table_and_key(text, edit, table, key, messag
 class TestCommand:
     def test_the_files_join_those_that_are_there_and_stay_with_them(self, tmp_path, capsys):
         folder = tmp_path / "steel_four_bar"
-        assert main(["steel_four_bar", "--positions", "12", "-o", str(tmp_path)]) == 0
+        assert main(["steel_four_bar", "--positions", "12", "--theory", "quasi-static", "-o", str(tmp_path)]) == 0
         assert main(["steel_four_bar", "--structure", "-o", str(tmp_path)]) == 0
         files = {"report.html", "positions.csv", "summary.json", "structure.txt", "skeleton.svg"}
         assert {entry.name for entry in folder.iterdir()} == files
         assert set(json.loads((folder / "summary.json").read_text())["files"]) == files - {"summary.json"}
-        assert main(["steel_four_bar", "--positions", "12", "-o", str(tmp_path)]) == 0
+        assert main(["steel_four_bar", "--positions", "12", "--theory", "quasi-static", "-o", str(tmp_path)]) == 0
         known = json.loads((folder / "summary.json").read_text())
         assert set(known["earlier"]) == {"structure.txt", "skeleton.svg"}
         assert {entry.name for entry in folder.iterdir()} == files

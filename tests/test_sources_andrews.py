@@ -6,7 +6,8 @@ from sources import number, shipped, three_ways
 
 from kinelast.scene.data import scene_motion, scene_motion_at
 from rigid import position_of
-from rigid.dynamics import kinetic_energy, multiplier_forces, potential_energy
+from rigid.dynamics import multiplier_forces
+from rigid.kinetostatics import kinetic_energy, potential_energy
 
 # andrews.f 1.2 (2006), at t = 0.03 s: beta, Theta, gamma, Phi, delta, Omega, epsilon, their rates and accelerations,
 # and the six multipliers: forces in E, x and y, of the links K3, K4 and K6.

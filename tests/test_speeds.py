@@ -1,20 +1,22 @@
 """Speeds at which something happens are found, however few are asked for."""
 
+import dataclasses
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scene_texts import FOUR_BAR
 
-from elastic.elastodynamics import SpeedAnswers, SpeedSearch
+from elastic.elastodynamics import Resonance, SpeedAnswers, SpeedSearch
 from elastic.elastodynamics.speed_search import KNOWN_TO
 from elastic.elastodynamics.time_elements import Equations, periodic_amplitudes, propagation
 from elastic.elastodynamics.time_grid import Grid
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.results import results_in_full
-from kinelast.figures.speeds import FIELDS, prominences, speeds
+from kinelast.figures.speeds import FIELDS, SpeedPeak, Speeds, prominences, speeds
 from kinelast.figures.theory import damping_of
-from kinelast.outputs.speeds import speed_figures
+from kinelast.outputs.speeds import _words, speed_figures
 from kinelast.scene.document import read_scene, scene_from_text
 from kinelast.scene.error import SceneError
 from kinelast.tasks.task import shipped_scenes
@@ -127,6 +129,29 @@ class TestLimitSpeed:
         found = speeds(scene_from_text(weightless + f"[limits]\nchord = {4 * chord}\n"), (slow, 3 * slow, 2))
         assert found.highest == pytest.approx(2 * slow, rel=4e-3)
         assert found.limit.resonance is None
+
+
+def test_next_to_resonance_a_percentage_is_no_figure():
+    """Errors of speeds in words: by how much, and from a half on that nothing is to be relied on, and why."""
+    scene = scene_from_text(FOUR_BAR)
+    speed = np.array([100.0, 110.0, 120.0, 130.0])
+    peak = SpeedPeak(121.0, "w", 0, 1.0, Resonance(5, 1, 0, True))
+    fields = dict.fromkeys(field.name for field in dataclasses.fields(Speeds))
+    given = Speeds(**{**fields, "speed": speed, "unstable": (), "peaks": (peak,)})
+
+    def told(*error):
+        rows = {"stress": (None, np.ones(4), np.array(error))}
+        (sentence,) = _words(replace(given, figures=rows), scene)
+        return sentence
+
+    assert told(0.01, 0.06, 0.4, 0.2) == (
+        "3 of 4 speeds, from 110 rad/s on, are more than 5 % off, 40 % at 120 rad/s: mostly large displacement"
+    )
+    assert told(0.01, 0.06, 2.4, 0.7) == (
+        "3 of 4 speeds, from 110 rad/s on, are more than 5 % off by large displacement, 2 of them not to be relied on: "
+        "damping decides at resonance, as at 121 rad/s where 5th harmonic meets the 1st mode (mostly crank)"
+    )
+    assert told(0.01, 0.06, 0.4, 0.7).endswith("1 of them not to be relied on, as 130 rad/s")
 
 
 class TestWhatGoesWithTheSpeed:

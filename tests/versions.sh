@@ -15,7 +15,8 @@ import tomllib
 
 with open("pyproject.toml", "rb") as file:
     project = tomllib.load(file)["project"]
-tests = [each for each in project["optional-dependencies"]["test"] if each.startswith(("pytest", "hypothesis", "mpmath", "uplot"))]
+linters = ("ruff", "mypy", "import-linter")
+tests = [each for each in project["optional-dependencies"]["test"] if not each.startswith(linters)]
 for each in (*project["dependencies"], *tests):
     print(each.replace(">=", "==") if sys.argv[1] else each)
 PYTHON

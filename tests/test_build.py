@@ -1,0 +1,362 @@
+"""Claim: a mechanism built in Python is the scene of the file that it writes; its parts are the tables of the format.
+
+`python tests/test_build.py` writes the parts in kinelast/build.py anew.
+"""
+
+import sys
+from pathlib import Path
+from types import NoneType
+from typing import Annotated, Literal, get_args, get_origin
+
+import msgspec
+import numpy as np
+import pytest
+
+import kinelast
+from kinelast import (
+    SceneError,
+    answer,
+    build,
+    deflection,
+    load,
+    motion,
+    picture,
+    read_document,
+    report,
+    shipped_scenes,
+    to_pandas,
+)
+from kinelast.scene.format import Dimensioned, SceneTable
+from kinelast.scene.quantities import Direction, Sizes
+from kinelast.scene.tables import Place, StrictTable
+from kinelast.scene.units import Quantity
+
+BUILD = Path(__file__).parents[1] / "kinelast" / "build.py"
+MARK = "# The tables of kinelast.scene.format, written by python tests/test_build.py.\n"
+NAMED = {  # parts that a key takes in place of their names
+    "link": "Link", "on": "Link", "links": "Link", "point": "Point", "points": "Point", "through": "Point",
+    "anchor": "Point", "at": "Point", "start": "Point", "end": "Point", "center": "Point", "beam": "Point",
+    "beams": "Point", "outline": "Point", "slider": "Slider | Slot", "motor": "Motor", "cylinder": "Cylinder",
+    "material": "Material", "section": "Section",
+}  # fmt: skip
+
+
+def plain(kind):
+    return get_args(kind)[0] if get_origin(kind) is Annotated else kind
+
+
+def inside(kind):
+    """Tables in the type of an entry."""
+    kind = plain(kind)
+    if isinstance(kind, type) and issubclass(kind, StrictTable):
+        return [kind]
+    return [table for part in get_args(kind) for table in inside(part)]
+
+
+def all_tables():
+    """Every table of a scene: its class, where it stands, and the base class of its part."""
+    tables = {}
+    for entry in msgspec.structs.fields(SceneTable):
+        base = {dict: "Named", list: "Listed"}.get(get_origin(plain(entry.type)), "Part")
+        for table in inside(entry.type):
+            tables[table] = entry.encode_name, "Section" if issubclass(table, Dimensioned) else base
+            if entry.encode_name == "sections":
+                tables[table] = entry.encode_name, "Section"
+    for table in (waiting := [*tables]):
+        for inner in (inner for each in msgspec.structs.fields(table) for inner in inside(each.type)):
+            if inner not in tables:
+                tables[inner] = "", "Part"
+                waiting.append(inner)
+    return tables
+
+
+def class_name(table):
+    return table.__name__.removesuffix("Table")
+
+
+def simple(kind, key):
+    """The type of a key that is no list, table of names or choice."""
+    if kind is str:
+        return f"{NAMED[key]} | str" if key in NAMED else "str"
+    for ours, word in ((Sizes, "Quantity | Sequence[Quantity]"), (Direction, "Direction"), (Quantity, "Quantity")):
+        if issubclass(kind, ours):
+            return word
+    return class_name(kind)
+
+
+def annotation(kind, key):
+    """The type of a key as Python has it."""
+    kind = plain(kind)
+    if kind == Place:
+        return "Place"
+    if get_origin(kind) is Literal:
+        return f"Literal[{', '.join(map(repr, get_args(kind)))}]".replace("'", '"')
+    if not get_args(kind):
+        return simple(kind, key)
+    key = "" if float in get_args(kind) else key  # an entry, be it of `start`, names no part
+    inner = [annotation(part, key) for part in get_args(kind) if part is not NoneType]
+    if get_origin(kind) is dict:
+        return f"Mapping[Any, {inner[1]}]"
+    if get_origin(kind) in (list, tuple):
+        return f"Sequence[{' | '.join(dict.fromkeys(inner))}]"
+    return " | ".join(dict.fromkeys(inner))
+
+
+def written_class(table, under, base):
+    """The part of a table as a class."""
+    tag = table.__struct_config__.tag
+    keys = msgspec.structs.fields(table)
+    spelled = {each.name: each.encode_name for each in keys if each.name != each.encode_name}
+    lines = ["@dataclass(frozen=True, eq=False, repr=False)", f"class {class_name(table)}({base}):"]
+    lines += [f'    """{table.__doc__.splitlines()[0]}"""', ""]
+    if under and not tag:
+        lines.append(f'    under: ClassVar[str] = "{under}"')
+    if tag:
+        lines.append(f'    shape: ClassVar[str] = "{tag}"')
+    if spelled:
+        lines.append(f"    spelled: ClassVar[Mapping[str, str]] = {spelled!r}".replace("'", '"'))
+    told = [(each.required, f"    {each.name}: {annotation(each.type, each.name)}") for each in keys]
+    lines += [line + "  # noqa: E741" * line.startswith("    I:") for required, line in told if required]
+    others = [f"{line} | None = None" for required, line in told if not required]
+    lines += ["    _: KW_ONLY", *others] if others else []
+    return "\n".join(part for line in lines for part in folded(line))
+
+
+def folded(line):
+    """A line as ruff breaks it where it is too long: a choice of many words."""
+    if len(line) <= 120:
+        return [line]
+    head, _, rest = line.partition("Literal[")
+    words, _, tail = rest.rpartition("]")
+    return [f"{head}Literal[", *(f"        {word}," for word in words.split(", ")), f"    ]{tail}"]
+
+
+def written_parts():
+    classes = "".join(f"\n\n{written_class(table, *where)}\n" for table, where in all_tables().items())
+    public = sorted({"Part", "Point", "PointMass", "mechanism", *map(class_name, all_tables())}, key=in_order)
+    return classes + "\n\n__all__ = [\n" + "".join(f'    "{name}",\n' for name in public) + "]\n"
+
+
+def in_order(name):
+    """As ruff sorts names: classes before functions."""
+    return name[0].islower(), name
+
+
+def test_the_parts_are_the_tables_of_the_format():
+    text = BUILD.read_text(encoding="utf-8").partition(MARK)
+    assert text[2] == written_parts(), "run python tests/test_build.py"
+
+
+def part_of(kind, content, name=None):
+    """A table of a file as a part."""
+    if kind in ("points", "masses"):
+        return build.Point(name, *content) if kind == "points" else build.PointMass(name, content)
+    table = kind
+    if isinstance(kind, str):
+        entry = next(each for each in msgspec.structs.fields(SceneTable) if each.encode_name == kind)
+        table = next(each for each in inside(entry.type) if each.__struct_config__.tag in (None, content.get("shape")))
+    keys = {each.encode_name: each for each in msgspec.structs.fields(table)}
+    given = {keys[key].name: inner(keys[key].type, value) for key, value in content.items() if key != "shape"}
+    return getattr(build, class_name(table))(**given, **({} if name is None else {"name": name}))
+
+
+def inner(kind, value):
+    """A value of a key with parts in place of the tables in it."""
+    tables = inside(kind)
+    if not tables or isinstance(value, str | float | int):
+        return value
+    if isinstance(value, dict) and get_origin(plain(kind)) is dict:
+        return {key: inner(get_args(plain(kind))[1], each) for key, each in value.items()}
+    if isinstance(value, dict):
+        return part_of(tables[0], value)
+    return [part_of(tables[0], each) if isinstance(each, dict) else each for each in value]
+
+
+def in_full(tables):
+    """Tables of a file with tolerances as tables too, where they are numbers."""
+    tolerances = tables.get("tolerances", {}).items()
+    full = {path: each if isinstance(each, dict) else {"plus_minus": each} for path, each in tolerances}
+    return {**tables, **({"tolerances": full} if full else {})}
+
+
+def rebuilt(document):
+    """A document made anew of parts, in the order of its file."""
+    parts, head = [], {}
+    for key, value in in_full(document.tables).items():
+        entry = next(each for each in msgspec.structs.fields(SceneTable) if each.encode_name == key)
+        if get_origin(plain(entry.type)) is dict:
+            parts += [part_of(key, each, name) for name, each in value.items()]
+        elif inside(entry.type):
+            parts += [part_of(key, each) for each in (value if isinstance(value, list) else [value])]
+        else:
+            head[key] = value
+    return build.mechanism(*parts, name=document.name, **head)
+
+
+@pytest.mark.parametrize("path", shipped_scenes().values(), ids=shipped_scenes())
+def test_every_shipped_scene_can_be_built_and_is_the_same(path):
+    document = read_document(path)
+    again = rebuilt(document)
+    assert again.tables == in_full(document.tables)
+    assert again.scene.labels == document.scene.labels
+
+
+BAR = {"depth": "6 mm", "width": "10 mm"}
+
+
+def four_bar(rocker="250 mm"):
+    """The steel four-bar as docs/python.md builds it."""
+    steel = build.Material("steel", E="210 GPa", poisson=0.3, density="7850 kg/m^3", yield_stress="355 MPa")
+    bar = build.Rectangle("bar", depth="6 mm", width="10 mm")
+    Q, A, B, D = (build.Point(*each) for each in (("O", 0, 0), ("A", 0.1, 0), ("B", 0.28, 0.24), ("D", 0.35, 0)))
+    crank = build.Link("crank", [Q, A], length="100 mm", section=bar, material=steel)
+    rod = build.Link("coupler", [A, B], length="300 mm", section=bar, material=steel)
+    end = build.Link("rocker", [D, B], length=rocker, section=bar, material=steel)
+    more = build.Drive(link=crank, speed="100 rad/s"), build.Run(accuracy="5 %")
+    return build.mechanism(build.Link("ground", [Q, D]), crank, rod, end, *more, name="steel_four_bar")
+
+
+@pytest.mark.parametrize(
+    "theory", ["quasi-static", *(pytest.param(each, marks=pytest.mark.slow) for each in ("elastodynamic", None))]
+)
+def test_what_is_built_is_answered_as_its_file_is_to_the_last_bit(theory, tmp_path):
+    built = four_bar()
+    (tmp_path / "again.toml").write_text(built.text())
+    asked = {"theory": theory, "positions": 48}
+    told = answer(load("steel_four_bar"), **asked)
+    for mine in (answer(load(tmp_path / "again.toml"), **asked), answer(built, **asked)):
+        for name in told.beams:
+            assert mine.beams[name].w.tobytes() == told.beams[name].w.tobytes()
+        assert mine.drives.crank.effort.tobytes() == told.drives.crank.effort.tobytes()
+        assert mine.figures["figures"] == told.figures["figures"]
+    assert four_bar("260 mm").scene.mechanism.links[3].points["B"] == 0.26
+
+
+class TestParts:
+    """What parts may hold, and what is wrong with them, in one sentence."""
+
+    def test_numbers_of_numpy_and_a_part_in_place_of_a_name(self):
+        Q, A = build.Point("O", np.float64(0), 0), build.Point("A", *np.array([0.2, 0.0]))
+        arm = build.Link(
+            "arm", [Q, A], section=build.Rectangle("bar", **BAR), material="S235", masses={A: np.float32(2)}
+        )
+        load_ = build.Load(arm, point=A, force=3 + 4j)
+        friction = build.Joint(Q, friction=np.float64(0.1), radius="5 mm")
+        built = build.mechanism(build.Link("ground", [Q]), arm, build.Drive(link=arm, speed=50), load_, friction)
+        assert built.tables["points"] == {"O": [0.0, 0], "A": [0.2, 0.0]}
+        assert built.tables["links"]["arm"]["masses"] == {"A": 2.0}
+        assert built.tables["loads"] == [{"link": "arm", "point": "A", "force": [3.0, 4.0]}]
+        assert built.tables["joints"] == {"O": {"friction": 0.1, "radius": "5 mm"}}
+        assert built.scene.mechanism.friction
+
+    def test_a_mistake_is_one_sentence(self):
+        Q, other = build.Point("O", 0, 0), build.Point("O", 1, 0)
+        with pytest.raises(TypeError, match="made of parts, as Link"):
+            build.mechanism({"points": {}})
+        with pytest.raises(TypeError, match="unexpected keyword argument 'lenth'"):
+            build.Link("arm", [Q], lenth=3)
+        with pytest.raises(ValueError, match=r'there are two "O" under .points., with different keys'):
+            build.mechanism(Q, other)
+        with pytest.raises(SceneError, match=r"\[links.arm\] length: expected a length"):
+            build.mechanism(build.Link("ground", [Q]), build.Link("arm", [Q], length="3 kg"))
+
+    def test_one_line_each(self):
+        Q = build.Point("O", 0, 0)
+        assert repr(Q) == 'Point("O")'
+        assert repr(build.Link("ground", [Q])) == 'Link("ground")'
+        assert repr(build.Drive(link=build.Link("arm", [Q]), speed=5)) == "Drive(link='arm', speed=5)"
+
+
+class TestAnswer:
+    """An answer by names, against the closed form of an arm that turns steadily."""
+
+    SPEED, LENGTH, MASS = 50.0, 0.2, 7850 * 6e-5
+
+    @pytest.fixture
+    def arm(self):
+        Q, A = build.Point("O", 0, 0), build.Point("A", self.LENGTH, 0)
+        steel = build.Material("steel", E=210e9, density=7850)
+        arm = build.Link("arm", [Q, A], section=build.Rectangle("bar", **BAR), material=steel)
+        parts = build.Link("ground", [Q]), arm, build.Drive(link=arm, speed=self.SPEED), build.Run(positions=8)
+        return build.mechanism(*parts, name="arm")
+
+    @pytest.fixture
+    def told(self, arm):
+        return answer(arm, theory="quasi-static")
+
+    def test_forces_of_joints_and_efforts_of_drives(self, told):
+        pull = self.MASS * self.LENGTH**2 * self.SPEED**2 / 2
+        inward = -pull * np.exp(1j * self.SPEED * told.motion.time)
+        np.testing.assert_allclose(told.joints.O.force.arm, inward, rtol=1e-12)
+        np.testing.assert_allclose(told.joints["O"].force["ground"], -inward, rtol=1e-12)
+        assert abs(told.drives.arm.effort).max() < 1e-12 * pull
+        np.testing.assert_allclose(told.drives.arm.rate, self.SPEED)
+        assert told.drives.arm.power.shape == told.joints.O.moment.arm.shape == (8,)
+        stretch = 2 * pull * self.LENGTH / (3 * 210e9 * 6e-5)
+        np.testing.assert_allclose(abs(told.points.A.displacement), stretch, rtol=1e-12)
+        assert told.links.arm.angular_velocity == pytest.approx(self.SPEED)
+
+    def test_names_iterate_and_complete(self, told):
+        assert [*told.joints] == ["O"]
+        assert [*told.points] == ["O", "A"]
+        assert [*told.motion] == told.motion.keys() == ["O", "A", "ground", "arm"]
+        assert dict(told.deflection).keys() == {"arm"} == {*told.deflection}
+        for named in (told.points, told.links, told.beams, told.joints, told.drives, told.motion, told.deflection):
+            assert named._ipython_key_completions_() == [*named]
+        assert {"O", "A"} <= {*dir(told.points)}
+        assert "\n" not in repr(told)
+        assert "arm" in told._repr_html_()
+        with pytest.raises(AttributeError, match='no "B": choose from O, A'):
+            _ = told.points.B
+        with pytest.raises(KeyError, match="choose from arm"):
+            _ = told.drives["crank"]
+
+    def test_the_error_and_the_theory_are_those_of_the_report(self, arm):
+        told, figures = answer(arm, accuracy="20 %"), report(arm, accuracy=0.2).figures
+        assert (told.theory, told.error) == (figures["theory"]["name"], figures["theory"]["error"])
+        assert told.figures["largest_deflection"] == figures["largest_deflection"]
+
+
+class TestWrongArguments:
+    """What is given that cannot be is told in one sentence, as the error that Python has for it."""
+
+    @pytest.mark.parametrize("ask", [motion, deflection, report, answer])
+    def test_no_scene(self, ask):
+        with pytest.raises(TypeError, match=r"expected a scene, .*, got 'steel_four_bar'; load\('steel_four_bar'\)"):
+            ask("steel_four_bar")
+
+    @pytest.mark.parametrize("ask", [picture, to_pandas])
+    def test_no_result(self, ask):
+        with pytest.raises(TypeError, match=r"expected a .*deflection"):
+            ask(load("steel_four_bar"))
+
+    @pytest.mark.parametrize(
+        ("asked", "words"),
+        [
+            ({"theory": "elastodynamics"}, 'expected one of quasi-static, .*; did you mean "elastodynamic"'),
+            ({"accuracy": 5}, "accuracy: expected a share"),
+            ({"accuracy": 0.1, "theory": "quasi-static"}, "leave out accuracy, or theory"),
+            ({"positions": 0}, "positions: expected a whole number from 1"),
+            ({"positions": 1.5}, "positions: expected a whole number"),
+        ],
+    )
+    def test_no_such_option(self, asked, words):
+        with pytest.raises(ValueError, match=words):
+            answer(four_bar(), **asked)
+
+    @pytest.mark.parametrize("name", ["nowhere.toml", "nowhere"])
+    def test_a_file_that_is_not_there(self, name, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        with pytest.raises(FileNotFoundError, match="nowhere"):
+            load(name)
+        with pytest.raises(FileNotFoundError, match="there is no such file"):
+            read_document(tmp_path / "nowhere.toml")
+
+    def test_what_is_public_is_shown_and_no_more(self):
+        assert dir(kinelast) == sorted(kinelast.__all__)
+        assert dir(build) == sorted(build.__all__)
+
+
+if __name__ == "__main__":
+    text = BUILD.read_text(encoding="utf-8").partition(MARK)
+    sys.exit(BUILD.write_text(text[0] + MARK + written_parts(), encoding="utf-8") == 0)
