@@ -18,6 +18,7 @@ from msgspec import Struct, inspect
 from msgspec.structs import fields
 
 from kinelast.scene.format import ChainTable, SceneTable
+from kinelast.scene.parsing import is_chain
 from kinelast.scene.quantities import Stress
 from kinelast.scene.tables import StrictTable
 from kinelast.scene.text import key_words
@@ -216,7 +217,7 @@ def used() -> dict[tuple[str, str], str]:
             data = tomllib.loads(text)
         except tomllib.TOMLDecodeError:
             continue
-        chain = "points" not in data and any("type" in joint for joint in data.get("joints", {}).values())
+        chain = is_chain(data)
         for place, value in _walked(inspect.type_info(ChainTable if chain else SceneTable), data):
             plain = not isinstance(value, dict) and "=" not in (shown := _shown(value)) and len(shown) <= LONGEST
             if plain and (place not in values or (shown[0] == '"' and values[place][0] in "-0123456789")):

@@ -15,7 +15,7 @@ from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled, 
 from elastic.links.added_loads import AddedLoads
 from elastic.solution import Deflection, deflection
 from rigid import Motion
-from rigid.arrays import Numbers, Reals
+from rigid.arrays import Complexes, Numbers, Reals
 from rigid.kinetostatics import beam_directions
 
 Start = Callable[[Propagation, Problem, Deflection], Any]
@@ -57,6 +57,11 @@ class Vibration:
         return deflection(
             plain.motion, plain.sections, plain.joints, resampled(self.loads, self.problem.terms.grid.at_nodes)
         )
+
+    @cached_property
+    def multipliers(self) -> Complexes:
+        """Floquet multipliers of a cycle, by which free vibrations grow in it; none of a run from a start."""
+        return self.propagation.multipliers if self.cyclic else np.zeros(0, complex)
 
     def under(self, load: Reals) -> tuple[Reals, Reals, Reals]:
         """The history that another load makes alone, shape (points, r)."""

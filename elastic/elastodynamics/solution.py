@@ -219,8 +219,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         off = reduced + in_elements
         if best is None or off < best[0]:  # more coordinates may settle less, where loads jump
             best = off, solved, reduced, grid, in_elements, discretization
-        multipliers = solved.propagation.multipliers if solved.cyclic else np.zeros(0, complex)
-        unstable = np.abs(multipliers).max(initial=0.0) > 1 + NEUTRAL
+        unstable = np.abs(solved.multipliers).max(initial=0.0) > 1 + NEUTRAL
         finer = (
             None
             if reduced <= tolerance or unstable or in_elements > discretization.resolved
@@ -230,7 +229,6 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
             break
         discretization = finer
     _, solved, reduced, grid, in_elements, discretization = best
-    multipliers = solved.propagation.multipliers if solved.cyclic else np.zeros(0, complex)
     loads = resampled(solved.loads, grid.sampler(grid.cycled(motion.time) if solved.cyclic else motion.time))
     bent = deflection(motion, model.sections, model.joints, loads)
     size = solved.history[0].shape[1]
@@ -239,7 +237,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         plain,
         model.damping,
         lowest,
-        multipliers,
+        solved.multipliers,
         size,
         len(grid.steps),
         in_elements,

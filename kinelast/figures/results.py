@@ -218,9 +218,7 @@ class Results:
     @property
     def accurate(self) -> bool | None:
         """Whether the answer is as near as was asked for; None where nothing was asked."""
-        if self.answer is None or self.answer.accuracy is None:
-            return None
-        return self.error <= self.answer.accuracy and not self.answer.worst_course[1] > self.answer.accuracy
+        return self.answer.reaches(self.error) if self.answer else None
 
     @property
     def quasi_static(self) -> Deflection:

@@ -145,9 +145,13 @@ class Answer:
     @property
     def accurate(self) -> bool | None:
         """Whether the answer is as near as was asked for; None where nothing was asked."""
+        return self.reaches(self.error)
+
+    def reaches(self, error: float) -> bool | None:
+        """Whether an error is within the accuracy asked for, and the courses too; None where none was."""
         if self.accuracy is None:
             return None
-        return self.error <= self.accuracy and not self.worst_course[1] > self.accuracy
+        return error <= self.accuracy and not self.worst_course[1] > self.accuracy
 
 
 @one_thread()

@@ -57,10 +57,7 @@ def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tup
             break
         else:
             break
-    missing = (
-        re.compile("the table is missing") if () in left_out else None
-    )  # it may stand below the head that cannot be read
-    return tuple(each for each in copy.told if not (missing and missing.match(each.problem)))
+    return tuple(copy.told)
 
 
 def _unreadable(text: str) -> tuple[tuple[SceneError, ...], str, set[Path]]:
@@ -155,6 +152,8 @@ class _Copy:
     def _follows(self, problem: str, path: Path, entry: Path) -> bool:
         """Whether a mistake may follow from how others were mended."""
         if path[:1] in self.gone or self.gone & {*pairwise(path)} or self._names_what_is_gone(problem):
+            return True
+        if () in self.doubtful and problem.startswith("the table is missing"):
             return True
         names = {name for doubted in self.doubtful for name in doubted[1:]}
         alone = bool(path) and path[0] in ALONE
