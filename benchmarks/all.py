@@ -1,4 +1,4 @@
-"""Run all benchmarks and write their results and the tables of docs/performance.md: `python benchmarks/all.py`."""
+"""Run all benchmarks and write their results and the tables of pages of docs: `python benchmarks/all.py`."""
 
 from __future__ import annotations
 

@@ -1,10 +1,12 @@
-"""Put the results into docs/performance.md, between its `<!-- results: NAME, TABLE -->` and `<!-- end -->` marks.
+"""Put the results into pages of docs, between `<!-- results: NAME, TABLE -->` and `<!-- end -->` marks.
 
 `NAME, TABLE; COLUMN | COLUMN; COLUMN = VALUE | VALUE` takes some of a table's columns, and some of its rows.
+Results that are one table in CSV have it under the name `all`.
 """
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 from pathlib import Path
@@ -12,14 +14,15 @@ from typing import Any
 
 import measuring
 
-PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
-MARK = re.compile(r"(<!-- results: (\w+), ([^>]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+DOCS = Path(__file__).parents[1] / "docs"
+PAGES = [DOCS / f"{name}.md" for name in ("performance", "validity", "theory", "robustness")]
+MARK = re.compile(r"(<!-- results: ([\w-]+), ([^>]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def table(name: str, wanted: str) -> str:
     """A table of a benchmark in Markdown, or what it was measured on."""
     title, *parts = (part.strip() for part in wanted.split(";"))
-    content = json.loads((measuring.RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+    content = results(name)
     if title == "machine":
         return "; ".join(f"{key} {value}" for key, value in content["machine"].items())
     if title == "notes":
@@ -28,6 +31,27 @@ def table(name: str, wanted: str) -> str:
     for part in parts:
         rows = chosen(rows, part)
     return measuring.as_text(rows)
+
+
+def results(name: str) -> dict[str, Any]:
+    """The tables of a benchmark by title, and what else it has."""
+    path = measuring.RESULTS / f"{name}.json"
+    if path.exists():
+        content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        return content
+    with path.with_suffix(".csv").open(encoding="utf-8", newline="") as stream:
+        rows = [{key: number(word) for key, word in row.items()} for row in csv.DictReader(stream)]
+    return {"tables": {"all": rows}}
+
+
+def number(word: str) -> int | float | str:
+    """A word of a table as the number that it is."""
+    for kind in (int, float):
+        try:
+            return kind(word)
+        except ValueError:
+            pass
+    return word
 
 
 def chosen(rows: list[dict[str, Any]], part: str) -> list[dict[str, Any]]:
@@ -40,10 +64,15 @@ def chosen(rows: list[dict[str, Any]], part: str) -> list[dict[str, Any]]:
     return [{column: row[column] for column in columns} for row in rows]
 
 
+def filled(text: str) -> str:
+    """A page with its tables."""
+    return MARK.sub(lambda mark: f"{mark[1]}\n{table(mark[2], mark[3])}\n\n{mark[4]}", text)
+
+
 def main() -> None:
-    """Rewrite the page."""
-    text = PAGE.read_text(encoding="utf-8")
-    PAGE.write_text(MARK.sub(lambda m: f"{m[1]}\n{table(m[2], m[3])}\n\n{m[4]}", text), encoding="utf-8")
+    """Rewrite the pages."""
+    for page in PAGES:
+        page.write_text(filled(page.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -167,3 +167,11 @@ def test_the_keys_of_the_format_stand_in_its_page():
     page = (ROOT / "docs" / "scenes.md").read_text(encoding="utf-8")
     assert making.with_tables(page) == page
     assert not making.left_out(page)
+
+
+def test_tables_are_those_of_the_results(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    tables = importlib.import_module("tables")
+    for page in tables.PAGES:
+        text = page.read_text(encoding="utf-8")
+        assert tables.filled(text) == text, f"{page.name}: python benchmarks/tables.py"
