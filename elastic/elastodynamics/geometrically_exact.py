@@ -16,7 +16,6 @@ from elastic.elastodynamics.solution import (
     MOST_NUMBERS,
     ROUNDS,
     TOLERANCE,
-    TWICE,
     Discretization,
     Elastodynamic,
     deflection_at,
@@ -87,7 +86,7 @@ def discretized_finer(
         found, left = corrected(finer, tolerance)
         after = replace(answer, vibration=found)
     else:
-        settled = settled_links(finer, tolerance, TWICE * answer.discretization.wider().left_out)
+        settled = settled_links(finer, tolerance, answer.discretization.wider().fastest)
         after, left = replace(answer, vibration=finer, exact=settled), settled.open
     return deflection_at(after, answer.quasi_static.motion), left
 
@@ -101,7 +100,7 @@ def steps_to_exact(vibration: Vibration, discretization: Discretization) -> tupl
         As of `with_large_displacement`.
     """
     require_known(vibration.motion)
-    return first_steps(vibration, TWICE * discretization.left_out)
+    return first_steps(vibration, discretization.fastest)
 
 
 def geometrically_exact(
@@ -138,7 +137,7 @@ def geometrically_exact(
     best: Elastodynamic | None = None
     now, before, made = begun.displaced if begun else None, math.inf, begun.steps if begun else 0
     for _ in range(ROUNDS):
-        exact = settled_links(vibration, tolerance, TWICE * discretization.left_out, begun=now)
+        exact = settled_links(vibration, tolerance, discretization.fastest, begun=now)
         exact = replace(exact, steps=(made := made + exact.steps))
         moving = replace(vibration, history=exact.displaced.history)
         in_elements, finer = time_error(moving, discretization.resolved)

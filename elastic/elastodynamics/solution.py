@@ -45,7 +45,7 @@ ROUNDS = 6
 RUBBED = 2  # rounds with friction, of which more coordinates seldom are what its steps lack
 MOST_NUMBERS = 16_000_000  # accelerations of masses per amplitude: half a GB with all that is made of them
 FINER = 20.0  # times as fine as asked, where time holds back what finer coordinates gain
-TWICE = 2.0  # the lowest natural frequency that the coordinates leave out: faster, what lies beside them would grow
+TWICE = 2.0  # what contracts for certain: steps are mixed, and take somewhat more
 LOST = 10.0  # times what it should be settled to, beyond which finer elements of time settle nothing
 COARSE = 1e-2  # share to which friction is settled at most, before elements of time are fine
 AHEAD = 0.1  # of the error in time, to which friction is settled on a grid that is not the last
@@ -281,7 +281,7 @@ def resolved_in_time(
         resolved = None  # it makes room for the finer one
         resolved = vibration_in(discretization, grid)
         if rubs:
-            resolved, rubbed = with_friction(resolved, loose, TWICE * discretization.left_out, sliding)
+            resolved, rubbed = with_friction(resolved, loose, discretization.fastest, sliding)
         error, finer = time_error(resolved, discretization.resolved)
         if finer is None and not rubs:
             return *corrected(resolved, tolerance), grid, error
@@ -405,6 +405,16 @@ class Discretization:
         assert self.model.cycle is not None
         values = self.model.cycle.values[self.modes :]
         return 1.0 / math.sqrt(values[0]) if len(values) and values[0] > 0 else math.inf
+
+    @property
+    def fastest(self) -> float:
+        """Angular frequency up to which the rates of what lies beside the coordinates are taken [rad/s].
+
+        Faster, steps that feel them too late would make them grow: inertia where modes that are left out are slower,
+        damping where its forces are greater than those of the strains.
+        """
+        with np.errstate(divide="ignore"):
+            return TWICE * min(self.left_out, float(1.0 / np.max(self.model.damping.beams, initial=0.0)))
 
     def wider(self) -> Discretization:
         """With twice as many modes of the same elastic coordinates."""
