@@ -408,7 +408,7 @@ class Discretization:
 
     @property
     def fastest(self) -> float:
-        """Angular frequency up to which the rates of what lies beside the coordinates are taken [rad/s].
+        """Angular frequency up to which residual responses have inertia and damping [rad/s].
 
         Faster, steps that feel them too late would make them grow: inertia where modes that are left out are slower,
         damping where its forces are greater than those of the strains.
