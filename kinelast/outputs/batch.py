@@ -143,8 +143,8 @@ def headline(figures: Mapping[str, Any]) -> str:
 
 
 def _error(row: Mapping[str, Any]) -> str:
-    """The error of a figure as a share of it, behind it; nothing where it is not known."""
-    if row["error"] is None or not row["value"]:
+    """The error of a figure as a share of it, behind it; nothing where it is not known, or there is none."""
+    if not row["error"] or not row["value"]:
         return ""
     return f" ± {percent(abs(row['error'] / row['value']))}{' measured' if row.get('error_measured') else ''}"
 
@@ -153,10 +153,18 @@ def _verdict(accepted: Mapping[str, Any], told_in: ToldIn) -> str:
     """The verdict on the limits, with those that decide it."""
     verdict = accepted["verdict"]
     if accepted["passed"]:
-        return str(verdict)
+        nearest, among = max(accepted["limits"], key=_used), len(accepted["limits"])
+        return f"{verdict}: {_beside_limit(nearest, told_in)}{f', the nearest of {among} limits' if among > 1 else ''}"
     decides = [row for row in accepted["limits"] if row["outcome"] == OUTCOMES[verdict]]
     words = f"{verdict.upper()}: {', '.join(_beside_limit(row, told_in) for row in decides)}"
     return f"{words}: {accepted['problem']}" if accepted["problem"] else words
+
+
+def _used(row: Mapping[str, Any]) -> float:
+    """Share of a limit that is used up."""
+    found, bound = abs(row["found"]["value"] or 0.0), abs(row["limit"]["value"])
+    part, whole = (bound, found) if row["least"] else (found, bound)
+    return part / whole if whole else 0.0
 
 
 def _beside_limit(row: Mapping[str, Any], told_in: ToldIn) -> str:
