@@ -6,7 +6,7 @@ import json
 import math
 import struct
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -26,8 +26,10 @@ from kinelast.scene.limits import tolerance
 from kinelast.scene.numbers import quantity
 from kinelast.scene.parsing import is_chain
 from kinelast.scene.variables import numbers, place_of
-from live.edit import drawn
+from live.drives import wheels
+from live.edit import BARE
 from live.mistakes import mistakes_of
+from live.parts import cylinders_of, drawn, points_of
 from live.text import line_of, places
 from rigid import MechanismError, Motion, position_of, reachable
 
@@ -64,14 +66,26 @@ def quick_answer(
     return answer, data
 
 
+def _list(value: Any) -> list[Any]:
+    """A list of a file; an empty one where something else stands."""
+    return value if isinstance(value, list) else []
+
+
+def _readable(parts: Iterable[Any]) -> list[Any]:
+    """Parts that are drawn by several tables; none where one of them cannot be read."""
+    try:
+        return list(parts)
+    except (TypeError, AttributeError):
+        return []
+
+
 def sheet(tables: Mapping[str, Any]) -> Answer:
     """The parts of a scene as its tables draw them, whether it moves or not; those that cannot be read are left out."""
     if is_chain(tables):
         raise ValueError("joints in space cannot be drawn in the plane")
 
     def listed(kind: str) -> list[Answer]:
-        entries = tables.get(kind, ())
-        return [entry for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []
+        return [entry for entry in _list(tables.get(kind)) if isinstance(entry, dict)]
 
     def named(kind: str) -> dict[str, Answer]:
         entries = tables.get(kind, {})
@@ -82,14 +96,16 @@ def sheet(tables: Mapping[str, Any]) -> Answer:
     links = [
         {
             "name": name,
-            "points": [str(each) for each in link.get("points", ())],
-            "beams": [beam for beam in link.get("beams", ()) if isinstance(beam, list)],
+            "points": points_of(link),
+            "beams": [beam for beam in _list(link.get("beams")) if isinstance(beam, list)],
             "section": link.get("section"),
             "material": link.get("material"),
             "rigid": bool(link.get("rigid")),
         }
         for name, link in named("links").items()
     ]
+    known: Answer = {kind: named(kind) for kind in ("links", "sliders", "cylinders")}
+    known |= {kind: listed(kind) for kind in ("drives", "gears")}
     return {
         "points": {name: [place.real, place.imag] for name, place in drawn(tables).items()},
         "links": links,
@@ -101,7 +117,9 @@ def sheet(tables: Mapping[str, Any]) -> Answer:
         else {},
         "springs": listed("springs"),
         "loads": listed("loads"),
-        "drives": listed("drives"),
+        "drives": known["drives"],
+        "gears": _readable(wheels(known)),
+        "cylinders": {name: {**parts, "slider": on} for name, on, parts in _readable(cylinders_of(known))},
         "sections": list(named("sections")),
         "materials": list(named("materials")),
         "title": str(tables.get("title", "")),
@@ -125,7 +143,7 @@ def offered(document: Document, text: str) -> list[Answer]:
         told.append(
             {
                 "path": path,
-                "unit": place.variable.unit,
+                "unit": "1" if place.variable.unit in BARE else place.variable.unit,
                 "value": place.variable.base,
                 "line": None if first is None else line_of(text, first),
                 "low": low,

@@ -28,9 +28,10 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.sections import library_entries
 from kinelast.tasks.task import shipped_scenes
 from live.answer import packed, quick_answer
-from live.edit import EMPTY, EditError, edited
+from live.edit import EMPTY, edited
 from live.file import ChangedError, SceneFile
 from live.full import Worker
+from live.parts import EditError
 
 HOST = "127.0.0.1"
 FIRST_PORT, PORTS = 49152, 16000

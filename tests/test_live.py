@@ -16,8 +16,9 @@ from kinelast import deflection, scene_from_text
 from kinelast.cli.command import main
 from kinelast.tasks.task import shipped_scenes
 from live.answer import quick_answer
-from live.edit import EMPTY, EditError, edited, start_of
+from live.edit import EMPTY, edited, start_of
 from live.file import ChangedError, SceneFile
+from live.parts import EditError
 from live.text import as_toml, places, with_value, without
 
 server = pytest.importorskip("live.server", reason="the extra live is not installed")
@@ -35,6 +36,28 @@ def entries(node, path=()):
 
 def changed_lines(before, after):
     return [(one, other) for one, other in zip(before.splitlines(), after.splitlines(), strict=True) if one != other]
+
+
+def made(*changes):
+    """A scene made of the empty sheet."""
+    text = EMPTY
+    for change in changes:
+        text = edited(text, change)
+    return text
+
+
+def points_of_picture(answer, data):
+    """Places of the points of a picture, complex, by their names."""
+    at, shape = answer["picture"]["arrays"]["points"]
+    pairs = np.frombuffer(data, "<f4")[at : at + np.prod(shape)].reshape(shape)
+    return dict(zip(answer["picture"]["points"], pairs[..., 0] + 1j * pairs[..., 1], strict=True))
+
+
+def stroke(answer, data):
+    """How far the first cylinder of a picture goes."""
+    parts = next(iter(answer["sheet"]["cylinders"].values()))
+    places = points_of_picture(answer, data)
+    return np.ptp(abs(places[parts["to"]] - places[parts["from"]]))
 
 
 class TestText:
@@ -150,13 +173,96 @@ class TestEdits:
         assert answer["mistakes"] == []
         assert answer["picture"]["closes"]["all"]
 
+    def test_a_robot_turns_its_second_arm_on_the_first(self):
+        text = made({"do": "link", "points": [[0, 0], [0.3, 0]]}, {"do": "link", "points": ["B", [0.5, 0]]},
+                    {"do": "fix", "point": "A"}, {"do": "drive", "link": "link_1"},
+                    {"do": "drive", "link": "link_2"})  # fmt: skip
+        assert tomllib.loads(text)["drives"] == [
+            {"link": "link_1", "speed": "60 rpm"},
+            {"link": "link_2", "on": "link_1", "speed": "60 rpm"},
+        ]
+        told = {"do": "law", "drive": 1, "curve": "modified-sine", "by": "-90 deg", "duration": "2 s", "back": True}
+        text = edited(text, told)
+        assert tomllib.loads(text)["drives"][1]["law"] == [
+            {"curve": "modified-sine", "duration": "2 s", "by": by} for by in ("-90 deg", "90 deg")
+        ]
+        answer, data = quick_answer(edited(text, {**told, "drive": 0}))
+        at, (_, count) = answer["picture"]["arrays"]["drive"]
+        angle = np.frombuffer(data, "<f4")[at : at + 2 * count].reshape(2, count)[1]
+        assert np.degrees(angle[0] - angle.min()) == pytest.approx(90, abs=0.1)
+        with pytest.raises(ValueError, match="in rad"):
+            edited(text, {**told, "by": "90 mm"})
+        again = edited(text, {"do": "law", "drive": 1, "curve": "constant speed", "speed": "30 rpm"})
+        assert tomllib.loads(again)["drives"][1] == {"link": "link_2", "on": "link_1", "speed": "30 rpm"}
+
+    def test_a_cylinder_is_one_part(self):
+        arm = made({"do": "link", "points": [[0, 0], [0.3, 0.1]]}, {"do": "link", "points": ["B", [0.5, 0.1]]},
+                   {"do": "fix", "point": "A"}, {"do": "weld", "point": "B"})  # fmt: skip
+        text = edited(arm, {"do": "cylinder", "from": [0.1, -0.2], "to": "B"})
+        answer, data = quick_answer(text)
+        assert answer["mistakes"] == []
+        assert answer["sheet"]["cylinders"]["cylinder_1"]["from"] == "D"
+        assert stroke(answer, data) == pytest.approx(0.036, abs=1e-6)  # a tenth of 360.6 mm, by its law
+        moved = edited(text, {"do": "move", "point": "B", "to": [0.32, 0.16]})
+        tables = tomllib.loads(moved)
+        assert tables["points"]["cylinder_1_middle"] == [0.21, -0.02]
+        assert tables["sliders"]["cylinder_1"]["direction"] == "58.5704 deg"  # atan2(0.36, 0.22)
+        assert tables["cylinders"]["cylinder_1"]["length"] == "421.9 mm"
+        assert quick_answer(moved)[0]["mistakes"] == []
+        left = tomllib.loads(edited(text, {"do": "remove", "kind": "cylinder", "name": "cylinder_1"}))
+        left["points"].pop("D")
+        left["links"]["ground"]["points"].remove("D")
+        left["welds"]["B"].pop("links")
+        assert {key: value for key, value in left.items() if value} == tomllib.loads(arm)
+
+    def test_wheels_turn_as_their_ratio_says(self):
+        text = made({"do": "link", "points": [[0, 0], [0.05, 0]]}, {"do": "link", "points": [[0.2, 0], [0.25, 0]]},
+                    {"do": "fix", "point": "A"}, {"do": "fix", "point": "C"}, {"do": "drive", "link": "link_1"},
+                    {"do": "gear", "driver": "link_1", "follower": "link_2"})  # fmt: skip
+        text = edited(text, {"do": "set", "path": "gears[1].ratio", "value": "-0.5"})
+        answer, data = quick_answer(text)
+        assert answer["sheet"]["gears"] == [{"joints": ["link_1", "link_2"], "pins": ["A", "C"], "ratio": -0.5}]
+        places = points_of_picture(answer, data)
+        first, second = (np.angle(places[end] - places[pin]) for end, pin in ("BA", "DC"))
+        turned = np.unwrap(second)[-1] / np.unwrap(first)[-1]
+        assert turned == pytest.approx(-0.5, abs=1e-5)
+        assert "gears" not in tomllib.loads(edited(text, {"do": "remove", "kind": "link", "name": "link_2"}))
+        with pytest.raises(EditError):
+            edited(text, {"do": "set", "path": "gears[1].ratio", "value": "7 kg"})
+
+    def test_a_number_is_typed_with_its_unit(self):
+        line = 'depth = "8 mm"'
+        assert line in edited(STEEL, {"do": "set", "path": "sections.bar.depth", "value": " 8 mm"}).splitlines()
+        for value in ("8", "8 kg"):
+            with pytest.raises(ValueError, match=r"unit|expected a length"):
+                edited(STEEL, {"do": "set", "path": "sections.bar.depth", "value": value})
+
+    def test_a_slot_lies_as_it_is_dragged_and_its_point_is_pushed(self):
+        text = made({"do": "link", "points": [[0, 0], [0.3, 0]]}, {"do": "slot", "point": "A", "direction": [0, 1]},
+                    {"do": "link", "points": ["B", [0.3, 0.3]]}, {"do": "fix", "point": "C"},
+                    {"do": "drive", "point": "A"})  # fmt: skip
+        assert tomllib.loads(text)["slots"]["slot_1"]["direction"] == "90 deg"
+        assert "45 deg" in edited(text, {"do": "slot", "point": "A", "direction": [1, 1]})
+        text = edited(text, {"do": "weld", "point": "B"})
+        assert "slot_1" not in edited(text, {"do": "slot", "point": "A"})  # nor its drive
+        assert quick_answer(edited(text, {"do": "drive", "point": "A"}))[0]["picture"] is None
+
+    @pytest.mark.parametrize(
+        "text", ["links.a.points=3", "cylinders=3\ndrives=[{cylinder=[],slider={}}]", "gears=[{driver={link=[]}}]"]
+    )
+    def test_parts_that_cannot_be_read_are_left_out(self, text):
+        answer, _ = quick_answer(text)
+        assert answer["sheet"] is not None
+        assert all("program failed" not in each["message"] for each in answer["mistakes"])
+
     def test_a_point_takes_what_hangs_on_it_along(self):
         text = edited(edited(STEEL, {"do": "load", "point": "B", "force": [1, 2]}), {"do": "mass", "point": "B"})
         left = tomllib.loads(edited(text, {"do": "remove", "kind": "point", "name": "B"}))
         assert "B" not in json.dumps({key: value for key, value in left.items() if key != "title"}).split('"')
 
     def test_what_does_not_fit_is_refused(self):
-        for change in ({"do": "nothing"}, {"do": "drive", "link": "coupler"}, {"do": "weld", "point": "Q"}):
+        for change in ({"do": "nothing"}, {"do": "drive", "point": "B"}, {"do": "weld", "point": "Q"},
+                       {"do": "gear", "driver": "crank", "follower": "crank"}):  # fmt: skip
             with pytest.raises(EditError):
                 edited(STEEL, change)
 

@@ -6,9 +6,10 @@ import pytest
 from browser import accessibility_faults
 
 from kinelast.tasks.task import shipped_scenes
+from live.edit import EMPTY
 
 pytest.importorskip("uvicorn", reason="the extra live is not installed")
-live_page = pytest.importorskip("live_page")
+live_page, live_machines = (pytest.importorskip(name) for name in ("live_page", "live_machines"))
 
 pytestmark = pytest.mark.slow
 
@@ -108,6 +109,54 @@ def test_a_slider_crank_is_drawn_from_the_empty_sheet(driver, tmp_path):
         click(0.03, 0.02)
         hand.until("return live.state.whole > 0")
         assert hand.run("return document.getElementById('mistakes').children.length") == 0
+        assert errors(hand) == []
+
+
+@pytest.mark.parametrize("name", live_machines.MACHINES)
+def test_a_machine_is_drawn_from_the_empty_sheet_answered_saved_and_reported(driver, tmp_path, name):
+    path = tmp_path / "new.toml"
+    path.write_text(EMPTY)
+    with live_page.editing(path) as live:
+        maker = live_machines.Maker(live_page.Hand(driver, live.address))
+        live_machines.MACHINES[name](maker)
+        address = maker.done()
+        assert path.read_text() == maker.hand.text
+        assert maker.hand.figure("deflection") > 0
+        assert maker.presses <= 23
+        assert accessibility_faults(maker.hand) == []
+        assert errors(maker.hand) == []
+        driver.get(address)
+        maker.hand.until("return document.body.dataset.ready")
+
+
+def test_a_cylinder_and_wheels_are_drawn_taken_and_typed(driver, tmp_path):
+    path = tmp_path / "new.toml"
+    path.write_text(EMPTY)
+    with live_page.editing(path) as live:
+        maker = live_machines.Maker(live_page.Hand(driver, live.address))
+        hand = maker.hand
+        maker.tool("link")
+        maker.drag((0, 0), (0.25, 0.1))
+        maker.drag((0.3, 0), (0.4, 0.1))
+        maker.tool("fix")
+        maker.click((0, 0), (0.3, 0))
+        maker.tool("cylinder")
+        maker.drag((0.1, -0.1), (0.25, 0.1))
+        maker.tool("gear")
+        maker.press(hand.at(0.1, 0.04))
+        maker.click((0.35, 0.05))
+        marks = (
+            "return ['barrel', 'rod', 'wheel', 'slot'].map((kind) => document.querySelectorAll(`svg .${kind}`).length)"
+        )
+        assert hand.run(marks) == [1, 1, 2, 0]
+        maker.choose("#number", "gears[1].ratio")
+        maker.until_changed(lambda: maker.write("#value", "-0.5"))
+        assert hand.run("return document.getElementById('value').value") == "-0.5"
+        maker.tool("move")
+        maker.press(hand.at(0.16, -0.02))
+        assert hand.run("return document.getElementById('chosen').value") == "cylinder cylinder_1"
+        maker.until_changed(lambda: maker.button("#delete"))
+        assert "cylinder" not in hand.text
         assert errors(hand) == []
 
 

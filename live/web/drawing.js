@@ -100,6 +100,25 @@ function fill(name, marks) {
 const loop = (link) => (link.beams.length ? link.beams : link.points.slice(1).map((end, k) => [link.points[k], end]));
 const linkPath = (link, place) => loop(link).map((ends) => ends.map(place)).filter((ends) => ends.every(Boolean)).map(([a, b]) => `M${px(a)}L${px(b)}`).join("");
 
+// A cylinder is drawn as one: its barrel, its rod and the point that fixes the line between them are no parts to take.
+const inCylinder = (link) => Object.values(view.sheet.cylinders).some(({ links }) => links.includes(link));
+const isMiddle = (point) => Object.values(view.sheet.cylinders).some(({ middle }) => middle === point);
+function cylinderMark({ from, to }, at) {
+  const [a, b, a0, b0] = [at(from), at(to), view.sheet.points[from], view.sheet.points[to]];
+  if (!a || !b || !a0 || !b0) return [];
+  const length = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1, drawn = Math.hypot(b0[0] - a0[0], b0[1] - a0[1]) * view.scale, [c, s] = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
+  const spot = (along, side) => `${(a[0] + c * along - s * side).toFixed(1)},${(a[1] + s * along + c * side).toFixed(1)}`, barrel = 0.62 * drawn, piston = length - 0.6 * drawn;
+  return [["path", { class: "barrel", d: `M${spot(0, 0)}L${spot(8, 0)}M${spot(8, -7)}L${spot(barrel, -7)}L${spot(barrel, 7)}L${spot(8, 7)}Z` }], ["path", { class: "rod", d: `M${spot(piston, -7)}L${spot(piston, 7)}M${spot(piston, 0)}L${spot(length, 0)}` }]];
+}
+
+// Pitch circles of two wheels: their radii are as their rates, and make up the distance of the pins.
+function wheelMarks({ pins, ratio }, place) {
+  const [p, q] = (pins ?? []).map(place);
+  if (!p || !q || !Number.isFinite(ratio) || !ratio || ratio === 1) return [];
+  const apart = Math.hypot(q[0] - p[0], q[1] - p[1]) * view.scale, radius = apart / Math.abs(1 - ratio);
+  return [[p, Math.abs(ratio) * radius], [q, radius]].map(([pin, r]) => { const [cx, cy] = toScreen(pin); return ["circle", { class: "wheel", cx: cx.toFixed(1), cy: cy.toFixed(1), r: r.toFixed(1) }]; });
+}
+
 export function drawGrid() {
   const step = gridStep(40), [left, top] = toPlane([0, 0]), [right, bottom] = toPlane([view.width, view.height]);
   let lines = "", axes = "";
@@ -118,8 +137,9 @@ export function draw() {
   const i = Math.min(view.position, (picture?.positions ?? 1) - 1), live = picture && !stale;
   const place = (name) => (live ? pointNow(name) : sheet.points[name]);
   const inBeams = new Set(live ? picture.beams.map(({ link }) => link) : []);
-  const moving = sheet.links.filter(({ name }) => name !== "ground");
-  const chosen = view.chosen?.kind === "link" ? sheet.links.find(({ name }) => name === view.chosen.name) : null;
+  const moving = sheet.links.filter(({ name }) => name !== "ground" && !inCylinder(name));
+  const cylinder = view.chosen?.kind === "cylinder" ? sheet.cylinders[view.chosen.name] : null;
+  const chosen = view.chosen?.kind === "link" ? sheet.links.find(({ name }) => name === view.chosen.name) : cylinder && { points: [cylinder.from, cylinder.to], beams: [] };
   fill("chosen", chosen ? [["path", { class: "chosen", d: linkPath(chosen, place) || "M0,0" }]] : []);
   fill("drawn", moving.filter(({ name }) => !inBeams.has(name)).flatMap((link) => {
     const ring = link.points.length > 2 ? link.points.map(place).filter(Boolean) : [];
@@ -127,7 +147,7 @@ export function draw() {
   }));
   fill("paths", view.paths && picture ? picture.points.map((_, at) => {
     const { shape } = picture.arrays.points, count = shape[1];
-    if (count < 2) return null;
+    if (count < 2 || isMiddle(picture.points[at])) return null;
     const [a, b] = [pointAt(at, 0), pointAt(at, count >> 1)];
     if (Math.hypot(a[0] - b[0], a[1] - b[1]) * view.scale < 1 && Math.hypot(a[0] - pointAt(at, count >> 2)[0], a[1] - pointAt(at, count >> 2)[1]) * view.scale < 1) return null;
     let d = "";
@@ -165,9 +185,10 @@ function symbols(sheet, place) {
   const marks = [], names = [], pins = [], at = (name) => { const p = place(name); return p && toScreen(p); };
   const grounded = sheet.links.find(({ name }) => name === "ground")?.points ?? [];
   for (const name of grounded) { const p = at(name); if (p) marks.push(["path", { class: "support", d: `M${p[0]},${p[1]}l-9,14h18zm-13,14h26m-22,0l-4,5m10,-5l-4,5m10,-5l-4,5m10,-5l-4,5` }]); }
-  for (const slot of Object.values(sheet.slots)) {
+  const pushed = Object.values(sheet.cylinders).map(({ slider }) => slider);
+  for (const [name, slot] of Object.entries(sheet.slots)) {
     const p = at(slot.point);
-    if (!p) continue;
+    if (!p || pushed.includes(name)) continue;
     const angle = Array.isArray(slot.direction) ? Math.atan2(slot.direction[1], slot.direction[0]) : (parseFloat(slot.direction) * (/deg/.test(slot.direction) ? Math.PI / 180 : 1)) || 0, [c, s] = [Math.cos(angle), -Math.sin(angle)];
     for (const side of [-8, 8]) marks.push(["path", { class: "slot", d: `M${p[0] - 45 * c - side * s},${p[1] - 45 * s + side * c}L${p[0] + 45 * c - side * s},${p[1] + 45 * s + side * c}` }]);
   }
@@ -179,6 +200,8 @@ function symbols(sheet, place) {
     for (let k = 1; k < 12; k++) { const along = (k / 12) * length, side = k === 1 || k === 11 ? 0 : k % 2 ? 6 : -6; d += `L${a[0] + c * along - s * side},${a[1] + s * along + c * side}`; }
     marks.push(["path", { class: "spring", d: `${d}L${b}` }]);
   }
+  for (const cylinder of Object.values(sheet.cylinders)) marks.push(...cylinderMark(cylinder, at));
+  for (const gear of sheet.gears) marks.push(...wheelMarks(gear, place));
   for (const name of Object.keys(sheet.masses)) { const p = at(name); if (p) marks.push(["circle", { class: "mass", cx: p[0], cy: p[1], r: 11 }]); }
   for (const load of sheet.loads) {
     const p = at(load.point), force = (load.force ?? []).map((part) => parseFloat(part) || 0), size = Math.hypot(...force);
@@ -187,11 +210,11 @@ function symbols(sheet, place) {
     marks.push(["path", { class: "load", d: `M${p}L${x},${y}m${-9 * c - 5 * s},${-9 * s + 5 * c}L${x},${y}l${-9 * c + 5 * s},${-9 * s - 5 * c}` }]);
   }
   for (const drive of sheet.drives) {
-    const link = sheet.links.find(({ name }) => name === drive.link), pin = drive.at ?? link?.points.find((name) => grounded.includes(name)), p = pin && at(pin);
+    const link = sheet.links.find(({ name }) => name === drive.link), on = sheet.links.find(({ name }) => name === drive.on)?.points ?? grounded, pin = drive.at ?? link?.points.find((name) => on.includes(name)), p = pin && at(pin);
     if (p) marks.push(["path", { class: "drive", d: `M${p[0] + 17},${p[1]}A17,17 0 1 0 ${p[0]},${p[1] + 17}m-6,-4l6,4l-5,5` }]);
   }
   for (const name of Object.keys(sheet.points)) {
-    const p = at(name);
+    const p = isMiddle(name) ? null : at(name);
     if (!p) continue;
     const picked = view.chosen?.kind === "point" && view.chosen.name === name;
     pins.push(sheet.welds.includes(name) ? ["rect", { class: `weld${picked ? " pin picked" : ""}`, x: p[0] - 5, y: p[1] - 5, width: 10, height: 10, "data-point": name }] : ["circle", { class: `pin${picked ? " picked" : ""}`, cx: p[0], cy: p[1], r: 5.5, "data-point": name }]);
@@ -206,20 +229,21 @@ function symbols(sheet, place) {
 export function pointUnder([x, y], reach = 15) {
   let best = null, least = reach;
   for (const name of Object.keys(view.sheet?.points ?? {})) {
-    const place = pointNow(name), p = place && toScreen(place), away = p ? Math.hypot(p[0] - x, p[1] - y) : Infinity;
+    const place = isMiddle(name) ? null : pointNow(name), p = place && toScreen(place), away = p ? Math.hypot(p[0] - x, p[1] - y) : Infinity;
     if (away < least) [best, least] = [name, away];
   }
   return best;
 }
 export function linkUnder([x, y], reach = 11) {
   let best = null, least = reach;
-  for (const link of view.sheet?.links ?? []) {
-    if (link.name === "ground") continue;
+  const cylinders = Object.entries(view.sheet?.cylinders ?? {}).map(([name, { from, to }]) => ({ cylinder: name, points: [from, to], beams: [] }));
+  for (const link of [...(view.sheet?.links ?? []), ...cylinders]) {
+    if (link.name === "ground" || inCylinder(link.name)) continue;
     for (const ends of loop(link)) {
       const [a, b] = ends.map((name) => pointNow(name)).map((p) => p && toScreen(p));
       if (!a || !b) continue;
       const [dx, dy] = [b[0] - a[0], b[1] - a[1]], t = Math.max(0, Math.min(1, ((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy || 1))), away = Math.hypot(a[0] + t * dx - x, a[1] + t * dy - y);
-      if (away < least) [best, least] = [{ link: link.name, ends, t }, away];
+      if (away < least) [best, least] = [{ link: link.name, cylinder: link.cylinder, ends, t }, away];
     }
   }
   return best;

@@ -130,12 +130,12 @@ const parts = () => {
   const { sheet } = view;
   if (!sheet) return [];
   const of = (kind, names) => names.map((name) => ({ kind, name }));
-  return [...of("point", Object.keys(sheet.points)), ...of("link", sheet.links.map(({ name }) => name)), ...of("slot", Object.keys(sheet.slots)).map((part) => (sheet.sliders.includes(part.name) ? { ...part, kind: "slider" } : part)), ...of("weld", sheet.welds), ...of("mass", Object.keys(sheet.masses)), ...of("spring", Object.keys(sheet.springs)), ...of("load", Object.keys(sheet.loads)), ...of("drive", Object.keys(sheet.drives))];
+  return [...of("point", Object.keys(sheet.points)), ...of("link", sheet.links.map(({ name }) => name)), ...of("slot", Object.keys(sheet.slots)).map((part) => (sheet.sliders.includes(part.name) ? { ...part, kind: "slider" } : part)), ...of("weld", sheet.welds), ...of("mass", Object.keys(sheet.masses)), ...of("spring", Object.keys(sheet.springs)), ...of("load", Object.keys(sheet.loads)), ...of("drive", Object.keys(sheet.drives)), ...of("cylinder", Object.keys(sheet.cylinders)), ...of("gear", Object.keys(sheet.gears))];
 };
-const NUMBERED = { spring: "springs", load: "loads", drive: "drives" };
+const NUMBERED = { spring: "springs", load: "loads", drive: "drives", gear: "gears" };
 const partName = ({ kind, name }) => {
   const entry = NUMBERED[kind] && view.sheet[NUMBERED[kind]][name];
-  return `${kind} ${entry ? `${Number(name) + 1}: ${entry.link ?? entry.slider ?? ""}${entry.point ? ` at ${entry.point}` : ""}` : name}`;
+  return `${kind} ${entry ? `${Number(name) + 1}: ${entry.joints?.join(", ") ?? entry.link ?? entry.slider ?? ""}${entry.point ? ` at ${entry.point}` : ""}` : name}`;
 };
 
 function listParts() {
@@ -155,17 +155,23 @@ function choose(kind, name) {
 }
 
 function chooseNew(change) {
-  const kind = { link: "link", load: "load", spring: "spring", drive: "drive" }[change?.do];
+  const kind = { link: "link", load: "load", spring: "spring", drive: "drive", gear: "gear", cylinder: "cylinder" }[change?.do];
   if (!kind) return;
-  const last = kind === "link" ? view.sheet?.links.at(-1)?.name : String((view.sheet?.[NUMBERED[kind]].length ?? 0) - 1);
+  const last = kind === "cylinder" ? Object.keys(view.sheet?.cylinders ?? {}).at(-1) : kind === "link" ? view.sheet?.links.at(-1)?.name : String((view.sheet?.[NUMBERED[kind]].length ?? 0) - 1);
   if (last && last !== "-1") choose(kind, last);
 }
 
 function inspect() {
-  const { chosen, sheet } = view, box = $("inspector");
+  const box = $("inspector"), held = [...box.querySelectorAll("input, select")].indexOf(document.activeElement);
   box.replaceChildren();
+  fillInspector(box);
+  if (held >= 0) box.querySelectorAll("input, select")[held]?.focus(); // who goes from field to field goes on
+}
+function fillInspector(box) {
+  const { chosen, sheet } = view;
   const link = chosen?.kind === "link" && sheet.links.find(({ name }) => name === chosen.name);
   $("delete").disabled = !chosen;
+  if (chosen?.kind === "drive") return inspectDrive(Number(chosen.name), box);
   if (!link || link.name === "ground") return;
   for (const key of ["section", "material"]) {
     const label = document.createElement("label"), input = document.createElement("input");
@@ -178,7 +184,22 @@ function inspect() {
   }
 }
 
-const PATHS = { point: "points", link: "links", slot: "slots", slider: "sliders", mass: "masses", spring: "springs", load: "loads", drive: "drives" };
+// The motion of a drive: constant speed, or one curve over some way in some time, and back where that is wished.
+const CONSTANT = "constant speed", CURVES = [CONSTANT, "cycloidal", "harmonic", "modified-sine", "modified-trapezoid", "polynomial-345", "polynomial-4567", "trapezoidal-velocity", "constant-acceleration"];
+const opposite = (by) => (String(by).startsWith("-") ? String(by).slice(1) : `-${by}`);
+function inspectDrive(at, box) {
+  const { law, speed, slider, effort, motion } = view.sheet.drives[at], [first, second] = law ?? [];
+  if (effort !== undefined || motion || (law && (law.length > 2 || !CURVES.includes(first.curve) || typeof first.by !== "string" || (second && (second.curve !== first.curve || second.duration !== first.duration || String(second.by) !== opposite(first.by)))))) { box.append("Motion: as the text says"); return; }
+  const curve = document.createElement("select"), field = (value, size) => Object.assign(document.createElement("input"), { value, size }), labelled = (words, input) => { const label = document.createElement("label"); label.append(words, input); return label; };
+  curve.append(...CURVES.map((name) => new Option(name, name)));
+  curve.value = law ? first.curve : CONSTANT;
+  const rate = field(speed ?? (slider ? "0.1 m/s" : "60 rpm"), 8), by = field(first?.by ?? (slider ? "50 mm" : "90 deg"), 7), time = field(first?.duration ?? "1 s", 6), back = Object.assign(document.createElement("input"), { type: "checkbox", checked: !law || Boolean(second) });
+  const tell = () => edit({ do: "law", drive: at, curve: curve.value, speed: rate.value, by: by.value, duration: time.value, back: back.checked });
+  for (const each of [curve, rate, by, time, back]) each.onchange = tell;
+  box.append(labelled("Motion ", curve), ...(law ? [labelled("By ", by), labelled("In ", time), labelled("And back ", back)] : [labelled("Speed ", rate)]));
+}
+
+const PATHS = { point: "points", link: "links", slot: "slots", slider: "sliders", mass: "masses", spring: "springs", load: "loads", drive: "drives", gear: "gears", cylinder: "cylinders" };
 function listNumbers() {
   const list = $("number"), before = list.value, { chosen } = view, entry = chosen && NUMBERED[chosen.kind] && view.sheet[NUMBERED[chosen.kind]][chosen.name];
   const link = chosen?.kind === "link" && view.sheet.links.find(({ name }) => name === chosen.name);
@@ -332,6 +353,7 @@ function wire() {
   $("chosen").onchange = () => choose(...($("chosen").value ? $("chosen").value.split(" ") : [null]));
   $("number").onchange = () => { showNumber(); if (number()?.line) text.goTo(number().line); };
   $("slider").oninput = () => { if (state.dragging === null) { state.dragging = text.text(); state.range = number(); } slide(); };
+  $("value").onchange = () => { const now = number(); if (!now) return; state.held = now.path; edit({ do: "set", path: now.path, value: $("value").value }).then(() => { state.held = null; showNumber(); }); };
   $("slider").onchange = () => { if (state.dragging !== null) drop(); };
   $("begin").onchange = () => { const whole = state.shipped[$("begin").value], before = text.text(); $("begin").value = ""; if (whole !== undefined) { view.picture = null; view.position = 0; changed(whole).then(() => { text.keep(before); fit(); show(); }); } };
   for (const id of ["tracewidth", "traceleft", "tracebottom", "tracefaint"]) $(id).oninput = trace;
@@ -341,7 +363,8 @@ function wire() {
     if (event.target === document.body) tools.keys(event); // without a click
     if (!(event.ctrlKey || event.metaKey)) return;
     const act = { s: save, z: () => travel(event.shiftKey ? text.redo() : text.undo()), y: () => travel(text.redo()) }[event.key.toLowerCase()];
-    if (act && !["file", "number"].includes(event.target.type)) { event.preventDefault(); act(); }
+    const writes = event.target.tagName === "INPUT" && event.target.type === "text"; // it undoes its own
+    if (act && (event.key.toLowerCase() === "s" || !(writes || ["file", "number"].includes(event.target.type)))) { event.preventDefault(); act(); }
   });
   new ResizeObserver(() => { measure(); text.measure(); show(); }).observe($("svg"));
 }

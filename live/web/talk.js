@@ -70,6 +70,7 @@ export async function full(text, done) {
     const response = await request("full", { text, number: asked }, mine.signal);
     if (asked !== number) return;
     if (response.status === 409) { setTimeout(() => asked === number && mine === whole && full(text, done), 700); return; } // another window's drag
+    if (!response.ok) return done({ picture: null, mistakes: [{ message: await response.text() }] });
     const answer = await unpacked(response);
     if (asked === number) done(answer);
   } catch { /* given up, or the server is not there, which is told elsewhere */ }

@@ -7,14 +7,16 @@ export const TOOLS = [
   ["link", "Link", "l", "Drag from point to point, or click twice; a click on nothing makes the point"],
   ["plate", "Plate", "p", "Click the points of a plate, and the first once more; Enter ends an open one"],
   ["fix", "Fix", "g", "Click a point that is to stand on the ground, or no longer"],
-  ["slot", "Slot", "s", "Click a point that is to move along a line, or no longer"],
+  ["slot", "Slot", "s", "Drag from a point along the line on which it is to move; click it: along x, or no longer"],
   ["weld", "Weld", "w", "Click a point at which its links are joined rigidly, or no longer"],
   ["spring", "Spring", "k", "Drag from a point to another"],
   ["mass", "Mass", "m", "Click a point that is to carry a mass, or no longer"],
   ["load", "Force", "f", "Drag from the point where a force acts: 1 N to a pixel"],
-  ["drive", "Drive", "d", "Click the link that is turned about its pin on the ground, or no longer"],
+  ["drive", "Drive", "d", "Click the link that is turned about its pin, or the point that is pushed along its slot, or no longer"],
+  ["cylinder", "Cylinder", "c", "Drag from its foot to the point that it pushes"],
+  ["gear", "Gear", "r", "Click the link that drives, then the one that follows: wheels that mesh from outside, or no longer"],
 ];
-let tool = "move", gesture = null, clicks = [], actions = null;
+let tool = "move", gesture = null, clicks = [], driver = null, actions = null;
 
 export function begin(given) {
   actions = given;
@@ -44,7 +46,7 @@ export function take(name) {
 }
 
 function clear() {
-  clicks = [];
+  [clicks, driver] = [[], null];
   Object.assign(view, { preview: null, guides: [] });
   draw();
 }
@@ -91,13 +93,20 @@ function down(event) {
   gesture = { id: event.pointerId, from: screen, last: screen, moved: false };
   if (tool === "move") {
     if (point) { gesture.kind = "point"; gesture.point = point; actions.choose("point", point); }
-    else if (link) { gesture.kind = "link"; gesture.link = link; actions.choose("link", link.link); }
+    else if (link) { gesture.kind = "link"; gesture.link = link; actions.choose(...(link.cylinder ? ["cylinder", link.cylinder] : ["link", link.link])); }
     else gesture.kind = "pan";
-  } else if (tool === "link" || tool === "spring" || tool === "load") {
+  } else if (tool === "link" || tool === "spring" || tool === "cylinder" || tool === "load") {
     gesture.kind = "line";
     if (!clicks.length) { const first = picked(screen); if (tool !== "load" || typeof first === "string") clicks = [first]; }
     else gesture.second = true;
-  } else gesture.kind = "click";
+  } else if (tool === "slot" && point) Object.assign(gesture, { kind: "slot", point });
+  else gesture.kind = "click";
+}
+
+// A direction from a point to a place on the screen, to whole steps of 5 degrees where places snap.
+function direction(point, screen) {
+  const from = toScreen(pointNow(point)), step = Math.PI / 36, raw = Math.atan2(from[1] - screen[1], screen[0] - from[0]), angle = $("snap").checked ? Math.round(raw / step) * step : raw;
+  return [Math.cos(angle), Math.sin(angle)];
 }
 
 function moved(event) {
@@ -115,6 +124,10 @@ function moved(event) {
   if (gesture.kind === "point") {
     if (first) actions.grab();
     actions.drag({ do: "move", point: gesture.point, to: snapped(screen, gesture.point) }, event.timeStamp);
+  } else if (gesture.kind === "slot") {
+    const from = pointNow(gesture.point), [c, s] = direction(gesture.point, screen), reach = 60 / view.scale;
+    view.preview = [-1, 1].map((way) => [from[0] + way * reach * c, from[1] + way * reach * s]);
+    draw();
   } else if (gesture.kind === "link") actions.position(nearestPosition(gesture.link, toPlane(screen)));
   else if (gesture.kind === "pan") {
     view.x -= (screen[0] - gesture.last[0]) / view.scale;
@@ -133,6 +146,7 @@ function up(event) {
   if (done.kind === "point") { if (done.moved) actions.drop(); }
   else if (done.kind === "pan" && !done.moved) actions.choose(null);
   else if (done.kind === "line") line(done, screen);
+  else if (done.kind === "slot") { view.preview = null; actions.edit({ do: "slot", point: done.point, ...(done.moved && { direction: direction(done.point, screen) }) }); }
   else if (done.kind === "click") click(screen);
   draw();
 }
@@ -152,6 +166,7 @@ function line(done, screen) {
     return actions.edit({ do: "load", point: first, force: [Math.round(screen[0] - from[0]), Math.round(from[1] - screen[1])] });
   }
   if (JSON.stringify(first) === JSON.stringify(last)) return;
+  if (tool === "cylinder") return actions.edit({ do: "cylinder", from: first, to: last });
   if (tool === "spring") return actions.edit({ do: "spring", from: first, to: last });
   actions.edit({ do: "link", points: [first, last], section: $("section").value, material: $("material").value });
 }
@@ -164,7 +179,17 @@ function click(screen) {
     view.preview = clicks.map(placed);
     return;
   }
-  if (tool === "drive") { const link = linkUnder(screen, 16); if (link) actions.edit({ do: "drive", link: link.link }); return; }
+  if (tool === "drive") {
+    const slides = pointUnder(screen), link = linkUnder(screen, 16), slot = Object.values(view.sheet.slots).some(({ point }) => point === slides);
+    if (slot) actions.edit({ do: "drive", point: slides }); else if (link?.link) actions.edit({ do: "drive", link: link.link });
+    return;
+  }
+  if (tool === "gear") {
+    const link = linkUnder(screen, 16)?.link;
+    if (!link) return;
+    if (driver === null) { driver = link; actions.choose("link", link); } else { const first = driver; driver = null; actions.edit({ do: "gear", driver: first, follower: link }); }
+    return;
+  }
   const point = pointUnder(screen);
   if (point) actions.edit({ do: tool, point });
   else if (tool === "fix") actions.edit({ do: "point", at: snapped(screen), fixed: true });

@@ -1,0 +1,229 @@
+"""Drives of a scene, their laws, gears and cylinders, added to its text or taken away from it."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from typing import Any
+
+from kinelast.scene.units import Quantity
+from live.parts import (
+    DIGITS,
+    EditError,
+    Tables,
+    along,
+    cylinders_of,
+    drawn,
+    fix,
+    ground_points,
+    moving_links,
+    new_name,
+    points_of,
+    scale_of,
+    welded,
+    with_points,
+)
+from live.text import with_table, with_value, without
+from rigid import GROUND
+
+SPEED, LAW = "60 rpm", "cycloidal"
+LASTS = "1 s"  # a stroke of a drive that slides
+CONSTANT = "constant speed"
+UNITS = {
+    True: ("m", "m/s"),
+    False: ("rad", "rad/s"),
+}  # of a coordinate and its rate, where it slides and where it turns
+
+
+def _shared(tables: Tables, link: str, other: str) -> list[str]:
+    """Points of a link at which another one is pinned to it."""
+    points = points_of(tables["links"].get(other, {}))
+    return [point for point in points_of(tables["links"].get(link, {})) if point in points]
+
+
+def _carriers(tables: Tables, *links: str) -> Iterator[str]:
+    """Links to which all of some links are pinned: the ground first, others by their joints from it."""
+    near, seen = [GROUND], {GROUND}
+    for each in near:
+        found = [name for name in tables["links"] if name not in seen and _shared(tables, name, each)]
+        near += found
+        seen |= set(found)
+    return (each for each in near if each not in links and all(_shared(tables, link, each) for link in links))
+
+
+def _joint(tables: Tables, link: str, carrier: str) -> dict[str, Any]:
+    """The joint of a link on another as a drive or a gear names it."""
+    pins = _shared(tables, link, carrier)
+    told = {"link": link} if carrier == GROUND else {"link": link, "on": carrier}
+    return told if len(pins) == 1 else {**told, "at": pins[0]}
+
+
+def add_drive(text: str, tables: Tables, change: Tables) -> str:
+    """A drive of a link about its pin, or of a point along its slot; or none any longer.
+
+    A link turns at constant speed: about its pin on the ground, or else on the link that is nearer to the ground. A
+    point goes along its slot and back.
+    """
+    if "point" in change:
+        return _add_slide(text, tables, change["point"])
+    link = change["link"]
+    for number, drive in enumerate(tables.get("drives", ())):
+        if drive.get("link") == link:
+            return without(text, ("drives", number))
+    carrier = next(_carriers(tables, link), None)
+    if carrier is None:
+        raise EditError(f'"{link}" has no pin about which a drive could turn it: draw a link to it, or fix a point')
+    told = {**_joint(tables, link, carrier), "speed": change.get("speed", SPEED)}
+    return with_table(text, ("drives", 0), told)
+
+
+def _there_and_back(way: float) -> list[dict[str, str]]:
+    """A law that goes so far [m], to two digits, and returns."""
+    by = f"{float(f'{1000 * way:.2g}'):g} mm"
+    return [{"curve": LAW, "duration": LASTS, "by": each} for each in (by, _opposite(by))]
+
+
+def _opposite(value: str) -> str:
+    return value[1:] if value.startswith("-") else f"-{value}"
+
+
+def _add_slide(text: str, tables: Tables, point: str) -> str:
+    """A drive of a point along its slot; or none any longer."""
+    for kind, key in (("slots", "point"), ("sliders", "through")):
+        for name, table in tables.get(kind, {}).items():
+            if table.get(key) != point:
+                continue
+            for number, drive in enumerate(tables.get("drives", ())):
+                if drive.get("slider") == name:
+                    return without(text, ("drives", number))
+            places = list(drawn(tables).values())
+            extent = max(abs(one - other) for one in places for other in places)
+            return with_table(text, ("drives", 0), {"slider": name, "law": _there_and_back(extent / 10)})
+    raise EditError(f'"{point}" has no slot along which a drive could push it')
+
+
+def set_law(text: str, tables: Tables, change: Tables) -> str:
+    """The motion of a drive: at constant speed, or so far in so long by one of the curves, and back where asked for.
+
+    Quantities are texts with their units.
+    """
+    number = int(change["drive"])
+    drive = tables["drives"][number]
+    if "effort" in drive:
+        raise EditError("an effort drives here, and the motion follows from it: change that in the text")
+    length, rate = UNITS["slider" in drive]
+    for key in ("speed", "law", "motion", "repeat"):
+        text = without(text, ("drives", number, key))
+    if change["curve"] == CONSTANT:
+        Quantity.of_unit(rate, str(change["speed"]))
+        return with_value(text, ("drives", number, "speed"), str(change["speed"]))
+    by, duration = str(change["by"]).strip(), str(change["duration"]).strip()
+    Quantity.of_unit(length, by)
+    Quantity.of_unit("s", duration)
+    strokes = [by, _opposite(by)] if change.get("back") else [by]
+    law = [{"curve": str(change["curve"]), "duration": duration, "by": each} for each in strokes]
+    return with_value(text, ("drives", number, "law"), law)
+
+
+def add_gear(text: str, tables: Tables, change: Tables) -> str:
+    """Wheels on two links, which mesh from outside; or none any longer."""
+    pair = change["driver"], change["follower"]
+    if pair[0] == pair[1]:
+        raise EditError("a gear ties two links: click the one that drives, and the one that follows")
+    for number, gear in enumerate(tables.get("gears", ())):
+        if {gear["driver"].get("link"), gear["follower"].get("link")} == set(pair):
+            return without(text, ("gears", number))
+    carrier = next(_carriers(tables, *pair), None)
+    if carrier is None:
+        raise EditError("wheels turn on one link: both links need a pin on the ground, or on another link")
+    driver, follower = (_joint(tables, link, carrier) for link in pair)
+    return with_table(text, ("gears", 0), {"driver": driver, "follower": follower, "ratio": -1.0})
+
+
+def _pin(tables: Tables, joint: Tables) -> str | None:
+    """The first pin of a joint that names a link."""
+    link, carrier = joint.get("link"), joint.get("on", GROUND)
+    known = isinstance(link, str) and isinstance(carrier, str)
+    return next(iter(_shared(tables, str(link), str(carrier))), None) if known else None
+
+
+def wheels(tables: Tables) -> Iterator[dict[str, Any]]:
+    """Every gear with the names of its joints, its ratio, and the pins of its wheels; none of a rack."""
+    for gear in tables.get("gears", ()):
+        ends = [gear.get(end) if isinstance(gear.get(end), dict) else {} for end in ("driver", "follower")]
+        pins = [
+            end.get("at") or next(iter(_shared(tables, end.get("link"), end.get("on", GROUND))), None) for end in ends
+        ]
+        names = [str(end.get("link") or end.get("slider")) for end in ends]
+        yield {"joints": names, "pins": pins if all(pins) else None, "ratio": gear.get("ratio")}
+
+
+def add_cylinder(text: str, tables: Tables, change: Tables) -> str:
+    """A cylinder between two points: barrel, rod, their slider, and a drive that pushes a tenth of its length and back.
+
+    A place where nothing is becomes a point of the ground.
+    """
+    text, (start, end) = with_points(text, tables, [change["from"], change["to"]])
+    tables = tomllib.loads(text)
+    if end in ground_points(tables) or not _is_moving(tables, end):
+        start, end = end, start
+    moving_links(tables, end)
+    if start not in ground_points(tables) and not _is_moving(tables, start):
+        text = fix(text, tables, {"point": start})
+    if start == end:
+        raise EditError("a cylinder needs two points apart from each other")
+    for point in (start, end):  # it is pinned also where links are welded
+        if point in tables.get("welds", {}):
+            text = with_value(text, ("welds", point, "links"), welded(tables, point))
+    return _with_cylinder(text, tables, start, end)
+
+
+def _with_cylinder(text: str, tables: Tables, start: str, end: str) -> str:
+    """A text with the tables of a cylinder from a point to another."""
+    name = new_name([*tables.get("cylinders", ()), *tables.get("sliders", ()), *tables.get("slots", ())], "cylinder_")
+    middle, barrel, rod = f"{name}_middle", f"{name}_barrel", f"{name}_rod"
+    sheet = drawn(tables)
+    line = sheet[end] - sheet[start]
+    text = with_value(text, ("points", middle), _place(sheet[start] + line / 2, tables))
+    body = {"points": [start, middle], "rigid": True, "mass": "1 kg", "center": middle}
+    text = with_table(text, ("links", barrel), body)
+    text = with_table(text, ("links", rod), {"points": [end], "mass": "0.5 kg"})
+    slider = {"link": rod, "on": barrel, "through": end, "direction": along(line)}
+    text = with_table(text, ("sliders", name), slider)
+    law = _there_and_back(abs(line) / 10)
+    text = with_table(text, ("drives", 0), {"slider": name, "cylinder": name, "law": law})
+    sizes = {"bore": "40 mm", "rod": "20 mm", "length": f"{1000 * abs(line):.{DIGITS}g} mm"}
+    return with_table(text, ("cylinders", name), sizes)
+
+
+def _is_moving(tables: Tables, point: str) -> bool:
+    return any(point in points_of(link) for name, link in tables["links"].items() if name != GROUND)
+
+
+def _place(place: complex, tables: Tables) -> list[float]:
+    per_length = scale_of(tables)
+    return [float(f"{part / per_length:.{DIGITS}g}") for part in (place.real, place.imag)]
+
+
+def with_cylinders(before: Tables, text: str, point: str) -> str:
+    """A text in which the cylinders at a point that was moved lie along their two ends again.
+
+    A `length` that was that between the ends stays so.
+    """
+    tables = tomllib.loads(text)
+    for name, slider, parts in cylinders_of(tables):
+        start, end = (_ends(each, parts) for each in (before, tables))
+        if point not in (parts["from"], parts["to"]) or start is None or end is None:
+            continue
+        text = with_value(text, ("sliders", slider, "direction"), along(end[1] - end[0]))
+        text = with_value(text, ("points", parts["middle"]), _place((end[0] + end[1]) / 2, tables))
+        length = tables["cylinders"][name].get("length")
+        if length == f"{1000 * abs(start[1] - start[0]):.{DIGITS}g} mm":
+            text = with_value(text, ("cylinders", name, "length"), f"{1000 * abs(end[1] - end[0]):.{DIGITS}g} mm")
+    return text
+
+
+def _ends(tables: Tables, parts: Tables) -> tuple[complex, complex] | None:
+    """Places between which a cylinder pushes; None where they are not drawn."""
+    sheet = drawn(tables)
+    return (sheet[parts["from"]], sheet[parts["to"]]) if {parts["from"], parts["to"]} <= sheet.keys() else None

@@ -1,0 +1,300 @@
+"""Parts of a scene added to its text or taken away from it: points, links, slots, welds, springs, masses, loads."""
+
+from __future__ import annotations
+
+import cmath
+import math
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import Any
+
+from kinelast.scene.tables import PER_LENGTH
+from kinelast.scene.units import Quantity
+from live.text import with_table, with_value, without
+from rigid import GROUND
+
+DIGITS = 6
+SECTION, MATERIAL = "flat 20x5", "S235"
+Tables = Mapping[str, Any]
+
+
+class EditError(ValueError):
+    """An edit that cannot be made of this scene."""
+
+
+def drawn(tables: Tables) -> dict[str, complex]:
+    """Places of the points as the tables draw them [m]; those that cannot be read are left out."""
+    per_length = scale_of(tables)
+    points = tables.get("points")
+    ground = tables.get("links", {}).get(GROUND, {}) if isinstance(tables.get("links"), dict) else {}
+    own = ground.get("points") if isinstance(ground, dict) else None
+    entries = [*(points.items() if isinstance(points, dict) else ()), *(own.items() if isinstance(own, dict) else ())]
+    known = {}
+    for name, place in entries:
+        try:
+            x, y = (metres(part, per_length) for part in place)
+        except (TypeError, ValueError):
+            continue
+        if math.isfinite(x) and math.isfinite(y):
+            known[name] = complex(x, y)
+    return known
+
+
+def scale_of(tables: Tables) -> float:
+    """Metres to a bare length of the file."""
+    return PER_LENGTH.get(tables.get("units", "m"), 1.0)
+
+
+def ground_points(tables: Tables) -> Any:
+    """Points of the ground as the file lists them."""
+    return tables.get("links", {}).get(GROUND, {}).get("points", ())
+
+
+def metres(value: Any, per_length: float) -> float:
+    """A length as it stands in a file [m]; ValueError where it is none."""
+    return float(Quantity.of_unit("m", value)) if isinstance(value, str) else float(value) * per_length
+
+
+def new_name(taken: Any, stem: str) -> str:
+    """The first free name: of a capital letter the next letters, of a word the word and a number."""
+    names = set(taken)
+    if len(stem) == 1:
+        letters = (chr(code) for code in range(ord(stem), ord("Z") + 1))
+        free = next((letter for letter in letters if letter not in names), None)
+        if free:
+            return free
+        stem = "P"
+    number = next(k for k in range(1, len(names) + 2) if f"{stem}{k}" not in names)
+    return f"{stem}{number}"
+
+
+def with_points(text: str, tables: Tables, wanted: list[Any]) -> tuple[str, list[str]]:
+    """A text with a point more for every place among some points, and the names of all."""
+    taken = {*tables.get("points", ()), *drawn(tables)}
+    per_length = scale_of(tables)
+    names = []
+    for each in wanted:
+        if isinstance(each, str):
+            names.append(each)
+            continue
+        name = new_name(taken, "A")
+        taken.add(name)
+        names.append(name)
+        text = with_value(text, ("points", name), [float(f"{part / per_length:.{DIGITS}g}") for part in each])
+    return text, names
+
+
+def add_point(text: str, tables: Tables, change: Tables) -> str:
+    """A point more, of a link where one is named, of the ground where it is fixed."""
+    text, names = with_points(text, tables, [change["at"]])
+    return fix(text, tomllib.loads(text), {"point": names[0]}) if change.get("fixed") else text
+
+
+def add_link(text: str, tables: Tables, change: Tables) -> str:
+    """A link through points and places, of a section and a material; three and more in a ring where `closed`."""
+    text, names = with_points(text, tables, change["points"])
+    if len(set(names)) < 2:
+        raise EditError("a link needs two points apart from each other")
+    name = new_name(tables.get("links", ()), "link_")
+    entries: dict[str, Any] = {"points": names}
+    if change.get("closed") and len(names) > 2:
+        entries["beams"] = [[names[k], names[(k + 1) % len(names)]] for k in range(len(names))]
+    if change.get("rigid"):
+        entries["rigid"] = True
+    entries |= {"section": change.get("section") or SECTION, "material": change.get("material") or MATERIAL}
+    return with_table(text, ("links", name), entries)
+
+
+def fix(text: str, tables: Tables, change: Tables) -> str:
+    """A point that stands on the ground from now on; or no longer."""
+    point = change["point"]
+    ground = tables.get("links", {}).get(GROUND)
+    if ground is None:
+        return with_table(text, ("links", GROUND), {"points": [point]})
+    points = ground.get("points", [])
+    if isinstance(points, dict):
+        raise EditError("the ground's points have coordinates of their own: change them in the text")
+    kept = [each for each in points if each != point] if point in points else [*points, point]
+    return with_value(text, ("links", GROUND, "points"), kept)
+
+
+def moving_links(tables: Tables, point: str) -> list[str]:
+    """Links that move and have a point, one at least."""
+    links = tables.get("links", {})
+    names = [name for name, link in links.items() if name != GROUND and point in link.get("points", ())]
+    if not names:
+        raise EditError(f'no moving link has the point "{point}": draw a link to it first')
+    return names
+
+
+def along(direction: complex) -> str:
+    """The angle of a direction as it stands in a file."""
+    return f"{math.degrees(cmath.phase(direction)):.{DIGITS}g} deg"
+
+
+def add_slot(text: str, tables: Tables, change: Tables) -> str:
+    """A straight slot of the ground in which a point moves; or none any longer, where no direction is given."""
+    point = change["point"]
+    direction = along(complex(*change.get("direction", (1, 0))))
+    for kind, key in (("slots", "point"), ("sliders", "through")):
+        for name, table in tables.get(kind, {}).items():
+            if table.get(key) == point and "direction" in change:
+                return with_value(text, (kind, name, "direction"), direction)
+            if table.get(key) == point:
+                return remove(text, tables, {"kind": kind[:-1], "name": name})
+    entries = {"point": point, "link": moving_links(tables, point)[0], "direction": direction}
+    return with_table(text, ("slots", new_name(tables.get("slots", ()), "slot_")), entries)
+
+
+def weld(text: str, tables: Tables, change: Tables) -> str:
+    """A point at which its links are joined rigidly; or no longer."""
+    point = change["point"]
+    if point in tables.get("welds", {}):
+        return without(text, ("welds", point))
+    pinned = {link for _, _, parts in cylinders_of(tables) for link in parts["links"]}
+    here = welded(tables, point)
+    links = [link for link in here if link not in pinned]
+    if len(links) < 2:
+        raise EditError(f'a weld joins two links, and "{point}" belongs to one')
+    return with_table(text, ("welds", point), {} if links == here else {"links": links})
+
+
+def welded(tables: Tables, point: str) -> list[str]:
+    """Links that a weld of a point joins: those that it names, or all that have the point."""
+    named = tables.get("welds", {}).get(point, {}).get("links")
+    return named or [name for name, link in tables["links"].items() if point in points_of(link)]
+
+
+def add_spring(text: str, tables: Tables, change: Tables) -> str:
+    """A spring between two points, unloaded as drawn."""
+    text, (first, last) = with_points(text, tables, [change["from"], change["to"]])
+    tables = tomllib.loads(text)
+    grounded = ground_points(tables)
+    if first in grounded:
+        first, last = last, first
+    if last not in grounded and not any(last in link.get("points", ()) for link in tables["links"].values()):
+        text = fix(text, tables, {"point": last})
+        grounded = (*grounded, last)
+    sheet = drawn(tables)
+    entries: dict[str, Any] = {"link": moving_links(tables, first)[0], "point": first, "anchor": last}
+    if last not in grounded:
+        entries["on"] = next(name for name in moving_links(tables, last) if name != entries["link"])
+    entries |= {"length": f"{1000 * abs(sheet[first] - sheet[last]):.{DIGITS}g} mm", "stiffness": "1 N/mm"}
+    return with_table(text, ("springs", 0), entries)
+
+
+def add_mass(text: str, tables: Tables, change: Tables) -> str:
+    """A point mass at a point of a moving link; or none any longer."""
+    point = change["point"]
+    if point in tables.get("masses", {}):
+        return without(text, ("masses", point))
+    moving_links(tables, point)
+    return with_value(text, ("masses", point), change.get("mass", "1 kg"))
+
+
+def add_load(text: str, tables: Tables, change: Tables) -> str:
+    """A force at a point of a moving link [N]."""
+    point = change["point"]
+    force = [float(f"{part:.{DIGITS}g}") for part in change["force"]]
+    return with_table(text, ("loads", 0), {"link": moving_links(tables, point)[0], "point": point, "force": force})
+
+
+def cylinders_of(tables: Tables) -> Iterator[tuple[str, str, Tables]]:
+    """Every cylinder that a barrel and a rod draw: its name, its slider, and its parts.
+
+    These are `from` and `to`, the points between which it pushes; `links`, rod and barrel; and `middle`, a second
+    point of the barrel, which fixes the line in it.
+    """
+    links, sliders = tables.get("links", {}), tables.get("sliders", {})
+    for drive in tables.get("drives", ()):
+        name, slider = drive.get("cylinder"), sliders.get(drive.get("slider"), {})
+        rod, barrel = slider.get("link"), slider.get("on", GROUND)
+        ends = points_of(links.get(barrel, {}))
+        others = [point for other, link in links.items() if other != barrel for point in points_of(link)]
+        alone = len(ends) == 2 and ends[1] not in others and len(points_of(links.get(rod, {}))) == 1
+        if name in tables.get("cylinders", {}) and barrel != GROUND and alone and "through" in slider:
+            told = {"from": ends[0], "to": slider["through"], "links": [rod, barrel], "middle": ends[1]}
+            yield name, drive["slider"], told
+
+
+def points_of(link: Tables) -> list[str]:
+    """Names of a link's points; none where they cannot be read."""
+    points = link.get("points", ())
+    return [str(each) for each in points] if isinstance(points, list | dict) else []
+
+
+SINGLE = {"link": "links", "slot": "slots", "slider": "sliders", "weld": "welds", "mass": "masses"}
+LISTED = {"drive": "drives", "load": "loads", "spring": "springs", "gear": "gears"}
+
+
+def remove(text: str, tables: Tables, change: Tables) -> str:
+    """A part taken away, with all that hangs on it."""
+    kind, name = change["kind"], change["name"]
+    if kind in LISTED:
+        return without(text, (LISTED[kind], int(name)))
+    if kind == "cylinder":
+        return _without_cylinder(text, tables, name)
+    if kind == "point":
+        return _without_point(text, tables, name)
+    if name == GROUND:
+        raise EditError("the ground stays: a mechanism stands on it")
+    if kind == "link":
+        text = _without_naming(text, tables, lambda table: name in (table.get("link"), table.get("on")))
+    if kind in ("slot", "slider"):
+        text = _without_naming(text, tables, partial(_slides, name))
+    return without(text, (SINGLE[kind], name))
+
+
+def _without_naming(text: str, tables: Tables, names: Callable[[Tables], bool]) -> str:
+    """A text without drives, loads, springs, gears, slots and sliders that name something that goes."""
+    for kind in LISTED.values():
+        entries = tables.get(kind, [])
+        for number in range(len(entries) - 1, -1, -1):
+            entry = entries[number]
+            if names(entry) or any(names(entry.get(end, {})) for end in ("driver", "follower")):
+                text = without(text, (kind, number))
+    for kind in ("slots", "sliders"):
+        for name, table in tables.get(kind, {}).items():
+            if names(table):
+                text = _without_naming(text, tomllib.loads(text), partial(_slides, name))
+                text = without(text, (kind, name))
+    return text
+
+
+def _slides(name: str, table: Tables) -> bool:
+    """Whether a table names a slider."""
+    return bool(table.get("slider") == name)
+
+
+def _without_cylinder(text: str, tables: Tables, name: str) -> str:
+    """A text without a cylinder, its barrel, its rod and its drive; and without the point that it alone had."""
+    parts = next((told for other, _, told in cylinders_of(tables) if other == name), None)
+    for link in parts["links"] if parts else ():
+        text = remove(text, tomllib.loads(text), {"kind": "link", "name": link})
+    text = without(text, ("points", parts["middle"])) if parts else text
+    return without(text, ("cylinders", name))
+
+
+def _without_point(text: str, tables: Tables, point: str) -> str:
+    """A text without a point: links of more than two points lose it, links of two go."""
+    for name, link in tables.get("links", {}).items():
+        points = link.get("points", ())
+        if point not in points:
+            continue
+        if name != GROUND and len(points) <= 2:
+            text = remove(text, tomllib.loads(text), {"kind": "link", "name": name})
+            continue
+        if isinstance(points, dict):
+            text = without(text, ("links", name, "points", point))
+        else:
+            text = with_value(text, ("links", name, "points"), [each for each in points if each != point])
+        beams = [list(beam) for beam in link.get("beams", ()) if isinstance(beam, list) and point not in beam]
+        if "beams" in link and all(isinstance(beam, list) for beam in link["beams"]):
+            path = ("links", name, "beams")
+            text = with_value(text, path, beams) if beams else without(text, path)
+    named = lambda table: point in (table.get("point"), table.get("anchor"), table.get("through"), table.get("at"))  # noqa: E731
+    text = _without_naming(text, tomllib.loads(text), named)
+    for kind in ("welds", "masses", "points"):
+        text = without(text, (kind, point))
+    return text
