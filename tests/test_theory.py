@@ -246,6 +246,20 @@ def test_on_shipped_scenes_a_finer_accuracy_never_takes_a_lower_rung_or_a_worse_
         assert answer.accurate == (answer.error <= share and max(answer.courses.values()) <= share)
 
 
+def test_an_accuracy_that_cannot_be_reached_costs_no_more_than_one_that_nearly_can_and_stages_are_told():
+    scene, heard = read_scene(shipped_scenes()["utenov_four_bar"]), []
+    near, far = (
+        computed(scene, Request(accuracy=share, positions=12), lambda stage, done, total: heard.append(stage)).answer
+        for share in (5e-5, 1e-12)
+    )
+    assert near.error > 5e-5
+    assert (far.vibrating.elements, far.vibrating.coordinates) == (near.vibrating.elements, near.vibrating.coordinates)
+    assert far.error == near.error
+    assert {"large displacement", "geometrically exact", "error in time and coordinates"} <= {
+        stage.partition(": ")[2] for stage in heard
+    }
+
+
 @pytest.mark.slow
 def test_an_accuracy_that_is_not_reached_is_told_and_ends_in_status_1(tmp_path, capsys):
     (tmp_path / "bars.toml").write_text(edited(FOUR_BAR, ("positions = 36", 'positions = 24\naccuracy = "0.01 %"')))

@@ -54,10 +54,10 @@ MotionAt = Callable[[Any], Motion]
 
 TOLERANCE = 1e-4  # of the elastodynamic answer, in time and in its coordinates
 SETTLED = 0.004  # of the accuracy, that being allowed to be coarser: a figure may be a hundredth of the largest
-FINEST = 1e-8  # below which elements of time take minutes to settle, and no theory is as true
+FINEST = 1e-6  # below which steps and elements of time settle no further, or in minutes
 FINE = 0.02  # of the accuracy, that being finer than the tolerance
 LEFT = (BEAM_THEORY, ROUND_OFF)  # parts that no theory of motion changes
-BESIDES = 0.1  # of the accuracy: what is not worth answering where others hold the accuracy back
+BESIDES = 0.1  # of the accuracy, or of what holds it back: what is not worth answering
 MANY = 256  # elements of time, beyond which twice as many take seconds, and shares tell what they leave open
 FURTHER = 0.1  # of the tolerance of an exact answer is that of the finer one that it is held against
 NO_MORE = 0.1  # of the accuracy, that a step to the exact answer may change of deflections where it is the last
@@ -182,11 +182,12 @@ def answer(
         What is asked for by name cannot be answered: a singular position, a block off its beam, a wheel along a rack.
     """
     wanted = ACCURACY if theory.accuracy is None else theory.accuracy
-    rungs, named = _Rungs(scene, plain, theory), theory.name is not None and not only_told
+    rungs, named = _Rungs(scene, plain, theory, progress), theory.name is not None and not only_told
     rests = not named and _rests(plain)
     if not named and np.nanmax(cycle_maxima(plain, ["phi"])["phi"].value, initial=0.0) > HOPELESS:
         return rungs.at_rest() if rests else rungs.unknown("vibration is not looked at where links turn by so much")
-    tolerance = TOLERANCE if named else max(min(TOLERANCE, FINE * wanted), SETTLED * wanted, FINEST)
+    aim = wanted if named or FINE * wanted >= TOLERANCE else max(wanted, BESIDES * rungs.held_back)
+    tolerance = TOLERANCE if named else max(min(TOLERANCE, FINE * aim), SETTLED * aim, FINEST)
     if scene.mechanism.friction:
         tolerance = max(tolerance, FINE * wanted)
     try:
@@ -211,7 +212,7 @@ def answer(
     if rests and linear.vibration is None:
         return rungs.at_rest()
     tried: list[Answer] = []
-    for rung in rungs.climbed(linear, tolerance, 0.0 if named else wanted):
+    for rung in rungs.climbed(linear, tolerance, 0.0 if named else aim):
         if only_told or (not named and (_enough(rung, wanted) or not linear.stable)) or rung.theory == theory.name:
             return rung
         tried.append(rung)
@@ -225,6 +226,17 @@ class _Rungs:
     scene: Scene
     plain: Deflection
     theory: Theory
+    progress: Progress = SILENT
+
+    @cached_property
+    def held_back(self) -> float:
+        """Greatest error of a figure that is read that no theory of motion changes, as a share."""
+        cycle = self._cycle(self.plain)
+        off = Estimate({}, self._cycle(beyond_beam_theory(self.plain)), {})
+        return max((each.share for each in graded_figures(self.scene, cycle, self.figures, off)), default=0.0)
+
+    def _tell(self, stage: str) -> None:
+        self.progress(f"{self.scene.name}: {stage}", 0, 1)
 
     @cached_property
     def figures(self) -> list[Figure]:
@@ -249,16 +261,19 @@ class _Rungs:
             for name in (ELASTODYNAMIC, GEOMETRICALLY_EXACT):
                 yield self._answer(name, vibrating, linear, {}, settled, UNSTABLE)
             return
+        self._tell("large displacement")
         stepped, stages, shares = self._large_displacement(linear)
         shares |= settled
         timed = shared = None
         if self._worth_finer(linear):
+            self._tell("error in time and coordinates")
             shared = finer_vibration(linear)
             timed = vibrating, self._cycle(discretized_finer(linear, shared, tolerance)[0])
         yield self._answer(QUASI_STATIC, plain, linear, {VIBRATION: vibrating, **stages}, shares, in_time=timed)
         yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares, in_time=timed)
         if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted:
             yield self._answer(GEOMETRICALLY_EXACT, stages[LARGE], stepped, *self._open(stepped, tolerance, shared))
+        self._tell("geometrically exact")
         try:
             begun = None if self.scene.mechanism.friction else stepped.exact
             exact = geometrically_exact(linear, tolerance, begun)
@@ -298,6 +313,7 @@ class _Rungs:
         """The exact answer discretized finer, as given where that is known, and the share that its steps leave open."""
         if exact.exact is None or not self._worth_finer(exact):
             return {}, {TIME: exact.time_error + exact.reduction_error, LARGE: large_displacement_error(exact)}
+        self._tell("error in time and coordinates")
         finer = finer or finer_vibration(exact)
         bent, left = discretized_finer(exact, finer, FURTHER * tolerance)  # else both leave the same steps open
         return {TIME: self._cycle(bent)}, {} if left <= tolerance else {LARGE: large_displacement_error(exact)}
