@@ -58,6 +58,12 @@ def case(request):
     return mechanism, sections, given["speed"], given["beta"], np.array(given["chord"])
 
 
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(each, marks=pytest.mark.slow if each["name"] == "Watt six-bar" else ()) for each in GIVEN],
+    ids=[each["name"] for each in GIVEN],
+    indirect=True,
+)
 def test_the_nonlinear_check(case):
     mechanism, sections, speed, beta, expected = case
     law, count = ConstantSpeed(0.0, speed), expected.shape[1]

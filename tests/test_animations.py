@@ -193,7 +193,9 @@ class TestLayout:
 class TestRendering:
     """What comes out of the canvas."""
 
-    @pytest.mark.parametrize("name", DIAGRAMS)
+    @pytest.mark.parametrize(
+        "name", [pytest.param(name, marks=[] if n % 3 == 0 else pytest.mark.slow) for n, name in enumerate(DIAGRAMS)]
+    )
     def test_frames_show_ink_and_differ(self, name, slider_crank):
         with off_screen(), Picture(slider_crank, name, SMALL) as picture:
             first, second = picture.show(1).astype(int), picture.show(4).astype(int)

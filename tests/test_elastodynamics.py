@@ -517,7 +517,9 @@ class TestSpeedMap:
         assert found.growth[1] == pytest.approx(single.growth, rel=1e-3)
         assert found.stable.all()
 
-    @pytest.mark.parametrize("name", ["RPR, elastic lever", "six-bar, ring", "PRP", "RRP"])
+    @pytest.mark.parametrize(
+        "name", [pytest.param("RPR, elastic lever", marks=pytest.mark.slow), "six-bar, ring", "PRP", "RRP"]
+    )
     def test_speeds_side_by_side(self, name):
         """Blocks on beams, rings, sliders, given loads: single answers, within the errors that these tell."""
         case, speeds = ALL[name](), (9.0, 10.0)

@@ -17,11 +17,11 @@ from fem_check.nonlinear import nonlinear_steady_state
 from rigid import drive_efforts, motion
 
 CASES = [
-    (steel_four_bar, 30.0, 42e-6, 6e-4, 0.01),
+    pytest.param(steel_four_bar, 30.0, 42e-6, 6e-4, 0.01, marks=pytest.mark.slow),
     (steel_four_bar, 60.0, 42e-6, 6e-3, 0.05),
     (ALL["RRR"], 20.0, 2e-4, 4e-3, 0.04),
     (ALL["RPP"], 60.0, 2e-4, 2e-3, 0.05),
-    (ALL["RPR"], 15.0, 2e-4, 4e-4, 0.02),
+    pytest.param(ALL["RPR"], 15.0, 2e-4, 4e-4, 0.02, marks=pytest.mark.slow),
     (ALL["RRP"], 25.0, 2e-4, 2e-3, 0.02),
     (ALL["RPR"], 40.0, 2e-4, 0.04, 0.5),
 ]

@@ -9,6 +9,9 @@ import kinelast
 from exchange import ExchangeError, read, scene_text
 from exchange.reading import of_text
 from kinelast.cli.command import main
+from kinelast.figures.results import Results
+from kinelast.outputs.pictures import write_dxf
+from kinelast.scene.data import scene_deflection
 from rigid import position_of
 
 # PMKS+'s own number system, by its rule: thousandths in base 64, negative ones with a leading 0.
@@ -217,15 +220,12 @@ def test_the_first_scene_is_that_of_the_docs():
 class TestDrawn:
     """Links and paths as a DXF drawing, read back by ezdxf and by the importer."""
 
-    def drawing(self, tmp_path, name):
-        ezdxf = pytest.importorskip("ezdxf")
-        options = ("--theory", "quasi-static", "--positions", "24", "--quiet", "--dxf")
-        main([name, "-o", str(tmp_path), *options])
-        return ezdxf.readfile(tmp_path / name / "links.dxf"), kinelast.load(name)
-
     def test_outlines_holes_and_paths_have_the_sizes_of_the_scene(self, tmp_path):
-        drawing, scene = self.drawing(tmp_path, "pusher")
-        space, motion = drawing.modelspace(), kinelast.scene_motion(scene, 24)
+        """Without the command, which would answer how the links vibrate to judge the limits."""
+        ezdxf, scene = pytest.importorskip("ezdxf"), kinelast.load("pusher")
+        motion = kinelast.scene_motion(scene, 24)
+        write_dxf(tmp_path / "links.dxf", Results(scene, scene_deflection(scene, motion)))
+        space = ezdxf.readfile(tmp_path / "links.dxf").modelspace()
         for name, parts in scene.bearings.items():
             known = parts.eye or parts.pin or parts.plain
             circles = [each.dxf.radius for each in space.query("CIRCLE") if each.dxf.layer != "ground"]
@@ -243,7 +243,10 @@ class TestDrawn:
         np.testing.assert_allclose([complex(x, y) for x, y in path.get_points("xy")], places, atol=1e-6)
 
     def test_what_is_drawn_is_read_as_the_mechanism_that_it_was(self, tmp_path):
-        _, scene = self.drawing(tmp_path, "steel_four_bar")
+        pytest.importorskip("ezdxf")
+        options = ("--theory", "quasi-static", "--positions", "24", "--quiet", "--dxf")
+        main(["steel_four_bar", "-o", str(tmp_path), *options])
+        scene = kinelast.load("steel_four_bar")
         read_back = read(str(tmp_path / "steel_four_bar" / "links.dxf"))
         assert not [note for note in read_back.notes if "no layer named ground" in note]
         back = kinelast.scene_from_text(scene_text(read_back))

@@ -152,7 +152,7 @@ class TestAgainstBeamTheory:
         assert bool(found.by_link) == (found.compared > 0)
         assert set(found.left_out) <= {"rocker"}
 
-    @pytest.mark.parametrize("change", ["depth", "taper"])
+    @pytest.mark.parametrize("change", ["depth", pytest.param("taper", marks=pytest.mark.slow)])
     def test_difference_goes_with_the_square_of_the_depth(self, change):
         case = steel_four_bar(36)
         taper = Taper(EA=(1.0, -0.5), EI=(1.0, -1.5, 0.75, -0.125)) if change == "taper" else None

@@ -480,6 +480,7 @@ class TestToggles:
         other = motion_during(forward(led, [FREE], rocker, 0.0, 0.13, 1e-10), self.TIMES)
         np.testing.assert_allclose(np.angle(one.direction / other.direction), 0.0, atol=1e-6)
 
+    @pytest.mark.slow
     def test_a_rotor_turns_back_as_a_disc_on_the_crank_does(self):
         """Its inertia is led by another joint meanwhile."""
         (crank, *_), inertia = double_rocker(0.3).drives, 0.02

@@ -23,7 +23,7 @@ def lines_in_between(no_lines_in_between, monkeypatch):
     monkeypatch.setattr("fuzz_scenes.SECONDS", 200)
 
 
-@pytest.mark.parametrize("tens", range(14))
+@pytest.mark.parametrize("tens", [*range(7), *(pytest.param(tens, marks=pytest.mark.slow) for tens in range(7, 14))])
 def test_spoilt_scenes_are_answered(tens, tmp_path, monkeypatch):
     monkeypatch.setattr("kinelast.outputs.page.report_page", lambda *_, **__: b"<html></html>")
     statuses = []

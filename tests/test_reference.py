@@ -94,7 +94,7 @@ class TestSimeonSliderCrank:
 
 
 @pytest.mark.parametrize("name", ALL)
-@pytest.mark.parametrize("part", [0.0, 0.3, 0.8])
+@pytest.mark.parametrize("part", [0.0, pytest.param(0.3, marks=pytest.mark.slow), 0.8])
 def test_everything_equals_a_solution_in_fifty_digits(name, part):
     """1e-13 of each field's maximum; the drives are somewhere on their way."""
     case = ALL[name]()

@@ -183,7 +183,9 @@ def test_samples_belong_to_tolerances(capsys):
     assert "--samples belongs to --tolerances" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("option", ["--sensitivities", "--tolerances", "--optimize"])
+@pytest.mark.parametrize(
+    "option", ["--sensitivities", "--tolerances", pytest.param("--optimize", marks=pytest.mark.slow)]
+)
 def test_a_study_parses_its_scene_once(option, scene, tmp_path, monkeypatch):
     """The text, its tables, and each of their entries; as it stands the scene is built once, each best design too."""
     calls = {"parse": [], "built": []}

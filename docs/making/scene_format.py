@@ -54,6 +54,7 @@ def _struct(name: str) -> type[Struct]:
     return next(each for each in structs() if each.__name__ == name)
 
 
+@cache
 def structs() -> list[type[Struct]]:
     """The tables that a scene may hold, itself first."""
     met: list[type[Struct]] = []

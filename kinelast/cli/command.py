@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -71,10 +71,15 @@ def _uncollected() -> Iterator[None]:
     try:
         yield
     finally:
-        if not gc.get_freeze_count():  # once: what the runs of a process leave behind is looked through
-            gc.freeze()
+        _freeze_imports()
         if looks:
             gc.enable()
+
+
+@cache
+def _freeze_imports() -> None:
+    """Once: what the runs of a process leave behind is looked through, and counting what is kept out takes long."""
+    gc.freeze()
 
 
 def one_by_one(tasks: Sequence[Task], work: SceneWork, progress: Progress) -> Iterator[Outcome]:

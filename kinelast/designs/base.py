@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-import msgspec
 import numpy as np
 
 from kinelast.figures.entry import Figure, Measure, chosen, measures_of
@@ -149,7 +148,7 @@ def _goes_by_its_start(table: SceneTable) -> bool:
 
 
 def _is_tapered(section: Any) -> bool:
-    sizes = (getattr(section, field.name) for field in msgspec.structs.fields(section))
+    sizes = (getattr(section, name) for name in section.__struct_fields__)
     return any(isinstance(size, Sizes) and size[0] != size[1] for size in sizes)
 
 

@@ -6,12 +6,12 @@ import re
 import stat
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import msgspec
 from msgspec import Struct
-from msgspec.structs import fields
 
 from kinelast.scene.error import MissingFileError, SceneError
 from kinelast.scene.format import ChainTable, SceneTable
@@ -172,20 +172,28 @@ def key_words(table: type[Struct]) -> dict[str, str]:
 
     Where the default is another than the field's, it stands at the end in brackets.
     """
+    words: dict[str, str] = {}
+    for part in reversed(table.__mro__):
+        if issubclass(part, Struct) and part.__struct_fields__:
+            words |= _commented(part)
+    names = zip(table.__struct_encode_fields__, table.__struct_fields__, strict=True)
+    return {written: words[name] for written, name in names if name in words}
+
+
+@cache
+def _commented(table: type[Struct]) -> Mapping[str, str]:
+    """Words on the fields that stand in a table's own source, which takes as long to find as its file to parse."""
     from inspect import getsource
 
     words: dict[str, str] = {}
-    for part in reversed(table.__mro__):
-        if not (issubclass(part, Struct) and part.__struct_fields__):
-            continue
-        told: list[str] = []
-        for line in getsource(part).splitlines():
-            told += WORDS.findall(line)
-            if field := FIELD.match(line):
-                if told:
-                    words[field[1]] = " ".join(told)
-                told = []
-    return {field.encode_name: words[field.name] for field in fields(table) if field.name in words}
+    told: list[str] = []
+    for line in getsource(table).splitlines():
+        told += WORDS.findall(line)
+        if field := FIELD.match(line):
+            if told:
+                words[field[1]] = " ".join(told)
+            told = []
+    return words
 
 
 def schema_text() -> str:

@@ -160,17 +160,17 @@ def _drawn_length(table: SceneTable, link: LinkTable, path: str) -> Size:
 
 def numbers(table: SceneTable) -> Iterator[str]:
     """Paths of all numbers that stand in parsed tables."""
-    for field in msgspec.structs.fields(table):
-        if field.name not in STUDIES:
-            yield from _numbers(getattr(table, field.name), field.name)
+    for name in table.__struct_fields__:
+        if name not in STUDIES:
+            yield from _numbers(getattr(table, name), name)
 
 
 def _numbers(node: Any, path: str) -> Iterator[str]:
     if isinstance(node, int | float | Direction | Sizes) and not isinstance(node, bool):
         yield path
     elif isinstance(node, msgspec.Struct):
-        for field in msgspec.structs.fields(node):
-            yield from _numbers(getattr(node, field.name), f"{path}.{field.encode_name}".lstrip("."))
+        for name, written in zip(node.__struct_fields__, node.__struct_encode_fields__, strict=True):
+            yield from _numbers(getattr(node, name), f"{path}.{written}".lstrip("."))
     elif isinstance(node, dict):
         for key, value in node.items():
             yield from _numbers(value, f"{path}.{key}")
@@ -191,8 +191,8 @@ def _called(entry: Any) -> str | None:
 def _entered(node: Any, number: str | None, name: str | None) -> tuple[Any, Any, Any]:
     """Key, name in the file, and value of one part of a path; LookupError where there is none."""
     if isinstance(node, msgspec.Struct) and name is not None:
-        own = {field.encode_name: field.name for field in msgspec.structs.fields(node)}
-        return own[name], name, getattr(node, own[name])
+        names = dict(zip(node.__struct_encode_fields__, node.__struct_fields__, strict=True))
+        return names[name], name, getattr(node, names[name])
     if isinstance(node, Mapping) and name is not None:
         return name, name, node[name]
     if not isinstance(node, list | tuple):
