@@ -664,6 +664,30 @@ class TestTimeElements:
         np.testing.assert_allclose(two[:, 4], 12 * t**2, atol=1e-10)
         assert scheme(4).points[-1] == 1.0
 
+    def test_sums_of_derivatives_are_exact_for_polynomials(self):
+        """Real and imaginary rows of powers of time, with other amplitudes at every point."""
+        grid = Grid(np.array([0.0, 0.5, 2.0]), 4)
+        powers, t = np.arange(5), grid.nodes[1:, None]
+        values = grid.nodes[:, None, None] ** powers * np.array([[1.0], [2.0j]])
+        one, two = np.cos(t + powers), np.sin(t - powers)
+        slope, bent = powers * t ** np.maximum(powers - 1, 0), powers * (powers - 1) * t ** np.maximum(powers - 2, 0)
+        expected = (one * slope + two * bent).sum(axis=1)[:, None] * [1.0, 2.0j]
+        np.testing.assert_allclose(grid.rates_times(values, (one, two)), expected, atol=1e-10)
+
+    def test_another_load_is_that_of_a_new_problem(self):
+        """Once, and by the inverse of the elements' matrices."""
+        grid = Grid(np.linspace(0.0, 6.0, 7))
+        t = grid.nodes[1:, None, None]
+        ones = np.ones_like(t)
+        posed = Equations(ones, 0.2 * ones, 5.3 + 2 * np.cos(t), np.cos(t)[:, 0])
+        other, start = np.sin(3 * t)[:, 0], np.array([1.0, 0.0])
+        expected = propagation(grid, replace(posed, load=other)).history(start)
+        for often in (False, True):
+            for found, history in zip(
+                propagation(grid, posed).loaded(other, often).history(start), expected, strict=True
+            ):
+                np.testing.assert_allclose(found, history, atol=1e-12)
+
 
 class TestRefusals:
     def test_singular_positions(self):

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -140,7 +140,7 @@ def settled_links(
         Links that steps begin with, on the same grid; without it they begin with the linear answer.
     """
     now, last = begun or _begin(linear), np.inf
-    response: Response = linear.under
+    response: Response = partial(linear.under, often=begun is None)
     before: list[tuple[Displaced, Complexes]] = []
     best: Settled | None = None
     hard, blunt = False, 1.0

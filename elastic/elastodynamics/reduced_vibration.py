@@ -63,9 +63,9 @@ class Vibration:
         """Floquet multipliers of a cycle, by which free vibrations grow in it; none of a run from a start."""
         return self.propagation.multipliers if self.cyclic else np.zeros(0, complex)
 
-    def under(self, load: Reals) -> tuple[Reals, Reals, Reals]:
-        """The history that another load makes alone, shape (points, r)."""
-        steps = self.propagation.loaded(load)
+    def under(self, load: Reals, often: bool = False) -> tuple[Reals, Reals, Reals]:
+        """The history that another load makes alone, shape (points, r); `often` where many loads are to come."""
+        steps = self.propagation.loaded(load, often)
         start = steps.periodic_start() if self.cyclic else np.zeros(2 * load.shape[1])
         return steps.history(start)
 

@@ -26,11 +26,12 @@ from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import trees_of
 from elastic.links.sliding_blocks import block_places
 from elastic.solution import Deflection, deflection
-from rigid import SINGULAR, MechanismError, Motion, with_rates
+from rigid import SINGULAR, LineLoad, MechanismError, Motion, PointLoad, Spring, TorsionSpring, with_rates
 from rigid.arrays import Integers, Numbers, Reals
 
 MotionAt = Callable[[Any], Motion]
 
+SMOOTH = (PointLoad, LineLoad, Spring, TorsionSpring)  # loads that jump nowhere, where no law says how they change
 TOLERANCE = 1e-4
 ELEMENTS = 12  # of time, at first
 INNER = 4
@@ -196,10 +197,22 @@ def first_grid(model: Model, start: float, duration: float) -> Grid:
         bent = deflection(model.motion_at(times), model.sections, model.joints)
         return given_forces(model.structure, bent)
 
-    if model.cycle is None or len(model.structure.mechanism.beams) == 0:
+    if model.cycle is None or len(model.structure.mechanism.beams) == 0 or _jumps_nowhere(model, even):
         return even
-    edges = np.union1d(even.edges, jumps(forces, even.nodes))
+    edges = np.sort(np.append(even.edges, jumps(forces, even.nodes)))
     return Grid(edges[np.append(True, np.diff(edges) > SHORTEST * duration)]) if len(edges) > ELEMENTS + 1 else even
+
+
+def _jumps_nowhere(model: Model, grid: Grid) -> bool:
+    """Whether loads change smoothly for sure: drives at constant speed, no block on a beam, and no load by a law."""
+    mechanism = model.structure.mechanism
+    plain = all(isinstance(load, SMOOTH) and getattr(load, "law", None) is None for load in mechanism.loads)
+    if not plain or mechanism.friction or mechanism.gears or trees_of(mechanism).rails:
+        return False
+    for motion in (model.looked_at, model.motion_at(grid.nodes)):
+        if motion.drive_acceleration.any() or np.ptp(motion.drive_rate, axis=-1).any():
+            return False
+    return True
 
 
 def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: Start | None = None) -> Elastodynamic:

@@ -134,13 +134,14 @@ class Grid:
         total = np.empty((len(amplitudes[0]), values.shape[1]), values.dtype)
         for part, (nodes, points) in self.parts(values[0].size):
             first_node = np.arange(len(part.steps))[:, None] * self.stages
-            elements = values[nodes][first_node + np.arange(self.stages + 1)]
-            derivative: Any = 0.0
+            elements = values[nodes].swapaxes(1, 2)[first_node + np.arange(self.stages + 1)]
+            weights: Any = 0.0  # of every node and kind in the sum at every point
             for order, (matrix, each) in enumerate(zip((method.first, method.second), amplitudes, strict=True), 1):
-                there = each[points].reshape(len(part.steps), self.stages, -1).swapaxes(-1, -2)
-                moved = elements @ there[:, None]
-                derivative = derivative + np.einsum("ij,ejni->ein", matrix, moved) / part.steps[:, None, None] ** order
-            total[points] = derivative.reshape(-1, values.shape[1])
+                there = each[points].reshape(len(part.steps), self.stages, 1, -1)
+                weights = weights + matrix[:, :, None] * there / part.steps[:, None, None, None] ** order
+            shape = len(part.steps), self.stages, -1
+            own = np.ascontiguousarray(elements.reshape(len(part.steps), -1, values.shape[1])).view(float)
+            total[points] = (weights.reshape(shape) @ own).view(values.dtype).reshape(-1, values.shape[1])
         return total
 
     def parts(self, size: int) -> Iterator[tuple[Grid, tuple[slice, slice]]]:

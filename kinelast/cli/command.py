@@ -78,7 +78,7 @@ def _uncollected() -> Iterator[None]:
 
 @cache
 def _freeze_imports() -> None:
-    """Once: what the runs of a process leave behind is looked through, and counting what is kept out takes long."""
+    """Keep the modules that are loaded out of looks for garbage, once: later runs of a process leave some behind."""
     gc.freeze()
 
 
