@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from kinelast.notebook import deflection, load, motion, to_pandas, to_xarray
-    from kinelast.notebook.inline import answer, film, picture, report
+    from kinelast.notebook.inline import answer, film, live, picture, report
     from kinelast.scene.course import Run
     from kinelast.scene.data import Scene, scene_motion, scene_motion_at, scene_times
     from kinelast.scene.document import Document, read_document, read_scene, scene_from_dict, scene_from_text
@@ -24,6 +24,7 @@ __all__ = [
     "answer",
     "deflection",
     "film",
+    "live",
     "load",
     "motion",
     "picture",
@@ -47,7 +48,7 @@ __version__ = "0.1.0"
 """Version of the program, as a wheel bears it too."""
 
 _HOME = {
-    "notebook.inline": ("answer", "film", "picture", "report"),
+    "notebook.inline": ("answer", "film", "live", "picture", "report"),
     "notebook": ("deflection", "load", "motion", "to_pandas", "to_xarray"),
     "scene.course": ("Run",),
     "scene.data": ("Scene", "scene_motion", "scene_motion_at", "scene_times"),

@@ -43,19 +43,23 @@ SAFE = {
     "Cache-Control": "no-store",
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
-    "X-Frame-Options": "DENY",
 }
+NOTEBOOKS = "http://localhost:* http://127.0.0.1:* https://localhost:* https://127.0.0.1:* vscode-webview: vscode-file:"
 PAGE_POLICY = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; connect-src 'self'; base-uri 'none'; form-action 'none'"  # noqa: E501
 
 
 @dataclass
 class Live:
-    """The state of the server: its file, its addresses, the worker, and the last reports."""
+    """The state of the server: its file, its addresses, the worker, and the last reports.
+
+    `framed`: notebooks on this computer may show the page in a frame; otherwise nothing may.
+    """
 
     file: SceneFile
     name: str
     token: str
     port: int
+    framed: bool = False
     worker: Worker = field(default_factory=Worker)
     reports: OrderedDict[str, bytes] = field(default_factory=OrderedDict)
 
@@ -105,27 +109,27 @@ def _guarded(live: Live, handler: Handler) -> Callable[[Request], Any]:
             response = await run_in_threadpool(handler, live, request, given)
         except Exception as error:
             response = Response(f"the program failed, please report this: {error!r}", 500)
-        response.headers.update(SAFE)
+        response.headers.update(SAFE if live.framed else {**SAFE, "X-Frame-Options": "DENY"})
         return response
 
     return respond
 
 
 def _page(live: Live, request: Request, given: Any) -> Response:
-    return _web("page.html")
+    return _web("page.html", f"; frame-ancestors {NOTEBOOKS}" if live.framed else "; frame-ancestors 'none'")
 
 
 def _file_of_page(live: Live, request: Request, given: Any) -> Response:
     return _web(str(request.path_params["name"]))
 
 
-def _web(name: str) -> Response:
+def _web(name: str, ancestors: str = "") -> Response:
     known = {each.name for each in WEB.iterdir()}
     if name not in known:
         return Response("there is no such file", 404)
     content = (WEB / name).read_bytes()
     kind = KINDS[name.rpartition(".")[2]]
-    return Response(content, media_type=kind, headers={"Content-Security-Policy": PAGE_POLICY})
+    return Response(content, media_type=kind, headers={"Content-Security-Policy": PAGE_POLICY + ancestors})
 
 
 def _scene(live: Live, request: Request, given: Any) -> Response:

@@ -12,7 +12,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from kinelast import deflection, scene_from_text
+import kinelast
+from kinelast import deflection, scene_from_dict, scene_from_text
 from kinelast.cli.command import main
 from kinelast.tasks.task import shipped_scenes
 from live.answer import quick_answer
@@ -428,7 +429,7 @@ def served(tmp_path, text=STEEL):
     path = tmp_path / "one.toml"
     path.write_text(text)
     bound = server.bound_socket(str(path))
-    live = server.Live(SceneFile(path), "one", "secret", bound.getsockname()[1], NoWorker())
+    live = server.Live(SceneFile(path), "one", "secret", bound.getsockname()[1], worker=NoWorker())
     serving = server.server_of(live)
     thread = threading.Thread(target=serving.run, kwargs={"sockets": [bound]})
     thread.start()
@@ -521,11 +522,53 @@ class TestCommand:
         assert main(["--live"]) == 2
         assert capsys.readouterr().err == 'deflection-report: --live needs a server: pip install "kinelast[live]"\n'
 
+    def test_without_the_packages_a_notebook_is_told_the_extra(self, monkeypatch):
+        monkeypatch.setitem(__import__("sys").modules, "uvicorn", None)
+        for name in ("live.server", "live.notebook"):
+            monkeypatch.delitem(__import__("sys").modules, name, raising=False)
+        with pytest.raises(ModuleNotFoundError, match=r'live needs uvicorn: pip install "kinelast\[live\]"'):
+            kinelast.live()
+
     def test_no_scene_and_several_are_refused(self, capsys, tmp_path):
         assert main(["--live", "one.toml", "two.toml"]) == 2
         assert main(["--live", str(tmp_path / "no" / "one.toml")]) == 2
         assert main(["--live", "steel_forbar"]) == 2
         assert len(capsys.readouterr().err.splitlines()) == 3
+
+
+class TestNotebook:
+    """The editor in a notebook."""
+
+    def test_what_is_saved_in_the_frame_is_the_scene_of_the_view(self):
+        view = kinelast.live(scene_from_text(STEEL, "mine"))
+        try:
+            host, token = view.address.split("/")[2:4]
+            client = Client(int(host.partition(":")[2]))
+            assert view.text == STEEL
+            assert f'src="http://{host}/{token}/"' in view._repr_html_()
+            page = client.get(f"/{token}/")
+            assert "X-Frame-Options" not in page.headers
+            assert "frame-ancestors http://localhost:* " in page.headers["Content-Security-Policy"]
+            told = client.post(
+                f"/{token}/save", {"text": STEEL.replace("B = [0.28, 0.24]", "B = [0.27, 0.24]"), "digest": "missing"}
+            )
+            assert told.status == 200
+            assert "B = [0.27, 0.24]" in view.text
+            assert view.scene.text == view.text
+        finally:
+            view.close()
+        with pytest.raises(OSError, match="refused"):
+            client.get(f"/{token}/")
+
+    def test_nothing_else_is_framed(self, tmp_path):
+        with served(tmp_path) as (client, _):
+            page = client.get("/secret/")
+            assert page.headers["X-Frame-Options"] == "DENY"
+            assert "frame-ancestors 'none'" in page.headers["Content-Security-Policy"]
+
+    def test_a_scene_without_a_text_is_refused(self):
+        with pytest.raises(ValueError, match="comes from tables"):
+            kinelast.live(scene_from_dict(tomllib.loads(STEEL)))
 
 
 @pytest.mark.slow

@@ -1,10 +1,14 @@
 """Claims about the live editor in a browser: what is dragged moves, bends, is answered and saved; no text is lost."""
 
+import threading
 import time
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
 from browser import accessibility_faults
 
+import kinelast
 from kinelast.tasks.task import shipped_scenes
 from live.edit import EMPTY
 
@@ -158,6 +162,36 @@ def test_a_cylinder_and_wheels_are_drawn_taken_and_typed(driver, tmp_path):
         maker.until_changed(lambda: maker.button("#delete"))
         assert "cylinder" not in hand.text
         assert errors(hand) == []
+
+
+def test_the_editor_stands_in_the_frame_of_a_notebook_and_in_no_other_page(driver, scene, tmp_path):
+    view = kinelast.live(scene)
+    page = tmp_path / "page.html"
+    page.write_text(f"<!doctype html><title>Notebook</title>{view._repr_html_()}")
+    handler = partial(SimpleHTTPRequestHandler, directory=tmp_path)
+    ready = "return document.body.dataset.ready && live.state.whole > 0"
+    try:
+        with ThreadingHTTPServer(("127.0.0.1", 0), handler) as notebook:
+            threading.Thread(target=notebook.serve_forever, daemon=True).start()
+            driver.get(f"http://localhost:{notebook.server_port}/page.html")
+            driver.switch_to.frame(0)
+            end = time.monotonic() + 60
+            while not driver.execute_script(ready):
+                assert time.monotonic() < end
+                time.sleep(0.05)
+            driver.execute_script("live.edit({do: 'move', point: 'B', to: [0.25, 0.25]})")
+            while "B = [0.25, 0.25]" not in view.text:
+                assert time.monotonic() < end
+                driver.execute_script("document.getElementById('save').click()")
+                time.sleep(0.1)
+            driver.switch_to.default_content()
+            notebook.shutdown()
+        driver.get(page.as_uri())
+        driver.switch_to.frame(0)
+        assert not driver.execute_script("return document.body?.dataset.ready")
+        driver.switch_to.default_content()
+    finally:
+        view.close()
 
 
 @pytest.mark.parametrize("width", [390, 1280])

@@ -346,6 +346,35 @@ def report(
     return Report(told.scene.name, told.headline, told.figures, report_page(told.results, told.figures, told.headline))
 
 
+def live(scene: Scene | Document | str | Path | None = None) -> Any:
+    """The live editor of a scene, shown where a notebook shows it: drawn, dragged and answered in a frame.
+
+    It is the page of `deflection-report --live`, served by the kernel to browsers on the same computer alone. What is
+    saved there is `.text` and `.scene` of what is returned.
+
+    Parameters
+    ----------
+    scene
+        A scene, whose text is kept in a file that goes with the kernel; a file or a shipped scene by its name, as of
+        `--live`; or None for an empty sheet, which can be downloaded alone.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        Starlette or uvicorn is not installed.
+    SceneError
+        There is neither such a file nor such a scene.
+    ValueError
+        The scene has no text.
+    """
+    from live import view
+
+    try:
+        return view(scene)
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(f'live needs {error.name}: pip install "kinelast[live]"', name=error.name) from None
+
+
 def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 0, **style: Any) -> Still:
     """A diagram of a deflection at one of its positions.
 

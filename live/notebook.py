@@ -1,0 +1,71 @@
+"""The live editor in a notebook: its server in a thread of the kernel, its page in a frame beneath the cell."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+from html import escape
+from pathlib import Path
+from shutil import rmtree
+from tempfile import mkdtemp
+from weakref import finalize
+
+from kinelast.scene.data import Scene
+from kinelast.scene.document import Document, document_from_text
+from live.file import SceneFile
+from live.server import Live, bound_socket, scene_file, server_of
+
+FRAME = "width:100%;height:60em;border:1px solid #ccd"
+
+
+class LiveView:
+    """A scene being edited: its page where a notebook shows it, its text and its scene as they were saved last.
+
+    Attributes
+    ----------
+    address
+        Of the page, with the token of this view.
+    """
+
+    def __init__(self, given: Scene | Document | str | Path | None) -> None:
+        if isinstance(given, Scene | Document):
+            text = given.text if isinstance(given, Scene) else given.text()
+            if not text:
+                raise ValueError("the scene comes from tables: give its text, or write a file of it")
+            folder = mkdtemp(prefix="kinelast-")
+            finalize(self, rmtree, folder, ignore_errors=True)
+            self._file = SceneFile(Path(folder) / f"{given.name}.toml", text)
+            self.name = given.name
+        else:
+            self._file, self.name = scene_file(None if given is None else str(given))
+        bound = bound_socket(str(self._file.path))
+        live = Live(self._file, self.name, secrets.token_urlsafe(24), bound.getsockname()[1], framed=True)
+        live.worker.begin()
+        self.address = live.address
+        self._server = server_of(live)
+        self._thread = threading.Thread(target=self._server.run, kwargs={"sockets": [bound]}, daemon=True)
+        self._thread.start()
+
+    @property
+    def text(self) -> str:
+        """The text of the file as it was saved last; as it was given where nothing was saved."""
+        return self._file.read()[0]
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of that text; SceneError where it is none."""
+        return document_from_text(self.text, self.name).scene
+
+    def close(self) -> None:
+        """End the server; the page keeps a text that is not saved."""
+        self._server.should_exit = True
+        self._thread.join()
+
+    def __repr__(self) -> str:
+        return f'LiveView("{self.name}": {self.address})'
+
+    def _repr_html_(self) -> str:
+        """The page in a frame, and its address: the frame asks the computer on which the browser runs."""
+        address = escape(self.address)
+        link = f'<a href="{address}" target="_blank" rel="noopener">{escape(self.name)} in a window of its own</a>'
+        return f'<iframe src="{address}" style="{FRAME}" title="{escape(self.name)}"></iframe><p>{link}</p>'
