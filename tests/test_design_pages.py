@@ -56,6 +56,7 @@ def test_the_report_of_a_design_has_the_figures_of_its_row(scene, capsys):
         found = json.loads((folder / "designs" / number / "summary.json").read_text())
         assert found["scene"]["title"].endswith(f", design {number}")
         assert found["theory"]["name"] == "quasi-static"
+        assert "what_if" not in found  # two numbers vary
         assert found["run"]["positions"] == 10
         figures = {
             "deflection [m]": abs(found["largest_deflection"]["value"]),
@@ -131,3 +132,33 @@ def test_a_click_opens_the_report_and_the_commands_told_make_the_others(scene, d
     page.run("document.querySelector('#chosen a').click()")
     assert page.run("return document.body.dataset.ready") == "yes"
     assert driver.current_url.endswith(f"/designs/{best}/report.html")
+
+
+def test_a_report_has_a_slider_over_the_one_number_that_was_varied(scene, driver):
+    text = scene.read_text(encoding="utf-8").replace('"sections.bar.width" = ["20 mm", "40 mm"]\n', "")
+    one = scene.with_name("one.toml")
+    one.write_text(text.replace('{from = "4.1 mm", to = "9.3 mm", count = 4}', '["9 mm", "5 mm", "7 mm"]'))
+    assert swept(one, "--pages", "1", "--positions", "10") == 0
+    folder = scene.parent / "out" / "one"
+    [address] = linked(folder).values()
+    page = Page(driver, folder / address)
+    with (folder / "designs.csv").open(newline="") as file:
+        rows = sorted(csv.DictReader(file), key=lambda row: float(row["sections.bar.depth [m]"]))
+    given = page.run("return kinelast.summary.what_if")
+    assert given["values"] == [float(row["sections.bar.depth [m]"]) for row in rows]
+    assert rows[given["here"]]["design"] == address.split("/")[1]
+    for figure in given["figures"]:
+        heading = f"{figure['name']} [{figure['unit']}]".replace(" [1]", "")
+        assert figure["values"] == [float(row[heading]) for row in rows], heading
+    page.run(
+        "const slider = document.getElementById('what-if-value'); slider.value = 0; "
+        "slider.dispatchEvent(new Event('input'))"
+    )
+    told = page.run(
+        "return [...document.querySelectorAll('#what-if tbody tr')].map((row) => row.children[3].textContent)"
+    )
+    mass = [figure["name"] for figure in given["figures"]].index("mass")
+    here = given["figures"][mass]["values"]
+    assert told[mass][1:] == f"{100 * (1 - here[0] / here[given['here']]):.3g} %"
+    assert page.run("return document.querySelectorAll('#what-if .chart').length") == 4
+    assert page.logs() == []

@@ -91,6 +91,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     if scene.course.interrupted is not None:
         request = replace(request, reachable=True)
         made = {**made, "interrupted": scene.course.interrupted}  # so that no later run takes it for whole
+    told = {**task.beside, "made_from": made}
     if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
         progress.tell(heavy)
     if long:
@@ -99,12 +100,12 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
         if request.tables:
             raise RequestError("--tables: of a run as long as this there is CSV alone, which is written on the way")
         with complete(folder) as part:
-            figures = _finish(part, folder, document, _long(part, scene, request, progress), made, request, progress)
+            figures = _finish(part, folder, document, _long(part, scene, request, progress), told, request, progress)
     else:
         results = computed(scene, request, progress)
         with complete(folder) as part:
             write_tables(part, results, request)
-            figures = _finish(part, folder, document, results, made, request, progress)
+            figures = _finish(part, folder, document, results, told, request, progress)
     return _told(task, figures)
 
 
@@ -175,17 +176,20 @@ def _finish(
     place: Path,
     document: Document,
     results: Results,
-    made: dict[str, Any],
+    told: dict[str, Any],
     request: Request,
     progress: Progress,
 ) -> dict[str, Any]:
-    """The figures of a scene with its tables written, and all other files, in a folder that is to stand at a place."""
+    """The figures of a scene with its tables written, and all other files, in a folder that is to stand at a place.
+
+    `told` is what the summary tells besides.
+    """
     from kinelast.figures.refinement import refined
     from kinelast.figures.summary import summary
 
     if request.refine and not results.vibrates:
         results = refined(results, progress)
-    figures = {"kinelast": __version__, **summary(results), "made_from": made}
+    figures = {"kinelast": __version__, **summary(results), **told}
     checks = {name: figures[name] for name in ("check", "nonlinear_check", "solid_check") if figures[name]}
     if checks:
         write_json(part / "check.json", {**checks.pop("check", {}), **checks})

@@ -28,6 +28,7 @@ from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FINE, MESSAGE, Task, shipped_scenes
 
 LEADING = 1000  # designs of which one is looked for that is acceptable by its full answer
+GRID = 1000  # designs at most that a report has a slider over
 SHORTLIST = 8  # of them that are answered in full
 NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # which differ by design in a reason
 
@@ -217,14 +218,44 @@ def write_pages(
     for number in paged_designs(columns, first_axes(paths, figures), best, batch.pages):
         values = {path: float(columns[path][number]) for path in paths}
         texts[number] = design_text(document, number, values, task.path.name)
-    numbers, status, why = _folders(task, texts, positions, batch.resume, progress)
+    beside = {number: what_if(evaluation, columns, reasons, number) for number in texts}
+    numbers, status, why = _folders(task, texts, beside, positions, batch.resume, progress)
     pages = {number: f"{FOLDER}/{number}/report.html" for number in numbers}
     put(task.folder / "designs.html", page(pages=pages, scene=scene, options=options))
     return status, why
 
 
+def what_if(evaluation: Evaluation, columns: Mapping[str, Any], reasons: Sequence[str], number: int) -> dict[str, Any]:
+    """Figures of all designs against the one number that is varied, under `what_if`; nothing where there are several.
+
+    `here` is the place of the design of that number among the values, which grow.
+    """
+    path, *others = evaluation.plan.paths
+    if others or len(reasons) > GRID:
+        return {}
+    order = np.argsort(columns[path], kind="stable")
+    figures = [
+        {"name": name, "unit": unit, "values": [_known(columns[name][at]) for at in order]}
+        for name, unit in evaluation.units.items()
+        if name != path
+    ]
+    values = [float(columns[path][at]) for at in order]
+    here, told = int(np.flatnonzero(order == number)[0]), [reasons[at] for at in order]
+    grid = {"path": path, "unit": evaluation.units[path], "values": values, "here": here, "reasons": told}
+    return {"what_if": {**grid, "figures": figures}}
+
+
+def _known(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
 def _folders(
-    task: Task, texts: Mapping[int, str], positions: int | None, resume: bool, progress: Progress
+    task: Task,
+    texts: Mapping[int, str],
+    beside: Mapping[int, Mapping[str, Any]],
+    positions: int | None,
+    resume: bool,
+    progress: Progress,
 ) -> tuple[list[int], int, str]:
     """Make the folders of single designs, all at once or, where something stands in the way, none.
 
@@ -245,7 +276,7 @@ def _folders(
                 progress(f"{task.name}: pages of designs", done, len(texts))
                 path, folder = part / f"{task.folder.name}_design_{number}.toml", part / str(number)
                 path.write_text(each, encoding="utf-8", newline="")
-                outcome = try_scene(request, False, Task(path, folder, f"page of design {number}"))
+                outcome = try_scene(request, False, Task(path, folder, f"page of design {number}", beside[number]))
                 if outcome.interrupted:  # an integration, which keeps what it has until then: no whole page
                     raise KeyboardInterrupt
                 if outcome.unwritten:  # none then, so that --resume makes all of them

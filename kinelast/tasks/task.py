@@ -123,11 +123,15 @@ TO_INSTALL = {  # by the name that is imported, where that is not what is instal
 
 @dataclass(frozen=True)
 class Task:
-    """A scene's file, the folder for its results, and the name of both in messages."""
+    """A scene's file, the folder for its results, and the name of both in messages.
+
+    `beside` is what its summary tells besides its own figures, by key.
+    """
 
     path: Path
     folder: Path
     name: str
+    beside: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,8 @@ from rigid.arrays import Integers, Reals
 
 WEB = Path(__file__).parent / "web"
 SCRIPTS = ("numbers", "dom", "theme", "arrays", "scene", "motion", "tables", "instants", "mechanism", "controls",
-           "charts", "curves", "speeds", "sizing", "maps", "answer", "figures", "drives", "joints", "main")  # fmt: skip
+           "charts", "curves", "speeds", "what_if", "sizing", "maps", "answer", "figures", "drives", "joints",
+           "main")  # fmt: skip
 
 
 def report_page(results: Results, figures: dict[str, Any], gist: str = "") -> bytes:

@@ -19,6 +19,7 @@ async function start() {
   beamSection();
   curvesSection();
   speedsSection();
+  whatIfSection();
   studiesSections();
   mapsSection();
   kinematicsSection();
