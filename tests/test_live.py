@@ -204,6 +204,8 @@ class TestEdits:
         assert answer["mistakes"] == []
         assert answer["sheet"]["cylinders"]["cylinder_1"]["from"] == "D"
         assert stroke(answer, data) == pytest.approx(0.036, abs=1e-6)  # a tenth of 360.6 mm, by its law
+        second = edited(text, {"do": "cylinder", "from": [0.2, -0.2], "to": "B"})
+        assert tomllib.loads(second)["welds"]["B"]["links"] == ["link_1", "link_2"]
         moved = edited(text, {"do": "move", "point": "B", "to": [0.32, 0.16]})
         tables = tomllib.loads(moved)
         assert tables["points"]["cylinder_1_middle"] == [0.21, -0.02]
@@ -220,6 +222,7 @@ class TestEdits:
         text = made({"do": "link", "points": [[0, 0], [0.05, 0]]}, {"do": "link", "points": [[0.2, 0], [0.25, 0]]},
                     {"do": "fix", "point": "A"}, {"do": "fix", "point": "C"}, {"do": "drive", "link": "link_1"},
                     {"do": "gear", "driver": "link_1", "follower": "link_2"})  # fmt: skip
+        assert tomllib.loads(text)["gears"][0]["ratio"] == -1
         text = edited(text, {"do": "set", "path": "gears[1].ratio", "value": "-0.5"})
         answer, data = quick_answer(text)
         assert answer["sheet"]["gears"] == [{"joints": ["link_1", "link_2"], "pins": ["A", "C"], "ratio": -0.5}]
@@ -232,8 +235,8 @@ class TestEdits:
             edited(text, {"do": "set", "path": "gears[1].ratio", "value": "7 kg"})
 
     def test_a_number_is_typed_with_its_unit(self):
-        line = 'depth = "8 mm"'
-        assert line in edited(STEEL, {"do": "set", "path": "sections.bar.depth", "value": " 8 mm"}).splitlines()
+        line = 'depth = "0.8 cm"'
+        assert line in edited(STEEL, {"do": "set", "path": "sections.bar.depth", "value": " 0.8 cm"}).splitlines()
         for value in ("8", "8 kg"):
             with pytest.raises(ValueError, match=r"unit|expected a length"):
                 edited(STEEL, {"do": "set", "path": "sections.bar.depth", "value": value})
