@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -113,6 +115,19 @@ def test_large_displacement_is_told_of_every_figure():
         changed += int(large.sum())
     assert changed > 10
     assert left == 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["77311-14", "77311-15"])
+def test_forces_are_told_where_the_exact_answer_needs_finer_elements_than_the_linear_one(name, monkeypatch):
+    """Peaks of joint forces that large displacement changes by 2 %, in which the exact answer is as far off there."""
+    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "benchmarks")
+    drawn = importlib.import_module("random_scenes").scenes(77311)
+    scene = next(each for each in drawn if each.name == name)
+    rows = importlib.import_module("figure_errors").rows_of(scene, 1)
+    told = next(row for row in rows if row["answer"] == ELASTODYNAMIC)
+    assert told["figures"] > 40
+    assert told["more than two times too low"] == 0
 
 
 def test_elements_of_time_are_told_of_every_figure():

@@ -32,11 +32,17 @@ FALL = 0.7  # of what steps leave open, to which more coordinates are to bring i
 LOST = 0.1  # of the displacements, beyond which steps leave open what nothing finer settles
 
 
-def with_large_displacement(linear: Elastodynamic) -> tuple[Elastodynamic, float]:
+def with_large_displacement(linear: Elastodynamic, finer: Vibration | None = None) -> tuple[Elastodynamic, float]:
     """The vibrating mechanism at the same positions after a few steps towards the exact answer, and how much is open.
 
     The difference is what the linear answer leaves out: most often one step tells it, the effect of large displacement
     to second order.
+
+    Parameters
+    ----------
+    finer
+        As of `finer_vibration`, where steps are to be those of a finer discretization: what is fine enough for the
+        linear answer may not be for the exact one.
 
     Returns
     -------
@@ -52,8 +58,11 @@ def with_large_displacement(linear: Elastodynamic) -> tuple[Elastodynamic, float
     vibration, discretization = linear.vibration, linear.discretization
     if vibration is None or discretization is None or not _bends(linear):
         return linear, 0.0
+    if finer is not None:
+        vibration, discretization = finer, discretization.wider()
     step, left = steps_to_exact(vibration, discretization)
-    return replace(linear, deflection=_at_positions(step.displaced, linear), exact=step), left
+    bent = _at_positions(step.displaced, linear)
+    return replace(linear, deflection=bent, vibration=vibration, discretization=discretization, exact=step), left
 
 
 def finer_vibration(answer: Elastodynamic) -> Vibration | None:
@@ -66,7 +75,7 @@ def finer_vibration(answer: Elastodynamic) -> Vibration | None:
 
 
 def discretized_finer(
-    answer: Elastodynamic, finer: Vibration | None, tolerance: float = TOLERANCE
+    answer: Elastodynamic, finer: Vibration | None, tolerance: float = TOLERANCE, begun: Elastodynamic | None = None
 ) -> tuple[Deflection, float]:
     """Deflection at the same positions in a finer discretization, and the share left open there.
 
@@ -79,6 +88,8 @@ def discretized_finer(
         As of `finer_vibration`, which the exact answer shares with that of small displacements it is made of.
     tolerance
         To which the answer is settled there.
+    begun
+        As of `with_large_displacement` there, where that is known.
     """
     if finer is None or answer.discretization is None:
         return answer.deflection, 0.0
@@ -86,7 +97,8 @@ def discretized_finer(
         found, left = corrected(finer, tolerance)
         after = replace(answer, vibration=found)
     else:
-        settled = settled_links(finer, tolerance, answer.discretization.wider().fastest)
+        now = begun.exact.displaced if begun and begun.exact else None
+        settled = settled_links(finer, tolerance, answer.discretization.wider().fastest, begun=now)
         after, left = replace(answer, vibration=finer, exact=settled), settled.open
     return deflection_at(after, answer.quasi_static.motion), left
 

@@ -106,9 +106,6 @@ class Estimate:
         The answer with an estimate of what beam theory leaves out.
     shares
         By cause, other errors as shares of the largest displacement.
-    in_time
-        An answer, and the same discretized finer; nothing where the shares alone tell what its discretization leaves
-        open.
     settled
         Share of the largest displacement to which the answer is settled in time and coordinates.
     unknown
@@ -119,7 +116,6 @@ class Estimate:
     beam_theory: Cycle
     shares: Mapping[str, float]
     unknown: str = ""
-    in_time: tuple[Cycle, Cycle] | None = None
     settled: float = 0.0
 
 
@@ -191,8 +187,7 @@ def figure_errors(answer: Cycle, figures: Sequence[Figure], off: Estimate) -> di
     values = magnitudes(answer, figures)
     stages = {name: magnitudes(cycle, figures) for name, cycle in off.stages.items()}
     bodies = values if off.beam_theory is answer else magnitudes(off.beam_theory, figures)
-    timed = [magnitudes(cycle, figures) for cycle in off.in_time or ()]
-    return {figure.key: _of_items(answer, figure, values, stages, bodies, timed, off) for figure in figures}
+    return {figure.key: _of_items(answer, figure, values, stages, bodies, off) for figure in figures}
 
 
 def _of_items(
@@ -201,7 +196,6 @@ def _of_items(
     values: Mapping[str, Any],
     stages: Mapping[str, Mapping[str, Any]],
     bodies: Mapping[str, Any],
-    timed: Sequence[Mapping[str, Any]],
     off: Estimate,
 ) -> list[FigureError]:
     before = here = values[figure.key]
@@ -215,8 +209,6 @@ def _of_items(
         base if figure.over == LEAST else np.full(np.shape(here), np.max(base, initial=0.0))
     )  # safeties are quotients
     parts |= {name: figure.power * share * wide for name, share in off.shares.items()}
-    if timed:
-        parts[TIME] = np.abs(_difference(*(each[figure.key] for each in reversed(timed))))
     if figure.remains_of and off.settled:
         whole = np.max(answer.of(figure.remains_of).value, initial=0.0)
         parts[TIME] = np.maximum(np.abs(parts.get(TIME, 0.0)), np.full(np.shape(here), off.settled * whole))

@@ -261,18 +261,20 @@ class _Rungs:
             for name in (ELASTODYNAMIC, GEOMETRICALLY_EXACT):
                 yield self._answer(name, vibrating, linear, {}, settled, UNSTABLE)
             return
-        self._tell("large displacement")
-        stepped, stages, shares = self._large_displacement(linear)
-        shares |= settled
-        timed = shared = None
+        shared, stages, shares = None, {}, settled
         if self._worth_finer(linear):
             self._tell("error in time and coordinates")
             shared = finer_vibration(linear)
-            timed = vibrating, self._cycle(discretized_finer(linear, shared, tolerance)[0])
-        yield self._answer(QUASI_STATIC, plain, linear, {VIBRATION: vibrating, **stages}, shares, in_time=timed)
-        yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares, in_time=timed)
+            stages, shares = {TIME: self._cycle(discretized_finer(linear, shared, tolerance)[0])}, {}
+        self._tell("large displacement")
+        finest, displaced, open_by = self._large_displacement(linear, shared)
+        stages, shares = {**stages, **displaced}, {**shares, **open_by}
+        yield self._answer(QUASI_STATIC, plain, linear, {VIBRATION: vibrating, **stages}, shares)
+        yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares)
+        stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
         if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted:
-            yield self._answer(GEOMETRICALLY_EXACT, stages[LARGE], stepped, *self._open(stepped, tolerance, shared))
+            found = self._cycle(stepped.deflection)
+            yield self._answer(GEOMETRICALLY_EXACT, found, stepped, *self._open(stepped, tolerance, shared, finest))
         self._tell("geometrically exact")
         try:
             begun = None if self.scene.mechanism.friction else stepped.exact
@@ -282,7 +284,8 @@ class _Rungs:
                 problem = f"large displacement cannot be answered: {error}"
                 raise SceneError(self.scene.path, "run", "theory", problem) from None
             return
-        opened = self._open(exact, tolerance, shared if exact.vibration is linear.vibration else None)
+        known = (shared, finest) if exact.vibration is linear.vibration else (None, None)
+        opened = self._open(exact, tolerance, *known)
         yield self._answer(GEOMETRICALLY_EXACT, self._cycle(exact.deflection), exact, *opened)
 
     def unknown(self, why: str) -> Answer:
@@ -299,23 +302,28 @@ class _Rungs:
         large = {LARGE: float(rotation**2 + pressed)}
         return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, large)
 
-    def _large_displacement(self, linear: Elastodynamic) -> tuple[Elastodynamic, dict[str, Cycle], dict[str, float]]:
-        """The answer with large displacement, also as a stage; or its effect as a share where no more is known."""
+    def _large_displacement(
+        self, linear: Elastodynamic, finer: Vibration | None
+    ) -> tuple[Elastodynamic, dict[str, Cycle], dict[str, float]]:
+        """The answer with large displacement, also as a stage; or its effect as a share where no more is known.
+
+        Discretized finer where that is given: the discretization of the linear answer may leave more open of it.
+        """
         try:
-            stepped, left = with_large_displacement(linear)
+            stepped, left = with_large_displacement(linear, finer)
         except MechanismError:
             return linear, {}, {LARGE: large_displacement_error(linear)}
         return stepped, {LARGE: self._cycle(stepped.deflection)}, {HIGHER_ORDERS: left}
 
     def _open(
-        self, exact: Elastodynamic, tolerance: float, finer: Vibration | None
+        self, exact: Elastodynamic, tolerance: float, finer: Vibration | None, begun: Elastodynamic | None = None
     ) -> tuple[dict[str, Cycle], dict[str, float]]:
         """The exact answer discretized finer, as given where that is known, and the share that its steps leave open."""
         if exact.exact is None or not self._worth_finer(exact):
             return {}, {TIME: exact.time_error + exact.reduction_error, LARGE: large_displacement_error(exact)}
         self._tell("error in time and coordinates")
         finer = finer or finer_vibration(exact)
-        bent, left = discretized_finer(exact, finer, FURTHER * tolerance)  # else both leave the same steps open
+        bent, left = discretized_finer(exact, finer, FURTHER * tolerance, begun)  # else both leave the same steps open
         return {TIME: self._cycle(bent)}, {} if left <= tolerance else {LARGE: large_displacement_error(exact)}
 
     def _worth_finer(self, answer: Elastodynamic) -> bool:
@@ -330,10 +338,9 @@ class _Rungs:
         stages: Mapping[str, Cycle],
         shares: Mapping[str, float],
         unknown: str = "",
-        in_time: tuple[Cycle, Cycle] | None = None,
     ) -> Answer:
         settled = vibrating.time_error + vibrating.reduction_error if vibrating else 0.0
-        off = Estimate(stages, self._cycle(beyond_beam_theory(cycle.deflection)), shares, unknown, in_time, settled)
+        off = Estimate(stages, self._cycle(beyond_beam_theory(cycle.deflection)), shares, unknown, settled)
         graded = graded_figures(self.scene, cycle, self.figures, off)
         missed = math.nan if vibrating is None else math.inf
         if not unknown:

@@ -18,7 +18,7 @@ from kinelast.figures.inputs import CAUTION, GOOD, OPEN, ORDER, POOR, Finding, c
 from kinelast.figures.parts import friction_figures
 from kinelast.figures.results import Results, at_peak, worst_figure
 from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT
-from kinelast.scene.numbers import number, percent, quantity
+from kinelast.scene.numbers import LEAST_TOLD, error_percent, number, percent, quantity
 from rigid import Friction, counted
 
 THEORY = "Accuracy"
@@ -181,9 +181,11 @@ def _theory(results: Results) -> Iterator[Finding]:
         parts = worst_figure(results)
         of = f" of {parts['on']}" if parts["on"] else ""
         shares = ", ".join(
-            f"{name} {percent(share)}" for name, share in parts["errors"].items() if share > TOLD_FROM * worst.share
+            f"{name} {error_percent(share)}"
+            for name, share in parts["errors"].items()
+            if share > TOLD_FROM * worst.share
         )
-        text = f"{how} The figures that are read are within {percent(worst.share)};"
+        text = f"{how} The figures that are read are within {percent(max(worst.share, LEAST_TOLD))};"
         text += f" the worst is the {parts['figure']}{of}: {shares}."
         if worst.share > wanted:
             told = nearer(results, worst.error, wanted)

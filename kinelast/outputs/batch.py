@@ -19,7 +19,7 @@ from kinelast.outputs.page import MARK, index_page
 from kinelast.outputs.table import Column, Table, csv_bytes, csv_rows, parquet_bytes
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.error import plain
-from kinelast.scene.numbers import ToldIn, coordinate, number, percent, quantity
+from kinelast.scene.numbers import ToldIn, coordinate, error_percent, number, percent, quantity
 from kinelast.tasks.task import Outcome
 
 OUTCOMES = {words: outcome for outcome, words in VERDICTS.items()}
@@ -146,7 +146,7 @@ def _error(row: Mapping[str, Any]) -> str:
     """The error of a figure as a share of it, behind it; nothing where it is not known, or there is none."""
     if not row["error"] or not row["value"]:
         return ""
-    return f" ± {percent(abs(row['error'] / row['value']))}{' measured' if row.get('error_measured') else ''}"
+    return f" ± {error_percent(abs(row['error'] / row['value']))}{' measured' if row.get('error_measured') else ''}"
 
 
 def _verdict(accepted: Mapping[str, Any], told_in: ToldIn) -> str:

@@ -92,6 +92,9 @@ def _picked(value: Any, row: int | None) -> Any:
     return value.ravel()[row if value.size > 1 else 0] if isinstance(value, np.ndarray) else value
 
 
+LEAST_TOLD = (
+    1e-4  # share: an error below it is behind the digits that are told, and behind all that is known of a machine
+)
 HOURS = 10.0  # from which on a time is told in hours
 ToldIn = Mapping[str, tuple[float, str]]
 """By SI unit, the factor to the unit that quantities of it are told in, and its name."""
@@ -149,6 +152,15 @@ def percent(share: float) -> str:
     if math.isnan(share):
         return "unknown"
     return "beyond measure" if math.isinf(share) else f"{number(100 * share, 2)} %"
+
+
+def error_percent(share: float) -> str:
+    """An error as a share in per cent; one below `LEAST_TOLD` as less than that.
+
+    >>> error_percent(0.0123), error_percent(2e-7)
+    ('1.2 %', '< 0.01 %')
+    """
+    return f"< {percent(LEAST_TOLD)}" if share < LEAST_TOLD else percent(share)
 
 
 def quantity(value: float, unit: str, digits: int = 4, told_in: ToldIn = SI) -> str:

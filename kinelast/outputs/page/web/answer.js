@@ -84,10 +84,11 @@ function placeWords(label, figure) {
 // The error of a figure behind it, as a share of it.
 function errorWords(figure) {
   if (figure?.error === undefined || figure.error === 0 || figure.value === null || !figure.value) return "";
-  return figure.error === null ? (figure.error_unknown ? " (error unknown)" : "") : ` ± ${share(Math.abs(figure.error / figure.value))}${figure.error_measured ? " measured" : ""}`;
+  return figure.error === null ? (figure.error_unknown ? " (error unknown)" : "") : ` ± ${errorShare(Math.abs(figure.error / figure.value))}${figure.error_measured ? " measured" : ""}`;
 }
 
 const share = (part) => `${number(100 * part, 2)} %`;
+const errorShare = (part) => (part < 1e-4 ? "< 0.01 %" : share(part));  // LEAST_TOLD of kinelast/scene/numbers.py
 
 function tiles() {
   const { largest_chord: bent, largest_deflection: moved, largest_stress: strained, output, drives, shaking, vibration, check, theory, nonlinear_check: nonlinear } = summary;
@@ -109,7 +110,7 @@ function tiles() {
   }
   if (theory.error !== null) {
     const besides = theory.name === "quasi-static" || theory.without_vibration === null ? "" : `without vibration ${share(theory.without_vibration)} off`;
-    shown.push(tile("How far off", `within ${share(theory.error)}`, [theory.name, theory.figure ? `worst is the ${theory.figure}` : "", besides].filter(Boolean).join(", "), { level: theory.error > summary.limits.vibration.beyond ? "poor" : theory.error > (theory.accuracy ?? theory.expected) ? "caution" : "good", means: "error of the worst of the figures that are read: the largest deflection and stress, the output, and what limits judge" }));
+    shown.push(tile("How far off", `within ${share(Math.max(theory.error, 1e-4))}`, [theory.name, theory.figure ? `worst is the ${theory.figure}` : "", besides].filter(Boolean).join(", "), { level: theory.error > summary.limits.vibration.beyond ? "poor" : theory.error > (theory.accuracy ?? theory.expected) ? "caution" : "good", means: "error of the worst of the figures that are read: the largest deflection and stress, the output, and what limits judge" }));
   }
   if (nonlinear) {
     const [value, note, level] = nonlinear.problem ? ["cannot be made", nonlinear.problem, "caution"]
