@@ -16,6 +16,7 @@ from rigid.postures import Posture
 CLOSES = 1e-6  # of the drives' extent, by which the end of a turn may miss its start
 STEPS = 60  # of Ridders' method
 SETTLED = 2e-16  # of an interval, in which the zero is known
+LAST = 1e-10  # step, as a share of an interval, after which the zero is known: every step squares the error
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +126,7 @@ def zeros(function: Callable[[Any], Any], first: Reals, last: Reals) -> Reals:
         root = np.sqrt(fm * fm - fa * fb)
         x = m + (m - a) * np.sign(fa - fb) * np.divide(fm, root, out=np.zeros_like(fm), where=root > 0)
         fx = function(x)
-        settled = np.abs(x - best) <= SETTLED
+        settled = np.abs(x - best) <= LAST
         best = x
         across = np.sign(fm) * np.sign(fx) < 0
         below = np.sign(fa) * np.sign(fx) < 0

@@ -94,7 +94,7 @@ def _style(charts: bool) -> bytes:
 @cache
 def _chart_library() -> bytes:
     """uPlot's script, compressed; the browser inflates it."""
-    return b64encode(zlib.compress((_library() / "uPlot.iife.js").read_bytes(), 9))
+    return b64encode(zlib.compress((_library() / "uPlot.iife.js").read_bytes()))
 
 
 def _library() -> Path:
