@@ -247,7 +247,8 @@ class _Rungs:
         """The answers from the cheapest theory to the finest.
 
         The steps to the exact answer that tell how far the linear one is off are an answer of its own where the last of
-        them changes deflections by `NO_MORE` of the accuracy at most: then more steps change little.
+        them changes deflections by `NO_MORE` of the accuracy at most: then more steps change little. Of a stable
+        vibration that is to be answered by a theory asked for by name, no cheaper theory's answer comes.
 
         Raises
         ------
@@ -269,8 +270,11 @@ class _Rungs:
         self._tell("large displacement")
         finest, displaced, open_by = self._large_displacement(linear, shared)
         stages, shares = {**stages, **displaced}, {**shares, **open_by}
-        yield self._answer(QUASI_STATIC, plain, linear, {VIBRATION: vibrating, **stages}, shares)
-        yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares)
+        asked = self.theory.name
+        if asked in (None, QUASI_STATIC):
+            yield self._answer(QUASI_STATIC, plain, linear, {VIBRATION: vibrating, **stages}, shares)
+        if asked != GEOMETRICALLY_EXACT:
+            yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares)
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
         if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted:
             found = self._cycle(stepped.deflection)
@@ -280,7 +284,7 @@ class _Rungs:
             begun = None if self.scene.mechanism.friction else stepped.exact
             exact = geometrically_exact(linear, tolerance, begun)
         except MechanismError as error:
-            if self.theory.name == GEOMETRICALLY_EXACT:
+            if asked == GEOMETRICALLY_EXACT:
                 problem = f"large displacement cannot be answered: {error}"
                 raise SceneError(self.scene.path, "run", "theory", problem) from None
             return
