@@ -1,6 +1,8 @@
 """Mechanisms of other programs come in as they are drawn there, and move as they do there."""
 
 import json
+import re
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -241,6 +243,32 @@ class TestDrawn:
         path = space.query('LWPOLYLINE[layer=="path B"]')[0]
         places = 1e3 * position_of(motion, scene.mechanism.index["coupler"], "B")
         np.testing.assert_allclose([complex(x, y) for x, y in path.get_points("xy")], places, atol=1e-6)
+
+    def test_the_same_drawing_as_svg_has_its_true_size(self, tmp_path):
+        scene = kinelast.load("pusher")
+        motion = kinelast.scene_motion(scene, 24)
+        write_dxf(tmp_path / "links.dxf", Results(scene, scene_deflection(scene, motion)))
+        root = ElementTree.parse(tmp_path / "links.svg").getroot()
+        size = [float(part) for part in root.get("viewBox").split()[2:]]
+        assert [root.get("width"), root.get("height")] == [f"{part:.9g}mm" for part in size]
+        layers = {layer.find("{*}title").text: layer for layer in root}
+        pairs = [pair.split(",") for pair in layers["path B"].find("{*}polyline").get("points").split()]
+        drawn = np.array([complex(float(x), -float(y)) for x, y in pairs])
+        places = 1e3 * position_of(motion, scene.mechanism.index["coupler"], "B")
+        np.testing.assert_allclose(drawn - drawn[0], places - places[0], atol=1e-5)
+        outline = layers["coupler"].find("{*}path").get("d")
+        numbers = [float(each) for each in re.findall(r"-?[\d.]+(?:e-?\d+)?", outline)]
+        ax, ay, bx, by, radius = numbers[:5]
+        coupler = scene.mechanism.links[scene.mechanism.index["coupler"]]
+        beam = coupler.beams[0]
+        length = abs(coupler.points[beam.end] - coupler.points[beam.start])
+        assert np.hypot(bx - ax, by - ay) == pytest.approx(1e3 * length, rel=1e-6)
+        number = [link for link, _ in scene.mechanism.beams].index(scene.mechanism.index["coupler"])
+        assert radius == pytest.approx(1e3 * scene.sections[number].fibre)
+        every = [
+            float(circle.get(key)) for circle in root.iter("{http://www.w3.org/2000/svg}circle") for key in ("cx", "cy")
+        ]
+        assert 0 < min(every) < max(every) < max(size)
 
     def test_what_is_drawn_is_read_as_the_mechanism_that_it_was(self, tmp_path):
         pytest.importorskip("ezdxf")

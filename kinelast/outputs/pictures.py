@@ -213,9 +213,9 @@ LITTLE = 1_000_000  # bytes that are free on a disk that is full to an encoder, 
 def write_dxf(path: Path, results: Results) -> None:
     """Write the links with their outlines and holes as they lie at the first position, and the paths of all points.
 
-    In inches where the scene is told in them, else in millimetres.
+    As DXF, and beside it as SVG at true size. In inches where the scene is told in them, else in millimetres.
     """
-    from exchange import DrawnLink, dxf_text
+    from exchange import DrawnLink, dxf_text, svg_text
 
     scene, motion = results.scene, results.motion
     unit, scale = ("in", 1 / 0.0254) if scene.report_units == "in" else ("mm", 1e3)
@@ -237,6 +237,7 @@ def write_dxf(path: Path, results: Results) -> None:
         if " " not in link.name  # blocks that the scene does not name
     ]
     path.write_text(dxf_text(parts, drawn[0], paths, unit), encoding="utf-8")
+    path.with_suffix(".svg").write_text(svg_text(parts, drawn[0], paths, unit), encoding="utf-8")
 
 
 def _holes(scene: Scene) -> dict[str, float]:

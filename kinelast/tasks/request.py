@@ -122,7 +122,9 @@ class Request:
         PICTURES, "also draw curves, maps and the mechanism as SVG for print (stills/*.svg)", writes=("stills",)
     )
     dxf: bool = option(
-        PICTURES, "also draw the links with their holes, and the paths of all points (links.dxf)", writes=("links.dxf",)
+        PICTURES,
+        "also draw the links with their holes, and the paths of all points (links.dxf, links.svg)",
+        writes=("links.dxf", "links.svg"),
     )
     mesh: bool = option(PICTURES, "also write a mesh for every position, for ParaView (mesh/*.vtu)", writes=("mesh",))
     animate: tuple[str, ...] = option(

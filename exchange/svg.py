@@ -1,0 +1,85 @@
+"""SVG drawings at true size: links with the holes of their joints, and paths, out of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from xml.sax.saxutils import escape, quoteattr
+
+from exchange.dxf import AXIS, DrawnLink
+
+MARGIN = 0.02  # of the drawing's size
+FIXED = 1.0  # radius of the circle at a point of the ground, as in DXF drawings
+At = Callable[[complex], str]  # a place in the drawing's coordinates
+HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
+
+
+def svg_text(
+    links: Iterable[DrawnLink], fixed: Mapping[str, complex], paths: Mapping[str, Sequence[complex]], unit: str
+) -> str:
+    """The drawing that `dxf_text` makes, as SVG of the same lengths: on layers, y upwards, 1 : 1 where it is printed.
+
+    Parameters
+    ----------
+    fixed
+        Points of the ground.
+    paths
+        Places of points in the course of the motion.
+    unit
+        Of all lengths: "mm", "cm" or "in".
+    """
+    links = list(links)
+    ends = [
+        place + corner * max(first, last, 0.0)
+        for link in links
+        for start, end, first, last in link.beams
+        for place in (start, end)
+        for corner in (1 + 1j, -1 - 1j)
+    ]
+    places = [*ends, *fixed.values(), *(each for path in paths.values() for each in path)]
+    places += [each for link in links for each in link.points.values()]
+    known = [each for each in places if abs(each) < float("inf")] or [0j]
+    (left, right), (low, high) = (
+        (min(part), max(part)) for part in zip(*((z.real, z.imag) for z in known), strict=True)
+    )
+    room = MARGIN * max(right - left, high - low) + 2 * FIXED
+    width, height = right - left + 2 * room, high - low + 2 * room
+    line = max(width, height) / 1000
+
+    def at(place: complex) -> str:
+        return f"{place.real - left + room:.9g},{high + room - place.imag:.9g}"
+
+    layers = [_layer(link.name, _link(link, at, line)) for link in links]
+    layers += [
+        _layer(AXIS + link.name, [_polyline(link.points.values(), at)]) for link in links if len(link.points) > 1
+    ]
+    layers.append(_layer("ground", [_circle(place, FIXED, at) for place in fixed.values()]))
+    layers += [_layer(f"path {name}", [_polyline(path, at)]) for name, path in paths.items()]
+    size = f'width="{width:.9g}{unit}" height="{height:.9g}{unit}" viewBox="0 0 {width:.9g} {height:.9g}"'
+    body = "\n".join(layers)
+    return f'{HEAD} {size} fill="none" stroke="black" stroke-width="{line:.3g}">\n{body}\n</svg>\n'
+
+
+def _layer(name: str, marks: Iterable[str]) -> str:
+    label = quoteattr(name)
+    return f'<g inkscape:groupmode="layer" inkscape:label={label}><title>{escape(name)}</title>{"".join(marks)}</g>'
+
+
+def _link(link: DrawnLink, at: At, line: float) -> list[str]:
+    """Outlines and holes; a dot where no hole is known."""
+    marks = []
+    for start, end, first, last in link.beams:
+        if first > 0 and last > 0 and start != end:
+            across = 1j * (end - start) / abs(end - start)
+            there = f"M{at(start + across * first)}L{at(end + across * last)}"
+            turn, back = f"A{last:.9g},{last:.9g} 0 0 1 {at(end - across * last)}", f"L{at(start - across * first)}"
+            marks.append(f'<path d="{there}{turn}{back}A{first:.9g},{first:.9g} 0 0 1 {at(start + across * first)}Z"/>')
+    return marks + [_circle(place, link.holes.get(name, line) / 2, at) for name, place in link.points.items()]
+
+
+def _circle(place: complex, radius: float, at: At) -> str:
+    x, y = at(place).split(",")
+    return f'<circle cx="{x}" cy="{y}" r="{radius:.9g}"/>'
+
+
+def _polyline(places: Iterable[complex], at: At) -> str:
+    return f'<polyline points="{" ".join(map(at, places))}"/>'
