@@ -72,6 +72,29 @@ def test_every_design_is_there_once_with_all_digits(tmp_path, kind, monkeypatch)
     assert set(reasons) == {"", 'does not reach, at "B"'}
 
 
+def test_cells_are_filled_and_all_else_stays_as_it_is(tmp_path, kind):
+    state = sweep(tmp_path)
+    before, (columns, reasons) = tree(tmp_path), rows(tmp_path)
+    cells = {3: {"tip": 0.5}, 10: {"length": 7.0, "tip": 1 / 3}, 1049: {"tip": 2.0}}
+    filled = running.filled(state, cells)
+    after, whys = rows(tmp_path)
+    for number, own in cells.items():
+        for name, value in own.items():
+            assert after[name][number] == value
+            after[name][number] = columns[name][number]
+    assert all(np.array_equal(after[name], columns[name], equal_nan=True) for name in columns)
+    assert whys == reasons
+    changed = {name for name, content in tree(tmp_path).items() if content != before[name]}
+    chunks = {"designs.parquet/0000000000.parquet", "designs.parquet/0000000010.parquet"}
+    assert changed == {"manifest.json"} | ({"designs.csv"} if kind == "csv" else chunks)
+    whole = tree(tmp_path)
+    assert running.filled(filled, cells) == filled
+    sweep(
+        tmp_path, Parabolas(fails=frozenset(range(COUNT))), resume=True
+    )  # all are as they were kept: none is computed
+    assert tree(tmp_path) == whole
+
+
 def test_a_small_store_is_one_table_that_names_units(tmp_path):
     sweep(tmp_path)
     with (tmp_path / "designs.csv").open(newline="") as file:

@@ -1,12 +1,16 @@
 """Claim: tolerances of numbers are turned into ranges of figures as the theory of probability has it."""
 
+import math
+
 import numpy as np
 import pytest
 from figure_table import Table
-from scipy.stats import norm
+from scipy.stats import binom, norm
 
 from kinelast.designs.sensitivities import sensitivities
-from kinelast.designs.tolerances import Tolerance, first_order, scatter, variance_shares
+from kinelast.designs.tolerances import Tolerance, first_order, kept_share, scatter, variance_shares
+from kinelast.figures.limits import Judgement
+from kinelast.scene.limits import Limit
 
 
 def test_a_sum_scatters_as_the_root_of_squares():
@@ -96,3 +100,18 @@ def test_designs_without_a_figure_are_counted_and_left_out():
     nothing = scatter(lambda values: Table({"f": np.full(len(values), np.nan)}), [Tolerance(1.0)], np.zeros(1))["f"]
     assert nothing.known == 0
     assert np.isnan(nothing.mean)
+
+
+def test_the_share_that_keeps_a_limit_by_hand():
+    """Of a figure from 0.9 to 1.1 that is 2 % more in full, 0.5 % off; and the exact ends of its confidence."""
+    figures = {"deflection": np.linspace(0.9, 1.1, 2001), "safety": np.full(2001, 3.0)}
+    limits = Limit("deflection", 1.05), Limit("safety", 2.0, least=True)
+    judged = [Judgement(limits[0], "kept", 0, 1.02, 0.005, ""), Judgement(limits[1], "kept", 0, 2.9, 0.01, "")]
+    found = kept_share(figures, judged, {"deflection": 1.0, "safety": 3.0})
+    assert found.plain == pytest.approx(0.75, abs=1e-3)
+    assert found.in_full == pytest.approx((1.05 / 1.025 - 0.9) / 0.2, abs=2e-3)
+    many = round(2001 * found.in_full)
+    assert binom.sf(many - 1, 2001, found.low) == pytest.approx(0.025, rel=1e-6)
+    assert binom.cdf(many, 2001, found.high) == pytest.approx(0.025, rel=1e-6)
+    judged[1] = Judgement(limits[1], "cannot be judged", 0, 2.9, math.nan, "")
+    assert math.isnan(kept_share(figures, judged, {"deflection": 1.0, "safety": 3.0}).in_full)

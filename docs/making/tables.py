@@ -32,7 +32,8 @@ MARKS = {
 HEAD = """# Keys and columns
 
 Keys and columns are those of real runs; what they hold is told by the registry of [figures](figures.md), or here. All
-is in SI units and radians, but for `positions.csv` and `motion.csv`, which keep the scene's `report_units`.
+is in SI units and radians, but for `positions.csv` and `motion.csv`, which keep the scene's `report_units`, and
+`designs.csv`, which keeps the units that the scene is told in.
 """
 ROWS = "| column | unit | meaning |\n| --- | --- | --- |\n"
 
@@ -41,8 +42,8 @@ def page() -> str:
     """The page of all tables."""
     folder = run([SCENE], "--motion", "--speeds", SPEEDS, "--theory", "quasi-static") / SCENE
     designs = run([SCENE], "--sweep", "--pages", "0") / SCENE / "designs.csv"
-    tolerances = ["figure", "unit", "value", "first order deviation", "first order worst", *SAMPLED, "share of PATH",
-                  "share of PATH with others"]  # fmt: skip
+    tolerances = ["figure", "unit", "value", "in full", "error", "theory", "first order deviation", "first order worst",
+                  *SAMPLED, "share of PATH", "share of PATH with others"]  # fmt: skip
     parts = [
         HEAD,
         _part("summary.json", "a *figure* is `{value, unit}`, with its place where it has one", _summary(folder)),

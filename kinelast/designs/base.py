@@ -89,7 +89,7 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | Fi
 def design_measures(scene: Scene, output: Output | None) -> dict[str, Measure]:
     """All figures that the designs of a scene with this output have, by name: with limits whether they are kept."""
     figures = figures_of(output)
-    return measures_of(scene, [*figures, limits_kept(scene, figures)] if scene.limits else figures)
+    return measures_of(scene, [*figures, *limits_kept(scene, figures)] if scene.limits else figures)
 
 
 def _links_that_vary(table: SceneTable, places: Iterable[Place]) -> frozenset[str]:

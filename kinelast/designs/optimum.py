@@ -12,7 +12,7 @@ from scipy.stats import qmc
 from kinelast.designs.problem import KEPT, OptimizationTask, Problem, linearized
 from kinelast.designs.search import LocalOptimum, evolved, from_many_starts, local_searches
 from kinelast.designs.sensitivities import sensitivities
-from kinelast.figures.limits import Judgement
+from kinelast.figures.limits import FullAnswer, Judgement
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Reals
 
@@ -227,6 +227,8 @@ class OptimumResult:
         The limits beside the figures of the full answer; empty where there are none, or the search kept none.
     quasi_static
         Whether the scene asks for no other theory, as the search is without vibration.
+    answer
+        The full answer to the best design, with the figure of the goal; None where no design keeps the limits.
     """
 
     task: OptimizationTask
@@ -237,3 +239,4 @@ class OptimumResult:
     before: Mapping[str, float]
     after: Mapping[str, float]
     quasi_static: bool = True
+    answer: FullAnswer | None = None

@@ -20,6 +20,7 @@ from kinelast.designs.tolerances import (
     ToleranceResult,
     accuracy_figures,
     first_order,
+    kept_share,
     path_figures,
     path_parts,
     points_for,
@@ -27,7 +28,18 @@ from kinelast.designs.tolerances import (
     variance_shares,
 )
 from kinelast.figures.entry import Figure
-from kinelast.figures.limits import BROKEN, KEPT, LIMITS_KEPT, TOO_NEAR, Judgement, judgements_on, room
+from kinelast.figures.limits import (
+    BROKEN,
+    KEPT,
+    LIMITS_KEPT,
+    LIMITS_MARGIN,
+    TOO_NEAR,
+    FullAnswer,
+    Judgement,
+    full_answer,
+    limits_of_items,
+    room,
+)
 from kinelast.figures.output import output_of
 from kinelast.scene.data import Scene, scene_motion
 from kinelast.scene.document import Document, Tables, document_of
@@ -39,7 +51,7 @@ from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Integers
 
 NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # tables that describe no machine
-NOT_FIGURES = ("reach", LIMITS_KEPT, "condition")  # whose derivatives say nothing
+NOT_FIGURES = ("reach", LIMITS_KEPT, LIMITS_MARGIN, "condition")  # whose derivatives say nothing
 ROUNDS = 6  # in which an optimum is given room for its error
 SLACK = 0.01  # share of a limit that holds a design, above which that has more room than it needs
 PART, FEW = 512, 64  # designs between two words on how far it is; where some of them are computed one by one
@@ -164,14 +176,29 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
     figures = [*known, *accuracy]
     paths = [one.path for one in asked.variables]
     at = np.array([one.base for one in asked.variables])
+    progress("the scene, answered in full", 0, 1)
+    limits = limits_of_items(built)
+    full, bounded = full_answer(built, limits, known), list(dict.fromkeys(limit.figure for limit in limits))
+    seen: list[Mapping[str, Any]] = []
     with np.errstate(all="ignore"):
         nominal = sensitivities(_figures_of(document, paths, figures), at, _scale(table, asked.variables))
-        figures_of = _figures_of(document, paths, figures, progress, "designs within tolerances")
-        sampled = scatter(figures_of, asked.tolerances, at, designs)
+        more = [name for name in bounded if name not in known]
+        figures_of = _figures_of(document, paths, [*figures, *more], progress, "designs within tolerances")
+
+        def noted(values: np.ndarray) -> Designs:
+            found = figures_of(values)
+            seen.append(found.columns)
+            return found
+
+        sampled = scatter(noted, asked.tolerances, at, designs)
+        here = evaluate(document, [], np.zeros((1, 0)), bounded).columns
         shares = variance_shares(_figures_of(document, paths, figures, progress, "shares"), asked.tolerances, at)
     units = {**base.units, **{figure.key: str(figure.unit) for figure in accuracy if isinstance(figure, Figure)}}
     linear, count = first_order(nominal, asked.tolerances), REPEATS * points_for(designs)
-    return ToleranceResult(asked.variables, asked.tolerances, nominal, linear, sampled, shares, units, count)
+    share = kept_share(seen[0], full.judgements, _first(here)) if limits else None
+    return ToleranceResult(
+        asked.variables, asked.tolerances, nominal, linear, sampled, shares, units, count, full, share
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,17 +255,22 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Opti
     after = _first(last.problem.figures_of(last.best.values[None]).columns)
     held_to = tuple(limit.bound for limit in last.problem.limits)
     return OptimumResult(
-        asked, last.best, held_to, last.judgements, posed.units, posed.before, after, posed.quasi_static
+        asked, last.best, held_to, last.judgements, posed.units, posed.before, after, posed.quasi_static, last.answer
     )
 
 
 @dataclass(frozen=True, eq=False)
 class _Judged:
-    """The best design of a problem, and its limits beside the figures of its full answer."""
+    """The best design of a problem, and its full answer: its limits beside their figures, and the goal's."""
 
     problem: Problem
     best: Optimum
-    judgements: tuple[Judgement, ...] = ()
+    answer: FullAnswer | None = None
+
+    @property
+    def judgements(self) -> tuple[Judgement, ...]:
+        """Of the limits; none where there is no answer."""
+        return self.answer.judgements if self.answer else ()
 
     @property
     def settled(self) -> bool:
@@ -259,11 +291,12 @@ def _with_room(document: Document, asked: OptimizationTask, first: _Judged, prog
     kept, now = None, first
     before: list[tuple[float, float]] | None = None
     for left in reversed(range(ROUNDS)):
-        if not now.best.feasible or not asked.limits:
+        if not now.best.feasible:
             break
         progress("the best design, answered in full", ROUNDS - 1 - left, ROUNDS)
         chosen = zip((number.path for number in asked.variables), now.best.values.tolist(), strict=True)
-        now = replace(now, judgements=judgements_on(document.with_values(dict(chosen)).scene, asked.limits))
+        scene = document.with_values(dict(chosen)).scene
+        now = replace(now, answer=full_answer(scene, asked.limits, [asked.figure]))
         if all(each.outcome == KEPT for each in now.judgements):
             kept = now
         if now.settled or not left:

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from scipy.special import ndtri
-from scipy.stats import norm, qmc, sobol_indices, uniform
+from scipy.stats import binomtest, norm, qmc, sobol_indices, uniform
 
 from elastic import displacement_of
 from elastic.assessment import angle_error
 from kinelast.designs.sensitivities import Figures, FiguresOf, Sensitivities
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import FIXED, SCENE, Figure, fixed, largest_of, whole
+from kinelast.figures.limits import UNKNOWN, FullAnswer, Judgement, room
 from kinelast.scene.limits import Output
 from kinelast.scene.variables import Variable
 from rigid import Motion, position_of
@@ -162,6 +163,53 @@ def _moments(values: np.ndarray) -> tuple[float, ...]:
     return float(values.mean()), float(values.std()), *map(float, np.quantile(values, QUANTILES))
 
 
+@dataclass(frozen=True)
+class KeptShare:
+    """Share of the machines that keep all limits.
+
+    Attributes
+    ----------
+    plain
+        By quasi-static figures, errors not counted.
+    in_full
+        With vibration and errors, as the full answer of the scene has them; nan where a limit cannot be judged.
+    low, high
+        Between which that is with a confidence of 95 %, as so many were sampled (Clopper and Pearson 1934).
+    """
+
+    plain: float
+    in_full: float
+    low: float
+    high: float
+
+
+def kept_share(
+    columns: Mapping[str, Reals], judgements: Sequence[Judgement], nominal: Mapping[str, float]
+) -> KeptShare:
+    """Share of sampled machines that keep all limits.
+
+    What the full answer changes of a figure is taken to go with it from one machine to the next.
+
+    Parameters
+    ----------
+    columns
+        Quasi-static figures of the limits by name, shape (machines,).
+    judgements
+        Of the limits, by the full answer of the nominal machine.
+    nominal
+        Quasi-static figures of the nominal machine by name.
+    """
+    plain = np.logical_and.reduce([each.limit.kept(columns[each.limit.figure]) for each in judgements])
+    if any(each.outcome == UNKNOWN for each in judgements):
+        return KeptShare(float(plain.mean()), math.nan, math.nan, math.nan)
+    rows = [
+        (replace(each.limit, bound=room(each, nominal[each.limit.figure])), each.limit.figure) for each in judgements
+    ]
+    kept = np.logical_and.reduce([limit.kept(columns[name]) for limit, name in rows])
+    ends = binomtest(int(np.count_nonzero(kept)), len(kept)).proportion_ci(0.95, "exact")
+    return KeptShare(float(plain.mean()), float(kept.mean()), float(ends.low), float(ends.high))
+
+
 def variance_shares(
     figures_of: Callable[[np.ndarray], Figures], tolerances: Sequence[Tolerance], at: np.ndarray, seed: int = 0
 ) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
@@ -204,6 +252,10 @@ class ToleranceResult:
         Of the figures.
     designs
         How many were sampled.
+    answer
+        The full answer of the scene as it stands.
+    kept
+        Share of the machines that keep all limits; None without limits.
     """
 
     variables: tuple[Variable, ...]
@@ -214,6 +266,8 @@ class ToleranceResult:
     shares: Mapping[str, tuple[np.ndarray, np.ndarray]]
     units: Mapping[str, str]
     designs: int
+    answer: FullAnswer
+    kept: KeptShare | None = None
 
 
 GEOMETRIC, WHOLE = "geometric_error", "whole_error"

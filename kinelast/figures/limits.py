@@ -14,6 +14,8 @@ from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import (
     FIXED,
+    LARGEST,
+    LEAST,
     SCENE,
     Figure,
     Measure,
@@ -27,7 +29,7 @@ from kinelast.figures.errors import BEAM_THEORY
 from kinelast.figures.peaks import Peak
 from kinelast.figures.registry import ALONG_BEAMS, figures_of
 from kinelast.figures.results import Results, at_peak, figure, largest, results_in_full
-from kinelast.scene.data import Scene
+from kinelast.scene.data import QUASI_STATIC, Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit
 from rigid.arrays import Integers, Real, Reals, of_designs
@@ -36,7 +38,7 @@ KEPT, BROKEN, TOO_NEAR, UNKNOWN = "kept", "not kept", "too near to call", "canno
 SEVERITY = BROKEN, UNKNOWN, TOO_NEAR, KEPT
 VERDICTS = {KEPT: "acceptable", BROKEN: "not acceptable", TOO_NEAR: TOO_NEAR, UNKNOWN: UNKNOWN}
 PASSED = {KEPT: True, BROKEN: False}
-LIMITS_KEPT = "limits_kept"
+LIMITS_KEPT, LIMITS_MARGIN = "limits_kept", "limits_margin"
 SPARE = 1e-4  # share of a limit that is left besides the error, as that changes with the design
 PLACES = {figure.limit: figure.fields[0] for figure in ALONG_BEAMS if figure.limit and figure.fields}
 """Keys under `[limits]` of figures of beams, and the fields that have their place."""
@@ -80,18 +82,33 @@ def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
     return nearest
 
 
-def limits_kept(scene: Scene, figures: Iterable[Figure]) -> Figure:
-    """Whether all limits of a scene are kept, 1 or 0, as a figure: no verdict, as it knows no errors."""
+def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure]:
+    """Whether all limits of a scene are kept, 1 or 0, and the least margin: no verdicts, as they know no errors."""
     bounded = [figure for figure in figures if figure.key in {limit.figure for limit in scene.limits}]
 
-    def find(cycle: Cycle) -> Reals:
+    def kept(cycle: Cycle) -> Reals:
         every = severities(cycle.scene, magnitudes(cycle, bounded))
         return np.where(reduce(np.minimum, every) == SEVERITY.index(KEPT), 1.0, 0.0)
 
+    def margin(cycle: Cycle) -> Reals:
+        known = magnitudes(cycle, bounded)
+        given = [(replace(limit, bound=of_designs(limit.bound)), decisive(cycle.scene, limit, known))
+                 for limit in cycle.scene.limits]  # fmt: skip
+        return reduce(np.minimum, [_margin(limit, value) for limit, value in given])
+
     fields = tuple(dict.fromkeys(field for figure in bounded for field in figure.fields))
-    return Figure(
-        LIMITS_KEPT, "all limits are kept, errors not counted", "1", SCENE, fixed(find), FIXED, fields, told=True
+    words = "all limits are kept, errors not counted", "least margin of all limits, as a share, errors not counted"
+    return (
+        Figure(LIMITS_KEPT, words[0], "1", SCENE, fixed(kept), FIXED, fields, told=True),
+        Figure(LIMITS_MARGIN, words[1], "1", SCENE, fixed(margin), FIXED, fields),
     )
+
+
+def _margin(limit: Limit, value: Any) -> Reals:
+    """As `Limit.margin`, of bounds that differ by design."""
+    size = np.where(limit.bound == 0.0, 1.0, np.abs(limit.bound))
+    left = (value - limit.bound if limit.least else limit.bound - value) / size
+    return np.where(np.isposinf(left), 1.0, left)
 
 
 @dataclass(frozen=True)
@@ -156,29 +173,70 @@ def limits_of_items(scene: Scene) -> list[Limit]:
     return limits
 
 
-def judgements_on(scene: Scene, limits: Iterable[Limit]) -> tuple[Judgement, ...]:
-    """Limits of figures by their names, beside those of the scene's full answer."""
+@dataclass(frozen=True)
+class FullAnswer:
+    """The full answer to a design: by the scene's own theory, with errors.
+
+    Attributes
+    ----------
+    theory
+        That it took; empty where there is no answer.
+    judgements
+        Of limits.
+    figures
+        By name, a figure's magnitude and its error in its SI unit; nan where not known.
+    """
+
+    theory: str
+    judgements: tuple[Judgement, ...]
+    figures: Mapping[str, tuple[float, float]]
+
+
+def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()) -> FullAnswer:
+    """Limits of figures by their names, and figures by name, of the scene's full answer."""
     try:
         results = results_in_full(scene)
     except SceneError as error:
-        return tuple(Judgement(limit, UNKNOWN, 0, math.nan, math.nan, error.problem) for limit in limits)
+        unknown = tuple(Judgement(limit, UNKNOWN, 0, math.nan, math.nan, error.problem) for limit in limits)
+        return FullAnswer("", unknown, dict.fromkeys(names, (math.nan, math.nan)))
     measures = measures_of(scene, figures_of(results.figures.output))
-    return tuple(_of_measure(results, limit, measures.get(limit.figure)) for limit in limits)
+    theory = QUASI_STATIC if results.answer is None else results.answer.theory
+    judgements = tuple(_of_measure(results, limit, measures.get(limit.figure)) for limit in limits)
+    figures = {name: _known(results, measures[name]) for name in names if name in measures}
+    return FullAnswer(theory, judgements, figures)
 
 
-def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judgement:
-    """A limit of any figure, judged; also of those that are only computed where they are asked for.
+def judgements_on(scene: Scene, limits: Iterable[Limit]) -> tuple[Judgement, ...]:
+    """Limits of figures by their names, beside those of the scene's full answer."""
+    return full_answer(scene, limits).judgements
+
+
+def _known(results: Results, measure: Measure) -> tuple[float, float]:
+    """A figure by its name, and its error; of those that are only computed where they are asked for too.
 
     By Rayleigh's quotient natural frequencies are half the share too high by which beam theory makes links too stiff.
     """
+    entry, peaks = measure.figure, results.figures.peaks.get(measure.figure.key, [])
+    exact = entry.rigid or not results.scene.labels
+    if peaks:
+        sign = -1.0 if entry.over == LEAST else 1.0
+        sizes = [abs(peak.value) if entry.over == LARGEST else peak.value for peak in peaks]
+        items = [item for item in (measure.items or range(len(peaks))) if not math.isnan(sizes[item])]
+        if not items:
+            return math.nan, math.nan
+        item = max(items, key=lambda each: sign * sizes[each])
+        return sizes[item], 0.0 if exact else _error(peaks[item])
+    value = float(np.ravel(measure.of(results.cycle)[0])[0])
+    bent = [peak for peak in results.figures.peaks.get("deflection", []) if peak.error and peak.value]
+    stiff = [peak.error.parts.get(BEAM_THEORY, math.nan) / abs(peak.value) for peak in bent if peak.error]
+    return value, 0.0 if exact else (1.0 + value) * max(stiff, default=math.nan) / 2
+
+
+def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judgement:
+    """A limit of any figure, judged; also of those that are only computed where they are asked for."""
     if measure and measure.figure.key in results.figures.peaks:
         return judgement(results, limit, measure.figure.key, measure.items)
-    value = error = math.nan
-    if measure:
-        value = float(measure.of(results.cycle)[0])
-        peaks = [peak for peak in results.figures.peaks["deflection"] if peak.error and peak.value]
-        stiff = [peak.error.parts.get(BEAM_THEORY, math.nan) / abs(peak.value) for peak in peaks if peak.error]
-        error = 0.0 if measure.figure.rigid else (1.0 + value) * max(stiff, default=math.nan) / 2
+    value, error = _known(results, measure) if measure else (math.nan, math.nan)
     outcome = SEVERITY[int(severity(limit, value, error))]
     problem = f"the error of {limit.figure} is not known" if outcome == UNKNOWN else ""
     return Judgement(limit, outcome, 0, value, error, problem)

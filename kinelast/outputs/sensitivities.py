@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from html import escape
 from typing import Any
 
 import numpy as np
 
 from kinelast.designs.sensitivities import Sensitivities
-from kinelast.designs.tolerances import GEOMETRIC, WHOLE, Scatter, ToleranceResult
+from kinelast.designs.tolerances import GEOMETRIC, WHOLE, KeptShare, Scatter, ToleranceResult
 from kinelast.outputs.table import Table
-from kinelast.scene.numbers import SI, ToldIn, number, quantity
+from kinelast.scene.numbers import SI, ToldIn, number, percent, quantity
 from kinelast.scene.variables import Variable
 
 WIDTH, LEFT, ROW, HEADING, GAP = 720, 250, 22, 30, 14  # [px]
@@ -177,7 +178,31 @@ def tolerance_figures(result: ToleranceResult, told_in: ToldIn = SI) -> dict[str
     figures = [_figure(result, row, name) for row, name in enumerate(result.nominal.figures)]
     names = [name for name in (GEOMETRIC, WHOLE) if name in result.sampled] or result.nominal.figures[:TOLD]
     words = [_told(name, result.sampled[name], result.units[name], told_in) for name in names]
-    return {"designs": result.designs, "words": words, "numbers": numbers, "figures": figures}
+    kept = None if result.kept is None else {key: _finite(each) for key, each in asdict(result.kept).items()}
+    words += [] if result.kept is None else [_kept_words(result.kept)]
+    return {
+        "designs": result.designs,
+        "theory": result.answer.theory,
+        "limits_kept": kept,
+        "words": words,
+        "numbers": numbers,
+        "figures": figures,
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _kept_words(kept: KeptShare) -> str:
+    """The share of the machines that keep all limits in words."""
+    plain = f"{percent(kept.plain)} without"
+    if math.isnan(kept.in_full):
+        return f"all limits are kept by {plain} vibration and error; with them that cannot be judged"
+    sure = f"with 95 % confidence {percent(kept.low)} to {percent(kept.high)}"
+    return (
+        f"all limits are kept by {percent(kept.in_full)} of the machines with vibration and error, {sure}; by {plain}"
+    )
 
 
 def _told(name: str, sampled: Scatter, unit: str, told_in: ToldIn) -> str:
@@ -194,6 +219,7 @@ def _figure(result: ToleranceResult, row: int, name: str) -> dict[str, Any]:
         "name": name,
         "unit": result.units[name],
         "value": float(result.nominal.figure[row]),
+        **dict(zip(("in_full", "error"), map(_finite, _in_full(result, name)), strict=True)),
         "first_order": {"deviation": float(result.first.deviation[row]), "worst": float(result.first.worst[row])},
         "sampled": {key: float(getattr(sampled, key)) for key in SAMPLED},
         "errors": dict(zip(SAMPLED[:5], map(float, sampled.error), strict=True)),
@@ -209,17 +235,24 @@ def _figure(result: ToleranceResult, row: int, name: str) -> dict[str, Any]:
     }
 
 
+def _in_full(result: ToleranceResult, name: str) -> tuple[float, float]:
+    """A figure of the scene as it stands by its full answer, and its error; nan where not known."""
+    return result.answer.figures.get(name, (math.nan, math.nan))
+
+
 def tolerance_table(result: ToleranceResult) -> Table:
     """A row a figure: its value, its range to first order and by samples, and the share of each number in it."""
     names = [one.path for one in result.variables]
-    head = ["figure", "unit", "value", "first order deviation", "first order worst", *SAMPLED,
-            *(f"share of {name}" for name in names), *(f"share of {name} with others" for name in names)]  # fmt: skip
+    head = ["figure", "unit", "value", "in full", "error", "theory", "first order deviation", "first order worst",
+            *SAMPLED, *(f"share of {name}" for name in names),
+            *(f"share of {name} with others" for name in names)]  # fmt: skip
     rows = []
     for row, name in enumerate(result.nominal.figures):
         sampled, (alone, together) = result.sampled[name], result.shares[name]
         first = result.nominal.figure[row], result.first.deviation[row], result.first.worst[row]
         cells = (*first, *(getattr(sampled, key) for key in SAMPLED), *alone, *together)
-        rows.append((name, result.units[name], *map(float, cells)))
+        full = *_in_full(result, name), result.answer.theory
+        rows.append((name, result.units[name], float(first[0]), *full, *map(float, cells[1:])))
     return Table.of_rows(head, rows)
 
 

@@ -21,6 +21,7 @@ from kinelast.outputs.sensitivities import (
     tolerance_table,
 )
 from kinelast.outputs.table import Table, write_table
+from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
 from kinelast.scene.numbers import SI, ToldIn, number, percent, quantity
 from kinelast.scene.text import of_file
@@ -44,6 +45,7 @@ def optimum_figures(solved: OptimumResult, told_in: ToldIn = SI) -> dict[str, An
         "unit": solved.units[name],
         "before": float(solved.before[name]),
         "value": float(solved.after[name]),
+        **_goal_in_full(solved),
         "feasible": best.feasible,
         **_verdict(solved, told_in),
         "variables": _variables(solved),
@@ -114,6 +116,14 @@ def _limits(solved: OptimumResult) -> list[dict[str, Any]]:
     ]
 
 
+def _goal_in_full(solved: OptimumResult) -> dict[str, Any]:
+    """The theory of the full answer, and its figure of the goal with its error; null where not known."""
+    found = solved.answer
+    pair = found.figures.get(solved.task.figure, (math.nan, math.nan)) if found else (math.nan, math.nan)
+    value, error = (each if math.isfinite(each) else None for each in pair)
+    return {"theory": found.theory if found and found.theory else QUASI_STATIC, "in_full": value, "error": error}
+
+
 def _in_full(judged: Judgement | None) -> dict[str, Any]:
     """The figure of a limit by the full answer, with its error and the outcome; null where not known."""
     if judged is None:
@@ -138,8 +148,8 @@ def words(solved: OptimumResult, told_in: ToldIn = SI) -> list[str]:
     if told["passed"] is False:
         kept = f"NOT all limits can be kept: at best {told['problem']}"
     kept = f"; {kept}" if kept else ""
-    said = [f"{task.figure}: {quantity(solved.before[task.figure], unit, told_in=told_in)} -> "
-            f"{quantity(solved.after[task.figure], unit, told_in=told_in)}{kept}"]  # fmt: skip
+    before, after = (quantity(each[task.figure], unit, told_in=told_in) for each in (solved.before, solved.after))
+    said = [f"{task.figure}: {before} -> {after}{_goal_words(solved, told_in)}{kept}"]
     less = "more" if task.largest else "less"
     rows = zip(task.limits, solved.held_to, held.margin, held.multiplier, strict=True)
     for limit, held_to, margin, multiplier in rows:
@@ -157,9 +167,18 @@ def words(solved: OptimumResult, told_in: ToldIn = SI) -> list[str]:
     residual = f"stationary to {percent(held.residual)}" + (", at a kink" if held.kinked else "")
     better, tried = int(np.sum(held.neighbours.better)), int(np.sum(held.neighbours.tried))
     said.append(f"{residual}; {better or 'none'} of {tried} neighbours better; {best.designs} designs computed")
-    if not solved.quasi_static and not solved.judgements:
+    if not solved.quasi_static and solved.answer is None:
         said.append("found without vibration, whatever the scene's theory or accuracy: report on optimum.toml")
     return said
+
+
+def _goal_words(solved: OptimumResult, told_in: ToldIn) -> str:
+    """The goal with vibration, where the full answer has it."""
+    told, unit = _goal_in_full(solved), solved.units[solved.task.figure]
+    if told["theory"] == QUASI_STATIC or told["in_full"] is None or told["error"] == 0.0:
+        return ""
+    error = f" ± {percent(told['error'] / abs(told['in_full']))}" if told["error"] and told["in_full"] else ""
+    return f" ({quantity(told['in_full'], unit, told_in=told_in)}{error} in full, {told['theory']})"
 
 
 def _missed(solved: OptimumResult, told_in: ToldIn) -> str:
@@ -182,7 +201,7 @@ def optimum_table(solved: OptimumResult) -> Table:
     """A row for the goal, every variable and every limit."""
     figures = optimum_figures(solved)
     goal = (figures["goal"], figures["figure"], figures["unit"], figures["before"], figures["value"])
-    rows: list[tuple[Any, ...]] = [(*goal, *(None,) * 8)]
+    rows: list[tuple[Any, ...]] = [(*goal, *(None,) * 5, figures["in_full"], figures["error"], None)]
     for each in figures["variables"]:
         keys = ("path", "unit", "before", "value", "low", "high")
         rows.append(("variable", *(each[key] for key in keys), None, each["multiplier"], *(None,) * 4))

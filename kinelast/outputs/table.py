@@ -104,7 +104,7 @@ def csv_bytes(table: Table, head: bool = True) -> bytes:
 
     A text that a spreadsheet would take for a formula has a quote before it.
     """
-    lines = [",".join(map(_quoted, table.headings)).encode()] if head else []
+    lines = [",".join(map(quoted, table.headings)).encode()] if head else []
     lines += _lines(table.columns)
     return b"\n".join([*lines, b""])
 
@@ -139,11 +139,12 @@ def _cell(value: Any) -> bytes:
 
         return msgspec.json.encode(float(value))
     if isinstance(value, str):
-        return _quoted(f"'{value}" if FORMULA.match(value) else value).encode()
+        return quoted(f"'{value}" if FORMULA.match(value) else value).encode()
     return str(value).encode()
 
 
-def _quoted(text: str) -> str:
+def quoted(text: str) -> str:
+    """A cell of CSV, in quotes where it has to be."""
     return '"{}"'.format(text.replace('"', '""')) if any(letter in text for letter in ',"\n\r') else text
 
 

@@ -15,17 +15,17 @@ from kinelast import __version__
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluate import Evaluation
 from kinelast.designs.plan import ListedValues, Plan, plan_of
-from kinelast.figures.limits import LIMITS_KEPT
+from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, verdict_on
 from kinelast.outputs.outbox import put
 from kinelast.outputs.sealed import json_bytes
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document, document_from_bytes, read_document
 from kinelast.scene.error import SceneError, fault
-from kinelast.scene.numbers import quantity, round_down
+from kinelast.scene.numbers import percent, quantity, round_down
 from kinelast.scene.text import file_bytes, of_file
 from kinelast.sweep.manifest import Manifest, read_manifest
-from kinelast.sweep.pages import Aim, Tally, answer_leading, design_text, tallied, write_pages
-from kinelast.sweep.running import run_plan
+from kinelast.sweep.pages import Aim, Answering, Rows, Tally, answers_told, design_text, tallied, write_pages
+from kinelast.sweep.running import filled, run_plan
 from kinelast.sweep.store import NUMBER, stored_chunks
 from kinelast.tasks.processes import cores
 from kinelast.tasks.progress import SILENT, Progress, lasting
@@ -96,9 +96,10 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
             f"{task.name}: the designs are computed without vibration, whatever the scene's theory or accuracy"
         )
     identity = _identity(content, plan, evaluation, request.positions)
+    rows = Rows(evaluation)
     outcome = run_plan(
         plan.count,
-        evaluation,
+        rows,
         task.folder,
         identity,
         _chunk(task.folder if batch.resume else None, each, plan.count),
@@ -112,9 +113,9 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
         number, why = min(manifest.failed.items())
         first, _ = manifest.span(number)
         return Outcome(BUG, f"{task.name}: {plan.count - outcome.kept} designs failed, from no. {first} on: {why}")
-    tally = tallied(stored_chunks(task.folder, manifest), aim, keep=plan.count <= PAGED)
-    if tally.limits_kept:
-        answer_leading(evaluation, tally, progress.within(task.name))
+    tally = tallied(rows.stored(stored_chunks(task.folder, manifest)), aim, keep=plan.count <= PAGED)
+    Answering(rows, tally, progress.within(task.name))()
+    manifest = filled(outcome, rows.cells(tally)).manifest
     summary = _summary(task, evaluation, tally, manifest)
     put(task.folder / "sweep.json", json_bytes(summary, indent=1) + b"\n")
     refused = tally.best is None or (tally.accepted and not tally.accepted["passed"])
@@ -136,7 +137,7 @@ def _asked_of(document: Document, plan: Plan) -> tuple[tuple[str, ...], Aim]:
         known = [measure.name for measure in base.measures]
         names = list(sweep.figures or known)
         aim = Aim(sweep.smallest or sweep.largest or names[0], sweep.largest is not None)
-        limits = [LIMITS_KEPT] if base.scene.limits else []
+        limits = [LIMITS_KEPT, LIMITS_MARGIN] if base.scene.limits else []
         names = list(dict.fromkeys([*names, aim.figure, *limits]))
         base_of(document, plan.paths, names)
     except SceneError as error:
@@ -200,7 +201,8 @@ def _summary(task: Task, evaluation: Evaluation, tally: Tally, manifest: Manifes
         "best": None if best is None else {name: figure(name, value) for name, value in best.items() if name != NUMBER},
         "best_design": None if best is None else int(best[NUMBER]),
         "acceptance": tally.accepted,
-        "answered": [{"design": number, **told} for number, told in tally.answered],
+        "answered": [{"design": number, **told} for number, told in answers_told(tally, units).items()],
+        "near": tally.near,
         "limits_kept": tally.limits_kept,
         "without_figures": sum(tally.reasons.values()),
         "reasons": dict(tally.reasons.most_common(REASONS)),
@@ -212,12 +214,18 @@ def _summary(task: Task, evaluation: Evaluation, tally: Tally, manifest: Manifes
 
 def _verdict(tally: Tally) -> str:
     """The verdict on the best design, in words."""
-    accepted, others = tally.accepted, len(tally.answered) - 1
+    accepted = tally.accepted
     if accepted is None:
         return ""
     if accepted["passed"]:
-        passed_over = f"; {counted(others, 'better design')} answered in full before it: not acceptable"
-        return f", {accepted['verdict']}{passed_over if others else ''}"
+        assert tally.best is not None
+        aim, sign = tally.aim.figure, tally.aim.sign
+        rows = {int(row[NUMBER]): sign * row[aim] for row in tally.leading}
+        best = sign * tally.best[aim]
+        refused = [number for number, found in tally.answered.items()
+                   if rows.get(number, np.inf) < best and not verdict_on(found.judgements)["passed"]]  # fmt: skip
+        passed_over = f"; {counted(len(refused), 'better design')} answered in full before it: not acceptable"
+        return f", {accepted['verdict']}{passed_over if refused else ''}"
     why = f": {accepted['problem']}" if accepted["problem"] else ""
     return f", {accepted['verdict'].upper()}{why}; of {len(tally.answered)} answered in full none is acceptable"
 
@@ -231,7 +239,11 @@ def _closing(evaluation: Evaluation, tally: Tally) -> str:
     if tally.best is None:
         words.append("none acceptable" if tally.limits_kept == 0 else f"none has a figure {aim.figure}")
     else:
-        size = quantity(tally.best[aim.figure], units[aim.figure], told_in=told_in)
+        found = tally.answered.get(int(tally.best[NUMBER]))
+        value, error = (found.figures if found else {}).get(aim.figure, (tally.best[aim.figure], 0.0))
+        size = quantity(value, units[aim.figure], told_in=told_in)
+        if found and value and np.isfinite(error) and error:
+            size += f" ± {percent(error / abs(value))}"
         paths = evaluation.plan.paths[:MOST_SHOWN]
         numbers = [f"{path} {quantity(tally.best[path], units[path], told_in=told_in)}" for path in paths]
         which = "largest" if aim.largest else "smallest"

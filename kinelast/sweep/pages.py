@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -15,14 +16,23 @@ import numpy as np
 from kinelast import __version__
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluate import Evaluation, evaluated
-from kinelast.figures.limits import LIMITS_KEPT, judgements_on, limits_of_items, room, verdict_on
+from kinelast.figures.limits import (
+    LIMITS_KEPT,
+    LIMITS_MARGIN,
+    FullAnswer,
+    full_answer,
+    limits_of_items,
+    room,
+    verdict_on,
+)
 from kinelast.outputs.outbox import complete, put
 from kinelast.outputs.page import designs_page, first_axes, front, is_greater
 from kinelast.outputs.sealed import finished, seal
 from kinelast.runs.run import try_scene
+from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
 from kinelast.scene.error import plain
-from kinelast.sweep.store import NUMBER
+from kinelast.sweep.store import NUMBER, THEORY, VERDICT
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FINE, MESSAGE, Task, shipped_scenes
@@ -30,6 +40,9 @@ from kinelast.tasks.task import BAD_INPUT, BUG, FINE, MESSAGE, Task, shipped_sce
 LEADING = 1000  # designs of which one is looked for that is acceptable by its full answer
 GRID = 1000  # designs at most that a report has a slider over
 SHORTLIST = 8  # of them that are answered in full
+NEAR = 4  # that are besides, of those whose outcome the full answer may change
+SHORT = -0.5  # margin of limits that the full answer is looked at to make up for
+IN_FULL, ERROR = " in full", " error"  # behind the name of a figure, of columns
 NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # which differ by design in a reason
 
 
@@ -39,6 +52,78 @@ class Aim:
 
     figure: str
     largest: bool
+
+    @property
+    def sign(self) -> float:
+        """The factor of the figure that is to be small."""
+        return -1.0 if self.largest else 1.0
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of a sweep, see `kinelast.sweep.running.Compute`: quasi-static figures, and room for full answers.
+
+    They are in the units in which the scene is told. A row tells by which theory it is answered, and where that is a
+    full answer its figures with their errors and the verdict: these cells are filled once it is known which designs
+    they matter to.
+    """
+
+    evaluation: Evaluation
+
+    @cached_property
+    def bent(self) -> tuple[str, ...]:
+        """Figures that a theory of the links changes."""
+        base = self.evaluation.base
+        known = (each for each in base.measures if not each.figure.rigid and base.scene.labels)
+        return tuple(each.name for each in known if each.name not in (LIMITS_KEPT, LIMITS_MARGIN))
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the columns."""
+        return {name: self._told(unit)[1] for name, unit in self._si.items()}
+
+    @cached_property
+    def _si(self) -> dict[str, str]:
+        units = self.evaluation.units
+        return {**units, **{name + end: units[name] for name in self.bent for end in (IN_FULL, ERROR)}}
+
+    def _told(self, unit: str) -> tuple[float, str]:
+        return self.evaluation.base.scene.told_in.get(unit, (1.0, unit))
+
+    def factor(self, name: str) -> float:
+        """By which a column in its SI unit is multiplied."""
+        return self._told(self._si.get(name, ""))[0]
+
+    def __call__(self, first: int, last: int) -> tuple[dict[str, Any], Sequence[str]]:
+        """Columns of designs first to last - 1, and why some have no figures."""
+        columns, reasons = self.evaluation(first, last)
+        told = {name: values * self.factor(name) for name, values in columns.items()}
+        later = {name + end: np.full(last - first, np.nan) for name in self.bent for end in (IN_FULL, ERROR)}
+        theory = ["" if reason else QUASI_STATIC for reason in reasons]
+        return {**told, **later, THEORY: theory, VERDICT: [""] * (last - first)}, reasons
+
+    def stored(
+        self, chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]]
+    ) -> Iterator[tuple[dict[str, Any], Sequence[str]]]:
+        """Quasi-static columns of stored designs in SI units, and reasons."""
+        plan = self.evaluation.plan
+        for columns, reasons in chunks:
+            first = int(columns[NUMBER][0])
+            own = {name: columns[name] / self.factor(name) for name in self.evaluation.units}
+            numbers = dict(zip(plan.paths, plan.values(first, first + len(reasons)).T, strict=True))
+            yield {NUMBER: columns[NUMBER], **own, **numbers}, reasons
+
+    def cells(self, tally: Tally) -> dict[int, dict[str, Any]]:
+        """Cells of the rows that are answered in full, by number of the design and name of the column."""
+        return {
+            number: {
+                **{name + end: value * self.factor(name) for name, pair in found.figures.items()
+                   for end, value in zip((IN_FULL, ERROR), pair, strict=True)},
+                THEORY: found.theory or QUASI_STATIC,
+                VERDICT: verdict_on(found.judgements)["verdict"],
+            }
+            for number, found in tally.answered.items()
+        }  # fmt: skip
 
 
 @dataclass
@@ -50,11 +135,15 @@ class Tally:
     limits_kept
         How many keep all limits by their quasi-static figures; None without limits.
     leading
-        The best of these, the best first.
+        The best of these, the best first; without limits of all.
+    short
+        Of those that do not keep all limits the nearest to them, the nearest first.
     best
-        The first of them, or where there are limits the first that is acceptable.
+        The first of those that lead, or where there are limits the best that is acceptable by its full answer.
     answered
-        Numbers of those that were answered in full, and the verdicts on them.
+        Full answers to designs by their numbers, in the order in which they were answered.
+    near
+        How many designs, of those looked at, are not answered in full though vibration and errors may decide on them.
     """
 
     aim: Aim
@@ -63,8 +152,10 @@ class Tally:
     limits_kept: int | None = None
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
     leading: list[dict[str, float]] = field(default_factory=list)
+    short: list[dict[str, float]] = field(default_factory=list)
     best: dict[str, float] | None = None
-    answered: list[tuple[int, dict[str, Any]]] = field(default_factory=list)
+    answered: dict[int, FullAnswer] = field(default_factory=dict)
+    near: int = 0
     kept: list[tuple[Mapping[str, Any], Sequence[str]]] = field(default_factory=list)
 
     def add(self, columns: Mapping[str, Any], reasons: Sequence[str]) -> None:
@@ -78,19 +169,30 @@ class Tally:
                 self.ranges[name] = min(low, float(known.min())), max(high, float(known.max()))
         good = np.isfinite(columns[self.aim.figure])
         if LIMITS_KEPT in columns:
-            good &= columns[LIMITS_KEPT] == 1.0
-            self.limits_kept = (self.limits_kept or 0) + int(np.count_nonzero(columns[LIMITS_KEPT] == 1.0))
-        sign = -1.0 if self.aim.largest else 1.0
-        order = np.argsort(np.where(good, sign * columns[self.aim.figure], np.inf), kind="stable")
-        some = order[: min(LEADING, int(np.count_nonzero(good)))].tolist()
-        rows = [{name: float(values[at]) for name, values in columns.items()} for at in some]
-        self.leading = sorted([*self.leading, *rows], key=lambda row: sign * row[self.aim.figure])[:LEADING]
+            kept, margin = columns[LIMITS_KEPT] == 1.0, columns[LIMITS_MARGIN]
+            self.limits_kept = (self.limits_kept or 0) + int(np.count_nonzero(kept))
+            near = good & ~kept & (margin >= SHORT)
+            self.short = _first(self.short, columns, np.where(near, -margin, np.inf), LIMITS_MARGIN, -1.0)
+            good &= kept
+        sign = self.aim.sign
+        order = np.where(good, sign * columns[self.aim.figure], np.inf)
+        self.leading = _first(self.leading, columns, order, self.aim.figure, sign)
         self.best = self.leading[0] if self.leading else None
 
     @property
     def accepted(self) -> dict[str, Any] | None:
         """The verdict on the best design; None where there are no limits, or no design keeps them."""
-        return next((told for number, told in self.answered if self.best and number == self.best[NUMBER]), None)
+        found = self.answered.get(int(self.best[NUMBER])) if self.best else None
+        return verdict_on(found.judgements) if found and self.limits_kept is not None else None
+
+
+def _first(
+    rows: list[dict[str, float]], columns: Mapping[str, Any], order: Any, key: str, sign: float
+) -> list[dict[str, float]]:
+    """Rows and some more of them, at most `LEADING`, in the order of a column; left out where `order` is infinite."""
+    some = np.argsort(order, kind="stable")[: min(LEADING, int(np.count_nonzero(np.isfinite(order))))].tolist()
+    more = [{name: float(values[at]) for name, values in columns.items()} for at in some]
+    return sorted([*rows, *more], key=lambda row: sign * row[key])[:LEADING]
 
 
 def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim, keep: bool) -> Tally:
@@ -103,33 +205,96 @@ def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim,
     return tally
 
 
-def answer_leading(evaluation: Evaluation, tally: Tally, progress: Progress) -> None:
-    """Answer leading designs in full, the best first, until one is acceptable: that is the best then.
+@dataclass(eq=False)
+class Answering:
+    """Answers in full to the designs that it matters to: the best, and those that vibration and errors may decide.
 
-    A design whose figures would not keep a limit, if the full answer changed them as it did those of one before, is
-    passed over.
+    What the full answer changes of a figure goes with it from one design to the next, as `room` has it: by the last
+    one answered the others are expected to keep their limits or not. First the best that is expected to keep them is
+    answered, until none that is expected to be better is left; then those whose expected outcome is not that of
+    their quasi-static figures, or that are better than the best if the full answer changes them less, the best first.
     """
-    document, paths = evaluation.document, evaluation.plan.paths
-    values = np.array([[row[path] for path in paths] for row in tally.leading])
-    limits = limits_of_items(document.scene)
-    columns = evaluated(base_of(document, paths, list(dict.fromkeys(limit.figure for limit in limits))), values).columns
-    alike = not any(path.startswith("limits.") for path in paths)
-    left = np.ones(len(values), bool)
-    for done in range(SHORTLIST):
-        if not left.any():
-            break
-        progress("the best designs, answered in full", done, SHORTLIST)
-        at = int(left.argmax())
-        left[at] = False
-        scene = document.with_values(dict(zip(paths, values[at].tolist(), strict=True))).scene
-        judgements = judgements_on(scene, limits_of_items(scene))
-        tally.answered.append((int(tally.leading[at][NUMBER]), verdict_on(judgements)))
-        if tally.answered[-1][1]["passed"]:
-            tally.best = tally.leading[at]
-            break
-        for judged in judgements if alike else ():
-            known = columns[judged.limit.figure]
-            left &= replace(judged.limit, bound=room(judged, float(known[at]))).kept(known)
+
+    rows: Rows
+    tally: Tally
+    progress: Progress
+
+    def __post_init__(self) -> None:
+        tally, plan = self.tally, self.rows.evaluation.plan
+        self.document, self.paths = self.rows.evaluation.document, plan.paths
+        self.designs = [*tally.leading, *tally.short]
+        self.aims = np.array([tally.aim.sign * row[tally.aim.figure] for row in self.designs])
+        self.in_full = np.full(len(self.designs), np.nan)  # the same by full answers
+        limits = list(dict.fromkeys(limit.figure for limit in limits_of_items(self.document.scene)))
+        self.known: Mapping[str, Any] = {}
+        if limits and self.designs:
+            values = np.array([[row[path] for path in self.paths] for row in self.designs])
+            self.known = evaluated(base_of(self.document, self.paths, limits), values).columns
+        self.alike = not any(path.startswith("limits.") for path in self.paths)
+        self.before = np.arange(len(self.designs)) < len(tally.leading)
+        self.expected, self.passed = self.before.copy(), np.zeros(len(self.designs), bool)
+        self.left, self.off = np.ones(len(self.designs), bool), 0.0
+
+    def __call__(self) -> None:
+        """Answer them."""
+        tally = self.tally
+        if not tally.leading and tally.short:
+            self._answer(0, "the design nearest to its limits, answered in full", 0, 1)
+        for done in range(SHORTLIST):
+            at = self._best(self.left & self.expected)
+            if at is None or (self.passed.any() and self.aims[at] >= self.aims[self.passed].min()):
+                break
+            self._answer(at, "the best designs, answered in full", done, SHORTLIST)
+        for done in range(NEAR):
+            at = self._best(self._near)
+            if at is None:
+                break
+            self._answer(at, "designs near a limit or the best, answered in full", done, NEAR)
+        tally.near = int(np.count_nonzero(self._near))
+        if self.passed.any():
+            tally.best = self.designs[int(np.where(self.passed, self.in_full, np.inf).argmin())]
+
+    @property
+    def _near(self) -> Any:
+        """Whether vibration and errors may decide on a design that is not answered in full, shape (designs,)."""
+        best = self.aims[self.passed].min(initial=np.inf)
+        better = self.expected & (self.aims < best + self.off) if self.passed.any() else False
+        return self.left & ((self.expected != self.before) | better)
+
+    def _best(self, among: Any) -> int | None:
+        """The best of some designs; None of none."""
+        return int(np.where(among, self.aims, np.inf).argmin()) if among.any() else None
+
+    def _answer(self, at: int, stage: str, done: int, most: int) -> None:
+        self.progress(stage, done, most)
+        row, aim = self.designs[at], self.tally.aim
+        scene = self.document.with_values({path: row[path] for path in self.paths}).scene
+        answer = full_answer(scene, limits_of_items(scene), self.rows.bent)
+        self.tally.answered[int(row[NUMBER])] = answer
+        value, error = answer.figures.get(aim.figure, (row[aim.figure], 0.0))
+        known = bool(answer.theory) and math.isfinite(value)
+        self.in_full[at] = aim.sign * value if known else self.aims[at]
+        self.off = abs(self.in_full[at] - self.aims[at]) + (error if math.isfinite(error) else 0.0)
+        self.left[at] = False
+        self.passed[at] = bool(verdict_on(answer.judgements)["passed"]) if answer.judgements else known
+        if self.alike and answer.judgements:
+            self.expected = np.ones(len(self.designs), bool)
+            for judged in answer.judgements:
+                figures = self.known[judged.limit.figure]
+                self.expected &= replace(judged.limit, bound=room(judged, float(figures[at]))).kept(figures)
+
+
+def answers_told(tally: Tally, units: Mapping[str, str]) -> dict[int, dict[str, Any]]:
+    """The full answers to designs by number as plain data that JSON can hold, null where not known."""
+    told: dict[int, dict[str, Any]] = {}
+    for number, answer in tally.answered.items():
+        figures = {
+            name: {"value": value if math.isfinite(value) else None, "unit": units[name],
+                   "error": error if math.isfinite(error) else None}
+            for name, (value, error) in answer.figures.items()
+        }  # fmt: skip
+        told[number] = {"theory": answer.theory, **verdict_on(answer.judgements), "figures": figures}
+    return told
 
 
 FOLDER = "designs"  # in that of the scene
@@ -208,6 +373,7 @@ def write_pages(
         figures,
         best,
         told_in=evaluation.base.scene.told_in,
+        answered=answers_told(tally, evaluation.units),
     )
     scene = task.path.stem if task.path in shipped_scenes().values() else task.path.name
     options = f"--positions {positions}" if positions else ""

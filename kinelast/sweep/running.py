@@ -248,3 +248,20 @@ def _finished(store: Store, manifest: Manifest) -> Manifest:
     store.note(whole)
     store.drop_parts()
     return whole
+
+
+def filled(state: SweepState, cells: Mapping[int, Mapping[str, Any]]) -> SweepState:
+    """A complete sweep with other values in some cells, by number of the design and name of the column.
+
+    Raises
+    ------
+    RequestError
+        Another run holds the folder; it cannot be written.
+    """
+    store = Store(state.folder, state.manifest.store)
+    with locked(state.folder, patience=0.0):
+        try:
+            return replace(state, manifest=store.fill(state.manifest, cells))
+        except OSError as error:
+            why = plain(f"{error.filename or state.folder}: {(error.strerror or str(error)).lower()}", 300)
+            raise RequestError(f"not written: {why}") from error

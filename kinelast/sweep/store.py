@@ -13,6 +13,7 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
@@ -21,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from kinelast.outputs.outbox import UNFINISHED, put
-from kinelast.outputs.table import Column, Table, csv_bytes, parquet_bytes
+from kinelast.outputs.table import Column, Table, csv_bytes, parquet_bytes, quoted
 from kinelast.sweep.manifest import NAME, Kept, Manifest, manifest_bytes
 from kinelast.tasks.request import RequestError
 
@@ -30,6 +31,8 @@ BLOCK = 10_000  # rows that are read at once
 CSV, PARQUET = "designs.csv", "designs.parquet"
 JOURNAL = "kept.txt"  # what chunks are known by, until they are all there
 NUMBER, REASON = "design", "reason"  # the columns that every store has
+THEORY, VERDICT = "theory", "verdict"
+TEXTS = THEORY, VERDICT  # columns of words besides, which a sweep of a scene has
 
 Columns = Mapping[str, Any]
 
@@ -58,7 +61,10 @@ def encoded(store: str, first: int, columns: Columns, units: Mapping[str, str], 
     table = Table(
         (
             Column(NUMBER, np.arange(first, first + len(reasons))),
-            *(Column(name, np.asarray(values), units.get(name, "")) for name, values in columns.items()),
+            *(
+                Column(name, values if name in TEXTS else np.asarray(values), units.get(name, ""))
+                for name, values in columns.items()
+            ),
             Column(REASON, [str(reason) for reason in reasons]),
         )
     )
@@ -190,6 +196,32 @@ class Store:
         if self.name == CSV:
             put(self.folder / CSV, _head(manifest), *map(self._place, range(manifest.chunks)))
 
+    def fill(self, manifest: Manifest, cells: Mapping[int, Mapping[str, Any]]) -> Manifest:
+        """Fill cells of a complete store: by number of the design, values by name of the column; its manifest then.
+
+        A file whose cells are as told already is not written again.
+        """
+        kept, names = list(manifest.kept), [NUMBER, *manifest.columns, REASON]
+        csv_parts = list(self._parted(manifest)) if self.name == CSV else []
+        for number in sorted({design // manifest.chunk for design in cells}):
+            first, last = manifest.span(number)
+            own = {design - first: row for design, row in cells.items() if first <= design < last}
+            before = csv_parts[number] if csv_parts else _content(self._place(number))
+            after = (_csv_filled if self.name == CSV else _parquet_filled)(before, names, own)
+            if after == before:
+                continue
+            kept[number] = Kept.of(kept[number].rows, after)
+            if csv_parts:
+                csv_parts[number] = after
+            else:
+                put(self._place(number), after)
+        filled = replace(manifest, kept=kept)
+        if filled != manifest:
+            if csv_parts:
+                put(self.folder / CSV, b"".join([_head(manifest), *csv_parts]))
+            self.note(filled)
+        return filled
+
     def drop_parts(self) -> None:
         """Remove the chunks' files where they were joined, and the notes on them."""
         if self.name == CSV:
@@ -203,6 +235,37 @@ def _content(path: Path) -> bytes:
         return path.read_bytes()
     except OSError:
         return b""
+
+
+def _csv_filled(content: bytes, names: Sequence[str], cells: Mapping[int, Mapping[str, Any]]) -> bytes:
+    """Rows of CSV with other values in some cells, by number of the row; other rows stay as they are."""
+    lines, rows, first = content.decode().split("\n"), [], 0
+    reader = csv.reader(f"{line}\n" for line in lines)
+    for at, row in enumerate(reader):
+        changed = cells.get(at, {})
+        told = {name: csv_bytes(Table((Column(name, [value]),)), head=False).decode()[:-1]
+                for name, value in changed.items()}  # fmt: skip
+        pairs = zip(names, row, strict=True) if changed else ()
+        filled = ",".join(told.get(name, quoted(cell)) for name, cell in pairs)
+        rows.append(filled if changed else "\n".join(lines[first : reader.line_num]))
+        first = reader.line_num
+    return "\n".join(rows).encode()
+
+
+def _parquet_filled(content: bytes, names: Sequence[str], cells: Mapping[int, Mapping[str, Any]]) -> bytes:
+    """The file of a chunk of Parquet with other values in some cells, by number of the row."""
+    import pyarrow.parquet
+
+    table = pyarrow.parquet.read_table(pyarrow.BufferReader(content))
+    columns = []
+    for name, heading in zip(names, table.column_names, strict=True):
+        words = name in TEXTS or name == REASON
+        values = table[heading].to_pylist() if words else table[heading].to_numpy().copy()
+        for at, own in cells.items():
+            if name in own:
+                values[at] = own[name]
+        columns.append(Column(heading, values))
+    return parquet_bytes(Table(tuple(columns)))
 
 
 def _head(manifest: Manifest) -> bytes:
@@ -224,7 +287,14 @@ def stored_chunks(folder: Path, manifest: Manifest) -> Iterator[tuple[dict[str, 
         for path in sorted((folder / PARQUET).glob("[0-9]*.parquet")):
             table = pyarrow.parquet.read_table(path)
             reasons = table[REASON].to_pylist()
-            yield {names.get(key, key): table[key].to_numpy() for key in table.column_names if key != REASON}, reasons
+            yield (
+                {
+                    names.get(key, key): table[key].to_pylist() if key in TEXTS else table[key].to_numpy()
+                    for key in table.column_names
+                    if key != REASON
+                },
+                reasons,
+            )
         return
     if not manifest.complete:
         raise RequestError(f"{folder}: the sweep is not complete: --resume goes on with it")
@@ -235,7 +305,9 @@ def stored_chunks(folder: Path, manifest: Manifest) -> Iterator[tuple[dict[str, 
             *cells, reasons = zip(*block, strict=True)
             yield (
                 {
-                    names.get(key, key): np.array([float(cell or "nan") for cell in values])
+                    names.get(key, key): list(values)
+                    if key in TEXTS
+                    else np.array([float(cell or "nan") for cell in values])
                     for key, values in zip(head, cells, strict=False)
                 },
                 list(reasons),

@@ -153,6 +153,7 @@ def designs_page(
     scene: str | None = None,
     options: str = "",
     told_in: ToldIn = SI,
+    answered: Mapping[int, Mapping[str, Any]] | None = None,
 ) -> bytes:
     """The page of many designs, UTF-8: it needs nothing but itself and asks for nothing.
 
@@ -179,6 +180,8 @@ def designs_page(
         designs without a page are told the commands that make it.
     told_in
         Units that the scene's quantities are told in.
+    answered
+        Full answers by the numbers of their designs: `theory`, `verdict`, and `figures` with `value` and `error`.
 
     Raises
     ------
@@ -215,6 +218,7 @@ def designs_page(
         "best": best,
         "sensitivities": {figure: dict(row) for figure, row in (sensitivities or {}).items()},
         "pages": {str(design): address for design, address in (pages or {}).items()},
+        "answered": {str(design): dict(told) for design, told in (answered or {}).items()},
         "scene": scene,
         "options": options,
     }

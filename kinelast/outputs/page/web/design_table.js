@@ -3,10 +3,10 @@ const ROWS = 50;
 
 function tableSection() {
   const order = { by: data.best === null ? "" : data.figures[0] ?? "", falling: false }, body = h("tbody");
-  const heads = ["", ...axes].map((name) => h("th", { scope: "col", class: name ? "figure" : null, "aria-sort": "none" }, h("button", { type: "button", onclick: () => sort(name) }, name || "design", name && unitOf(name) ? h("small", {}, ` [${unitOf(name)}]`) : null)));
+  const full = Object.keys(data.answered).length > 0, heads = ["", ...axes].map((name) => h("th", { scope: "col", class: name ? "figure" : null, "aria-sort": "none" }, h("button", { type: "button", onclick: () => sort(name) }, name || "design", name && unitOf(name) ? h("small", {}, ` [${unitOf(name)}]`) : null)));
   const any = data.reasons.some(Boolean), more = h("button", { type: "button", onclick: () => { shown *= 5; draw(); } }, "Show more"), told = soft("");
   let shown = ROWS;
-  section("designs-table", "Table", "All designs", told, h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Designs" }, h("table", {}, h("caption", {}, "Designs"), h("thead", {}, h("tr", {}, heads, any ? h("th", { scope: "col" }, "why there are no figures") : null)), body)), more);
+  section("designs-table", "Table", "All designs", told, h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Designs" }, h("table", {}, h("caption", {}, "Designs"), h("thead", {}, h("tr", {}, heads, full ? h("th", { scope: "col" }, "answered") : null, any ? h("th", { scope: "col" }, "why there are no figures") : null)), body)), more);
   function sort(name) {
     order.falling = order.by === name ? !order.falling : state.greater.has(name);
     order.by = name;
@@ -18,10 +18,10 @@ function tableSection() {
     kept.sort((a, b) => size(a) - size(b) || a - b);
     body.replaceChildren(...kept.slice(0, shown).map((k) => h("tr", { class: k === state.chosen ? "worst" : null, "data-design": designOf(k) },
       h("th", { scope: "row" }, h("button", { type: "button", class: "pick", "aria-label": `choose design ${designOf(k)}`, onclick: () => choose(k) }, designOf(k)), k === bestPlace ? h("span", { class: "mark" }, " best") : null),
-      axes.map((name) => h("td", { class: "figure" }, valueWords(name, k))), any ? h("td", { class: "message" }, reasonOf(k)) : null)));
+      axes.map((name) => h("td", { class: "figure" }, valueWords(name, k))), full ? h("td", {}, answerWords(k)) : null, any ? h("td", { class: "message" }, reasonOf(k)) : null)));
     heads.forEach((head, n) => head.setAttribute("aria-sort", ["", ...axes][n] === order.by ? (order.falling ? "descending" : "ascending") : "none"));
     more.hidden = kept.length <= shown;
-    told.textContent = `${kept.length} design${kept.length === 1 ? "" : "s"}${kept.length < COUNT ? " within the ranges chosen above" : ""}, ${Math.min(shown, kept.length)} shown. Click a heading to sort, a number to choose the design.`;
+    told.textContent = `${kept.length} design${kept.length === 1 ? "" : "s"}${kept.length < COUNT ? " within the ranges chosen above" : ""}, ${Math.min(shown, kept.length)} shown. Click a heading to sort, a number to choose the design.${full ? " Figures are quasi-static; of a design that is answered in full, by the theory named, they stand under \u201cThe design chosen\u201d." : ""}`;
   }
   for (const what of ["change", "brush", "choice"]) listeners[what].push(draw);
   draw();
@@ -36,17 +36,32 @@ function chosenSection() {
     if (k === null) { holder.replaceChildren(soft("None: click a dot, or a number in the table.")); return; }
     const address = data.pages[String(designOf(k))], reason = reasonOf(k), beside = bestPlace !== null && bestPlace !== k ? bestPlace : null;
     const rows = data.figures.map((name) => h("tr", {}, h("th", { scope: "row" }, name), h("td", { class: "figure" }, valueWords(name, k, 6)), beside === null ? null : h("td", { class: "figure" }, valueWords(name, beside, 6)), h("td", {}, unitOf(name))));
+    const answer = data.answered[String(designOf(k))], inFull = (name) => fullWords(name, answer.figures[name]);
+    if (answer) rows.forEach((row, n) => row.insertBefore(h("td", { class: "figure" }, inFull(data.figures[n])), row.children[2]));
+    const heads = ["figure", answer ? "quasi-static" : "here", ...(answer ? ["in full"] : []), ...(beside === null ? [] : ["the best"]), "unit"];
     const lines = data.numbers.map((name) => `${name} = ${numberText(name, k)}`);
     holder.replaceChildren(
       h("p", {}, h("b", {}, `Design ${designOf(k)}`), k === bestPlace ? ", the best" : "", address ? h("span", {}, ": ", h("a", { href: address }, "its page"), ", with vibration where that counts") : ""),
+      answer ? h("p", {}, `Answered in full: ${answerWords(k)}`) : "",
       reason ? h("p", { class: "verdict poor" }, reason) : "",
       address || !data.figures.some((name) => isFinite(columnOf(name)[k])) ? "" : commandsOf(designOf(k)),
       h("h3", {}, "Its numbers in the scene"), h("pre", { tabindex: 0, id: "lines" }, lines.join("\n")),
       h("button", { type: "button", onclick: () => navigator.clipboard?.writeText(lines.join("\n")) }, "Copy"),
-      h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Its figures" }, h("table", {}, h("caption", {}, "Its figures"), h("thead", {}, h("tr", {}, ["figure", "here", ...(beside === null ? [] : ["the best"]), "unit"].map((words, n) => h("th", { scope: "col", class: n && words !== "unit" ? "figure" : null }, words)))), h("tbody", {}, rows))));
+      h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Its figures" }, h("table", {}, h("caption", {}, "Its figures"), h("thead", {}, h("tr", {}, heads.map((words, n) => h("th", { scope: "col", class: n && words !== "unit" ? "figure" : null }, words)))), h("tbody", {}, rows))));
   }
   listeners.choice.push(draw);
   draw();
+}
+
+// By which theory a design is answered, and the verdict.
+function answerWords(k) {
+  const answer = data.answered[String(designOf(k))];
+  return answer ? [answer.theory, answer.verdict].filter(Boolean).join(", ") : reasonOf(k) ? "" : "quasi-static";
+}
+function fullWords(name, told) {
+  if (!told || told.value === null) return "";
+  const [factor] = scaleFor[name], error = told.error === null || !told.value ? "" : ` ± ${number(100 * told.error / Math.abs(told.value), 2)} %`;
+  return `${number(told.value * factor, 6)}${error}`;
 }
 
 // What makes the page of a design that has none here.

@@ -21,24 +21,27 @@ function sensitivitiesSection({ numbers, figures }) {
   section("sensitivities", "Sensitivities", "What a figure depends on", soft("By how many per cent the quasi-static figure grows where a number of the file grows by 1 %, the others held; orange: it falls. At a kink the largest value is in two places at once, and the slopes to both sides differ. Derivatives and the estimates of their errors are in sensitivities.csv."), chosenBars("sensitivity-of", figures, rowsOf));
 }
 
+const sentence = (words) => `${words[0].toUpperCase()}${words.slice(1)}.`;
+const withError = ({ in_full: full, error, unit }) => (full === null ? "" : `${sized(full, unit)}${error && full ? ` ± ${number((100 * error) / Math.abs(full), 2)} %` : ""}`);
 // Angles as degrees, as where the page begins.
 const sized = (value, unit) => figureAngle({ value, unit });
 
-function tolerancesSection({ designs, numbers, figures }) {
+function tolerancesSection({ designs, numbers, figures, theory, limits_kept: kept, words }) {
   const known = figures.filter(({ value, sampled }) => value !== null && sampled.low !== null), scattered = numbers.map(({ path, plus_minus, unit, distribution }) => `${path} ± ${sized(plus_minus, unit)}${distribution === "normal" ? " (normal)" : ""}`);
   const columns = [
     { name: "figure", text: ({ name }) => name },
     ...[["as it stands", ({ value }) => value], ["2.5 %", ({ sampled }) => sampled.low], ["median", ({ sampled }) => sampled.median], ["97.5 %", ({ sampled }) => sampled.high], ["largest", ({ sampled }) => sampled.largest]].map(([name, of]) => ({ name, of, words: (each) => sized(of(each), each.unit) })),
+    { name: "in full", means: `the scene as it stands with its error: ${theory}`, of: ({ in_full: full }) => full, words: withError },
     { name: "± to first order", means: "three standard deviations, by the slopes of the design as it stands", of: ({ first_order: first }) => (first.deviation === null ? null : 3 * first.deviation), words: ({ first_order: first, unit }) => (first.deviation === null ? number(null) : sized(3 * first.deviation, unit)) },
   ];
   const shares = ({ shares: all }) => all.map((each) => ({ name: each.path, size: each.together ?? each.first_order ?? 0, words: `${number(100 * (each.together ?? each.first_order), 3)} %` })).filter(({ size }) => size > 0.001);
   const output = known.some(({ name }) => name === "geometric_error") ? soft("geometric_error is how far the output of rigid links is from where the nominal ones have it, output_error what the deflection adds, whole_error both together: largest over the cycle.") : null;
-  section("tolerances", "Tolerances", "Ranges under the tolerances", soft(`Quasi-static figures of ${designs} designs with ${scattered.join(", ")}.`), output, table(known, columns, "Figures under tolerances"), h("h3", {}, "Where the scatter comes from"), chosenBars("tolerance-of", known, shares), soft("All values are in tolerances.csv."));
+  section("tolerances", "Tolerances", "Ranges under the tolerances", soft(`Quasi-static figures of ${designs} designs with ${scattered.join(", ")}.`), kept ? h("p", {}, sentence(words.at(-1))) : null, output, table(known, columns, "Figures under tolerances"), h("h3", {}, "Where the scatter comes from"), chosenBars("tolerance-of", known, shares), soft("All values are in tolerances.csv."));
 }
 
 function optimumSection({ words, variables, limits }) {
   const bound = ({ bound: size, kind, unit }) => `${kind === "most" ? "≤" : "≥"} ${sized(size, unit)}`;
   const changed = table(variables, [{ name: "number", text: ({ path }) => path }, ...[["before", "before"], ["best", "value"], ["lower bound", "low"], ["upper bound", "high"]].map(([name, key]) => ({ name, of: (row) => row[key], words: (row) => sized(row[key], row.unit) })), { name: "at bound", text: ({ at_bound: end }) => end ?? "" }], "Numbers of the best design");
-  const kept = limits.length ? table(limits, [{ name: "limit", text: (row) => `${row.figure} ${bound(row)}` }, { name: "before", of: ({ before }) => before, words: ({ before, unit }) => sized(before, unit) }, { name: "best", of: ({ value: found }) => found, words: ({ value: found, unit }) => sized(found, unit) }, { name: "holds", text: ({ active }) => (active ? "yes" : "") }, { name: "1 % more room", means: "per cent that the goal is better by", of: ({ multiplier }) => multiplier, words: ({ multiplier }) => `${number(multiplier, 3)} %` }], "Limits") : null;
-  section("optimum", "Optimum", "The best design, quasi-statically", h("ul", {}, words.map((each) => h("li", {}, each))), changed, kept, soft("It is a scene of its own: optimum.toml. This report is on the scene as it stands."));
+  const kept = limits.length ? table(limits, [{ name: "limit", text: (row) => `${row.figure} ${bound(row)}` }, { name: "before", of: ({ before }) => before, words: ({ before, unit }) => sized(before, unit) }, { name: "best", of: ({ value: found }) => found, words: ({ value: found, unit }) => sized(found, unit) }, { name: "in full", means: "by the full answer, with its error", of: ({ in_full: full }) => full, words: withError }, { name: "outcome", text: ({ outcome }) => outcome }, { name: "holds", text: ({ active }) => (active ? "yes" : "") }, { name: "1 % more room", means: "per cent that the goal is better by", of: ({ multiplier }) => multiplier, words: ({ multiplier }) => `${number(multiplier, 3)} %` }], "Limits") : null;
+  section("optimum", "Optimum", "The best design", h("ul", {}, words.map((each) => h("li", {}, each))), changed, kept, soft("It is a scene of its own: optimum.toml. The search is quasi-static; \u201cin full\u201d is the answer with vibration and errors. This report is on the scene as it stands."));
 }
