@@ -42,7 +42,9 @@ def page(driver, tmp_path, columns):
     sensitivities = {"deflection": {"sections.bar.depth": -2.0, "drives.crank.speed": 0.5}}
     content = designs_page(
         "Bars </script><script>window.hit = 1</script>", *with_reasons(columns), best=BEST,
-        sensitivities=sensitivities, pages={BEST: "best/report.html"},
+        sensitivities=sensitivities, pages={BEST: "best/report.html"}, told_in={"rad/s": (30 / np.pi, "rpm")},
+        answered={BEST: {"theory": "elastodynamic", "verdict": "acceptable",
+                         "figures": {"deflection": {"value": 2e-3, "unit": "m", "error": 3e-5}}}},
     )  # fmt: skip
     (tmp_path / "designs.html").write_bytes(content)
     opened = Page(driver, tmp_path / "designs.html")
@@ -108,6 +110,20 @@ def test_a_design_is_chosen_by_its_number_and_by_its_dot(page, columns):
     action.w3c_actions.pointer_action.click()
     action.perform()
     assert page.run("return kinelast.columnOf('#design')[kinelast.state.chosen]") == corner
+
+
+def test_a_design_that_is_answered_in_full_says_so(page, columns):
+    chosen = page.run("return document.getElementById('chosen').innerText")
+    assert "Answered in full: elastodynamic, acceptable" in chosen
+    assert re.search(r"deflection\s.*\b2 ± 1.5 %", chosen)
+    assert re.search(r"mass\s.*the same", chosen)
+    speed = columns["drives.crank.speed"][BEST] * 30 / np.pi
+    assert f'drives.crank.speed = "{speed:.12g} rpm"' in page.run("return document.getElementById('lines').textContent")
+    page.run("Array.from(document.querySelectorAll('#designs-table button')).at(-1).click()")  # more rows
+    cells = "(row) => [row.dataset.design, row.children[1].innerText]"
+    answers = page.run(f"return Array.from(document.querySelectorAll('#designs-table tbody tr'), {cells})")
+    assert dict(answers)[str(BEST)] == "elastodynamic, acceptable"
+    assert {words for number, words in answers if number != str(BEST)} == {"quasi-static", ""}
 
 
 def test_a_range_keeps_what_is_within(page, columns):

@@ -413,6 +413,20 @@ def test_joints_and_life_are_shown(driver, reports):
     first = page.run("return kinelast.summary.breaks_first[0]")
     assert modes.startswith(first["link"])
     assert first["governs"] in modes
+    assert "rocker.2, at D, " in modes
+    ring, pin = page.run(
+        "const at = (each) => [each.cx.baseVal.value, each.cy.baseVal.value]; "
+        "return ['.first', '.pin'].map((of) => Array.from(document.querySelectorAll(`.mechanism ${of}`), at))"
+    )
+    assert min(abs(x - ring[0][0]) + abs(y - ring[0][1]) for x, y in pin) < 0.1, "the ring is where it breaks: at D"
+    page.run("document.getElementById('show-spot').click()")
+    assert page.run("return document.querySelector('.mechanism .first').getAttribute('visibility')") == "hidden"
+    bearings = page.run("return document.getElementById('bearings').innerText")
+    assert re.search(r"\b24 positions, from crank [\d.]+° to crank [\d.]+°", bearings)
+    assert "MPa·m/s" in bearings
+    left_out = page.run("return kinelast.summary.not_computed")
+    assert "friction in the joints" in left_out
+    assert "fatigue" not in left_out
     assert page.run("return document.querySelectorAll('#bearings .polar .tip').length") == 12  # six pins, both sides
     tip = page.run("return document.querySelector('#bearings .polar .tip').getBBox().width")
     assert 1 < tip <= 176

@@ -350,8 +350,11 @@ def exceedance_figures(results: Results) -> list[dict[str, Any]]:
 def left_out(results: Results) -> list[str]:
     """Effects that the figures do not hold, in words."""
     stiff = all(np.isinf(section.kGA) for section in results.deflection.sections)
-    play = "play in the joints" if results.mechanism.friction else "play and friction in the joints"
-    others = ["large displacements", "the axial force's part in bending", play, "fatigue"]
+    cleared = any(parts.clearance for parts in results.scene.bearings.values())
+    play = "impacts of the play in the joints" if cleared else "play in the joints"
+    friction = [] if results.mechanism.friction else ["friction in the joints"]
+    fatigue = [] if results.scene.fatigue else ["fatigue"]
+    others = ["large displacements", "the axial force's part in bending", play, *friction, *fatigue]
     if results.vibrates:
         others.remove("the axial force's part in bending")
     if results.answer and results.answer.theory == GEOMETRICALLY_EXACT:

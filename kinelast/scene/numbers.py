@@ -107,7 +107,7 @@ UNPREFIXED = ("", "deg", "kg", "kg/m", "kg m^2", "1")
 REPORT_UNITS = {  # by SI unit: what it is multiplied by, and the unit that this gives
     "mm": {
         "m": (1e3, "mm"), "m^2": (1e6, "mm^2"), "m/s": (1e3, "mm/s"), "m/s^2": (1e3, "mm/s^2"), "Pa": (1e-6, "MPa"),
-        "N": (1.0, "N"), "N/m": (1e-3, "N/mm"), "N m^2": (1e6, "N mm^2"),
+        "N": (1.0, "N"), "N/m": (1e-3, "N/mm"), "N m^2": (1e6, "N mm^2"), "W/m^2": (1e-6, "MPa m/s"),
     },
     "in": {
         "m": (1 / 0.0254, "in"), "m^2": (1 / 0.0254**2, "in^2"), "m/s": (1 / 0.0254, "in/s"),

@@ -136,7 +136,7 @@ DESIGN_SCRIPTS = ("numbers", "dom", "theme", "arrays", "design_data", "scatter",
 SHOWN = 10_000  # designs that a page holds: of more, the fronts and a random part
 FRONTS = 6  # figures of which every pair has its front among those
 GREATER = frozenset(  # figures that are better large
-    ("safety", "transmission_angle", "reach", "limits_kept", "output_travel")
+    ("safety", "transmission_angle", "reach", "limits_kept", "limits_margin", "output_travel")
 ).union(each.key for each in (*JOINT_FIGURES, *LIFE_FIGURES) if each.over == LEAST)
 
 

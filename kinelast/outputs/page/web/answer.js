@@ -81,9 +81,11 @@ function placeWords(label, figure) {
   return way < 5e-4 ? `at ${link.from}` : way > 1 - 5e-4 ? `at ${link.to}` : `${figureWords(figure.along, 3)} from ${link.from}`;
 }
 
+const ROUND_OFF = 1e-12; // share below which an error is not told
+
 // The error of a figure behind it, as a share of it.
 function errorWords(figure) {
-  if (figure?.error === undefined || figure.error === 0 || figure.value === null || !figure.value) return "";
+  if (figure?.error === undefined || figure.error === 0 || figure.value === null || !figure.value || Math.abs(figure.error / figure.value) < ROUND_OFF) return "";
   return figure.error === null ? (figure.error_unknown ? " (error unknown)" : "") : ` ± ${errorShare(Math.abs(figure.error / figure.value))}${figure.error_measured ? " measured" : ""}`;
 }
 

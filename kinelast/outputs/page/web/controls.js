@@ -29,7 +29,7 @@ function mechanismSection() {
     hint(`Drag the slider or any link${model.beams.length ? "; hover for values, click a link to see its fields below" : ""}. Keys: space plays, ← and → step.`),
     h("div", { class: "bar" }, button, speed, slider, words),
     holder, drawn, exaggeration(), diagramChoice(),
-    h("div", { class: "bar" }, suited ? show("rigid", "rigid position") : null, show("paths", "paths of the points"), show("reactions", "joint forces"), show("names", "names"),
+    h("div", { class: "bar" }, suited ? show("rigid", "rigid position") : null, show("paths", "paths of the points"), show("reactions", "joint forces"), show("names", "names"), firstSpot() ? show("spot", "where it breaks first") : null,
       h("button", { type: "button", onclick: saveMechanism }, "SVG of this instant")));
   if (model.beams.length) view.fields.add(FIRST_FIELD);
   drawMechanism(holder, tip);

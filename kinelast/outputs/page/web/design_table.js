@@ -6,7 +6,7 @@ function tableSection() {
   const full = Object.keys(data.answered).length > 0, heads = ["", ...axes].map((name) => h("th", { scope: "col", class: name ? "figure" : null, "aria-sort": "none" }, h("button", { type: "button", onclick: () => sort(name) }, name || "design", name && unitOf(name) ? h("small", {}, ` [${unitOf(name)}]`) : null)));
   const any = data.reasons.some(Boolean), more = h("button", { type: "button", onclick: () => { shown *= 5; draw(); } }, "Show more"), told = soft("");
   let shown = ROWS;
-  section("designs-table", "Table", "All designs", told, h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Designs" }, h("table", {}, h("caption", {}, "Designs"), h("thead", {}, h("tr", {}, heads, full ? h("th", { scope: "col" }, "answered") : null, any ? h("th", { scope: "col" }, "why there are no figures") : null)), body)), more);
+  section("designs-table", "Table", "All designs", told, h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Designs" }, h("table", {}, h("caption", {}, "Designs"), h("thead", {}, h("tr", {}, heads[0], full ? h("th", { scope: "col" }, "answered") : null, heads.slice(1), any ? h("th", { scope: "col" }, "why there are no figures") : null)), body)), more);
   function sort(name) {
     order.falling = order.by === name ? !order.falling : state.greater.has(name);
     order.by = name;
@@ -18,7 +18,7 @@ function tableSection() {
     kept.sort((a, b) => size(a) - size(b) || a - b);
     body.replaceChildren(...kept.slice(0, shown).map((k) => h("tr", { class: k === state.chosen ? "worst" : null, "data-design": designOf(k) },
       h("th", { scope: "row" }, h("button", { type: "button", class: "pick", "aria-label": `choose design ${designOf(k)}`, onclick: () => choose(k) }, designOf(k)), k === bestPlace ? h("span", { class: "mark" }, " best") : null),
-      axes.map((name) => h("td", { class: "figure" }, valueWords(name, k))), full ? h("td", {}, answerWords(k)) : null, any ? h("td", { class: "message" }, reasonOf(k)) : null)));
+      full ? h("td", {}, answerWords(k)) : null, axes.map((name) => h("td", { class: "figure" }, valueWords(name, k))), any ? h("td", { class: "message" }, reasonOf(k)) : null)));
     heads.forEach((head, n) => head.setAttribute("aria-sort", ["", ...axes][n] === order.by ? (order.falling ? "descending" : "ascending") : "none"));
     more.hidden = kept.length <= shown;
     told.textContent = `${kept.length} design${kept.length === 1 ? "" : "s"}${kept.length < COUNT ? " within the ranges chosen above" : ""}, ${Math.min(shown, kept.length)} shown. Click a heading to sort, a number to choose the design.${full ? " Figures are quasi-static; of a design that is answered in full, by the theory named, they stand under \u201cThe design chosen\u201d." : ""}`;
@@ -59,7 +59,8 @@ function answerWords(k) {
   return answer ? [answer.theory, answer.verdict].filter(Boolean).join(", ") : reasonOf(k) ? "" : "quasi-static";
 }
 function fullWords(name, told) {
-  if (!told || told.value === null) return "";
+  if (!told) return name.startsWith("limits_") ? "" : "the same";
+  if (told.value === null) return "";
   const [factor] = scaleFor[name], error = told.error === null || !told.value ? "" : ` ± ${number(100 * told.error / Math.abs(told.value), 2)} %`;
   return `${number(told.value * factor, 6)}${error}`;
 }
@@ -72,9 +73,9 @@ function commandsOf(design) {
   return h("div", {}, h("h3", {}, "Its page is made by"), h("pre", { tabindex: 0, id: "commands" }, lines.join("\n")));
 }
 
-// As --design writes it.
+// In the units of the file.
 function numberText(name, k) {
-  const unit = data.units[name], value = Number(columnOf(name)[k].toPrecision(12));
+  const [factor, unit] = data.told_in[data.units[name]] ?? [1, data.units[name]], value = Number((columnOf(name)[k] * factor).toPrecision(12));
   return unit === "1" || unit === "" ? `${value}` : `"${value} ${unit}"`;
 }
 

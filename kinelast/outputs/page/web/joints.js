@@ -2,18 +2,33 @@
 const MODES = { yield: "yield", endurance: "endurance", buckling: "buckling", deflection: "deflection", chord: "deflection from chord", life: "life", "limit speed": "limit speed" };
 const reserveWords = (reserve) => (reserve ? number(reserve.value, 3) + errorWords(reserve) : "");
 
+// Where a mode of failure decides: the beam by its label, how far along it, and the instant; along is missing of a whole beam.
+function spotOf(mode, reserve) {
+  const { label } = reserve, known = { yield: () => summary.strength[label]?.safety_factor, deflection: () => summary.peaks[label]?.w, chord: () => summary.peaks[label]?.chord, endurance: () => summary.life?.links[label], life: () => summary.life?.links[label] };
+  return { label, along: known[mode]?.()?.along ?? null, at: reserve };
+}
+
+// The spot of the whole machine that breaks first; null where there is none, or it is a whole beam.
+function firstSpot() {
+  const row = summary.breaks_first?.[0], spot = row && spotOf(row.governs, row.reserve), beam = spot?.along ? summary.links.findIndex((each) => each.label === spot.label) : -1;
+  return beam < 0 ? null : { beam, part: spot.along.value / summary.links[beam].length.value, words: `breaks first: ${row.link} by ${MODES[row.governs]}, reserve ${number(row.reserve.value, 3)}` };
+}
+
 function breaksFirst() {
   const rows = summary.breaks_first;
   if (!rows.length) return;
   const modes = Object.keys(MODES).filter((mode) => rows.some((row) => row.reserves[mode]));
-  section("breaks-first", "Reserves", "What breaks first", soft("Reserve of every link: the factor that is left until it yields, breaks, buckles or passes its limit; below 1 nothing is left."),
+  section("breaks-first", "Reserves", "What breaks first", soft("Reserve of every link: the factor that is left until it yields, breaks, buckles or passes its limit; below 1 nothing is left. The red ring on the mechanism is where the first of them breaks."),
     table(rows, [
       { name: "Link", text: (row) => row.link },
       { name: "governs", text: (row) => MODES[row.governs] },
       { name: "reserve", of: (row) => row.reserve.value, words: (row) => reserveWords(row.reserve), worst: "least" },
+      { name: "where", text: (row) => whereWords(spotOf(row.governs, row.reserve)) },
       ...modes.map((mode) => ({ name: MODES[mode], of: (row) => row.reserves[mode]?.value ?? NaN, words: (row) => reserveWords(row.reserves[mode]) })),
     ], "Reserves of the links"));
 }
+
+const whereWords = ({ label, along, at }) => [label, placeWords(label, { along }), at.drive ? atWords(at) : ""].filter(Boolean).join(", ");
 
 const lifeWords = (figure) => (figure.value === null ? "endless" : figureWords(figure) + errorWords(figure));
 
@@ -48,11 +63,17 @@ function jointsSection() {
       { name: "motion", text: (each) => `${each.sense}, ${figureAngle(each.figures.joint_swing)}` },
       { name: "fastest", text: (each) => rpmWords({ ...each.figures.joint_rate, value: Math.abs(each.figures.joint_rate.value) }) },
       { name: "direction of the force", means: "in the axes of either link: where it stays the ring bears a point load, where it goes round the ring wants a tight fit", text: rings },
-      { name: "contact lost at", text: (each) => each.contact_lost.map((at) => Object.entries(at.drive).map(([name, drive]) => `${name} ${coordinateWords(drive.value, drive.unit)}`)).join("; ") },
+      { name: "contact lost at", wraps: true, text: (each) => contactWords(each.contact_lost) },
     ], "Joints with parts"),
     table(rows.flatMap(figures), [{ name: "Joint", text: (each) => each.joint }, { name: "Figure", text: (each) => each.name }, { name: "value", text: (each) => figureAngle(each.figure) + errorWords(each.figure) }, { name: "at", text: (each) => (each.figure.drive ? atWords(each.figure) : "") }], "Figures of the joints"),
     effects.length ? h("p", {}, `${effects.join("; ")}.`) : null,
     h("div", { class: "polars" }, rows.flatMap((each) => [each.on, each.parent].map((link) => polar(each, link)))));
+}
+
+// Of many instants the first, the last and how many.
+function contactWords(lost) {
+  const words = lost.map((at) => Object.entries(at.drive).map(([name, drive]) => `${name} ${coordinateWords(drive.value, drive.unit)}`).join(", "));
+  return words.length > 4 ? `${words.length} positions, from ${words[0]} to ${words.at(-1)}` : words.join("; ");
 }
 
 // Hodograph of the force on a link in that link's axes, x' to the right: the tip of the force over the cycle.

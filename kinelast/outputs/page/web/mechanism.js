@@ -1,7 +1,7 @@
 // The mechanism, moving: links as they bend, diagrams on them, paths, reactions; to drag, hover and click.
 const STATIONS = 24, DIAGRAM_SHARE = 0.11, DEFORMED_SHARE = 0.06, ARROW_SHARE = 0.16, REACH = 14;
 const view = {
-  factor: 1, fields: new Set(), names: true, paths: true, reactions: false, rigid: true, selected: null, redraw: () => {},
+  factor: 1, fields: new Set(), names: true, paths: true, reactions: false, rigid: true, spot: true, selected: null, redraw: () => {},
 };
 
 // Gears: the wheels by their pitch circles, and what a belt ties, or teeth that are not told, by the line of centres.
@@ -110,6 +110,8 @@ function drawMechanism(holder, tip) {
     parts.points = [...movingPoints, ...Object.keys(model.links[GROUND].points).map((point) => ({ link: GROUND, point }))].map((each) => ({ ...each, text: parts.names.appendChild(s("text", {}, short(each.point))) }));
     parts.labels = model.links.map((link, k) => ({ k, text: k ? parts.names.appendChild(s("text", { class: "linkname", style: `fill:${linkColour(k)}` }, short(link.name))) : null }));
     parts.forces = model.joints.map((joint) => ({ joint, arrow: parts.arrows.appendChild(s("path", { class: "force" })) }));
+    parts.first = firstSpot();
+    if (parts.first) parts.names.parentNode.insertBefore(parts.ring = s("circle", { class: "first", r: 1.1 * unit }, s("title", {}, parts.first.words)), parts.dot);
     parts.curves = [...view.fields].map((field) => model.beams.map(() => parts.diagrams.appendChild(s("path", { class: `diagram f-${field}` }))));
   }
 
@@ -167,6 +169,11 @@ function drawMechanism(holder, tip) {
       parts.beams[k].line.classList.toggle("chosen", view.selected === k);
       if (view.rigid) parts.beams[k].rigid.setAttribute("d", line([drawnOnBeam(k, 0, i, 0), drawnOnBeam(k, 1, i, 0)]));
     });
+    if (parts.first) {
+      const [x, y] = at(drawnOnBeam(parts.first.beam, parts.first.part, i, factor));
+      parts.ring.setAttribute("cx", x || 0); parts.ring.setAttribute("cy", y || 0);
+      parts.ring.setAttribute("visibility", view.spot && isFinite(x + y) ? "visible" : "hidden");
+    }
     for (const { k, rigid, line: path } of parts.bare) {
       const drawn = ring(k, i, factor), still = ring(k, i, 0);
       path.setAttribute("d", drawn.length > 1 ? `${line(drawn)}Z` : "");
