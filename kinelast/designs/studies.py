@@ -286,12 +286,15 @@ def _with_room(document: Document, asked: OptimizationTask, first: _Judged, prog
     """The best design that keeps all limits by its full answer, errors and all; or else the last one tried.
 
     A search that stands on its limits by quasi-static figures would leave nothing for vibration, nor for any error: the
-    best design is answered in full, the bounds are moved by that, and the search goes on from there.
+    best design is answered in full, the bounds are moved by that, and the search goes on from there. Without limits it
+    is answered for the figure of the goal.
     """
+    goal = design_measures(document.scene, output_of(document.scene)).get(asked.figure)
+    worth = bool(asked.limits) or (goal is not None and not goal.figure.rigid)  # else no theory of the links matters
     kept, now = None, first
     before: list[tuple[float, float]] | None = None
     for left in reversed(range(ROUNDS)):
-        if not now.best.feasible:
+        if not now.best.feasible or not worth:
             break
         progress("the best design, answered in full", ROUNDS - 1 - left, ROUNDS)
         chosen = zip((number.path for number in asked.variables), now.best.values.tolist(), strict=True)
