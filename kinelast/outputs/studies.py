@@ -23,7 +23,7 @@ from kinelast.outputs.sensitivities import (
 from kinelast.outputs.table import Table, write_table
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
-from kinelast.scene.numbers import SI, ToldIn, number, percent, quantity
+from kinelast.scene.numbers import SI, ToldIn, error_percent, number, percent, quantity
 from kinelast.scene.text import of_file
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Request
@@ -177,7 +177,7 @@ def _goal_words(solved: OptimumResult, told_in: ToldIn) -> str:
     told, unit = _goal_in_full(solved), solved.units[solved.task.figure]
     if told["theory"] == QUASI_STATIC or told["in_full"] is None or told["error"] == 0.0:
         return ""
-    error = f" ± {percent(told['error'] / abs(told['in_full']))}" if told["error"] and told["in_full"] else ""
+    error = f" ± {error_percent(told['error'] / abs(told['in_full']))}" if told["error"] and told["in_full"] else ""
     return f" ({quantity(told['in_full'], unit, told_in=told_in)}{error} in full, {told['theory']})"
 
 

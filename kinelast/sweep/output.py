@@ -21,7 +21,7 @@ from kinelast.outputs.sealed import json_bytes
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document, document_from_bytes, read_document
 from kinelast.scene.error import SceneError, fault
-from kinelast.scene.numbers import percent, quantity, round_down
+from kinelast.scene.numbers import error_percent, quantity, round_down
 from kinelast.scene.text import file_bytes, of_file
 from kinelast.sweep.manifest import Manifest, read_manifest
 from kinelast.sweep.pages import Aim, Answering, Rows, Tally, answers_told, design_text, tallied, write_pages
@@ -243,7 +243,7 @@ def _closing(evaluation: Evaluation, tally: Tally) -> str:
         value, error = (found.figures if found else {}).get(aim.figure, (tally.best[aim.figure], 0.0))
         size = quantity(value, units[aim.figure], told_in=told_in)
         if found and value and np.isfinite(error) and error:
-            size += f" ± {percent(error / abs(value))}"
+            size += f" ± {error_percent(error / abs(value))}"
         paths = evaluation.plan.paths[:MOST_SHOWN]
         numbers = [f"{path} {quantity(tally.best[path], units[path], told_in=told_in)}" for path in paths]
         which = "largest" if aim.largest else "smallest"
