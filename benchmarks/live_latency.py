@@ -2,7 +2,8 @@
 
 `python benchmarks/live_latency.py` drags a joint of the steel four-bar and of the flap of 13 bars in a headless
 Chromium, at 60 movements a second, and writes `results/live_latency.*`. A latency is from the time stamp of a movement
-of the pointer to the end of the frame that shows its answer; movements that a newer one overtook have none. `half` is
+of the pointer to the end of the frame that shows its answer; movements that a newer one overtook have none. `answer` is
+the processor time of the server's part, without the browser and without what else the machine does. `half` is
 measured while another process takes one core and a second window asks for answers all the time; `load` is the machine's
 own when it was measured.
 """
@@ -30,6 +31,8 @@ import measuring
 import numpy as np
 
 from kinelast.tasks.task import shipped_scenes
+from live.answer import packed, quick_answer
+from live.edit import edited
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
@@ -61,6 +64,19 @@ def latencies(driver: Any, folder: Path, name: str, busy: bool) -> tuple[list[fl
         return [float(each) for each in hand.run("return live.state.latencies")][5:], np.median(
             hand.run("return live.state.drawing")
         )
+
+
+def answer_time(name: str) -> float:
+    """Milliseconds of processor time, the median of 40, that an edit of a drag and its quick answer take."""
+    text = shipped_scenes()[name].read_text(encoding="utf-8")
+    point, x, y = JOINTS[name]
+    taken = []
+    for k in range(45):
+        began = time.process_time()
+        moved = edited(text, {"do": "move", "point": point, "to": [x + 1e-4 * k, y]})
+        packed(*quick_answer(moved, dragged=True))
+        taken.append(time.process_time() - began)
+    return 1e3 * float(np.median(taken[5:]))
 
 
 @contextlib.contextmanager
@@ -119,7 +135,8 @@ def main() -> None:
                     taken, drawing = latencies(driver, Path(folder), name, busy)
                     row = {"scene": name, "half": busy, "pictures": len(taken), "of movements": MOVES}
                     shares = {f"{share} % ms": round(float(np.percentile(taken, share)), 1) for share in (50, 95, 100)}
-                    rows.append({**row, **shares, "drawing ms": round(drawing, 1), "load": round(load, 1)})
+                    parts = {"answer ms": round(answer_time(name), 1), "drawing ms": round(float(drawing), 1)}
+                    rows.append({**row, **shares, **parts, "load": round(load, 1)})
                     print(rows[-1])
     finally:
         driver.quit()

@@ -42,7 +42,7 @@ class Hand:
         """What a script in the page returns."""
         return self.driver.execute_script(script, *arguments)
 
-    def until(self, script, seconds=30.0):
+    def until(self, script, seconds=90.0):
         """Wait for what a script returns to be true."""
         end = time.monotonic() + seconds
         while not (found := self.run(script)):
