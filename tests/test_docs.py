@@ -158,11 +158,12 @@ def test_every_block_is_run_or_has_its_reason():
     assert not left, "run it, give its reason (<!-- not run: ... -->), or call it text"
 
 
-def test_the_keys_of_the_format_stand_in_its_page():
+def test_the_keys_of_the_format_stand_in_its_page(monkeypatch):
     """As the structs that read them tell them; `python docs/making/scene_format.py` writes them."""
     where = ROOT / "docs" / "making" / "scene_format.py"
     spec = importlib.util.spec_from_file_location("scene_format", where)
     making = importlib.util.module_from_spec(spec)
+    monkeypatch.syspath_prepend(where.parent)
     spec.loader.exec_module(making)
     page = (ROOT / "docs" / "scenes.md").read_text(encoding="utf-8")
     assert making.with_tables(page) == page

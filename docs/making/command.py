@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from rows import row
+
 from kinelast.cli.terminal import EPILOG
 from kinelast.tasks import Option
 from kinelast.tasks.request import GROUPS, Batch, Request, options_of
@@ -43,4 +45,4 @@ def _row(name: str, option: Option, default: object) -> str:
     told = told or (f"`{default}`" if option.shows else "")
     cells = (shown, value + (", as often as needed" if option.many else ""), told, meaning,
              ", ".join(f"`{file}`" for file in option.writes))  # fmt: skip
-    return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |\n"
+    return row(cells)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from rows import row
+
 from elastic import FIELDS
 from kinelast import read_scene, shipped_scenes
 from kinelast.figures.entry import Figure
@@ -36,7 +38,7 @@ def page() -> str:
     """The page of all figures."""
     scenes = [read_scene(path) for path in shipped_scenes().values() if path.parent.name == "mechanisms"]
     rows = "".join(_row(each, scenes) for each in all_figures().values())
-    fields = "".join(f"| `{each.key}` | {each.symbol} | {each.name} | {each.unit} |\n" for each in FIELDS.values())
+    fields = "".join(row((f"`{each.key}`", each.symbol, each.name, each.unit)) for each in FIELDS.values())
     return f"{INTRO}{HEAD}{rows}\n{FIELD_HEAD}{fields}"
 
 
@@ -44,7 +46,7 @@ def _row(figure: Figure, scenes: list[Scene]) -> str:
     yes = {True: "yes", False: ""}
     cells = (f"`{figure.key}`", figure.name, _units(figure, scenes), figure.of, figure.over, yes[figure.asked],
              yes[figure.told], yes[figure.rigid], f"`{figure.limit}`" if figure.limit else "")  # fmt: skip
-    return f"| {' | '.join(cells)} |\n"
+    return row(cells)
 
 
 def _units(figure: Figure, scenes: list[Scene]) -> str:

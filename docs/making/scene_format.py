@@ -16,6 +16,7 @@ from typing import Any
 import tomlkit
 from msgspec import Struct, inspect
 from msgspec.structs import fields
+from rows import row
 
 from kinelast.scene.format import ChainTable, SceneTable
 from kinelast.scene.parsing import is_chain
@@ -102,7 +103,7 @@ def rows(struct: type[Struct]) -> str:
         cells.append(
             [f"`{field.encode_name}`", meaning, _kind(kind), _bounds(kind), default, _example(struct, field, kind)]
         )
-    return "".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in row)} |\n" for row in cells)
+    return "".join(map(row, cells))
 
 
 def _default(field: Any) -> str:
