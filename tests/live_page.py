@@ -32,6 +32,7 @@ class Hand:
 
     def __init__(self, driver, address, width=1280, height=900):
         self.driver = driver
+        driver.get("about:blank")  # so that a page whose server has ended asks no more
         driver.get_log("browser")
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
         driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
