@@ -6,6 +6,8 @@ import re
 from pathlib import Path, PurePosixPath
 
 SHIM = re.compile(r'<script src="https?://[^"]*iframe-worker[^"]*"></script>')
+EMPTY_HEAD = re.compile(r"<th([^>]*)></th>")
+SEARCH = '<div class="md-search" data-md-component="search" role="dialog" aria-label="Search">'
 HOST = re.compile(r"https?://(?:unpkg\.com|cdn\.[\w.-]+|cdnjs\.[\w.-]+|fonts\.[\w.-]+)/[\w./@-]*")
 FETCHED = re.compile(
     r'<(?:script|img|iframe|source|video)\b[^>]*\bsrc="(?:https?:)?//|<link\b[^>]*\bhref="(?:https?:)?//'
@@ -13,9 +15,11 @@ FETCHED = re.compile(
 
 
 def local(html: str, path: str) -> str:
-    """A page with the site's own script in the place of the one that the theme would fetch."""
+    """A page with the site's own script for what the theme would fetch, a name for its search, and no empty heads."""
     up = "../" * (len(PurePosixPath(path).parts) - 1)
-    return SHIM.sub(f'<script src="{up}style/worker.js"></script>', html)
+    named = html.replace('<div class="md-search" data-md-component="search" role="dialog">', SEARCH)
+    named = EMPTY_HEAD.sub(r"<td\1></td>", named)
+    return SHIM.sub(f'<script src="{up}style/worker.js"></script>', named)
 
 
 def cleaned(site: Path) -> None:
@@ -30,6 +34,7 @@ def cleaned(site: Path) -> None:
         text = script.read_text(encoding="utf-8")
         if HOST.search(text):
             script.write_text(HOST.sub("", text), encoding="utf-8")
+    (site / "404.html").unlink()  # of a server
     for beside in (site / "assets").rglob("*.map"):
         beside.unlink()
     fetching = [page.name for page in site.rglob("*.html") if FETCHED.search(page.read_text(encoding="utf-8"))]
