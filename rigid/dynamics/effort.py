@@ -168,7 +168,7 @@ def _multiplier_forces(motion: Motion, friction: Mapping[int, Reals]) -> JointFo
     load = np.stack([force[1:].real, force[1:].imag, moment[1:]], axis=1).reshape(3 * (links - 1), *columns)
     load = np.moveaxis(load, 0, -1)
     good = motion.condition <= SINGULAR
-    matrix = constraint_matrix(here, links)
+    matrix = constraint_matrix(here)
     multiplier = _multipliers(matrix, load, good)
     followers = [(number, place) for number, place in enumerate(motion.places) if place.joint.gear is not None]
     efforts = 2 * here.table.count + len(motion.mechanism.drives)  # number of the first gear's row

@@ -12,7 +12,7 @@ from rigid.dynamics.chart import Chart
 from rigid.dynamics.integrated_motion import Effort, MotionLaw, effort_of
 from rigid.dynamics.leading import Lead, unwound
 from rigid.dynamics.tracking import Tracker
-from rigid.joints import Joint, Placed
+from rigid.joints import Placed
 from rigid.kinematics import Motion
 from rigid.kinetostatics.loads import given_loads
 from rigid.plane import dot
@@ -38,6 +38,8 @@ class RightHandSide:
     ) -> None:
         self.lead, self.tracker, self.drives, self.free = lead, tracker, drives, free
         self.evaluations, self.most = done, most
+        joints = structure(lead.mechanism).joints
+        self._joints = {number: next(joint for joint in joints if joint.drive == number) for number in free}
         self.unit = np.array([1.0 if tracker.turns(number) else tracker.size for number in free])
         turned = self.own_coordinates(tracker.angle, offset=False)
         self._offset = {number: coordinates[number] - value for number, value in turned.items()}
@@ -49,13 +51,10 @@ class RightHandSide:
         """Coordinates of the mechanism's own drives given as efforts, of angles over any number of turns; else 0.0."""
         coordinates = {}
         for number in self.free:
-            joint = self._own_joint(number)
+            joint = self._joints[number]
             value = float(joint.sense * (angle[joint.child] - angle[joint.parent])[0]) if joint.turns else 0.0
             coordinates[number] = value + (self._offset[number] if offset and joint.turns else 0.0)
         return coordinates
-
-    def _own_joint(self, number: int) -> Joint:
-        return next(joint for joint in structure(self.lead.mechanism).joints if joint.drive == number)
 
     @property
     def own_drive(self) -> Reals:

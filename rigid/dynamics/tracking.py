@@ -77,7 +77,7 @@ class Tracker:
         moved = ~slides[self._table.moved[: len(self._table.shares)]]
         self._row_weights = np.where(np.concatenate([joints, moved]), 1.0, 1 / self.size)
         self._begin = (drive.copy(), first.origin, unwound_angles(self._table, np.angle(first.direction), drive))
-        self._rows = independent_rows(self._table, constraint_matrix(here, self._links)[0])
+        self._rows = independent_rows(self._table, constraint_matrix(here)[0])
         self._units = np.zeros((len(self._rows), len(drive)))
         driven = 2 * self._table.count + np.arange(len(drive))
         self._units[np.searchsorted(self._rows, driven)] = np.eye(len(drive))
@@ -305,7 +305,7 @@ class Tracker:
 
     def _factor(self, here: Constraints) -> float:
         """Factor the constraint matrix here; the sign of its determinant, 0 where it is singular."""
-        matrix = constraint_matrix(here, self._links)[0, self._rows]
+        matrix = constraint_matrix(here)[0, self._rows]
         upper, pivots, singular = self._lapack.dgetrf(matrix)
         self._factors = upper, pivots
         self._narrow = float(self._lapack.dgecon(upper, np.abs(matrix).sum(axis=0).max())[0])
