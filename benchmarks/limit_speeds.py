@@ -15,8 +15,7 @@ import numpy as np
 from random_scenes import FEATURES, scenes
 
 from elastic import cycle_maxima
-from elastic.elastodynamics import Bounded, SpeedAnswers, SpeedMap, SpeedSearch
-from kinelast.figures.speeds import prominences
+from elastic.elastodynamics import Bounded, SpeedAnswers, SpeedMap, SpeedSearch, prominences
 from kinelast.figures.theory import damping_of
 from kinelast.scene.data import Scene
 from kinelast.scene.document import read_scene

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import json
 import os
 import random
 import resource
@@ -45,6 +46,8 @@ VARIES = {
     "summary.html",
     "summary.json",
 }  # at the top of a batch: with seconds of a run
+DIVISION = ("chunk", "kept", "sha256")  # of a manifest: chunks are as large as a second is of use, by a clock
+ENDS, LEAVES = 1200.0, 120.0  # [s] in which a run ends, and its processes are gone, of a machine that others use
 
 
 @dataclass(frozen=True)
@@ -141,7 +144,7 @@ def started(words: list[str], said: Path, anew: bool, largest: int = 0) -> int:
         os._exit(status)
 
 
-def waited(number: int, seconds: float = 120.0) -> int:
+def waited(number: int, seconds: float = ENDS) -> int:
     """The exit status of a process, negative of a signal; a process that does not end is killed, and is status -99."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
@@ -154,7 +157,7 @@ def waited(number: int, seconds: float = 120.0) -> int:
     return -99
 
 
-def gone(group: int, seconds: float = 20.0) -> bool:
+def gone(group: int, seconds: float = LEAVES) -> bool:
     """Whether all processes of a group end within some time."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
@@ -300,7 +303,19 @@ def folder_at(path: Path) -> Iterator[bool]:
 
 def results(out: Path) -> dict[str, bytes]:
     """All results by their names, without what tells of a single run."""
-    return {name: content for name, content in tree(out).items() if name not in VARIES} if out.exists() else {}
+    if not out.exists():
+        return {}
+    kept = {name: content for name, content in tree(out).items() if name not in VARIES}
+    return {name: undivided(content) if name.endswith("manifest.json") else content for name, content in kept.items()}
+
+
+def undivided(manifest: bytes) -> bytes:
+    """A sweep's manifest without its division into chunks, which is another where the run before ended without one."""
+    try:
+        content = json.loads(manifest)
+    except ValueError:
+        return manifest
+    return json.dumps({key: value for key, value in content.items() if key not in DIVISION}).encode()
 
 
 def untold(out: Path) -> list[tuple[str, str]]:

@@ -181,6 +181,7 @@ def test_speeds_tell_how_finely_the_motion_is_resolved():
     heard = Heard()
     speeds(scene_from_text(ARM), (20.0, 60.0, 2), heard)
     assert any("positions of the cycle" in stage for stage, _, _ in heard.stages)
+    assert {(0, 2), (1, 2)} <= {(done, total) for stage, done, total in heard.stages if stage.endswith(": speeds")}
     between = [(done, total) for stage, done, total in heard.stages if "looked at between" in stage]
     assert len(between) > 2
     assert all(done < total for done, total in between)

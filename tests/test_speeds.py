@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from scene_texts import FOUR_BAR
 
-from elastic.elastodynamics import Resonance, SpeedAnswers, SpeedSearch
+from elastic.elastodynamics import Resonance, SpeedAnswers, SpeedSearch, prominences
+from elastic.elastodynamics.speed_scan import Scan
 from elastic.elastodynamics.speed_search import KNOWN_TO
 from elastic.elastodynamics.time_elements import Equations, periodic_amplitudes, propagation
 from elastic.elastodynamics.time_grid import Grid
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.results import results_in_full
-from kinelast.figures.speeds import FIELDS, SpeedPeak, Speeds, prominences, speeds
+from kinelast.figures.speeds import FIELDS, SpeedPeak, Speeds, speeds
 from kinelast.figures.theory import damping_of
 from kinelast.outputs.speeds import _words, speed_figures
 from kinelast.scene.document import read_scene, scene_from_text
@@ -216,6 +217,39 @@ def test_no_peak_is_missed_that_brute_force_sees(asked):
                 )
                 seen += 1
     assert seen > 5
+
+
+class Hill:
+    """Answers of one field of one beam: a hill at 1.5 with a bump on its flank at 1.2."""
+
+    least_damping = 0.001
+
+    def __init__(self, rise):
+        self.bump, self.asked = rise, [1.0, 2.0]
+
+    def scan(self):
+        return self
+
+    def find(self, ratios):
+        self.asked += ratios
+
+    def map(self):
+        return self.at(self.asked)
+
+    def at(self, ratios, on_speed=None):
+        ratio = np.sort(ratios)
+        bump = np.where(abs(ratio - 1.2) < 0.03, 1 + self.bump - 4 * abs(ratio - 1.2), 0.0)
+        hill = np.maximum(1 + np.sin(np.pi * (ratio - 1)), (1 + np.sin(0.2 * np.pi)) * bump)
+        return Scan(ratio, np.broadcast_to(hill, (3, 1, len(ratio))), 0 * ratio, 0 * ratio)
+
+
+@pytest.mark.parametrize(("rise", "answered"), [(0.03, True), (0.01, False)])
+def test_what_hardly_rises_is_left_to_the_scan(rise, answered):
+    """Of a bump 3 % above its flank 2.1 % rise above the valley beside it, of one of 1 % only 0.7 %."""
+    hill = Hill(rise)
+    SpeedSearch(hill, lambda known: known.largest).find_peaks()
+    assert any(abs(ratio - 1.5) < 0.01 for ratio in hill.asked)
+    assert any(abs(ratio - 1.2) < 0.01 for ratio in hill.asked) is answered
 
 
 def test_several_periodic_problems_are_those_of_one_each():

@@ -10,7 +10,7 @@ from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.solution import Elastodynamic, deflection_at
 from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap, critical_speeds, speed_map, stable_below
 from elastic.elastodynamics.speed_scan import Resonance
-from elastic.elastodynamics.speed_search import Bounded, SpeedSearch
+from elastic.elastodynamics.speed_search import Bounded, SpeedSearch, prominences
 from elastic.elastodynamics.steady_state import elastodynamic
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.structural_buckling import buckling_factor
@@ -35,6 +35,7 @@ __all__ = [
     "finer_vibration",
     "geometrically_exact",
     "large_displacement_error",
+    "prominences",
     "speed_map",
     "stable_below",
     "theory_error",

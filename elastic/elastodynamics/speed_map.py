@@ -141,7 +141,7 @@ class SpeedAnswers:
     """Steady states at speeds that are asked for one after the other; see `speed_map`.
 
     `still` is measured of the answers without vibration, the same as of the others where left out; `errors` tells
-    those of what is measured;
+    those of what is measured; `on_speed` is called with how many speeds are answered, and of how many;
     `least_damping` is the least damping ratio of a natural mode: half the relative width of its peaks.
     """
 
@@ -156,6 +156,7 @@ class SpeedAnswers:
         tolerance: float = TOLERANCE,
         still: Measure | None = None,
         errors: Errors | None = None,
+        on_speed: Callable[[int, int], None] | None = None,
     ) -> None:
         model = vibrating_model(motion_at, 0.0, period, sections, joints or {}, damping)
         if model.cycle is None:
@@ -164,6 +165,7 @@ class SpeedAnswers:
         betas = [*model.damping.beams[model.damping.beams > 0], *([model.damping.joints] * (model.damping.joints > 0))]
         self.least_damping = float(min(betas, default=0.0) * self.omega.min() / 2)
         self._measure, self._still, self._errors, self._tolerance = measure, still or measure, errors, tolerance
+        self._on_speed = on_speed or (lambda done, of: None)
         grids = [Grid(np.linspace(0.0, period, ELEMENTS + 1))]
         self._course = _Course(first_discretization(model, tolerance), grids)
         self._rows: dict[float, _Row] = {}
@@ -178,10 +180,10 @@ class SpeedAnswers:
             for first in range(0, len(left), SIDE_BY_SIDE):
                 part = left[first : first + SIDE_BY_SIDE]
                 every = EVERY if len(part) > MANY else 1
-                steady = [
-                    _at_speed(course, ratio, self._tolerance, None if number % every else self._errors)
-                    for number, ratio in enumerate(part)
-                ]
+                steady = []
+                for number, ratio in enumerate(part):
+                    self._on_speed(first + number, len(left))
+                    steady.append(_at_speed(course, ratio, self._tolerance, None if number % every else self._errors))
                 self._rows |= _measured(course, steady, self._measure, self._still)
             errors = {ratio: self._rows[ratio].reduction_error for ratio in left}
             left = [

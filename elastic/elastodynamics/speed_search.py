@@ -18,7 +18,8 @@ from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap
 from elastic.elastodynamics.speed_scan import Scan
 from rigid.arrays import Flags, Reals
 
-VISIBLE = 0.01  # by how much a peak is above the line between its neighbours, from where it is looked for
+VISIBLE = 0.01  # by how much a peak is above the line between known speeds, from where it is looked for
+RISING = 0.01  # of itself that it rises above the valleys beside it; one that rises less is drawn by the scan alone
 NEGLIGIBLE = 1e-4  # of the largest of all links, below which a peak is none
 CLOSE = 0.3  # of a peak's half width, within which one answer is enough
 FINEST = 0.15  # of a half width, between which steps the scan stops being refined
@@ -81,7 +82,7 @@ class SpeedSearch:
             self.scan = self.scan.with_more(self.model.at(more, self._on_speed))
 
     def find_peaks(self) -> None:
-        """Find answers at all peaks that stand out from the line between the speeds that are known."""
+        """Find answers at all peaks that stand out from the line between the known speeds, and rise from valleys."""
         for _ in range(ROUNDS):
             chosen = self._apart(self._peaks())
             if not chosen:
@@ -131,16 +132,17 @@ class SpeedSearch:
             floor = NEGLIGIBLE * np.nanmax(predicted, axis=(1, 2), initial=TINY)[:, None, None]
             line = np.array([[_line(self.scan.ratio, known.ratio, row) for row in rows] for rows in values])
             above = np.where(predicted > floor, predicted / np.maximum(line, TINY), 0.0)
-            tops = [_tops(row) for row in predicted.reshape(-1, predicted.shape[-1])]
-            peaks = [
-                (float(share[at]), at)
-                for top, share in zip(tops, above.reshape(-1, above.shape[-1]), strict=True)
-                for at in top
+            columns = predicted.shape[-1]
+            rows, shares = predicted.reshape(-1, columns), above.reshape(-1, columns)
+            standing = [
+                (float(share[at]), at, rise)
+                for row, share in zip(rows, shares, strict=True)
+                for at, rise in prominences(row)
                 if share[at] > 1 + VISIBLE
             ]
-            more = {ratio for _, at in peaks for ratio in self._between(at)}
+            more = {ratio for _, at, _ in standing for ratio in self._between(at)}
             if not more:
-                return [(share, float(self.scan.ratio[at])) for share, at in peaks]
+                return [(share, float(self.scan.ratio[at])) for share, at, rise in standing if rise > RISING]
             self.look(sorted(more))
 
     def _between(self, at: int) -> Iterator[float]:
@@ -267,6 +269,24 @@ def _line(ratio: Reals, known: Reals, values: Reals) -> Reals:
     """The line through known values; nan values are left out."""
     good = np.isfinite(values)
     return np.interp(ratio, known[good], values[good]) if good.any() else np.zeros(len(ratio))
+
+
+def prominences(values: Any) -> Iterator[tuple[int, float]]:
+    """Inner local maxima with the share of themselves by which they rise above the higher of the valleys beside them.
+
+    A valley reaches to the next higher value; nan ends it.
+
+    >>> [*prominences(np.array([1.0, 4.0, 2.0, 3.0, 1.0]))]
+    [(1, 0.75), (3, 0.333...)]
+    """
+    for at in range(1, len(values) - 1):
+        if not (values[at] > values[at - 1] and values[at] >= values[at + 1]):
+            continue
+        valleys = []
+        for side in (values[at - 1 :: -1], values[at + 1 :]):
+            ends = np.flatnonzero(~(side <= values[at]))
+            valleys.append(side[: ends[0] if len(ends) else None].min())
+        yield at, float(1 - max(valleys) / values[at])
 
 
 def _tops(values: Reals) -> list[int]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from elastic import Deflection
 from elastic.assessment import beyond_beam_theory
-from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, SpeedSearch, critical_speeds
+from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, SpeedSearch, critical_speeds, prominences
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import BEAM, LEAST, Figure, Measure, bounded_items, items_of, magnitudes, measures_of
 from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors
@@ -153,24 +153,27 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     still = [figure for figure in figures if figure.key in needed]
     ratios = (np.linspace(*asked) / nominal).tolist()
 
-    def moved(times: Reals) -> Motion:
-        progress(f"{scene.name}: speeds, {len(times)} positions of the cycle", 0, asked[2])
-        return scene.course.at(times)
+    answered = [0, asked[2]]
 
-    def measured(bent: Deflection) -> Reals:
-        progress(f"{scene.name}: speeds, {bent.motion.columns[-1]} positions of the cycle", 0, asked[2])
-        return _largest(scene, figures, bent)
+    def answering(done: int, of: int) -> None:
+        answered[:] = done, of
+        progress(f"{scene.name}: speeds", done, of)
+
+    def moved(times: Reals) -> Motion:
+        progress(f"{scene.name}: speeds, {len(times)} positions of the cycle", *answered)
+        return scene.course.at(times)
 
     try:
         answers = SpeedAnswers(
             moved,
             float(scene.run.cycle),
             scene.sections,
-            measured,
+            partial(_largest, scene, figures),
             scene.joints,
             damping_of(scene),
-            still=lambda bent: _largest(scene, still, bent),
+            still=partial(_largest, scene, still),
             errors=partial(_errors, scene, figures),
+            on_speed=answering,
         )
         answers.find(ratios)
         looking = partial(progress, f"{scene.name}: speeds looked at between those asked for")
@@ -375,24 +378,6 @@ def _peaks(told: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[Spee
         value, still = told.values[at, field, beam], told.quasi_static[at, field, beam]
         met = search.model.resonance(float(told.ratio[at])) if value > AMPLIFIED * still else None
         yield SpeedPeak(float(told.ratio[at] * nominal), [*FIELDS][field], beam, float(value), met)
-
-
-def prominences(values: Any) -> Iterator[tuple[int, float]]:
-    """Inner local maxima with the share of themselves by which they rise above the higher of the valleys beside them.
-
-    A valley reaches to the next higher value; nan ends it.
-
-    >>> [*prominences(np.array([1.0, 4.0, 2.0, 3.0, 1.0]))]
-    [(1, 0.75), (3, 0.333...)]
-    """
-    for at in range(1, len(values) - 1):
-        if not (values[at] > values[at - 1] and values[at] >= values[at + 1]):
-            continue
-        valleys = []
-        for side in (values[at - 1 :: -1], values[at + 1 :]):
-            ends = np.flatnonzero(~(side <= values[at]))
-            valleys.append(side[: ends[0] if len(ends) else None].min())
-        yield at, float(1 - max(valleys) / values[at])
 
 
 def speed_unit(scene: Scene) -> str:

@@ -173,9 +173,9 @@ class Constraints:
 def constraints_at(table: ConstraintTable, origin: Complexes, direction: Complexes) -> Constraints:
     """The joints of links at given origins [m] with given unit vectors, complex, shape (links, ..., positions)."""
     owner, block = table.owner, table.block
-    tip = direction[block] * table.tip
-    toward = np.where(table.slides, np.conj(direction[owner] * table.along), 1.0)
-    return Constraints(table, toward, origin[block] + tip - origin[owner], direction[owner] * table.foot, tip)
+    tip, axes = direction[block] * table.tip, direction[owner]
+    toward = np.where(table.slides, np.conj(axes * table.along), 1.0)
+    return Constraints(table, toward, origin[block] + tip - origin[owner], axes * table.foot, tip)
 
 
 def constraint_matrix(here: Constraints) -> Reals:

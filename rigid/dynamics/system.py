@@ -38,6 +38,7 @@ class RightHandSide:
     ) -> None:
         self.lead, self.tracker, self.drives, self.free = lead, tracker, drives, free
         self.evaluations, self.most = done, most
+        self._led = np.ix_(free, free)
         joints = structure(lead.mechanism).joints
         self._joints = {number: next(joint for joint in joints if joint.drive == number) for number in free}
         self.unit = np.array([1.0 if tracker.turns(number) else tracker.size for number in free])
@@ -104,7 +105,7 @@ class RightHandSide:
                 return np.full(2 * half, np.nan)
         balance = balance - inertia @ rate2
         try:
-            acceleration = np.linalg.solve(inertia[np.ix_(self.free, self.free)], balance[self.free])
+            acceleration = np.linalg.solve(inertia[self._led], balance[self.free])
         except np.linalg.LinAlgError:
             acceleration = np.full(half, np.nan)
         return np.concatenate([rate[self.free], acceleration])

@@ -62,7 +62,7 @@ def branch_through(
         whole = _known(mechanism, structure, path, *ends, forms, edge, kept)
         if whole.closed(int(sense)):
             break
-        if not _ends(whole) and _returns(whole, begin, begin + period):
+        if _returns(whole, begin, begin + period):  # behind an end nothing is placed: no end is in between
             return whole, begin + np.mod(path.asked - begin, period)
     branch = _covering(mechanism, structure, path, forms, edge, kept)
     if path.turn and _ends(branch) and not _reached(branch, path.outline[0]):
