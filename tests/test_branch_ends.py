@@ -11,6 +11,7 @@ from kinelast.cli.command import main
 from rigid import PinDrive, motion, motion_in_chunks
 from rigid.analysis import ReachError, require_reach, stops
 from rigid.positions.knots import some, steps
+from rigid.positions.trace import Trace
 
 RODS = (("crank", "O", "K"), ("r1", "G", "A"), ("r2", "H", "B"), ("r3", "K", "C"))
 
@@ -121,6 +122,30 @@ def test_drawn_next_to_a_dead_point_it_goes_away_from_it():
         rtol=0,
         atol=2e-9,
     )
+
+
+def test_drawn_right_before_a_dead_point_it_goes_away_from_it():
+    """Within 1e-12 rad: leaps go astray there, are taken back, and certain steps lead on."""
+    places = {"O": 0.07747922715691768 + 0.4124790592464411j, "K": 0.11175786091559972 + 0.466626813006864j}
+    places |= {"G": 0.18674705433930794 - 0.292714507977602j, "H": -0.16145951908900047 + 0.24989371303998176j}
+    places |= {"A": 0.39810275260978756 - 0.2116562827612125j, "B": 0.021980854957852458 + 0.17074757624768788j}
+    places |= {"C": 0.3416480045840227 + 0.22920012383673968j}
+    bars = (("crank", "O", "K"), *RODS[1:])
+    mechanism = linkage(places, "OGH", bars, [("plate", "ABC")], [PinDrive("crank", "O")])
+    course = motion(mechanism, 1.00642392896588 + np.linspace(0, 1, 12))
+    assert np.isfinite(course.direction).all()
+    found = angles(course, "plate", "A", "B")[[1, 5, 11]]
+    np.testing.assert_allclose(found, [2.41697221, 2.50531039, 2.55706157], rtol=0, atol=1e-8)
+
+
+def test_behind_a_change_point_that_it_is_not_sure_to_pass_nothing_is_answered(monkeypatch):
+    """A plate on two like rods is carried in parallel by a third from a like crank; they align at 1.789 rad."""
+    monkeypatch.setattr(Trace, "_passes", lambda *_: False)
+    way = 0.1 * np.exp(1.2j)
+    places = {"K": way, "C": 0.35 + 0.3j, "G": 0.3 + 0.05j, "H": 0.2 + 0.5j}
+    course = motion(plate_on_rods(places | {"A": places["G"] + way, "B": places["H"] + way}), 1.2 + 0.1 * np.arange(63))
+    np.testing.assert_array_equal(np.isfinite(course.direction).all(axis=0), course.drive[0] < 1.789)
+    np.testing.assert_allclose(np.ptp(angles(course, "plate", "A", "B")[:6]), 0.0, atol=1e-9)
 
 
 def test_next_to_an_end_a_step_is_certain_or_not_whatever_others_are_looked_at_with_it():

@@ -14,7 +14,6 @@ BESIDE = 2.0**-16  # of a stride: how far beside a change point the branches are
 LEAST_BESIDE = 2.0**-20  # the same beside one of which less is not certain
 SMOOTH = 0.1  # of the way to there: how far from smooth the branch may go on
 SHORTEST = 2.0**-34  # of a stride: the shortest step of a march
-LEAST = 2.0**-46  # the same from a drawing, which may be next to an end
 FEWER = 8  # times shorter than the last a step is before it has to be certain
 MOST = 400  # steps of a march
 HIDDEN = 2e-6  # a sine at which round-off may hide one branch from another
@@ -236,8 +235,7 @@ class Trace:
         leapt = step if leaps and slope.any() else np.inf
         with np.errstate(all="ignore"):
             while gone < stride and here["place"][0] != end and len(knots) < MOST:
-                drawn = abs(float(here["place"][0]) - branch.path.begin) <= branch.width(self.number)
-                if step < (LEAST if drawn else min(branch.edge, SHORTEST)) * stride:
+                if step < min(branch.edge, SHORTEST) * stride:
                     break
                 to = float(here["place"][0]) + sense * step
                 to = end if (to - end) * sense > 0 else to
