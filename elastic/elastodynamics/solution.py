@@ -49,6 +49,8 @@ FINER = 20.0  # times as fine as asked, where time holds back what finer coordin
 TWICE = 2.0  # what contracts for certain: steps are mixed, and take somewhat more
 LOST = 10.0  # times what it should be settled to, beyond which finer elements of time settle nothing
 COARSE = 1e-2  # share to which friction is settled at most, before elements of time are fine
+NOISE = 1e-6  # error in time below which it may be round-off, which shorter elements do not make less
+IN_VAIN = 6  # rounds of shorter elements that do not halve such an error, after which it is taken for that
 AHEAD = 0.1  # of the error in time, to which friction is settled on a grid that is not the last
 SAFE = 4.0  # times what elements leave open by their series the answer's error in time was at most
 NEUTRAL = 1e-6  # growth over a cycle that round-off and the method's own error leave open
@@ -289,6 +291,7 @@ def resolved_in_time(
     """The vibration in elements of time as short as it takes, with its errors by coordinates and by elements."""
     resolved: Any = None
     rubs, loose = bool(discretization.model.structure.mechanism.friction), COARSE
+    least, in_vain = math.inf, 0
     sliding: Sliding = ()
     while True:
         resolved = None  # it makes room for the finer one
@@ -296,6 +299,9 @@ def resolved_in_time(
         if rubs:
             resolved, rubbed = with_friction(resolved, loose, discretization.fastest, sliding)
         error, finer = time_error(resolved, discretization.resolved)
+        in_vain = in_vain + 1 if 0.5 * least <= error < NOISE else 0
+        least = min(least, error)
+        finer = finer if in_vain < IN_VAIN else None
         if finer is None and not rubs:
             return *corrected(resolved, tolerance), grid, error
         if (finer is None and loose <= tolerance) or (rubs and rubbed.open > LOST * loose):

@@ -276,6 +276,8 @@ def prominences(values: Any) -> Iterator[tuple[int, float]]:
 
     A valley reaches to the next higher value; nan ends it.
 
+    Examples
+    --------
     >>> [*prominences(np.array([1.0, 4.0, 2.0, 3.0, 1.0]))]
     [(1, 0.75), (3, 0.333...)]
     """
