@@ -23,7 +23,7 @@ from elastic import (
     sample,
     with_rotary_inertia,
 )
-from elastic.elastodynamics import Damping, elastodynamic, speed_map, theory_error, transient
+from elastic.elastodynamics import Damping, elastodynamic, solution, speed_map, theory_error, transient
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.elastic_structure import elastic_structure
 from elastic.elastodynamics.equations_of_motion import kinematics, motion_terms, problem
@@ -800,3 +800,19 @@ def test_elements_begin_anew_where_a_load_jumps():
     found = steady(loaded, FOUR_BAR.sections, speed, tolerance=1e-3)
     assert np.abs(found.edges - gone * period).min() < 1e-8 * period
     assert found.time_error + found.reduction_error < 2e-3
+
+
+def test_round_off_is_not_chased_by_ever_shorter_elements(monkeypatch):
+    """Errors of a millionth that shorter elements do not make less end the refinement, and are told."""
+    grids = []
+
+    def of_round_off(resolved, tolerance):
+        grids.append(resolved.problem.terms.grid)
+        assert len(grids) < 20
+        parts = np.ones(len(grids[-1].steps), int)
+        parts[0] = 2
+        return 3e-7, grids[-1].divided(parts)
+
+    monkeypatch.setattr(solution, "time_error", of_round_off)
+    found = steady(FOUR_BAR.mechanism, FOUR_BAR.sections, 40.0, tolerance=1e-6)
+    assert found.time_error == 3e-7
