@@ -320,6 +320,7 @@ def test_lines_of_a_table_give_their_numbers_back():
         np.testing.assert_array_equal(back, table)
 
 
+@pytest.mark.slow
 def test_stills_are_drawn_when_asked_for(tmp_path):
     asked = ["--stills", "--positions", "24", "--theory", "quasi-static", "--quiet"]
     assert main(["steel_four_bar", *asked, "-o", str(tmp_path)]) == 0

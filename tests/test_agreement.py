@@ -176,7 +176,7 @@ def allowed(figure, factor):
     return f"{factor * abs(figure['value'])!r} {figure['unit']}"
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(scenes())
 def test_a_scene_has_the_same_figures_and_verdicts_at_every_door(tables):
     check_doors(tables)

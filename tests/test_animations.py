@@ -184,6 +184,7 @@ class TestLayout:
         rigid = deflection(straight.motion, [RIGID])
         assert scales_of(rigid, diagram_named("slope"), SMALL).scale == 0.0
 
+    @pytest.mark.slow
     def test_outlines_are_in_view(self, four_bar):
         wide = Style(size=(320, 192), outlines={"coupler": [-0.5j, 0.3 - 0.5j, 0.3 + 0.5j]})
         with off_screen(), Picture(four_bar, "slope", wide) as far, Picture(four_bar, "slope", SMALL) as near:

@@ -98,6 +98,7 @@ class TestLayers:
 class TestMechanisms:
     """Of whole mechanisms."""
 
+    @pytest.mark.slow
     def test_links_that_cross_are_in_different_layers(self):
         bent = deflection(load("flapping_wing"))
         heights, pairs = stack(bent).middle, crossing(bent)

@@ -87,6 +87,7 @@ def test_every_figure_is_that_of_the_run_in_one_piece(tmp_path, monkeypatch):
         np.testing.assert_allclose(others[name], fields[name], rtol=1e-9, atol=1e-12 * np.abs(fields[name]).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", [("--accuracy", "1 %"), ("--theory", "elastodynamic")])
 def test_links_vibrate_in_a_long_run_as_in_one_piece(asked, tmp_path, monkeypatch):
     text = edited(FOUR_BAR, ("positions = 36", "positions = 200"))
@@ -194,6 +195,7 @@ def test_results_of_a_long_run_know_their_whole():
     assert len(results.motion.time) == 3600
 
 
+@pytest.mark.slow
 def test_what_takes_long_shows_progress(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("kinelast.cli.terminal.SELDOM", 0.0)
     monkeypatch.setattr(compute, "LONG", 1)

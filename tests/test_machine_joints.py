@@ -136,6 +136,7 @@ def test_clearance_of_a_rod_displaces_as_a_rod_of_another_length():
     assert pressed == pytest.approx(apart, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_no_directions_of_the_pins_displace_more_than_the_sum_of_influences():
     moved = motion(slider_crank(), np.linspace(0.1, 6.1, 13), 1.0)
     joints = [number for number, joint in enumerate(moved.structure.joints) if joint.name != "guide"]

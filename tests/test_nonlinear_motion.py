@@ -200,6 +200,7 @@ def require_reference(found, near_u, near_w):
             assert np.abs(values[beam, ::stride, ::skip] - reference).max() < near * np.abs(reference).max(), link
 
 
+@pytest.mark.slow
 def test_steel_four_bar_vibrating():
     """60 rad/s, nearly linear at 1 mm, against another code; its own errors as halving estimates them."""
     found, errors = estimated_errors(lambda n, positions: steady_four_bar(60.0, n, positions), 6, 144)
@@ -224,6 +225,7 @@ def test_drive_work_is_what_damping_takes():
     assert growth == pytest.approx(power - heat, abs=2e-3 * np.abs(power).max())
 
 
+@pytest.mark.slow
 def test_without_damping_energy_stays():
     """A soft bar let go, large displacements: kinetic, stored and weight, to second order in the step."""
     mechanism = arm(drives=(), gravity=-10j)
@@ -267,6 +269,7 @@ def started(elements, step, dissipation=0.2):
     return np.array([found.w[0, -1, -1], found.M[0, -1, 0] / 100, found.efforts[0, -1] / 100])
 
 
+@pytest.mark.slow
 def test_order_of_the_step():
     coarse, middle, fine = (started(4, step) for step in (4e-3, 2e-3, 1e-3))
     assert np.log2(np.abs(coarse - middle) / np.abs(middle - fine)) == pytest.approx(2.0, abs=0.2)

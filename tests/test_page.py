@@ -446,6 +446,7 @@ def test_it_is_dark_where_the_reader_likes_that(driver, reports):
     assert max(map(int, re.findall(r"\d+", grounds[1]))) < 60
 
 
+@pytest.mark.slow
 def test_paper_has_no_blank_page(driver, reports):
     pypdf = pytest.importorskip("pypdf", reason="pypdf is not installed")
     import base64
@@ -463,7 +464,7 @@ def test_paper_has_no_blank_page(driver, reports):
     [
         ("steel_four_bar", "light"),
         ("steel_four_bar", "dark"),
-        ("andrews_driven", "light"),
+        pytest.param("andrews_driven", "light", marks=pytest.mark.slow),
         pytest.param("pusher", "light", marks=pytest.mark.slow),
     ],
 )
