@@ -297,7 +297,7 @@ def resolved_in_time(
         resolved = None  # it makes room for the finer one
         resolved = vibration_in(discretization, grid)
         if rubs:
-            resolved, rubbed = with_friction(resolved, loose, discretization.fastest, sliding)
+            resolved, rubbed = with_friction(resolved, loose, discretization.fastest_inertia, sliding)
         error, finer = time_error(resolved, discretization.resolved)
         in_vain = in_vain + 1 if 0.5 * least <= error < NOISE else 0
         least = min(least, error)
@@ -426,14 +426,15 @@ class Discretization:
         return 1.0 / math.sqrt(values[0]) if len(values) and values[0] > 0 else math.inf
 
     @property
-    def fastest(self) -> float:
-        """Angular frequency up to which residual responses have inertia and damping [rad/s].
+    def fastest_inertia(self) -> float:
+        """Angular frequency up to which inertia beside the coordinates is taken: faster, steps would grow [rad/s]."""
+        return TWICE * self.left_out
 
-        Faster, steps that feel them too late would make them grow: inertia where modes that are left out are slower,
-        damping where its forces are greater than those of the strains.
-        """
+    @property
+    def fastest(self) -> float:
+        """The same of inertia and damping, whose forces are greater than those of the strains beyond it [rad/s]."""
         with np.errstate(divide="ignore"):
-            return TWICE * min(self.left_out, float(1.0 / np.max(self.model.damping.beams, initial=0.0)))
+            return min(self.fastest_inertia, TWICE * float(1.0 / np.max(self.model.damping.beams, initial=0.0)))
 
     def wider(self) -> Discretization:
         """With twice as many modes of the same elastic coordinates."""

@@ -360,7 +360,7 @@ def _at_speed(course: _Course, ratio: float, tolerance: float, errors: Errors | 
         terms = course.here()[1]
         answer = vibration(terms, unlocked(course.plain(ratio)), speed=ratio)
         if answer.motion.mechanism.friction:
-            answer, rubbed = with_friction(answer, tolerance, course.discretization.fastest)
+            answer, rubbed = with_friction(answer, tolerance, course.discretization.fastest_inertia)
         error, finer = time_error(answer, course.resolved)
         if finer is None:
             break
@@ -389,7 +389,7 @@ def _errors(course: _Course, tolerance: float, settled: float, errors: Errors) -
     """Errors of the measures of an answer, by it and by it with large displacement at the points of its grid."""
     answer = vibration(course.here()[1], unlocked(course.plain(1.0)))
     if answer.motion.mechanism.friction:
-        answer, _ = with_friction(answer, tolerance, course.discretization.fastest)
+        answer, _ = with_friction(answer, tolerance, course.discretization.fastest_inertia)
     else:
         answer, _ = corrected(answer, tolerance)
     bent = answer.deflection
