@@ -432,7 +432,7 @@ class Discretization:
 
     @property
     def fastest(self) -> float:
-        """The same of inertia and damping, whose forces are greater than those of the strains beyond it [rad/s]."""
+        """The same of inertia and of damping, beyond which the forces of rates exceed those of strains [rad/s]."""
         with np.errstate(divide="ignore"):
             return min(self.fastest_inertia, TWICE * float(1.0 / np.max(self.model.damping.beams, initial=0.0)))
 
