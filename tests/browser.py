@@ -40,6 +40,7 @@ class Page:
         ready: str = "document.body.dataset.ready",
     ) -> None:
         self.driver = driver
+        driver.get("about:blank")  # an editor of which the server has ended asks no more
         self.logs()
         driver.get_log("performance")  # of pages before
         features = [{"name": name, "value": value} for name, value in (media or {}).items()]
