@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
@@ -15,6 +15,7 @@ SOURCE = "DXF"
 UNITS = {1: "in", 4: "mm", 5: "cm", 6: "m"}  # $INSUNITS
 SAME = 1e-4  # of the drawing's size: ends that are one point
 TURN = "60 rpm"
+FIXED = 1.0  # radius of the circle at a point of the ground
 AXIS = "axis "  # begins the layers of the links' axes in drawings that are written here
 
 
@@ -36,6 +37,13 @@ class DrawnLink:
     points: Mapping[str, complex]
     beams: Sequence[tuple[complex, complex, float, float]] = ()
     holes: Mapping[str, float] = field(default_factory=dict)
+
+    def outlines(self) -> Iterator[tuple[complex, complex, complex, complex]]:
+        """Corners of every beam that has a depth: at its start, twice at its end, and at its start again."""
+        for start, end, first, last in self.beams:
+            if first > 0 and last > 0 and start != end:
+                across = 1j * (end - start) / abs(end - start)
+                yield start + across * first, end + across * last, end - across * last, start - across * first
 
 
 def dxf_text(
@@ -65,12 +73,9 @@ def dxf_text(
     space = drawing.modelspace()
     for link in links:
         on, holes = {"layer": link.name}, link.holes
-        for start, end, first, last in link.beams:
-            if first > 0 and last > 0 and start != end:
-                across = 1j * (end - start) / abs(end - start)
-                corners = (start + across * first, 0), (end + across * last, -1), (end - across * last, 0)
-                ends = [(*_xy(place), bulge) for place, bulge in (*corners, (start - across * first, -1))]
-                space.add_lwpolyline(ends, "xyb", close=True, dxfattribs=on)
+        for corners in link.outlines():
+            ends = [(*_xy(place), bulge) for place, bulge in zip(corners, (0, -1, 0, -1), strict=True)]
+            space.add_lwpolyline(ends, "xyb", close=True, dxfattribs=on)
         for name, place in link.points.items():
             if name in holes:
                 space.add_circle(_xy(place), holes[name] / 2, dxfattribs=on)
@@ -80,7 +85,7 @@ def dxf_text(
             axis = [_xy(place) for place in link.points.values()]
             space.add_lwpolyline(axis, dxfattribs={"layer": AXIS + link.name})
     for place in fixed.values():
-        space.add_circle(_xy(place), 1.0, dxfattribs={"layer": "ground"})
+        space.add_circle(_xy(place), FIXED, dxfattribs={"layer": "ground"})
     for name, places in paths.items():
         space.add_lwpolyline([_xy(place) for place in places], dxfattribs={"layer": f"path {name}"})
     text = StringIO()

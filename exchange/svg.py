@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from xml.sax.saxutils import escape, quoteattr
 
-from exchange.dxf import AXIS, DrawnLink
+from exchange.dxf import AXIS, FIXED, DrawnLink
 
 MARGIN = 0.02  # of the drawing's size
-FIXED = 1.0  # radius of the circle at a point of the ground, as in DXF drawings
 At = Callable[[complex], str]  # a place in the drawing's coordinates
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
 
@@ -67,12 +66,10 @@ def _layer(name: str, marks: Iterable[str]) -> str:
 def _link(link: DrawnLink, at: At, line: float) -> list[str]:
     """Outlines and holes; a dot where no hole is known."""
     marks = []
-    for start, end, first, last in link.beams:
-        if first > 0 and last > 0 and start != end:
-            across = 1j * (end - start) / abs(end - start)
-            there = f"M{at(start + across * first)}L{at(end + across * last)}"
-            turn, back = f"A{last:.9g},{last:.9g} 0 0 1 {at(end - across * last)}", f"L{at(start - across * first)}"
-            marks.append(f'<path d="{there}{turn}{back}A{first:.9g},{first:.9g} 0 0 1 {at(start + across * first)}Z"/>')
+    for corners in link.outlines():
+        one, two, three, four = map(at, corners)
+        last, first = (f"{abs(corners[k] - corners[3 - k]) / 2:.9g}" for k in (1, 0))
+        marks.append(f'<path d="M{one}L{two}A{last},{last} 0 0 1 {three}L{four}A{first},{first} 0 0 1 {one}Z"/>')
     return marks + [_circle(place, link.holes.get(name, line) / 2, at) for name, place in link.points.items()]
 
 

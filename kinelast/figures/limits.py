@@ -94,7 +94,7 @@ def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure
         known = magnitudes(cycle, bounded)
         given = [(replace(limit, bound=of_designs(limit.bound)), decisive(cycle.scene, limit, known))
                  for limit in cycle.scene.limits]  # fmt: skip
-        return reduce(np.minimum, [_margin(limit, value) for limit, value in given])
+        return reduce(np.minimum, [limit.margin(value) for limit, value in given])
 
     fields = tuple(dict.fromkeys(field for figure in bounded for field in figure.fields))
     words = "all limits are kept, errors not counted", "least margin of all limits, as a share, errors not counted"
@@ -102,13 +102,6 @@ def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure
         Figure(LIMITS_KEPT, words[0], "1", SCENE, fixed(kept), FIXED, fields, told=True),
         Figure(LIMITS_MARGIN, words[1], "1", SCENE, fixed(margin), FIXED, fields),
     )
-
-
-def _margin(limit: Limit, value: Any) -> Reals:
-    """As `Limit.margin`, of bounds that differ by design."""
-    size = np.where(limit.bound == 0.0, 1.0, np.abs(limit.bound))
-    left = (value - limit.bound if limit.least else limit.bound - value) / size
-    return np.where(np.isposinf(left), 1.0, left)
 
 
 @dataclass(frozen=True)

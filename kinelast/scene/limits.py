@@ -70,7 +70,8 @@ class Limit:
 
     def margin(self, value: Any) -> Reals:
         """Distance from the bound as a share of it, negative where it is not kept; of an infinite figure 1."""
-        left = (value - self.bound if self.least else self.bound - value) / (abs(self.bound) or 1.0)
+        size = np.where(self.bound == 0.0, 1.0, np.abs(self.bound))
+        left = (value - self.bound if self.least else self.bound - value) / size
         return np.where(np.isposinf(left), 1.0, left)
 
 
