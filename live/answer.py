@@ -7,7 +7,7 @@ import math
 import struct
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -31,18 +31,26 @@ from live.edit import BARE
 from live.mistakes import mistakes_of
 from live.parts import cylinders_of, drawn, points_of
 from live.text import line_of, places
-from rigid import MechanismError, Motion, position_of, reachable
+from rigid import MechanismError, Motion, Reals, position_of, posture, reachable
 
 POSITIONS, FRAMES = 72, 120  # of a quick answer, and at most of the picture of a whole one
 STATIONS = np.linspace(0.0, 1.0, 9)
+HALF, SAME = 0.5, 1e-7  # of a sine at which links meet, and of the size
 SHOWN = ("deflection", "chord", "stress", "safety", "drive_effort", "joint_force", "shaking_force",
          "transmission_angle", "output_error", "mass")  # fmt: skip
 NUMBERS = 400  # that are offered at most
 Answer = dict[str, Any]
 
 
+@dataclass
+class Memory:
+    """The motion of the last picture: while something is dragged the next is near to it, and quickly found from it."""
+
+    motion: Motion | None = None
+
+
 def quick_answer(
-    text: str, name: str = "scene", with_numbers: bool = False, dragged: bool = False
+    text: str, name: str = "scene", with_numbers: bool = False, dragged: bool = False, memory: Memory | None = None
 ) -> tuple[Answer, bytes]:
     """The quasi-static answer to a text at few positions, as plain data, and the numbers of its picture.
 
@@ -58,7 +66,7 @@ def quick_answer(
             answer["numbers"] = offered(document, text)
         with np.errstate(all="ignore"):
             scene = document.with_positions(min(POSITIONS, document.table.run.positions)).scene
-            answer["picture"], data = _closing(scene, dragged)
+            answer["picture"], data = _closing(scene, dragged, memory or Memory())
     except (SceneError, MechanismError, ValueError) as error:
         answer["mistakes"] = mistakes_of(error, text)
     except Exception as error:  # the page goes on with the next text
@@ -171,7 +179,7 @@ def _range(document: Document, path: str, base: float) -> tuple[float, float]:
     return min(base / 2, base * 2), max(base / 2, base * 2)
 
 
-def _closing(scene: Scene, dragged: bool) -> tuple[Answer, bytes]:
+def _closing(scene: Scene, dragged: bool, memory: Memory) -> tuple[Answer, bytes]:
     """The picture of a scene up to where it closes, and how far that is.
 
     While a point is dragged, that is told to a position: to find it exactly takes longer than all the rest.
@@ -182,7 +190,8 @@ def _closing(scene: Scene, dragged: bool) -> tuple[Answer, bytes]:
         It does not close where it is drawn.
     """
     times = scene.course.times()
-    moved = scene.course.at(times)
+    moved = (_near(scene, times, memory.motion) if dragged else None) or scene.course.at(times)
+    memory.motion = moved
     ok = reachable(moved)
     closes: Answer = {"all": bool(ok.all()), "share": float(ok.mean()), "words": ""}
     if not ok.all():
@@ -193,7 +202,8 @@ def _closing(scene: Scene, dragged: bool) -> tuple[Answer, bytes]:
         moved = scene.course.at(times[:count])
     require_tables(scene, moved)
     cycle = Cycle(scene, moved, scene_deflection(scene, moved), sampled=True)
-    chosen = [each for each in figures_of(output_of(scene)) if each.key in _wanted(scene)]
+    output = output_of(scene, cycle.deflection if dragged else None)
+    chosen = [each for each in figures_of(output) if each.key in _wanted(scene)]
     told, data = picture(scene, cycle.deflection, cycle.efforts)
     values = magnitudes(cycle, chosen)
     return {
@@ -204,6 +214,29 @@ def _closing(scene: Scene, dragged: bool) -> tuple[Answer, bytes]:
         "theory": "quasi-static",
         "quick": True,
     }, data
+
+
+def _near(scene: Scene, times: Reals, before: Motion | None) -> Motion | None:
+    """The motion near to another of a mechanism of the same parts; None where it may be on another branch.
+
+    It is on the same one where it begins as drawn and no link is turned by as much as half the sine at which the links
+    of its groups meet: the two ways in which a dyad closes are turned by that sine or more from one another. A picture
+    needs no more certainty; what is let go of is followed from the drawing.
+    """
+    if before is None or before.columns != times.shape or _parts(before) != _parts(scene):
+        return None
+    moved = scene.course.near(times, posture(before))
+    turned = np.abs(moved.direction - before.direction).max(axis=0)
+    shifted = np.abs(moved.origin - before.origin).max(axis=0) / scene.mechanism.size
+    if not (np.maximum(turned, shifted) < HALF * np.minimum(moved.sine, before.sine)).all():
+        return None
+    first = scene.course.at(times[:1])
+    away = np.abs(moved.direction[:, :1] - first.direction).max(), np.abs(moved.origin[:, :1] - first.origin).max()
+    return moved if max(away) < SAME * max(1.0, scene.mechanism.size) else None
+
+
+def _parts(of: Motion | Scene) -> list[list[str]]:
+    return [[link.name, *link.points] for link in of.mechanism.links]
 
 
 def _reach_words(scene: Scene, moved: Motion) -> str:

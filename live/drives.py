@@ -210,6 +210,8 @@ def with_cylinders(before: Tables, text: str, point: str) -> str:
 
     A `length` that was that between the ends stays so.
     """
+    if "cylinders" not in before:
+        return text
     tables = tomllib.loads(text)
     for name, slider, parts in cylinders_of(tables):
         start, end = (_ends(each, parts) for each in (before, tables))

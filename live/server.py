@@ -27,7 +27,7 @@ from starlette.routing import Route
 from kinelast.scene.error import SceneError
 from kinelast.scene.sections import library_entries
 from kinelast.tasks.task import shipped_scenes
-from live.answer import packed, quick_answer
+from live.answer import Memory, packed, quick_answer
 from live.edit import EMPTY, edited
 from live.file import ChangedError, SceneFile
 from live.full import Worker
@@ -61,6 +61,7 @@ class Live:
     port: int
     framed: bool = False
     worker: Worker = field(default_factory=Worker)
+    memory: Memory = field(default_factory=Memory)
     reports: OrderedDict[str, bytes] = field(default_factory=OrderedDict)
 
     @property
@@ -166,7 +167,7 @@ def _answer(live: Live, request: Request, given: Any) -> Response:
             text = edited(text, change)
     except (EditError, ValueError) as error:
         text, told["refused"] = given["text"], str(error)
-    answer, data = quick_answer(text, live.name, bool(given.get("numbers")), bool(given.get("dragged")))
+    answer, data = quick_answer(text, live.name, bool(given.get("numbers")), bool(given.get("dragged")), live.memory)
     return Response(packed({**answer, **told, "text": text}, data), media_type="application/octet-stream")
 
 

@@ -15,8 +15,9 @@ import pytest
 import kinelast
 from kinelast import deflection, scene_from_dict, scene_from_text
 from kinelast.cli.command import main
+from kinelast.scene.course import CourseByLaws
 from kinelast.tasks.task import shipped_scenes
-from live.answer import quick_answer
+from live.answer import Memory, quick_answer
 from live.edit import EMPTY, edited, start_of
 from live.file import ChangedError, SceneFile
 from live.parts import EditError
@@ -303,6 +304,28 @@ class TestAnswers:
     def test_while_it_is_dragged_the_last_position_that_closes_is_told(self):
         closes = quick_answer(CLOSING, dragged=True)[0]["picture"]["closes"]
         assert closes["words"] == 'it stops behind "crank" at 80 deg'  # of 72 positions, 5 deg apart
+
+    @pytest.mark.parametrize(
+        ("name", "point", "places"),
+        [
+            ("steel_four_bar", "B", [0.28 + 0.24j, 0.275 + 0.235j, 0.27 + 0.235j, 0.27 - 0.235j, 0.275 - 0.235j]),
+            ("flap_bars", "3", [0.2 + 0.07j, 0.201 + 0.07j, 0.202 + 0.071j]),
+        ],
+    )
+    def test_a_drag_goes_on_from_the_picture_before_on_the_branch_that_is_drawn(self, monkeypatch, name, point, places):
+        near, memory = CourseByLaws.near, Memory()
+        taken: list[int] = []
+        monkeypatch.setattr(CourseByLaws, "near", lambda *given: taken.append(1) or near(*given))
+        for at in places:
+            text = edited(shipped_scenes()[name].read_text(), {"do": "move", "point": point, "to": [at.real, at.imag]})
+            before, taken[:] = memory.motion, []
+            answer, data = quick_answer(text, dragged=True, memory=memory)
+            followed, other = quick_answer(text, dragged=True)  # from the drawing, step by certain step
+            assert len(taken) == (before is not None)
+            assert answer["picture"]["closes"] == followed["picture"]["closes"]
+            np.testing.assert_allclose(
+                np.frombuffer(data, "<f4"), np.frombuffer(other, "<f4"), rtol=1e-4, atol=1e-6 * abs(at)
+            )
 
     @pytest.mark.parametrize(
         ("old", "new", "line"),

@@ -23,17 +23,22 @@ INSTANTS = 72  # of the run, at which the output is guessed
 SAME = 1e-6  # share by which errors may differ that are equal but for round-off
 
 
-def output_of(scene: Scene) -> Output | None:
+def output_of(scene: Scene, bent: Deflection | None = None) -> Output | None:
     """The output that a scene names; else as far as it can be told from its form; None where it cannot.
 
     The same for a report, a design, a speed: the guess asks for the scene alone, without vibration, at `INSTANTS`. Of
     the traced points, which belong to one link alone, the one that strays most; else of what slides on the ground, or
     else turns on it, without being driven. A point that nothing displaces is no output. Where a limit
     of the output has a unit, that tells whether it is a point's or an angle.
+
+    Parameters
+    ----------
+    bent
+        The scene's deflection, where it is known at other instants that will do.
     """
     if scene.output is not None:
         return scene.output
-    bent = _deflection(scene)
+    bent = bent or _deflection(scene)
     if bent is None:
         return None
     unit = next((limit.unit for limit in scene.limits if limit.figure == OUTPUT_ERROR), "")

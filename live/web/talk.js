@@ -23,8 +23,8 @@ async function request(path, given, signal) {
 }
 
 // The length of the JSON, the JSON, and the numbers: each array by its place and shape.
-async function unpacked(response) {
-  const buffer = await response.arrayBuffer(), length = new DataView(buffer).getUint32(0, true);
+function unpacked(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
   const answer = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
   const { picture } = answer;
   if (picture) for (const [name, [at, shape]] of Object.entries(picture.arrays))
@@ -50,13 +50,14 @@ async function next() {
   busy = true;
   try {
     const response = await request("answer", { text: job.text, edits: job.edits ?? [], numbers: job.numbers ?? false, dragged: job.drag ?? false, number: job.number });
-    if (response.ok) {
-      const answer = await unpacked(response);
-      if (answer.number > shown) { shown = answer.number; job.done(answer); }
-    } else job.failed?.(await response.text());
-  } catch { job.failed?.(""); } finally {
-    busy = false;
-    if (waiting) next();
+    const content = response.ok ? await response.arrayBuffer() : await response.text();
+    if (waiting) next(); else busy = false; // the server computes the next while this one is drawn
+    if (!response.ok) { job.failed?.(content); return; }
+    const answer = unpacked(content);
+    if (answer.number > shown) { shown = answer.number; job.done(answer); }
+  } catch {
+    if (waiting) next(); else busy = false;
+    job.failed?.("");
   }
 }
 
@@ -71,7 +72,7 @@ export async function full(text, done) {
     if (asked !== number) return;
     if (response.status === 409) { setTimeout(() => asked === number && mine === whole && full(text, done), 700); return; } // another window's drag
     if (!response.ok) return done({ picture: null, mistakes: [{ message: await response.text() }] });
-    const answer = await unpacked(response);
+    const answer = unpacked(await response.arrayBuffer());
     if (asked === number) done(answer);
   } catch { /* given up, or the server is not there, which is told elsewhere */ }
 }
