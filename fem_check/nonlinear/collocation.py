@@ -109,7 +109,7 @@ class Collocation:
         places = system.rigid.at(np.concatenate([edges[:1], self.time]))
         everywhere = system.rigid_coordinates(places)
         if start is None:
-            _require_period(system, places, edges[-1] - edges[0])
+            system.rigid.require_period(places, edges[-1] - edges[0])
         self.shape = (len(self.h), STAGES)
         self.first, self.rigid = everywhere[0], everywhere[1:]
         self.turned = np.where(system.turns, np.round((everywhere[-1] - everywhere[0]) / (2 * np.pi)), 0) * 2 * np.pi
@@ -268,13 +268,3 @@ class Collocation:
             starts[k] = here
             here = step[:, 0] + step[:, 1:] @ here
         return starts
-
-
-def _require_period(system: System, places: Reals, period: float) -> None:
-    """Raise where the links are elsewhere after a period, but for whole turns."""
-    moved = places[-1] - places[0]
-    turned = moved[:, 2] - 2 * np.pi * np.round(moved[:, 2] / (2 * np.pi))
-    if max(np.abs(moved[:, :2]).max() / system.rigid.size, np.abs(turned).max()) > 1e-6:
-        raise DoesNotCloseError(
-            f"the links are not back in their places after {period:.6g} s: this motion has no such period"
-        )

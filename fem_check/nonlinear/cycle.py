@@ -83,7 +83,7 @@ class Collocation:
         self.system, self.period, self.count = system, period, count
         self.time = system.rigid.start + period * np.arange(count) / count
         places = system.rigid.at(np.append(self.time, system.rigid.start + period))
-        _require_period(system, places, period)
+        system.rigid.require_period(places, period)
         everywhere = system.rigid_coordinates(places)
         self.rigid = everywhere[:-1]
         self.drives, self.factor = system.drives(self.time), system.load_factors(self.time)
@@ -179,13 +179,3 @@ class Collocation:
             return known.solved(flat.reshape(shape)).ravel()
 
         return flexible_gmres(applied, guessed, -lacking.ravel(), tolerance, KRYLOV).reshape(shape)
-
-
-def _require_period(system: System, places: Reals, period: float) -> None:
-    """Raise where the links are elsewhere after a period, but for whole turns."""
-    moved = places[-1] - places[0]
-    turned = moved[:, 2] - 2 * np.pi * np.round(moved[:, 2] / (2 * np.pi))
-    if max(np.abs(moved[:, :2]).max() / system.rigid.size, np.abs(turned).max()) > 1e-6:
-        raise DoesNotCloseError(
-            f"the links are not back in their places after {period:.6g} s: this motion has no such period"
-        )

@@ -123,6 +123,15 @@ class RigidPlaces:
         near = places[after - 1] + share[:, None, None] * (places[after] - places[after - 1])
         return self._closed(near, coordinates(self.laws, time) + self.ties.winding, time)
 
+    def require_period(self, places: Reals, period: float) -> None:
+        """Raise where the links are elsewhere after a period [s], but for whole turns; places are as of `at`."""
+        moved = places[-1] - places[0]
+        turned = moved[:, 2] - 2 * np.pi * np.round(moved[:, 2] / (2 * np.pi))
+        if max(np.abs(moved[:, :2]).max() / self.size, np.abs(turned).max()) > 1e-6:
+            raise DoesNotCloseError(
+                f"the links are not back in their places after {period:.6g} s: this motion has no such period"
+            )
+
     def _follow(self, end: float) -> None:
         """Go on with the trail, which is followed in small strides from the start, up to a time."""
         instants, places = self.trail
