@@ -518,6 +518,7 @@ class Limits(Part):
     residual: Quantity | None = None
     settling: Quantity | None = None
     links: Mapping[Any, LinkLimits] | None = None
+    figures: Mapping[Any, float | str | Bound] | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -735,6 +736,15 @@ class LinkLimits(Part):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Bound(Part):
+    """Bounds of a figure."""
+
+    _: KW_ONLY
+    most: float | str | None = None
+    least: float | str | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Range(Part):
     """A number from one value to another, both included; `count` values of a grid."""
 
@@ -743,15 +753,6 @@ class Range(Part):
     end: float | str
     _: KW_ONLY
     count: int | None = None
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Bound(Part):
-    """Bounds of a figure."""
-
-    _: KW_ONLY
-    most: float | str | None = None
-    least: float | str | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

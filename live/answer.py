@@ -17,7 +17,7 @@ from kinelast.figures.cycle import Cycle, drive_words
 from kinelast.figures.entry import LEAST, Figure, items_of, magnitudes
 from kinelast.figures.limits import decisive
 from kinelast.figures.output import output_of
-from kinelast.figures.registry import figures_of
+from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import Results
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection
 from kinelast.scene.document import Document, document_from_dict
@@ -272,7 +272,7 @@ def whole_picture(results: Results) -> tuple[Answer, bytes]:
 
 
 def _wanted(scene: Scene) -> set[str]:
-    return {*SHOWN, *(limit.figure for limit in scene.limits)}
+    return {*SHOWN, *(limit.figure for limit in limits_of(scene))}
 
 
 def picture(scene: Scene, bent: Deflection, efforts: Any, most: int = POSITIONS) -> tuple[Answer, bytes]:
@@ -364,7 +364,7 @@ def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
             "unit": limit.unit or "m",
             "kept": bool(limit.kept(value)),
         }
-        for limit in scene.limits
+        for limit in limits_of(scene)
         for value in [decisive(scene, limit, values)]
     ]
 

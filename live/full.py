@@ -23,7 +23,7 @@ def whole_answer(text: str, name: str) -> tuple[dict[str, Any], bytes, bytes]:
     from kinelast.scene.document import document_from_text
     from kinelast.tasks.request import Request
     from live.answer import whole_picture
-    from live.mistakes import mistake
+    from live.mistakes import mistakes_of
 
     told: dict[str, Any] = {"mistakes": [], "picture": None, "line": ""}
     try:
@@ -50,7 +50,7 @@ def whole_answer(text: str, name: str) -> tuple[dict[str, Any], bytes, bytes]:
             }
             return {**told, "picture": drawn, "line": line}, data, report_page(results, figures, line)
     except (ValueError, ArithmeticError) as error:  # of a scene, a mechanism, or a request
-        return {**told, "mistakes": [mistake(error, text)]}, b"", b""
+        return {**told, "mistakes": mistakes_of(error, text)}, b"", b""
 
 
 def _limit(row: Mapping[str, Any]) -> dict[str, Any]:

@@ -14,7 +14,8 @@ from live.text import line_of, places
 
 def mistakes_of(error: Exception, text: str) -> list[dict[str, Any]]:
     """All mistakes of a text from its top, the one that it was not answered for where there is no other."""
-    told = [mistake(each, text) for each in mistakes_in(text) or (error,)]
+    others = error.others if isinstance(error, SceneError) else ()
+    told = [mistake(each, text) for each in mistakes_in(text) or [error, *others]]
     return sorted(told, key=lambda each: each["line"] or math.inf)
 
 

@@ -30,16 +30,18 @@ from kinelast.figures.limits import (
 )
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
-from kinelast.figures.registry import figures_of
+from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import summary
 from kinelast.runs import by_theory, computed, long_results
 from kinelast.scene.document import document_from_text
 from kinelast.scene.error import SceneError
+from kinelast.scene.limits import Limit
 from kinelast.scene.tables import LimitsTable
 from kinelast.scene.text import file_text, toml_tables
 from kinelast.tasks.progress import SILENT
 from kinelast.tasks.request import Request
+from live.answer import quick_answer
 from rigid import posture
 from rigid.kinematics import repeated
 from tests.scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK
@@ -71,7 +73,7 @@ def test_every_key_under_limits_is_that_of_a_figure_bounded_from_its_side():
         material |= {"ultimate": "500 MPa", "endurance": "200 MPa"}
     scene = scene_from_dict(tables)
     figures = {figure.limit: figure for figure in figures_of(output_of(scene)) if figure.limit}
-    assert figures.keys() | {"links"} == {*LimitsTable.__struct_fields__}
+    assert figures.keys() | {"links", "figures"} == {*LimitsTable.__struct_fields__}
     for limit in scene.limits:
         figure = figures[limit.kind]
         assert (limit.figure, limit.least) == (figure.key, figure.over == LEAST)
@@ -153,7 +155,8 @@ def check_doors(tables):
         assert (judged["verdict"], judged["passed"]) == tuple(told["acceptance"][key] for key in ("verdict", "passed"))
 
     found = figures_of(output_of(scene))
-    found = [figure for figure in found if not figure.asked]
+    named = {limit.figure for limit in limits_of(scene)}
+    found = [figure for figure in found if not figure.asked or figure.key in named]
     moved = scene.course.at(scene.course.times())
     cycle = Cycle(scene, repeated(moved, (2, len(moved.time))))
     sizes = magnitudes(cycle, found)
@@ -294,6 +297,83 @@ def test_positions_count_by_one_rule_in_chunks_too(share, monkeypatch):
         for peak, other in zip(whole.peaks[figure.key], joint.peaks[figure.key], strict=True):
             assert other.value == pytest.approx(peak.value, rel=1e-9, abs=noise, nan_ok=True), figure.key
     np.testing.assert_allclose(joint.swings, whole.swings, rtol=1e-9, atol=1e-3)
+
+
+GENERAL = "joint_force.B", "drive_rms.crank", "shaking_force", "transmission_angle", "frequency", "energy_taken.crank"
+
+
+SLOW = (  # the steel four-bar, so slow that its quasi-static answer has a small error
+    file_text(shipped_scenes()["steel_four_bar"])
+    .replace('"100 rad/s"', '"20 rad/s"')
+    .replace("positions = 360", "positions = 24")
+    .replace('accuracy = "5 %"', 'output = "B"\ntheory = "quasi-static"')
+)
+
+
+def slow_four_bar():
+    """Its tables."""
+    return dict(toml_tables(SLOW, ""))
+
+
+def outcome_of(value, error, bound, least):
+    """The outcome of a limit by its figure, anew."""
+    room = value - bound if least else bound - value
+    return "too near to call" if abs(room) < error else "kept" if room >= 0 else "not kept"
+
+
+@pytest.mark.parametrize(
+    "share", [pytest.param(0.3, marks=pytest.mark.slow), 1 - 1e-9, pytest.param(3.0, marks=pytest.mark.slow)]
+)
+def test_a_limit_by_the_name_of_any_figure_is_judged_alike_at_every_door(share):
+    """In report, chunks, notebook, design, sweep's best, optimum and editor; with the figure's own error."""
+    tables = slow_four_bar()
+    scene = scene_from_dict(tables)
+    plain = judgements_on(scene, [Limit(name, 0.0) for name in GENERAL])
+    limits = {}
+    for number, (name, each) in enumerate(zip(GENERAL, plain, strict=True)):
+        unit = design_measures(scene, output_of(scene))[name].unit
+        limits[name] = {("most", "least")[number % 2]: f"{share * each.value!r} {unit}"}
+    tables["limits"] = {"figures": limits}
+    told = check_doors(tables)
+    rows = told["acceptance"]["limits"]
+    expected = [
+        outcome_of(each.value, each.error, share * each.value, number % 2 == 1) for number, each in enumerate(plain)
+    ]
+    assert [row["outcome"] for row in rows] == expected
+    assert ("too near to call" in expected) == (share == 1 - 1e-9)
+    assert [f"{row['kind']}.{row['on']}".rstrip(".") for row in rows] == [*GENERAL]
+    assert report(scene_from_dict(tables)).figures["acceptance"]["limits"] == rows
+    keys = "\n".join(
+        f"{name!r} = {{ {key} = {value!r} }}" for name, row in limits.items() for key, value in row.items()
+    )
+    quick, _ = quick_answer(f"{SLOW}\n[limits.figures]\n{keys}")
+    assert [row["kept"] for row in quick["picture"]["limits"]] == [row["kept"] for row in rows]
+    tables["optimize"] = {"minimize": "mass", "variables": {"sections.bar.depth": ["3 mm", "9 mm"]}}
+    judged = judgements_on(scene_from_dict(tables), problem_of(tables).task.limits)
+    assert [each.outcome for each in judged] == expected
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.3, 3.0])
+def test_a_limit_by_the_name_of_a_figure_is_judged_at_a_speed_as_by_its_report(share):
+    tables = slow_four_bar()
+    tables["run"] |= {"positions": 720, "theory": "elastodynamic"}
+    figures = summary_of(tables)["figures"]
+    for name in ("drive_power", "shaking_force"):
+        tables["limits"] = {"figures": {name: allowed(figures[name], share)}}
+        found = speeds(scene_from_dict(tables), (10.0, 20.0, 2))
+        assert found.verdicts[-1] == summary_of(tables)["acceptance"]["verdict"]
+        assert (found.highest == 20.0) == (share > 1) == (found.limit is None)
+
+
+def test_limits_of_figures_that_there_are_not_are_all_told_at_once():
+    tables = {**slow_four_bar(), "limits": {"figures": {"joint_forc.B": "2 N", "mass": "2 N", "bearing_life": "2 h"}}}
+    with pytest.raises(SceneError) as error:
+        evaluate(tables, [], np.zeros((1, 0)))
+    words = str(error.value).splitlines()
+    assert 'did you mean "joint_force.B"' in words[0]
+    assert "in kg" in words[1]
+    assert "rolling bearing" in words[2]
 
 
 def test_registered_figures_are_of_every_item():

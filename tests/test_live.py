@@ -351,6 +351,13 @@ class TestAnswers:
         assert [each["line"] for each in told] == [13, 18, 45, 48, 49]
         assert 'did you mean "run"' in told[-1]["message"]
 
+    def test_a_limit_of_a_figure_that_there_is_not_is_told_with_its_line(self):
+        text = f'{STEEL}\n[limits.figures]\nshaking_force = "2 kN"\n"joint_forc.A" = 2\nmass = "3 m"\n'
+        told = quick_answer(text)[0]["mistakes"]
+        first = text.splitlines().index('"joint_forc.A" = 2') + 1
+        assert [each["line"] for each in told] == [first, first + 1]
+        assert 'did you mean "joint_force.A"' in told[0]["message"]
+
     def test_limits_are_judged(self):
         answer, _ = quick_answer(f'{STEEL}\n[limits]\ndeflection = "1 mm"\nsafety = 1.2\n')
         assert [(row["kind"], row["kept"]) for row in answer["picture"]["limits"]] == [

@@ -12,7 +12,7 @@ import numpy as np
 from kinelast.figures.entry import Figure, Measure, chosen, measures_of
 from kinelast.figures.limits import limits_kept
 from kinelast.figures.output import output_of
-from kinelast.figures.registry import figures_of
+from kinelast.figures.registry import figures_of, limits_of
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
@@ -76,9 +76,8 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | Fi
     known = design_measures(scene, scene.output)
     keys = {measure.figure.key for measure in known.values()}
     asked = {name.partition(".")[0] for name in figures or () if isinstance(name, str)}
-    if (
-        scene.output is None and not asked.union(limit.figure for limit in scene.limits) <= keys
-    ):  # of an output, to guess
+    bounded = {limit.figure for limit in limits_of(scene)}
+    if scene.output is None and not asked | bounded <= keys:  # of an output, to guess
         known = design_measures(scene, output_of(scene))
     told = [name for name, each in known.items() if each.figure.told and each.items is None]
     names: Sequence[str | Figure] = told if figures is None else figures
@@ -89,7 +88,7 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | Fi
 def design_measures(scene: Scene, output: Output | None) -> dict[str, Measure]:
     """All figures that the designs of a scene with this output have, by name: with limits whether they are kept."""
     figures = figures_of(output)
-    return measures_of(scene, [*figures, *limits_kept(scene, figures)] if scene.limits else figures)
+    return measures_of(scene, [*figures, *limits_kept(scene, figures)] if limits_of(scene) else figures)
 
 
 def _links_that_vary(table: SceneTable, places: Iterable[Place]) -> frozenset[str]:

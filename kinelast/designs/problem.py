@@ -13,9 +13,7 @@ from kinelast.figures.limits import limits_of_items
 from kinelast.scene.document import Document
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
-from kinelast.scene.limits import Limit, bounds, tolerance
-from kinelast.scene.tables import PER_LENGTH, Amount, BoundTable
-from kinelast.scene.units import Quantity
+from kinelast.scene.limits import Limit, bounds, figure_bounds, tolerance
 from kinelast.scene.variables import Variable
 from rigid.arrays import Reals
 
@@ -105,7 +103,7 @@ def _own(limits: Sequence[Limit], units: Mapping[str, str]) -> list[Limit]:
     """
     for limit in limits:
         if limit.figure not in units:
-            table = f"limits.links.{limit.item}" if limit.item else "limits"
+            table = "limits.figures" if limit.named else f"limits.links.{limit.item}" if limit.item else "limits"
             kind = Limit(limit.figure.partition(".")[0], 0.0).kind
             raise fault(table, kind, f'it cannot be judged: the figure "{limit.figure}" is not known')
     return [replace(limit, unit=units[limit.figure]) for limit in limits]
@@ -119,24 +117,11 @@ def _each(kind: str, units: Mapping[str, str]) -> list[str]:
 def _limits(table: SceneTable, units: Mapping[str, str]) -> Sequence[Limit]:
     """The limits under [optimize.limits]."""
     limits = []
-    for name, given in table.optimize.limits.items():
-        known_name("optimize.limits", f'"{name}"', name, units, "figure")
-        bound = given if isinstance(given, BoundTable) else BoundTable(most=given)
-        if bound.most is None and bound.least is None:
-            raise fault("optimize.limits", f'"{name}"', 'expected a bound, as in { most = "1 mm" } or { least = 2 }')
-        for value, least in ((bound.most, False), (bound.least, True)):
-            if value is not None:
-                bound_ = _bound(value, units[name], name, PER_LENGTH[table.units])
-                limits += [Limit(each, bound_, least) for each in _each(name, units)]
+    for bound in figure_bounds(table, table.optimize.limits, "optimize.limits"):
+        known_name(bound.table, f'"{bound.name}"', bound.name, units, "figure")
+        within = bound.within(units[bound.name])
+        limits += [Limit(each, within, bound.least) for each in _each(bound.name, units)]
     return limits
-
-
-def _bound(given: Amount, unit: str, name: str, per_length: float) -> float:
-    """A bound of a figure in its SI unit; a bare length is in the file's."""
-    try:
-        return Quantity.of_unit(unit, given, per_length)
-    except ValueError as error:
-        raise fault("optimize.limits", f'"{name}"', str(error)) from None
 
 
 STEP = 2.0**-14  # of a variable's range, the largest of a gradient's differences

@@ -41,6 +41,7 @@ from kinelast.figures.limits import (
     room,
 )
 from kinelast.figures.output import output_of
+from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene, scene_motion
 from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import fault, known_name
@@ -316,7 +317,8 @@ def _with_room(document: Document, asked: OptimizationTask, first: _Judged, prog
 
 def _known_figures(table: SceneTable, scene: Scene, path: Sequence[Figure]) -> list[str | Figure]:
     """All figures that a limit or a goal may name; those that take long where one does."""
-    named = {table.optimize.minimize, table.optimize.maximize, *table.optimize.limits}
+    limits = (limit.figure for limit in limits_of(scene))
+    named = {table.optimize.minimize, table.optimize.maximize, *table.optimize.limits, *limits}
     measures = design_measures(scene, output_of(scene)).values()
     return [*(measure.name for measure in measures if measure.name in named or not measure.figure.asked), *path]
 

@@ -163,9 +163,9 @@ def has_part(scene: Scene, joint: str, part: str) -> bool:
 
 
 def bounded_items(scene: Scene, limit: Limit) -> list[int]:
-    """Numbers of the items that a limit holds for: of beams, those of its link."""
+    """Numbers of the items that a limit holds for: of beams, those of its link where it does not name the figure."""
     mechanism = scene.mechanism
-    of_links = limit.of in (BEAM, FATIGUED)
+    of_links = limit.of in (BEAM, FATIGUED) and not limit.named
     names = [mechanism.links[at].name for at, _ in mechanism.beams] if of_links else items_of(scene, limit.of)
     return [number for number, name in enumerate(names) if limit.item in ("", name)]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -13,7 +13,7 @@ from elastic import Deflection, reference_deflection, sample
 from elastic.links import members_of
 from kinelast.figures.cycle import STATIONS, Cycle
 from kinelast.figures.entry import LEAST, Figure, bounded_items, magnitudes
-from kinelast.figures.registry import NAMES
+from kinelast.figures.registry import NAMES, limits_of
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR
 from rigid.arrays import Complexes, Numbers, Reals
@@ -219,6 +219,22 @@ def _of_items(
     ]
 
 
+def stiffness_error(sizes: Iterable[float], errors: Iterable[FigureError]) -> float:
+    """Share by which natural frequencies are too high, by how much too little beam theory lets the links deflect.
+
+    By Rayleigh's quotient that is half of the share by which it makes them too stiff.
+
+    Parameters
+    ----------
+    sizes, errors
+        Largest deflections of the beams, and their errors.
+    """
+    shares = [
+        error.parts.get(BEAM_THEORY, math.nan) / abs(size) for size, error in zip(sizes, errors, strict=True) if size
+    ]
+    return max(shares, default=math.nan) / 2
+
+
 def _difference(after: Any, before: Any) -> Reals:
     """By how much values change; not at all where both are infinite."""
     with np.errstate(invalid="ignore"):
@@ -316,7 +332,7 @@ def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: 
 def _read(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> Iterator[tuple[str, int]]:
     """Keys of the figures that are read, each with the item that has the greatest of those that are looked at."""
     limited: Iterator[tuple[str, Sequence[int] | None]] = (
-        (limit.figure, bounded_items(scene, limit)) for limit in scene.limits
+        (limit.figure, bounded_items(scene, limit)) for limit in limits_of(scene)
     )
     for key, items in (*((key, None) for key in (*HEADLINE, OUTPUT_ERROR)), *limited):
         sizes = values.get(key, np.zeros(0))

@@ -13,6 +13,7 @@ import numpy as np
 from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import (
+    BEAM,
     FIXED,
     LARGEST,
     LEAST,
@@ -25,9 +26,9 @@ from kinelast.figures.entry import (
     magnitudes,
     measures_of,
 )
-from kinelast.figures.errors import BEAM_THEORY
+from kinelast.figures.errors import stiffness_error
 from kinelast.figures.peaks import Peak
-from kinelast.figures.registry import ALONG_BEAMS, figures_of
+from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
 from kinelast.figures.results import Results, at_peak, figure, largest, results_in_full
 from kinelast.scene.data import QUASI_STATIC, Scene
 from kinelast.scene.error import SceneError
@@ -40,8 +41,8 @@ VERDICTS = {KEPT: "acceptable", BROKEN: "not acceptable", TOO_NEAR: TOO_NEAR, UN
 PASSED = {KEPT: True, BROKEN: False}
 LIMITS_KEPT, LIMITS_MARGIN = "limits_kept", "limits_margin"
 SPARE = 1e-4  # share of a limit that is left besides the error, as that changes with the design
-PLACES = {figure.limit: figure.fields[0] for figure in ALONG_BEAMS if figure.limit and figure.fields}
-"""Keys under `[limits]` of figures of beams, and the fields that have their place."""
+PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
+"""Keys of figures of beams, and the fields that have their place."""
 
 
 def severity(limit: Limit, value: Any, error: Any) -> Integers:
@@ -65,7 +66,7 @@ def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, An
     errors
         Of the same shapes; where left out they are not counted, and no outcome is a verdict.
     """
-    for limit in scene.limits:
+    for limit in limits_of(scene):
         items = bounded_items(scene, limit) if limit.figure in figures else []
         values = figures[limit.figure][items] if items else np.full(1, np.nan)
         given = replace(limit, bound=of_designs(limit.bound))
@@ -84,7 +85,8 @@ def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
 
 def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure]:
     """Whether all limits of a scene are kept, 1 or 0, and the least margin: no verdicts, as they know no errors."""
-    bounded = [figure for figure in figures if figure.key in {limit.figure for limit in scene.limits}]
+    named = {limit.figure for limit in limits_of(scene)}
+    bounded = [figure for figure in figures if figure.key in named]
 
     def kept(cycle: Cycle) -> Reals:
         every = severities(cycle.scene, magnitudes(cycle, bounded))
@@ -93,7 +95,7 @@ def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure
     def margin(cycle: Cycle) -> Reals:
         known = magnitudes(cycle, bounded)
         given = [(replace(limit, bound=of_designs(limit.bound)), decisive(cycle.scene, limit, known))
-                 for limit in cycle.scene.limits]  # fmt: skip
+                 for limit in limits_of(cycle.scene)]  # fmt: skip
         return reduce(np.minimum, [limit.margin(value) for limit, value in given])
 
     fields = tuple(dict.fromkeys(field for figure in bounded for field in figure.fields))
@@ -140,7 +142,9 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
     peaks = results.figures.peaks.get(key, [])
     exact = not results.scene.labels or any(each.rigid for each in results.figures.figures if each.key == key)
     errors = [0.0 if exact else _error(peak) for peak in peaks]
-    told = [(item, abs(peaks[item].value), errors[item]) for item in (items or range(len(peaks)))]
+    signed = any(each.over != LARGEST for each in results.figures.figures if each.key == key)
+    sizes = [peak.value if signed else abs(peak.value) for peak in peaks]
+    told = [(item, sizes[item], errors[item]) for item in (items or range(len(peaks)))]
     how, _, item, value, error = min(
         ((int(severity(limit, value, error)), float(limit.margin(value)), item, value, error)
          for item, value, error in told),
@@ -152,14 +156,14 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
     elif outcome == TOO_NEAR:
         parts = peaks[item].error
         assert parts is not None
-        problem = nearer(results, parts, abs(value - float(limit.bound)) / value)
+        problem = nearer(results, parts, abs(value - float(limit.bound)) / (abs(value) or 1.0))
     return Judgement(limit, outcome, item, value, error, problem)
 
 
 def limits_of_items(scene: Scene) -> list[Limit]:
     """Limits of a scene, each of one item, by the name by which its figure is asked for, as in `deflection.rod`."""
     limits = []
-    for limit in scene.limits:
+    for limit in limits_of(scene):
         items = items_of(scene, limit.of)
         names = [f"{limit.figure}.{items[number]}".rstrip(".") for number in bounded_items(scene, limit)]
         limits += [replace(limit, figure=name) for name in names or [limit.figure]]
@@ -205,10 +209,7 @@ def judgements_on(scene: Scene, limits: Iterable[Limit]) -> tuple[Judgement, ...
 
 
 def _known(results: Results, measure: Measure) -> tuple[float, float]:
-    """A figure by its name, and its error; of those that are only computed where they are asked for too.
-
-    By Rayleigh's quotient natural frequencies are half the share too high by which beam theory makes links too stiff.
-    """
+    """A figure by its name, and its error; of those that are only computed where they are asked for too."""
     entry, peaks = measure.figure, results.figures.peaks.get(measure.figure.key, [])
     exact = entry.rigid or not results.scene.labels
     if peaks:
@@ -220,9 +221,9 @@ def _known(results: Results, measure: Measure) -> tuple[float, float]:
         item = max(items, key=lambda each: sign * sizes[each])
         return sizes[item], 0.0 if exact else _error(peaks[item])
     value = float(np.ravel(measure.of(results.cycle)[0])[0])
-    bent = [peak for peak in results.figures.peaks.get("deflection", []) if peak.error and peak.value]
-    stiff = [peak.error.parts.get(BEAM_THEORY, math.nan) / abs(peak.value) for peak in bent if peak.error]
-    return value, 0.0 if exact else (1.0 + value) * max(stiff, default=math.nan) / 2
+    bent = [(peak.value, peak.error) for peak in results.figures.peaks.get("deflection", []) if peak.error]
+    stiff = stiffness_error((size for size, _ in bent), (error for _, error in bent))
+    return value, 0.0 if exact else (1.0 + value) * stiff
 
 
 def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judgement:
@@ -280,20 +281,26 @@ def acceptance(results: Results, figures: Mapping[str, Any]) -> dict[str, Any]:
     -------
     As of `verdict_on`; and `limits`: a row each, `kept` were there no error.
     """
-    judgements = [_of_own(results, limit) for limit in results.scene.limits]
+    judgements = [_of_own(results, limit) for limit in limits_of(results.scene)]
     rows = [_judged_row(results, figures, each) for each in judgements]
     return {**verdict_on(judgements), "limits": rows}
 
 
 def _of_own(results: Results, limit: Limit) -> Judgement:
     """A limit of the scene, judged."""
-    items = bounded_items(results.scene, limit) if limit.figure in results.figures.peaks else []
+    scene = results.scene
+    asked = next((each for each in figures_of(results.figures.output) if each.key == limit.figure and each.asked), None)
+    if asked is not None:
+        return _of_measure(results, limit, measures_of(scene, [asked]).get(limit.figure))
+    items = bounded_items(scene, limit) if limit.figure in results.figures.peaks else []
     return judgement(results, limit, limit.figure if items else "", items)
 
 
 def _judged_row(results: Results, figures: Mapping[str, Any], judged: Judgement) -> dict[str, Any]:
     limit, row = judged.limit, _row(results, figures, judged)
-    of = next((each for each in results.figures.figures if each.key == limit.figure), None)
+    of = next((each for each in figures_of(results.figures.output) if each.key == limit.figure), None)
+    if row["value"] is not None and (of is None or of.over == LARGEST):
+        row = {**row, "value": abs(row["value"])}
     return {
         "kind": limit.kind,
         "name": limit.kind if of is None else of.name,
@@ -320,6 +327,9 @@ def _row(results: Results, figures: Mapping[str, Any], judged: Judgement) -> dic
     if kind == "output":
         output = figures["output"]
         return {**output, "label": output["name"], "shares": None}
+    if kind not in results.figures.peaks:
+        return figure(judged.value, judged.limit.unit, error=judged.error if math.isfinite(judged.error) else None,
+                      label="")  # fmt: skip
     if kind not in PLACES:
         peak, label = results.figures.peaks[kind][judged.item], items_of(results.scene, judged.limit.of)[judged.item]
         endless = {"endless": True} if math.isinf(peak.value) else {}
@@ -337,16 +347,15 @@ RESERVES = {  # by mode of failure: the figure of beams, and the power of it tha
     "endurance": ("endurance", 1.0),
     "buckling": ("buckling", -1.0),
 }
-LIMITED = {"deflection": -1.0, "chord": -1.0}  # modes by the limits that a scene sets, likewise
 
 
 def breaks_first(results: Results) -> list[dict[str, Any]]:
     """Modes of failure of every link with its reserve: the factor that is left until it fails.
 
-    Of what is computed and known: yield, endurance and buckling where their figures are; deflection where a limit is
-    set, and where one of life is and the life ends, in place of endurance the factor of the stress by the slope of the
-    S-N line. Compression over Euler's load is taken as each beam's own, and grows with the load. `kinelast.runs`
-    adds the speed at which the limits end where that is asked for.
+    Of what is computed and known: yield, endurance and buckling where their figures are; deflections and other figures
+    of beams where a limit is set, and where one of life is and the life ends, in place of endurance the factor of the
+    stress by the slope of the S-N line. Compression over Euler's load is taken as each beam's own, and grows with the
+    load. `kinelast.runs` adds the speed at which the limits end where that is asked for.
 
     Returns
     -------
@@ -365,8 +374,9 @@ def breaks_first(results: Results) -> list[dict[str, Any]]:
 
 def _reserves(results: Results, link: str, beams: Sequence[int]) -> Iterator[tuple[str, dict[str, Any]]]:
     """Modes of failure of a link and their reserves, the least of its beams, of those that are known."""
-    limits = [limit for limit in results.scene.limits if limit.item in ("", link)]
-    asked = next((float(limit.bound) for limit in limits if limit.kind == "life"), None)
+    limits = [(limit, bounded_items(results.scene, limit)) for limit in limits_of(results.scene)]
+    asked = max((float(limit.bound) for limit, items in limits if limit.figure == "life" and {*items} & {*beams}),
+                default=None)  # fmt: skip
     finite = asked is not None and any(math.isfinite(results.figures.peaks["life"][beam].value) for beam in beams)
     for mode, (key, power) in RESERVES.items():
         if mode == "endurance" and finite and results.scene.fatigue and asked is not None:
@@ -374,9 +384,11 @@ def _reserves(results: Results, link: str, beams: Sequence[int]) -> Iterator[tup
             yield from _reserve(results, "life", "life", 1.0 / slope, beams, asked)
         else:
             yield from _reserve(results, mode, key, power, beams, 1.0)
-    for limit in limits:
-        if limit.kind in LIMITED:
-            yield from _reserve(results, limit.kind, limit.figure, LIMITED[limit.kind], beams, float(limit.bound))
+    of_modes = {key for key, _ in RESERVES.values()}
+    for limit, items in limits:
+        if limit.of == BEAM and limit.figure not in of_modes and not limit.least and limit.bound > 0:
+            own = [beam for beam in beams if beam in items]
+            yield from _reserve(results, limit.figure, limit.figure, -1.0, own, float(limit.bound))
 
 
 def _reserve(

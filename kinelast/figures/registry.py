@@ -22,7 +22,9 @@ from kinelast.figures.entry import (
     LEAST,
     LINK,
     MOST,
+    PLAIN,
     POINT,
+    ROLLING,
     RUBBING,
     SCENE,
     STOPPING,
@@ -31,6 +33,7 @@ from kinelast.figures.entry import (
     fixed,
     items_of,
     least,
+    measures_of,
     sole,
     whole,
 )
@@ -45,7 +48,8 @@ from kinelast.figures.output import (
     travel_of,
 )
 from kinelast.scene.data import Scene
-from kinelast.scene.limits import OUTPUT_ERROR, Output
+from kinelast.scene.error import SceneError, fault, likely
+from kinelast.scene.limits import OUTPUT_ERROR, FigureBound, Limit, Output
 from rigid import transmission_angles
 from rigid.arrays import Complexes, Real, Reals
 from rigid.constants import mass_moments
@@ -249,6 +253,50 @@ def _stopping(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
     return lambda cycle: find(cycle) if cycle.scene.course.stops else each(lambda _: [])(cycle)
 
 
+def limits_of(scene: Scene) -> tuple[Limit, ...]:
+    """All limits of a scene: those by keys of their own, and those by the names of figures.
+
+    Raises
+    ------
+    SceneError
+        There is no figure of a name, or its bound is in another unit; `others` are the further ones.
+    """
+    named, wrong = [], []
+    for bound in scene.bounds:
+        try:
+            named.append(_limit_by_name(scene, bound))
+        except SceneError as error:
+            wrong.append(error.of_file(scene.path))
+    if wrong:
+        wrong[0].others = tuple(wrong[1:])
+        raise wrong[0]
+    return (*scene.limits, *named)
+
+
+def _limit_by_name(scene: Scene, bound: FigureBound) -> Limit:
+    key, _, item = bound.name.partition(".")
+    figures = figures_of(scene.output)
+    figure = next((each for each in figures if each.key == key), None)
+    measure = None if figure is None else measures_of(scene, [figure]).get(bound.name)
+    if figure is not None and measure is not None:
+        return Limit(figure.key, bound.within(measure.unit), bound.least, item, measure.unit, figure.of, named=True)
+    what = f'there is no figure "{bound.name}"'
+    if figure is None and scene.output is None and key in OF_OUTPUTS:
+        problem = f'{what}: name the output of the machine under [run], as in output = "B"'
+    elif figure is not None and not items_of(scene, figure.of):
+        of = f"{figure.of} bearing" if figure.of in (ROLLING, PLAIN) else figure.of
+        problem = f"{what}, as nothing in the scene is of the kind: {of}"
+    else:
+        problem = what + likely(bound.name, measures_of(scene, figures))
+    raise fault(bound.table, f'"{bound.name}"', problem)
+
+
 def figures_of(output: Output | None) -> tuple[Figure, ...]:
     """All figures of a scene with this output."""
     return (*ALONG_BEAMS, *output_figures(output), *OF_THE_MACHINE, *clearance_figures(output))
+
+
+OF_OUTPUTS = {
+    each.key for output in (Output("", "P"), Output("")) for each in figures_of(output) if each not in figures_of(None)
+}
+"""Keys of figures that only a scene with an output has."""

@@ -15,10 +15,10 @@ from elastic.assessment import beyond_beam_theory
 from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, SpeedSearch, critical_speeds, prominences
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import BEAM, LEAST, Figure, Measure, bounded_items, items_of, magnitudes, measures_of
-from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors
+from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors, stiffness_error
 from kinelast.figures.limits import SEVERITY, VERDICTS, severities
 from kinelast.figures.output import output_of
-from kinelast.figures.registry import figures_of
+from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.theory import damping_of
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
@@ -148,8 +148,9 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
         Other than drives at constant speed move the scene, loads go by the clock, or vibration cannot be answered.
     """
     nominal = _nominal(scene)
-    figures = [figure for figure in figures_of(output_of(scene)) if not figure.asked]
-    needed = {*FIELDS.values(), *(limit.figure for limit in scene.limits)}
+    limits = limits_of(scene)
+    needed = {*FIELDS.values(), *(limit.figure for limit in limits)}
+    figures = [figure for figure in figures_of(output_of(scene)) if not figure.asked or figure.key in needed]
     still = [figure for figure in figures if figure.key in needed]
     ratios = (np.linspace(*asked) / nominal).tolist()
 
@@ -180,7 +181,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
         search = SpeedSearch(answers, lambda found: _curves(_by_figure(scene, figures, found.values)), looking)
         search.find_peaks()
         unstable = search.find_borders()
-        limit = _limit(scene, figures, still, search, nominal) if scene.limits else None
+        limit = _limit(scene, figures, still, search, nominal) if limits else None
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
     steady = answers.map()
@@ -195,7 +196,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     verdicts = [VERDICTS[SEVERITY[number]] for number in reduce(np.minimum, worst)] if worst else []
     per_cycle = nominal * float(scene.run.cycle) / (2 * np.pi)  # speed of the drive over that of the cycle
     spans = critical_speeds(steady.omega * per_cycle).items()
-    highest = None if not scene.limits else limit.speed if limit else asked[1]
+    highest = None if not limits else limit.speed if limit else asked[1]
     drawn, curves = search.between()
     speed, wanted = steady.ratio * nominal, np.isin(steady.ratio, ratios)
     speed[wanted] = np.linspace(*asked)
@@ -293,7 +294,15 @@ def _errors(
     stages = {} if displaced is None else {LARGE: Cycle(scene, displaced.motion, displaced, sampled=True)}
     shares = {TIME: settled, LARGE if displaced is None else HIGHER_ORDERS: left}
     told = figure_errors(answer, figures, Estimate(stages, bodies, shares))
-    return np.array([error.size for figure in figures for error in told[figure.key]])
+    sizes = magnitudes(answer, figures)
+    stiff = stiffness_error(sizes["deflection"], told["deflection"])
+    rows = [
+        stiff * (1.0 + sizes[figure.key])
+        if figure.asked and not figure.rigid
+        else [error.size for error in told[figure.key]]
+        for figure in figures
+    ]
+    return np.concatenate(rows)
 
 
 def _with_errors(measure: Measure, values: Any, errors: Any) -> tuple[Reals, Reals]:
@@ -321,7 +330,7 @@ def _limit(
     scene: Scene, figures: Sequence[Figure], still: Sequence[Figure], search: SpeedSearch, nominal: float
 ) -> SpeedLimit | None:
     """The greatest speed up to which all limits are kept, and which fails above; None where all are kept."""
-    rows = [(limit, item) for limit in scene.limits for item in bounded_items(scene, limit)]
+    rows = [(limit, item) for limit in limits_of(scene) for item in bounded_items(scene, limit)]
 
     def used(answers: SpeedMap, side: float = 1.0) -> Reals:
         values, errors = (_by_figure(scene, figures, each) for each in (answers.values, answers.errors))
@@ -356,6 +365,8 @@ def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Rea
         return np.full(1, np.nan)
     bound, value = float(np.ravel(limit.bound)[0]), np.asarray(values[item])
     error = 0.0 if errors is None else side * errors[item]
+    if bound <= 0.0:
+        return 1.0 - limit.margin(value - error if limit.least else value + error)
     with np.errstate(divide="ignore"):
         return bound / np.maximum(value - error, 0.0) if limit.least else np.maximum(value + error, 0.0) / bound
 

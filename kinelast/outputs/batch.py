@@ -162,8 +162,11 @@ def _verdict(accepted: Mapping[str, Any], told_in: ToldIn) -> str:
 
 def _used(row: Mapping[str, Any]) -> float:
     """Share of a limit that is used up."""
-    found, bound = abs(row["found"]["value"] or 0.0), abs(row["limit"]["value"])
-    part, whole = (bound, found) if row["least"] else (found, bound)
+    value, bound = row["found"]["value"] or 0.0, row["limit"]["value"]
+    if bound <= 0.0 or value < 0.0:
+        left = value - bound if row["least"] else bound - value
+        return float(1.0 - left / (abs(bound) or 1.0))
+    part, whole = (bound, value) if row["least"] else (value, bound)
     return part / whole if whole else 0.0
 
 
@@ -172,7 +175,7 @@ def _beside_limit(row: Mapping[str, Any], told_in: ToldIn) -> str:
     value, limit = row["found"], row["limit"]
     if value["value"] is None:
         return _called(row)
-    size = quantity(abs(value["value"]), value["unit"], told_in=told_in)
+    size = quantity(value["value"], value["unit"], told_in=told_in)
     allowed = quantity(limit["value"], limit["unit"], told_in=told_in)
     return f"{_called(row)} {size}{_error(value)}, allowed {allowed}"
 

@@ -18,6 +18,7 @@ from elastic import FIELDS, PRIMARY, Deflection
 from kinelast.figures.cycle import EXTREME_FIELDS, too_many_beams
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
+from kinelast.figures.registry import limits_of
 from kinelast.figures.results import Results, answered
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
@@ -188,7 +189,7 @@ def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Res
 def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
     """The results of the theory of motion that is asked for, see `kinelast.figures.results.answered`."""
     scene, theory = plain.scene, request.theory_of(plain.scene)
-    judged = bool(scene.limits)
+    judged = bool(limits_of(scene))
     if not scene.labels or (theory.plain and not judged):
         return plain
     progress(f"{scene.name}: vibration", 0, 1)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from kinelast import __version__
+from kinelast.figures.registry import limits_of
 from kinelast.figures.results import Results
 from kinelast.outputs import positions as tables
 from kinelast.outputs.batch import headline, questions
@@ -83,6 +84,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     if request.changes:
         document = document.with_changes(request.changes)
     scene = document.scene
+    limits_of(scene)  # raises where there is no figure of a name, before anything is computed
     if request.units:
         scene = replace(scene, report_units=request.units)
     positions = scene.run.positions

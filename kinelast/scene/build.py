@@ -19,7 +19,7 @@ from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives, cylinder_
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import build_bearings, build_friction, build_gears, build_joints, build_sliders, build_welds
-from kinelast.scene.limits import build_limits, build_output, build_settled
+from kinelast.scene.limits import build_limits, build_output, build_settled, figure_bounds
 from kinelast.scene.links import LinkModel, build_links, drawn_places, guiding, undivided
 from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.numbers import real, require, vector
@@ -120,6 +120,7 @@ def built(table: SceneTable, name: str, path: str = "", varied: Collection[str] 
         materials={material: _material(stuff, material) for material, stuff in materials.items()},
         outlines={body.link.name: body.outline for body in parts.bodies if body.outline},
         limits=build_limits(table, mechanism),
+        bounds=figure_bounds(table, table.limits.figures, "limits.figures"),
         output=build_output(table, mechanism),
         settled=build_settled(table, mechanism),
         made_of=made_of,

@@ -15,7 +15,7 @@ from elastic.links import members_of
 from kinelast.scene.course import Course, Run, table_of
 from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
-from kinelast.scene.limits import Limit, Output
+from kinelast.scene.limits import FigureBound, Limit, Output
 from kinelast.scene.numbers import REPORT_UNITS, ToldIn
 from kinelast.scene.sections import Material, SectionSource
 from machine.drives import Cylinder, Motor
@@ -78,8 +78,9 @@ class Scene:
         By name, those that the file describes.
     outlines
         Corners of the links' drawings in their own axes [m], by link; only links that have one.
-    limits, output
-        Bounds of the answer's figures, and the output of the machine where the file names it.
+    limits, bounds, output
+        Bounds of the answer's figures by keys of their own, and by the names of figures; see
+        `kinelast.figures.registry.limits_of`. The output of the machine where the file names it.
     made_of
         Section and material of every beam, in the order of `sections`.
     text
@@ -109,6 +110,7 @@ class Scene:
     materials: Mapping[str, Material]
     outlines: Mapping[str, tuple[Any, ...]]
     limits: tuple[Limit, ...] = ()
+    bounds: tuple[FigureBound, ...] = ()
     output: Output | None = None
     made_of: tuple[SectionSource, ...] = ()
     text: str = field(default="", repr=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,15 @@ import numpy as np
 from kinelast.scene.error import SceneError, fault, known_name, likely
 from kinelast.scene.format import SceneTable
 from kinelast.scene.numbers import real
-from kinelast.scene.tables import LEAST_ALLOWED, Amount, LinkLimitsTable, RangeTable, ToleranceTable
+from kinelast.scene.tables import (
+    LEAST_ALLOWED,
+    PER_LENGTH,
+    Amount,
+    BoundTable,
+    LinkLimitsTable,
+    RangeTable,
+    ToleranceTable,
+)
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Place, Variable, place_of, value_at
 from rigid import Mechanism
@@ -50,6 +58,8 @@ class Limit:
         Of the bound; empty where it is that of an output whose kind the scene leaves open.
     of
         Items of the figure, as of `kinelast.figures.entry.Figure`.
+    named
+        Whether it is by the name of the figure, instead of a key of its own under `[limits]`.
     """
 
     figure: str
@@ -58,11 +68,12 @@ class Limit:
     item: str = ""
     unit: str = ""
     of: str = "beam"
+    named: bool = False
 
     @property
     def kind(self) -> str:
-        """The key under [limits]."""
-        return "output" if self.figure == OUTPUT_ERROR else self.figure
+        """The key under [limits]; of one by the name of its figure that of the figure."""
+        return "output" if self.figure == OUTPUT_ERROR and not self.named else self.figure
 
     def kept(self, value: Any) -> Flags:
         """Whether values keep it, bool; one that is not known does not."""
@@ -73,6 +84,51 @@ class Limit:
         size = np.where(self.bound == 0.0, 1.0, np.abs(self.bound))
         left = (value - self.bound if self.least else self.bound - value) / size
         return np.where(np.isposinf(left), 1.0, left)
+
+
+@dataclass(frozen=True)
+class FigureBound:
+    """A bound of a figure by its name, as it is written: which figures there are, who judges knows.
+
+    Attributes
+    ----------
+    name
+        Of the figure, or `KEY.ITEM` of one of its items.
+    given
+        The bound.
+    least
+        As of `Limit`.
+    table
+        Where it stands, for messages.
+    per_length
+        Metres in the unit that bare lengths are in.
+    """
+
+    name: str
+    given: Amount
+    least: bool
+    table: str
+    per_length: float
+
+    def within(self, unit: str) -> float:
+        """In the SI unit of its figure; SceneError where it is in none of that kind."""
+        try:
+            return Quantity.of_unit(unit, self.given, self.per_length)
+        except ValueError as error:
+            raise fault(self.table, f'"{self.name}"', str(error)) from None
+
+
+def figure_bounds(table: SceneTable, given: Mapping[str, Amount | BoundTable], where: str) -> tuple[FigureBound, ...]:
+    """Bounds of figures by their names; SceneError where one tells none."""
+    bounds_ = []
+    for name, amount in given.items():
+        bound = amount if isinstance(amount, BoundTable) else BoundTable(most=amount)
+        if bound.most is None and bound.least is None:
+            raise fault(where, f'"{name}"', 'expected a bound, as in { most = "1 mm" } or { least = 2 }')
+        for value, least in ((bound.most, False), (bound.least, True)):
+            if value is not None:
+                bounds_.append(FigureBound(name, value, least, where, PER_LENGTH[table.units]))
+    return tuple(bounds_)
 
 
 @dataclass(frozen=True)

@@ -324,9 +324,9 @@ def path_of(table: str, key: str) -> Path:
 
     Examples
     --------
-    >>> path_of("drives[1]", "law[2].by")
-    ('drives', 0, 'law', 1, 'by')
+    >>> path_of("drives[1]", "law[2].by"), path_of("tolerances", '"points.B.x"')
+    (('drives', 0, 'law', 1, 'by'), ('tolerances', 'points.B.x'))
     """
-    words = f"{table}.{key}".replace(" x", "[1]").replace(" y", "[2]").replace('"', "")
-    parts = re.findall(r"\[(\d+)\]|([^.\[\]\s]+)", words)
-    return tuple(int(number) - 1 if number else name for number, name in parts)
+    words = f"{table}.{key}".replace(" x", "[1]").replace(" y", "[2]")
+    parts = re.findall(r'"([^"]*)"|\[(\d+)\]|([^.\[\]\s"]+)', words)
+    return tuple(int(number) - 1 if number else quoted or name for quoted, number, name in parts)

@@ -358,6 +358,16 @@ class FatigueTable(LinkFatigueTable, frozen=True, kw_only=True):
     links: dict[str, LinkFatigueTable] = field(default_factory=dict)  #: factors of single links, before those of all
 
 
+Amount = float | str  # in the unit of the number or figure that it is for
+
+
+class BoundTable(StrictTable, frozen=True, kw_only=True):
+    """Bounds of a figure."""
+
+    most: Amount | None = None  #: the most that is allowed
+    least: Amount | None = None  #: the least that is asked
+
+
 class LimitsTable(LinkLimitsTable, frozen=True, kw_only=True):
     """Limits of the mechanism: of every link, of single links, and of its output."""
 
@@ -365,6 +375,8 @@ class LimitsTable(LinkLimitsTable, frozen=True, kw_only=True):
     residual: Allowance | None = None  #: greatest distance of the output from where it rests, once the drives do [none]
     settling: Duration | None = None  #: time from then until it has settled, see `settled` under `[run]` [none]
     links: dict[str, LinkLimitsTable] = field(default_factory=dict)  #: limits of single links, besides those of all
+    #: by the name of any figure, as `"joint_force.A"`, the most, or a table of `most` and `least`, that it may be
+    figures: dict[str, Amount | BoundTable] = field(default_factory=dict)
 
 
 Entry = float | str
@@ -395,9 +407,6 @@ class SweepTable(StrictTable, frozen=True, kw_only=True):
     largest: str | None = None  #: the same, where the greatest is the best
 
 
-Amount = float | str  # in the unit of the number or figure that it is for
-
-
 class SensitivitiesTable(StrictTable, frozen=True, kw_only=True):
     """Which figures' derivatives to which numbers are asked for; all that there are where none are named."""
 
@@ -412,13 +421,6 @@ class ToleranceTable(StrictTable, frozen=True, kw_only=True):
     plus_minus: Amount  #: half of the range, in the unit of the number or in per cent of it
     #: within the range, or normal with a third of it as the standard deviation
     distribution: Literal["uniform", "normal"] = "uniform"
-
-
-class BoundTable(StrictTable, frozen=True, kw_only=True):
-    """Bounds of a figure."""
-
-    most: Amount | None = None  #: the most that is allowed
-    least: Amount | None = None  #: the least that is asked
 
 
 class PathTable(StrictTable, frozen=True, kw_only=True):

@@ -173,7 +173,8 @@ def _numbers(node: Any, path: str) -> Iterator[str]:
             yield from _numbers(getattr(node, name), f"{path}.{written}".lstrip("."))
     elif isinstance(node, dict):
         for key, value in node.items():
-            yield from _numbers(value, f"{path}.{key}")
+            if "." not in key:  # as in the name of a figure
+                yield from _numbers(value, f"{path}.{key}")
     elif isinstance(node, tuple) and len(node) == 2 and all(isinstance(part, Quantity) for part in node):
         yield from (f"{path}.{axis}" for axis in AXES)
     elif isinstance(node, list | tuple):

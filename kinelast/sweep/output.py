@@ -16,6 +16,7 @@ from kinelast.designs.base import base_of
 from kinelast.designs.evaluate import Evaluation
 from kinelast.designs.plan import ListedValues, Plan, plan_of
 from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, verdict_on
+from kinelast.figures.registry import limits_of
 from kinelast.outputs.outbox import put
 from kinelast.outputs.sealed import json_bytes
 from kinelast.scene.data import QUASI_STATIC
@@ -137,7 +138,7 @@ def _asked_of(document: Document, plan: Plan) -> tuple[tuple[str, ...], Aim]:
         known = [measure.name for measure in base.measures]
         names = list(sweep.figures or known)
         aim = Aim(sweep.smallest or sweep.largest or names[0], sweep.largest is not None)
-        limits = [LIMITS_KEPT, LIMITS_MARGIN] if base.scene.limits else []
+        limits = [LIMITS_KEPT, LIMITS_MARGIN] if limits_of(base.scene) else []
         names = list(dict.fromkeys([*names, aim.figure, *limits]))
         base_of(document, plan.paths, names)
     except SceneError as error:

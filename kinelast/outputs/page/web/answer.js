@@ -45,8 +45,9 @@ const limitName = (each) => LIMIT_WORDS[each.kind] ?? each.name;
 
 function limitWords(each) {
   const { least, on, limit, found } = each;
-  if (found.value === null) return `${limitName(each)}${on ? ` of ${on}` : ""} cannot be judged: there is no figure`;
-  return `${limitName(each)} of ${found.label ?? on} is ${figureAngle(found)}${errorWords(found)}, ${least ? "at least" : "at most"} ${figureAngle(limit)} allowed`;
+  const of = found.label || on, name = `${limitName(each)}${of ? ` of ${of}` : ""}`;
+  if (found.value === null) return `${name} cannot be judged: there is no figure`;
+  return `${name} is ${figureAngle(found)}${errorWords(found)}, ${least ? "at least" : "at most"} ${figureAngle(limit)} allowed`;
 }
 
 // Angles as degrees where a reader compares them.
