@@ -1,11 +1,14 @@
 """Mechanisms of other programs: read, and written as a scene with its assumptions marked."""
 
-from exchange.drawing import Drawing, ExchangeError, scene_text
+from exchange.drawing import Body, Drawing, Drive, ExchangeError, Gear, Slide, Slot, scene_text
 from exchange.dxf import DrawnLink, dxf_text
-from exchange.reading import FORMATS, read
+from exchange.reading import FORMATS, read, written
 from exchange.svg import svg_text
 
-__all__ = ["FORMATS", "Drawing", "DrawnLink", "ExchangeError", "dxf_text", "read", "scene_text", "svg_text"]
+__all__ = [
+    "FORMATS", "Body", "Drawing", "DrawnLink", "Drive", "ExchangeError", "Gear", "Slide", "Slot", "dxf_text", "read",
+    "scene_text", "svg_text", "written",
+]  # fmt: skip
 
 
 def __dir__() -> list[str]:

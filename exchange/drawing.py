@@ -16,6 +16,7 @@ from typing import Any
 SLENDERNESS = 20  # of the longest link: its length over the depth of the assumed section
 MATERIAL = "S235"
 BLOCK = "100 g"
+GROUND = "ground"
 
 
 class ExchangeError(ValueError):
@@ -34,12 +35,16 @@ class Body:
 
 @dataclass(frozen=True)
 class Slot:
-    """The pin `point` of `link` in a straight slot of `on`, along `direction` as drawn."""
+    """The pin `point` of `link` in a straight slot of `on`, along `direction` as drawn.
+
+    `travel` is how far the pin goes to and fro from where it is drawn; both zero where that is not known.
+    """
 
     point: str
     link: str
     on: str
     direction: complex
+    travel: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -142,6 +147,26 @@ class Names:
 def link_with(links: Mapping[str, Body], *points: str) -> str | None:
     """The first link that has all of some points; None where there is none."""
     return next((name for name, body in links.items() if {*points} <= {*body.points}), None)
+
+
+def turns_of(drawing: Drawing, program: str) -> list[tuple[str, str, float]]:
+    """Link, pin and speed [rpm] of every drive, for a program that knows steady turns about fixed pins alone.
+
+    Raises
+    ------
+    ExchangeError
+        A drive is another, or none is there.
+    """
+    if not drawing.drives:
+        raise ExchangeError(f"{program} wants a drive")
+    told = []
+    for drive in drawing.drives:
+        joint = drive.joint
+        if "at" not in joint or joint.get("on", GROUND) != GROUND or drive.speed is None:
+            name = joint.get("slider") or joint.get("link")
+            raise ExchangeError(f'{program} drives links at constant speed about fixed pins, and "{name}" otherwise')
+        told.append((joint["link"], joint["at"], float(drive.speed.removesuffix("rpm"))))
+    return told
 
 
 def scene_text(drawing: Drawing) -> str:

@@ -7,12 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from urllib.parse import parse_qs, unquote, urlsplit
 
-from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names, Slide, link_with
+from exchange.drawing import GROUND, Body, Drawing, Drive, ExchangeError, Names, Slide, link_with, turns_of
 
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 UNITS = ("in", "cm", "m")  # by the number that the file has
 SOURCE = "PMKS+"
 TURNS = 20  # rpm, PMKS+'s own default
+CHECKS = DIGITS[:62]
+WRITTEN = {"mm": ("cm", 0.1), "cm": ("cm", 1.0), "m": ("cm", 100.0), "in": ("in", 1.0)}
+KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # of joints: a link is known by those of its joints
+SHOWN = 1 << 3 | 1 << 5  # grid lines and names
 
 
 @dataclass(frozen=True)
@@ -180,3 +184,65 @@ def _drive(joint: Joint, point: dict[str, str], links: dict[str, Body], slides: 
     if link is None:
         raise ExchangeError(f'no link has the driven joint "{joint.name}"')
     return Drive({"link": link, "at": point[joint.key]}, speed)
+
+
+def pmks_text(drawing: Drawing) -> str:
+    """The mechanism as PMKS+ saves it, version 2: the query of a link, or a whole file.
+
+    Places are to a thousandth of a centimetre or inch, directions to a milliradian, speeds to an rpm, as it keeps them.
+
+    Raises
+    ------
+    ExchangeError
+        It has parts that PMKS+ does not know, without which it would move otherwise.
+    """
+    turns = turns_of(drawing, SOURCE)
+    sliding = next((name for name, slot in drawing.slots.items() if slot.on != GROUND), None)
+    for wrong, why in (
+        (drawing.gears, "gears"),
+        (drawing.slides, "a link that slides without turning"),
+        (sliding, "a slot in a moving link"),
+        (len({turn for _, _, turn in turns}) > 1, "drives of several speeds"),
+    ):
+        if wrong:
+            raise ExchangeError(f"{SOURCE} has no place for {why}")
+    unit, scale = WRITTEN[drawing.unit]
+    links = {name: body.points for name, body in drawing.links.items() if len(body.points) > 1}
+    used = [name for name in drawing.points if any(name in points for points in links.values())]
+    if len(used) + len(drawing.slots) > len(KEYS):
+        raise ExchangeError(f"{SOURCE} names joints by a letter, and here are more than {len(KEYS)}")
+    key = dict(zip([*used, *(f"{name} slot" for name in drawing.slots)], KEYS, strict=False))
+    driven, called = {at for _, at, _ in turns}, Names()
+    joints, parts = [], []
+    for name in used:
+        bits = (name in driven) << 1 | (name in drawing.ground) << 2 | (name == drawing.traced) << 4
+        joints.append(_written_joint(bits, key[name], called(name), scale * drawing.points[name], 0.0))
+    for name, points in sorted(links.items(), key=lambda link: link[0] not in {link for link, _, _ in turns}):
+        members = [key[each] for each in points]
+        center = scale * sum(drawing.points[each] for each in points) / len(points)
+        sizes = ",".join(map(_digits, (1.0, 1.0, center.real, center.imag)))
+        parts.append(f"YR{''.join(members)},{called(f'link {name}', name)},{sizes},c5cae9,{','.join(members)},,")
+    for name, slot in drawing.slots.items():
+        pin, block = key[slot.point], key[f"{name} slot"]
+        angle = cmath.phase(slot.direction)
+        joints.append(_written_joint(5, block, block, scale * drawing.points[slot.point], angle))
+        parts.append(f"YP{pin}{block},{pin}{block},{_digits(1.0)},0,0,0,,{pin},{block},,")
+    marks = DIGITS[SHOWN >> 6] + DIGITS[SHOWN & 63 | (turns[0][2] < 0)]
+    speed = _digits(max(1, round(abs(turns[0][2]))) / 1000)
+    enums = f"{UNITS.index(unit)}0{int(unit != 'in')}{UNITS.index(unit)}"
+    lists = "".join(f"{word}." for word in joints) + "." + "".join(f"{word}." for word in parts)
+    whole = f"{marks}.{_digits(1.0)}.{speed},0.{enums}.{lists}..N_"
+    return whole + CHECKS[len(whole) % len(CHECKS)]
+
+
+def _written_joint(marks: int, key: str, name: str, place: complex, angle: float) -> str:
+    return f"{DIGITS[marks]}{key},{name},{_digits(place.real)},{_digits(place.imag)},{_digits(angle)}"
+
+
+def _digits(value: float) -> str:
+    """Thousandths in base 64; of a negative number a 0 before."""
+    left, text = abs(round(1000 * value)), ""
+    while left or not text:
+        left, digit = divmod(left, 64)
+        text = DIGITS[digit] + text
+    return f"0{text}" if round(1000 * value) < 0 else text

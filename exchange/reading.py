@@ -4,19 +4,36 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from exchange.drawing import Drawing, ExchangeError
-from exchange.linkage2 import of_linkage2
+from exchange.linkage2 import linkage2_text, of_linkage2
 from exchange.linkage_sim import of_linkage_sim
 from exchange.mec2 import of_mec2
-from exchange.pmks import of_pmks
+from exchange.pmks import of_pmks, pmks_text
 from exchange.pylinkage import of_pylinkage
 
 FORMATS = "PMKS+ (.pmks or a link), Linkage (.linkage2), pylinkage, mec2 and linkage_sim (.json), DXF (.dxf)"
 """Programs and files that are read, in words."""
+WRITTEN = "PMKS+ (.pmks) and Linkage (.linkage2)"
+"""Programs and files that are written, in words."""
+WRITERS: Mapping[str, Callable[[Drawing], str]] = {".pmks": pmks_text, ".linkage2": linkage2_text}
 LARGEST = 20_000_000  # bytes
+
+
+def written(drawing: Drawing, kind: str) -> str:
+    """The text of a file of another program, by the end of its name.
+
+    Raises
+    ------
+    ExchangeError
+        No such file is written; the program does not know all that moves here.
+    """
+    if kind.lower() not in WRITERS:
+        raise ExchangeError(f'no file that ends in "{kind}" is written: there are {WRITTEN}')
+    return WRITERS[kind.lower()](drawing)
 
 
 def read(source: str) -> Drawing:

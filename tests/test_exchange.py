@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import kinelast
-from exchange import ExchangeError, read, scene_text
+from exchange import ExchangeError, read, scene_text, written
 from exchange.reading import of_text
 from kinelast.cli.command import main
 from kinelast.figures.results import Results
-from kinelast.outputs.pictures import write_dxf
+from kinelast.outputs.pictures import exchanged, write_dxf
 from kinelast.scene.data import scene_deflection
 from rigid import position_of
 
@@ -217,6 +217,77 @@ def test_the_first_scene_is_that_of_the_docs():
     docs = (Path(__file__).parent.parent / "docs" / "scenes.md").read_text(encoding="utf-8")
     first = Path(kinelast.__file__).parent / "scene" / "first.toml"
     assert f"```toml\n{first.read_text(encoding='utf-8')}```" in docs
+
+
+WELDED = """
+points = {A = [0, 0], B = [0.1, 0], C = [0.3, 0.2], D = [0.4, 0], T = [0.2, 0.3]}
+masses = {T = "1 kg"}
+drives = [{link = "crank", speed = "-12 rpm"}]
+[sections.bar]
+shape = "rectangle"
+depth = "5 mm"
+width = "5 mm"
+[links]
+ground.points = ["A", "D"]
+crank = {points = ["A", "B"], section = "bar", material = "S235"}
+rod = {points = ["B", "C"], section = "bar", material = "S235"}
+arm = {points = ["C", "T"], section = "bar", material = "S235"}
+rocker = {points = ["C", "D"], section = "bar", material = "S235"}
+[welds.C]
+links = ["rod", "arm"]
+"""
+
+
+class TestWritten:
+    """Scenes written for other programs, and read back."""
+
+    @pytest.mark.parametrize(
+        ("name", "kind", "apart"),
+        [("pusher", ".pmks", 4e-5), ("pusher", ".linkage2", 1e-8), ("quick_return", ".linkage2", 1e-8),
+         ("flapping_wing", ".linkage2", 1e-8), ("welded", ".linkage2", 1e-8), ("welded", ".pmks", 4e-5)],
+    )  # fmt: skip
+    def test_what_is_written_is_read_as_the_mechanism_that_it_was(self, name, kind, apart):
+        """PMKS+ keeps hundredths of a millimetre, of which a long coupler makes some more."""
+        scene = kinelast.scene_from_text(WELDED) if name == "welded" else kinelast.load(name)
+        back = kinelast.scene_from_text(scene_text(of_text(written(exchanged(scene), kind), "mine")))
+        times = scene.course.times(24)
+        here, there = (scene.course.at(times) for scene in (scene, back))
+        seen = {point for link in back.mechanism.links for point in link.points}
+        for number, link in enumerate(scene.mechanism.links):
+            for point in seen.intersection(link.points):
+                other = next(k for k, link in enumerate(back.mechanism.links) if point in link.points)
+                assert abs(position_of(here, number, point) - position_of(there, other, point)).max() < apart, point
+        assert {point for link in scene.mechanism.links[1:] for point in link.points} <= seen
+
+    def test_numbers_marks_and_the_check_of_pmks_are_those_of_its_grammar(self):
+        text = written(exchanged(kinelast.load("pusher")), ".pmks")
+        joints = text.split(".")[4:11]
+        assert joints[0] == "6A,O,0,0,0"  # turned, and on the ground
+        assert joints[1] == f"4B,C,{coded(18)},{coded(-12)},0"  # cm
+        assert [each[0] for each in joints] == ["6", "4", "0", "0", "0", "G", "5"]  # the last slides on the ground
+        assert text.split(".")[2] == "1Q,0"  # 90 rpm
+        assert DIGITS.index(text[-1]) == (len(text) - 1) % 62
+        assert "0f" in written(exchanged(kinelast.scene_from_text(WELDED)), ".pmks")[:2]  # clockwise
+
+    @pytest.mark.parametrize(
+        ("name", "kind", "why"),
+        [("quick_return", ".pmks", "a slot in a moving link"), ("flapping_wing", ".pmks", "gears"),
+         ("lightest_arm", ".linkage2", '"arm" otherwise'), ("pusher", ".dwg", "PMKS+ (.pmks) and Linkage")],
+    )  # fmt: skip
+    def test_what_the_other_program_has_no_place_for_is_refused(self, name, kind, why, tmp_path, capsys):
+        path = tmp_path / f"mine{kind}"
+        assert main([name, "--export", str(path)]) == 2
+        assert why in capsys.readouterr().err
+        assert not path.exists()
+
+    def test_the_command_writes_never_over_a_file(self, tmp_path, capsys):
+        path = tmp_path / "mine.linkage2"
+        assert main(["pusher", "--export", str(path)]) == 0
+        assert main(["pusher", "--export", str(path)]) == main(["--export", str(path)]) == 2
+        said = capsys.readouterr()
+        assert "is there already" in said.err
+        assert "takes one scene" in said.err
+        assert "have no place in it" in said.out
 
 
 class TestDrawn:

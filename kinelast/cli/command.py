@@ -172,6 +172,7 @@ def _answer(request: Request, batch: Batch) -> int:
         (batch.list, partial(_list, *batch.scenes)),
         (batch.live, partial(_live, *batch.scenes)),
         (begins, partial(_begin, batch)),
+        (batch.export, partial(_export, Path(batch.export or ""), *batch.scenes)),
     ):
         if asked:
             return answer()
@@ -291,6 +292,33 @@ def _begin(batch: Batch) -> int:
     for note in notes:
         say(f"{path}: {note}", sys.stderr)
     say(f"{path} written; deflection-report {path} answers it", sys.stdout)
+    return FINE
+
+
+def _export(path: Path, *scenes: str) -> int:
+    """Write the mechanism of a scene for another program, never over another file; the exit status."""
+    from exchange import ExchangeError, written
+    from kinelast.outputs.pictures import exchanged
+    from kinelast.scene.document import document_from_bytes
+    from kinelast.scene.text import file_bytes
+    from kinelast.tasks.task import scene_paths
+
+    paths, problems = scene_paths(scenes)
+    if problems or len(paths) != 1:
+        return _refuse(problems[0] if problems else "--export takes one scene")
+    try:
+        drawing = exchanged(document_from_bytes(file_bytes(paths[0]), paths[0]).scene)
+        text = written(drawing, path.suffix)
+    except SceneError as error:
+        return _refuse(str(error))
+    except ExchangeError as error:
+        return _refuse(f"--export: {plain(str(error), 300)}")
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        return _refuse(f'"{path}" is there already: move it away, or name another')
+    say(f"{path} written: points, links, joints and drives; sections, masses and loads have no place in it", sys.stdout)
     return FINE
 
 

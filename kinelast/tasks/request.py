@@ -239,6 +239,9 @@ class Batch:
         "FILE",
         flags=("--import",),
     )
+    export: str | None = option(
+        SCENE, "write the scene's mechanism for another program and stop: PMKS+ (.pmks), Linkage (.linkage2)", "FILE"
+    )
     structure: bool = option(
         CHECKING,
         "tell mobility, loops and groups instead, and draw the skeleton",
