@@ -11,11 +11,14 @@ from scipy.optimize import brentq
 from elastic import deflection, extremes
 from kinelast import read_scene, scene_motion, shipped_scenes
 from kinelast.designs import evaluate, with_value
+from kinelast.designs.problem import steps_of
 from kinelast.designs.search import local_searches
+from kinelast.designs.sensitivities import Sensitivities
 from kinelast.designs.studies import optimum_study, problem_of, sensitivity_study, tolerance_study
 from kinelast.designs.tolerances import accuracy_figures
+from kinelast.outputs.sensitivities import ToldSensitivities
 from kinelast.outputs.studies import words
-from kinelast.scene.document import scene_from_dict
+from kinelast.scene.document import document_from_text, scene_from_dict
 from kinelast.scene.parsing import parse_toml
 
 L, WIDTH, E, DENSITY, TIP = 0.3, 10e-3, 70e9, 2700.0, 0.2
@@ -90,6 +93,31 @@ class TestSensitivities:
             exact_slopes = [float(mpmath.diff(deflection_of, at, order)) for order in ((1, 0), (0, 1))]
         assert found.slope[row] == pytest.approx(exact_slopes, rel=1e-9)
         assert (abs(found.slope[row] - exact_slopes) < found.error[row] + 1e-13 * np.abs(exact_slopes)).all()
+
+    @pytest.mark.parametrize(
+        ("more", "path", "step", "words"),
+        [
+            ("", "sections.bar.depth", 1e-4, "100 µm more"),
+            ("", "links.crank.length", 1e-3, "1 mm more"),
+            ("", "points.D.y", 1e-3, "1 mm more"),
+            ("", "drives.crank.start", np.radians(1.0), "1° more"),
+            ("", "materials.steel.E", 2.1e9, "1 % more"),
+            ('units = "in"\n', "links.crank.length", 0.01 * 0.0254, "0.01 in more"),
+            ('[tolerances]\n"links.crank.length" = "0.02 mm"\n', "links.crank.length", 2e-5, "20 µm more"),
+        ],
+    )
+    def test_a_change_is_told_by_tolerance_by_millimetre_by_degree_or_by_per_cent(self, more, path, step, words):
+        text = shipped_scenes()["steel_four_bar"].read_text().replace('"100 rad/s"', '"100 rad/s"\nstart = 0.0')
+        document = document_from_text(more + text if "units" in more else text + more)
+        numbers = [document.variable(path)]
+        steps = steps_of(document, numbers)
+        assert steps[0].size == pytest.approx(step, rel=1e-12)
+        slope = np.array([[-2.5]])
+        result = Sensitivities(("mass",), np.ones(1), np.array([0.5]), *[slope] * 4, slope > 0, abs(slope))
+        told = ToldSensitivities(result, numbers, {"mass": "kg"}, steps, document.scene.told_in)
+        assert told.change[0, 0] == pytest.approx(-2.5 * step, rel=1e-12)
+        assert told.sentence(0, 0).startswith(f"{words} {path}")
+        assert told.sentence(0, 0).endswith(" %) mass")
 
     @pytest.mark.slow
     @pytest.mark.parametrize("path", ["links.crank.length", "links.coupler.length"])

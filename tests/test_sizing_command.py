@@ -72,7 +72,10 @@ def test_all_studies_of_a_scene(scene, tmp_path, capsys):
     depth, crank, speed = summary["sensitivities"]["figures"][0]["slopes"]
     assert speed["percent"] == pytest.approx(2.0, abs=1e-9)
     assert summary["sensitivities"]["figures"][1]["slopes"][0]["percent"] == pytest.approx(1.0, abs=1e-9)
-    assert "1 % more drives.crank.speed: +2 % deflection" in summary["sensitivities"]["figures"][0]["words"]
+    sizes = summary["sensitivities"]["figures"][0]["words"]
+    assert sum(words.startswith("1 % more drives.crank.speed: +23 µm (+2 %) deflection") for words in sizes) == 1
+    assert crank["change"] == pytest.approx(crank["slope"] * 1e-4, rel=1e-12)
+    assert sum(words.startswith("100 µm more links.crank.length, its tolerance: +") for words in sizes) == 1
     assert depth["error"] < 1e-8 * abs(depth["slope"])
     assert crank["kink"] is False
     ranges = {each["name"]: each for each in summary["tolerances"]["figures"]}
@@ -418,7 +421,7 @@ def test_the_page_shows_all_three(scene, tmp_path, driver):
     assert not page.logs()
     shown = {name: page.run(f"return document.getElementById('{name}').innerText")
              for name in ("sensitivities", "tolerances", "optimum")}  # fmt: skip
-    assert "drives.crank.speed\n2 %" in shown["sensitivities"]
+    assert "1 % more drives.crank.speed\n+22.98 µm (2 %)" in shown["sensitivities"]
     assert "64 designs with sections.bar.depth ± 50 µm, links.crank.length ± 100 µm (normal)" in shown["tolerances"]
     assert "geometric_error" in shown["tolerances"]
     assert "held by deflection" in shown["optimum"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -14,6 +15,7 @@ from kinelast.scene.document import Document
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import Limit, bounds, figure_bounds, tolerance
+from kinelast.scene.tables import PER_LENGTH
 from kinelast.scene.variables import Variable
 from rigid.arrays import Reals
 
@@ -41,6 +43,51 @@ def tolerance_task(document: Document) -> ToleranceTask:
     return ToleranceTask(
         tuple(number for number, *_ in rows), tuple(Tolerance(half, normal) for _, half, normal in rows)
     )
+
+
+@dataclass(frozen=True)
+class Step:
+    """Change of a number by which its sensitivities are told.
+
+    Attributes
+    ----------
+    size
+        In the SI unit of the number; 0 where there is none.
+    kind
+        `TOLERANCE`, `ABSOLUTE` or `PER_CENT`.
+    """
+
+    size: float
+    kind: str
+
+
+TOLERANCE, ABSOLUTE, PER_CENT = "tolerance", "absolute", "per cent"
+LENGTHS = {"in": 0.01 * PER_LENGTH["in"]}  # by the file's unit of lengths, the largest step [m]; else a millimetre
+PARTS = 10  # of a length, at least, that a step is one of
+
+
+def steps_of(document: Document, variables: Sequence[Variable]) -> list[Step]:
+    """Changes of numbers as a workshop would think of them: by tolerance, or by millimetre or degree, or by 1 %.
+
+    A length that is less than ten of these changes by a tenth, a hundredth ... of a millimetre; of a coordinate the
+    extent of the drawing counts.
+    """
+    table = document.table
+    extent = max((abs(float(each)) for place in table.points.values() for each in place), default=0.0)
+    return [_step(table, one, extent) for one in variables]
+
+
+def _step(table: SceneTable, one: Variable, extent: float) -> Step:
+    if one.path in table.tolerances:
+        return Step(tolerance(table, one.path, table.tolerances[one.path])[1], TOLERANCE)
+    if one.unit == "rad":
+        return Step(math.radians(1.0), ABSOLUTE)
+    size = max(abs(one.base), extent) if one.path.endswith((".x", ".y")) else abs(one.base)
+    if one.unit == "m" and size:
+        most = LENGTHS.get(table.units, 1e-3)
+        tenths = math.ceil(max(0.0, math.log10(PARTS * most / size)) - 1e-9)
+        return Step(most * 10.0**-tenths, ABSOLUTE)
+    return Step(abs(one.base) / 100, PER_CENT)
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from html import escape
 from typing import Any
 
 import numpy as np
 
+from kinelast.designs.problem import PER_CENT, TOLERANCE, Step
 from kinelast.designs.sensitivities import Sensitivities
 from kinelast.designs.tolerances import GEOMETRIC, WHOLE, KeptShare, Scatter, ToleranceResult
 from kinelast.outputs.table import Table
 from kinelast.scene.numbers import SI, ToldIn, number, percent, quantity
 from kinelast.scene.variables import Variable
+from rigid.arrays import Reals
 
-WIDTH, LEFT, ROW, HEADING, GAP = 720, 250, 22, 30, 14  # [px]
+WIDTH, LEFT, ROW, HEADING, GAP = 770, 250, 22, 30, 14  # [px]
 LONGEST = 36  # letters of a bar's name
+DEGREES: ToldIn = {"rad": (180 / math.pi, "deg")}
 
 
 @dataclass(frozen=True)
@@ -36,7 +40,7 @@ def bars_svg(charts: Sequence[Bars]) -> str:
         y += HEADING
         most = max((abs(size) for _, size, _ in chart.rows), default=0.0) or 1.0
         two_ways = any(size < 0 for _, size, _ in chart.rows)
-        room = WIDTH - LEFT - 130
+        room = WIDTH - LEFT - 180
         zero, unit = (LEFT + room / 2, room / 2) if two_ways else (LEFT, room)
         for name, size, words in chart.rows:
             length = unit * abs(size) / most
@@ -45,7 +49,7 @@ def bars_svg(charts: Sequence[Bars]) -> str:
             parts.append(f'<text x="{LEFT - 8}" y="{y + 15}" class="name">{escape(_short(name))}</text>')
             parts.append(
                 f'<rect x="{start:.1f}" y="{y + 4}" width="{length:.1f}" height="{ROW - 8}" class="{way}"/>'
-                f'<text x="{WIDTH - 122}" y="{y + 15}">{escape(words)}</text>'
+                f'<text x="{WIDTH - 172}" y="{y + 15}">{escape(words)}</text>'
             )
             y += ROW
         parts.append(f'<path d="M{zero:.1f} {y - ROW * len(chart.rows)}V{y}" class="zero"/>')
@@ -66,63 +70,106 @@ def _short(name: str) -> str:
 
 
 HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "error", "per cent to one per cent", "kink",
-        "slope below", "slope above", "stays by")  # fmt: skip
+        "slope below", "slope above", "stays by", "step", "change by step")  # fmt: skip
 MOST_BARS = 12
 TOLD = 2  # figures of which the closing words tell
-SIZED = 5e-4  # per cent to one per cent: what changes a figure by less is not drawn
+SIZED = 5e-6  # share of a figure: what changes it by less is not drawn
 
 
-def sensitivity_figures(
-    result: Sensitivities, variables: Sequence[Variable], units: Mapping[str, str]
-) -> dict[str, Any]:
+@dataclass(frozen=True, eq=False)
+class ToldSensitivities:
+    """Sensitivities, and what they are told with: numbers, units of the figures, steps, and units of the scene."""
+
+    result: Sensitivities
+    variables: Sequence[Variable]
+    units: Mapping[str, str]
+    steps: Sequence[Step]
+    told_in: ToldIn = field(default_factory=dict)
+
+    @cached_property
+    def change(self) -> Reals:
+        """Changes of the figures by the steps, shape (figures, numbers)."""
+        return np.asarray(self.result.slope * [step.size for step in self.steps])
+
+    def step_words(self, column: int) -> str:
+        """The step of a number, in words."""
+        step, unit = self.steps[column], self.variables[column].unit
+        return "1 %" if step.kind == PER_CENT else quantity(step.size, unit, told_in={**DEGREES, **self.told_in})
+
+    def change_words(self, row: int, column: int) -> str:
+        """By how much a figure changes by the step of a number, in words."""
+        change, name = float(self.change[row, column]), self.result.figures[row]
+        size = quantity(change, self.units[name], 3, {**DEGREES, **self.told_in})
+        figure = float(self.result.figure[row])
+        share = f" ({_signed(number(100 * change / figure, 3), change / figure)} %)" if figure else ""
+        return f"{_signed(size, change)}{share}"
+
+    def ranked(self, row: int) -> list[int]:
+        """Numbers of the variables that matter to a figure, the largest change first."""
+        sizes = np.where(np.isfinite(self.change[row]), abs(self.change[row]), 0.0)
+        least = SIZED * abs(float(self.result.figure[row]))
+        return [int(column) for column in np.argsort(-sizes, kind="stable") if sizes[column] > least]
+
+    def sentence(self, row: int, column: int) -> str:
+        """How a figure changes by the step of a number: "1 mm more points.D.y: +0.52 µm (+1.1 %) deflection"."""
+        own = ", its tolerance" if self.steps[column].kind == TOLERANCE else ""
+        change = self.change_words(row, column)
+        return f"{self.step_words(column)} more {self.variables[column].path}{own}: {change} {self.result.figures[row]}"
+
+    def sentences(self, row: int, most: int) -> list[str]:
+        """Sentences on those that matter most to a figure."""
+        return [self.sentence(row, column) for column in self.ranked(row)[:most]]
+
+
+def _signed(words: str, size: float) -> str:
+    return f"+{words}" if size > 0 else words
+
+
+def sensitivity_figures(told: ToldSensitivities) -> dict[str, Any]:
     """Sensitivities as plain data that JSON can hold, null where not known; `words` tell the largest."""
+    result, variables, units = told.result, told.variables, told.units
     rows = range(min(TOLD, len(result.figures)))
     return {
-        "words": [words for row in rows for _, words in _ranked(result, variables, row)[:1]],
-        "numbers": [{"path": one.path, "value": one.base, "unit": one.unit} for one in variables],
+        "words": [words for row in rows for words in told.sentences(row, 1)],
+        "numbers": [
+            {
+                "path": one.path,
+                "value": one.base,
+                "unit": one.unit,
+                "step": {"value": told.steps[at].size, "words": told.step_words(at), "kind": told.steps[at].kind},
+            }
+            for at, one in enumerate(variables)
+        ],
         "figures": [
             {
                 "name": name,
                 "value": float(result.figure[row]),
                 "unit": units[name],
-                "slopes": [_slope(result, row, column) for column in range(len(variables))],
-                "words": [words for _, words in _ranked(result, variables, row)[:MOST_BARS]],
+                "slopes": [_slope(told, row, column) for column in range(len(variables))],
+                "words": told.sentences(row, MOST_BARS),
             }
             for row, name in enumerate(result.figures)
         ],
     }
 
 
-def _slope(result: Sensitivities, row: int, column: int) -> dict[str, Any]:
+def _slope(told: ToldSensitivities, row: int, column: int) -> dict[str, Any]:
+    result = told.result
     kinked = bool(result.kink[row, column])
     return {
         "slope": float(result.slope[row, column]),
         "error": float(result.error[row, column]),
         "percent": float(result.logarithmic[row, column]),
+        "change": float(told.change[row, column]),
         "kink": kinked,
         "stays_by": float(result.still[row, column]),
         **({"below": float(result.below[row, column]), "above": float(result.above[row, column])} if kinked else {}),
     }
 
 
-def _ranked(result: Sensitivities, variables: Sequence[Variable], row: int) -> list[tuple[int, str]]:
-    """Numbers of the variables that matter to a figure, the largest sensitivity first, and a sentence on each."""
-    sizes = np.where(np.isfinite(result.logarithmic[row]), result.logarithmic[row], 0.0)
-    order = [int(column) for column in np.argsort(-abs(sizes), kind="stable") if abs(sizes[column]) > SIZED]
-    return [(column, told(variables[column].path, sizes[column], result.figures[row])) for column in order]
-
-
-def told(path: str, percent: float, figure: str) -> str:
-    """A sensitivity in words.
-
-    >>> told("sections.bar.depth", -2.7, "deflection")
-    '1 % more sections.bar.depth: −2.7 % deflection'
-    """
-    return f"1 % more {path}: {'+' if percent > 0 else ''}{number(percent, 3)} % {figure}"
-
-
-def sensitivity_table(result: Sensitivities, variables: Sequence[Variable], units: Mapping[str, str]) -> Table:
-    """A row a figure and number: derivative, estimate of its error, logarithmic derivative, kinks."""
+def sensitivity_table(told: ToldSensitivities) -> Table:
+    """A row a figure and number: derivative, its error, logarithmic derivative, kinks, change by the step."""
+    result = told.result
     sides = (result.slope, result.error, result.logarithmic, result.kink, result.below, result.above, result.still)
     return Table.of_rows(
         HEAD,
@@ -130,33 +177,32 @@ def sensitivity_table(result: Sensitivities, variables: Sequence[Variable], unit
             (
                 name,
                 result.figure[row],
-                units[name],
+                told.units[name],
                 variable.path,
                 variable.base,
                 variable.unit,
                 *(each[row, column].item() for each in sides),
+                told.steps[column].size,
+                told.change[row, column].item(),
             )
             for row, name in enumerate(result.figures)
-            for column, variable in enumerate(variables)
+            for column, variable in enumerate(told.variables)
         ],
     )
 
 
-def sensitivity_bars(
-    result: Sensitivities, variables: Sequence[Variable], units: Mapping[str, str], told_in: ToldIn = SI
-) -> str:
-    """Largest sensitivities of every figure, as bars in SVG: per cent of the figure to one per cent of the number."""
-    charts = []
+def sensitivity_bars(told: ToldSensitivities) -> str:
+    """Largest sensitivities of every figure, as bars in SVG: its change by the steps of the numbers."""
+    result, charts = told.result, []
     for row, name in enumerate(result.figures):
-        ranked = _ranked(result, variables, row)[:MOST_BARS]
-        size = quantity(float(result.figure[row]), units[name], told_in=told_in)
+        size = quantity(float(result.figure[row]), told.units[name], told_in=told.told_in)
         bars = []
-        for column, _ in ranked:
-            share = float(result.logarithmic[row, column])
+        for column in told.ranked(row)[:MOST_BARS]:
             mark = " (kink)" if result.kink[row, column] else ""
-            bars.append((variables[column].path, share, f"{'+' if share > 0 else ''}{number(share, 3)} %{mark}"))
+            heading = f"{told.step_words(column)} more {told.variables[column].path}"
+            bars.append((heading, float(told.change[row, column]), told.change_words(row, column) + mark))
         if bars:
-            charts.append(Bars(f"{name}, {size}: what 1 % more makes of it", tuple(bars)))
+            charts.append(Bars(f"{name}, {size}: what makes more or less of it", tuple(bars)))
     return bars_svg(charts)
 
 

@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from kinelast.designs.optimum import ACTIVE, RADII, OptimumResult
+from kinelast.designs.problem import steps_of
 from kinelast.designs.studies import optimum_study, sensitivity_study, tolerance_study
 from kinelast.designs.tolerances import DESIGNS
 from kinelast.figures.limits import BROKEN, UNKNOWN, VERDICTS, Judgement, verdict_on
 from kinelast.outputs.sensitivities import (
+    ToldSensitivities,
     sensitivity_bars,
     sensitivity_figures,
     sensitivity_table,
@@ -233,10 +235,12 @@ def write_studies(part: Path, document: Document, request: Request, progress: Pr
     figures = {}
     with of_file(document.path):
         if request.sensitivities:
-            found = sensitivity_study(document, progress=progress)
-            write_table(part / "sensitivities.csv", sensitivity_table(*found), request.tables)
-            (part / "sensitivities.svg").write_text(sensitivity_bars(*found, document.scene.told_in), encoding="utf-8")
-            figures["sensitivities"] = sensitivity_figures(*found)
+            result, numbers, units = sensitivity_study(document, progress=progress)
+            steps = steps_of(document, numbers)
+            told_so = ToldSensitivities(result, numbers, units, steps, document.scene.told_in)
+            write_table(part / "sensitivities.csv", sensitivity_table(told_so), request.tables)
+            (part / "sensitivities.svg").write_text(sensitivity_bars(told_so), encoding="utf-8")
+            figures["sensitivities"] = sensitivity_figures(told_so)
         if request.tolerances:
             ranges = tolerance_study(document, request.samples or DESIGNS, progress)
             write_table(part / "tolerances.csv", tolerance_table(ranges), request.tables)

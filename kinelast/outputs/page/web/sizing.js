@@ -17,8 +17,8 @@ function chosenBars(id, figures, rowsOf) {
 }
 
 function sensitivitiesSection({ numbers, figures }) {
-  const rowsOf = ({ slopes }) => slopes.map((each, k) => ({ name: numbers[k].path, size: each.percent ?? 0, words: `${number(each.percent, 3)} %${each.kink ? " (kink)" : ""}` })).filter(({ size }) => Math.abs(size) > 5e-4);
-  section("sensitivities", "Sensitivities", "What a figure depends on", soft("By how many per cent the quasi-static figure grows where a number of the file grows by 1 %, the others held; orange: it falls. At a kink the largest value is in two places at once, and the slopes to both sides differ. Derivatives and the estimates of their errors are in sensitivities.csv."), chosenBars("sensitivity-of", figures, rowsOf));
+  const rowsOf = ({ slopes, value, unit }) => slopes.map((each, k) => ({ name: `${numbers[k].step.words} more ${numbers[k].path}`, size: each.change ?? 0, words: `${each.change > 0 ? "+" : ""}${sized(each.change, unit)}${value ? ` (${number((100 * each.change) / value, 3)} %)` : ""}${each.kink ? " (kink)" : ""}` })).filter(({ size }) => Math.abs(size) > 5e-6 * Math.abs(value));
+  section("sensitivities", "Sensitivities", "What a figure depends on", soft("By how much the quasi-static figure grows where a number of the file grows by a millimetre, a degree, its own tolerance, or by 1 %, the others held; orange: it falls. At a kink the largest value is in two places at once, and the slopes to both sides differ. Derivatives and the estimates of their errors are in sensitivities.csv."), chosenBars("sensitivity-of", figures, rowsOf));
 }
 
 const sentence = (words) => `${words[0].toUpperCase()}${words.slice(1)}.`;
