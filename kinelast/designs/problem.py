@@ -77,17 +77,17 @@ def steps_of(document: Document, variables: Sequence[Variable]) -> list[Step]:
     return [_step(table, one, extent) for one in variables]
 
 
-def _step(table: SceneTable, one: Variable, extent: float) -> Step:
-    if one.path in table.tolerances:
-        return Step(tolerance(table, one.path, table.tolerances[one.path])[1], TOLERANCE)
-    if one.unit == "rad":
+def _step(table: SceneTable, number: Variable, extent: float) -> Step:
+    if number.path in table.tolerances:
+        return Step(tolerance(table, number.path, table.tolerances[number.path])[1], TOLERANCE)
+    if number.unit == "rad":
         return Step(math.radians(1.0), ABSOLUTE)
-    size = max(abs(one.base), extent) if one.path.endswith((".x", ".y")) else abs(one.base)
-    if one.unit == "m" and size:
+    size = max(abs(number.base), extent) if number.path.endswith((".x", ".y")) else abs(number.base)
+    if number.unit == "m" and size:
         most = LENGTHS.get(table.units, 1e-3)
         tenths = math.ceil(max(0.0, math.log10(PARTS * most / size)) - 1e-9)
         return Step(most * 10.0**-tenths, ABSOLUTE)
-    return Step(abs(one.base) / 100, PER_CENT)
+    return Step(abs(number.base) / 100, PER_CENT)
 
 
 @dataclass(frozen=True, eq=False)

@@ -78,7 +78,7 @@ SIZED = 5e-6  # share of a figure: what changes it by less is not drawn
 
 @dataclass(frozen=True, eq=False)
 class ToldSensitivities:
-    """Sensitivities, and what they are told with: numbers, units of the figures, steps, and units of the scene."""
+    """Sensitivities with their numbers, the units of their figures, steps, and the units of the scene."""
 
     result: Sensitivities
     variables: Sequence[Variable]
