@@ -162,7 +162,7 @@ def in_transient(name="lightest_arm"):
     return balance(found.deflection, course.near, granted=1e-3, transient=near), found.deflection, course
 
 
-@pytest.mark.parametrize("name", ["lightest_arm", "steel_four_bar"])
+@pytest.mark.parametrize("name", ["lightest_arm", pytest.param("steel_four_bar", marks=pytest.mark.slow)])
 def test_links_that_vibrate_without_a_cycle_have_momentum_too(name):
     kept, bent, course = in_transient(name)
     assert kept.compared > 30

@@ -480,6 +480,7 @@ def test_scenes_stand_anywhere_among_the_options(words):
     assert request == Request(checks=(16,), changes=("x=1", "y=2"))
 
 
+@pytest.mark.slow
 def test_a_package_that_is_missing_is_named_with_what_to_install(arm, tmp_path, monkeypatch, capsys):
     for package, option, told in (
         ("skfem", "--check", 'arm: the package "skfem" is not installed: pip install "scikit-fem"'),

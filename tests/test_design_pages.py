@@ -72,6 +72,7 @@ def test_the_report_of_a_design_has_the_figures_of_its_row(scene, capsys):
         assert (folder / "designs" / one).read_bytes() == (scene.parent / one).read_bytes()
 
 
+@pytest.mark.slow
 def test_a_page_that_fails_does_not_lose_the_sweep(scene, monkeypatch, capsys):
     def fails(*_):
         raise ValueError("no ink")

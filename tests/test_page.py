@@ -463,7 +463,7 @@ def test_paper_has_no_blank_page(driver, reports):
     ("name", "wish"),
     [
         ("steel_four_bar", "light"),
-        ("steel_four_bar", "dark"),
+        pytest.param("steel_four_bar", "dark", marks=pytest.mark.slow),
         pytest.param("andrews_driven", "light", marks=pytest.mark.slow),
         pytest.param("pusher", "light", marks=pytest.mark.slow),
     ],
