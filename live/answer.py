@@ -61,6 +61,8 @@ def quick_answer(
     try:
         tables = tomllib.loads(text)
         answer["sheet"] = sheet(tables)
+        if with_numbers:
+            answer["sheet"]["tables"] = tables
         document = replace(document_from_dict(tables, name), source=text)
         if with_numbers:
             answer["numbers"] = offered(document, text)

@@ -8,6 +8,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,10 @@ import numpy as np
 from kinelast.scene.document import document_from_text
 from kinelast.scene.units import Quantity, written_like
 from live.drives import add_cylinder, add_drive, add_gear, set_law, with_cylinders
+from live.entries import add_table, entry
 from live.parts import (
     DIGITS,
+    EXACT,
     EditError,
     Tables,
     add_link,
@@ -28,11 +31,13 @@ from live.parts import (
     drawn,
     fix,
     metres,
+    points_of,
     remove,
     scale_of,
     weld,
+    with_points,
 )
-from live.text import as_toml, places, replaced, with_value
+from live.text import as_toml, places, replaced, with_value, without
 from rigid import GROUND, MechanismError, position_of
 
 BARE = "1", "", "rad/rad", "rad/m", "m/rad"  # units that are not written
@@ -179,6 +184,58 @@ def _starts(tables: Tables, spans: Any, links: Tables, point: str, to: complex, 
             yield spans["drives", number, "start"], as_toml(_number(drive["start"], float(angle) + turn, "rad"))
 
 
+def add_to_link(text: str, tables: Tables, change: Tables) -> str:
+    """A point more of a link, with its path drawn: one of the scene, to which the link is pinned then, or a new one.
+
+    At a place `at`; or on the line `between` two points, at a `share` of it. Beside the links' lines it bears nothing.
+    """
+    name, link = change["link"], tables["links"][change["link"]]
+    ends = points_of(link)
+    now, ways = start_of(text)
+    sheet = drawn(tables)
+    there, seen = change.get("at"), {**sheet, **now}
+    if "between" in change:
+        first, last = (sheet[each] for each in change["between"])
+        place = first + round(float(change["share"]), 3) * (last - first)
+        there = [place.real, place.imag]
+    text, (point,) = with_points(text, tables, [there])
+    if point in ends:
+        raise EditError(f'"{name}" has the point "{point}" already')
+    if "between" in change:
+        text = with_value(text, ("points", point), _plain(place, tables))  # exactly on it
+    if "length" in link or isinstance(link["points"], dict):
+        text = _in_own_axes(text, tables, name, point, {**seen, point: _seen(change, seen, point)}, ways)
+    else:
+        text = with_value(text, ("links", name, "points"), [*ends, point])
+    if "beams" in link or link.get("rigid") or ("between" in change and len(ends) == 2):
+        return text
+    return with_value(text, ("links", name, "beams"), [list(pair) for pair in pairwise(ends)])
+
+
+def _seen(change: Tables, seen: Mapping[str, complex], point: str) -> complex:
+    """The place of a new point where the mechanism stands at its start."""
+    if "between" in change:
+        first, last = (seen[each] for each in change["between"])
+        return first + round(float(change["share"]), 3) * (last - first)
+    return seen[point] if isinstance(change["at"], str) else complex(*change["at"])
+
+
+def _in_own_axes(text: str, tables: Tables, name: str, point: str, seen: Mapping[str, complex], ways: Any) -> str:
+    """A text in which a link has its points, and one more, by places in its own axes."""
+    link = tables["links"][name]
+    ends = points_of(link)
+    first, last = (seen[each] for each in ends[:2])
+    way = ways.get(name, (last - first) / abs(last - first))
+    own = dict(link["points"]) if isinstance(link["points"], dict) else {}
+    for each in (*ends, point):
+        own.setdefault(each, _plain((seen[each] - first) * way.conjugate(), tables))
+    return with_value(without(text, ("links", name, "length")), ("links", name, "points"), own)
+
+
+def _plain(place: complex, tables: Tables) -> list[float]:
+    return [round(part / scale_of(tables), EXACT) + 0.0 for part in (place.real, place.imag)]
+
+
 def put(text: str, tables: Tables, change: Tables) -> str:
     """A value of any kind put in a place of the file."""
     return with_value(text, tuple(change["path"]), change["value"])
@@ -222,5 +279,6 @@ def set_number(text: str, tables: Tables, change: Tables) -> str:
 EDITS: Mapping[str, Callable[[str, Tables, Tables], str]] = {
     "move": move, "put": put, "set": set_number, "point": add_point, "link": add_link, "fix": fix, "slot": add_slot,
     "weld": weld, "spring": add_spring, "mass": add_mass, "load": add_load, "drive": add_drive, "law": set_law,
-    "gear": add_gear, "cylinder": add_cylinder, "remove": remove,
+    "gear": add_gear, "cylinder": add_cylinder, "trace": add_to_link, "entry": entry, "table": add_table,
+    "remove": remove,
 }  # fmt: skip

@@ -15,6 +15,7 @@ from live.text import with_table, with_value, without
 from rigid import GROUND
 
 DIGITS = 6
+EXACT = 12  # digits where a point has to lie on a line
 SECTION, MATERIAL = "flat 20x5", "S235"
 Tables = Mapping[str, Any]
 
@@ -134,17 +135,42 @@ def along(direction: complex) -> str:
 
 
 def add_slot(text: str, tables: Tables, change: Tables) -> str:
-    """A straight slot of the ground in which a point moves; or none any longer, where no direction is given."""
-    point = change["point"]
-    direction = along(complex(*change.get("direction", (1, 0))))
+    """A straight slot of the ground, or of the link `on`, in which a point moves.
+
+    Without a direction it lies along that link, a free end of which is put in line with the point; on the ground along
+    x; or there is none any longer.
+    """
+    point, on = change["point"], change.get("on")
+    if on is not None and on in tables.get("links", {}) and "direction" not in change:
+        text, way = _aligned(text, tables, on, point)
+        direction = f"{math.degrees(cmath.phase(way)):.{EXACT}g} deg"
+    else:
+        direction = along(complex(*change.get("direction", (1, 0))))
     for kind, key in (("slots", "point"), ("sliders", "through")):
         for name, table in tables.get(kind, {}).items():
             if table.get(key) == point and "direction" in change:
                 return with_value(text, (kind, name, "direction"), direction)
             if table.get(key) == point:
                 return remove(text, tables, {"kind": kind[:-1], "name": name})
-    entries = {"point": point, "link": moving_links(tables, point)[0], "direction": direction}
+    link = next((name for name in moving_links(tables, point) if name != on), None)
+    if link is None:
+        raise EditError(f'"{point}" belongs to "{on}" alone: a slot of it guides the pin of another link')
+    entries = {"point": point, "link": link, **({"on": on} if on else {}), "direction": direction}
     return with_table(text, ("slots", new_name(tables.get("slots", ()), "slot_")), entries)
+
+
+def _aligned(text: str, tables: Tables, name: str, point: str) -> tuple[str, complex]:
+    """A text in which the line of a link passes a point, where an end of it is free; and the line's direction."""
+    sheet, ends = drawn(tables), points_of(tables["links"][name])
+    others = [each for other, link in tables["links"].items() if other != name for each in points_of(link)]
+    free = [end for end in ends if end not in others]
+    if len(ends) == 2 and len(free) == 1 and isinstance(tables["points"].get(free[0]), list):
+        (fixed,) = (sheet[end] for end in ends if end not in free)
+        way = sheet[point] - fixed
+        place = fixed + way / abs(way) * abs(sheet[free[0]] - fixed)
+        parts = [round(part / scale_of(tables), EXACT) + 0.0 for part in (place.real, place.imag)]
+        return with_value(text, ("points", free[0]), parts), way
+    return text, sheet[ends[1]] - sheet[ends[0]]
 
 
 def weld(text: str, tables: Tables, change: Tables) -> str:
@@ -224,7 +250,10 @@ def points_of(link: Tables) -> list[str]:
     return [str(each) for each in points] if isinstance(points, list | dict) else []
 
 
-SINGLE = {"link": "links", "slot": "slots", "slider": "sliders", "weld": "welds", "mass": "masses"}
+SINGLE = {
+    "link": "links", "slot": "slots", "slider": "sliders", "weld": "welds", "mass": "masses", "section": "sections",
+    "material": "materials", "motor": "motors", "joint": "joints", "bearing": "bearings",
+}  # fmt: skip
 LISTED = {"drive": "drives", "load": "loads", "spring": "springs", "gear": "gears"}
 
 
@@ -237,6 +266,11 @@ def remove(text: str, tables: Tables, change: Tables) -> str:
         return _without_cylinder(text, tables, name)
     if kind == "point":
         return _without_point(text, tables, name)
+    if kind == "table":
+        return without(text, (name,))
+    if kind == "motor":
+        for number, drive in enumerate(tables.get("drives", ())):
+            text = without(text, ("drives", number, "motor")) if drive.get("motor") == name else text
     if name == GROUND:
         raise EditError("the ground stays: a mechanism stands on it")
     if kind == "link":

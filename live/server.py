@@ -29,6 +29,7 @@ from kinelast.scene.sections import library_entries
 from kinelast.tasks.task import shipped_scenes
 from live.answer import Memory, packed, quick_answer
 from live.edit import EMPTY, edited
+from live.entries import keys
 from live.file import ChangedError, SceneFile
 from live.full import Worker
 from live.parts import EditError
@@ -149,6 +150,7 @@ def _scene(live: Live, request: Request, given: Any) -> Response:
             "shipped": {"empty sheet": EMPTY, **shipped},
             "sections": [name for name, _ in library_entries("sections")],
             "materials": [name for name, _ in library_entries("materials")],
+            "keys": keys(),
         }
     )
 

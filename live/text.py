@@ -232,8 +232,8 @@ def with_table(text: str, path: Path, entries: Mapping[str, Any]) -> str:
 def without(text: str, path: Path) -> str:
     """A text without a table or an entry; a list is written anew without it."""
     known = places(text)
-    if path in known.tables:
-        below = [span for key, span in known.tables.items() if key[: len(path)] == path]
+    below = [span for key, span in known.tables.items() if key[: len(path)] == path]
+    if below:
         for begin, end in sorted(below, reverse=True):
             text = text[:begin] + text[BLANK.match(text, min(end + 1, len(text))).end() :]  # type: ignore[union-attr]
         return text

@@ -19,6 +19,7 @@ from kinelast.scene.course import CourseByLaws
 from kinelast.tasks.task import shipped_scenes
 from live.answer import Memory, quick_answer
 from live.edit import EMPTY, edited, start_of
+from live.entries import keys, typed
 from live.file import ChangedError, SceneFile
 from live.parts import EditError
 from live.text import as_toml, places, with_value, without
@@ -251,6 +252,90 @@ class TestEdits:
         text = edited(text, {"do": "weld", "point": "B"})
         assert "slot_1" not in edited(text, {"do": "slot", "point": "A"})  # nor its drive
         assert quick_answer(edited(text, {"do": "drive", "point": "A"}))[0]["picture"] is None
+
+    def test_a_slot_in_a_link_turns_it_as_a_quick_return(self):
+        """The rocker points from its pivot to the crank's pin, all the way round."""
+        text = made({"do": "link", "points": [[0, 0.1], [0.08, 0.1]]},
+                    {"do": "link", "points": [[0, -0.1], [0.17, 0.29]]},
+                    {"do": "fix", "point": "A"}, {"do": "fix", "point": "C"},
+                    {"do": "slot", "point": "B", "on": "link_2"}, {"do": "drive", "link": "link_1"})  # fmt: skip
+        answer, data = quick_answer(text)
+        assert answer["mistakes"] == []
+        places = points_of_picture(answer, data)
+        rocker, pin = (places[end] - places["C"] for end in "DB")
+        np.testing.assert_allclose(np.angle(rocker / pin), 0, atol=1e-6)
+        assert np.ptp(abs(pin)) == pytest.approx(0.16, abs=1e-3)
+        with pytest.raises(EditError, match="belongs to"):
+            edited(text, {"do": "slot", "point": "D", "on": "link_2"})
+
+    def test_a_point_more_of_a_link_keeps_its_place_in_it(self):
+        plain, _ = quick_answer(STEEL)
+        for change, along, across in (
+            ({"at": [0.2, 0.3]}, 0.3, 0.1),  # in the coupler's axes, which are turned by atan2(4, 3)
+            ({"between": ["A", "B"], "share": 0.25}, 0.075, 0.0),
+        ):
+            text = edited(STEEL, {"do": "trace", "link": "coupler", **change})
+            answer, data = quick_answer(text)
+            assert answer["mistakes"] == []
+            places = points_of_picture(answer, data)
+            own = (places["C"] - places["A"]) * np.conj(places["B"] - places["A"]) / 0.3
+            np.testing.assert_allclose(own, along + 1j * across, atol=1e-6)
+            before, after = (
+                {row["key"]: row["value"] for row in each["picture"]["figures"]} for each in (plain, answer)
+            )
+            assert after["mass"] == pytest.approx(before["mass"])  # it bears nothing
+            assert after["stress"] == pytest.approx(before["stress"], rel=2e-3)
+        ring = made({"do": "link", "points": [[0, 0], [0.1, 0], [0, 0.1]], "closed": True})
+        more = edited(ring, {"do": "trace", "link": "link_1", "at": [0.1, 0.1]})
+        assert tomllib.loads(more)["links"]["link_1"]["points"] == ["A", "B", "C", "D"]
+        assert len(tomllib.loads(more)["links"]["link_1"]["beams"]) == 3
+
+    def test_every_entry_of_the_format_is_set_and_taken_away_as_it_is_typed(self):
+        known = keys()
+        assert {key for key, _ in known["springs"]} >= {"stiffness", "damping", "preload"}
+        assert all(words for table in known.values() for key, words in table if key != "shape")
+        text = edited(STEEL, {"do": "entry", "path": ["drives", 0, "unevenness"], "value": "0.02"})
+        assert tomllib.loads(text)["drives"][0]["unevenness"] == 0.02
+        assert edited(text, {"do": "entry", "path": ["drives", 0, "unevenness"], "value": " "}) == STEEL
+        moved = '{time = ["0 s", "1 s"], coordinate = [0, 1]}'
+        text = edited(STEEL, {"do": "entry", "path": ["drives", 0, "motion"], "value": moved})
+        assert tomllib.loads(text)["drives"][0]["motion"]["time"] == ["0 s", "1 s"]
+        for words in ("5 N/mm", "1979-05-27", "1\na = 2"):
+            assert typed(words) == words
+
+    @pytest.mark.parametrize(
+        ("change", "path"),
+        [
+            ({"kind": "sections", "of": ["links", "rocker"]}, ("links", "rocker", "section")),
+            ({"kind": "materials", "of": ["links", "rocker"]}, ("links", "rocker", "material")),
+            ({"kind": "motors", "of": ["drives", 0]}, ("drives", 0, "motor")),
+            ({"kind": "joints", "name": "B"}, ("joints", "B", "friction")),
+            ({"kind": "bearings", "name": "B"}, ("bearings", "B", "plain")),
+            ({"kind": "limits"}, ("limits", "safety")),
+            ({"kind": "sweep"}, ("sweep", "vary", "sections.bar.depth")),
+            ({"kind": "tolerances"}, ("tolerances", "sections.bar.depth")),
+            ({"kind": "optimize"}, ("optimize", "variables", "sections.bar.depth")),
+        ],
+    )
+    def test_a_table_that_is_not_drawn_is_added_answered_and_taken_away(self, change, path):
+        number = {"number": "sections.bar.depth", "low": 0.003, "high": 0.012, "unit": "m"}
+        text = edited(STEEL, {"do": "table", **number, **change})
+        assert path in dict(entries(tomllib.loads(text)))
+        assert quick_answer(text)[0]["mistakes"] == []
+        kind, of = change["kind"], change.get("of")
+        if of and kind != "motors":
+            return
+        table = kind in ("limits", "sweep", "tolerances", "optimize")
+        name = kind if table else change.get("name", "motor_1")
+        left = edited(text, {"do": "remove", "kind": "table" if table else kind.removesuffix("s"), "name": name})
+        assert tomllib.loads(left) == tomllib.loads(STEEL)
+
+    def test_a_table_that_fits_nowhere_is_refused(self):
+        for change in ({"kind": "joints"}, {"kind": "sweep"}, {"kind": "points"}):
+            with pytest.raises(EditError):
+                edited(STEEL, {"do": "table", **change})
+        with pytest.raises(EditError, match="is there already"):
+            edited(f"{STEEL}\n[limits]\nsafety = 2\n", {"do": "table", "kind": "limits"})
 
     @pytest.mark.parametrize(
         "text", ["links.a.points=3", "cylinders=3\ndrives=[{cylinder=[],slider={}}]", "gears=[{driver={link=[]}}]"]

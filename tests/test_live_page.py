@@ -164,6 +164,42 @@ def test_a_cylinder_and_wheels_are_drawn_taken_and_typed(driver, tmp_path):
         assert errors(hand) == []
 
 
+def test_what_is_not_drawn_is_added_by_its_table_and_entries(driver, tmp_path):
+    path = tmp_path / "new.toml"
+    path.write_text(EMPTY)
+    with live_page.editing(path) as live:
+        maker = live_machines.Maker(live_page.Hand(driver, live.address))
+        maker.tool("link")
+        maker.drag((0, 0.1), (0.08, 0.1))
+        maker.drag((0, -0.1), (0.17, 0.29))
+        maker.tool("fix")
+        maker.click((0, 0.1), (0, -0.1))
+        maker.tool("slot")
+        maker.click((0.08, 0.1))
+        maker.tool("drive")
+        maker.click((0.04, 0.1))
+        maker.tool("trace")
+        maker.click((0.03, -0.03))
+        for part, table, key, value in (
+            ("link link_1", "sections", "depth", "12 mm"),
+            ("drive 0", "motors", "rotor_inertia", "1e-5 kg m^2"),
+            ("point B", "joints", "radius", "6 mm"),
+            ("point B", "limits", "deflection", "1 mm"),
+        ):
+            maker.choose("#chosen", part)
+            maker.until_changed(lambda table=table: maker.choose("#add", table))
+            maker.hand.until(f"return document.getElementById('chosen').value !== {part!r}")
+            maker.choose("#key", key)
+            maker.until_changed(lambda value=value: maker.write("#entry", value))
+            assert f'{key} = "{value}"' in maker.hand.text
+        maker.hand.until("return document.querySelector('.tile.kept')")
+        maker.button("#delete")
+        maker.hand.until("return !live.text().includes('[limits]')")
+        assert maker.hand.run("return document.getElementById('mistakes').children.length") == 0
+        assert accessibility_faults(maker.hand) == []
+        assert errors(maker.hand) == []
+
+
 def test_the_editor_stands_in_the_frame_of_a_notebook_and_in_no_other_page(driver, scene, tmp_path):
     view = kinelast.live(scene)
     page = tmp_path / "page.html"

@@ -181,6 +181,15 @@ export function draw() {
   fill("guides", [...view.guides.map((d) => ["path", { class: "guide", d }]), ...(view.preview ? [["path", { class: "preview", d: `M${view.preview.map(px).join("L")}` }]] : [])]);
 }
 
+// By how much a link is turned from the drawing: a slot in it turns with it.
+function turnOf(link, place) {
+  if (!link || link.name === "ground") return 0;
+  const [a, b] = link.points.map((name) => [view.sheet.points[name], place(name)]).filter((each) => each.every(Boolean));
+  if (!a || !b) return 0;
+  const [drawn, now] = [0, 1].map((k) => Math.atan2(b[k][1] - a[k][1], b[k][0] - a[k][0]));
+  return now - drawn;
+}
+
 function symbols(sheet, place) {
   const marks = [], names = [], pins = [], at = (name) => { const p = place(name); return p && toScreen(p); };
   const grounded = sheet.links.find(({ name }) => name === "ground")?.points ?? [];
@@ -189,7 +198,7 @@ function symbols(sheet, place) {
   for (const [name, slot] of Object.entries(sheet.slots)) {
     const p = at(slot.point);
     if (!p || pushed.includes(name)) continue;
-    const angle = Array.isArray(slot.direction) ? Math.atan2(slot.direction[1], slot.direction[0]) : (parseFloat(slot.direction) * (/deg/.test(slot.direction) ? Math.PI / 180 : 1)) || 0, [c, s] = [Math.cos(angle), -Math.sin(angle)];
+    const angle = Array.isArray(slot.direction) ? Math.atan2(slot.direction[1], slot.direction[0]) : (parseFloat(slot.direction) * (/deg/.test(slot.direction) ? Math.PI / 180 : 1)) || 0, turned = angle + turnOf(sheet.links.find(({ name }) => name === slot.on), place), [c, s] = [Math.cos(turned), -Math.sin(turned)];
     for (const side of [-8, 8]) marks.push(["path", { class: "slot", d: `M${p[0] - 45 * c - side * s},${p[1] - 45 * s + side * c}L${p[0] + 45 * c - side * s},${p[1] + 45 * s + side * c}` }]);
   }
   for (const spring of sheet.springs) {
@@ -234,11 +243,11 @@ export function pointUnder([x, y], reach = 15) {
   }
   return best;
 }
-export function linkUnder([x, y], reach = 11) {
+export function linkUnder([x, y], reach = 11, without = null) {
   let best = null, least = reach;
   const cylinders = Object.entries(view.sheet?.cylinders ?? {}).map(([name, { from, to }]) => ({ cylinder: name, points: [from, to], beams: [] }));
   for (const link of [...(view.sheet?.links ?? []), ...cylinders]) {
-    if (link.name === "ground" || inCylinder(link.name)) continue;
+    if (link.name === "ground" || inCylinder(link.name) || link.points.includes(without)) continue;
     for (const ends of loop(link)) {
       const [a, b] = ends.map((name) => pointNow(name)).map((p) => p && toScreen(p));
       if (!a || !b) continue;

@@ -4,7 +4,7 @@ import * as talk from "./talk.js";
 import * as tools from "./tools.js";
 import { draw, drawGrid, fit, measure, quantity, rescale, view } from "./drawing.js";
 const $ = (id) => document.getElementById(id);
-const state = { digest: "", saved: "", path: null, name: "", numbers: [], dragging: null, playing: null, latencies: [], drawing: [], whole: 0, queue: Promise.resolve(), shipped: {} };
+const state = { digest: "", saved: "", path: null, name: "", numbers: [], dragging: null, playing: null, latencies: [], drawing: [], whole: 0, queue: Promise.resolve(), shipped: {}, tables: {}, keys: {} };
 const KEY = () => `live ${state.path ?? ""}`;
 
 // --- answers
@@ -18,7 +18,7 @@ function take(answer, job) {
   const began = performance.now();
   if (!job.typed) text.show(answer.text, Boolean(job.edits?.length));
   text.tellMistakes(answer.mistakes);
-  if (answer.sheet) view.sheet = answer.sheet;
+  if (answer.sheet) { view.sheet = answer.sheet; state.tables = answer.sheet.tables ?? state.tables; }
   if (answer.picture) { view.picture = answer.picture; view.stale = false; } else view.stale = Boolean(view.picture);
   if (answer.numbers) { state.numbers = answer.numbers; listNumbers(); }
   if (!job.drag) { if (answer.picture) rescale(); listParts(); }
@@ -130,8 +130,18 @@ const parts = () => {
   const { sheet } = view;
   if (!sheet) return [];
   const of = (kind, names) => names.map((name) => ({ kind, name }));
-  return [...of("point", Object.keys(sheet.points)), ...of("link", sheet.links.map(({ name }) => name)), ...of("slot", Object.keys(sheet.slots)).map((part) => (sheet.sliders.includes(part.name) ? { ...part, kind: "slider" } : part)), ...of("weld", sheet.welds), ...of("mass", Object.keys(sheet.masses)), ...of("spring", Object.keys(sheet.springs)), ...of("load", Object.keys(sheet.loads)), ...of("drive", Object.keys(sheet.drives)), ...of("cylinder", Object.keys(sheet.cylinders)), ...of("gear", Object.keys(sheet.gears))];
+  return [...of("point", Object.keys(sheet.points)), ...of("link", sheet.links.map(({ name }) => name)), ...of("slot", Object.keys(sheet.slots)).map((part) => (sheet.sliders.includes(part.name) ? { ...part, kind: "slider" } : part)), ...of("weld", sheet.welds), ...of("mass", Object.keys(sheet.masses)), ...of("spring", Object.keys(sheet.springs)), ...of("load", Object.keys(sheet.loads)), ...of("drive", Object.keys(sheet.drives)), ...of("cylinder", Object.keys(sheet.cylinders)), ...of("gear", Object.keys(sheet.gears)), ...BESIDE.flatMap((kind) => of(kind, Object.keys(tableAt([PATHS[kind]]) ?? {}))), ...TABLES.filter((name) => tableAt([name])).map((name) => ({ kind: "table", name }))];
 };
+// Tables that are not drawn: by names, and alone.
+const BESIDE = ["section", "material", "motor", "joint", "bearing"], TABLES = ["run", "limits", "fatigue", "sweep", "tolerances", "sensitivities", "optimize"];
+const tableAt = (path) => path.reduce((table, key) => table?.[key], state.tables);
+// The path of the chosen part's table in the file, and the kind of table that it is.
+function placeOfChosen() {
+  const { chosen } = view;
+  if (!chosen) return [[], "scene"];
+  const kind = PATHS[chosen.kind] ?? chosen.name;
+  return [chosen.kind === "table" ? [chosen.name] : [kind, NUMBERED[chosen.kind] ? Number(chosen.name) : chosen.name], kind];
+}
 const NUMBERED = { spring: "springs", load: "loads", drive: "drives", gear: "gears" };
 const partName = ({ kind, name }) => {
   const entry = NUMBERED[kind] && view.sheet[NUMBERED[kind]][name];
@@ -161,7 +171,39 @@ function chooseNew(change) {
   if (last && last !== "-1") choose(kind, last);
 }
 
+// Entries of the chosen part as the file has them, and those that it may have besides.
+const written = (value) => (typeof value === "string" ? value : Array.isArray(value) ? `[${value.map((each) => (typeof each === "string" ? JSON.stringify(each) : written(each))).join(", ")}]` : value && typeof value === "object" ? `{${Object.entries(value).map(([key, each]) => `${/^[\w-]+$/.test(key) ? key : JSON.stringify(key)} = ${typeof each === "string" ? JSON.stringify(each) : written(each)}`).join(", ")}}` : String(value ?? ""));
+function listEntries() {
+  const list = $("key"), before = list.value, [path, kind] = placeOfChosen(), found = tableAt(path), table = path.length && found && typeof found === "object" && !Array.isArray(found) ? found : {}, known = path.length ? state.keys[kind] ?? [] : [], more = known.filter(([key]) => !(key in table));
+  list.replaceChildren(...Object.keys(table).map((key) => new Option(key, key)), ...more.map(([key]) => new Option(`+ ${key}`, key)));
+  list.disabled = $("entry").disabled = !list.options.length;
+  if ([...list.options].some(({ value }) => value === before)) list.value = before;
+  showEntry();
+}
+function showEntry() {
+  const [path, kind] = placeOfChosen(), key = $("key").value;
+  $("entry").value = key ? written(tableAt([...path, key])) : "";
+  $("words").textContent = (key && state.keys[kind]?.find(([each]) => each === key)?.[1]) || "";
+}
+function enter() {
+  const [path] = placeOfChosen(), key = $("key").value;
+  if (key && path.length) edit({ do: "entry", path: [...path, key], value: $("entry").value });
+}
+// Tables that can be added: of the chosen link, drive or point, or of the number.
+const ADDED = [["sections", "section"], ["materials", "material"], ["motors", "motor of the drive"], ["joints", "joint that rubs, gives way, or does not fit"], ["bearings", "bearing"], ["limits", "limits"], ["sweep", "sweep of the number"], ["tolerances", "tolerance of the number"], ["optimize", "optimum by the number"], ["sensitivities", "sensitivities"], ["fatigue", "fatigue"]];
+function add(kind) {
+  const { chosen } = view, now = number(), stem = kind.replace(/s$/, "");
+  const of = (chosen?.kind === "link" && /sections|materials/.test(kind)) || (chosen?.kind === "drive" && kind === "motors") ? placeOfChosen()[0] : null;
+  const name = /joints|bearings/.test(kind) && ["point", "slot", "slider"].includes(chosen?.kind) ? chosen.name : undefined;
+  const before = new Set(Object.keys(tableAt([kind]) ?? {}));
+  edit({ do: "table", kind, ...(name && { name }), ...(of && { of }), ...(now && { number: now.path, low: now.low, high: now.high, unit: now.unit }) }).then(() => {
+    const fresh = Object.keys(tableAt([kind]) ?? {}).find((each) => !before.has(each));
+    if (BESIDE.includes(stem) && fresh) choose(stem, fresh); else if (TABLES.includes(kind) && tableAt([kind])) choose("table", kind);
+  });
+}
+
 function inspect() {
+  listEntries();
   const box = $("inspector"), held = [...box.querySelectorAll("input, select")].indexOf(document.activeElement);
   box.replaceChildren();
   fillInspector(box);
@@ -199,7 +241,7 @@ function inspectDrive(at, box) {
   box.append(labelled("Motion ", curve), ...(law ? [labelled("By ", by), labelled("In ", time), labelled("And back ", back)] : [labelled("Speed ", rate)]));
 }
 
-const PATHS = { point: "points", link: "links", slot: "slots", slider: "sliders", mass: "masses", spring: "springs", load: "loads", drive: "drives", gear: "gears", cylinder: "cylinders" };
+const PATHS = { point: "points", link: "links", slot: "slots", slider: "sliders", mass: "masses", spring: "springs", load: "loads", drive: "drives", gear: "gears", cylinder: "cylinders", weld: "welds", section: "sections", material: "materials", motor: "motors", joint: "joints", bearing: "bearings" };
 function listNumbers() {
   const list = $("number"), before = list.value, { chosen } = view, entry = chosen && NUMBERED[chosen.kind] && view.sheet[NUMBERED[chosen.kind]][chosen.name];
   const link = chosen?.kind === "link" && view.sheet.links.find(({ name }) => name === chosen.name);
@@ -322,6 +364,8 @@ async function start() {
   Object.assign(state, { digest: told.digest, saved: told.digest === "missing" ? null : told.text, path: told.path, name: told.name, shipped: told.shipped });
   $("name").textContent = told.name;
   $("name").title = told.path ?? "";
+  state.keys = told.keys;
+  $("add").append(...ADDED.map(([kind, words]) => new Option(words, kind)));
   for (const kind of ["sections", "materials"]) $(kind).replaceChildren(...told[kind].map((name) => new Option(name)));
   $("begin").append(...Object.keys(told.shipped).map((name) => new Option(name, name)));
   tools.begin({ choose, grab, drag, drop, edit, remove, position, play });
@@ -351,6 +395,9 @@ function wire() {
   $("out").onclick = () => tools.zoom(0.8);
   $("paths").onchange = () => { view.paths = $("paths").checked; draw(); };
   $("chosen").onchange = () => choose(...($("chosen").value ? $("chosen").value.split(" ") : [null]));
+  $("key").onchange = showEntry;
+  $("entry").onchange = enter;
+  $("add").onchange = () => { const kind = $("add").value; $("add").value = ""; if (kind) add(kind); };
   $("number").onchange = () => { showNumber(); if (number()?.line) text.goTo(number().line); };
   $("slider").oninput = () => { if (state.dragging === null) { state.dragging = text.text(); state.range = number(); } slide(); };
   $("value").onchange = () => { const now = number(); if (!now) return; state.held = now.path; edit({ do: "set", path: now.path, value: $("value").value }).then(() => { state.held = null; showNumber(); }); };

@@ -6,8 +6,9 @@ export const TOOLS = [
   ["move", "Move", "v", "Drag a point to change the mechanism, a link to move it; arrows move the chosen point"],
   ["link", "Link", "l", "Drag from point to point, or click twice; a click on nothing makes the point"],
   ["plate", "Plate", "p", "Click the points of a plate, and the first once more; Enter ends an open one"],
+  ["trace", "Trace", "t", "Click a link where a point of it is to be, or drag to its place beside the link; on a point: a pin"],
   ["fix", "Fix", "g", "Click a point that is to stand on the ground, or no longer"],
-  ["slot", "Slot", "s", "Drag from a point along the line on which it is to move; click it: along x, or no longer"],
+  ["slot", "Slot", "s", "Click a point that is to slide in the link under it, or on the ground along x, or no longer; drag from it: along that line"],
   ["weld", "Weld", "w", "Click a point at which its links are joined rigidly, or no longer"],
   ["spring", "Spring", "k", "Drag from a point to another"],
   ["mass", "Mass", "m", "Click a point that is to carry a mass, or no longer"],
@@ -99,7 +100,8 @@ function down(event) {
     gesture.kind = "line";
     if (!clicks.length) { const first = picked(screen); if (tool !== "load" || typeof first === "string") clicks = [first]; }
     else gesture.second = true;
-  } else if (tool === "slot" && point) Object.assign(gesture, { kind: "slot", point });
+  } else if (tool === "slot" && point) Object.assign(gesture, { kind: "slot", point, on: linkUnder(screen, 11, point)?.link });
+  else if (tool === "trace" && link?.link) { Object.assign(gesture, { kind: "trace", link }); actions.position(0); }
   else gesture.kind = "click";
 }
 
@@ -128,6 +130,9 @@ function moved(event) {
     const from = pointNow(gesture.point), [c, s] = direction(gesture.point, screen), reach = 60 / view.scale;
     view.preview = [-1, 1].map((way) => [from[0] + way * reach * c, from[1] + way * reach * s]);
     draw();
+  } else if (gesture.kind === "trace") {
+    view.preview = [onLink(gesture.link), placed(picked(screen))];
+    draw();
   } else if (gesture.kind === "link") actions.position(nearestPosition(gesture.link, toPlane(screen)));
   else if (gesture.kind === "pan") {
     view.x -= (screen[0] - gesture.last[0]) / view.scale;
@@ -143,12 +148,20 @@ function up(event) {
   gesture = null;
   if (!done || done.id !== event.pointerId) return;
   view.guides = [];
+  if (done.kind === "trace") view.preview = null;
   if (done.kind === "point") { if (done.moved) actions.drop(); }
   else if (done.kind === "pan" && !done.moved) actions.choose(null);
   else if (done.kind === "line") line(done, screen);
-  else if (done.kind === "slot") { view.preview = null; actions.edit({ do: "slot", point: done.point, ...(done.moved && { direction: direction(done.point, screen) }) }); }
+  else if (done.kind === "slot") { view.preview = null; actions.edit({ do: "slot", point: done.point, ...(done.on && { on: done.on }), ...(done.moved && { direction: direction(done.point, screen) }) }); }
+  else if (done.kind === "trace") actions.edit({ do: "trace", link: done.link.link, ...(done.moved ? { at: picked(screen) } : { between: done.link.ends, share: done.link.t }) });
   else if (done.kind === "click") click(screen);
   draw();
+}
+
+// The place of a link that was clicked, on its line.
+function onLink({ ends, t }) {
+  const [a, b] = ends.map((name) => pointNow(name));
+  return [0, 1].map((k) => Number((a[k] + (b[k] - a[k]) * t).toPrecision(6)));
 }
 
 function cancel() {

@@ -1,0 +1,117 @@
+"""Entries of a scene's tables by their keys, set and taken away as they are typed; and tables that are not drawn."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from live.parts import EditError, Tables, new_name
+from live.text import with_table, with_value, without
+
+FIRST: Mapping[str, Mapping[str, Any]] = {
+    "sections": {"shape": "rectangle", "depth": "20 mm", "width": "5 mm"},
+    "materials": {"E": "210 GPa", "density": "7850 kg/m^3", "yield": "235 MPa"},
+    "motors": {"rated_torque": "1 N m", "peak_torque": "3 N m"},
+    "joints": {"friction": 0.1, "radius": "5 mm"},
+    "bearings": {"plain": {"diameter": "10 mm", "width": "10 mm", "pressure": "10 MPa"}},
+    "limits": {"safety": 1.5},
+    "fatigue": {"surface": "machined"},
+    "sensitivities": {"figures": ["deflection"]},
+}
+"""Tables with which a part begins that is not drawn."""
+COUNT, PART = 11, "1 %"  # designs of a sweep, and a tolerance, to begin with
+
+
+@cache
+def keys() -> dict[str, list[tuple[str, str]]]:
+    """By the tables of a scene all keys that they may have, with the words on them."""
+    schema = json.loads((files("kinelast") / "scene.schema.json").read_text(encoding="utf-8"))["$defs"]
+    told = {}
+    for name, entry in schema["SceneTable"]["properties"].items():
+        known = {
+            key: value.get("description", "")
+            for table in _tables(entry)
+            for key, value in schema[table]["properties"].items()
+        }
+        if known:
+            told[name] = sorted(known.items())
+    return told
+
+
+def _tables(entry: Any) -> Iterator[str]:
+    """Names of the tables that an entry of the schema may be, or hold."""
+    if "$ref" in entry:
+        yield entry["$ref"].rpartition("/")[2]
+    for each in (entry.get("additionalProperties"), entry.get("items"), *entry.get("anyOf", ())):
+        yield from _tables(each) if isinstance(each, dict) else ()
+
+
+def typed(words: str) -> Any:
+    """A value as it was typed: as TOML where it is some, else a text.
+
+    Examples
+    --------
+    >>> typed("5"), typed("[1, 2]"), typed("5 N/mm"), typed('"a"')
+    (5, [1, 2], '5 N/mm', 'a')
+    """
+    try:
+        told = tomllib.loads(f"typed = {words.strip()}")
+    except tomllib.TOMLDecodeError:
+        return words.strip()
+    plain = isinstance(told["typed"], str | int | float | list | dict)
+    return told["typed"] if len(told) == 1 and plain else words.strip()
+
+
+def entry(text: str, tables: Tables, change: Tables) -> str:
+    """An entry of a table by its path, as it was typed; taken away where nothing was."""
+    path = tuple(change["path"])
+    words = str(change["value"])
+    return with_value(text, path, typed(words)) if words.strip() else without(text, path)
+
+
+def add_table(text: str, tables: Tables, change: Tables) -> str:
+    """A table more of those that are not drawn: a section, a material, limits; a point's joint, a number's sweep.
+
+    A motor is that of the drive that is named, a section or a material that of the link.
+    """
+    kind = change["kind"]
+    if kind in ("sweep", "tolerances", "optimize"):
+        return _studied(text, kind, change)
+    if kind not in FIRST:
+        raise EditError(f"there is no table {kind!r} to add")
+    if kind in ("limits", "fatigue", "sensitivities"):
+        if kind in tables:
+            raise EditError(f"[{kind}] is there already")
+        return with_table(text, (kind,), FIRST[kind])
+    stem = kind.removesuffix("s")
+    named = str(change.get("name") or new_name(tables.get(kind, ()), f"{stem}_"))
+    if named in tables.get(kind, {}):
+        raise EditError(f"[{kind}.{named}] is there already")
+    if kind in ("joints", "bearings") and not change.get("name"):
+        raise EditError(f"choose the point first of which the {stem} is")
+    text = with_table(text, (kind, named), FIRST[kind])
+    of = change.get("of")
+    return with_value(text, (*of, stem), named) if of else text
+
+
+def _studied(text: str, kind: str, change: Tables) -> str:
+    """A text in which a number is swept, scatters, or is a variable of the best design."""
+    path = str(change.get("number") or "")
+    if not path:
+        raise EditError("choose the number first that is to vary")
+    low, high = (_written(change[end], change["unit"]) for end in ("low", "high"))
+    if kind == "tolerances":
+        return with_value(text, ("tolerances", path), PART)
+    if kind == "sweep":
+        return with_value(text, ("sweep", "vary", path), {"from": low, "to": high, "count": COUNT})
+    if "optimize" not in tomllib.loads(text):
+        text = with_table(text, ("optimize",), {"minimize": "deflection"})
+    return with_value(text, ("optimize", "variables", path), [low, high])
+
+
+def _written(value: Any, unit: str) -> Any:
+    return f"{float(value):.6g} {unit}" if unit != "1" else float(f"{float(value):.6g}")
