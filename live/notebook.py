@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import secrets
 import threading
+from functools import cached_property
 from html import escape
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
+from typing import Any
 from weakref import finalize
 
 from kinelast.scene.data import Scene
@@ -41,6 +43,7 @@ class LiveView:
         bound = bound_socket(str(self._file.path))
         live = Live(self._file, self.name, secrets.token_urlsafe(24), bound.getsockname()[1], framed=True)
         live.worker.begin()
+        self._live = live
         self.address = live.address
         self._server = server_of(live)
         self._thread = threading.Thread(target=self._server.run, kwargs={"sockets": [bound]}, daemon=True)
@@ -55,6 +58,20 @@ class LiveView:
     def scene(self) -> Scene:
         """The scene of that text; SceneError where it is none."""
         return document_from_text(self.text, self.name).scene
+
+    @cached_property
+    def widget(self) -> Any:
+        """The same editor as a widget, for a kernel on another computer than the browser; ModuleNotFoundError.
+
+        Its questions go as messages of the notebook, which takes a little longer than the frame.
+        """
+        from live.widget import widget_of
+
+        try:
+            return widget_of(self._live)
+        except ModuleNotFoundError as error:
+            missing = f'the widget needs {error.name}: pip install "kinelast[widget]"'
+            raise ModuleNotFoundError(missing, name=error.name) from None
 
     def close(self) -> None:
         """End the server; the page keeps a text that is not saved."""

@@ -9,7 +9,7 @@ import socket
 import threading
 import webbrowser
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from hashlib import sha256
@@ -204,6 +204,24 @@ def _save(live: Live, request: Request, given: Any) -> Response:
         return JSONResponse({"problem": str(error), "digest": live.file.digest()}, 409)
     except OSError as error:
         return JSONResponse({"problem": f"not written: {(error.strerror or str(error)).lower()}"}, 507)
+
+
+ASKED: Mapping[str, Handler] = {
+    "scene": _scene, "state": _state, "answer": _answer, "full": _full, "save": _save, "report": _report
+}  # fmt: skip
+
+
+def asked(live: Live, path: str, given: Any) -> Response:
+    """The response to a question that does not come by the socket, but from a page in a notebook's own hands."""
+    name, _, key = path.partition("/")
+    handler = ASKED.get(name)
+    if handler is None:
+        return Response("there is no such question", 404)
+    request = Request({"type": "http", "path_params": {"key": key}})
+    try:
+        return handler(live, request, {**given, "text": str(given.get("text", ""))})
+    except Exception as error:
+        return Response(f"the program failed, please report this: {error!r}", 500)
 
 
 def application(live: Live) -> Starlette:

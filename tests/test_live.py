@@ -4,6 +4,7 @@ import http.client
 import json
 import os
 import struct
+import sys
 import threading
 import tomllib
 from contextlib import contextmanager
@@ -677,6 +678,53 @@ class TestNotebook:
             view.close()
         with pytest.raises(OSError, match="refused"):
             client.get(f"/{token}/")
+
+    def test_the_widget_answers_what_its_page_asks_by_messages(self, monkeypatch):
+        """With stand-ins for the packages of widgets, which hand messages to and fro."""
+        told, came = [], threading.Event()
+
+        class Widget:
+            def __init__(self, **files):
+                self.__dict__.update(files)
+
+            def on_msg(self, listen):
+                self.listen = listen
+
+            def send(self, content, buffers):
+                told.append((content, buffers))
+                came.set()
+
+        trait = lambda: SimpleNamespace(tag=lambda **_: None)  # noqa: E731
+        for name, module in (("anywidget", {"AnyWidget": Widget}), ("traitlets", {"Dict": trait, "Unicode": trait})):
+            monkeypatch.setitem(sys.modules, name, SimpleNamespace(**module))
+        view = kinelast.live(scene_from_text(STEEL, "mine"))
+        view.close()  # no socket: messages alone
+        widget = view.widget
+        assert "export default" in widget._esm
+        assert "<svg" in widget.files["page.html"]
+
+        def ask(path, **given):
+            came.clear()
+            widget.listen(None, {"number": "a 1", "path": path, "given": given}, [])
+            assert came.wait(30)
+            content, (body,) = told[-1]
+            assert content["number"] == "a 1"
+            return SimpleNamespace(status=content["status"], content=body)
+
+        edits = [{"do": "move", "point": "B", "to": [0.25, 0.2]}]
+        answer = head(ask("answer", text=STEEL, edits=edits, number=3))
+        assert (answer["number"], answer["text"]) == (3, edited(STEEL, edits[0]))
+        assert json.loads(ask("scene").content)["name"] == "mine"
+        assert ask("save", text=answer["text"], digest="missing").status == 200
+        assert view.text == answer["text"]
+        assert [ask(path).status for path in ("report/none", "page")] == [404, 404]
+
+    def test_without_anywidget_its_extra_is_named(self, monkeypatch):
+        monkeypatch.setitem(sys.modules, "anywidget", None)
+        view = kinelast.live(scene_from_text(STEEL, "mine"))
+        view.close()
+        with pytest.raises(ModuleNotFoundError, match=r'pip install "kinelast\[widget\]"'):
+            _ = view.widget
 
     def test_nothing_else_is_framed(self, tmp_path):
         with served(tmp_path) as (client, _):

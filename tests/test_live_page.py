@@ -1,9 +1,10 @@
 """Claims about the live editor in a browser: what is dragged moves, bends, is answered and saved; no text is lost."""
 
+import json
 import threading
 import time
 from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler, SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
 from browser import accessibility_faults
@@ -11,6 +12,7 @@ from browser import accessibility_faults
 import kinelast
 from kinelast.tasks.task import shipped_scenes
 from live.edit import EMPTY
+from live.file import SceneFile
 
 pytest.importorskip("uvicorn", reason="the extra live is not installed")
 live_page, live_machines = (pytest.importorskip(name) for name in ("live_page", "live_machines"))
@@ -228,6 +230,66 @@ def test_the_editor_stands_in_the_frame_of_a_notebook_and_in_no_other_page(drive
         driver.switch_to.default_content()
     finally:
         view.close()
+
+
+WIDGET = """<!doctype html><title>Notebook</title><div id="cell"></div><script type="module">
+import widget from "./widget.js";
+const model = { get: (name) => ({ files: FILES, name: "mine" })[name], off: () => {},
+  on: (_, heard) => { model.heard = heard; },
+  send: async (words) => {
+    const response = await fetch("ask", { method: "POST", body: JSON.stringify(words) });
+    model.heard({ number: words.number, status: response.status }, [new DataView(await response.arrayBuffer())]);
+  } };
+widget.render({ model, el: document.getElementById("cell") });
+</script>"""
+
+
+def test_the_widget_of_a_notebook_is_the_editor_by_messages(driver, scene):
+    """The messages of a notebook stand in for by requests of the page around it."""
+    from live.server import WEB, Live, asked
+    from live.widget import PAGE
+
+    live = Live(SceneFile(scene), "mine", "secret", 0)
+    files = {name: (WEB / name).read_text() for name in PAGE}
+
+    class Notebook(BaseHTTPRequestHandler):
+        def respond(self, body, kind, status=200):
+            self.send_response(status)
+            self.send_header("Content-Type", kind)
+            self.end_headers()
+            self.wfile.write(body)
+
+        def do_GET(self):
+            if self.path == "/widget.js":
+                return self.respond((WEB / "widget.js").read_bytes(), "text/javascript")
+            return self.respond(WIDGET.replace("FILES", json.dumps(files).replace("</", "<\\/")).encode(), "text/html")
+
+        def do_POST(self):
+            words = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+            response = asked(live, words["path"], words["given"])
+            self.respond(response.body, response.media_type, response.status_code)
+
+        def log_message(self, *words):
+            pass
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Notebook) as notebook:
+        threading.Thread(target=notebook.serve_forever, daemon=True).start()
+        driver.get(f"http://127.0.0.1:{notebook.server_port}/")
+        end = time.monotonic() + 60
+        try:
+            driver.switch_to.frame(0)
+            while not driver.execute_script("return document.body.dataset.ready && live.state.whole > 0"):
+                assert time.monotonic() < end
+                time.sleep(0.05)
+            driver.execute_script("live.edit({do: 'move', point: 'B', to: [0.25, 0.25]})")
+            while "B = [0.25, 0.25]" not in scene.read_text():
+                assert time.monotonic() < end
+                driver.execute_script("document.getElementById('save').click()")
+                time.sleep(0.1)
+        finally:
+            driver.switch_to.default_content()
+            driver.get("about:blank")
+            notebook.shutdown()
 
 
 @pytest.mark.parametrize("width", [390, 1280])

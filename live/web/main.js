@@ -353,7 +353,7 @@ async function watch() {
     const { digest } = await talk.state();
     if (digest !== state.digest && digest !== state.told && state.dragging === null) { state.told = digest; await follow(); }
   } catch { /* told by onReach */ }
-  setTimeout(watch, 1000);
+  setTimeout(watch, window.kernel ? 5000 : 1000);
 }
 
 // --- beginning
@@ -387,6 +387,7 @@ function wire() {
   $("undo").onclick = () => travel(text.undo());
   $("redo").onclick = () => travel(text.redo());
   $("save").onclick = save;
+  $("report").onclick = (event) => { if (window.kernel) { event.preventDefault(); talk.report($("report").getAttribute("href")).then((address) => window.open(address, "_blank")); } };
   $("download").onclick = download;
   $("play").onclick = () => play();
   $("position").oninput = () => { play(false); position(Number($("position").value)); };

@@ -13,7 +13,7 @@ function reach(now) {
 async function request(path, given, signal) {
   const options = given === undefined ? {} : { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(given) };
   try {
-    const response = await fetch(path, { ...options, signal });
+    const response = await (window.kernel ? window.kernel(path, given) : fetch(path, { ...options, signal })); // in a widget by messages
     reach(true);
     return response;
   } catch (error) {
@@ -34,6 +34,7 @@ function unpacked(buffer) {
 
 export const scene = async () => (await request("scene")).json();
 export const state = async () => (await request("state")).json();
+export const report = async (path) => URL.createObjectURL(await (await request(path)).blob());
 export const save = async (text, digest) => { const response = await request("save", { text, digest }); return { ok: response.ok, ...(await response.json()) }; };
 
 // A quick answer to a text after edits; `done` is called unless a newer one was asked for and came first.

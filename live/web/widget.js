@@ -1,0 +1,36 @@
+// The editor as a widget of a notebook: its page in a frame without an address, its questions as messages to the kernel.
+const ORDER = ["text.js", "talk.js", "drawing.js", "tools.js", "main.js"];
+
+function render({ model, el }) {
+  const files = model.get("files"), addresses = {}, waiting = new Map(), mine = Math.random().toString(36).slice(2);
+  let number = 0;
+  for (const name of ORDER) {
+    const code = files[name].replace(/from "\.\/(\w+\.js)"/g, (_, other) => `from "${addresses[other]}"`);
+    addresses[name] = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
+  }
+  const listen = (told, buffers) => {
+    const done = waiting.get(told.number);
+    waiting.delete(told.number);
+    done?.(new Response(buffers[0], { status: told.status }));
+  };
+  model.on("msg:custom", listen);
+  const ask = (path, given) => new Promise((done, failed) => {
+    const key = `${mine} ${++number}`;
+    waiting.set(key, done);
+    if (path !== "full") setTimeout(() => waiting.delete(key) && failed(new Error("the kernel does not answer")), 30_000);
+    model.send({ number: key, path, given: given ?? {} });
+  });
+  const frame = document.createElement("iframe");
+  frame.title = model.get("name");
+  frame.style.cssText = "width:100%;height:60em;border:1px solid #ccd";
+  frame.srcdoc = files["page.html"].replace(/<link rel="stylesheet"[^>]*>/, () => `<style>${files["live.css"]}</style>`).replace(/<script.*<\/script>/, "");
+  frame.onload = () => {
+    frame.contentWindow.kernel = ask;
+    const main = Object.assign(frame.contentDocument.createElement("script"), { type: "module", src: addresses["main.js"] });
+    frame.contentDocument.body.append(main);
+  };
+  el.append(frame);
+  return () => { model.off("msg:custom", listen); Object.values(addresses).forEach((each) => URL.revokeObjectURL(each)); };
+}
+
+export default { render };

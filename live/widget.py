@@ -1,0 +1,41 @@
+"""The live editor as a widget: its page asks by messages of a notebook, wherever the kernel runs."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+from live.server import WEB, Live, asked
+
+PAGE = "page.html", "live.css", "text.js", "talk.js", "drawing.js", "tools.js", "main.js"
+
+
+def widget_of(live: Live) -> Any:
+    """The widget of an editor.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        Anywidget is not installed.
+    """
+    import anywidget
+    import traitlets
+
+    class Editor(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
+        """The page of an editor, with its files, and the name of its scene."""
+
+        _esm = (WEB / "widget.js").read_text(encoding="utf-8")
+        files = traitlets.Dict().tag(sync=True)
+        name = traitlets.Unicode().tag(sync=True)
+
+    editor = Editor(files={name: (WEB / name).read_text(encoding="utf-8") for name in PAGE}, name=live.name)
+
+    def answer(content: dict[str, Any]) -> None:
+        response = asked(live, str(content["path"]), content["given"])
+        editor.send({"number": content["number"], "status": response.status_code}, [bytes(response.body)])
+
+    def listen(_: Any, content: dict[str, Any], buffers: Any) -> None:
+        threading.Thread(target=answer, args=(content,), daemon=True).start()
+
+    editor.on_msg(listen)
+    return editor
