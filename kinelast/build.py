@@ -477,7 +477,7 @@ class Spring(Listed):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Bearing(Named):
-    """The parts of a joint, at the pin of that name; an empty table asks for force, swing and speed."""
+    """The parts of a joint, at the pin or slider of that name; an empty one of a pin: force, swing and speed."""
 
     under: ClassVar[str] = "bearings"
     _: KW_ONLY
@@ -670,9 +670,10 @@ class Rolling(Part):
 class Plain(Part):
     """A plain bearing, and the most that its material allows."""
 
-    diameter: Quantity
     width: Quantity
     _: KW_ONLY
+    diameter: Quantity | None = None
+    length: Quantity | None = None
     pressure: Quantity | None = None
     speed: Quantity | None = None
     pressure_speed: Quantity | None = None
@@ -705,6 +706,8 @@ class Eye(Part):
     thickness: Quantity
     edge: Quantity
     _: KW_ONLY
+    link: Link | str | None = None
+    notch: float | None = None
     yield_stress: Quantity | None = None
     bearing: Quantity | None = None
     net: Quantity | None = None

@@ -18,6 +18,7 @@ from kinelast.scene.document import document_of, scene_from_text
 from kinelast.scene.error import SceneError
 from kinelast.scene.numbers import quantity
 from kinelast.tasks.request import Request
+from tests.scene_texts import SLIDER_CRANK
 
 ARM = """
 [materials.steel]
@@ -280,6 +281,104 @@ def test_mistakes_are_told(old, new, words):
     if words is None:
         scene_from_text(text.replace(old, new))
         return
+    with pytest.raises(SceneError, match=words):
+        scene_from_text(text.replace(old, new, 1))
+
+
+CRANKED = SLIDER_CRANK.replace("density = 7850", "density = 7850\nyield = 250e6\nultimate = 400e6\nendurance = 100e6")
+EYE = """
+[fatigue]
+size = 1.0
+[bearings.B.eye]
+diameter = "4 mm"
+width = "10 mm"
+thickness = "0.5 mm"
+edge = "10 mm"
+link = "rod"
+"""
+
+
+@pytest.mark.parametrize(("more", "factor"), [("", 2.851632), ("notch = 3.5\n", 3.5)])
+def test_the_notch_of_an_eye_counts_in_the_life_of_its_link(more, factor):
+    """Goodman's by hand: of the force along the rod at its pin, over the net section, times the factor."""
+    results = computed(scene_from_text(CRANKED.replace("positions = 36", "positions = 360") + EYE + more), Request())
+    fatigue = results.cycle.fatigue
+    rod = 0
+    assert float(fatigue.safety.xi[rod]) == 1.0
+    names = [name for name, _ in results.joint_words]
+    course = results.cycle.joint(names.index("B"))
+    way = results.motion.direction[results.mechanism.index["rod"]]
+    of_child = results.motion.structure.joints[names.index("B")].child == results.mechanism.index["rod"]
+    pull = (1 if of_child else -1) * np.real(np.conj(way) * course.force)
+    stress = factor * pull / (6e-3 * 0.5e-3)
+    amplitude, mean = np.ptp(stress) / 2, (stress.max() + stress.min()) / 2
+    safety = 1 / (amplitude / 100e6 + max(mean, 0) / 400e6)
+    assert float(fatigue.safety.value[rod]) == pytest.approx(safety, rel=1e-4)
+    plain = computed(scene_from_text(CRANKED + EYE.replace('link = "rod"\n', "")), Request()).cycle.fatigue
+    assert float(plain.safety.value[rod]) > safety
+
+
+def test_an_eye_in_designs_has_the_notch_of_each():
+    text = CRANKED + EYE
+    depths = np.array([[0.006], [0.008], [0.012]])
+    found = evaluate(document_of_text(text), ["sections.bar.diameter"], depths, ["endurance", "life"])
+    for (depth,), *values in zip(depths, found.columns["endurance"], found.columns["life"], strict=True):
+        own = document_of_text(text.replace('"8 mm"', f'"{depth} m"'))
+        alone = evaluate(own, [], np.zeros((1, 0)), ["endurance", "life"]).columns
+        assert values == pytest.approx([alone["endurance"][0], alone["life"][0]], rel=1e-9)
+
+
+def test_a_slider_has_the_pressure_of_its_eccentric_load():
+    """A crank that stands the block's guide askew: force and moment of the rail by the balance of the block alone."""
+    text = SLIDER_CRANK.replace('points = ["B"]\nmass = "200 g"', BLOCK)
+    guided = '[bearings.guide.plain]\nlength = "50 mm"\nwidth = "20 mm"\npressure = "1 MPa"\npressure_speed = 1e6\n'
+    results = computed(scene_from_text(text + guided), Request())
+    cycle, names = results.cycle, [name for name, _ in results.joint_words]
+    rod = cycle.joint(names.index("B"))
+    child = results.motion.structure.joints[names.index("B")].child
+    pushed = (1 if results.mechanism.links[child].name == "block" else -1) * np.imag(rod.force)
+    across, moment = -pushed, 0.03 * 100.0  # the load of 100 N acts 30 mm above the line
+    pressure = np.abs(across) / 1e-3 + 6 * moment / (20e-3 * 50e-3**2)
+    peaks = results.figures.peaks
+    assert abs(peaks["bearing_pressure"][0].value) == pytest.approx(pressure.max(), rel=1e-9)
+    speed = np.abs(cycle.joint(names.index("guide")).rate)
+    assert peaks["bearing_speed"][0].value == pytest.approx(speed.max(), rel=1e-12)
+    told = summary(results)
+    assert [row["kind"] for row in told["acceptance"]["limits"]] == ["bearing_pressure", "bearing_pv"]
+    assert [row["on"] for row in told["acceptance"]["limits"]] == ["guide", "guide"]
+    joint = next(row for row in told["joints"] if row["joint"] == "guide")
+    assert joint["sense"] == "slides"
+    assert {*joint["figures"]} == {"bearing_pressure", "bearing_speed", "bearing_pv"}
+
+
+BLOCK = """points = {B = [0, 0], P = [0, 0.03]}
+rigid = true
+mass = "200 g"
+center = "B"
+inertia = "1e-4 kg m^2"
+
+[[loads]]
+link = "block"
+point = "P"
+force = [-100, 0]
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("length =", "diameter =", "is not asked of a slider, but its length"),
+        ('length = "50 mm"\n', "", "length: the key is missing"),
+        ("[bearings.guide.plain]", '[bearings.guide.rolling]\nC = "2 kN"\n[bearings.guide.plain]', "belongs to a pin"),
+        ("[bearings.guide.plain]", "[bearings.guid.plain]", "no pin or slider"),
+        ("[bearings.guide.plain]", "[bearings.A.plain]", "is not asked of a pin"),
+        ('edge = "10 mm"', 'edge = "6 mm"', "notch: the key is missing"),
+        ('link = "rod"', 'link = "block2"', "no link at the pin"),
+    ],
+)
+def test_mistakes_of_guides_and_eyes_are_told(old, new, words):
+    text = CRANKED + EYE + '[bearings.guide.plain]\nlength = "50 mm"\nwidth = "20 mm"\n'
+    assert old in text
     with pytest.raises(SceneError, match=words):
         scene_from_text(text.replace(old, new, 1))
 

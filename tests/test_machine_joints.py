@@ -1,10 +1,13 @@
 """Claim: loads, lives and stresses of a joint are those worked by hand, clearance displaces as another length does."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from machine.joints import (
     Eye,
+    Guide,
     JointCourse,
     Pin,
     Plain,
@@ -50,6 +53,32 @@ def test_the_mean_force_is_weighed_by_the_angle_that_is_passed():
     force = np.where(fast, 3000.0, 1000.0)
     assert course(force, rate).mean_force() == pytest.approx(1000 * ((2 * 27 + 1) / 3) ** (1 / 3), rel=1e-12)
     assert course(force, 0.0).mean_force() == pytest.approx(1000 * ((27 + 2) / 3) ** (1 / 3), rel=1e-12)
+
+
+@pytest.mark.parametrize("part", [0.15, 0.3, 0.5, 0.7])
+def test_the_notch_of_an_eye_is_that_of_the_other_polynomial_on_its_bearing_stress(part):
+    """The table gives the same largest stress over net section and over bearing area, two fits of one chart."""
+    other = 0.2880 + 8.820 * part - 23.196 * part**2 + 29.167 * part**3
+    eye = Eye(part, 1.0, 0.2, 1.0)
+    assert eye.stress_concentration == pytest.approx(other * (1 - part) / part, rel=0.03)
+    assert np.isnan(Eye(part, 1.0, 0.2, 0.9).stress_concentration)
+    assert np.isnan(Eye(0.1 * part, 1.0, 0.2, 1.0).stress_concentration)
+
+
+@pytest.mark.parametrize("eccentricity", [0.0, 0.05, 0.1, 0.4, 2.0])
+def test_a_block_is_pressed_at_its_end_by_an_eccentric_load(eccentricity):
+    """By hand, and the mean of the pressure's magnitude by quadrature: 600 N at shares of a block of 60 x 20 mm."""
+    length, width, force = 0.06, 0.02, 600.0
+    lever = eccentricity * length
+    guide = Guide(length, width)
+    sliding = course(0.0, 0.5)
+    sliding = replace(sliding, across=np.full(N, -force), moment=np.full(N, force * lever), turns=False)
+    even = 600 / (60 * 20) * 1e6
+    assert guide.pressure(sliding) == pytest.approx(even * (1 + 6 * eccentricity), rel=1e-12)
+    along = (np.arange(400_000) + 0.5) / 400_000 - 0.5
+    pressed = even * np.abs(1 + 12 * eccentricity * along)
+    assert guide.pressure_times_speed(sliding) == pytest.approx(0.5 * pressed.mean(), rel=1e-6)
+    assert guide.speed(replace(sliding, rate=-sliding.rate)) == pytest.approx(0.5)
 
 
 def test_life_of_a_bearing_that_swings():

@@ -157,9 +157,13 @@ def joints_with(scene: Scene, part: str) -> list[str]:
 
 
 def has_part(scene: Scene, joint: str, part: str) -> bool:
-    """Whether a joint by its name has a part, or is under [bearings] at all."""
+    """Whether a joint by its name has a part, or is a pin under [bearings] at all."""
     parts = scene.bearings.get(joint)
-    return parts is not None and (part == BEARING or getattr(parts, part) is not None)
+    if parts is None:
+        return False
+    if part == BEARING:
+        return joint not in scene.mechanism.slider_points
+    return getattr(parts, part) is not None
 
 
 def bounded_items(scene: Scene, limit: Limit) -> list[int]:

@@ -308,6 +308,7 @@ def _judged_row(results: Results, figures: Mapping[str, Any], judged: Judgement)
         "on": limit.item,
         "limit": figure(limit.bound, row["unit"] if limit.kind == "output" else limit.unit),
         "found": row,
+        "used": figure(limit.used(judged.value), "1")["value"],
         "outcome": judged.outcome,
         "kept": bool(limit.kept(judged.value)),
         "passed": PASSED.get(judged.outcome),

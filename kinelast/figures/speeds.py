@@ -363,12 +363,9 @@ def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Rea
     """
     if values is None:
         return np.full(1, np.nan)
-    bound, value = float(np.ravel(limit.bound)[0]), np.asarray(values[item])
-    error = 0.0 if errors is None else side * errors[item]
-    if bound <= 0.0:
-        return 1.0 - limit.margin(value - error if limit.least else value + error)
-    with np.errstate(divide="ignore"):
-        return bound / np.maximum(value - error, 0.0) if limit.least else np.maximum(value + error, 0.0) / bound
+    value, error = np.asarray(values[item]), 0.0 if errors is None else side * errors[item]
+    own = replace(limit, bound=float(np.ravel(limit.bound)[0]))
+    return own.used(value - error if limit.least else value + error)
 
 
 def _peaks(told: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[SpeedPeak]:

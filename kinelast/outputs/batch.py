@@ -153,21 +153,11 @@ def _verdict(accepted: Mapping[str, Any], told_in: ToldIn) -> str:
     """The verdict on the limits, with those that decide it."""
     verdict = accepted["verdict"]
     if accepted["passed"]:
-        nearest, among = max(accepted["limits"], key=_used), len(accepted["limits"])
+        nearest, among = max(accepted["limits"], key=lambda row: row["used"] or 0.0), len(accepted["limits"])
         return f"{verdict}: {_beside_limit(nearest, told_in)}{f', the nearest of {among} limits' if among > 1 else ''}"
     decides = [row for row in accepted["limits"] if row["outcome"] == OUTCOMES[verdict]]
     words = f"{verdict.upper()}: {', '.join(_beside_limit(row, told_in) for row in decides)}"
     return f"{words}: {accepted['problem']}" if accepted["problem"] else words
-
-
-def _used(row: Mapping[str, Any]) -> float:
-    """Share of a limit that is used up."""
-    value, bound = row["found"]["value"] or 0.0, row["limit"]["value"]
-    if bound <= 0.0 or value < 0.0:
-        left = value - bound if row["least"] else bound - value
-        return float(1.0 - left / (abs(bound) or 1.0))
-    part, whole = (bound, value) if row["least"] else (value, bound)
-    return part / whole if whole else 0.0
 
 
 def _beside_limit(row: Mapping[str, Any], told_in: ToldIn) -> str:
@@ -177,7 +167,7 @@ def _beside_limit(row: Mapping[str, Any], told_in: ToldIn) -> str:
         return _called(row)
     size = quantity(value["value"], value["unit"], told_in=told_in)
     allowed = quantity(limit["value"], limit["unit"], told_in=told_in)
-    return f"{_called(row)} {size}{_error(value)}, allowed {allowed}"
+    return f"{_called(row)} {size}{_error(value)}, {'at least' if row['least'] else 'allowed'} {allowed}"
 
 
 def _called(row: Mapping[str, Any]) -> str:

@@ -326,7 +326,9 @@ def _wheels(gear: Wheels, called: Mapping[str, str]) -> Gear:
 def _holes(scene: Scene) -> dict[str, float]:
     """Diameters of holes by joint, of those with a known eye, pin or bush [m]."""
     parts = {name: each.eye or each.pin or each.plain for name, each in scene.bearings.items()}
-    return {name: float(each.diameter) for name, each in parts.items() if each is not None}
+    return {
+        name: float(each.diameter) for name, each in parts.items() if each is not None and hasattr(each, "diameter")
+    }
 
 
 def require_rendering() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from math import nan
@@ -18,13 +19,21 @@ from kinelast.scene.data import Scene, Theory
 from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives, cylinder_of, motor_of, unevenness_of
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import MaterialTable, SceneTable
-from kinelast.scene.joints import build_bearings, build_friction, build_gears, build_joints, build_sliders, build_welds
+from kinelast.scene.joints import (
+    build_bearings,
+    build_friction,
+    build_gears,
+    build_joints,
+    build_sliders,
+    build_welds,
+    eye_of,
+)
 from kinelast.scene.limits import build_limits, build_output, build_settled, figure_bounds
 from kinelast.scene.links import LinkModel, build_links, drawn_places, guiding, undivided
 from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.numbers import real, require, vector
 from kinelast.scene.sections import Material, SectionSource, making, materials_of, poisson_of
-from kinelast.scene.tables import FatigueTable, LinkFatigueTable
+from kinelast.scene.tables import BoundTable, FatigueTable, LinkFatigueTable
 from kinelast.scene.units import Quantity
 from machine.life import (
     FatigueStrength,
@@ -147,9 +156,22 @@ TURNS = ("rad", "rad/s")  # units in place of which a file may write others, tha
 
 def written_units(table: SceneTable) -> dict[str, tuple[float, str]]:
     """Units that a file writes its angles and speeds of rotation in: those that it writes most."""
-    names = Counter((each.unit, each.written) for each in _quantities(table) if each.unit in TURNS and each.written)
+    bounds = [*table.limits.figures.values(), *table.optimize.limits.values()]
+    every = [*_quantities(table), *(each for bound in bounds for each in _turns(bound))]
+    names = Counter((each.unit, each.written) for each in every if each.unit in TURNS and each.written)
     most = {unit: name for (unit, name), _ in reversed(names.most_common())}
     return {unit: (1.0 / Quantity.of_unit(unit, f"1 {name}"), name) for unit, name in most.items() if name != unit}
+
+
+class _Turn(Quantity, units=TURNS):
+    """An angle or a speed of rotation."""
+
+
+def _turns(bound: Any) -> Iterator[Quantity]:
+    """Angles and speeds of rotation among the bounds of a figure."""
+    for amount in (bound.most, bound.least) if isinstance(bound, BoundTable) else (bound,):
+        with suppress(ValueError):
+            yield _Turn.read(amount)
 
 
 def _quantities(node: Any) -> Iterator[Quantity]:
@@ -219,12 +241,34 @@ def _fatigue(
         known_name("fatigue.notches", point, point, sorted(points), "point of a link with beams")
     rows = [_strength(asked, body, k, made, materials) for (body, k), made in zip(beams, made_of, strict=True)]
     notches = []
-    for body, k in beams:
-        given = {**asked.notches, **asked.links.get(body.link.name, LinkFatigueTable()).notches}
+    for (body, k), made in zip(beams, made_of, strict=True):
         beam = body.link.beams[k]
+        of_link = asked.links.get(body.link.name, LinkFatigueTable()).notches
+        eyes = {
+            point: _eye_notch(table, point, body, k, materials.get(made.material)) for point in (beam.start, beam.end)
+        }
+        given = {**asked.notches, **{point: notch for point, notch in eyes.items() if notch is not None}, **of_link}
         notches.append((given.get(beam.start, 1.0), given.get(beam.end, 1.0)))
     strengths, factors = ((*column,) for column in (zip(*rows, strict=True) if rows else ((), ())))
     return FatigueTask(strengths, asked.criterion, tuple(notches), factors)
+
+
+def _eye_notch(
+    table: SceneTable, point: str, body: LinkModel, number: int, material: MaterialTable | None
+) -> Real | None:
+    """Factor from the stress at the end of a beam to that at the hole of its eye; None where it is told of none."""
+    eye = table.bearings[point].eye if point in table.bearings else None
+    if eye is None or eye.link != body.link.name:
+        return None
+    section = body.sections[number].section
+    factor = eye.notch or eye_of(eye).stress_concentration
+    if np.isnan(factor).any():
+        form = "the formula is for holes of 0.15 to 0.75 of the width, and an edge of no less than the width"
+        raise fault(f"bearings.{point}.eye", "notch", f"the key is missing: {form}")
+    if section.taper is not None or material is None:
+        raise fault(f"bearings.{point}.eye", "link", "expected a beam of one section and a material")
+    area: Real = section.EA / real(material.E)
+    return np.maximum(factor * area / eye_of(eye).net_area, 1.0)
 
 
 def _strength(

@@ -79,6 +79,13 @@ class Limit:
         """Whether values keep it, bool; one that is not known does not."""
         return np.asarray(value >= self.bound if self.least else value <= self.bound)
 
+    def used(self, value: Any) -> Reals:
+        """Share of it that values use up, beyond 1 where it is not kept: a quotient, where the bound is positive."""
+        size = np.maximum(value, 0.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = self.bound / size if self.least else size / self.bound
+        return np.where(self.bound > 0.0, share, 1.0 - self.margin(value))
+
     def margin(self, value: Any) -> Reals:
         """Distance from the bound as a share of it, negative where it is not kept; of an infinite figure 1."""
         size = np.where(self.bound == 0.0, 1.0, np.abs(self.bound))

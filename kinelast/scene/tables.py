@@ -293,8 +293,9 @@ class RollingTable(StrictTable, frozen=True, kw_only=True):
 class PlainTable(StrictTable, frozen=True, kw_only=True):
     """A plain bearing, and the most that its material allows."""
 
-    diameter: Size  #: of the shaft
-    width: Size  #: of the bearing
+    diameter: Size | None = None  #: of the shaft; of a pin
+    length: Size | None = None  #: of a slider's block along its line, `through` in its middle; instead of `diameter`
+    width: Size  #: of the bearing, or of the block across its line
     pressure: Stress | None = None  #: most pressure [none]
     speed: SlidingSpeed | None = None  #: most sliding speed [none]
     pressure_speed: PressureSpeed | None = None  #: most of the mean of pressure times sliding speed [none]
@@ -321,6 +322,9 @@ class EyeTable(StrictTable, frozen=True, kw_only=True):
     width: Size  #: of the plate beside it
     thickness: Size  #: of the plate
     edge: Size  #: from the hole's centre to the end
+    link: str | None = None  #: the link whose eye it is, in whose life under `[fatigue]` its notch counts [none]
+    #: its fatigue notch factor, on the stress of its net section [by its form, where the formula holds]
+    notch: Annotated[float, Meta(ge=1)] | None = None
     yield_stress: Stress | None = field(default=None, name="yield")  #: of its material
     bearing: Stress | None = None  #: most bearing stress [none]
     net: Stress | None = None  #: most tension in the net section [none]
@@ -329,10 +333,10 @@ class EyeTable(StrictTable, frozen=True, kw_only=True):
 
 
 class BearingTable(StrictTable, frozen=True, kw_only=True):
-    """The parts of a joint, at the pin of that name; an empty table asks for force, swing and speed."""
+    """The parts of a joint, at the pin or slider of that name; an empty one of a pin: force, swing and speed."""
 
     rolling: RollingTable | None = None  #: a rolling bearing [none]
-    plain: PlainTable | None = None  #: a plain bearing [none]
+    plain: PlainTable | None = None  #: a plain bearing; the only part of a slider [none]
     pin: PinTable | None = None  #: a pin [none]
     eye: EyeTable | None = None  #: the eye of a link [none]
     clearance: Size | None = None  #: diameter of the hole less that of the pin [none: what it does is not told]

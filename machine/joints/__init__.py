@@ -1,12 +1,13 @@
 """Joints of a machine: the force they bear over the cycle, and the bearings, pins and eyes that they are made of."""
 
-from machine.joints.bearings import LIFE_FACTORS, Eye, JointParts, Pin, Plain, Rolling
+from machine.joints.bearings import LIFE_FACTORS, Eye, Guide, JointParts, Pin, Plain, Rolling
 from machine.joints.clearance import clearance_effects, contact_losses, knocks
 from machine.joints.courses import JointCourse, joint_course
 
 __all__ = [
     "LIFE_FACTORS",
     "Eye",
+    "Guide",
     "JointCourse",
     "JointParts",
     "Pin",

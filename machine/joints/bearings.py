@@ -116,6 +116,48 @@ class Plain:
 
 
 @dataclass(frozen=True, eq=False)
+class Guide:
+    """The guide of a sliding block, which bears on both its sides: length along its line, and width [m]."""
+
+    length: Real
+    width: Real
+
+    def _parts(self, course: JointCourse) -> tuple[Reals, Reals]:
+        """Pressure of the force across the line, and that of the moment at the ends [Pa], shape (..., positions)."""
+        even = np.abs(course.across) / (self.length * self.width)
+        return even, np.abs(course.moment) * 6.0 / (self.width * np.square(self.length))
+
+    def pressure(self, course: JointCourse) -> Reals:
+        """Pressure at the end that is pressed most, F/(l b) + 6 M/(l^2 b) [Pa], shape (..., positions).
+
+        The force is eccentric by e = M/F, and the pressure linear along a stiff block: F/(l b) (1 + 6 e/l). From e =
+        l/6 on one end bears on the other side.
+
+        References
+        ----------
+        Timoshenko, Strength of Materials, part I, 3rd ed. 1955, article 58, eccentric load on a rectangle.
+        """
+        even, ends = self._parts(course)
+        return np.asarray(even + ends)
+
+    def speed(self, course: JointCourse) -> Reals:
+        """Sliding speed [m/s], shape (..., positions)."""
+        return np.abs(course.rate)
+
+    def pressure_times_speed(self, course: JointCourse) -> Reals:
+        """Mean over time and area of p v [W/m^2], shape (...), both sides counted, by which it warms.
+
+        Where both sides bear, the magnitude of a linear pressure from F/(l b) - m to F/(l b) + m has the mean
+        ((F/(l b))^2 + m^2)/(2 m).
+        """
+        even, ends = self._parts(course)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            mean = np.where(ends > even, (even**2 + ends**2) / (2.0 * ends), even)
+        product = np.nan_to_num(mean * self.speed(course)) * course.known
+        return np.asarray((product * course.weight).sum(axis=-1) / (course.weight * course.known).sum(axis=-1))
+
+
+@dataclass(frozen=True, eq=False)
 class Pin:
     """A round pin through an eye between two cheeks, or overhung from one.
 
@@ -182,13 +224,34 @@ class Eye:
     edge: Real
     yield_stress: Real = np.nan
 
+    @property
+    def net_area(self) -> Real:
+        """Area of the plate beside the hole [m^2]."""
+        return (self.width - self.diameter) * self.thickness
+
+    @property
+    def stress_concentration(self) -> Reals:
+        """Largest stress at the hole over that of the net section, the pin fitting closely and pulling along the plate.
+
+        A polynomial for holes of 0.15 to 0.75 of the width and an edge of no less than the width; nan of others, as of
+        eyes that are round about their hole.
+
+        References
+        ----------
+        Young and Budynas, Roark's Formulas for Stress and Strain, 7th ed. 2002, table 17.1, round pin joint with
+        closely fitting pin, after Frocht and Hill 1940.
+        """
+        part = np.asarray(self.diameter / self.width)
+        factor = np.polyval([-51.667, 89.762, -52.714, 12.882], part)
+        return np.where((part >= 0.15) & (part <= 0.75) & (self.edge >= self.width), factor, np.nan)
+
     def bearing(self, course: JointCourse) -> Reals:
         """Bearing stress F/(d t) [Pa], shape (..., positions)."""
         return np.asarray(np.abs(course.force) / (self.diameter * self.thickness))
 
     def net(self, course: JointCourse) -> Reals:
         """Tension in the net section F/((w - d) t) [Pa], shape (..., positions), as if all the force pulled there."""
-        return np.asarray(np.abs(course.force) / ((self.width - self.diameter) * self.thickness))
+        return np.asarray(np.abs(course.force) / self.net_area)
 
     def tear_out(self, course: JointCourse) -> Reals:
         """Shear stress in the two planes from the hole to the end, F/(2 t (e - d/2)) [Pa], shape (..., positions).
@@ -210,7 +273,7 @@ class JointParts:
     """Parts of a joint, None where it has none: bearing, pin, eye, and clearance [m]."""
 
     rolling: Rolling | None = None
-    plain: Plain | None = None
+    plain: Plain | Guide | None = None
     pin: Pin | None = None
     eye: Eye | None = None
     clearance: Real | None = None

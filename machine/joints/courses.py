@@ -31,6 +31,8 @@ class JointCourse:
         Time for which each position stands [s], of the same shape.
     turns
         Whether the coordinate is an angle.
+    across, moment
+        Of a slider: force across its line [N] and moment about its point [N m] on the child, of the same shape.
     """
 
     force: Complexes
@@ -39,6 +41,8 @@ class JointCourse:
     rate: Reals
     weight: Reals
     turns: bool
+    across: Any = 0.0
+    moment: Any = 0.0
 
     @cached_property
     def known(self) -> Reals:
@@ -139,4 +143,6 @@ def joint_course(motion: Motion, forces: JointForces, number: int, weight: Reals
         wide(np.asarray(place.rate(motion.velocity, motion.angular_velocity))),
         weight,
         place.turns,
+        0.0 if place.turns else wide(place.pressing(forces.force[number], forces.moment[number], 2.0)[0]),
+        wide(forces.moment[number]),
     )

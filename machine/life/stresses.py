@@ -28,22 +28,25 @@ class FatigueTask:
     criterion
         One of `CRITERIA`.
     notches
-        Fatigue notch factors at start and end of every beam, which multiply the stress there.
+        Fatigue notch factors at start and end of every beam, which multiply the stress there; shapes () or
+        (designs, 1).
     factors
         Of every beam by name, factors that the material's endurance was multiplied by.
     """
 
     strengths: tuple[FatigueStrength, ...]
     criterion: str = "goodman"
-    notches: tuple[tuple[float, float], ...] = ()
+    notches: tuple[tuple[Real, Real], ...] = ()
     factors: tuple[Mapping[str, Real], ...] = ()
 
     @property
     def factors_along(self) -> Reals:
-        """Notch factors at all stations, shape (beams, stations)."""
-        factors = np.ones((len(self.strengths), len(STATIONS)))
-        if self.notches:
-            factors[:, [0, -1]] = self.notches
+        """Notch factors at all stations, shape (beams, designs or 1, stations)."""
+        ends = [np.broadcast_arrays(*map(np.ravel, pair)) for pair in self.notches]
+        count = max((len(start) for start, _ in ends), default=1)
+        factors = np.ones((len(self.strengths), count, len(STATIONS)))
+        for beam, (start, end) in enumerate(ends):
+            factors[beam, :, 0], factors[beam, :, -1] = start, end
         return factors
 
 
@@ -81,10 +84,11 @@ class Fatigue:
         total[np.isnan(excess).any(axis=-1)] = np.nan
         factors = self.task.factors_along
         for cell in zip(*np.nonzero((excess > 1.0).any(axis=-1) & ~np.isnan(total)), strict=True):
-            own = _of_design(self.task.strengths[cell[0]], cell[1:], shape[1:])
-            courses = np.concatenate([side[cell] * factors[cell[0]] for side in self.stresses], axis=-1)
+            strength = _of_design(self.task.strengths[cell[0]], cell[1:], shape[1:])
+            along = factors[cell[0], cell[1] if len(cell) > 1 and factors.shape[1] > 1 else 0]
+            courses = np.concatenate([side[cell] * along for side in self.stresses], axis=-1)
             good = np.isfinite(courses).all(axis=-1)
-            total[cell], place[cell] = _greatest(courses[good].T, excess[cell], own, self.task.criterion)
+            total[cell], place[cell] = _greatest(courses[good].T, excess[cell], strength, self.task.criterion)
         return Largest(total, np.where(np.isnan(total), -1, 0), *_place(place))
 
 
@@ -97,7 +101,7 @@ def fatigue(bent: Deflection, task: FatigueTask) -> Fatigue:
     strengths, criterion = task.strengths, task.criterion
     sides = sample(bent, "left", STATIONS), sample(bent, "right", STATIONS)
     least, most = (np.array(each) for each in zip(*map(_ends, sides), strict=True))
-    notched = task.factors_along.reshape(len(strengths), *(1,) * (least.ndim - 3), len(STATIONS))
+    notched = task.factors_along if least.ndim > 3 else task.factors_along[:, 0]
     amplitude, mean = notched * (most - least) / 2, notched * (most + least) / 2
     parts = [
         (endurance_safety(amplitude[:, k], mean[:, k], each, criterion),

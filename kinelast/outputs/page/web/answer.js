@@ -22,9 +22,10 @@ function answerSection() {
 function acceptance() {
   const { verdict, passed, limits, problem } = summary.acceptance;
   const deciding = limits.filter((limit) => limit.outcome === { "not acceptable": "not kept" }[verdict] || limit.outcome === verdict);
+  const nearest = limits.reduce((a, b) => ((b.used ?? 0) > (a.used ?? 0) ? b : a), limits[0]);
   const weak = deciding.length ? "" : yielding();
   const level = passed === false || weak ? "poor" : passed ? "good" : verdict ? "caution" : "open";
-  const words = weak ? weak : passed ? `Acceptable: ${limits.length === 1 ? "the limit of the scene is" : `all ${limits.length} limits of the scene are`} kept.` : verdict ? `${verdict[0].toUpperCase()}${verdict.slice(1)}: ${[deciding.map(limitWords).join("; "), problem].filter(Boolean).join(": ")}.` : "No limits are set.";
+  const words = weak ? weak : passed ? `Acceptable: ${limits.length === 1 ? "the limit of the scene is" : `all ${limits.length} limits of the scene are`} kept${limits.length > 1 ? `; the nearest: ${limitWords(nearest)}` : ""}.` : verdict ? `${verdict[0].toUpperCase()}${verdict.slice(1)}: ${[deciding.map(limitWords).join("; "), problem].filter(Boolean).join(": ")}.` : "No limits are set.";
   const note = !verdict && !weak ? h("span", { class: "soft" }, " A scene may set them under [limits], and the answer will be yes or no.") : null;
   return h("div", { class: `verdict ${level}`, id: "acceptance" }, h("p", {}, h("b", {}, words), note));
 }
@@ -35,6 +36,7 @@ function limitsSection() {
   section("limits", "Limits", "Limits of the scene", table(limits, [
     { name: "Limit", text: (each) => limitName(each) + (each.on ? (LIMIT_WORDS[each.kind] ? ` of ${each.on}` : ` (${each.on})`) : "") },
     { name: "allowed", text: (each) => `${each.least ? "at least" : "at most"} ${figureAngle(each.limit)}` },
+    { name: "used", means: "share of the limit that is used up: the figure over what is allowed, or what is asked over the figure", of: (each) => each.used ?? NaN, words: (each) => (each.used === null ? "–" : `${number(100 * each.used, 3)} %`), worst: true },
     { name: "found", text: (each) => (each.found.endless ? "endless" : figureAngle(each.found) + errorWords(each.found)) },
     { name: "where", text: (each) => [each.found.label, atWords(each.found)].filter(Boolean).join(", ") },
     { name: "kept", text: (each) => ({ kept: "yes", "not kept": "no" }[each.outcome] ?? each.outcome) },

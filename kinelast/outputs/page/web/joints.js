@@ -59,9 +59,9 @@ function jointsSection() {
     table(rows, [
       { name: "Joint", text: (each) => `${each.joint} on ${each.on}` },
       { name: "largest force", unit: "N", of: (each) => value(each.force), worst: true },
-      { name: "mean force", means: "cubic, over the angle that the joint passes: the steady force of the same life of a ball bearing", unit: "N", of: (each) => value(each.figures.joint_mean_force) },
-      { name: "motion", text: (each) => `${each.sense}, ${figureAngle(each.figures.joint_swing)}` },
-      { name: "fastest", text: (each) => rpmWords({ ...each.figures.joint_rate, value: Math.abs(each.figures.joint_rate.value) }) },
+      { name: "mean force", means: "cubic, over the angle that the joint passes: the steady force of the same life of a ball bearing", unit: "N", of: (each) => (each.figures.joint_mean_force ? value(each.figures.joint_mean_force) : NaN) },
+      { name: "motion", text: (each) => (each.figures.joint_swing ? `${each.sense}, ${figureAngle(each.figures.joint_swing)}` : each.sense) },
+      { name: "fastest", text: (each) => (each.figures.joint_rate ? rpmWords({ ...each.figures.joint_rate, value: Math.abs(each.figures.joint_rate.value) }) : figureWords(each.figures.bearing_speed)) },
       { name: "direction of the force", means: "in the axes of either link: where it stays the ring bears a point load, where it goes round the ring wants a tight fit", text: rings },
       { name: "contact lost at", wraps: true, text: (each) => contactWords(each.contact_lost) },
     ], "Joints with parts"),
