@@ -21,6 +21,7 @@ from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import Results
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection
 from kinelast.scene.document import Document, document_from_dict
+from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import tolerance
 from kinelast.scene.numbers import quantity
@@ -35,6 +36,7 @@ from rigid import MechanismError, Motion, Reals, position_of, posture, reachable
 
 POSITIONS, FRAMES = 72, 120  # of a quick answer, and at most of the picture of a whole one
 STATIONS = np.linspace(0.0, 1.0, 9)
+LOOKED_AT, STEEP = 1441, 1.5  # instants of a law, and by how much twice as many may raise its jerk
 HALF, SAME = 0.5, 1e-7  # of a sine at which links meet, and of the size
 SHOWN = ("deflection", "chord", "stress", "safety", "drive_effort", "joint_force", "shaking_force",
          "transmission_angle", "output_error", "mass")  # fmt: skip
@@ -302,10 +304,26 @@ def picture(scene: Scene, bent: Deflection, efforts: Any, most: int = POSITIONS)
             for label, (at, beam) in zip(scene.labels, scene.mechanism.beams, strict=True)
         ],
         "drives": [
-            {"name": name, "unit": unit, "effort": effort} for name, _, unit, effort in drive_words(scene.mechanism)
+            {"name": name, "unit": unit, "effort": effort, "peaks": law_peaks(law, scene.run.duration)}
+            for (name, _, unit, effort), law in zip(drive_words(scene.mechanism), scene.course.laws, strict=True)
         ],
         "arrays": store,
     }, b"".join(data)
+
+
+def law_peaks(law: Any, duration: float) -> list[float | None] | None:
+    """Largest rate, acceleration and jerk of a drive's law; None where an effort drives.
+
+    A jerk that grows as the law is looked at more closely is that of a step of the acceleration, and infinite: None.
+    """
+    if isinstance(law, DriveEffort):
+        return None
+    time = np.linspace(0.0, duration, LOOKED_AT)
+    _, rate, acceleration = (np.asarray(part, float).ravel() for part in law(time))
+    steps = [np.abs(np.diff(acceleration[::step])).max() / (step * time[1]) for step in (1, 2)]
+    greatest = float(np.abs(acceleration).max())
+    smooth = steps[0] < STEEP * steps[1] or steps[0] * duration <= SAME * greatest
+    return [float(np.abs(rate).max()), greatest, float(steps[0]) if smooth else None]
 
 
 def _points(moved: Motion) -> dict[str, Any]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import cmath
+import re
 import tomllib
 from collections.abc import Iterator
 from typing import Any
@@ -9,6 +11,7 @@ from typing import Any
 from kinelast.scene.units import Quantity
 from live.parts import (
     DIGITS,
+    EXACT,
     EditError,
     Tables,
     along,
@@ -28,7 +31,8 @@ from rigid import GROUND
 
 SPEED, LAW = "60 rpm", "cycloidal"
 LASTS = "1 s"  # a stroke of a drive that slides
-CONSTANT = "constant speed"
+CONSTANT, SPLINE = "constant speed", "spline through points"
+LEAST = 4  # points of a spline
 UNITS = {
     True: ("m", "m/s"),
     False: ("rad", "rad/s"),
@@ -103,17 +107,20 @@ def _add_slide(text: str, tables: Tables, point: str) -> str:
 
 
 def set_law(text: str, tables: Tables, change: Tables) -> str:
-    """The motion of a drive: at constant speed, or so far in so long by one of the curves, and back where asked for.
+    """The motion of a drive: at constant speed, by a curve so far in so long, and back where asked for; or by points.
 
-    Quantities are texts with their units.
+    Quantities are texts with their units; points are as in a CSV file.
     """
     number = int(change["drive"])
     drive = tables["drives"][number]
     if "effort" in drive:
         raise EditError("an effort drives here, and the motion follows from it: change that in the text")
     length, rate = UNITS["slider" in drive]
+    points = spline_points(str(change["points"]), length) if change["curve"] == SPLINE else []
     for key in ("speed", "law", "motion", "repeat"):
         text = without(text, ("drives", number, key))
+    if points:
+        return with_value(text, ("drives", number, "motion"), points)
     if change["curve"] == CONSTANT:
         Quantity.of_unit(rate, str(change["speed"]))
         return with_value(text, ("drives", number, "speed"), str(change["speed"]))
@@ -125,9 +132,47 @@ def set_law(text: str, tables: Tables, change: Tables) -> str:
     return with_value(text, ("drives", number, "law"), law)
 
 
+def spline_points(written: str, unit: str) -> list[list[Any]]:
+    r"""Times and coordinates of a CSV text, a pair on each line: with their units, or with those of the heading.
+
+    Bare numbers are in s, and in rad or the file's lengths.
+
+    Examples
+    --------
+    >>> spline_points("time [s], angle [deg]\n0, 0\n1, 90\n2, 45\n3, 0", "rad")[1]
+    ['1 s', '90 deg']
+    """
+    rows = [re.split(r"[,;\t]", line) for line in written.splitlines() if line.strip()]
+    if any(len(row) < 2 for row in rows):
+        raise EditError("expected a time and a coordinate on every line, with a comma between them")
+    units = ["", ""]
+    if rows and not re.match(r"\s*[-+.\d]", rows[0][0]):
+        units = [found[1] if (found := re.search(r"\[(.*?)\]", each)) else "" for each in rows.pop(0)[:2]]
+    if len(rows) < LEAST:
+        raise EditError(f"a spline wants {LEAST} points at least, and here are {len(rows)}")
+    told = [[_with_unit(part, given) for part, given in zip(row[:2], units, strict=True)] for row in rows]
+    for row in told:
+        for value, of in zip(row, ("s", unit), strict=True):
+            if isinstance(value, str):
+                Quantity.of_unit(of, value)
+    return told
+
+
+def _with_unit(part: str, unit: str) -> Any:
+    """A number with its unit; bare where it has none."""
+    part = part.strip()
+    try:
+        number = float(part)
+    except ValueError:
+        return part
+    return f"{part} {unit}" if unit else number
+
+
 def add_gear(text: str, tables: Tables, change: Tables) -> str:
-    """Wheels on two links, which mesh from outside; or none any longer."""
+    """Wheels on two links, which mesh from outside, or a wheel and a rack in a slot; or none any longer."""
     pair = change["driver"], change["follower"]
+    if any(isinstance(end, dict) for end in pair):
+        return _add_rack(text, tables, *pair)
     if pair[0] == pair[1]:
         raise EditError("a gear ties two links: click the one that drives, and the one that follows")
     for number, gear in enumerate(tables.get("gears", ())):
@@ -138,6 +183,36 @@ def add_gear(text: str, tables: Tables, change: Tables) -> str:
         raise EditError("wheels turn on one link: both links need a pin on the ground, or on another link")
     driver, follower = (_joint(tables, link, carrier) for link in pair)
     return with_table(text, ("gears", 0), {"driver": driver, "follower": follower, "ratio": -1.0})
+
+
+def _add_rack(text: str, tables: Tables, driver: Any, follower: Any) -> str:
+    """A wheel on a link and a rack, each an end: a link by its name, a table with the `point` in its slot.
+
+    The wheel rolls where the slot's line is nearest to its pin; the ratio follows from that distance.
+    """
+    wheel = next((end for end in (driver, follower) if isinstance(end, str)), None)
+    slid = next(end["point"] for end in (driver, follower) if isinstance(end, dict))
+    slots = {**tables.get("sliders", {}), **tables.get("slots", {})}
+    found = next((name for name, table in slots.items() if slid in (table.get("point"), table.get("through"))), None)
+    if wheel is None or found is None:
+        raise EditError("a rack is a point in a slot, and its wheel a link: click one and the other")
+    for number, gear in enumerate(tables.get("gears", ())):
+        if {wheel, found} == {name for end in ("driver", "follower") for name in gear[end].values()} & {wheel, found}:
+            return without(text, ("gears", number))
+    carrier = str(slots[found].get("on", GROUND))
+    joint = _joint(tables, wheel, carrier)
+    pins, sheet = _shared(tables, wheel, carrier), drawn(tables)
+    if not pins:
+        raise EditError(f'"{wheel}" has no pin on "{carrier}", which has the slot')
+    given = slots[found]["direction"]
+    way = complex(*given) if isinstance(given, list) else cmath.rect(1.0, Quantity.of_unit("rad", str(given)))
+    arm = sheet[slid] - sheet[pins[0]]
+    ratio = -(arm * (way / abs(way)).conjugate()).imag
+    if not abs(ratio) > 0:
+        raise EditError("the slot's line goes through the wheel's pin: a wheel needs a radius")
+    rack, turns = {"slider": found}, isinstance(driver, str)
+    ends = {"driver": joint, "follower": rack} if turns else {"driver": rack, "follower": joint}
+    return with_table(text, ("gears", 0), {**ends, "ratio": float(f"{ratio if turns else 1 / ratio:.{EXACT}g}")})
 
 
 def _pin(tables: Tables, joint: Tables) -> str | None:

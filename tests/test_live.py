@@ -237,6 +237,56 @@ class TestEdits:
         with pytest.raises(EditError):
             edited(text, {"do": "set", "path": "gears[1].ratio", "value": "7 kg"})
 
+    @pytest.mark.parametrize(("turns", "ratio"), [(True, 0.02), (False, 50.0)])
+    def test_a_rack_goes_as_its_wheel_rolls(self, turns, ratio):
+        """The wheel's lowest point, 20 mm under its pin, goes to the right where it turns to the left."""
+        rack, drive = {"point": "C"}, {"do": "drive", "link": "link_1"} if turns else {"do": "drive", "point": "C"}
+        ends = ("link_1", rack) if turns else (rack, "link_1")
+        text = made({"do": "link", "points": [[0, 0], [0.05, 0]]}, {"do": "fix", "point": "A"},
+                    {"do": "link", "points": [[0, -0.02], [0.1, -0.05]]}, {"do": "link", "points": ["D", [0.2, -0.05]]},
+                    {"do": "fix", "point": "E"}, {"do": "slot", "point": "C"}, drive)  # fmt: skip
+        tied = {"do": "gear", "driver": ends[0], "follower": ends[1]}
+        text = edited(text, tied)
+        assert tomllib.loads(text)["gears"][0]["ratio"] == pytest.approx(ratio)
+        text = edited(text, {"do": "law", "drive": 0, "curve": "harmonic", "duration": "1 s", "back": True,
+                             "by": "30 deg" if turns else "10 mm"})  # fmt: skip
+        answer, data = quick_answer(text)
+        assert answer["mistakes"] == []
+        places = points_of_picture(answer, data)
+        turned = np.unwrap(np.angle(places["B"]))
+        np.testing.assert_allclose(places["C"].real, 0.02 * (turned - turned[0]), atol=1e-7)
+        assert np.ptp(turned) > 0.4
+        assert "gears" not in tomllib.loads(edited(text, tied))
+        with pytest.raises(EditError, match="a rack is"):
+            edited(text, {**tied, "driver": rack, "follower": rack})
+
+    def test_a_drive_goes_through_the_points_of_a_csv_file(self):
+        told = {"do": "law", "drive": 0, "curve": "spline through points"}
+        text = edited(STEEL, {**told, "points": "t [s];angle [deg]\n0;0\n0.25;30\n0.5;0\n0.75;-30\n1;0\n"})
+        assert tomllib.loads(text)["drives"][0]["motion"][1] == ["0.25 s", "30 deg"]
+        answer, data = quick_answer(text)
+        at, (_, count) = answer["picture"]["arrays"]["drive"]
+        angle, time = (np.frombuffer(data, "<f4")[k : k + count] for k in (at, answer["picture"]["arrays"]["time"][0]))
+        np.testing.assert_allclose(np.degrees(np.interp([0.25, 0.75], time, angle)), [30, -30], atol=0.1)
+        for points, why in (("0, 0\n1, 1", "4 points"), ("0\n1", "comma"), ("0, 0 kg\n1, 1\n2, 2\n3, 3", "in rad")):
+            with pytest.raises(ValueError, match=why):
+                edited(STEEL, {**told, "points": points})
+
+    @pytest.mark.parametrize(
+        ("curve", "rate", "acceleration", "jerk"),
+        [("cycloidal", 2.0, 2 * np.pi, 4 * np.pi**2), ("polynomial-345", 1.875, 10 / np.sqrt(3), 60.0),
+         ("constant-acceleration", 2.0, 4.0, None), ("harmonic", np.pi / 2, np.pi**2 / 2, np.pi**3 / 2)],
+    )  # fmt: skip
+    def test_peaks_of_a_law_are_those_of_its_closed_form(self, curve, rate, acceleration, jerk):
+        """Norton, Cam Design and Manufacturing Handbook, table 3-2: of a rise of 1 in 1, and back.
+
+        Constant acceleration steps; a harmonic that goes up and down does not between its ends.
+        """
+        law = {"do": "law", "drive": 0, "curve": curve, "by": "1 rad", "duration": "1 s", "back": True}
+        (drive,) = quick_answer(edited(STEEL, law))[0]["picture"]["drives"]
+        assert drive["peaks"][:2] == pytest.approx([rate, acceleration], rel=1e-3)
+        assert drive["peaks"][2] == (None if jerk is None else pytest.approx(jerk, rel=2e-2))
+
     def test_a_number_is_typed_with_its_unit(self):
         line = 'depth = "0.8 cm"'
         assert line in edited(STEEL, {"do": "set", "path": "sections.bar.depth", "value": " 0.8 cm"}).splitlines()

@@ -227,18 +227,38 @@ function fillInspector(box) {
 }
 
 // The motion of a drive: constant speed, or one curve over some way in some time, and back where that is wished.
-const CONSTANT = "constant speed", CURVES = [CONSTANT, "cycloidal", "harmonic", "modified-sine", "modified-trapezoid", "polynomial-345", "polynomial-4567", "trapezoidal-velocity", "constant-acceleration"];
+const CONSTANT = "constant speed", SPLINE = "spline through points", CURVES = [CONSTANT, "cycloidal", "harmonic", "modified-sine", "modified-trapezoid", "polynomial-345", "polynomial-4567", "trapezoidal-velocity", "constant-acceleration", SPLINE];
 const opposite = (by) => (String(by).startsWith("-") ? String(by).slice(1) : `-${by}`);
 function inspectDrive(at, box) {
   const { law, speed, slider, effort, motion } = view.sheet.drives[at], [first, second] = law ?? [];
-  if (effort !== undefined || motion || (law && (law.length > 2 || !CURVES.includes(first.curve) || typeof first.by !== "string" || (second && (second.curve !== first.curve || second.duration !== first.duration || String(second.by) !== opposite(first.by)))))) { box.append("Motion: as the text says"); return; }
+  if (effort !== undefined || (law && (law.length > 2 || !CURVES.includes(first.curve) || typeof first.by !== "string" || (second && (second.curve !== first.curve || second.duration !== first.duration || String(second.by) !== opposite(first.by)))))) { box.append("Motion: as the text says"); return; }
   const curve = document.createElement("select"), field = (value, size) => Object.assign(document.createElement("input"), { value, size }), labelled = (words, input) => { const label = document.createElement("label"); label.append(words, input); return label; };
   curve.append(...CURVES.map((name) => new Option(name, name)));
-  curve.value = law ? first.curve : CONSTANT;
+  curve.value = motion ? SPLINE : law ? first.curve : CONSTANT;
+  if (motion || box.dataset.spline === String(at)) return inspectSpline(at, box, curve, labelled);
   const rate = field(speed ?? (slider ? "0.1 m/s" : "60 rpm"), 8), by = field(first?.by ?? (slider ? "50 mm" : "90 deg"), 7), time = field(first?.duration ?? "1 s", 6), back = Object.assign(document.createElement("input"), { type: "checkbox", checked: !law || Boolean(second) });
   const tell = () => edit({ do: "law", drive: at, curve: curve.value, speed: rate.value, by: by.value, duration: time.value, back: back.checked });
-  for (const each of [curve, rate, by, time, back]) each.onchange = tell;
-  box.append(labelled("Motion ", curve), ...(law ? [labelled("By ", by), labelled("In ", time), labelled("And back ", back)] : [labelled("Speed ", rate)]));
+  for (const each of [rate, by, time, back]) each.onchange = tell;
+  curve.onchange = () => { if (curve.value !== SPLINE) return tell(); box.dataset.spline = at; inspect(); };
+  box.append(labelled("Motion ", curve), ...(law ? [labelled("By ", by), labelled("In ", time), labelled("And back ", back)] : [labelled("Speed ", rate)]), peakWords(at));
+}
+// Times and coordinates as a CSV file has them: typed, or taken from one.
+function inspectSpline(at, box, curve, labelled) {
+  const { motion, slider } = view.sheet.drives[at], area = Object.assign(document.createElement("textarea"), { className: "points", rows: 5, value: motion ? motion.map((row) => row.join(", ")).join("\n") : `time [s], ${slider ? "way [mm]" : "angle [deg]"}\n0, 0\n0.25, 30\n0.5, 0\n0.75, -30\n1, 0` }), file = Object.assign(document.createElement("input"), { type: "file", accept: ".csv,text/csv,text/plain" });
+  const tell = () => edit({ do: "law", drive: at, curve: SPLINE, points: area.value });
+  curve.value = SPLINE;
+  curve.onchange = () => { delete box.dataset.spline; if (curve.value !== SPLINE) edit({ do: "law", drive: at, curve: curve.value, speed: slider ? "0.1 m/s" : "60 rpm", by: slider ? "50 mm" : "90 deg", duration: "1 s", back: true }); };
+  area.onchange = tell;
+  file.onchange = async () => { if (file.files[0]) { area.value = await file.files[0].text(); tell(); } };
+  box.append(labelled("Motion ", curve), labelled("Times and coordinates ", area), labelled("or of a CSV file ", file), peakWords(at));
+  if (!motion) { delete box.dataset.spline; tell(); }
+}
+// The greatest rate, acceleration and jerk of a drive's law.
+function peakWords(at) {
+  const { peaks, unit } = view.picture?.drives[at] ?? {}, words = document.createElement("span");
+  words.className = "soft";
+  if (peaks) words.textContent = `up to ${quantity(peaks[0], `${unit}/s`)}, ${quantity(peaks[1], `${unit}/s²`)}, jerk ${peaks[2] === null ? "infinite: the acceleration steps" : quantity(peaks[2], `${unit}/s³`)}`;
+  return words;
 }
 
 const PATHS = { point: "points", link: "links", slot: "slots", slider: "sliders", mass: "masses", spring: "springs", load: "loads", drive: "drives", gear: "gears", cylinder: "cylinders", weld: "welds", section: "sections", material: "materials", motor: "motors", joint: "joints", bearing: "bearings" };

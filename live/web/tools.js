@@ -15,7 +15,7 @@ export const TOOLS = [
   ["load", "Force", "f", "Drag from the point where a force acts: 1 N to a pixel"],
   ["drive", "Drive", "d", "Click the link that is turned about its pin, or the point that is pushed along its slot, or no longer"],
   ["cylinder", "Cylinder", "c", "Drag from its foot to the point that it pushes"],
-  ["gear", "Gear", "r", "Click the link that drives, then the one that follows: wheels that mesh from outside, or no longer"],
+  ["gear", "Gear", "r", "Click the link that drives, then the one that follows: wheels that mesh from outside, or no longer; a point in a slot is a rack"],
 ];
 let tool = "move", gesture = null, clicks = [], driver = null, actions = null;
 
@@ -198,9 +198,9 @@ function click(screen) {
     return;
   }
   if (tool === "gear") {
-    const link = linkUnder(screen, 16)?.link;
+    const slides = pointUnder(screen), rack = Object.values(view.sheet.slots).some(({ point }) => point === slides), link = rack ? { point: slides } : linkUnder(screen, 16)?.link;
     if (!link) return;
-    if (driver === null) { driver = link; actions.choose("link", link); } else { const first = driver; driver = null; actions.edit({ do: "gear", driver: first, follower: link }); }
+    if (driver === null) { driver = link; actions.choose(...(rack ? ["point", slides] : ["link", link])); } else { const first = driver; driver = null; actions.edit({ do: "gear", driver: first, follower: link }); }
     return;
   }
   const point = pointUnder(screen);
