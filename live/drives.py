@@ -193,24 +193,24 @@ def _add_rack(text: str, tables: Tables, driver: Any, follower: Any) -> str:
     wheel = next((end for end in (driver, follower) if isinstance(end, str)), None)
     slid = next(end["point"] for end in (driver, follower) if isinstance(end, dict))
     slots = {**tables.get("sliders", {}), **tables.get("slots", {})}
-    found = next((name for name, table in slots.items() if slid in (table.get("point"), table.get("through"))), None)
-    if wheel is None or found is None:
+    rail = next((name for name, table in slots.items() if slid in (table.get("point"), table.get("through"))), None)
+    if wheel is None or rail is None:
         raise EditError("a rack is a point in a slot, and its wheel a link: click one and the other")
     for number, gear in enumerate(tables.get("gears", ())):
-        if {wheel, found} == {name for end in ("driver", "follower") for name in gear[end].values()} & {wheel, found}:
+        if {wheel, rail} == {name for end in ("driver", "follower") for name in gear[end].values()} & {wheel, rail}:
             return without(text, ("gears", number))
-    carrier = str(slots[found].get("on", GROUND))
+    carrier = str(slots[rail].get("on", GROUND))
     joint = _joint(tables, wheel, carrier)
     pins, sheet = _shared(tables, wheel, carrier), drawn(tables)
     if not pins:
         raise EditError(f'"{wheel}" has no pin on "{carrier}", which has the slot')
-    given = slots[found]["direction"]
+    given = slots[rail]["direction"]
     way = complex(*given) if isinstance(given, list) else cmath.rect(1.0, Quantity.of_unit("rad", str(given)))
     arm = sheet[slid] - sheet[pins[0]]
     ratio = -(arm * (way / abs(way)).conjugate()).imag
     if not abs(ratio) > 0:
         raise EditError("the slot's line goes through the wheel's pin: a wheel needs a radius")
-    rack, turns = {"slider": found}, isinstance(driver, str)
+    rack, turns = {"slider": rail}, isinstance(driver, str)
     ends = {"driver": joint, "follower": rack} if turns else {"driver": rack, "follower": joint}
     return with_table(text, ("gears", 0), {**ends, "ratio": float(f"{ratio if turns else 1 / ratio:.{EXACT}g}")})
 
