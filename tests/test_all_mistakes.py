@@ -46,7 +46,8 @@ def entries(lines):
 def mistakes_for(header, key, value, draw):
     """Spoilt lines for a key, each with the place that its message must have."""
     table = header.split(".")[0].partition("[")[0]
-    if header in ("sections", "points", "sweep", "optimize", "tolerances", "sensitivities", "", "masses"):
+    by_figures = "sweep", "optimize", "sensitivities", "limits.figures"  # whose names are known once they are judged
+    if header in ("sections", "points", "tolerances", "", "masses", *by_figures):
         if table == "points" and value.startswith("["):
             yield f'{key} = ["3 kg", 0.0]', (header, key)
         return
