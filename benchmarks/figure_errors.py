@@ -2,6 +2,7 @@
 
     python benchmarks/figure_errors.py [mechanisms] [seconds] [seed]    (goes on where results/figure_errors.csv ends)
 
+Rows of other seeds stay.
 A row for each answer to a mechanism drawn at random: as users get it, and of every theory. All figures of a run count,
 but those of rigid links, against themselves or a hundredth of the greatest of their unit. What beam theory leaves out
 is on neither side. The reference is the program's own theory, and independent of what the answers leave out alone. It
@@ -149,7 +150,8 @@ def main() -> None:
     seed = int(sys.argv[3]) if len(sys.argv) > 3 else SEED
     warnings.simplefilter("ignore")
     signal.signal(signal.SIGPROF, _late)
-    rows = _read(seed)
+    known = _read()
+    rows, others = ([row for row in known if (_seed(row) == seed) == own] for own in (True, False))
     done = {row["mechanism"] for row in rows}
     for number, scene in enumerate(scenes(seed)):
         if number == count or time.process_time() > seconds:
@@ -163,19 +165,23 @@ def main() -> None:
             words = getattr(error, "problem", "") or str(error) or type(error).__name__
             rows.append({"mechanism": scene.name, "title": scene.title, "answer": TAKEN, "left out": words[:80]})
         signal.setitimer(signal.ITIMER_PROF, 0.0)
-        _write(rows)
-    summed(rows)
+        _write([*others, *rows])
+    summed([*others, *rows])
 
 
 def _late(*_: Any) -> None:
     raise TooLongError("too long")
 
 
-def _read(seed: int) -> list[dict[str, Any]]:
+def _read() -> list[dict[str, Any]]:
     if not PATH.exists():
         return []
     with PATH.open(encoding="utf-8") as stream:
-        return [row for row in csv.DictReader(stream) if row["mechanism"].startswith(f"{seed}-")]
+        return [*csv.DictReader(stream)]
+
+
+def _seed(row: dict[str, Any]) -> int:
+    return int(row["mechanism"].split("-")[0])
 
 
 def _write(rows: list[dict[str, Any]], path: Path = PATH) -> None:
@@ -187,20 +193,21 @@ def _write(rows: list[dict[str, Any]], path: Path = PATH) -> None:
 
 
 def summed(rows: list[dict[str, Any]]) -> None:
-    """Write how well the told errors hold of every kind of answer, and print it."""
-    drawn = len({row["mechanism"] for row in rows})
-    left = [row for row in rows if row.get("left out")]
-    print(f"{drawn} mechanisms, {len(left)} left out")
-    known = [row for row in rows if not row.get("left out")]
-    names = dict.fromkeys(row["answer"] for row in known)
-    found = [held(name, [row for row in known if row["answer"] == name and not row.get("unknown")]) for name in names]
+    """Write how well the told errors hold by seed, of every kind of answer, and print it."""
+    found: list[dict[str, Any]] = []
+    for seed in dict.fromkeys(map(_seed, rows)):
+        own = [row for row in rows if _seed(row) == seed]
+        left = sum(bool(row.get("left out")) for row in own)
+        print(f"{seed}: {len({row['mechanism'] for row in own})} mechanisms, {left} left out")
+        known = [row for row in own if not row.get("left out") and not row.get("unknown")]
+        for name in dict.fromkeys(row["answer"] for row in known):
+            found.append({"seed": seed, **held(name, [row for row in known if row["answer"] == name])})
+            print("; ".join(f"{key}: {value}" for key, value in found[-1].items()))
+        checked = [float(row.get("reference beside the nonlinear check") or "nan") for row in own]
+        beside = [apart for apart in checked if not np.isnan(apart)]
+        if beside:
+            print(f"reference beside the nonlinear check: {len(beside)}, {np.median(beside):.2g}, {max(beside):.2g}")
     _write(found, PATH.with_stem(f"{PATH.stem}-summary"))
-    for row in found:
-        print("; ".join(f"{key}: {value}" for key, value in row.items()))
-    beside = [float(row["reference beside the nonlinear check"]) for row in rows
-              if row.get("reference beside the nonlinear check") not in (None, "", "nan")]  # fmt: skip
-    if beside:
-        print(f"reference beside the nonlinear check: {len(beside)}, median {np.median(beside):.2g}, {max(beside):.2g}")
 
 
 def held(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from elastic.elastodynamics.equations_of_motion import MotionTerms, Problem, problem
+from elastic.elastodynamics.strains import rigidities, strain_rows
 from elastic.elastodynamics.time_elements import Propagation, propagation
 from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled, vibration_loads
 from elastic.links.added_loads import AddedLoads
@@ -17,6 +18,9 @@ from elastic.solution import Deflection, deflection
 from rigid import Motion
 from rigid.arrays import Complexes, Numbers, Reals
 from rigid.kinetostatics import beam_directions
+
+AXIAL = 0.01  # as closely as displacements are axial forces resolved in time
+LITTLE = 0.01  # of the greatest moment over the greatest length, what an axial force counts at least
 
 Start = Callable[[Propagation, Problem, Deflection], Any]
 
@@ -76,14 +80,34 @@ class Vibration:
 
     @property
     def unresolved(self) -> Reals:
-        """Unresolved part of the displacements, and of those by inertia alone, in every element, shape (elements,)."""
+        """Unresolved part of the displacements, and of those by inertia alone, in every element, shape (elements,).
+
+        Less closely of the axial forces, which ring faster than links bend and move these by next to nothing.
+        """
         terms, (_, _, x2) = self.problem.terms, self.history
         forces = self.problem.equations.mass @ x2[..., None]
         bent: Any = np.linalg.solve(terms.elastic, forces if terms.elastic.ndim == 3 else forces[..., 0].T)
         moved = self.displacements
         by_inertia = self.places(bent[..., 0] if bent.ndim == 3 else bent.T)
         greatest = np.abs(moved).max()
-        return np.maximum(*(terms.grid.tail(values, greatest) for values in (moved, by_inertia)))
+        tails = [terms.grid.tail(values, greatest) for values in (moved, by_inertia)]
+        N, least = self.axial_forces
+        greatest = max(float(np.abs(N).max(initial=0.0)), least)
+        unresolved: Reals = np.maximum.reduce([*tails, AXIAL * terms.grid.tail(N, greatest)])
+        return unresolved
+
+    @property
+    def axial_forces(self) -> tuple[Reals, float]:
+        """Forces by which the coordinates stretch beams [N], shape (points, places), and one that is little."""
+        kinds = self.problem.terms.kinematics
+        structure, basis = kinds.structure, kinds.basis
+        count = structure.weights.size
+        strains = strain_rows(structure, basis if basis.ndim == 2 else basis[1:])[..., : 2 * count, :]
+        stiff = rigidities(structure)[: 2 * count] / np.tile(structure.weights.ravel(), 2)
+        forces: Reals = stiff * (strains @ self.history[0][..., None])[..., 0]
+        longest = structure.weights.sum(axis=-1).max(initial=0.0)
+        bending = float(np.abs(forces[:, count:]).max(initial=0.0))
+        return forces[:, :count], LITTLE * bending / longest if longest else 0.0
 
     def places(self, amounts: Reals) -> Numbers:
         """Displacements of given amounts of all kinds."""

@@ -24,6 +24,7 @@ from rigid.arrays import Reals
 NEAR = 8.0  # times the lowest frequency: modes below it vibrate by themselves
 LEAST = 3
 LOADED = 3.0  # times as closely as modes are loads' own shapes followed
+CLOSELY = 90.0  # the same where all is finer: how loads stretch a slender beam is little beside how they bend it
 MASSLESS = 1e-13
 
 
@@ -73,13 +74,15 @@ def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Defle
     return CycleModes(unstrained, reduced_mass, omega, values, modes[:, ::-1], np.concatenate(bent, axis=1))
 
 
-def reduced_basis(cycle: CycleModes, modes: int, besides: float) -> Reals:
+def reduced_basis(cycle: CycleModes, modes: int, besides: float, closer: float = LOADED) -> Reals:
     """Basis of some modes and of the bending by their inertia, shape (n, r); the mean mass is the unit matrix.
 
     Parameters
     ----------
     besides
         From what share of a mode's bending, as a root of energy, another combination counts.
+    closer
+        Times as closely are the shapes followed in which loads bend.
     """
     values, chosen = cycle.values[:modes], cycle.modes[:, :modes]
     bent = cycle.masses @ (chosen / values)
@@ -87,7 +90,7 @@ def reduced_basis(cycle: CycleModes, modes: int, besides: float) -> Reals:
     basis = _with_more(chosen, wide, besides)
     loaded = np.linalg.norm(cycle.bent, axis=0)
     if loaded.any():
-        basis = _with_more(basis, cycle.bent / loaded.max(), besides / LOADED)
+        basis = _with_more(basis, cycle.bent / loaded.max(), besides / closer)
     scale, turned = np.linalg.eigh(basis.T @ cycle.masses.mean(axis=0) @ basis)
     size = np.sqrt(np.maximum(scale, MASSLESS * scale[-1]))
     reduced: Reals = cycle.unstrained @ (basis @ (turned / size)[:, ::-1])

@@ -18,7 +18,7 @@ from elastic.elastodynamics.equations_of_motion import kinematics, masses, motio
 from elastic.elastodynamics.exact_steps import Settled, Sliding, exact_deflection, with_friction
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
-from elastic.elastodynamics.reduction import CycleModes, cycle_of, near_modes, reduced_basis
+from elastic.elastodynamics.reduction import CLOSELY, LOADED, CycleModes, cycle_of, near_modes, reduced_basis
 from elastic.elastodynamics.strains import Damping, given_forces
 from elastic.elastodynamics.time_grid import Grid, jumps
 from elastic.elastodynamics.vibration_loads import resampled
@@ -401,6 +401,8 @@ class Discretization:
         From which it vibrates; None for the state that comes back.
     before, in_time, stalled
         How far the answer was off before what was refined last; whether that was time; whether it gained nothing.
+    closer
+        As of `reduced_basis`.
     """
 
     model: Model
@@ -411,12 +413,13 @@ class Discretization:
     before: float = math.inf
     in_time: bool = False
     stalled: bool = False
+    closer: float = LOADED
 
     @cached_property
     def basis(self) -> Reals:
         """Of the coordinates that are let vibrate, shape (n, r)."""
         assert self.model.cycle is not None
-        return reduced_basis(self.model.cycle, self.modes, self.besides)
+        return reduced_basis(self.model.cycle, self.modes, self.besides, self.closer)
 
     @property
     def left_out(self) -> float:
@@ -437,8 +440,8 @@ class Discretization:
             return min(self.fastest_inertia, TWICE * float(1.0 / np.max(self.model.damping.beams, initial=0.0)))
 
     def wider(self) -> Discretization:
-        """With twice as many modes of the same elastic coordinates."""
-        return replace(self, modes=min(2 * self.modes, len(self.model.structure.stiffness)))
+        """The same with twice as many modes of its elastic coordinates, and shapes of loads followed closely."""
+        return replace(self, modes=min(2 * self.modes, len(self.model.structure.stiffness)), closer=CLOSELY)
 
     def finer(self, error: float, most: float = math.inf) -> Discretization | None:
         """More coordinates, or shorter elements where these gain nothing; None where neither does.

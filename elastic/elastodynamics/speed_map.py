@@ -27,6 +27,7 @@ from elastic.elastodynamics.solution import (
     time_error,
     unlocked,
     vibrating_model,
+    vibration_in,
 )
 from elastic.elastodynamics.speed_scan import SpeedScan, speed_scan
 from elastic.elastodynamics.strains import Damping
@@ -45,13 +46,14 @@ ELEMENTS = 12
 MANY, EVERY = 8, 3  # of so many speeds asked for at once every third is asked for its errors
 SIDE_BY_SIDE = 128  # speeds whose loads are kept at a time
 TOLERANCE = 2e-3
+MOST_HALVED = 256  # elements of time, beyond which twice as many take seconds
 COARSER = 30.0  # times as fine as asked, from where the next speed may do with the grid before
 MULTIPLES = 6  # of the cycle's frequency, that are looked at where they meet a natural one
 
 Measure = Callable[[Deflection], Any]
-Errors = Callable[[Deflection, Deflection | None, float, float], Reals]
-"""Errors of the measures of an answer: of it, of it with large displacement or None where that is not known, of the
-share to which it has settled, and of that of the displacements which large displacement may change besides."""
+Errors = Callable[[Deflection, Deflection | None, Deflection | None, float, float], Reals]
+"""Errors of the measures of an answer: of it, of it discretized finer, of that with large displacement, None where
+these are not known, of the share to which it has settled, and of that which large displacement may change besides."""
 LOOK, SLOWEST = 0.01, 0.3  # shares of a speed: apart, and down to which, stability is looked at
 
 
@@ -386,7 +388,10 @@ def _passing(course: _Course, ratio: float) -> _Course:
 
 
 def _errors(course: _Course, tolerance: float, settled: float, errors: Errors) -> Reals:
-    """Errors of the measures of an answer, by it and by it with large displacement at the points of its grid."""
+    """Errors of the measures of an answer, as of a single one: by the finer discretization, and large displacement.
+
+    At the points of its grid.
+    """
     answer = vibration(course.here()[1], unlocked(course.plain(1.0)))
     if answer.motion.mechanism.friction:
         answer, _ = with_friction(answer, tolerance, course.discretization.fastest_inertia)
@@ -394,13 +399,20 @@ def _errors(course: _Course, tolerance: float, settled: float, errors: Errors) -
         answer, _ = corrected(answer, tolerance)
     bent = answer.deflection
     if not answer.problem.terms.kinematics.structure.weights.size:  # no beam bends
-        return errors(bent, bent, settled, 0.0)
+        return errors(bent, None, bent, settled, 0.0)
+    grid, discretization, finer = answer.problem.terms.grid, course.discretization, None
+    begun = answer
+    sampler: Callable[[Any], Any] = grid.at_nodes
+    if len(grid.steps) <= MOST_HALVED and not answer.motion.mechanism.friction:
+        grid, discretization = grid.divided(np.full(len(grid.steps), 2)), discretization.wider()
+        begun, sampler = vibration_in(discretization, grid), grid.sampler(bent.motion.time)
+        loads = resampled(corrected(begun, tolerance)[0].loads, sampler)
+        finer = deflection(bent.motion, bent.sections, bent.joints, loads)
     try:
-        step, left = steps_to_exact(answer, course.discretization)
+        step, left = steps_to_exact(begun, discretization)
     except MechanismError:
-        return errors(bent, None, settled, second_order_error(answer, bent))
-    displaced = exact_deflection(step.displaced, bent, answer.problem.terms.grid.at_nodes)
-    return errors(bent, displaced, settled, left)
+        return errors(bent, finer, None, settled, second_order_error(answer, bent))
+    return errors(bent, finer, exact_deflection(step.displaced, bent, sampler), settled, left)
 
 
 def _passed(base: Motion, ratio: Any) -> Motion:

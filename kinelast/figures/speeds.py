@@ -132,6 +132,7 @@ class Speeds:
     def error(self) -> Reals:
         """Error of the worst of the largest deflection and stress, and of the output, as a share, shape (speeds,)."""
         read = [self.figures[key] for key in (*HEADLINE, OUTPUT_ERROR) if key in self.figures]
+        read = [each for each in read if not np.isnan(each[1]).all()]  # as the stress where no depth is known
         shares = [np.divide(error, value, out=0.0 * error, where=~(value <= 0.0)) for _, value, error in read]
         return reduce(np.maximum, shares)
 
@@ -285,14 +286,16 @@ def _errors(
     scene: Scene,
     figures: Sequence[Figure],
     bent: Deflection,
+    finer: Deflection | None,
     displaced: Deflection | None,
     settled: float,
     left: float,
 ) -> Reals:
     """Errors of the items of figures one behind the other, as a report has them, shape (rows,)."""
     answer, bodies = (Cycle(scene, each.motion, each, sampled=True) for each in (bent, beyond_beam_theory(bent)))
-    stages = {} if displaced is None else {LARGE: Cycle(scene, displaced.motion, displaced, sampled=True)}
-    shares = {TIME: settled, LARGE if displaced is None else HIGHER_ORDERS: left}
+    put_right = {TIME: finer, LARGE: displaced}
+    stages = {name: Cycle(scene, each.motion, each, sampled=True) for name, each in put_right.items() if each}
+    shares = {LARGE if displaced is None else HIGHER_ORDERS: left} | ({} if finer else {TIME: settled})
     told = figure_errors(answer, figures, Estimate(stages, bodies, shares))
     sizes = magnitudes(answer, figures)
     stiff = stiffness_error(sizes["deflection"], told["deflection"])
