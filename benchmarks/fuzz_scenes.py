@@ -236,7 +236,7 @@ def _fault_of_files(out: Path) -> str:
             continue
         headings, *rows = csv_rows(path)
         for heading, cell in (pair for row in rows for pair in zip(headings, row, strict=False)):
-            unstressed = cell == "inf" and heading.split()[0] in ENDLESS
+            unstressed = cell == "inf" and re.split(r"[ .]", heading)[0] in ENDLESS
             if NOT_A_NUMBER.search(cell) and not unstressed:
                 return f"{path.name}: {heading}: {cell}"
     return ""
