@@ -13,7 +13,8 @@ from kinelast.designs import evaluate, read_value, variable, with_value
 from kinelast.designs.base import base_of
 from kinelast.figures.summary import summary
 from kinelast.runs import computed
-from kinelast.scene.document import document_from_dict
+from kinelast.scene import build
+from kinelast.scene.document import document_from_dict, read_document
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.text import file_text, toml_tables
 from kinelast.scene.variables import numbers
@@ -111,6 +112,23 @@ def require_same(found, singles):
     for name, column in found.columns.items():
         alone = np.array([row[name] for row in singles])
         assert np.abs(column - np.abs(alone)).max() <= 1e-11 * np.abs(alone).max() + 1e-13, name
+
+
+def test_designs_of_a_part_of_a_cycle_are_not_followed_through_the_whole(monkeypatch):
+    """How long the cycle is does not matter to them; a scene alone, whose links vibrate, is followed."""
+    followed = []
+    of = build.mechanism_repeats
+    monkeypatch.setattr(build, "mechanism_repeats", lambda *parts: followed.append(1) or of(*parts))
+    document = read_document(shipped_scenes()["five_points"])
+    lengths = np.array([[0.19], [0.2], [0.21]])
+    assert document.scene.run.turn is False
+    before = len(followed)
+    found = evaluate(document, ["links.crank.length"], lengths, ["output_error", "drive_effort", "mass"])
+    assert (before, len(followed)) == (1, 1)
+    for row, (length,) in enumerate(lengths):
+        alone = evaluate(document.with_values({"links.crank.length": length}), [], np.zeros((1, 0)), [*found.columns])
+        for name, value in found.columns.items():
+            assert value[row] == pytest.approx(alone.columns[name][0], rel=1e-9), name
 
 
 @pytest.mark.parametrize("name", MECHANISMS)

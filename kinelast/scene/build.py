@@ -109,7 +109,9 @@ def built(table: SceneTable, name: str, path: str = "", varied: Collection[str] 
         why = "an integrated motion does not know: give dampers under [[springs]], or drives by laws"
         raise fault(f"joints.{min(friction)}", "friction", f"friction follows from the joint forces, which {why}")
     mechanism = replace(parts.mechanism, loads=_loads(table, parts, run.duration), friction=friction)
-    repeats = mechanism_repeats(mechanism, laws, repetition)
+    repeats = (
+        repetition if _part_of_a_cycle(table, mechanism, repetition) else mechanism_repeats(mechanism, laws, repetition)
+    )
     if repeats is not repetition:
         run = _run(table, repeats, parts.laws)
         mechanism = replace(mechanism, loads=_loads(table, parts, run.duration))
@@ -143,6 +145,17 @@ def built(table: SceneTable, name: str, path: str = "", varied: Collection[str] 
         fatigue=_fatigue(table, beams, made_of, materials),
     )
     return scene
+
+
+def _part_of_a_cycle(table: SceneTable, mechanism: Mechanism, drives: Repetition) -> bool:
+    """Whether many designs that move apart are asked for less than a cycle: how long that is in all does not matter.
+
+    Their answers are quasi-static; vibration, which has gone on for many cycles, is that of a scene alone.
+    """
+    places = (point for link in mechanism.links for point in link.points.values())
+    if table.run.duration is None or not any(np.ndim(place) for place in places):
+        return False
+    return bool(np.all(real(table.run.duration) < (1.0 - SAME) * drives.period))
 
 
 def _of_drives(table: SceneTable, kind: Callable[[SceneTable, int], Any]) -> dict[int, Any]:

@@ -33,6 +33,7 @@ NARROW = 64  # times the finest step that a change point of a dyad may be wide
 WIDE = 256  # the same of a general group, where round-off counts
 NARROWEST = 2.0**-24  # of a stride: the shortest step of a general group, next to which round-off hides its branches
 BESIDE = 3  # knots aside of a change point at which a sine is clearly not zero
+CACHED = 4096  # steps that are looked at together
 MOST = 30_000  # steps of any size, or as many as there were, that are halved at once
 EDGE = 2.0**-8  # of a stride: how near the end of a dyad's reach is closed in on
 
@@ -168,8 +169,21 @@ class Branch:
 
     # Certainty
 
-    def certify(self, low: Table, high: Table, number: int) -> tuple[Reals, Flags]:
-        """Box of a group in steps, (steps, free), nan where it is not certain, and whether those before it are."""
+    def certify(self, low: Table, high: Table, number: int, at: Any = None) -> tuple[Reals, Flags]:
+        """Box of a group in steps, (steps, free), nan where it is not certain, and whether those before it are.
+
+        So many steps at a time as stay in the cache. `at`: steps from these knots of a table to the next.
+        """
+        count = len(low["place"] if at is None else at)
+        parts = []
+        for first in range(0, max(count, 1), CACHED):
+            block = slice(first, first + CACHED)
+            begin, end = (block, block) if at is None else (at[block], at[block] + 1)
+            parts.append(self._certified(some(low, begin), some(high, end), number))
+        boxes, before = zip(*parts, strict=True)
+        return np.concatenate(boxes), np.concatenate(before)
+
+    def _certified(self, low: Table, high: Table, number: int) -> tuple[Reals, Flags]:
         count = len(low["place"])
         links = len(self.mechanism.links)
         before = np.ones(count, bool)
@@ -177,12 +191,20 @@ class Branch:
         with np.errstate(all="ignore"):
             turned = np.angle(high["direction"] * np.conj(low["direction"])).T
             shift = (high["origin"] - low["origin"]).T
-            step = Step(low["row"], low["origin"].T, shift, turned, np.zeros((links, count)), np.zeros((links, count)))
+            step = Step(
+                low["row"],
+                np.ascontiguousarray(low["origin"].T),
+                np.ascontiguousarray(shift),
+                turned,
+                np.zeros((links, count)),
+                np.zeros((links, count)),
+            )
             for k, group in enumerate(self.structure.groups[: number + 1]):
                 ways = self.ways(k, low, high)
-                free = np.array([low[f"free{k}"], low[f"free{k}"] + ways]).transpose(0, 2, 1)
+                free = np.array([low[f"free{k}"].T, (low[f"free{k}"] + ways).T])
                 sides = (
-                    np.array([low[name], high[name]]).transpose(0, 2, 3, 1) for name in (f"columns{k}", f"duals{k}")
+                    np.array([np.moveaxis(end[name], 0, -1) for end in (low, high)], order="C")
+                    for name in (f"columns{k}", f"duals{k}")
                 )
                 certificate = Certificate(group, self.loops[k], step, Ends(free, *sides))
                 box = certificate.box
@@ -196,35 +218,46 @@ class Branch:
 
     def refine(self, number: int, which: Integers, finest: float | None = None) -> None:
         """Halve some steps of a group until they are certain, or as fine as `finest` of a stride, or as is of use."""
-        finest = self.finest(number) if finest is None else finest
-        low, high = some(self.table, which), some(self.table, which + 1)
-        kept: list[Table] = []
-        outside = np.ones(len(self.table["place"]), bool)
-        outside[which] = False
-        kept.append(some(self.table, outside))
-        edge = (EDGE if all(self.forms) else self.edge if self.forms[number] else finest) * self.path.stride
-        most = max(MOST, len(low["place"]))
-        while True:
-            box, before = self.certify(low, high, number)
-            sure = np.isfinite(box).all(axis=1)
-            low[f"box{number}"], low[f"sure{number}"] = box, sure
-            length = high["place"] - low["place"]
-            known = np.isfinite(np.array([end["sine"][:, number] for end in (low, high)]))
-            # What is certain of groups before it is of halves, too, though their own boxes may not tell.
-            before |= np.all([low[f"sure{k}"] for k in range(number)], axis=0) if number else True
-            split = ~sure & (length > finest * self.path.stride) & before & known.any(axis=0)
-            split &= known.all(axis=0) | (length > edge)
-            if np.count_nonzero(split) > most:  # nothing is certain anywhere, such as far from any machine's sizes
-                split[:] = False
-            kept.append(some(low, ~split))
-            if not split.any():
-                break
-            low, high = some(low, split), some(high, split)
+        finest = (self.finest(number) if finest is None else finest) * self.path.stride
+        most, table = max(MOST, len(which)), self.table
+        box, before = self.certify(table, table, number, which)
+        split = self._split(table, table, number, (box, before), finest, most, which)
+        table[f"box{number}"][which], table[f"sure{number}"][which] = box, np.isfinite(box).all(axis=1)
+        if not split.any():
+            return
+        at = which[split]
+        others = np.ones(len(table["place"]), bool)
+        others[at] = False
+        low, high, kept = some(table, at), some(table, at + 1), [some(table, others)]
+        while len(low["place"]):
             middle = self._between(low, high, number)
             low, high = (
                 {name: np.concatenate([a[name], b[name]]) for name in a} for a, b in ((low, middle), (middle, high))
             )
+            box, before = self.certify(low, high, number)
+            split = self._split(low, high, number, (box, before), finest, most)
+            low[f"box{number}"] = box
+            low[f"sure{number}"] = np.asarray(np.isfinite(box).all(axis=1))
+            kept.append(some(low, np.logical_not(split)))
+            low, high = some(low, split), some(high, split)
         self.table = merged(kept)
+
+    def _split(
+        self, low: Table, high: Table, number: int, known: tuple[Reals, Flags], finest: float, most: int, at: Any = None
+    ) -> Flags:
+        """Flags of the steps to be halved, `known` and `at` as of `certify`."""
+        box, before = known
+        begin, end = (slice(None), slice(None)) if at is None else (at, at + 1)
+        edge = (EDGE if all(self.forms) else self.edge) * self.path.stride if self.forms[number] else finest
+        length = high["place"][end] - low["place"][begin]
+        closes = np.isfinite(np.array([low["sine"][begin, number], high["sine"][end, number]]))
+        # What is certain of groups before it is of halves, too, though their own boxes may not tell.
+        sure: Any = np.all([low[f"sure{k}"][begin] for k in range(number)], axis=0) if number else True
+        split: Flags = ~np.isfinite(box).all(axis=1) & (length > finest) & (before | sure) & closes.any(axis=0)
+        split &= closes.all(axis=0) | (length > edge)
+        if np.count_nonzero(split) > most:  # nothing is certain anywhere, such as far from any machine's sizes
+            split[:] = False
+        return split
 
     def uncertain_steps(self, number: int) -> list[tuple[int, int]]:
         """First and last knot of every run of steps that are not certain."""

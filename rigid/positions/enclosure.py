@@ -245,9 +245,9 @@ class Certificate:
         for duals, sign in zip(self.ends.duals, (0.5, -0.5), strict=True):
             weight = np.where(lines, np.abs(duals.real), np.abs(duals))
             change = sign * (self.ends.columns[1] - self.ends.columns[0])
-            start = np.einsum("kcf,cf->kf", weight, gap) + np.einsum("kcf,cf->kf", np.abs(duals.imag) * lines, twist)
-            first = np.abs(np.einsum("kcf,jcf->kjf", duals, change).imag) + np.einsum("kcf,jcf->kjf", weight, bent)
-            maps.append((start + LEAST, first, np.einsum("kcf,jlcf->kjlf", weight, slope)))
+            start = (weight * gap).sum(axis=1) + (np.abs(duals.imag) * lines * twist).sum(axis=1)
+            first = np.abs((duals[:, None] * change).sum(axis=2).imag) + (weight[:, None] * bent).sum(axis=2)
+            maps.append((start + LEAST, first, (weight[:, None, None] * slope).sum(axis=3)))
             box = np.maximum(box, start)
         sure = np.zeros(box.shape[1:], bool)
         for _ in range(ROUNDS):
@@ -262,7 +262,7 @@ class Certificate:
     @staticmethod
     def _mapped(each: tuple[Reals, Reals, Reals], box: Reals) -> Reals:
         start, first, second = each
-        mapped: Reals = start + np.einsum("kjf,jf->kf", first + np.einsum("kjlf,lf->kjf", second, box), box)
+        mapped: Reals = start + ((first + (second * box).sum(axis=2)) * box).sum(axis=1)
         return mapped
 
     def fill(self, box: Reals) -> None:
