@@ -72,9 +72,15 @@ def edited(text: str, change: Mapping[str, Any]) -> str:
     if do is None:
         raise EditError(f"there is no edit {change.get('do')!r}")
     try:
-        return do(text, tomllib.loads(text), change)
+        return do(text, _tables(text), change)
     except (KeyError, TypeError, IndexError) as error:
         raise EditError(f"the edit does not fit the scene: {error}") from None
+
+
+@lru_cache(maxsize=4)
+def _tables(text: str) -> Tables:
+    """The tables of a text, which every movement of a drag begins from."""
+    return tomllib.loads(text)
 
 
 @lru_cache(maxsize=4)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 Path = tuple[str | int, ...]
@@ -151,6 +152,7 @@ class _Scanner:
         self.at += 1
 
 
+@lru_cache(maxsize=8)
 def places(text: str) -> Places:
     r"""Where the parts of a valid TOML text stand.
 

@@ -21,6 +21,7 @@ MOST = 32  # turns or rounds of any drive in a cycle: at 360 positions eleven ar
 EQUAL = 1e-9  # relative, of ratios: as written they are equal to round-off
 TURNS = (1, 2, 4, 8)  # after which links of a mechanism without gears may be back
 SAME = 1e-7  # of the size, and of a unit vector
+NEAR_STEPS = 72  # of one turn: so near that a mechanism far from change points need not be followed
 STEPS = 64  # positions to a turn or round, at which several drives are followed
 
 
@@ -135,7 +136,8 @@ def mechanism_repeats(mechanism: Mechanism, laws: Sequence[MotionLaw | None], dr
 
 def _away(mechanism: Mechanism, laws: Sequence[MotionLaw], drives: Repetition, most: int) -> Reals:
     """How far links are from where they were after each of some periods [m], shape (..., most)."""
-    steps = STEPS * int(np.max(np.ceil(drives.period / drives.turn))) if len(laws) > 1 else 1
+    one = NEAR_STEPS if most == 1 else 1
+    steps = STEPS * int(np.max(np.ceil(drives.period / drives.turn))) if len(laws) > 1 else one
     times = np.asarray(drives.period * (np.arange(most * steps + 1) / steps))
     moved = motion(mechanism, *by_laws(laws, times), times)
     origin, direction = (part[..., ::steps] for part in (moved.origin, moved.direction))
