@@ -223,20 +223,22 @@ def _closing(scene: Scene, dragged: bool, memory: Memory) -> tuple[Answer, bytes
 def _near(scene: Scene, times: Reals, before: Motion | None) -> Motion | None:
     """The motion near to another of a mechanism of the same parts; None where it may be on another branch.
 
-    It is on the same one where it begins as drawn and no link is turned by as much as half the sine at which the links
-    of its groups meet: the two ways in which a dyad closes are turned by that sine or more from one another. A picture
-    needs no more certainty; what is let go of is followed from the drawing.
+    It is on the branch that is drawn where it begins as drawn and goes on without a bend by half the sine at which the
+    links of its groups meet: the two ways in which a dyad closes are turned by that sine or more from one another. A
+    picture needs no more certainty; what is let go of is followed from the drawing.
     """
     if before is None or before.columns != times.shape or _parts(before) != _parts(scene):
         return None
     moved = scene.course.near(times, posture(before))
-    turned = np.abs(moved.direction - before.direction).max(axis=0)
-    shifted = np.abs(moved.origin - before.origin).max(axis=0) / scene.mechanism.size
-    if not (np.maximum(turned, shifted) < HALF * np.minimum(moved.sine, before.sine)).all():
+    links, size = moved.direction.shape[0], scene.mechanism.size
+    course = np.concatenate([moved.direction, np.broadcast_to(moved.origin / size, (links, len(times)))])
+    bend = np.abs(np.diff(course, 2, axis=-1)).max(axis=0, initial=0.0)
+    sine = np.minimum(np.minimum(moved.sine[2:], moved.sine[:-2]), moved.sine[1:-1])
+    if not ((bend < HALF * sine).all() and (moved.sine > 0.0).all()):
         return None
     first = scene.course.at(times[:1])
     away = np.abs(moved.direction[:, :1] - first.direction).max(), np.abs(moved.origin[:, :1] - first.origin).max()
-    return moved if max(away) < SAME * max(1.0, scene.mechanism.size) else None
+    return moved if max(away) < SAME * max(1.0, size) else None
 
 
 def _parts(of: Motion | Scene) -> list[list[str]]:
