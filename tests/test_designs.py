@@ -114,6 +114,15 @@ def require_same(found, singles):
         assert np.abs(column - np.abs(alone)).max() <= 1e-11 * np.abs(alone).max() + 1e-13, name
 
 
+def test_a_design_that_breaks_a_straight_link_leaves_the_chord_of_others_as_it_is():
+    """The members are those of the scene as it stands, whichever designs are computed together."""
+    document = read_document(shipped_scenes()["pusher"]).with_positions(12)
+    drawn = document.variable("points.D.x").base
+    found = evaluate(document, ["points.D.x"], [[drawn], [drawn + 0.02]], ["chord"])
+    alone = evaluate(document, [], np.zeros((1, 0)), ["chord"])
+    assert found.columns["chord"][0] == pytest.approx(alone.columns["chord"][0], rel=1e-12)
+
+
 def test_designs_of_a_part_of_a_cycle_are_not_followed_through_the_whole(monkeypatch):
     """How long the cycle is does not matter to them; a scene alone, whose links vibrate, is followed."""
     followed = []

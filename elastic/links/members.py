@@ -162,7 +162,9 @@ def _next(mechanism: Mechanism, last: tuple[int, bool], left: dict[int, tuple[in
         if owner == at and end in (other.start, other.end):
             turned = other.end == end
             far = other.start if turned else other.end
-            if in_line(points[end] - points[begin], points[far] - points[end], STRAIGHT):
+            # Of designs the first tells, the scene as it stands: what a design comes to does not depend on others.
+            here, there = (np.ravel(way)[0] for way in (points[end] - points[begin], points[far] - points[end]))
+            if in_line(here, there, STRAIGHT):
                 del left[number]
                 return number, turned
     return None

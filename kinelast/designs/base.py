@@ -26,6 +26,7 @@ from rigid import structure
 from rigid.arrays import Integers, Reals
 from rigid.plane import unit
 
+TABLES_ON_AXIS = ("masses", "joints", "limits", "motors", "cylinders", "bearings", "springs", "sliders", "slots")
 FLOATS = ("poisson", "strain")  # plain numbers of a file that can be arrays
 
 
@@ -126,7 +127,7 @@ def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
     elif top == "joints":
         able = inner[1] not in RUBBING
     else:
-        able = top in ("masses", "joints", "limits", "motors", "cylinders", "springs", "sliders", "slots")
+        able = top in TABLES_ON_AXIS
     return able
 
 

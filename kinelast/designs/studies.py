@@ -46,7 +46,7 @@ from kinelast.scene.data import Scene, scene_motion
 from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
-from kinelast.scene.limits import Output
+from kinelast.scene.limits import Output, sets_limit
 from kinelast.scene.variables import Variable, numbers
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Integers
@@ -136,8 +136,9 @@ def sensitivity_study(
 
 
 def _machine(table: SceneTable) -> list[str]:
-    """Paths of all numbers that describe the machine."""
-    return [path for path in numbers(table) if path.partition(".")[0].partition("[")[0] not in NOT_NUMBERS]
+    """Paths of all numbers that describe the machine, and no limit of it."""
+    paths = [path for path in numbers(table) if path.partition(".")[0].partition("[")[0] not in NOT_NUMBERS]
+    return [path for path in paths if not sets_limit(path)]
 
 
 def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:

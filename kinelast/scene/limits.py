@@ -235,6 +235,21 @@ BEARING_LIMITS = {  # by the part of a joint and its key: the figure, its unit, 
 }
 
 
+def sets_limit(path: str) -> bool:
+    """Whether a number of a motor, cylinder or bearing, by its path, is a limit, and changes nothing else.
+
+    Examples
+    --------
+    >>> sets_limit("bearings.A.rolling.life"), sets_limit("bearings.A.rolling.C")
+    (True, False)
+    """
+    table, _, rest = path.partition(".")
+    part, _, key = rest.rpartition(".")
+    of_parts = BEARING_LIMITS.get(part.rpartition(".")[2], {})
+    limits = {"motors": MOTOR_LIMITS, "cylinders": CYLINDER_LIMITS, "bearings": of_parts}.get(table, {})
+    return key not in ("top_speed", "peak_torque") and key in limits  # these two tell what there is at a speed
+
+
 def _of_bearings(table: SceneTable) -> Iterator[Limit]:
     """Limits that the parts of joints set."""
     for name, bearing in table.bearings.items():
