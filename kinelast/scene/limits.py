@@ -246,7 +246,8 @@ def sets_limit(path: str) -> bool:
     table, _, rest = path.partition(".")
     part, _, key = rest.rpartition(".")
     of_parts = BEARING_LIMITS.get(part.rpartition(".")[2], {})
-    limits = {"motors": MOTOR_LIMITS, "cylinders": CYLINDER_LIMITS, "bearings": of_parts}.get(table, {})
+    known: dict[str, Any] = {"motors": MOTOR_LIMITS, "cylinders": CYLINDER_LIMITS, "bearings": of_parts}
+    limits = known.get(table, {})
     return key not in ("top_speed", "peak_torque") and key in limits  # these two tell what there is at a speed
 
 
