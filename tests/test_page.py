@@ -143,6 +143,11 @@ def test_numbers_are_written_as_python_writes_them(value, steel):
     assert steel.run("return ['m', 'N', '1'].map((unit) => kinelast.quantity(arguments[0], unit))", value) == [
         quantity(value, unit) for unit in ("m", "N", "1")
     ]
+    raised = str.maketrans("234", "²³⁴")
+    assert steel.run("return ['m^2', 'm^4', 'm^3/s'].map((u) => kinelast.quantity(arguments[0], u, 2))", value) == [
+        re.sub(r"\^(\d)", lambda power: power[1].translate(raised), quantity(value, unit, 2))
+        for unit in ("m^2", "m^4", "m^3/s")
+    ]
 
 
 def lines(page):

@@ -12,10 +12,13 @@ from mechanisms import ALL, motion_of, replaced
 from elastic import PRIMARY, deflection
 from kinelast import scene_from_text
 from kinelast.cli.command import main
+from kinelast.scene.numbers import RAISED, quantity
+from kinelast.scene.units import Quantity
 from rigid import LineLoad, PinDrive, PointLoad
 
 EPS = np.finfo(float).eps
 BOUND = 50
+LOWERED = {raised: chr(plain) for plain, raised in RAISED.items()}
 BY_ELIMINATION = ("triad", "six-bar, ring")  # whose linear systems are scaled by square roots, or iterated
 
 
@@ -167,3 +170,14 @@ class TestAsWritten:
         scene = scene_from_text(WRITTEN.replace('speed = "900 rpm"', 'speed = "15 rev/s"\nstart = "1 rad"'))
         assert scene.told_in["rad/s"] == (pytest.approx(1 / (2 * np.pi)), "rev/s")
         assert scene.told_in["m"] == (1e3, "mm")
+
+    @pytest.mark.parametrize("unit", ["m^2", "m^4", "m^3/s", "kg/m^3", "1/K", "m/s^2", "W/m^2", "N/m", "N m", "Pa"])
+    def test_what_is_told_reads_back_as_the_same(self, unit):
+        """A prefix before a square or a cube is squared or cubed with it."""
+        for size in 1.25 * 10.0 ** np.arange(-10, 10):
+            told = re.sub(r"·10([⁻⁰¹²³⁴-⁹]+)", lambda raised: "e" + raised[1].translate(LOWERED), quantity(size, unit))
+            assert Quantity.of_unit(unit, told) == pytest.approx(size, rel=1e-9)
+
+    def test_a_flow_is_told_as_it_is_written(self):
+        text = WRITTEN.replace("[run]", '[cylinders.lift]\nbore = 63\npressure = "200 bar"\nflow = "6 l/min"\n[run]')
+        assert quantity(1.247e-4, "m^3/s", told_in=scene_from_text(text).told_in) == "7.482 l/min"

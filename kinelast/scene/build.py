@@ -164,27 +164,27 @@ def _of_drives(table: SceneTable, kind: Callable[[SceneTable, int], Any]) -> dic
     return {number: part for number, part in parts.items() if part is not None}
 
 
-TURNS = ("rad", "rad/s")  # units in place of which a file may write others, that words keep
+KEPT = ("rad", "rad/s", "m^3/s")  # units in place of which a file may write others, that words keep
 
 
 def written_units(table: SceneTable) -> dict[str, tuple[float, str]]:
-    """Units that a file writes its angles and speeds of rotation in: those that it writes most."""
+    """Units that a file writes its angles, speeds of rotation and flows in: those that it writes most."""
     bounds = [*table.limits.figures.values(), *table.optimize.limits.values()]
-    every = [*_quantities(table), *(each for bound in bounds for each in _turns(bound))]
-    names = Counter((each.unit, each.written) for each in every if each.unit in TURNS and each.written)
+    every = [*_quantities(table), *(each for bound in bounds for each in _kept(bound))]
+    names = Counter((each.unit, each.written) for each in every if each.unit in KEPT and each.written)
     most = {unit: name for (unit, name), _ in reversed(names.most_common())}
     return {unit: (1.0 / Quantity.of_unit(unit, f"1 {name}"), name) for unit, name in most.items() if name != unit}
 
 
-class _Turn(Quantity, units=TURNS):
-    """An angle or a speed of rotation."""
+class _Kept(Quantity, units=KEPT):
+    """An angle, a speed of rotation or a flow."""
 
 
-def _turns(bound: Any) -> Iterator[Quantity]:
-    """Angles and speeds of rotation among the bounds of a figure."""
+def _kept(bound: Any) -> Iterator[Quantity]:
+    """Those among the bounds of a figure."""
     for amount in (bound.most, bound.least) if isinstance(bound, BoundTable) else (bound,):
         with suppress(ValueError):
-            yield _Turn.read(amount)
+            yield _Kept.read(amount)
 
 
 def _quantities(node: Any) -> Iterator[Quantity]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -102,7 +103,9 @@ SI: ToldIn = {}
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 DASH, MINUS = "\u2013", "\u2212"
 RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
-UNPREFIXED = ("", "deg", "kg", "kg/m", "kg m^2", "1")
+UNPREFIXED = ("", "deg", "kg", "kg/m", "kg/m^3", "kg m^2", "1")
+RAISED_LENGTH = re.compile(r"m\^(\d)")  # at the head of a unit: a prefix there is raised with it
+METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6}
 
 REPORT_UNITS = {  # by SI unit: what it is multiplied by, and the unit that this gives
     "mm": {
@@ -124,7 +127,9 @@ def scale_of(largest: float, unit: str) -> tuple[float, str]:
     >>> scale_of(0.00146, "m")
     (1000.0, 'mm')
     """
-    if unit in UNPREFIXED or not math.isfinite(largest) or abs(largest) < 1e-12:
+    if raised := RAISED_LENGTH.match(unit):
+        return _raised(abs(largest), unit, int(raised[1]))
+    if unit in UNPREFIXED or unit.startswith("1/") or not math.isfinite(largest) or abs(largest) < 1e-12:
         return 1.0, unit
     if unit == "s" and abs(largest) >= HOURS * 3600.0:
         return 1.0 / 3600.0, "h"
@@ -132,6 +137,14 @@ def scale_of(largest: float, unit: str) -> tuple[float, str]:
     if unit == "m" and power > 0:
         power = 3 if abs(largest) >= 1e4 else 0
     return 10.0**-power, PREFIXES[power] + unit
+
+
+def _raised(size: float, unit: str, power: int) -> tuple[float, str]:
+    """Of an area, a volume or the like, as of `scale_of`: in the largest power of a length of which there is one."""
+    if not 0.0 < size < math.inf:
+        return 1.0, unit
+    name = next((name for name, metres in METRES.items() if size >= metres**power * (1 - 1e-9)), "µm")
+    return 1.0 / METRES[name] ** power, name + unit[1:]
 
 
 def number(value: float, digits: int = 4) -> str:

@@ -1,6 +1,7 @@
 // Numbers as a reader wants them: SI prefixes, few digits, angles within a turn. As kinelast/numbers.py does it.
 const PREFIXES = { "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G" };
 const UNPREFIXED = new Set(["", "deg", "kg", "kg/m", "kg/m^3", "kg m^2", "1", "m/s^2", "1/s^2", "rad/s", "rad/s^2"]);
+const METRES = { m: 1, cm: 1e-2, mm: 1e-3, "µm": 1e-6 };
 const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
 // Units that the report is asked for, by SI unit: factor and name; all others have the prefix that suits.
@@ -8,8 +9,14 @@ const chosenUnits = {};
 
 function scaleOf(largest, unit) {
   if (unit in chosenUnits) return chosenUnits[unit];
-  const size = Math.abs(largest);
-  if (UNPREFIXED.has(unit) || !isFinite(size) || size < 1e-12) return [1, unit];
+  const size = Math.abs(largest), raised = /^m\^(\d)/.exec(unit);
+  if (raised) {
+    // A prefix would be raised with the metre.
+    if (!(size > 0 && isFinite(size))) return [1, unit];
+    const name = Object.keys(METRES).find((each) => size >= Math.pow(METRES[each], raised[1]) * (1 - 1e-9)) ?? "µm";
+    return [1 / Math.pow(METRES[name], raised[1]), name + unit.slice(1)];
+  }
+  if (UNPREFIXED.has(unit) || unit.startsWith("1/") || !isFinite(size) || size < 1e-12) return [1, unit];
   if (unit === "s" && size >= 36000) return [1 / 3600, "h"];
   let power = Math.min(Math.max(3 * Math.floor(Math.log10(size) / 3), -9), 9);
   if (unit === "m" && power > 0) power = size >= 1e4 ? 3 : 0;
@@ -42,7 +49,7 @@ function number(value, digits = 4) {
 }
 
 function unitWords(unit) {
-  return (unit === "1" ? "" : unit).replace(/\^2/g, "²").replace(/\^3/g, "³").replace(/ /g, "·").replace("deg", "°");
+  return (unit === "1" ? "" : unit).replace(/\^2/g, "²").replace(/\^3/g, "³").replace(/\^4/g, "⁴").replace(/ /g, "·").replace("deg", "°");
 }
 
 function quantity(value, unit, digits = 4) {
