@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from mechanisms import cantilever, still, supported
 
-from elastic import RIGID, Section, Taper, deflection, extremes, sample, section_of, tube
+from elastic import RIGID, Section, Taper, deflection, displacement_of, extremes, sample, section_of, tube
 from elastic.assessment import beyond_beam_theory, introduction_share, sections_with_shear, shear_share
-from fem_check import compare_solid
+from fem_check import compare_solid, solve_solid
 from kinelast import read_scene, scene_motion, shipped_scenes
 from rigid import Beam, LineLoad, Link, Mechanism, PointLoad, Slider, motion
 
@@ -91,6 +91,29 @@ def test_moments_count_as_far_as_they_turn_a_corner(lean, share):
     moment = np.abs(sample(solved, "M", [1.0])[0, 0, 0])
     assert moment > 0
     np.testing.assert_allclose(introduction_share(solved), 0.28 * share * moment / 400.0 / chord, atol=1e-12)
+
+
+@pytest.mark.parametrize(("turn", "within"), [(45, 0.35), (63, 0.1), (90, 0.2), (120, 0.25)])
+def test_a_corner_is_stiff_as_that_of_plane_bodies_is(turn, within):
+    """A bracket twenty times as long as deep, bent by a moment: where its end goes from the line through one leg."""
+    points = {"A": 0.0, "C": 1.0, "B": 1.0 + np.exp(1j * np.radians(turn))}
+    mechanism = cantilever(points, loads=(PointLoad("beam", "B", moment=1.0),))
+    solved = deflection(still(mechanism), [Section(EA=12 / 0.05**2, EI=1.0)] * 2)
+    told = _bent_end(points, *(displacement_of(beyond_beam_theory(solved), "beam", name)[0] for name in points))
+    plain = _bent_end(points, *(displacement_of(solved, "beam", name)[0] for name in points))
+    solid = solve_solid(solved.motion, solved.sections, across=8)
+    response, loads = solid.bodies[1], solid.loads[1][:, 0]
+    places = np.array(response.body.outline.points)
+    pins = [(loads @ response.points)[np.abs(places - place).argmin()] for place in points.values()]
+    assert told - plain == pytest.approx(_bent_end(points, *pins) - plain, rel=within)
+    assert told < plain
+
+
+def _bent_end(points, start, corner, end):
+    """Displacement of a bracket's end across its second leg, from the line through its first."""
+    first, second = points["C"] - points["A"], points["B"] - points["C"]
+    turned = ((corner - start) / first).imag
+    return (np.conj(1j * second) * (end - corner - 1j * turned * second)).real
 
 
 @pytest.mark.parametrize("name", ["steel_four_bar", "flapping_wing", "flap_plates", "quick_return"])

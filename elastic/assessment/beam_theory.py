@@ -1,4 +1,4 @@
-"""Error of beam theory itself: deflection by shear, and by the introduction of moments at the ends of beams."""
+"""Error of beam theory itself: deflection by shear, by moments that come in at the ends of beams, and at corners."""
 
 from __future__ import annotations
 
@@ -19,13 +19,15 @@ from elastic.links.members import members_of
 from elastic.sampling import reference_deflection, sample
 from elastic.solution import Deflection
 from elastic.solution import deflection as solve
-from rigid import Reals
+from rigid import Mechanism, Reals
 from rigid.arrays import Numbers
 from rigid.constants import per_row
 
 NEAR_END = 1 / 8  # of the length of a beam, within which a moment that comes in has become that of a beam
 STATIONS = 33  # along a beam, at which deflections are compared
 INTRODUCED = 0.28  # by M/kGA of a moment M that comes in at an end, a pin shifts: measured on plane bodies
+CORNER, SHARPER = 0.275, 2.15  # depths, times tan(turn/2) to this power, for which a corner is stiff: measured likewise
+SHARPEST = 2 * np.pi / 3  # turn, beyond which nothing was measured
 
 
 def sections_with_shear(sections: Sequence[Section], poisson: float = POISSON) -> tuple[Section, ...]:
@@ -129,11 +131,11 @@ def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerB
 
 
 def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Deflection:
-    """Deflection with an estimate of the error of beam theory: shear, and moments that come in at the ends of beams.
+    """Deflection with an estimate of the error of beam theory: shear, moments that come in at ends, and stiff corners.
 
     Solved once more: beams shear as those of `sections_with_shear`, and next to an end at which a moment comes in they
-    shift across by as much as `introduction_share` says, within about `NEAR_END` of their length. The same object
-    where nothing is left out.
+    shift across by as much as `introduction_share` says, within about `NEAR_END` of their length. A corner of a link
+    bends less than its beams would there. The same object where nothing is left out.
 
     Parameters
     ----------
@@ -144,16 +146,64 @@ def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Defl
     moments, columns = _introduced(deflection), deflection.motion.columns
     soft = np.array([np.broadcast_to(_softest(section), moments.shape[1:-2]) for section in sheared])
     shift = -INTRODUCED * soft.reshape(-1, *(np.shape(soft)[1:] or (1,) * (len(columns) - 1)), 1, 1) * moments
-    if sheared == deflection.sections and not shift.any():
+    kink = _stiff_corners(deflection)
+    if sheared == deflection.sections and not (shift.any() or kink.any()):
         return deflection
-    start, end = np.moveaxis(shift / deflection.length[..., None], -1, 0)
+    length = deflection.length[..., None]
+    across, turned = 1j * _near_ends(shift / length * [1.0, -1.0]), _near_ends(kink / length)
+    return solve(deflection.motion, sheared, deflection.joints, _strained(deflection, np.array([across, turned])))
+
+
+def _near_ends(at_ends: Numbers) -> Numbers:
+    """Polynomials along the beams that have integrals over xi near their starts and ends, the last axis."""
+    start, end = np.moveaxis(at_ends, -1, 0)
     rise = round(1.0 / NEAR_END)
-    power = np.arange(rise)
-    rates = rise * np.array([start * comb(rise - 1, k) * (-1.0) ** k for k in power])
-    rates[-1] -= rise * end
-    along = np.zeros((2, rise, *start.shape), complex)
-    along[0] = 1j * rates
-    return solve(deflection.motion, sheared, deflection.joints, _strained(deflection, along))
+    rates: Numbers = rise * np.array([start * comb(rise - 1, k) * (-1.0) ** k for k in range(rise)], complex)
+    rates[-1] += rise * end
+    return rates
+
+
+def _stiff_corners(deflection: Deflection) -> AtStations:
+    """Rotations that beam theory has too much at both ends of every beam, where it forms a corner with another.
+
+    Half each of M/EI times the length for which the corner is stiff, in depths of the rectangle of the same EA and EI.
+    """
+    M = sample(deflection, "M", [0.0, 1.0])
+    stiff = -CORNER / 2 * np.tan(np.minimum(_turns(deflection), SHARPEST) / 2) ** SHARPER
+    kink: AtStations = np.zeros_like(M)
+    for number in np.flatnonzero(stiff.any(axis=1)):
+        section = deflection.sections[number]
+        soft = np.sqrt(12.0 / (np.asarray(section.EA, float) * np.asarray(section.EI, float)))
+        depths = np.broadcast_to(np.reshape(soft, np.shape(soft)[:-1]), M.shape[1:-2])
+        kink[number] = stiff[number] * depths[..., None, None] * M[number]
+    return kink
+
+
+def _turns(deflection: Deflection) -> Reals:
+    """Angle by which the straightest other beam of its link turns off at both ends of every beam, shape (beams, 2).
+
+    None where a beam that meets is hollow or an I: such corners are no plane bodies.
+    """
+    mechanism = deflection.motion.mechanism
+    turns = np.zeros((len(mechanism.beams), 2))
+    for meeting in _meetings(mechanism).values():
+        if any(deflection.sections[number].thin_walled for number, _, _ in meeting):
+            continue
+        for number, end, out in meeting:
+            others = [abs(np.angle(-other / out)) for k, _, other in meeting if k != number]
+            turns[number, end] = min(others, default=0.0)
+    return turns
+
+
+def _meetings(mechanism: Mechanism) -> dict[tuple[int, str], list[tuple[int, int, Any]]]:
+    """By link and point the beams that end there: number, which end, and unit vector away from the point."""
+    nodes: dict[tuple[int, str], list[tuple[int, int, Any]]] = {}
+    for number, (at, beam) in enumerate(mechanism.beams):
+        points = mechanism.links[at].points
+        way = np.ravel(points[beam.end] - points[beam.start])[0]
+        for end, (point, out) in enumerate(((beam.start, way), (beam.end, -way))):
+            nodes.setdefault((at, point), []).append((number, end, out / abs(out)))
+    return nodes
 
 
 def _strained(deflection: Deflection, strain: VectorCoefficients) -> AddedLoads:
@@ -173,14 +223,8 @@ def _introduced(deflection: Deflection) -> AtStations:
     From outside all of it, from other beams of the link as far as they turn off: none where one goes on straight.
     """
     at_ends = sample(deflection, "M", [0.0, 1.0])
-    nodes: dict[tuple[int, str], list[tuple[int, int, Any]]] = {}
-    for number, (at, beam) in enumerate(deflection.motion.mechanism.beams):
-        points = deflection.motion.mechanism.links[at].points
-        way = np.ravel(points[beam.end] - points[beam.start])[0]
-        for end, (point, out) in enumerate(((beam.start, way), (beam.end, -way))):
-            nodes.setdefault((at, point), []).append((number, end, out / abs(out)))
     moments = np.zeros_like(at_ends)
-    for meeting in nodes.values():
+    for meeting in _meetings(deflection.motion.mechanism).values():
         outside = sum(at_ends[number, ..., end] * (2 * end - 1) for number, end, _ in meeting)
         for number, end, out in meeting:
             others = [abs(out + other) / np.sqrt(2) for k, _, other in meeting if k != number]
