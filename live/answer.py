@@ -194,16 +194,19 @@ def _closing(scene: Scene, dragged: bool, memory: Memory) -> tuple[Answer, bytes
         It does not close where it is drawn.
     """
     times = scene.course.times()
-    moved = (_near(scene, times, memory.motion) if dragged else None) or scene.course.at(times)
+    near = _near(scene, times, memory.motion) if dragged else None
+    moved = near or scene.course.at(times)
     memory.motion = moved
     ok = reachable(moved)
-    closes: Answer = {"all": bool(ok.all()), "share": float(ok.mean()), "words": ""}
+    closes: Answer = {"all": bool(ok.all()), "share": 1.0, "words": ""}
     if not ok.all():
-        count = int(ok.argmin())
+        count = _reached(moved)
         if count == 0:
             require_reached(scene, moved)
+        closes["share"] = count / len(times)
         closes["words"] = _stop_words(scene, moved, count) if dragged else _reach_words(scene, moved)
-        moved = scene.course.at(times[:count])
+        cut = posture(moved, slice(0, count))
+        moved = scene.course.at(times[:count]) if near is None else scene.course.near(times[:count], cut)
     require_tables(scene, moved)
     cycle = Cycle(scene, moved, scene_deflection(scene, moved), sampled=True)
     output = output_of(scene, cycle.deflection if dragged else None)
@@ -223,22 +226,43 @@ def _closing(scene: Scene, dragged: bool, memory: Memory) -> tuple[Answer, bytes
 def _near(scene: Scene, times: Reals, before: Motion | None) -> Motion | None:
     """The motion near to another of a mechanism of the same parts; None where it may be on another branch.
 
-    It is on the branch that is drawn where it begins as drawn and goes on without a bend by half the sine at which the
-    links of its groups meet: the two ways in which a dyad closes are turned by that sine or more from one another. A
-    picture needs no more certainty; what is let go of is followed from the drawing.
+    It is on the branch that is drawn where it begins as drawn, no group comes to fold the other way, and it goes on
+    without a bend by half the sine at which the links of its groups meet: the two ways in which a dyad closes are
+    turned by that sine or more from one another. Towards an end of its reach that sine falls to zero, and nothing is
+    asked of the bend. A picture needs no more certainty; what is let go of is followed from the drawing.
     """
     if before is None or before.columns != times.shape or _parts(before) != _parts(scene):
         return None
-    moved = scene.course.near(times, posture(before))
-    links, size = moved.direction.shape[0], scene.mechanism.size
-    course = np.concatenate([moved.direction, np.broadcast_to(moved.origin / size, (links, len(times)))])
+    free = [closed.group for closed in before.closures if closed.group.free]
+    if not (all(group.closed_form for group in free) or reachable(before).all()):
+        return None
+    known = np.arange(len(times)) < _reached(before)  # behind an end dyads fold as drawn
+    here = posture(before)
+    here = replace(here, origin=np.where(known, here.origin, np.nan), direction=np.where(known, here.direction, np.nan))
+    moved = scene.course.near(times, here)
+    count = _reached(moved)
+    sine, size = moved.sine[:count], scene.mechanism.size
+    folds = [
+        np.sign(closed.sine[..., :count]) for closed in moved.closures if closed.group.free and np.ndim(closed.sine)
+    ]
+    while len(times) > count > 2 and len(sine) > 1 and sine[-1] < sine[-2]:
+        sine = sine[:-1]
+    course = np.concatenate([moved.direction[:, : len(sine)], moved.origin[:, : len(sine)] / size])
     bend = np.abs(np.diff(course, 2, axis=-1)).max(axis=0, initial=0.0)
-    sine = np.minimum(np.minimum(moved.sine[2:], moved.sine[:-2]), moved.sine[1:-1])
-    if not ((bend < HALF * sine).all() and (moved.sine > 0.0).all()):
+    least = np.minimum(np.minimum(sine[2:], sine[:-2]), sine[1:-1])
+    if count < 3 or not ((bend < HALF * least).all() and (sine > 0.0).all()):
+        return None
+    if any((fold != fold[..., :1]).any() for fold in folds):
         return None
     first = scene.course.at(times[:1])
     away = np.abs(moved.direction[:, :1] - first.direction).max(), np.abs(moved.origin[:, :1] - first.origin).max()
     return moved if max(away) < SAME * max(1.0, size) else None
+
+
+def _reached(moved: Motion) -> int:
+    """How many positions close before the first that does not."""
+    ok = reachable(moved)
+    return len(ok) if ok.all() else int(ok.argmin())
 
 
 def _parts(of: Motion | Scene) -> list[list[str]]:
