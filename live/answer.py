@@ -243,7 +243,9 @@ def _near(scene: Scene, times: Reals, before: Motion | None) -> Motion | None:
     count = _reached(moved)
     sine, size = moved.sine[:count], scene.mechanism.size
     folds = [
-        np.sign(closed.sine[..., :count]) for closed in moved.closures if closed.group.free and np.ndim(closed.sine)
+        np.sign(closed.sine[..., : count + 1])
+        for closed in moved.closures
+        if closed.group.free and np.ndim(closed.sine)
     ]
     while len(times) > count > 2 and len(sine) > 1 and sine[-1] < sine[-2]:
         sine = sine[:-1]
@@ -252,7 +254,7 @@ def _near(scene: Scene, times: Reals, before: Motion | None) -> Motion | None:
     least = np.minimum(np.minimum(sine[2:], sine[:-2]), sine[1:-1])
     if count < 3 or not ((bend < HALF * least).all() and (sine > 0.0).all()):
         return None
-    if any((fold != fold[..., :1]).any() for fold in folds):
+    if any((np.isfinite(fold) & (fold != fold[..., :1])).any() for fold in folds):
         return None
     first = scene.course.at(times[:1])
     away = np.abs(moved.direction[:, :1] - first.direction).max(), np.abs(moved.origin[:, :1] - first.origin).max()

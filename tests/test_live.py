@@ -461,7 +461,7 @@ class TestAnswers:
             before, taken[:] = memory.motion, []
             answer, data = quick_answer(text, dragged=True, memory=memory)
             followed, other = quick_answer(text, dragged=True)  # from the drawing, step by certain step
-            assert len(taken) == (before is not None)
+            assert bool(taken) == (before is not None)
             assert answer["picture"]["closes"] == followed["picture"]["closes"]
             np.testing.assert_allclose(
                 np.frombuffer(data, "<f4"), np.frombuffer(other, "<f4"), rtol=1e-4, atol=1e-6 * abs(at)
