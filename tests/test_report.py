@@ -24,9 +24,11 @@ from kinelast.figures.summary import summary
 from kinelast.figures.trust import findings
 from kinelast.outputs.charts import GREY, Axis, Chart, Curve, axis, cycle_charts, cycle_maps, field_maps, line_charts
 from kinelast.outputs.pictures import mechanism_drawing
+from kinelast.runs import computed
 from kinelast.scene.data import scene_motion, scene_motion_at
-from kinelast.scene.document import scene_from_dict
+from kinelast.scene.document import scene_from_dict, scene_from_text
 from kinelast.scene.numbers import number, quantity, round_down, round_up, ticks
+from kinelast.tasks.request import Request
 from kinelast.tasks.task import shipped_scenes
 
 VOID = {"meta", "img", "br", "link"}
@@ -555,6 +557,23 @@ def test_round_off_is_shown_as_nothing():
     assert arm["N"]["value"] == pytest.approx(-7850 * 6e-5 * 9.81 * 0.2)
     assert results.figures.rounded(np.array([1e-9, -8e-10]), "N").tolist() == [1e-9, -8e-10]
     assert results.figures.rounded(np.array([1e-14, np.nan]), "N")[0] == 0.0
+
+
+def test_masses_are_told_at_the_point_of_their_centre():
+    """By the name that the scene has for it; where no point is, from the first point of the link."""
+    for center, told in (
+        ('"P"', {"point": "P"}),
+        ("[0.03, 0.04]", {"point": "P"}),
+        ("[0.03, 0.0]", {"point": "G", "offset": [{"value": 0.03, "unit": "m"}, {"value": 0.0, "unit": "m"}]}),
+    ):
+        text = f"""
+            points = {{G = [0.1, 0], H = [0.15, 0], P = [0.13, 0.04]}}
+            links.ground.points = ["G"]
+            links.plate = {{points = ["G", "H", "P"], rigid = true, mass = 40, center = {center}}}
+            drives = [{{link = "plate", speed = 1}}]
+        """
+        (row,) = summary(computed(scene_from_text(text), Request()))["inputs"]["point_masses"]
+        assert row == {"link": "plate", **told, "mass": {"value": 40.0, "unit": "kg"}}
 
 
 def test_far_is_told_in_kilometres():

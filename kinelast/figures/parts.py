@@ -14,13 +14,14 @@ from kinelast.figures.entry import CYLINDER, DRIVE, MOTOR, items_of
 from kinelast.figures.joints import JOINT_FIGURES, lost_contact, numbers_with
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, error_of, figure, largest
-from rigid import LineLoad, PointLoad, Resistance, TorsionSpring
+from rigid import LineLoad, Link, Lump, PointLoad, Resistance, TorsionSpring
 from rigid.arrays import Flags
 from rigid.kinetostatics import rubbing_joints, sliding_directions
 
 if TYPE_CHECKING:
     from fem_check.solid import SolidComparison
 
+SAME = 1e-9  # of a link's size, by which two places on it are one
 STEADY = 1e-9  # share of the speed by which a steady drive may seem to change
 MARKS = 24  # positions at most at which contact is told to be lost
 FEW = 16  # positions that tell too little of a cycle's harmonics
@@ -46,12 +47,23 @@ def input_figures(results: Results) -> dict[str, Any]:
             for (name, _, unit, _), least, most in zip(results.drive_words, *results.figures.rates, strict=True)
         },
         "point_masses": [
-            {"link": link.name, "point": lump.point, "mass": figure(lump.mass, "kg")}
+            {"link": link.name, **_centre(link, lump), "mass": figure(lump.mass, "kg")}
             for link in mechanism.links[1:]
             for lump in link.lumps
         ],
         "loads": [dict(_load(load)) for load in mechanism.loads],
     }
+
+
+def _centre(link: Link, lump: Lump) -> dict[str, Any]:
+    """The point that is at a mass's centre; where none is, the point that holds it and `offset`, in the link's axes."""
+    origin, offset = complex(link.points[lump.point]), complex(lump.offset)
+    near = SAME * max(map(abs, (offset, *(complex(place) - origin for place in link.points.values()))))
+    names = [lump.point, *link.points]
+    there = next((name for name in names if abs(complex(link.points[name]) - origin - offset) <= near), None)
+    if there is None:
+        return {"point": lump.point, "offset": [figure(offset.real, "m"), figure(offset.imag, "m")]}
+    return {"point": there}
 
 
 def _speed(least: float, most: float, unit: str) -> dict[str, Any]:

@@ -91,7 +91,7 @@ function inputsSection() {
   say("Gravity", x.value || y.value ? `${figureWords(x)} in x, ${figureWords(y)} in y` : "none");
   for (const load of inputs.loads) say(`${load.kind}${load.link ? ` on ${load.link}` : ""}${load.place ? `, ${load.place}` : ""}`, load.sizes.map((each) => figureWords(each)).join(", "), load.towards ? ` towards ${coordinateWords(load.towards.value, "rad")}` : "", load.varies ? ", times its table" : "");
   if (!inputs.loads.length) say("Loads", "none but weight and inertia");
-  for (const lump of inputs.point_masses) say(`Mass on ${lump.link} at ${lump.point}`, figureWords(lump.mass));
+  for (const lump of inputs.point_masses) say(`Mass on ${lump.link} ${lump.offset ? `(${lump.offset.map((each) => figureWords(each)).join(", ")}) in its axes from` : "at"} ${lump.point}`, figureWords(lump.mass));
   for (const [name, stuff] of Object.entries(inputs.materials)) say(`Material ${name}`, `E ${figureWords(stuff.E)}, ${number(stuff.density.value, 6)} kg/m³`, stuff.yield.value === null ? "" : `, yields at ${figureWords(stuff.yield)}`);
   if (links.length) say("Theory of beams", inputs.theory === "Timoshenko" ? "Timoshenko: shear deformation counts" : "Euler-Bernoulli: no shear deformation");
   section("inputs", "Inputs", "What it was computed from",
