@@ -14,6 +14,7 @@ from rigid.plane import cross
 from rigid.positions.drive_path import first_ways, outline
 
 HALVINGS = 60  # of a step of the drives: to round-off
+METRES = 1.0, "m"
 
 
 class ReachError(MechanismError):
@@ -53,8 +54,13 @@ def _stop(course: Motion, inside: Reals, outside: Reals, position: int) -> Reals
     return inside
 
 
-def require_reach(course: Motion) -> None:
+def require_reach(course: Motion, lengths: tuple[float, str] = METRES) -> None:
     """Raise where a position does not close.
+
+    Parameters
+    ----------
+    lengths
+        Factor from metres to the unit that the message tells lengths in, and its name.
 
     Raises
     ------
@@ -65,9 +71,11 @@ def require_reach(course: Motion) -> None:
     if closes.all():
         return
     if not closes.any():
-        _require_start(course)
+        _require_start(course, lengths)
     ends = stops(course)
-    limits = "; ".join(f'{_coordinates(course, place)}, where the joint "{joint}" opens' for place, joint in ends)
+    limits = "; ".join(
+        f'{_coordinates(course, place, lengths)}, where the joint "{joint}" opens' for place, joint in ends
+    )
     share = np.count_nonzero(~closes) / closes.size
     raise ReachError(
         f"the drive cannot go all the way, {share:.0%} of the positions are out of reach: it stops at {limits}",
@@ -78,7 +86,7 @@ def require_reach(course: Motion) -> None:
     )
 
 
-def _require_start(course: Motion) -> None:
+def _require_start(course: Motion, lengths: tuple[float, str]) -> None:
     """Raise for a mechanism that reaches none of its positions: it cannot be assembled, or stops on the way to them."""
     joint, kind = opening_joint(course), "unreachable"
     problem = "the mechanism cannot be assembled"
@@ -87,10 +95,10 @@ def _require_start(course: Motion) -> None:
         drawn = first - np.array(first_ways(course.mechanism, course.drive))
         start = motion(course.mechanism, drawn[:, None])
         if reachable(start).all():
-            kind, place = "reach", _coordinates(course, _stop(start, drawn, first, 0))
+            kind, place = "reach", _coordinates(course, _stop(start, drawn, first, 0), lengths)
             problem = f"the drive cannot go from the drawing to any position, it stops at {place}"
     raise ReachError(
-        f'{problem}: the joint "{joint}" is out of reach at every position{_shortfall(course)}',
+        f'{problem}: the joint "{joint}" is out of reach at every position{_shortfall(course, lengths)}',
         kind=kind,
         joints=(joint,),
         positions=range(course.columns[-1]),
@@ -113,12 +121,13 @@ def _open_group(course: Motion, positions: slice = slice(None)) -> Group | None:
     return None
 
 
-def _shortfall(course: Motion) -> str:
+def _shortfall(course: Motion, lengths: tuple[float, str]) -> str:
     """By how much two links miss each other at the first position, where they meet at a pin; for one design."""
     group = _open_group(course)
     if group is None or len(group.tree) != 2 or not group.cut[0].turns or len(course.columns) != 1:
         return ""
     inner = group.cut[0]
+    per, unit = lengths
     arms: list[Any] = [inner.at(hinge.child) - hinge.at_child for hinge in group.tree]
     places = [_place(course, hinge.parent, hinge.at_parent) for hinge in group.tree]
     slides = [k for k, hinge in enumerate(group.tree) if not hinge.turns]
@@ -128,8 +137,9 @@ def _shortfall(course: Motion) -> str:
         away = float(abs(places[1] - places[0]))
         if long - short <= away <= long + short:  # they would meet, but the drive does not come there
             return ""
-        apart = f'"{first}" and "{second}" are {away:.4g} m apart'
-        return f": {apart}, the links between them reach from {long - short:.4g} to {long + short:.4g} m"
+        apart = f'"{first}" and "{second}" are {per * away:.4g} {unit} apart'
+        reach = f"from {per * (long - short):.4g} to {per * (long + short):.4g} {unit}"
+        return f": {apart}, the links between them reach {reach}"
     slide = group.tree[slides[0]]
     if len(slides) == 2 or not slide.ordered:
         return ""
@@ -139,8 +149,8 @@ def _shortfall(course: Motion) -> str:
     away = abs(cross(carrier * slide.line, places[k] - foot))
     if away <= abs(arms[k]):
         return ""
-    far = f'"{group.tree[k].name}" is {away:.4g} m from the line of "{slide.name}"'
-    return f": {far}, the link between them is {abs(arms[k]):.4g} m long"
+    far = f'"{group.tree[k].name}" is {per * away:.4g} {unit} from the line of "{slide.name}"'
+    return f": {far}, the link between them is {per * abs(arms[k]):.4g} {unit} long"
 
 
 def _place(course: Motion, link: int, local: Complex) -> complex:
@@ -148,12 +158,12 @@ def _place(course: Motion, link: int, local: Complex) -> complex:
     return complex(np.ravel(course.origin[link, 0] + course.direction[link, 0] * local)[0])
 
 
-def _coordinates(course: Motion, place: Reals) -> str:
+def _coordinates(course: Motion, place: Reals, lengths: tuple[float, str]) -> str:
     """Coordinates of the drives for a message."""
     words = []
     for drive, value in zip(course.mechanism.drives, place, strict=True):
         if drive.turns:
             words.append(f'"{drive.name}" at {np.degrees(value):.6g} deg')
         else:
-            words.append(f'slider "{drive.name}" at {value:.6g} m')
+            words.append(f'slider "{drive.name}" at {lengths[0] * value:.6g} {lengths[1]}')
     return ", ".join(words)

@@ -96,11 +96,14 @@ def test_limits_of_both(tmp_path, capsys):
     scene = tmp_path / "arm.toml"
     for limits, status, words in (
         ('settling = "2.9 s"\nresidual = "9 mm"', 0, "acceptable"),
-        ('settling = "20 ms"', 1, "NOT ACCEPTABLE: settling time of the output after the stop 2."),
+        ('settling = "20 ms"', 1, "NOT ACCEPTABLE: settling time of the output after the stop 2"),
         ('residual = "1 um"', 1, "NOT ACCEPTABLE: residual amplitude of the output after the stop "),
     ):
         scene.write_text(ARM + f"[limits]\n{limits}\n")
         assert main([str(scene), "-o", str(tmp_path / "out")]) == status
         assert words in capsys.readouterr().out
+    scene.write_text(edited(ARM, ("[run]", '[run]\nsettled = "1 nm"')) + '[limits]\nsettling = "1 s"\n')
+    assert main([str(scene), "-o", str(tmp_path / "out")]) == 1
+    assert "after the stop not settled within the 3 s computed, allowed 1 s;" in capsys.readouterr().out
     with pytest.raises(SceneError, match="expected a length, as in"):
         scene_from_text(edited(ARM, ("[run]", '[run]\nsettled = "1 deg"')))

@@ -12,7 +12,9 @@ from mechanisms import ALL, motion_of, replaced
 from elastic import PRIMARY, deflection
 from kinelast import scene_from_text
 from kinelast.cli.command import main
-from kinelast.scene.numbers import RAISED, quantity
+from kinelast.scene.data import scene_motion
+from kinelast.scene.error import SceneError
+from kinelast.scene.numbers import RAISED, beside, coordinate, quantity
 from kinelast.scene.units import Quantity
 from rigid import LineLoad, PinDrive, PointLoad
 
@@ -177,6 +179,20 @@ class TestAsWritten:
         for size in 1.25 * 10.0 ** np.arange(-10, 10):
             told = re.sub(r"·10([⁻⁰¹²³⁴-⁹]+)", lambda raised: "e" + raised[1].translate(LOWERED), quantity(size, unit))
             assert Quantity.of_unit(unit, told) == pytest.approx(size, rel=1e-9)
+
+    def test_slides_and_gaps_are_told_in_the_lengths_of_the_scene(self):
+        """A and C are 60 and 250 mm from O at a right angle; the rocker is as long as (50, 180) mm, the rod 1 mm."""
+        assert coordinate(2.071e-5, "m", scene_from_text(WRITTEN).told_in) == "0.02071 mm"
+        short = WRITTEN.replace('["A", "B"]', '["A", "B"]\nlength = 1')
+        with pytest.raises(SceneError, match=r"257\.1 mm apart, the links between them reach from 185\.8 to 187\.8 mm"):
+            scene_motion(scene_from_text(short))
+
+    def test_small_stresses_and_times_beside_their_limits(self):
+        told_in = scene_from_text(WRITTEN).told_in
+        assert [quantity(size, "Pa", told_in=told_in) for size in (200.0, 0.0, 2e5)] == ["200 Pa", "0 MPa", "0.2 MPa"]
+        assert beside(6294.0, 7.2e7, "s") == ("1.748 h", "20000 h")
+        assert beside(0.36, 7.2e7, "s") == ("0.0001 h", "20000 h")
+        assert quantity(1800.0, "s") == "1800 s"
 
     def test_a_flow_is_told_as_it_is_written(self):
         text = WRITTEN.replace("[run]", '[cylinders.lift]\nbore = 63\npressure = "200 bar"\nflow = "6 l/min"\n[run]')

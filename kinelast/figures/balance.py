@@ -185,7 +185,7 @@ def _words(proposals: Mapping[str, Any], told_in: ToldIn) -> Iterator[str]:
             yield f"balance of the {name}: {'; '.join(parts)} {_leaves(proposals[key], told_in)}"
     if "drive_effort" in proposals:
         (each,) = proposals["drive_effort"]["parts"]
-        spring = f"{quantity(each['stiffness']['value'], 'N m', 3)}/rad at {each['pin']} on {each['link']}"
+        spring = f"{quantity(each['stiffness']['value'], 'N m', 3, told_in)}/rad at {each['pin']} on {each['link']}"
         slack = coordinate(each["angle"]["value"], "rad")
         left = _leaves(proposals["drive_effort"], told_in)
         yield f"balance of the drive: a spring of {spring}, slack at {slack}, {left}"

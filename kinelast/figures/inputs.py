@@ -68,11 +68,12 @@ def _sizes(results: Results) -> Iterator[Finding]:
         for link in results.mechanism.links
     }
     name = max(sizes, key=lambda each: sizes[each])
+    told = quantity(sizes[name], "m", told_in=results.scene.told_in)
     if sizes[name] > LONG:
         hint = 'a bare number is in m; units = "mm" at the head of the scene reads bare lengths as millimetres'
-        yield Finding(POOR, INPUTS, f"The link {name} is {quantity(sizes[name], 'm')} long, is that meant? {hint}.")
+        yield Finding(POOR, INPUTS, f"The link {name} is {told} long, is that meant? {hint}.")
     elif 0 < sizes[name] < SHORT:
-        yield Finding(POOR, INPUTS, f"No link is longer than {quantity(sizes[name], 'm')}, is that meant?")
+        yield Finding(POOR, INPUTS, f"No link is longer than {told}, is that meant?")
     speed = fastest_drive(results)
     if speed > FAST:
         text = f"A drive turns at {number(speed * 30 / math.pi)} rpm, is that meant? A bare speed is in rad/s"

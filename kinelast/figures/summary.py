@@ -197,9 +197,10 @@ def _making(results: Results, number: int) -> dict[str, str | None]:
     """Section with its sizes, and material of a beam, in words."""
     if number >= len(results.scene.made_of):
         return {"section": None, "material": None}
-    made = results.scene.made_of[number]
+    made, told_in = results.scene.made_of[number], results.scene.told_in
     sizes = ", ".join(
-        f"{name} {' to '.join(quantity(size, 'm') for size in ends)}" for name, ends in made.sizes.items()
+        f"{name} {' to '.join(quantity(size, 'm', told_in=told_in) for size in ends)}"
+        for name, ends in made.sizes.items()
     )
     return {
         "section": ", ".join(filter(None, (f"{made.section}: {made.shape}", sizes))),

@@ -5,6 +5,7 @@ The tables are summary.csv, summary.parquet where pyarrow is installed, and inde
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,7 +20,7 @@ from kinelast.outputs.page import MARK, index_page
 from kinelast.outputs.table import Column, Table, csv_bytes, csv_rows, parquet_bytes
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.error import plain
-from kinelast.scene.numbers import ToldIn, coordinate, error_percent, number, percent, quantity
+from kinelast.scene.numbers import ToldIn, beside, coordinate, error_percent, number, percent, quantity
 from kinelast.tasks.task import Outcome
 
 OUTCOMES = {words: outcome for outcome, words in VERDICTS.items()}
@@ -108,7 +109,9 @@ def headline(figures: Mapping[str, Any]) -> str:
     largest, accepted, told_in = figures["largest_deflection"], figures["acceptance"], figures["told_in"]
     if largest:
         place = quantity(largest["along_member"]["value"], "m", 3, told_in)
-        drives = (f"{name} at {coordinate(item['value'], item['unit'])}" for name, item in largest["drive"].items())
+        drives = (
+            f"{name} at {coordinate(item['value'], item['unit'], told_in)}" for name, item in largest["drive"].items()
+        )
         size = quantity(abs(largest["value"]), largest["unit"], told_in=told_in)
         where = ", ".join((largest["member"], f"{place} along it", *drives))
         words = [f"largest deflection {size}{_error(largest)} ({where})"]
@@ -135,7 +138,7 @@ def headline(figures: Mapping[str, Any]) -> str:
     if figures["made_from"]["options"]["animate"] and not figures["links"]:
         words.append("filmed is the motion: nothing is drawn along links without beams")
     if accepted["verdict"]:
-        words.insert(0, _verdict(accepted, told_in))
+        words.insert(0, _verdict(figures))
     level, reasons = verdict(figures["trust"])
     if level != GOOD:
         words.append(f"{LEVELS[level]}: {', '.join(reasons)}")
@@ -149,24 +152,28 @@ def _error(row: Mapping[str, Any]) -> str:
     return f" ± {error_percent(abs(row['error'] / row['value']))}{' measured' if row.get('error_measured') else ''}"
 
 
-def _verdict(accepted: Mapping[str, Any], told_in: ToldIn) -> str:
+def _verdict(figures: Mapping[str, Any]) -> str:
     """The verdict on the limits, with those that decide it."""
-    verdict = accepted["verdict"]
+    accepted, told_in = figures["acceptance"], figures["told_in"]
+    lasts, verdict = figures["run"]["end"]["value"] - figures["run"]["start"]["value"], accepted["verdict"]
     if accepted["passed"]:
         nearest, among = max(accepted["limits"], key=lambda row: row["used"] or 0.0), len(accepted["limits"])
-        return f"{verdict}: {_beside_limit(nearest, told_in)}{f', the nearest of {among} limits' if among > 1 else ''}"
+        words = f"{verdict}: {_beside_limit(nearest, told_in, lasts)}"
+        return f"{words}, the nearest of {among} limits" if among > 1 else words
     decides = [row for row in accepted["limits"] if row["outcome"] == OUTCOMES[verdict]]
-    words = f"{verdict.upper()}: {', '.join(_beside_limit(row, told_in) for row in decides)}"
+    words = f"{verdict.upper()}: {', '.join(_beside_limit(row, told_in, lasts) for row in decides)}"
     return f"{words}: {accepted['problem']}" if accepted["problem"] else words
 
 
-def _beside_limit(row: Mapping[str, Any], told_in: ToldIn) -> str:
-    """A figure beside its limit, in a few words."""
+def _beside_limit(row: Mapping[str, Any], told_in: ToldIn, lasts: float) -> str:
+    """A figure beside its limit, in a few words; of a run that lasts so long [s]."""
     value, limit = row["found"], row["limit"]
-    if value["value"] is None:
+    endless = value["value"] is None and "endless" in value
+    if value["value"] is None and not endless:
         return _called(row)
-    size = quantity(value["value"], value["unit"], told_in=told_in)
-    allowed = quantity(limit["value"], limit["unit"], told_in=told_in)
+    size, allowed = beside(math.inf if endless else value["value"], limit["value"], limit["unit"], told_in)
+    if endless:
+        size = f"not settled within the {quantity(lasts, 's')} computed" if row["kind"] == "settling" else "endless"
     return f"{_called(row)} {size}{_error(value)}, {'at least' if row['least'] else 'allowed'} {allowed}"
 
 

@@ -230,7 +230,7 @@ def scene_deflection(scene: Scene, moved: Motion) -> Deflection:
 def require_reached(scene: Scene, moved: Motion) -> None:
     """Raise where drives ask for positions that cannot be reached: names where and at which joint it stops."""
     try:
-        require_reach(moved)
+        require_reach(moved, scene.told_in.get("m", (1.0, "m")))
     except ReachError as error:
         table = "links" if error.kind == "unreachable" else "drives[1]"
         raise SceneError(scene.path, table, "", str(error)) from None

@@ -96,7 +96,8 @@ def _picked(value: Any, row: int | None) -> Any:
 LEAST_TOLD = (
     1e-4  # share: an error below it is behind the digits that are told, and behind all that is known of a machine
 )
-HOURS = 10.0  # from which on a time is told in hours
+HOUR = 3600.0  # [s], from which on a time is told in hours
+LEAST_STRESS = 1e-3  # in the unit that a scene is told in, below which a stress is told in that with a prefix
 ToldIn = Mapping[str, tuple[float, str]]
 """By SI unit, the factor to the unit that quantities of it are told in, and its name."""
 SI: ToldIn = {}
@@ -131,9 +132,9 @@ def scale_of(largest: float, unit: str) -> tuple[float, str]:
         return _raised(abs(largest), unit, int(raised[1]))
     if unit in UNPREFIXED or unit.startswith("1/") or not math.isfinite(largest) or abs(largest) < 1e-12:
         return 1.0, unit
-    if unit == "s" and abs(largest) >= HOURS * 3600.0:
-        return 1.0 / 3600.0, "h"
-    power = min(max(3 * math.floor(math.log10(abs(largest)) / 3), -9), 9)
+    if unit == "s" and abs(largest) >= HOUR:
+        return 1.0 / HOUR, "h"
+    power = min(max(3 * math.floor(math.log10(abs(largest)) / 3), -9), 0 if unit == "s" else 9)
     if unit == "m" and power > 0:
         power = 3 if abs(largest) >= 1e4 else 0
     return 10.0**-power, PREFIXES[power] + unit
@@ -186,20 +187,30 @@ def quantity(value: float, unit: str, digits: int = 4, told_in: ToldIn = SI) -> 
     """
     if not math.isfinite(value):
         return number(value)
-    if unit in told_in:
+    if unit in told_in and not (unit == "Pa" and 0.0 < abs(value) * told_in[unit][0] < LEAST_STRESS):
         factor, name = told_in[unit]
         return f"{number(value * factor, digits)} {name.replace(' ', '·')}".replace(" deg", "°")
     factor, prefixed = scale_of(value, unit)
     return f"{number(value * factor, digits)} {'' if prefixed == '1' else prefixed.replace(' ', '·')}".strip()
 
 
-def coordinate(value: float, unit: str) -> str:
+def beside(value: float, limit: float, unit: str, told_in: ToldIn = SI) -> tuple[str, str]:
+    """A figure and its limit, both with their unit; a time in that of its limit.
+
+    >>> beside(6294.0, 7.2e7, "s")
+    ('1.748 h', '20000 h')
+    """
+    told = {**told_in, "s": scale_of(limit, "s")} if unit == "s" else told_in
+    return quantity(value, unit, told_in=told), quantity(limit, unit, told_in=told)
+
+
+def coordinate(value: float, unit: str, told_in: ToldIn = SI) -> str:
     """A drive's coordinate: an angle in degrees within a turn, a slide in its unit.
 
     >>> coordinate(-0.5 * math.pi, "rad")
     '270°'
     """
-    return f"{number(_within_turn(math.degrees(value)))}°" if unit == "rad" else quantity(value, unit)
+    return f"{number(_within_turn(math.degrees(value)))}°" if unit == "rad" else quantity(value, unit, told_in=told_in)
 
 
 def _within_turn(angle: float) -> float:

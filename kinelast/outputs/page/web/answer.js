@@ -37,7 +37,7 @@ function limitsSection() {
     { name: "Limit", text: (each) => limitName(each) + (each.on ? (LIMIT_WORDS[each.kind] ? ` of ${each.on}` : ` (${each.on})`) : "") },
     { name: "allowed", text: (each) => `${each.least ? "at least" : "at most"} ${figureAngle(each.limit)}` },
     { name: "used", means: "share of the limit that is used up: the figure over what is allowed, or what is asked over the figure", of: (each) => each.used ?? NaN, words: (each) => (each.used === null ? "–" : `${number(100 * each.used, 3)} %`), worst: true },
-    { name: "found", text: (each) => (each.found.endless ? "endless" : figureAngle(each.found) + errorWords(each.found)) },
+    { name: "found", text: foundWords },
     { name: "where", text: (each) => [each.found.label, atWords(each.found)].filter(Boolean).join(", ") },
     { name: "kept", text: (each) => ({ kept: "yes", "not kept": "no" }[each.outcome] ?? each.outcome) },
   ], "Each with what was found"));
@@ -48,8 +48,21 @@ const limitName = (each) => LIMIT_WORDS[each.kind] ?? each.name;
 function limitWords(each) {
   const { least, on, limit, found } = each;
   const of = found.label || on, name = `${limitName(each)}${of ? ` of ${of}` : ""}`;
-  if (found.value === null) return `${name} cannot be judged: there is no figure`;
-  return `${name} is ${figureAngle(found)}${errorWords(found)}, ${least ? "at least" : "at most"} ${figureAngle(limit)} allowed`;
+  if (found.value === null && !found.endless) return `${name} cannot be judged: there is no figure`;
+  return `${name} is ${foundWords(each)}, ${least ? "at least" : "at most"} ${figureAngle(limit)} allowed`;
+}
+
+function foundWords(each) {
+  const { kind, found } = each, { start, end } = summary.run;
+  if (found.endless) return kind === "settling" ? `not settled within the ${quantity(end.value - start.value, "s")} computed` : "endless";
+  return besideWords(each) + errorWords(found);
+}
+
+// A time is told in the unit of its limit.
+function besideWords({ found, limit }) {
+  if (limit.unit !== "s" || found.value === null) return figureAngle(found);
+  const [factor, unit] = scaleOf(limit.value, "s");
+  return `${number(found.value * factor)} ${unit}`;
 }
 
 // Angles as degrees where a reader compares them.

@@ -30,7 +30,7 @@ function breaksFirst() {
 
 const whereWords = ({ label, along, at }) => [label, placeWords(label, { along }), at.drive ? atWords(at) : ""].filter(Boolean).join(", ");
 
-const lifeWords = (figure) => (figure.value === null ? "endless" : figureWords(figure) + errorWords(figure));
+const lifeWords = (figure) => (figure.value === null ? "endless" : (figure.unit === "s" ? `${number(figure.value / 3600)} h` : figureWords(figure)) + errorWords(figure));
 
 function lifeSection() {
   const { life } = summary;
@@ -65,7 +65,7 @@ function jointsSection() {
       { name: "direction of the force", means: "in the axes of either link: where it stays the ring bears a point load, where it goes round the ring wants a tight fit", text: rings },
       { name: "contact lost at", wraps: true, text: (each) => contactWords(each.contact_lost) },
     ], "Joints with parts"),
-    table(rows.flatMap(figures), [{ name: "Joint", text: (each) => each.joint }, { name: "Figure", text: (each) => each.name }, { name: "value", text: (each) => figureAngle(each.figure) + errorWords(each.figure) }, { name: "at", text: (each) => (each.figure.drive ? atWords(each.figure) : "") }], "Figures of the joints"),
+    table(rows.flatMap(figures), [{ name: "Joint", text: (each) => each.joint }, { name: "Figure", text: (each) => each.name }, { name: "value", text: (each) => (each.figure.unit === "s" ? lifeWords(each.figure) : figureAngle(each.figure) + errorWords(each.figure)) }, { name: "at", text: (each) => (each.figure.drive ? atWords(each.figure) : "") }], "Figures of the joints"),
     effects.length ? h("p", {}, `${effects.join("; ")}.`) : null,
     h("div", { class: "polars" }, rows.flatMap((each) => [each.on, each.parent].map((link) => polar(each, link)))));
 }

@@ -8,7 +8,10 @@ const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 const chosenUnits = {};
 
 function scaleOf(largest, unit) {
-  if (unit in chosenUnits) return chosenUnits[unit];
+  return chosenUnits[unit] ?? prefixedScale(largest, unit);
+}
+
+function prefixedScale(largest, unit) {
   const size = Math.abs(largest), raised = /^m\^(\d)/.exec(unit);
   if (raised) {
     // A prefix would be raised with the metre.
@@ -17,8 +20,8 @@ function scaleOf(largest, unit) {
     return [1 / Math.pow(METRES[name], raised[1]), name + unit.slice(1)];
   }
   if (UNPREFIXED.has(unit) || unit.startsWith("1/") || !isFinite(size) || size < 1e-12) return [1, unit];
-  if (unit === "s" && size >= 36000) return [1 / 3600, "h"];
-  let power = Math.min(Math.max(3 * Math.floor(Math.log10(size) / 3), -9), 9);
+  if (unit === "s" && size >= 3600) return [1 / 3600, "h"];
+  let power = Math.min(Math.max(3 * Math.floor(Math.log10(size) / 3), -9), unit === "s" ? 0 : 9);
   if (unit === "m" && power > 0) power = size >= 1e4 ? 3 : 0;
   return [Math.pow(10, -power), PREFIXES[power] + unit];
 }
@@ -54,7 +57,8 @@ function unitWords(unit) {
 
 function quantity(value, unit, digits = 4) {
   if (value === null || value === undefined || !isFinite(value)) return number(value);
-  const [factor, prefixed] = scaleOf(value, unit);
+  const small = unit === "Pa" && unit in chosenUnits && value !== 0 && Math.abs(value * chosenUnits[unit][0]) < 1e-3;
+  const [factor, prefixed] = small ? prefixedScale(value, unit) : scaleOf(value, unit);
   return `${number(value * factor, digits)} ${unitWords(prefixed)}`.trim();
 }
 
