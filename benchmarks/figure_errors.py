@@ -33,7 +33,7 @@ from elastic.elastodynamics import Elastodynamic, discretized_finer, finer_vibra
 from fem_check.nonlinear import DoesNotCloseError, NotCheckedError, refined_deflection
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import magnitudes
-from kinelast.figures.errors import BEAM_THEORY, LITTLE, ROUND_OFF
+from kinelast.figures.errors import LITTLE, NOT_OF_MOTION
 from kinelast.figures.results import Results
 from kinelast.figures.theory import Answer, _Rungs, _vibrating, answer
 from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion
@@ -72,7 +72,7 @@ def shares(scene: Scene, told: Answer, reference: Reference) -> Iterator[tuple[b
         for item, (value, true) in enumerate(zip(values, there[key], strict=True)):
             base = max(abs(float(value)), LITTLE * greatest.get(units[key][item], 0.0))
             if base > 0.0 and np.isfinite(value) and np.isfinite(true):
-                error = told.errors[key][item].without((BEAM_THEORY, ROUND_OFF)).size
+                error = told.errors[key][item].without(NOT_OF_MOTION).size
                 own = float(abs(true - rough[key][item])) / base
                 yield (key, item) in read, error / base, float(abs(value - true)) / base, own
 

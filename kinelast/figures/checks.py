@@ -13,7 +13,7 @@ from elastic import Deflection, reference_deflection, sample
 from elastic.beams import POISSON
 from elastic.links import members_of
 from kinelast.figures.cycle import points_of
-from kinelast.figures.errors import BEAM_THEORY, BODIES, LITTLE, ROUND_OFF, TIME, FigureError, Measured
+from kinelast.figures.errors import BEAM_THEORY, BETWEEN, BODIES, LITTLE, ROUND_OFF, TIME, FigureError, Measured
 from kinelast.figures.registry import NAMES
 from kinelast.figures.results import NonlinearCheck, NotMade, allowed_difference
 from kinelast.scene.course import CourseByLaws
@@ -34,7 +34,7 @@ TELLING = 0.2  # of the estimate, that the check may be off by to take its place
 UNTOLD = 0.005  # that it may be off by where nothing is allowed or forbidden
 LEAST_ASKED = 1e-4  # accuracy
 LEAST_GRANTED, MOST_GRANTED = 0.005, 0.1  # of the momentum of vibrating links: beyond, nothing is learnt
-POSITIONS = 360  # up to which the least is granted
+POSITIONS = 360  # of a run where nothing is asked; up to which the least is granted
 
 
 def nonlinear_check(results: Results, progress: Callable[[float, str], None] | None = None) -> NonlinearCheck | NotMade:
@@ -188,6 +188,8 @@ def nearer(results: Results, error: FigureError, share: float) -> str:
         return "" if results.solid or _hollow(results) else f"mostly {largest}: --check solid would measure it"
     if answer is None or largest in (ROUND_OFF, BODIES) or share <= 0.0:
         return ""
+    if largest == BETWEEN:
+        return f"mostly {largest}: more of them, as --positions {max(POSITIONS, 4 * len(results.motion.time))}, bring it nearer"
     if results.scene.theory.plain:
         return f'mostly {largest}: without theory = "quasi-static" it would be settled'
     if answer.theory == GEOMETRICALLY_EXACT or answer.finer:

@@ -20,7 +20,9 @@ from rigid.arrays import Complexes, Numbers, Reals
 
 VIBRATION, LARGE = "vibration", "large displacement"
 HIGHER_ORDERS, TIME, BEAM_THEORY, ROUND_OFF = "higher orders", "time and coordinates", "beam theory", "round-off"
+BETWEEN = "between the positions"
 MEASURED, BODIES = "motion, as measured", "beam theory, as measured"  # by checks, in place of the estimates
+NOT_OF_MOTION = (BEAM_THEORY, ROUND_OFF, BETWEEN)  # parts that no theory of motion changes
 BY_MOTION = (VIBRATION, LARGE)  # each from the answer with those before it to that with it: their signs count
 HEADLINE = NAMES["w"], NAMES["mises"]  # figures of which every report tells the greatest
 LITTLE = 0.01  # of the greatest figure of a unit, below which one of them counts as so much
@@ -108,6 +110,8 @@ class Estimate:
         By cause, other errors as shares of the largest displacement.
     settled
         Share of the largest displacement to which the answer is settled in time and coordinates.
+    closer
+        The answer at instants between the positions, too; None where there are none.
     unknown
         Why the whole is not known; nothing where it is.
     """
@@ -117,6 +121,7 @@ class Estimate:
     shares: Mapping[str, float]
     unknown: str = ""
     settled: float = 0.0
+    closer: Cycle | None = None
 
 
 @dataclass(frozen=True)
@@ -140,7 +145,7 @@ class Measured:
         """
         if key not in self.off or math.isnan(self.off[key][item]):
             return error
-        off, own, kept = self.off[key][item], self.own[key][item], (BEAM_THEORY, ROUND_OFF)
+        off, own, kept = self.off[key][item], self.own[key][item], NOT_OF_MOTION
         if not error.unknown and own >= max(off, error.without(kept).size):
             return error
         return FigureError({MEASURED: off + own, **{name: error.parts.get(name, 0.0) for name in kept}})
@@ -186,8 +191,10 @@ def figure_errors(answer: Cycle, figures: Sequence[Figure], off: Estimate) -> di
     """
     values = magnitudes(answer, figures)
     stages = {name: magnitudes(cycle, figures) for name, cycle in off.stages.items()}
-    bodies = values if off.beam_theory is answer else magnitudes(off.beam_theory, figures)
-    return {figure.key: _of_items(answer, figure, values, stages, bodies, off) for figure in figures}
+    bodies, closer = (
+        values if each in (None, answer) else magnitudes(each, figures) for each in (off.beam_theory, off.closer)
+    )
+    return {figure.key: _of_items(answer, figure, values, stages, bodies, closer, off) for figure in figures}
 
 
 def _of_items(
@@ -196,6 +203,7 @@ def _of_items(
     values: Mapping[str, Any],
     stages: Mapping[str, Mapping[str, Any]],
     bodies: Mapping[str, Any],
+    closer: Mapping[str, Any],
     off: Estimate,
 ) -> list[FigureError]:
     before = here = values[figure.key]
@@ -213,6 +221,7 @@ def _of_items(
         whole = np.max(answer.of(figure.remains_of).value, initial=0.0)
         parts[TIME] = np.maximum(np.abs(parts.get(TIME, 0.0)), np.full(np.shape(here), off.settled * whole))
     parts[BEAM_THEORY] = np.abs(_difference(bodies[figure.key], here))
+    parts[BETWEEN] = np.abs(_difference(closer[figure.key], here))
     parts[ROUND_OFF] = _round_off(answer, figure) * base
     return [
         FigureError({name: float(part[item]) for name, part in parts.items()}, off.unknown) for item in range(len(here))

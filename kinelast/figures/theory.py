@@ -16,6 +16,7 @@ from elastic.elastodynamics import (
     Damping,
     Elastodynamic,
     Vibration,
+    deflection_at,
     discretized_finer,
     elastodynamic,
     finer_vibration,
@@ -27,10 +28,9 @@ from elastic.elastodynamics import (
 from kinelast.figures.cycle import Cycle, too_many_beams
 from kinelast.figures.entry import Figure, magnitudes
 from kinelast.figures.errors import (
-    BEAM_THEORY,
     HIGHER_ORDERS,
     LARGE,
-    ROUND_OFF,
+    NOT_OF_MOTION,
     TIME,
     VIBRATION,
     Estimate,
@@ -44,7 +44,15 @@ from kinelast.figures.errors import (
 )
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
-from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
+from kinelast.scene.data import (
+    ACCURACY,
+    ELASTODYNAMIC,
+    GEOMETRICALLY_EXACT,
+    QUASI_STATIC,
+    Scene,
+    Theory,
+    scene_deflection,
+)
 from kinelast.scene.error import SceneError
 from kinelast.tasks.progress import SILENT, Progress, one_thread
 from rigid import MechanismError, Motion
@@ -56,12 +64,12 @@ TOLERANCE = 1e-4  # of the elastodynamic answer, in time and in its coordinates
 SETTLED = 0.004  # of the accuracy, that being allowed to be coarser: a figure may be a hundredth of the largest
 FINEST = 1e-6  # below which steps and elements of time settle no further, or in minutes
 FINE = 0.02  # of the accuracy, that being finer than the tolerance
-LEFT = (BEAM_THEORY, ROUND_OFF)  # parts that no theory of motion changes
 BESIDES = 0.1  # of the accuracy, or of what holds it back: what is not worth answering
 MANY = 256  # elements of time, beyond which twice as many take seconds, and shares tell what they leave open
 FURTHER = 0.1  # of the tolerance of an exact answer is that of the finer one that it is held against
 NO_MORE = 0.1  # of the accuracy, that a step to the exact answer may change of deflections where it is the last
 HOPELESS = 4.0  # radians of a section's rotation, beyond which vibration is not looked at
+CLOSE = 10_000  # positions, beyond which nobody looks between them
 SAME = 1e-9  # share by which moments at rest differ by round-off
 UNSTABLE = "the links have no steady state, their vibration grows"
 
@@ -344,7 +352,8 @@ class _Rungs:
         unknown: str = "",
     ) -> Answer:
         settled = vibrating.time_error + vibrating.reduction_error if vibrating else 0.0
-        off = Estimate(stages, self._cycle(beyond_beam_theory(cycle.deflection)), shares, unknown, settled)
+        bodies, closer = self._cycle(beyond_beam_theory(cycle.deflection)), self._closer(name, vibrating)
+        off = Estimate(stages, bodies, shares, unknown, settled, closer)
         graded = graded_figures(self.scene, cycle, self.figures, off)
         missed = math.nan if vibrating is None else math.inf
         if not unknown:
@@ -354,6 +363,32 @@ class _Rungs:
         return Answer(
             name, cycle, self.plain, vibrating, self.figures, off, graded, self.theory.accuracy, missed, finer
         )
+
+    @cached_property
+    def _motion_between(self) -> Motion | None:
+        """The motion at instants between the positions, too; None of a single position, and where it is not reached."""
+        times = self.plain.motion.time
+        if np.shape(times) != self.plain.motion.columns or not 1 < len(times) <= CLOSE:
+            return None
+        try:
+            return self.scene.course.at(self.scene.course.closer(times))
+        except SceneError:
+            return None
+
+    @cached_property
+    def _plain_between(self) -> Deflection:
+        """The quasi-static deflection at instants between the positions, too."""
+        assert self._motion_between is not None
+        return scene_deflection(self.scene, self._motion_between)
+
+    def _closer(self, name: str, vibrating: Elastodynamic | None) -> Cycle | None:
+        """The answer of a theory at instants between the positions, too."""
+        moved = self._motion_between
+        if moved is None:
+            return None
+        if name == QUASI_STATIC or vibrating is None:
+            return self._cycle(self._plain_between)
+        return self._cycle(deflection_at(vibrating, moved))
 
     def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:
         """By how much the worst of the graded figures differs without vibration, as a share."""
@@ -396,7 +431,7 @@ def _off_by_motion(rung: Answer) -> float:
 
 
 def _share_by_motion(graded: GradedFigure) -> float:
-    return graded.error.without(LEFT).size / graded.base
+    return graded.error.without(NOT_OF_MOTION).size / graded.base
 
 
 def _rests(plain: Deflection) -> bool:

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from rigid.dynamics import ForwardError, IntegratedMotion
 
 OnStep = Callable[[float], None]
+CLOSER = 144  # instants between those of few positions, at least
+FINE, SHARES = 20001, 64  # instants at which accelerations of laws are looked for, and of each law's that are taken
 LOOKED_AT = 257  # instants of a run, to see whether it ends at rest
 
 
@@ -91,6 +93,18 @@ class Course(ABC):
             raise ValueError(f"expected at least 1 position, got {count}")
         times = np.linspace(0.0, self.run.duration, count, endpoint=not self.run.turn, axis=-1)
         return times.reshape(-1, count) if times.ndim > 1 else times
+
+    def closer(self, times: Reals) -> Reals:
+        """Instants as given [s], those between them, and some where the laws accelerate most, shape (instants,)."""
+        ends = np.append(times, times[0] + self.period) if self.run.turn else times
+        parts = max(2, -(-CLOSER // len(times)))
+        between = ends[:-1, None] + np.diff(ends)[:, None] * np.arange(1, parts) / parts
+        fine = np.linspace(ends[0], ends[-1], FINE)
+        pushed = [np.broadcast_to(np.abs(law(fine)[2]), FINE) for law in self.laws if not isinstance(law, DriveEffort)]
+        gone = [np.cumsum(each) for each in pushed if each.any()]
+        shares = (np.arange(SHARES) + 0.5) / SHARES
+        steep = [np.interp(shares * each[-1], each, fine) for each in gone]
+        return np.unique(np.concatenate([times, between.ravel(), *steep]))
 
     @property
     def period(self) -> float:
