@@ -24,6 +24,7 @@ from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import magnitudes
 from kinelast.figures.errors import (
     BEAM_THEORY,
+    BETWEEN,
     BODIES,
     LARGE,
     MEASURED,
@@ -275,3 +276,39 @@ def test_an_unknown_error_is_the_worst():
     assert math.isnan(worst_of(graded).share)
     assert worst_of(graded[:1]).share == 5.0
     assert worst_of([]) is None
+
+
+SWING = """
+[sections.bar]
+shape = "rigidities"
+EI = "1e6 N m^2"
+EA = "1e9 N"
+mass_per_length = "1 kg/m"
+[points]
+O = [0.0, 0.0]
+A = [1.0, 0.0]
+[links.ground]
+points = ["O"]
+[links.arm]
+points = ["O", "A"]
+section = "bar"
+[[drives]]
+link = "arm"
+law = [{ curve = "cycloidal", duration = "2 s", by = "1 rad" }, { curve = "dwell", duration = "1 s" }]
+[run]
+duration = "3 s"
+positions = 4
+"""
+
+
+@pytest.mark.parametrize("run", [("3 s", 6), ("3 s", 8), ("2000 s", 9)])
+def test_what_lies_between_the_positions_is_an_error_of_theirs(run):
+    """A cantilever under the load of an angular acceleration: 11 q L^4 / (120 EI), that of a cycloid 2 pi h / T^2."""
+    duration, positions = run
+    edits = ('duration = "3 s"', f'duration = "{duration}"'), ("positions = 4", f"positions = {positions}")
+    results = computed(scene_from_text(edited(SWING, *edits)), Request(accuracy=0.99))
+    (error,), value = results.errors["deflection"], abs(results.figures.peaks["deflection"][0].value)
+    most = 11 / 120e6 * 2 * math.pi / 2**2
+    assert results.answer.theory == QUASI_STATIC
+    assert value < 0.99 * most
+    assert value + error.parts[BETWEEN] == pytest.approx(most, rel=5e-3)

@@ -189,7 +189,8 @@ def nearer(results: Results, error: FigureError, share: float) -> str:
     if answer is None or largest in (ROUND_OFF, BODIES) or share <= 0.0:
         return ""
     if largest == BETWEEN:
-        return f"mostly {largest}: more of them, as --positions {max(POSITIONS, 4 * len(results.motion.time))}, bring it nearer"
+        more = max(POSITIONS, 4 * len(results.motion.time))
+        return f"mostly {largest}: more of them, as --positions {more}, bring it nearer"
     if results.scene.theory.plain:
         return f'mostly {largest}: without theory = "quasi-static" it would be settled'
     if answer.theory == GEOMETRICALLY_EXACT or answer.finer:

@@ -391,10 +391,15 @@ class _Rungs:
         return self._cycle(deflection_at(vibrating, moved))
 
     def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:
-        """By how much the worst of the graded figures differs without vibration, as a share."""
-        chosen = [figure for figure in self.figures if figure.key in {each.key for each in graded}]
-        here, there = (magnitudes(cycle, chosen) for cycle in (self._cycle(self.plain), moving))
-        shares = [abs(there[each.key][each.item] - here[each.key][each.item]) / each.base for each in graded]
+        """By how much the worst of the graded figures differs without vibration, as a share.
+
+        What rings on after a stop is none but vibration.
+        """
+        keys = {each.key for each in graded}
+        chosen = {figure.key: figure for figure in self.figures if figure.key in keys and not figure.remains_of}
+        here, there = (magnitudes(cycle, list(chosen.values())) for cycle in (self._cycle(self.plain), moving))
+        moved = [each for each in graded if each.key in chosen]
+        shares = [abs(there[each.key][each.item] - here[each.key][each.item]) / each.base for each in moved]
         return max(map(float, shares), default=0.0)
 
     @cached_property
