@@ -49,7 +49,7 @@ def answer(tmp_path, capsys, more, text=SLOW):
         ("safety = 150", True),  # the crank's 160
         ("safety = 170", False),
         ('output = "0.006 deg"', True),  # the rocker's 0.0051 deg
-        ('output = "0.005 deg"', False),
+        ('output = "0.0045 deg"', False),
         ('deflection = "12 um"\nchord = "9 um"', False),
         ('[limits.links.crank]\nchord = "2.5 um"', True),  # its 2.23 um
         ('[limits.links.coupler]\nchord = "2.5 um"', False),

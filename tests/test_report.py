@@ -53,7 +53,7 @@ def reports(tmp_path_factory):
     out = tmp_path_factory.mktemp("reports")
     slow = {"flap_bars", "flap_plates", "pusher"}  # whose vibration takes seconds, and whose pages are as others
     for scenes, theory in ((shipped_scenes().keys() - slow, ()), (slow, ("--theory", "quasi-static"))):
-        assert main([*scenes, "--positions", "36", "--quiet", *theory, "-o", str(out)]) == 0
+        assert main([*scenes, "--positions", "72", "--quiet", *theory, "-o", str(out)]) == 0
     return {name: out / name for name in shipped_scenes()}
 
 
@@ -128,7 +128,7 @@ def test_words_of_a_scene_are_not_taken_for_markup(tmp_path):
     scene = tmp_path / "odd.toml"
     text = shipped_scenes()["steel_four_bar"].read_text()
     scene.write_text(re.sub(r"(?m)^title = .*$", "title = '<script>alert(1)</script> & more'", text))
-    assert main([str(scene), "--positions", "8", "--quiet", "-o", str(tmp_path / "out")]) == 0
+    assert main([str(scene), "--positions", "72", "--quiet", "-o", str(tmp_path / "out")]) == 0
     page = (tmp_path / "out" / "odd" / "report.html").read_text()
     assert "<script>alert" not in page
     assert page.count("&lt;script&gt;alert(1)&lt;/script&gt; &amp; more") == 2  # title and heading

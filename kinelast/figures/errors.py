@@ -148,7 +148,7 @@ class Measured:
         off, own, kept = self.off[key][item], self.own[key][item], NOT_OF_MOTION
         if not error.unknown and own >= max(off, error.without(kept).size):
             return error
-        return FigureError({MEASURED: off + own, **{name: error.parts.get(name, 0.0) for name in kept}})
+        return FigureError({MEASURED: off + own, **{name: error.parts[name] for name in kept if name in error.parts}})
 
 
 def with_bodies(
