@@ -51,6 +51,7 @@ WORDS: dict[str, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {  
     "new": ((), (), ("/nowhere/mine",)),
     "copy": ((), (), ("nothing", "", "../x")),
     "foreign": ((), (), ("none.json", "", "/", "https://x/?j=")),
+    "export": ((), (), ("/nowhere/x.pmks", "x.txt", "")),
     "motion": ((), (), ()),
     "columns": (("time", "*", "A.*,time"), ("", "*,*"), ("nothing.*", "[", ",,")),
     "fields": ((), (), ()),
