@@ -263,7 +263,8 @@ def test_numbers_of_a_file_are_known_by_their_paths():
             'sections.bar.dept: there is no such number in the scene; did you mean "sections.bar.depth"?',
         ),
         ("points.B", 'points.B: is two numbers: name "points.B.x" or "points.B.y"'),
-        ("links.crank.section", "links.crank.section: there is no such number in the scene"),
+        ("links.crank.section", "it is a name; write [sections.NAME] with shape, depth and width, and name these"),
+        ("links.crank.material", 'write [materials.NAME] with E and density, and name these, as "materials.NAME.E"'),
         (
             "drives[2].speed",
             'drives[2].speed: there is no such number in the scene; did you mean "drives.crank.speed"?',

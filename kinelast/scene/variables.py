@@ -29,6 +29,10 @@ PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
 COMPARED = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
 AXES = {"x": 0, "y": 1}
 STUDIES = ("sweep", "sensitivities", "tolerances", "optimize")  # tables that ask of designs, and describe none
+NAMED = {  # keys that hold the name of a table whose numbers can be named
+    "section": 'write [sections.NAME] with shape, depth and width, and name these, as "sections.NAME.depth"',
+    "material": 'write [materials.NAME] with E and density, and name these, as "materials.NAME.E"',
+}
 NEAR = 3000  # numbers of a file among which the nearest to a wrong path is looked for
 
 
@@ -140,6 +144,8 @@ def place_of(table: SceneTable, path: str) -> Place:
         node = _drawn_length(table, parents[-1], path)
     if isinstance(node, tuple) and not isinstance(node, Sizes) and len(node) == 2:
         raise fault("", path, f'is two numbers: name "{path}.x" or "{path}.y"')
+    if keys[-1] in NAMED and (node is None or isinstance(node, str)):
+        raise fault("", path, f"there is no such number in the scene: it is a name; {NAMED[keys[-1]]}")
     if not isinstance(node, int | float | Sizes | Direction) or isinstance(node, bool):
         raise _unknown(table, path)
     unit = _unit(table, keys, parents, node)
