@@ -559,6 +559,21 @@ def test_round_off_is_shown_as_nothing():
     assert results.figures.rounded(np.array([1e-14, np.nan]), "N")[0] == 0.0
 
 
+def test_power_of_nothing_is_shown_as_nothing():
+    """A weight that a drive lifts and lowers again takes no power in the mean."""
+    text = """
+        points = {G = [0, 0], P = [0.3, 0.1]}
+        links.ground.points = ["G"]
+        links.plate = {points = ["G", "P"], rigid = true, mass = 40, center = "P"}
+        drives = [{link = "plate", speed = 1}]
+        run.gravity = [0, -9.81]
+    """
+    drive = summary(computed(scene_from_text(text), Request()))["drives"]["plate"]
+    assert drive["mean_power"]["value"] == 0.0
+    assert abs(drive["power"]["value"]) == pytest.approx(40 * 9.81 * np.hypot(0.3, 0.1), rel=1e-4)
+    assert drive["energy_taken"]["value"] == pytest.approx(2 * 40 * 9.81 * np.hypot(0.3, 0.1), rel=1e-3)
+
+
 def test_masses_are_told_at_the_point_of_their_centre():
     """By the name that the scene has for it; where no point is, from the first point of the link."""
     for center, told in (

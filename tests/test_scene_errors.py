@@ -145,6 +145,7 @@ MISTAKES = [
     ("one point for a beam", FOUR_BAR, [('["O", "A"]', '["O"]')], "links.crank", "section", "at least two points, this one has 1"),
     ("coinciding points", FOUR_BAR, [("A = [0.1, 0.0]", "A = [0.0, 0.0]")], "links.crank", "points", '"O" and "A" are drawn at the same'),
     ("no material", FOUR_BAR, [('material = "steel"', "")], "links.crank", "material", 'needs a material; there is "steel"'),
+    ("unknown family", FOUR_BAR, [('section = "bar"', 'section = "flatt 25x8"')], "links.crank", "section", '"flat 25x8"'),
     ("unknown material", FOUR_BAR, [('material = "steel"', 'material = "stel"')], "links.crank", "material", 'did you mean "steel"'),
     ("unknown section", FOUR_BAR, [('section = "bar"', 'section = "beam"')], "links.crank", "section", 'no section "beam"; there is "bar"'),
     ("no section", FOUR_BAR, [('section = "bar"', "")], "links.crank", "section", "a material alone makes no beam"),

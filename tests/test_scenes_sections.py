@@ -282,6 +282,7 @@ class TestLibrary:
         for name, told in entries:
             assert named_material(name).E > 1e9
             assert re.search(r"\((EN|ASTM) ", told), name
+            assert not re.search(r"\d{6}\.0|\de\+", told), name
 
     def test_they_are_listed(self, capsys):
         assert main(["--list", "sections", "IPE", "80"]) == 0

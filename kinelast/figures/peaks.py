@@ -108,19 +108,25 @@ class RunFigures:
 
     @cached_property
     def scales(self) -> dict[str, float]:
-        """By unit, the greatest forces, moments of them, displacements and stresses over the counted positions."""
+        """By unit, the greatest forces, moments of them, displacements, stresses and power over the counted positions.
+
+        Of energy, that power for as long as the run.
+        """
 
         def greatest(keys: Iterable[str]) -> float:
             sizes = (abs(peak.value) for key in keys for peak in self.peaks[key])
             return max((size for size in sizes if math.isfinite(size)), default=0.0)
 
         force = greatest(("joint_force", "shaking_force", "N", "V"))
+        power = greatest(("drive_power", "friction_power"))
         stresses = (NAMES.get(key, key) for key in EXTREME_FIELDS if FIELDS[key].kind is Kind.STRESS)
         return {
             "N": force,
             "N m": force * self.length,
             "m": greatest(("u", "deflection", "displacement")),
             "Pa": greatest(stresses),
+            "W": power,
+            "J": power * (self.span[1] - self.span[0]),
         }
 
     def rounded(self, values: Any, unit: str) -> Reals:

@@ -6,6 +6,7 @@ import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from functools import cache
 from math import inf, nan
 from pathlib import Path
@@ -136,11 +137,22 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
 
 def _unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoReturn:
     """Raise where a scene names a section or material that neither it nor the library has."""
-    near = likely(name, [*tables, *(entry for entry, _ in library_entries(f"{key}s"))])
+    choices = _same_size(name) if key == "section" else []
+    near = likely(name, [*choices, *tables, *(entry for entry, _ in library_entries(f"{key}s"))])
     hint = near if "did you mean" in near else likely(name, tables)
     raise fault(
         table, key, f'there is no {key} "{name}"{hint or f"; add [{key}s.{name}], or name one of --list {key}s"}'
     )
+
+
+def _same_size(name: str) -> list[str]:
+    """Section of the size in a misspelt name, of the family whose name is nearest; empty where there is no such."""
+    family = re.split(r"[\d\s]", name.strip(), maxsplit=1)[0]
+    size = name.strip()[len(family) :].strip()
+    families = dict.fromkeys([*(words.split()[0] for words, _ in EXAMPLES), "CHS", *_library()["sections"]])
+    near = {each.upper(): each for each in families}
+    found = [near[each] for each in get_close_matches(family.upper(), near, n=1)]
+    return [f"{each} {size}" for each in found if named_section(f"{each} {size}") is not None]
 
 
 def materials_of(scene: SceneTable, names: Iterable[str]) -> dict[str, MaterialTable]:
@@ -252,7 +264,8 @@ def _section_words(name: str, source: str) -> str:
 
 
 def _material_words(words: Mapping[str, Any]) -> str:
-    told = ", ".join(f"{key} {value}" for key, value in words.items() if key != "source")
+    sizes = {key: value if isinstance(value, str) else f"{value:g}" for key, value in words.items() if key != "source"}
+    told = ", ".join(f"{key} {value.replace('e+0', 'e')}" for key, value in sizes.items())
     return f"{told} ({words['source']})"
 
 

@@ -1,6 +1,7 @@
 // What breaks first, the life of the links, and the joints with their bearings, pins and eyes.
 const MODES = { yield: "yield", endurance: "endurance", buckling: "buckling", deflection: "deflection", chord: "deflection from chord", life: "life", "limit speed": "limit speed" };
-const reserveWords = (reserve) => (reserve ? number(reserve.value, 3) + errorWords(reserve) : "");
+const MOST = 1000;  // beyond which a reserve is as good as any
+const reserveWords = (reserve) => (reserve ? (reserve.value > MOST ? `more than ${MOST}` : number(reserve.value, 3) + errorWords(reserve)) : "");
 
 // Where a mode of failure decides: the beam by its label, how far along it, and the instant; along is missing of a whole beam.
 function spotOf(mode, reserve) {
@@ -11,7 +12,7 @@ function spotOf(mode, reserve) {
 // The spot of the whole machine that breaks first; null where there is none, or it is a whole beam.
 function firstSpot() {
   const row = summary.breaks_first?.[0], spot = row && spotOf(row.governs, row.reserve), beam = spot?.along ? summary.links.findIndex((each) => each.label === spot.label) : -1;
-  return beam < 0 ? null : { beam, part: spot.along.value / summary.links[beam].length.value, words: `breaks first: ${row.link} by ${MODES[row.governs]}, reserve ${number(row.reserve.value, 3)}` };
+  return beam < 0 ? null : { beam, part: spot.along.value / summary.links[beam].length.value, words: `breaks first: ${row.link} by ${MODES[row.governs]}, reserve ${reserveWords(row.reserve)}` };
 }
 
 function breaksFirst() {
