@@ -146,7 +146,7 @@ def _unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoRe
 
 
 def _same_size(name: str) -> list[str]:
-    """Section of the size in a misspelt name, of the family whose name is nearest; empty where there is no such."""
+    """The section that a misspelt family of a name most likely means, as flat 25x8 by flatt 25x8; empty if none."""
     family = re.split(r"[\d\s]", name.strip(), maxsplit=1)[0]
     size = name.strip()[len(family) :].strip()
     families = dict.fromkeys([*(words.split()[0] for words, _ in EXAMPLES), "CHS", *_library()["sections"]])
