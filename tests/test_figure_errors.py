@@ -20,6 +20,7 @@ from elastic.elastodynamics import (
 )
 from elastic.elastodynamics.solution import deflection_at, vibration_in
 from kinelast import scene_from_text
+from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import magnitudes
 from kinelast.figures.errors import (
@@ -312,3 +313,7 @@ def test_what_lies_between_the_positions_is_an_error_of_theirs(run):
     assert results.answer.theory == QUASI_STATIC
     assert value < 0.99 * most
     assert value + error.parts[BETWEEN] == pytest.approx(most, rel=5e-3)
+    assert (
+        nearer(results, error, 0.01)
+        == "mostly between the positions: more of them, as --positions 360, bring it nearer"
+    )

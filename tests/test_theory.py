@@ -26,7 +26,7 @@ from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import theory_figures
 from kinelast.figures.theory import damping_of
 from kinelast.figures.trust import exceedance_figures, findings
-from kinelast.outputs.batch import reached_words
+from kinelast.outputs.batch import _theory, reached_words
 from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.error import SceneError
@@ -439,7 +439,11 @@ class TestFurtherChecks:
         """Twice 3 % are allowed, and the check knows its own difference to 0.1 %."""
         found = NonlinearCheck(4, 48, 360, {"bar": largest}, {"bar": largest}, {"bar": 1e-3}, 0.03, 8e-4, 2e-4)
         assert (found.passed, found.near) == (passed, passed is None)
-        assert nonlinear_figures(found)["too_near_to_call"] is (passed is None)
+        told = nonlinear_figures(found)
+        assert told["too_near_to_call"] is (passed is None)
+        without = {"error": None, "problem": "", "reached": None}
+        (line,) = _theory({"theory": without, "nonlinear_check": told, "solid_check": None})
+        assert line.endswith(("6 % apart, itself up to 0.1 % off)") if passed is None else " % apart)")
 
     def test_a_check_that_cannot_be_made_is_a_line_in_a_report(self, tmp_path, capsys):
         """The report is there all the same, says why, and the status is not that of a check that agrees."""

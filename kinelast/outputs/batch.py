@@ -210,6 +210,8 @@ def _theory(figures: Mapping[str, Any]) -> list[str]:
             outcome = " TOO NEAR TO CALL" if figures[key].get("too_near_to_call") else outcome
             without = figures[key].get("left_out")
             more = f", without {', '.join(without)}" if without else ""
+            if figures[key].get("too_near_to_call"):
+                more += f", itself up to {percent(sum(figures[key]['own_errors'].values()))} off"
             words.append(f"{name}{outcome} ({percent(figures[key]['largest'])} apart{more})")
     return words
 

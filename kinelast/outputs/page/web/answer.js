@@ -132,8 +132,8 @@ function tiles() {
   }
   if (nonlinear) {
     const [value, note, level] = nonlinear.problem ? ["cannot be made", nonlinear.problem, "caution"]
-      : nonlinear.too_near_to_call ? ["too near to call", `${share(nonlinear.largest)} apart, about twice what was said`, "caution"]
-      : nonlinear.passed === false ? ["differs", `${share(nonlinear.largest)} apart, more than twice what was said`, "poor"]
+      : nonlinear.too_near_to_call ? ["too near to call", `${share(nonlinear.largest)} apart where ${share(nonlinear.estimate)} is said; the check itself may be ${share(nonlinear.own_errors.mesh + nonlinear.own_errors.step)} off`, "caution"]
+      : nonlinear.passed === false ? ["differs", `${share(nonlinear.largest)} apart where ${share(nonlinear.estimate)} is said`, "poor"]
       : [`${share(nonlinear.largest)} apart`, `finite elements that vibrate and move as far as they will, ${nonlinear.elements} a beam`, "good"];
     shown.push(tile("Nonlinear check", value, note, { level, means: "the whole mechanism solved once more from its geometry and masses alone" }));
   }
