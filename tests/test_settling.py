@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from browser import Page
 from scene_texts import FOUR_BAR, edited
 from scipy.integrate import solve_ivp
 
@@ -90,6 +91,19 @@ def test_a_distance_that_is_too_large_to_the_end_is_not_settled():
     rests = np.array([False, True, True])
     assert settling_time(np.arange(3.0), np.array([1.0, 0.5, 0.2]), rests, 0.1) == math.inf
     assert math.isnan(settling_time(np.arange(3.0), np.array([1.0, 0.5, 0.2]), np.zeros(3, bool), 0.1))
+
+
+@pytest.mark.slow
+def test_a_settling_that_the_run_does_not_reach_is_told_on_the_page(driver, tmp_path):
+    scene = tmp_path / "arm.toml"
+    scene.write_text(edited(ARM, ("[run]", '[run]\nsettled = "1 nm"')) + '[limits]\nsettling = "1 s"\n')
+    assert main([str(scene), "-o", str(tmp_path / "out")]) == 1
+    page = Page(driver, tmp_path / "out" / "arm" / "report.html")
+    text = page.run("return document.body.innerText")
+    assert "after the stop is not settled within the 3 s computed, at most 1 s allowed" in text
+    reserves = page.run("return document.querySelector('#breaks-first').innerText")
+    assert "more than 1000" in reserves
+    assert not page.logs()
 
 
 def test_limits_of_both(tmp_path, capsys):

@@ -218,7 +218,9 @@ def _entered(node: Any, number: str | None, name: str | None) -> tuple[Any, Any,
 
 def _unknown(table: SceneTable, path: str) -> SceneError:
     near = likely(path, islice(numbers(table), NEAR)).partition("; there is")[0]
-    return fault("", path, f"there is no such number in the scene{near}")
+    kind = path.partition("s.")[0]  # of a table of the library, whose numbers are not the scene's
+    advice = f"; {NAMED[kind]}" if kind in NAMED else ""
+    return fault("", path, f"there is no such number in the scene{near or advice}")
 
 
 def _read(place: Place, text: Any) -> Any:
