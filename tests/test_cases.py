@@ -224,13 +224,23 @@ class TestVerdicts:
     @pytest.mark.slow
     @pytest.mark.parametrize("name", ["excavator", "pantograph", "robot2r", "scissor", "toggle"])
     def test_a_first_machine_is_answered_without_a_caution_and_agrees_with_finite_elements(self, name, answered):
-        status, said, summary = answered(f"new_user/{name}", "--check")
+        positions = ("--positions", "2880") if name == "toggle" else ()  # its upper link's peaks are that narrow
+        status, said, summary = answered(f"new_user/{name}", "--check", *positions)
         assert status == 0
         assert summary["verdict"]["level"] == "good"
         assert "caution" not in said
         assert "poor" not in said
         largest = summary["figures"]["deflection"]
         assert largest["error"] < 0.02 * abs(largest["value"])
+
+    def test_a_peak_that_is_narrower_than_the_positions_are_apart_is_in_the_error(self, answered):
+        """The largest deflection is 0.0720 mm, where 360 positions find 0.0524."""
+        status, _, summary = answered("new_user/toggle")
+        largest = summary["figures"]["deflection"]
+        assert status == 0
+        assert summary["verdict"]["level"] == "caution"
+        assert abs(largest["value"]) == pytest.approx(0.0524e-3, rel=0.01)
+        assert largest["error"] > 0.2 * abs(largest["value"])
 
 
 class TestManners:

@@ -419,3 +419,12 @@ def test_positions_that_do_not_count_are_passed_over():
     none = cycle_maxima(bent, ["w"], np.zeros(24, bool))["w"]
     assert np.isnan(none.value).all()
     assert (none.position == -1).all()
+
+
+def test_viscosity_of_a_joint_is_per_turn_of_a_pin_and_per_length_of_a_slider():
+    tables = shipped("offset_slider_crank", 4)
+    name = next(iter(tables["sliders"] if "sliders" in tables else tables["slots"]))
+    tables["joints"] = {"A": {"viscosity": 1.0}, name: {"viscosity": 1.0}}
+    document = document_from_dict(tables)
+    units = [document.variable(f"joints.{joint}.viscosity").unit for joint in ("A", name)]
+    assert units == ["N m s/rad", "N s/m"]

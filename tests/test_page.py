@@ -432,7 +432,9 @@ def test_joints_and_life_are_shown(driver, reports):
     left_out = page.run("return kinelast.summary.not_computed")
     assert "friction in the joints" in left_out
     assert "fatigue" not in left_out
-    assert page.run("return document.querySelectorAll('#bearings .polar .tip').length") == 12  # six pins, both sides
+    assert (
+        page.run("return document.querySelectorAll('#bearings .polar .tip').length") == 14
+    )  # six pins and a rail, both sides
     tip = page.run("return document.querySelector('#bearings .polar .tip').getBBox().width")
     assert 1 < tip <= 176
     assert page.run("return document.getElementById('life').innerText").count("endless") >= 8

@@ -262,7 +262,7 @@ def test_an_accuracy_that_cannot_be_reached_costs_no_more_than_one_that_nearly_c
 
 @pytest.mark.slow
 def test_an_accuracy_that_is_not_reached_is_told_and_ends_in_status_1(tmp_path, capsys):
-    (tmp_path / "bars.toml").write_text(edited(FOUR_BAR, ("positions = 36", 'positions = 24\naccuracy = "0.01 %"')))
+    (tmp_path / "bars.toml").write_text(edited(FOUR_BAR, ("positions = 36", 'positions = 1440\naccuracy = "0.01 %"')))
     assert main([str(tmp_path / "bars.toml"), "-o", str(tmp_path / "out")]) == 1
     words = capsys.readouterr().out
     assert "geometrically-exact, 0.01 % asked, 0.07" in words

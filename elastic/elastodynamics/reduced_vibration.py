@@ -19,7 +19,7 @@ from rigid import Motion
 from rigid.arrays import Complexes, Numbers, Reals
 from rigid.kinetostatics import beam_directions
 
-AXIAL = 0.01  # as closely as displacements are axial forces resolved in time
+AXIAL = 0.005  # as closely as displacements are axial forces resolved in time
 LITTLE = 0.01  # of the greatest moment over the greatest length, what an axial force counts at least
 
 Start = Callable[[Propagation, Problem, Deflection], Any]

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rigid.dynamics import ForwardError, IntegratedMotion
 
 OnStep = Callable[[float], None]
-CLOSER = 144  # instants between those of few positions, at least
+CLOSER = 1440  # instants that are looked at, at least
 FINE, SHARES = 20001, 64  # instants at which accelerations of laws are looked for, and of each law's that are taken
 LOOKED_AT = 257  # instants of a run, to see whether it ends at rest
 

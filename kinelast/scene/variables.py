@@ -261,6 +261,8 @@ def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> 
         return UNITS[gear.driver.turns, gear.follower.turns]
     if keys[0] == "limits":
         turns = table.run.output.endswith(".angle")
+    elif keys[0] == "joints":
+        turns = keys[1] not in {*table.sliders, *table.slots}
     else:
         turns = parents[2].turns if keys[0] == "drives" else parents[2].at is not None
     turning = [unit for unit in units if "rad" in unit or unit == "N m"]
