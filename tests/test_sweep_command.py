@@ -43,11 +43,13 @@ def swept(scene, folder, *options):
 def test_a_sweep_of_a_scene_is_the_same_for_any_number_of_processes_and_when_gone_on_with(scene, tmp_path):
     assert swept(scene, tmp_path / "one") == 0
     assert swept(scene, tmp_path / "two", "--jobs", "2") == 0
-    whole = tree(tmp_path / "one")
+    whole, side_by_side = tree(tmp_path / "one"), tree(tmp_path / "two")
     assert {"arm/designs.csv", "arm/manifest.json"} <= set(whole)
-    assert tree(tmp_path / "two") == whole
     assert swept(scene, tmp_path / "two", "--resume") == 0
-    assert tree(tmp_path / "two") == whole
+    assert tree(tmp_path / "two") == side_by_side
+    for files in (whole, side_by_side):
+        del files["arm/manifest.json"]  # how many designs there are to a chunk goes by the time that the first take
+    assert side_by_side == whole
 
 
 @pytest.mark.slow
