@@ -171,7 +171,8 @@ def _beside_limit(row: Mapping[str, Any], told_in: ToldIn, lasts: float) -> str:
     endless = value["value"] is None and "endless" in value
     if value["value"] is None and not endless:
         return _called(row)
-    size, allowed = beside(math.inf if endless else value["value"], limit["value"], limit["unit"], told_in)
+    bound = math.inf if limit["value"] is None else limit["value"]  # which JSON has not
+    size, allowed = beside(math.inf if endless else value["value"], bound, limit["unit"], told_in)
     if endless:
         size = f"not settled within the {quantity(lasts, 's')} computed" if row["kind"] == "settling" else "endless"
     return f"{_called(row)} {size}{_error(value)}, {'at least' if row['least'] else 'allowed'} {allowed}"
