@@ -43,12 +43,12 @@ from kinelast.runs.__init__ import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.tasks.request import Request
 
-HELD = """
+ARM = """
 [sections.bar]
 shape = "rigidities"
-EA = "1e9 N"
-EI = "1 N m^2"
-mass_per_length = "1e-6 kg/m"
+EA = "{EA}"
+EI = "{EI}"
+mass_per_length = "{mass}"
 [points]
 O = [0.0, 0.0]
 A = [1.0, 0.0]
@@ -57,6 +57,11 @@ points = ["O"]
 [links.arm]
 points = ["O", "A"]
 section = "bar"
+"""
+
+HELD = (
+    ARM.format(EA="1e9 N", EI="1 N m^2", mass="1e-6 kg/m")
+    + """
 [[loads]]
 link = "arm"
 point = "A"
@@ -67,6 +72,7 @@ law = [{{curve = "dwell", duration = "1 s"}}]
 [run]
 positions = {positions}
 """
+)
 MATTIASSON = {1: (0.30172, 0.05643), 2: (0.49346, 0.16064)}
 """Displacement of a cantilever's end across and along by a force, as in `test_geometrically_exact`."""
 
@@ -154,20 +160,9 @@ def test_elements_of_time_are_told_of_every_figure():
     assert max(ratios) < 2.5
 
 
-SWUNG = """
-[sections.bar]
-shape = "rigidities"
-EA = "2.1e7 N"
-EI = "175 N m^2"
-mass_per_length = "0.785 kg/m"
-[points]
-O = [0.0, 0.0]
-A = [1.0, 0.0]
-[links.ground]
-points = ["O"]
-[links.arm]
-points = ["O", "A"]
-section = "bar"
+SWUNG = (
+    ARM.format(EA="2.1e7 N", EI="175 N m^2", mass="0.785 kg/m")
+    + """
 [[drives]]
 link = "arm"
 law = [{curve = "polynomial-345", duration = "0.1 s", by = "60 deg"}]
@@ -175,6 +170,7 @@ law = [{curve = "polynomial-345", duration = "0.1 s", by = "60 deg"}]
 positions = 361
 gravity = [0.0, 0.0]
 """
+)
 
 
 def test_what_rings_along_a_slender_arm_is_told():
@@ -279,20 +275,9 @@ def test_an_unknown_error_is_the_worst():
     assert worst_of([]) is None
 
 
-SWING = """
-[sections.bar]
-shape = "rigidities"
-EI = "1e6 N m^2"
-EA = "1e9 N"
-mass_per_length = "1 kg/m"
-[points]
-O = [0.0, 0.0]
-A = [1.0, 0.0]
-[links.ground]
-points = ["O"]
-[links.arm]
-points = ["O", "A"]
-section = "bar"
+SWUNG_LONG = (
+    ARM.format(EA="1e9 N", EI="1e6 N m^2", mass="1 kg/m")
+    + """
 [[drives]]
 link = "arm"
 law = [{ curve = "cycloidal", duration = "2 s", by = "1 rad" }, { curve = "dwell", duration = "1 s" }]
@@ -300,6 +285,7 @@ law = [{ curve = "cycloidal", duration = "2 s", by = "1 rad" }, { curve = "dwell
 duration = "3 s"
 positions = 4
 """
+)
 
 
 @pytest.mark.parametrize("run", [("3 s", 6), ("3 s", 8), ("2000 s", 9)])
@@ -307,7 +293,7 @@ def test_what_lies_between_the_positions_is_an_error_of_theirs(run):
     """A cantilever under the load of an angular acceleration: 11 q L^4 / (120 EI), that of a cycloid 2 pi h / T^2."""
     duration, positions = run
     edits = ('duration = "3 s"', f'duration = "{duration}"'), ("positions = 4", f"positions = {positions}")
-    results = computed(scene_from_text(edited(SWING, *edits)), Request(accuracy=0.99))
+    results = computed(scene_from_text(edited(SWUNG_LONG, *edits)), Request(accuracy=0.99))
     (error,), value = results.errors["deflection"], abs(results.figures.peaks["deflection"][0].value)
     most = 11 / 120e6 * 2 * math.pi / 2**2
     assert results.answer.theory == QUASI_STATIC

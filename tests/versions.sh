@@ -24,7 +24,7 @@ PYTHON
     "$place/bin/pip" install --quiet "${wanted[@]}"
     "$place/bin/pip" install --quiet --editable .
     echo "+ $1: $("$place/bin/python" --version), ${wanted[*]}"
-    "$place/bin/python" -m pytest -q -p no:cacheprovider || failed+=("$1")
+    "$place/bin/python" -m pytest -q -n auto -p no:cacheprovider || failed+=("$1")
 }
 
 failed=()

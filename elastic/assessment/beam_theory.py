@@ -23,6 +23,8 @@ from rigid import Mechanism, Reals
 from rigid.arrays import Numbers
 from rigid.constants import per_row
 
+Meetings = dict[tuple[int, str], list[tuple[int, int, Any]]]
+
 NEAR_END = 1 / 8  # of the length of a beam, within which a moment that comes in has become that of a beam
 STATIONS = 33  # along a beam, at which deflections are compared
 INTRODUCED = 0.28  # by M/kGA of a moment M that comes in at an end, a pin shifts: measured on plane bodies
@@ -124,7 +126,7 @@ def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerB
     Shape (beams, ...).
     """
     sections = sections_with_shear(deflection.sections, poisson)
-    moments = _greatest(_introduced(deflection))
+    moments = _greatest(_introduced(sample(deflection, "M", [0.0, 1.0]), _meetings(deflection.motion.mechanism)))
     chord = sample(deflection, "chord", np.linspace(0.0, 1.0, STATIONS))
     soft = np.array([np.broadcast_to(_softest(section), moments.shape[1:]) for section in sections])
     return _over_largest(deflection, INTRODUCED * soft * moments, _greatest(chord))
@@ -143,10 +145,11 @@ def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Defl
         Poisson's ratio of beams of which no shear rigidity is known.
     """
     sheared = sections_with_shear(deflection.sections, poisson)
-    moments, columns = _introduced(deflection), deflection.motion.columns
+    M, meetings = sample(deflection, "M", [0.0, 1.0]), _meetings(deflection.motion.mechanism)
+    moments, columns = _introduced(M, meetings), deflection.motion.columns
     soft = np.array([np.broadcast_to(_softest(section), moments.shape[1:-2]) for section in sheared])
     shift = -INTRODUCED * soft.reshape(-1, *(np.shape(soft)[1:] or (1,) * (len(columns) - 1)), 1, 1) * moments
-    kink = _stiff_corners(deflection)
+    kink = _stiff_corners(M, meetings, deflection.sections)
     if sheared == deflection.sections and not (shift.any() or kink.any()):
         return deflection
     length = deflection.length[..., None]
@@ -163,31 +166,29 @@ def _near_ends(at_ends: Numbers) -> Numbers:
     return rates
 
 
-def _stiff_corners(deflection: Deflection) -> AtStations:
+def _stiff_corners(M: AtStations, meetings: Meetings, sections: Sequence[Section]) -> AtStations:
     """Rotations that beam theory has too much at both ends of every beam, where it forms a corner with another.
 
     Half each of M/EI times the length for which the corner is stiff, in depths of the rectangle of the same EA and EI.
     """
-    M = sample(deflection, "M", [0.0, 1.0])
-    stiff = -CORNER / 2 * np.tan(np.minimum(_turns(deflection), SHARPEST) / 2) ** SHARPER
+    stiff = -CORNER / 2 * np.tan(np.minimum(_turns(meetings, sections), SHARPEST) / 2) ** SHARPER
     kink: AtStations = np.zeros_like(M)
-    for number in np.flatnonzero(stiff.any(axis=1)):
-        section = deflection.sections[number]
+    for number in np.flatnonzero(stiff.any(axis=1)).tolist():
+        section = sections[number]
         soft = np.sqrt(12.0 / (np.asarray(section.EA, float) * np.asarray(section.EI, float)))
         depths = np.broadcast_to(np.reshape(soft, np.shape(soft)[:-1]), M.shape[1:-2])
         kink[number] = stiff[number] * depths[..., None, None] * M[number]
     return kink
 
 
-def _turns(deflection: Deflection) -> Reals:
+def _turns(meetings: Meetings, sections: Sequence[Section]) -> Reals:
     """Angle by which the straightest other beam of its link turns off at both ends of every beam, shape (beams, 2).
 
     None where a beam that meets is hollow or an I: such corners are no plane bodies.
     """
-    mechanism = deflection.motion.mechanism
-    turns = np.zeros((len(mechanism.beams), 2))
-    for meeting in _meetings(mechanism).values():
-        if any(deflection.sections[number].thin_walled for number, _, _ in meeting):
+    turns = np.zeros((len(sections), 2))
+    for meeting in meetings.values():
+        if any(sections[number].thin_walled for number, _, _ in meeting):
             continue
         for number, end, out in meeting:
             others = [abs(np.angle(-other / out)) for k, _, other in meeting if k != number]
@@ -195,9 +196,9 @@ def _turns(deflection: Deflection) -> Reals:
     return turns
 
 
-def _meetings(mechanism: Mechanism) -> dict[tuple[int, str], list[tuple[int, int, Any]]]:
+def _meetings(mechanism: Mechanism) -> Meetings:
     """By link and point the beams that end there: number, which end, and unit vector away from the point."""
-    nodes: dict[tuple[int, str], list[tuple[int, int, Any]]] = {}
+    nodes: Meetings = {}
     for number, (at, beam) in enumerate(mechanism.beams):
         points = mechanism.links[at].points
         way = np.ravel(points[beam.end] - points[beam.start])[0]
@@ -217,19 +218,18 @@ def _strained(deflection: Deflection, strain: VectorCoefficients) -> AddedLoads:
     return replace(loads, strain=np.stack([added(*parts) for parts in zip(loads.strain, strain, strict=True)]))
 
 
-def _introduced(deflection: Deflection) -> AtStations:
+def _introduced(M: AtStations, meetings: Meetings) -> AtStations:
     """Moments that come in at both ends of every beam [N m], with the sign of M, shape (beams, ..., positions, 2).
 
     From outside all of it, from other beams of the link as far as they turn off: none where one goes on straight.
     """
-    at_ends = sample(deflection, "M", [0.0, 1.0])
-    moments = np.zeros_like(at_ends)
-    for meeting in _meetings(deflection.motion.mechanism).values():
-        outside = sum(at_ends[number, ..., end] * (2 * end - 1) for number, end, _ in meeting)
+    moments = np.zeros_like(M)
+    for meeting in meetings.values():
+        outside = sum(M[number, ..., end] * (2 * end - 1) for number, end, _ in meeting)
         for number, end, out in meeting:
             others = [abs(out + other) / np.sqrt(2) for k, _, other in meeting if k != number]
             own = outside * (2 * end - 1)
-            turned = at_ends[number, ..., end] * min([1.0, *others]) if others else own
+            turned = M[number, ..., end] * min([1.0, *others]) if others else own
             moments[number, ..., end] = np.where(np.abs(turned) > np.abs(own), turned, own)
     return moments
 

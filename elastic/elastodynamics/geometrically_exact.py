@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import numpy as np
-
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.displaced_links import Displaced
 from elastic.elastodynamics.displaced_points import require_known
@@ -19,6 +17,7 @@ from elastic.elastodynamics.solution import (
     Discretization,
     Elastodynamic,
     deflection_at,
+    halved,
     numbers_of,
     resolved_in_time,
     time_error,
@@ -70,8 +69,7 @@ def finer_vibration(answer: Elastodynamic) -> Vibration | None:
     vibration, discretization = answer.vibration, answer.discretization
     if vibration is None or discretization is None:
         return None
-    grid = vibration.problem.terms.grid
-    return vibration_in(discretization.wider(), grid.divided(np.full(len(grid.steps), 2)))
+    return vibration_in(*halved(discretization, vibration.problem.terms.grid))
 
 
 def discretized_finer(

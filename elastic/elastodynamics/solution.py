@@ -26,7 +26,7 @@ from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import trees_of
 from elastic.links.sliding_blocks import block_places
 from elastic.solution import Deflection, deflection
-from rigid import SINGULAR, LineLoad, MechanismError, Motion, PointLoad, Spring, TorsionSpring, with_rates
+from rigid import SINGULAR, LineLoad, Mechanism, MechanismError, Motion, PointLoad, Spring, TorsionSpring, with_rates
 from rigid.arrays import Integers, Numbers, Reals
 
 MotionAt = Callable[[Any], Motion]
@@ -38,6 +38,7 @@ INNER = 4
 LOOKED_AT = 16  # positions whose modes are looked at
 MOST_LOOKED_AT = 40_000_000  # displacements of masses per coordinate there, beyond which coordinates are not refined
 MOST_ELEMENTS = 2048
+MOST_HALVED = 256  # elements, beyond which twice as many take seconds, and shares tell what they leave open
 ORDER = 5  # with which the error in time falls at worst, for the next guess
 SHORTEST = 1e-4  # element, as a share of the whole stretch of time
 MOST_PARTS = 4  # into which an element is divided at once
@@ -319,6 +320,16 @@ def vibration_in(discretization: Discretization, grid: Grid) -> Vibration:
     bent = unlocked(deflection(motion, model.sections, model.joints))
     kinds = kinematics(model.structure, motion, basis, chosen_points(model.structure.mechanism))
     return bounded(vibration(motion_terms(kinds, grid, model.damping), bent, discretization.start))
+
+
+def halved(discretization: Discretization, grid: Grid) -> tuple[Discretization, Grid]:
+    """A finer discretization: elements of time half as long, and twice as many modes."""
+    return discretization.wider(), grid.divided(np.full(len(grid.steps), 2))
+
+
+def worth_halving(mechanism: Mechanism, elements: int) -> bool:
+    """Whether a discretization of so many elements of time is worth the time that a finer one takes."""
+    return not mechanism.friction and elements <= MOST_HALVED
 
 
 def bounded(answer: Vibration) -> Vibration:

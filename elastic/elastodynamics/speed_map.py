@@ -24,10 +24,12 @@ from elastic.elastodynamics.solution import (
     MotionAt,
     checked,
     first_discretization,
+    halved,
     time_error,
     unlocked,
     vibrating_model,
     vibration_in,
+    worth_halving,
 )
 from elastic.elastodynamics.speed_scan import SpeedScan, speed_scan
 from elastic.elastodynamics.strains import Damping
@@ -46,7 +48,6 @@ ELEMENTS = 12
 MANY, EVERY = 8, 3  # of so many speeds asked for at once every third is asked for its errors
 SIDE_BY_SIDE = 128  # speeds whose loads are kept at a time
 TOLERANCE = 2e-3
-MOST_HALVED = 256  # elements of time, beyond which twice as many take seconds
 COARSER = 30.0  # times as fine as asked, from where the next speed may do with the grid before
 MULTIPLES = 6  # of the cycle's frequency, that are looked at where they meet a natural one
 
@@ -403,8 +404,8 @@ def _errors(course: _Course, tolerance: float, settled: float, errors: Errors) -
     grid, discretization, finer = answer.problem.terms.grid, course.discretization, None
     begun = answer
     sampler: Callable[[Any], Any] = grid.at_nodes
-    if len(grid.steps) <= MOST_HALVED and not answer.motion.mechanism.friction:
-        grid, discretization = grid.divided(np.full(len(grid.steps), 2)), discretization.wider()
+    if worth_halving(answer.motion.mechanism, len(grid.steps)):
+        discretization, grid = halved(discretization, grid)
         begun, sampler = vibration_in(discretization, grid), grid.sampler(bent.motion.time)
         loads = resampled(corrected(begun, tolerance)[0].loads, sampler)
         finer = deflection(bent.motion, bent.sections, bent.joints, loads)

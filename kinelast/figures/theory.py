@@ -24,6 +24,7 @@ from elastic.elastodynamics import (
     large_displacement_error,
     transient,
     with_large_displacement,
+    worth_halving,
 )
 from kinelast.figures.cycle import Cycle, too_many_beams
 from kinelast.figures.entry import Figure, magnitudes
@@ -65,7 +66,6 @@ SETTLED = 0.004  # of the accuracy, that being allowed to be coarser: a figure m
 FINEST = 1e-6  # below which steps and elements of time settle no further, or in minutes
 FINE = 0.02  # of the accuracy, that being finer than the tolerance
 BESIDES = 0.1  # of the accuracy, or of what holds it back: what is not worth answering
-MANY = 256  # elements of time, beyond which twice as many take seconds, and shares tell what they leave open
 FURTHER = 0.1  # of the tolerance of an exact answer is that of the finer one that it is held against
 NO_MORE = 0.1  # of the accuracy, that a step to the exact answer may change of deflections where it is the last
 HOPELESS = 4.0  # radians of a section's rotation, beyond which vibration is not looked at
@@ -271,7 +271,7 @@ class _Rungs:
                 yield self._answer(name, vibrating, linear, {}, settled, UNSTABLE)
             return
         shared, stages, shares = None, {}, settled
-        if self._worth_finer(linear):
+        if worth_halving(self.scene.mechanism, linear.elements):
             self._tell("error in time and coordinates")
             shared = finer_vibration(linear)
             stages, shares = {TIME: self._cycle(discretized_finer(linear, shared, tolerance)[0])}, {}
@@ -331,16 +331,12 @@ class _Rungs:
         self, exact: Elastodynamic, tolerance: float, finer: Vibration | None, begun: Elastodynamic | None = None
     ) -> tuple[dict[str, Cycle], dict[str, float]]:
         """The exact answer discretized finer, as given where that is known, and the share that its steps leave open."""
-        if exact.exact is None or not self._worth_finer(exact):
+        if exact.exact is None or not worth_halving(self.scene.mechanism, exact.elements):
             return {}, {TIME: exact.time_error + exact.reduction_error, LARGE: large_displacement_error(exact)}
         self._tell("error in time and coordinates")
         finer = finer or finer_vibration(exact)
         bent, left = discretized_finer(exact, finer, FURTHER * tolerance, begun)  # else both leave the same steps open
         return {TIME: self._cycle(bent)}, {} if left <= tolerance else {LARGE: large_displacement_error(exact)}
-
-    def _worth_finer(self, answer: Elastodynamic) -> bool:
-        """Whether a finer discretization of an answer is worth the time that it takes."""
-        return not self.scene.mechanism.friction and answer.elements <= MANY
 
     def _answer(
         self,

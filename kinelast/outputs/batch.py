@@ -208,10 +208,10 @@ def _theory(figures: Mapping[str, Any]) -> list[str]:
         elif figures[key] and figures[key]["largest"] is not None:
             passed = figures[key].get("passed")
             outcome = "" if passed is None else " agrees" if passed else " FAILED"
-            outcome = " TOO NEAR TO CALL" if figures[key].get("too_near_to_call") else outcome
             without = figures[key].get("left_out")
             more = f", without {', '.join(without)}" if without else ""
             if figures[key].get("too_near_to_call"):
+                outcome = " TOO NEAR TO CALL"
                 more += f", itself up to {percent(sum(figures[key]['own_errors'].values()))} off"
             words.append(f"{name}{outcome} ({percent(figures[key]['largest'])} apart{more})")
     return words
