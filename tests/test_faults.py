@@ -11,6 +11,7 @@ import subprocess
 import sys
 import threading
 import time
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -150,6 +151,50 @@ def test_an_interrupt_while_the_arguments_are_read_is_told_as_such(tmp_path, mon
         assert main(["steel_four_bar"]) == 130
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+SIGNALLED = """
+import os, signal
+try:
+    os.kill(os.getpid(), signal.NAME)
+except BaseException:
+    INSTEAD
+"""
+
+
+@pytest.mark.parametrize(("name", "status"), [("SIGHUP", 129), ("SIGTERM", 143), ("SIGINT", 130)])
+@pytest.mark.parametrize("where", ["kinelast.runs.run.write_tables", "kinelast.outputs.page.report_page"])
+@pytest.mark.parametrize("instead", ['raise ImportError("initialization failed") from None', "pass"])
+def test_a_signal_while_a_library_is_loaded_ends_the_run(name, status, where, instead, tmp_path, monkeypatch, capsys):
+    """Libraries written in C make an error of their own of it; some clear it and go on."""
+    (tmp_path / "written_in_c.py").write_text(SIGNALLED.replace("NAME", name).replace("INSTEAD", instead))
+    tidied = []
+
+    def load(*_):
+        sys.modules.pop("written_in_c", None)
+        try:
+            import_module("written_in_c")
+            if name == "SIGINT":  # which its user sends once more
+                signal.raise_signal(signal.SIGINT)
+            end = time.monotonic() + 5.0
+            while time.monotonic() < end:
+                time.sleep(0.01)
+        finally:
+            time.sleep(0.1)  # longer than until the signal comes once more
+            tidied.append(name)
+
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("kinelast.tasks.progress.AGAIN", 0.02)
+    monkeypatch.setattr(where, load)
+    before = {each: signal.getsignal(each) for each in (signal.SIGHUP, signal.SIGTERM, signal.SIGINT, signal.SIGALRM)}
+    call = [str(scenes(tmp_path / "in", 1) / "s0.toml"), "-o", str(tmp_path / "out")]
+    assert main(call) == status
+    said = capsys.readouterr().err
+    assert tidied == [name]
+    assert "after 0 of 1 scenes; finished scenes are kept" in said
+    assert "please report" not in said
+    assert not (tmp_path / "out").exists()
+    assert before == {each: signal.getsignal(each) for each in before}
 
 
 def test_a_lock_that_cannot_be_written_is_not_left_behind(tmp_path, monkeypatch, capsys):

@@ -37,7 +37,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, document_from_bytes
 from kinelast.scene.error import plain
 from kinelast.scene.text import file_bytes
-from kinelast.tasks.progress import SILENT, Progress, lasting
+from kinelast.tasks.progress import SILENT, Progress, lasting, stops_kept
 from kinelast.tasks.request import Request, RequestError
 from kinelast.tasks.task import (
     BUG,
@@ -254,7 +254,8 @@ def _told(task: Task, figures: dict[str, Any]) -> Outcome:
 def _kept_apart(name: str, failed: dict[str, str]) -> Iterator[None]:
     """Note an exception instead of raising it: figures are not to be lost with their drawing."""
     try:
-        yield
+        with stops_kept():
+            yield
     except (RequestError, OSError, MemoryError):
         raise
     except Exception as error:

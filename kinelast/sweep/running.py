@@ -16,7 +16,7 @@ from kinelast.scene.error import plain
 from kinelast.sweep.manifest import Manifest, read_manifest, require_same, versions
 from kinelast.sweep.store import CSV, Store, encoded, store_name
 from kinelast.tasks.processes import Lost, map_surviving
-from kinelast.tasks.progress import SILENT, Progress
+from kinelast.tasks.progress import SILENT, Progress, stops_kept
 from kinelast.tasks.request import RequestError
 
 TRIES = 3  # of a chunk whose process dies
@@ -64,7 +64,7 @@ class ChunkWork:
         """The chunk, or why it failed."""
         first, last = self.manifest.span(number)
         try:
-            with np.errstate(all="ignore"):  # what is no number is told as none
+            with stops_kept(), np.errstate(all="ignore"):  # what is no number is told as none
                 columns, reasons = self.compute(first, last)
             content = encoded(self.manifest.store, first, columns, self.compute.units, reasons)
         except MemoryError:

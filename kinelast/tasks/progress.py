@@ -54,6 +54,11 @@ def lasting(seconds: float) -> str:
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 
+AGAIN = 0.5  # [s] after which a stop that was swallowed is raised once more
+_asked: list[int] = []
+"""Signals that have asked this process to end."""
+
+
 class StoppedError(BaseException):
     """The process was told to end, by the signal `number`."""
 
@@ -64,7 +69,12 @@ class StoppedError(BaseException):
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Let signals that end the process raise `StoppedError` once; one that it was started to ignore stays ignored."""
+    """Let signals that end the process raise `StoppedError`, and an interrupt `KeyboardInterrupt`.
+
+    One that the process was started to ignore stays ignored. Libraries written in C may make an error of their own of
+    what is raised while they are loaded, or clear it and go on: such an error is taken for the stop (`stops_kept`), and
+    a `StoppedError` that is gone is raised again.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -72,17 +82,56 @@ def stoppable() -> Iterator[None]:
     def stop(number: int, _frame: Any) -> NoReturn:
         for each in SIGNALS:
             signal.signal(each, signal.SIG_IGN)  # while it cleans up
+        _asked.append(number)
+        if alarms:
+            signal.setitimer(signal.ITIMER_REAL, AGAIN, AGAIN)
         raise StoppedError(number)
 
-    before = {number: signal.getsignal(number) for number in SIGNALS}
+    def interrupt(number: int, _frame: Any) -> NoReturn:
+        _asked.append(number)
+        raise KeyboardInterrupt
+
+    def stop_again(_number: int, _frame: Any) -> None:
+        if not _is_handled(StoppedError):
+            raise StoppedError(_asked[-1])
+
+    handlers: dict[int, Any] = {number: stop for number in SIGNALS if signal.getsignal(number) != signal.SIG_IGN}
+    if signal.getsignal(signal.SIGINT) == signal.default_int_handler:
+        handlers[signal.SIGINT] = interrupt
+    alarms = hasattr(signal, "setitimer") and signal.getsignal(signal.SIGALRM) == signal.SIG_DFL
+    if alarms:
+        handlers[signal.SIGALRM] = stop_again
+    before = {number: signal.getsignal(number) for number in handlers}
     try:
-        for number, handler in before.items():
-            if handler != signal.SIG_IGN:
-                signal.signal(number, stop)
-        yield
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        with stops_kept():
+            yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler or signal.SIG_DFL)
+        if alarms:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+        for number, each in before.items():
+            signal.signal(number, each or signal.SIG_DFL)
+        _asked.clear()
+
+
+@contextmanager
+def stops_kept() -> Iterator[None]:
+    """Take any exception for a stop once one was asked for, since libraries make errors of their own of it."""
+    try:
+        yield
+    except Exception as error:
+        if _asked:
+            raise (KeyboardInterrupt if _asked[-1] == signal.SIGINT else StoppedError(_asked[-1])) from error
+        raise
+
+
+def _is_handled(kind: type[BaseException]) -> bool:
+    """Whether an exception of a kind is being handled, or one that came of it: it is tidied up then."""
+    error = sys.exception()
+    while error is not None and not isinstance(error, kind):
+        error = error.__context__
+    return error is not None
 
 
 @contextmanager

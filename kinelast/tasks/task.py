@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from kinelast.scene.error import SceneError, plain
+from kinelast.tasks.progress import stops_kept
 from kinelast.tasks.request import RequestError
 
 LINE = 200  # letters of an argument in a message
@@ -164,7 +165,8 @@ def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", pl
         Where it was written to, for faults of the disk that name no file.
     """
     try:
-        return work()
+        with stops_kept():
+            return work()
     except MemoryError:
         return Outcome(BAD_INPUT, f"{name}: out of memory: ask for fewer {fewer}")
     except OSError as error:
