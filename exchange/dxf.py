@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names
@@ -47,7 +48,11 @@ class DrawnLink:
 
 
 def dxf_text(
-    links: Iterable[DrawnLink], fixed: Mapping[str, complex], paths: Mapping[str, Sequence[complex]], unit: str
+    links: Iterable[DrawnLink],
+    fixed: Mapping[str, complex],
+    paths: Mapping[str, Sequence[complex]],
+    unit: str,
+    curves: Mapping[str, Sequence[complex]] = MappingProxyType({}),
 ) -> str:
     """A drawing: on a layer for every link its outline and holes, on others its axis, the fixed points and the paths.
 
@@ -61,6 +66,8 @@ def dxf_text(
         Places of points in the course of the motion.
     unit
         Of all lengths: "mm", "cm", "m" or "in".
+    curves
+        Corners of closed curves, by the names of their layers.
 
     Raises
     ------
@@ -88,6 +95,8 @@ def dxf_text(
         space.add_circle(_xy(place), FIXED, dxfattribs={"layer": "ground"})
     for name, places in paths.items():
         space.add_lwpolyline([_xy(place) for place in places], dxfattribs={"layer": f"path {name}"})
+    for name, places in curves.items():
+        space.add_lwpolyline([_xy(place) for place in places], close=True, dxfattribs={"layer": name})
     text = StringIO()
     drawing.write(text)
     return text.getvalue()

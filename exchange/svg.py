@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import MappingProxyType
 from xml.sax.saxutils import escape, quoteattr
 
 from exchange.dxf import AXIS, FIXED, DrawnLink
@@ -13,7 +14,11 @@ HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inksc
 
 
 def svg_text(
-    links: Iterable[DrawnLink], fixed: Mapping[str, complex], paths: Mapping[str, Sequence[complex]], unit: str
+    links: Iterable[DrawnLink],
+    fixed: Mapping[str, complex],
+    paths: Mapping[str, Sequence[complex]],
+    unit: str,
+    curves: Mapping[str, Sequence[complex]] = MappingProxyType({}),
 ) -> str:
     """The drawing that `dxf_text` makes, as SVG of the same lengths: on layers, y upwards, 1 : 1 where it is printed.
 
@@ -25,6 +30,8 @@ def svg_text(
         Places of points in the course of the motion.
     unit
         Of all lengths: "mm", "cm" or "in".
+    curves
+        Corners of closed curves, by the names of their layers.
     """
     links = list(links)
     ends = [
@@ -34,7 +41,7 @@ def svg_text(
         for place in (start, end)
         for corner in (1 + 1j, -1 - 1j)
     ]
-    places = [*ends, *fixed.values(), *(each for path in paths.values() for each in path)]
+    places = [*ends, *fixed.values(), *(each for path in (*paths.values(), *curves.values()) for each in path)]
     places += [each for link in links for each in link.points.values()]
     known = [each for each in places if abs(each) < float("inf")] or [0j]
     (left, right), (low, high) = (
@@ -53,6 +60,7 @@ def svg_text(
     ]
     layers.append(_layer("ground", [_circle(place, FIXED, at) for place in fixed.values()]))
     layers += [_layer(f"path {name}", [_polyline(path, at)]) for name, path in paths.items()]
+    layers += [_layer(name, [_polyline(curve, at, "polygon")]) for name, curve in curves.items()]
     size = f'width="{width:.9g}{unit}" height="{height:.9g}{unit}" viewBox="0 0 {width:.9g} {height:.9g}"'
     body = "\n".join(layers)
     return f'{HEAD} {size} fill="none" stroke="black" stroke-width="{line:.3g}">\n{body}\n</svg>\n'
@@ -78,5 +86,5 @@ def _circle(place: complex, radius: float, at: At) -> str:
     return f'<circle cx="{x}" cy="{y}" r="{radius:.9g}"/>'
 
 
-def _polyline(places: Iterable[complex], at: At) -> str:
-    return f'<polyline points="{" ".join(map(at, places))}"/>'
+def _polyline(places: Iterable[complex], at: At, kind: str = "polyline") -> str:
+    return f'<{kind} points="{" ".join(map(at, places))}"/>'

@@ -424,6 +424,29 @@ class Cylinder(Named):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Cam(Named):
+    """A cam that gives a drive its motion: found from the follower's, with its contact and the limits of that."""
+
+    under: ClassVar[str] = "cams"
+    follower: str
+    centre: str | Place
+    _: KW_ONLY
+    roller: str | None = None
+    roller_radius: Quantity | None = None
+    face: Sequence[str] | None = None
+    drive: str | None = None
+    speed: Quantity | None = None
+    flank: Literal["inner", "outer", "both"] | None = None
+    width: Quantity | None = None
+    material: Material | str | None = None
+    follower_material: str | None = None
+    pressure: Quantity | None = None
+    pressure_angle: Quantity | None = None
+    radius: Quantity | None = None
+    hollow_radius: Quantity | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Load(Listed):
     """A force or moment at a point, or a force along a beam."""
 
@@ -772,6 +795,7 @@ __all__ = [
     "Bearing",
     "Bound",
     "Box",
+    "Cam",
     "Circle",
     "Contact",
     "Cylinder",

@@ -31,6 +31,7 @@ TOLD = {
     "pantograph": (("0.24 mm", 1e-3, "output.value"), ("99 %", 0.01, "shares.right")),
     "peaucellier": (("17 µm", 1e-6, "output.value"), ("82 %", 0.01, "shares.crank")),
     "planetary_drive": (("5 N m", 1, "drives.sun"), ("500 N", 1, "joints.P.planet"), ("266 N", 1, "joints.O.sun")),
+    "valve_train": (("715 N", 1, "cams.inlet.cam_force"), ("343 N", 1, "cams.inlet.cam_least_force")),
     "quick_return": (("1.55", 1, "time_ratio"),),
 }
 """Of each scene what its section says, the unit of that, and where the summary has it."""
@@ -52,7 +53,11 @@ def figure(summary, path):
         return abs(summary["drives"][rest[0]]["effort"]["value"])
     if kind == "time_ratio":
         return summary["output"]["motion"]["time_ratio"]["value"]
-    return abs({"output": summary["output"], "shaking": summary["shaking"]["force"]}[kind]["value"])
+    if kind == "cams":
+        found = summary["cams"][rest[0]]["figures"][rest[1]]
+    else:
+        found = {"output": summary["output"], "shaking": summary["shaking"]["force"]}[kind]
+    return abs(found["value"])
 
 
 def section(name):

@@ -26,7 +26,18 @@ from rigid import structure
 from rigid.arrays import Integers, Reals
 from rigid.plane import unit
 
-TABLES_ON_AXIS = ("masses", "joints", "limits", "motors", "cylinders", "bearings", "springs", "sliders", "slots")
+TABLES_ON_AXIS = (
+    "masses",
+    "joints",
+    "limits",
+    "motors",
+    "cylinders",
+    "bearings",
+    "cams",
+    "springs",
+    "sliders",
+    "slots",
+)
 FLOATS = ("poisson", "strain")  # plain numbers of a file that can be arrays
 
 

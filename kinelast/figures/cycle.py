@@ -25,7 +25,7 @@ from elastic import (
 from elastic.assessment import PathDeviation, euler_ratio, path_deviation
 from elastic.beams import designs_of
 from kinelast.scene.data import Scene, scene_deflection
-from kinelast.scene.limits import drive_names
+from kinelast.scene.drives import drive_names
 from kinelast.tasks.progress import one_thread
 from machine.drives import time_weights
 from machine.joints import JointCourse, joint_course
@@ -99,7 +99,8 @@ class Cycle:
     @cached_property
     def columns(self) -> tuple[int, ...]:
         """Shape of the columns, also where the designs differ in numbers that do not move them."""
-        return np.broadcast_shapes(self.motion.columns, designs_of(self.scene.sections))
+        of_cams = (cam.designs for cam in self.scene.cams.values())
+        return np.broadcast_shapes(self.motion.columns, designs_of(self.scene.sections), *of_cams)
 
     @cached_property
     def reached(self) -> Flags:

@@ -1,8 +1,9 @@
-"""Figures of drives: effort, speed, power and energy of a cycle, and the use that is made of motors and cylinders."""
+"""Figures of drives: effort, speed, power and energy of a cycle, the use of motors and cylinders, and of cams."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -11,17 +12,24 @@ from elastic import Largest
 from kinelast.figures.cycle import Cycle, drive_words
 from kinelast.figures.entry import (
     AVERAGE,
+    CAM,
     CYLINDER,
     DRIVE,
+    FACED,
+    HELD,
     LEAST,
     MOTOR,
+    PRESSED,
+    ROLLED,
     UNEVEN,
     Figure,
     averaged,
+    cams_with,
     each,
     least,
 )
 from kinelast.scene.data import Scene
+from machine.cams import CamCourse, cam_course, line_pressure
 from machine.drives import (
     available_torque,
     buckling_safety,
@@ -226,4 +234,114 @@ DRIVE_FIGURES: tuple[Figure, ...] = (
     Figure("pressure", "cylinder pressure", "Pa", CYLINDER, each(of_drive(_pressure, CYLINDER))),
     Figure("flow", "cylinder flow", "m^3/s", CYLINDER, each(of_drive(_flow, CYLINDER)), rigid=True),
     Figure("rod_buckling", "buckling safety of a cylinder's rod", "1", CYLINDER, _rod_buckling, LEAST),
+)  # fmt: skip
+
+
+OfCam = Callable[[Cycle, str], Any]
+"""From a cycle and the name of a cam to values at every position."""
+HALF = 0.5  # power of the loads that a pressure along a line goes with
+
+
+def cam_flanks(cycle: Cycle, name: str) -> list[CamCourse]:
+    """Flanks of a cam over a cycle: one, or of a groove the inner and the outer one."""
+    return cycle.once(_flanks, name)
+
+
+def _flanks(cycle: Cycle, name: str) -> list[CamCourse]:
+    cam = cycle.scene.cams[name]
+    law, pace = cycle.scene.laws[cam.drive], np.ones(1)
+    if isinstance(law, ConstantSpeed):  # which may be passed at other speeds than the scene's
+        pace = rate(cycle, cam.drive) / law.speed
+    return [cam_course(cycle.motion, cam, pace, outer) for outer in cam.flanks]
+
+
+def cam_outline(scene: Scene, name: str, count: int) -> list[CamCourse]:
+    """Flanks of a cam over one turn of it at so many positions, its end, which is its start, left out."""
+    cam = scene.cams[name]
+    times = 2.0 * np.pi / abs(float(np.ravel(cam.speed)[0])) * np.arange(count) / count
+    moved = scene.course.at(times)
+    return [cam_course(moved, cam, outer=outer) for outer in cam.flanks]
+
+
+def cam_force(cycle: Cycle, name: str) -> Reals:
+    """Force with which a cam presses on its follower [N], shape (..., positions); negative where it would pull.
+
+    Of a groove along the outward normal: negative where its outer flank presses.
+    """
+    return cam_flanks(cycle, name)[0].force(effort(cycle, cycle.scene.cams[name].drive))
+
+
+def cam_torque(cycle: Cycle, name: str) -> Reals:
+    """Torque of a cam's shaft [N m], shape (..., positions)."""
+    return cam_flanks(cycle, name)[0].torque(cam_force(cycle, name))
+
+
+def cam_pressure(cycle: Cycle, name: str) -> Reals:
+    """Hertz's pressure between a cam and its follower [Pa], shape (..., positions); nan where none presses."""
+    flanks, force, cam = cam_flanks(cycle, name), cam_force(cycle, name), cycle.scene.cams[name]
+    signs = (-1.0 if outer and len(flanks) > 1 else 1.0 for outer in cam.flanks)
+    pressures = [
+        line_pressure(sign * force, cam.width, flank.relative_curvature, cam.modulus)
+        for sign, flank in zip(signs, flanks, strict=True)
+    ]
+    return np.asarray(reduce(np.fmax, pressures))
+
+
+def _preload(cycle: Cycle, name: str) -> Reals:
+    return cam_flanks(cycle, name)[0].preload(effort(cycle, cycle.scene.cams[name].drive))
+
+
+def _of_cams(values: OfCam, of: str = CAM) -> Callable[[Cycle], Largest]:
+    """Largest magnitudes of values of the cams of a kind."""
+    return each(lambda cycle: [values(cycle, name) for name in cams_with(cycle.scene, of)])
+
+
+def _least_of_cams(values: Callable[[CamCourse], Any], of: str = CAM) -> Callable[[Cycle], Largest]:
+    """The least of values of the flanks of the cams of a kind."""
+
+    def of_cam(cycle: Cycle, name: str) -> Any:
+        return reduce(np.fmin, (values(flank) for flank in cam_flanks(cycle, name)))
+
+    return _least_values(of_cam, of)
+
+
+def _least_values(values: OfCam, of: str) -> Callable[[Cycle], Largest]:
+    """The least of values of the cams of a kind, over the positions that count."""
+
+    def find(cycle: Cycle) -> Largest:
+        known = (np.broadcast_to(values(cycle, name), cycle.columns) for name in cams_with(cycle.scene, of))
+        rows = [np.where(cycle.counted, row, np.inf) for row in known]
+        return least(np.array(rows).reshape(-1, *cycle.columns))
+
+    return find
+
+
+def _preload_units(scene: Scene) -> list[str]:
+    """Units of efforts of the drives that cams move."""
+    turns = (scene.mechanism.drives[scene.cams[name].drive].turns for name in cams_with(scene, HELD))
+    return ["N m" if each_ else "N" for each_ in turns]
+
+
+CAM_FIGURES: tuple[Figure, ...] = (
+    Figure("cam_pressure_angle", "pressure angle of a cam", "rad", CAM,
+           _of_cams(lambda cycle, name: cam_flanks(cycle, name)[0].pressure_angle), power=0.0),
+    Figure("cam_pitch_radius", "least radius of curvature of a cam's pitch curve", "m", ROLLED,
+           _least_of_cams(lambda flank: np.abs(1.0 / flank.pitch_curvature), ROLLED), LEAST, power=0.0),
+    Figure("cam_radius", "least radius of curvature of a cam where it bulges", "m", CAM,
+           _least_of_cams(lambda flank: flank.convex_radius), LEAST, power=0.0),
+    Figure("cam_hollow_radius", "least radius of curvature of a cam where it is hollow", "m", CAM,
+           _least_of_cams(lambda flank: flank.hollow_radius), LEAST, power=0.0),
+    Figure("cam_least_distance", "least distance of a cam's profile from its shaft", "m", CAM,
+           _least_of_cams(lambda flank: np.abs(flank.contact)), LEAST, power=0.0),
+    Figure("cam_distance", "greatest distance of a cam's profile from its shaft", "m", CAM,
+           _of_cams(lambda cycle, name: np.abs(cam_flanks(cycle, name)[-1].contact)), power=0.0),
+    Figure("cam_face_margin", "distance of the contact from the end of a flat face", "m", FACED,
+           _least_of_cams(lambda flank: flank.face_margin, FACED), LEAST, power=0.0),
+    Figure("cam_force", "force of a cam on its follower", "N", CAM, _of_cams(cam_force)),
+    Figure("cam_least_force", "least force of a cam on its follower, negative where contact is lost", "N", HELD,
+           _least_values(cam_force, HELD), LEAST),
+    Figure("cam_preload", "effort that keeps a follower on its cam", _preload_units, HELD, _of_cams(_preload, HELD)),
+    Figure("cam_pressure", "pressure between a cam and its follower", "Pa", PRESSED,
+           _of_cams(cam_pressure, PRESSED), power=HALF),
+    Figure("cam_torque", "torque of a cam's shaft", "N m", CAM, _of_cams(cam_torque)),
 )  # fmt: skip

@@ -12,8 +12,10 @@ import numpy as np
 from elastic import Largest, largest_row
 from kinelast.figures.cycle import Cycle, joint_words, points_of
 from kinelast.scene.data import Scene
+from kinelast.scene.drives import drive_names
 from kinelast.scene.error import fault, likely
-from kinelast.scene.limits import Limit, drive_names
+from kinelast.scene.limits import Limit
+from machine.cams import BOTH, Cam
 from rigid.arrays import Integers, Reals
 from rigid.kinetostatics import rubbing_joints
 
@@ -22,6 +24,7 @@ RUBBING, FRICTION = "joint with friction", "scene with friction"
 MOTOR, CYLINDER, UNEVEN = "motor", "cylinder", "uneven drive"
 BEARING, ROLLING, PLAIN, PIN, EYE = "bearing", "rolling", "plain", "pin", "eye"
 CLEARANCE, CLEARANCES = "clearance", "scene with clearance"
+CAM, ROLLED, FACED, HELD, PRESSED = "cam", "cam with a roller", "cam with a face", "open cam", "pressed cam"
 FATIGUED = "fatigued beam"
 STOPPING = "scene that stops"
 LARGEST, LEAST, MOST, FIXED = "largest magnitude", "least", "most", "the same at all positions"
@@ -144,11 +147,33 @@ def items_of(scene: Scene, of: str) -> list[str]:
         MOTOR: lambda: [name for number, name in enumerate(drive_names(mechanism)) if number in scene.motors],
         CYLINDER: lambda: [name for number, name in enumerate(drive_names(mechanism)) if number in scene.cylinders],
         **{part: partial(joints_with, scene, part) for part in (BEARING, ROLLING, PLAIN, PIN, EYE, CLEARANCE)},
+        **{kind: partial(cams_with, scene, kind) for kind in (CAM, ROLLED, FACED, HELD, PRESSED)},
         CLEARANCES: lambda: [""] * bool(joints_with(scene, CLEARANCE)),
         FATIGUED: lambda: scene.labels if scene.fatigue else (),
         UNEVEN: lambda: [name for number, name in enumerate(drive_names(mechanism)) if number in scene.unevenness],
     }
     return [*names[of]()]
+
+
+def cams_with(scene: Scene, kind: str) -> list[str]:
+    """Names of the cams of a kind: all, with a roller or a face, no grooves, or with a known pressure of the contact.
+
+    A knife edge has none.
+    """
+    kinds: dict[str, Callable[[Cam], bool]] = {
+        CAM: lambda _: True,
+        ROLLED: lambda cam: cam.roller is not None,
+        FACED: lambda cam: cam.face is not None,
+        HELD: lambda cam: cam.flank != BOTH,
+        PRESSED: lambda cam: (
+            not (
+                np.isnan(cam.width).any()
+                or np.isnan(cam.modulus).any()
+                or (cam.roller is not None and np.equal(cam.radius, 0.0).all())
+            )
+        ),
+    }
+    return [name for name, cam in scene.cams.items() if kinds[kind](cam)]
 
 
 def joints_with(scene: Scene, part: str) -> list[str]:

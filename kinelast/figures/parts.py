@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic.assessment import harmonics
-from kinelast.figures.entry import CYLINDER, DRIVE, MOTOR, items_of
+from kinelast.figures.cycle import NOISE
+from kinelast.figures.drives import CAM_FIGURES, cam_flanks, cam_force
+from kinelast.figures.entry import CYLINDER, DRIVE, HELD, MOTOR, cams_with, items_of
 from kinelast.figures.joints import JOINT_FIGURES, lost_contact, numbers_with
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, error_of, figure, largest
+from machine.cams import cut_depth
 from rigid import LineLoad, Link, Lump, PointLoad, Resistance, TorsionSpring
 from rigid.arrays import Flags
 from rigid.kinetostatics import rubbing_joints, sliding_directions
@@ -210,6 +213,38 @@ def _figure_of(results: Results, key: str, name: str) -> dict[str, Any] | None:
         return None
     at = items.index(name)
     return largest(results, results.figures.peaks[key][at], known.units(results.scene)[at])
+
+
+def cam_rows(results: Results) -> dict[str, dict[str, Any]]:
+    """Figures of every cam; where it would have to go back on itself, and where its follower leaves it.
+
+    `cut`: how deep the follower at another place cuts into the profile, as it is where the cam cannot be made.
+    """
+    scene, cycle, rows = results.scene, results.cycle, {}
+    for name, cam in scene.cams.items():
+        flanks = cam_flanks(cycle, name)
+        figures = {each.key: _figure_of(results, each.key, name) for each in CAM_FIGURES}
+        undercut = np.any([flank.undercut for flank in flanks], axis=0)
+        force = cam_force(cycle, name) if name in cams_with(scene, HELD) else np.ones(1)
+        noise = NOISE * float(np.nanmax(np.abs(force), initial=0.0))
+        rows[name] = {
+            "follower": results.mechanism.links[cam.link].name,
+            "drive": items_of(scene, DRIVE)[cam.drive],
+            "flank": cam.flank,
+            "speed": figure(np.ravel(cam.speed)[0], "rad/s"),
+            "cut": figure(max(float(cut_depth(flank).max(initial=0.0)) for flank in flanks), "m"),
+            "undercut": _marks(results, undercut),
+            "contact_lost": _marks(results, np.broadcast_to(force < -noise, results.motion.columns)),
+            "figures": {key: each for key, each in figures.items() if each is not None},
+        }
+    return rows
+
+
+def _marks(results: Results, there: Flags) -> list[dict[str, Any]]:
+    """Positions at which something is: of many the first, the last and some between."""
+    at = np.flatnonzero(there & results.counted)
+    some = at if len(at) <= MARKS else at[np.linspace(0, len(at) - 1, MARKS).astype(int)]
+    return [at_position(results, int(position)) for position in some]
 
 
 SENSES = {1: "turns counter-clockwise", -1: "turns clockwise", 0: "swings"}

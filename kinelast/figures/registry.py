@@ -12,7 +12,7 @@ import numpy as np
 from elastic import FIELDS, Largest, Section, displacement_of, largest_row
 from elastic.assessment import angle_error
 from kinelast.figures.cycle import EXTREME_FIELDS, Cycle, drive_words
-from kinelast.figures.drives import DRIVE_FIGURES
+from kinelast.figures.drives import CAM_FIGURES, DRIVE_FIGURES
 from kinelast.figures.entry import (
     BEAM,
     DRIVE,
@@ -163,6 +163,7 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
     Figure("drive_effort", "effort of a drive", lambda scene: [unit for *_, unit in drive_words(scene.mechanism)],
            DRIVE, each(lambda cycle: cycle.efforts), told=True),
     *DRIVE_FIGURES,
+    *CAM_FIGURES,
     *JOINT_FIGURES,
     *LIFE_FIGURES,
     Figure("joint_force", "force in a joint", "N", JOINT,

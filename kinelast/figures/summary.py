@@ -18,6 +18,7 @@ from kinelast.figures.entry import POINT, items_of
 from kinelast.figures.limits import acceptance, breaks_first
 from kinelast.figures.output import slid, turns_of
 from kinelast.figures.parts import (
+    cam_rows,
     drive_figures,
     friction_figures,
     input_figures,
@@ -90,6 +91,7 @@ def summary(results: Results) -> dict[str, Any]:
             name: {"coordinate": coordinate, **figures}
             for (name, coordinate, *_), figures in zip(results.drive_words, drive_figures(results), strict=True)
         },
+        "cams": cam_rows(results),
         "friction": friction_figures(results),
         "shaking": {
             "force": largest(results, peaks["shaking_force"][0], "N"),

@@ -15,13 +15,13 @@ from elastic.assessment import LIMITS, shear_share
 from kinelast.figures.checks import check_passed, nearer
 from kinelast.figures.cycle import NOISE, WELL
 from kinelast.figures.inputs import CAUTION, GOOD, OPEN, ORDER, POOR, Finding, cycle_findings, input_findings
-from kinelast.figures.parts import friction_figures
+from kinelast.figures.parts import cam_rows, friction_figures
 from kinelast.figures.results import Results, at_peak, worst_figure
 from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT
 from kinelast.scene.numbers import LEAST_TOLD, error_percent, number, percent, quantity
 from rigid import Friction, counted
 
-THEORY = "Accuracy"
+THEORY, CAMS = "Accuracy", "Cams"
 HEADINGS = {
     "slenderness": "Stubby links",
     "deflection": "Large displacements",
@@ -62,6 +62,7 @@ def findings(results: Results) -> list[Finding]:
         *_theory(results),
         _positions(results),
         *cycle_findings(results),
+        *_cams(results),
         *_friction(results),
         *_check(results),
         *_exceedances(results),
@@ -113,6 +114,24 @@ def _positions(results: Results) -> Finding:
         text += f" {results.left_out} positions are out of the mechanism's reach and were left out on request."
     level = POOR if worst > 1e10 else CAUTION if singular or worst > WELL or results.left_out else GOOD
     return Finding(level, heading, text)
+
+
+def _cams(results: Results) -> Iterator[Finding]:
+    """Whether the cams can be made, and keep their followers."""
+    for name, cam in cam_rows(results).items():
+        if cam["undercut"]:
+            least, form = cam["figures"]["cam_radius"]["value"], "face"
+            if "cam_pitch_radius" in cam["figures"]:
+                form = "roller"
+            told = quantity(least, "m", told_in=results.scene.told_in) if least is not None else "none"
+            text = f"The cam {name} cannot be made: it would have to go back on itself, with {told} as least radius."
+            advice = "Take a smaller roller or a larger cam" if form == "roller" else "Take a larger cam"
+            yield Finding(POOR, CAMS, f"{text} {advice}, or a law with less acceleration.")
+        elif cam["contact_lost"]:
+            preload = cam["figures"]["cam_preload"]
+            told = quantity(preload["value"], preload["unit"], told_in=results.scene.told_in)
+            text = f"The follower leaves the cam {name} in part of the run: a spring that gives {told} along the drive"
+            yield Finding(CAUTION, CAMS, f"{text} holds it there; forces where it would pull are those of a groove.")
 
 
 def _friction(results: Results) -> Iterator[Finding]:

@@ -15,8 +15,10 @@ import numpy as np
 
 from elastic import sample
 from kinelast.figures.cycle import points_of
+from kinelast.figures.drives import cam_outline
 from kinelast.figures.results import Results
 from kinelast.outputs.charts import INK, SOFT, STYLE, axis, cycle_charts, cycle_maps, line_charts, svg_of
+from kinelast.outputs.positions import PROFILE
 from kinelast.outputs.sheet import MechanismAxes
 from kinelast.scene.data import Scene, scene_motion
 from kinelast.scene.numbers import quantity, round_down
@@ -241,6 +243,27 @@ def write_dxf(path: Path, results: Results) -> None:
     ]
     path.write_text(dxf_text(parts, drawn[0], paths, unit), encoding="utf-8")
     path.with_suffix(".svg").write_text(svg_text(parts, drawn[0], paths, unit), encoding="utf-8")
+
+
+def write_cam(path: Path, scene: Scene, name: str) -> None:
+    """Write the profile of a cam in its own axes, its shaft, and the pitch curve of a roller.
+
+    As DXF, and beside it as SVG at true size. In inches where the scene is told in them, else in millimetres.
+    """
+    from exchange import dxf_text, svg_text
+
+    unit, scale = ("in", 1 / 0.0254) if scene.report_units == "in" else ("mm", 1e3)
+    flanks = cam_outline(scene, name, PROFILE)
+    words = ("", " outer") if len(flanks) > 1 else ("",)
+    curves = {
+        f"cam {name}{word}": (scale * np.ravel(flank.profile)).tolist()
+        for word, flank in zip(words, flanks, strict=True)
+    }
+    if scene.cams[name].roller is not None:
+        curves[f"pitch {name}"] = (scale * np.ravel(flanks[0].pitch)).tolist()
+    shaft = {"shaft": 0j}
+    path.write_text(dxf_text((), shaft, {}, unit, curves), encoding="utf-8")
+    path.with_suffix(".svg").write_text(svg_text((), shaft, {}, unit, curves), encoding="utf-8")
 
 
 def exchanged(scene: Scene) -> Drawing:

@@ -12,12 +12,15 @@ import numpy as np
 
 from elastic import FIELDS, sample
 from kinelast.figures.cycle import drive_words, points_of
+from kinelast.figures.drives import cam_flanks, cam_force, cam_outline, cam_pressure, cam_torque
 from kinelast.figures.results import Results
 from kinelast.outputs.table import Column, Table, csv_bytes
+from kinelast.scene.data import Scene
 from kinelast.scene.error import likely
 from kinelast.tasks.request import RequestError
 from rigid import Motion, acceleration_of, position_of, transmission_angles, velocity_of
 
+PROFILE = 1440  # points of a cam's profile, four to a degree
 PER_TIME = ("", "/s", "/s^2")  # units of a coordinate's value and derivatives
 
 
@@ -41,10 +44,39 @@ def position_table(results: Results) -> Table:
             columns[f"{joint}.M_on_{link}"] = moment, "N m"
     for (name, *_, unit), values in zip(results.drive_words, results.efforts, strict=True):
         columns[f"{name}.effort"] = values, unit
+    for name in results.scene.cams:
+        columns[f"{name}.pressure_angle"] = cam_flanks(results.cycle, name)[0].pressure_angle, "rad"
+        columns[f"{name}.force"] = cam_force(results.cycle, name), "N"
+        columns[f"{name}.pressure"] = cam_pressure(results.cycle, name), "Pa"
+        columns[f"{name}.torque"] = cam_torque(results.cycle, name), "N m"
     columns |= _vector("ground.F{}", forces.ground_force, "N")
     columns["ground.M"] = forces.ground_moment, "N m"
     columns["condition"] = motion.condition, "1"
     return _table(columns, results)
+
+
+def cam_tables(scene: Scene) -> dict[str, Table]:
+    """The profile of every cam over one turn in its own axes, which are the ground's at the start, by names of files.
+
+    By the angle that the cam has turned, in its sense; the pitch curve is of a roller. Of a groove `outer` is the other
+    flank.
+    """
+    tables = {}
+    for name, cam in scene.cams.items():
+        flanks = cam_outline(scene, name, PROFILE)
+        turned = 2.0 * np.pi * np.sign(cam.speed) * np.arange(PROFILE) / PROFILE
+        columns: dict[str, tuple[Any, str]] = {"angle": (turned, "rad")}
+        if cam.roller is not None:
+            columns |= _vector("pitch.{}", flanks[0].pitch, "m")
+        columns |= _vector("profile.{}", flanks[0].profile, "m")
+        columns["profile.radius"] = flanks[0].radius, "m"
+        if len(flanks) > 1:
+            columns |= _vector("outer.{}", flanks[1].profile, "m")
+            columns["outer.radius"] = flanks[1].radius, "m"
+        columns["pressure_angle"] = flanks[0].pressure_angle, "rad"
+        made = (Column(key, np.ravel(values), unit) for key, (values, unit) in columns.items())
+        tables[f"cam_{name}"] = Table(tuple(made)).in_units(scene.report_units)
+    return tables
 
 
 def motion_table(results: Results) -> Table:

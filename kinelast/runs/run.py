@@ -189,6 +189,8 @@ def _finish(
     from kinelast.figures.refinement import refined
     from kinelast.figures.summary import summary
 
+    for name, table in tables.cam_tables(results.scene).items():
+        write_table(part / f"{name}.csv", table, request.tables)
     if request.refine and not results.vibrates:
         results = refined(results, progress)
     figures = {"kinelast": __version__, **summary(results), **told}
@@ -290,6 +292,11 @@ def _drawings(
 
         write_dxf(part / "links.dxf", results)
 
+    def cam_dxf(cam: str) -> None:
+        from kinelast.outputs.pictures import write_cam
+
+        write_cam(part / f"cam_{cam}.dxf", results.scene, cam)
+
     def meshes() -> None:
         from fem_check import write_vtu_series
 
@@ -309,6 +316,8 @@ def _drawings(
         yield "stills", stills
     if request.dxf:
         yield "links.dxf", dxf
+        for cam in results.scene.cams:
+            yield f"cam_{cam}.dxf", partial(cam_dxf, cam)
     if request.mesh:
         yield "mesh", meshes
     films = request.animate

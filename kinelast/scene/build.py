@@ -16,7 +16,7 @@ from msgspec import Struct
 from elastic import Section
 from kinelast.scene.course import Course, CourseByLaws, IntegratedCourse, Run
 from kinelast.scene.data import Scene, Theory
-from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives, cylinder_of, motor_of, unevenness_of
+from kinelast.scene.drives import DriveEffort, DriveLaw, build_cams, build_drives, cylinder_of, motor_of, unevenness_of
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import (
@@ -142,6 +142,7 @@ def built(table: SceneTable, name: str, path: str = "", varied: Collection[str] 
         cylinders=_of_drives(table, cylinder_of),
         unevenness=_of_drives(table, unevenness_of),
         bearings=build_bearings(table, mechanism),
+        cams=build_cams(table, mechanism, parts.laws, run.duration),
         fatigue=_fatigue(table, beams, made_of, materials),
     )
     return scene

@@ -18,6 +18,7 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.limits import FigureBound, Limit, Output
 from kinelast.scene.numbers import REPORT_UNITS, ToldIn
 from kinelast.scene.sections import Material, SectionSource
+from machine.cams import Cam
 from machine.drives import Cylinder, Motor
 from machine.joints import JointParts
 from machine.life import FatigueTask
@@ -94,6 +95,8 @@ class Scene:
         By the number of a drive: its motor or cylinder, and by which share of its speed it may be uneven.
     bearings
         Parts of the joints that the scene tells them of, by the name of the pin.
+    cams
+        By their names.
     fatigue
         The question of fatigue; None where it is not asked.
     settled
@@ -121,6 +124,7 @@ class Scene:
     cylinders: Mapping[int, Cylinder] = field(default_factory=dict)
     unevenness: Mapping[int, Any] = field(default_factory=dict)
     bearings: Mapping[str, JointParts] = field(default_factory=dict)
+    cams: Mapping[str, Cam] = field(default_factory=dict)
     fatigue: FatigueTask | None = None
     settled: Any = None
 

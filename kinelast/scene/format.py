@@ -37,6 +37,7 @@ from kinelast.scene.quantities import (
 from kinelast.scene.tables import (
     Amount,
     BearingTable,
+    CamTable,
     CylinderTable,
     DriveTable,
     FatigueTable,
@@ -290,6 +291,7 @@ class SceneTable(StrictTable, frozen=True, kw_only=True):
     drives: list[DriveTable] = field(default_factory=list)  #: one for every freedom
     motors: dict[Name, MotorTable] = field(default_factory=dict)  #: motors that drives name
     cylinders: dict[Name, CylinderTable] = field(default_factory=dict)  #: cylinders that drives name
+    cams: dict[Name, CamTable] = field(default_factory=dict)  #: cams that give drives their motions
     loads: list[LoadTable] = field(default_factory=list)  #: forces and moments besides inertia and weight
     gears: list[GearTable] = field(default_factory=list)  #: pairs of joints whose coordinates are tied
     springs: list[SpringTable] = field(default_factory=list)  #: springs and dampers

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from kinelast.scene.drives import drive_names
 from kinelast.scene.error import SceneError, fault, known_name, likely
 from kinelast.scene.format import SceneTable
 from kinelast.scene.numbers import real
@@ -37,6 +38,13 @@ CYLINDER_LIMITS = {
     "pressure": ("pressure", "Pa"),
     "flow": ("flow", "m^3/s"),
     "buckling_safety": ("rod_buckling", "1"),
+}
+
+CAM_LIMITS = {  # by the key of a cam: the figure, its unit, and whether it may not be less
+    "pressure": ("cam_pressure", "Pa", False),
+    "pressure_angle": ("cam_pressure_angle", "rad", False),
+    "radius": ("cam_radius", "m", True),
+    "hollow_radius": ("cam_hollow_radius", "m", True),
 }
 
 
@@ -165,6 +173,7 @@ def _limits(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
     yield from _of_links(table, limits, "")
     yield from _of_drives(table, mechanism)
     yield from _of_bearings(table)
+    yield from _of_cams(table)
     elastic = [link.name for link in mechanism.links[1:] if link.beams]
     for name, own in limits.links.items():
         known_name("limits.links", name, name, elastic, "link with beams")
@@ -236,7 +245,7 @@ BEARING_LIMITS = {  # by the part of a joint and its key: the figure, its unit, 
 
 
 def sets_limit(path: str) -> bool:
-    """Whether a number of a motor, cylinder or bearing, by its path, is a limit, and changes nothing else.
+    """Whether a number of a motor, cylinder, bearing or cam, by its path, is a limit, and changes nothing else.
 
     Examples
     --------
@@ -247,6 +256,7 @@ def sets_limit(path: str) -> bool:
     part, _, key = rest.rpartition(".")
     of_parts = BEARING_LIMITS.get(part.rpartition(".")[2], {})
     known: dict[str, Any] = {"motors": MOTOR_LIMITS, "cylinders": CYLINDER_LIMITS, "bearings": of_parts}
+    known["cams"] = CAM_LIMITS
     limits = known.get(table, {})
     return key not in ("top_speed", "peak_torque") and key in limits  # these two tell what there is at a speed
 
@@ -262,6 +272,15 @@ def _of_bearings(table: SceneTable) -> Iterator[Limit]:
                     yield Limit(figure, real(value), least, name, unit, of)
 
 
+def _of_cams(table: SceneTable) -> Iterator[Limit]:
+    """Limits of cams to their contacts and their forms."""
+    for name, cam in table.cams.items():
+        for key, (figure, unit, least) in CAM_LIMITS.items():
+            value = getattr(cam, key)
+            if value is not None:
+                yield Limit(figure, real(value), least, name, unit, "pressed cam" if key == "pressure" else "cam")
+
+
 def _of_drives(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
     """Limits of motors and cylinders to the efforts and speeds of their drives."""
     for number, name in enumerate(drive_names(mechanism)):
@@ -275,14 +294,6 @@ def _of_drives(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
                     yield Limit(figure, real(value), key == "buckling_safety", name, unit, of)
         if motor is not None and motor.stall_torque is not None and motor.top_speed is not None:
             yield Limit("motor_use", 1.0, False, name, "1", "motor")
-
-
-def drive_names(mechanism: Mechanism) -> list[str]:
-    """Names of the drives, numbered where several have the same."""
-    names = [drive.name for drive in mechanism.drives]
-    if len(set(names)) < len(names):
-        return [f"{name}.{number}" for number, name in enumerate(names, 1)]
-    return names
 
 
 def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:

@@ -68,6 +68,10 @@ class Speed(
     """Rate of a drive [rad/s or m/s]."""
 
 
+class CamSpeed(Quantity, expected='a speed of rotation, as in "100 rad/s" or "-3000 rpm"', units=("rad/s",), most=1e12):
+    """Speed of a cam's shaft, positive counter-clockwise [rad/s]."""
+
+
 class Time(Quantity, expected='a time, as in "50 ms" or 0.05', units=("s",)):
     """Instant [s]."""
 

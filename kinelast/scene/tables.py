@@ -10,6 +10,7 @@ from kinelast.scene.quantities import (
     Abscissa,
     Allowance,
     Angle,
+    CamSpeed,
     Compliance,
     Coordinate,
     Damping,
@@ -204,6 +205,28 @@ class CylinderTable(StrictTable, frozen=True, kw_only=True):
     pressure: Pressure | None = None  #: greatest that the supply gives [none]
     flow: FlowRate | None = None  #: greatest that the supply gives [none]
     buckling_safety: Factor | None = None  #: least of Euler's load over the largest push [none]
+
+
+class CamTable(StrictTable, frozen=True, kw_only=True):
+    """A cam that gives a drive its motion: found from the follower's, with its contact and the limits of that."""
+
+    follower: str  #: the link that it moves by its contact
+    centre: str | Place  #: of the cam's shaft: a point of the ground, or `[x, y]` in the drawing
+    roller: str | None = None  #: the centre of the roller, a point of the follower; or instead `face`
+    roller_radius: Size | None = None  #: of the roller [0: a knife edge]
+    face: tuple[str, str] | None = None  #: two points of the follower between which its flat face lies
+    drive: str | None = None  #: the link or slider of the drive whose motion it gives [the only one]
+    #: of its shaft, positive counter-clockwise: whole turns in the run [one turn in the run]
+    speed: CamSpeed | None = None
+    #: `"inner"`: the cam is within the follower's path, `"outer"`: a ring about it, `"both"`: a groove
+    flank: Literal["inner", "outer", "both"] = "inner"
+    width: Size | None = None  #: along which cam and follower touch [pressure is not known]
+    material: str | None = None  #: of the cam: a name under `[materials]`, or one of the trade [pressure is not known]
+    follower_material: str | None = None  #: of the roller or the face [as `material`]
+    pressure: Stress | None = None  #: most pressure of the contact, by Hertz [none]
+    pressure_angle: Angle | None = None  #: most pressure angle, as in `"30 deg"` [none]
+    radius: Size | None = None  #: least radius of curvature where the cam bulges [none]
+    hollow_radius: Size | None = None  #: least radius of curvature where the cam is hollow, as of a cutter [none]
 
 
 class GearTable(StrictTable, frozen=True, kw_only=True):

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from kinelast.figures.drives import CAM_FIGURES
 from kinelast.figures.entry import LEAST
 from kinelast.figures.joints import JOINT_FIGURES, LIFE_FIGURES
 from kinelast.figures.results import Results
@@ -25,7 +26,7 @@ from rigid.arrays import Integers, Reals
 
 WEB = Path(__file__).parent / "web"
 SCRIPTS = ("numbers", "dom", "theme", "arrays", "scene", "motion", "tables", "instants", "mechanism", "controls",
-           "charts", "curves", "speeds", "what_if", "sizing", "maps", "answer", "figures", "drives", "joints",
+           "charts", "curves", "speeds", "what_if", "sizing", "maps", "answer", "figures", "drives", "cams", "joints",
            "main")  # fmt: skip
 
 
@@ -137,7 +138,7 @@ SHOWN = 10_000  # designs that a page holds: of more, the fronts and a random pa
 FRONTS = 6  # figures of which every pair has its front among those
 GREATER = frozenset(  # figures that are better large
     ("safety", "transmission_angle", "reach", "limits_kept", "limits_margin", "output_travel")
-).union(each.key for each in (*JOINT_FIGURES, *LIFE_FIGURES) if each.over == LEAST)
+).union(each.key for each in (*JOINT_FIGURES, *LIFE_FIGURES, *CAM_FIGURES) if each.over == LEAST)
 
 
 def designs_page(

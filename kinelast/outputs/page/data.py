@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
 from elastic import FIELDS, coefficients
 from elastic.links import Runs, members_of
-from kinelast.figures.cycle import EXTREME_FIELDS, drive_words
-from kinelast.figures.drives import motor_speed, motor_torque
+from kinelast.figures.cycle import EXTREME_FIELDS, Cycle, drive_words
+from kinelast.figures.drives import (
+    cam_flanks,
+    cam_force,
+    cam_outline,
+    cam_pressure,
+    cam_torque,
+    motor_speed,
+    motor_torque,
+)
 from kinelast.figures.results import Results
 from rigid import Spring, TorsionSpring
 from rigid.arrays import Integers, Reals
@@ -22,6 +30,14 @@ STORED = ("N", "M", "u", "w")
 INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}  # as many times integrated, over a rigidity
 FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of the stored fields, unless a beam is cut, sheared or has couples
 EVALUATED = ("chord", "axial", "left", "right", "shear")  # of these by formulas of scene.js
+OUTLINE = 360  # points of a cam
+CAM_ROWS: dict[str, Callable[[Cycle, str], Any]] = {  # values of every cam at every position
+    "cam_turn": lambda cycle, name: cam_flanks(cycle, name)[0].turn,
+    "cam_pressure_angle": lambda cycle, name: cam_flanks(cycle, name)[0].pressure_angle,
+    "cam_force": cam_force,
+    "cam_torque": cam_torque,
+    "cam_pressure": cam_pressure,
+}
 ROUND = 1e-6  # share of its radius that the pitch point of a wheel may wander
 EPS = float(np.finfo(float).eps)
 REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")  # what the page knows of a field
@@ -100,6 +116,9 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
     motors = sorted(results.scene.motors)
     for name, of in (("motor_speed", motor_speed), ("motor_torque", motor_torque)):
         store.add(name, np.array([taken(of(results.cycle, number)) for number in motors]).reshape(-1, len(kept)))
+    for name, of_cam in CAM_ROWS.items():
+        rows = [taken(of_cam(results.cycle, cam)) for cam in results.scene.cams]
+        store.add(name, np.array(rows).reshape(-1, len(kept)))
     for name in ("origin", "direction", "velocity", "acceleration", "angular_velocity", "angular_acceleration"):
         store.add(name, taken(getattr(motion, name)[1:]))
     store.add("shift", taken(bent.shift[1:]))
@@ -151,6 +170,7 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
         "welds": sorted(mechanism.welded_points),
         "springs": list(_springs(results)),
         "gears": list(_gears(results)),
+        "cams": list(_cams(results)),
         "drives": [
             {
                 "name": name,
@@ -168,6 +188,23 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
             for (name, link), (owner, point) in zip(results.joint_words, _joint_points(results), strict=True)
         ],
     }
+
+
+def _cams(results: Results) -> Iterator[dict[str, Any]]:
+    """Per cam its shaft and its follower, and over a turn its pitch curve and its flanks in its own axes."""
+    for name, cam in results.scene.cams.items():
+        flanks = cam_outline(results.scene, name, OUTLINE)
+        yield {
+            "name": name,
+            "link": cam.link,
+            "centre": _pair(np.ravel(cam.centre)[0]),
+            "roller": None if cam.roller is None else _pair(np.ravel(cam.roller)[0]),
+            "radius": float(np.ravel(cam.radius)[0]),
+            "face": None if cam.face is None else [_pair(np.ravel(end)[0]) for end in cam.face],
+            "outer": [*cam.flanks],
+            "pitch": [] if cam.roller is None else [_pair(place) for place in np.ravel(flanks[0].pitch)],
+            "flanks": [[_pair(place) for place in np.ravel(flank.profile)] for flank in flanks],
+        }
 
 
 def _springs(results: Results) -> Iterator[dict[str, Any]]:

@@ -28,6 +28,7 @@ async function start() {
   errorsSection();
   forcesSection();
   drivesSection();
+  camsSection();
   lifeSection();
   jointsSection();
   vibrationSection();

@@ -8,6 +8,16 @@ const view = {
 const wheels = model.gears.flat().filter(({ point, radius }, k, all) => radius !== null && point !== null && all.findIndex((each) => each.point === point && each.radius === radius) === k);
 const belts = model.gears.filter((ends) => ends.every(({ point, radius }) => point !== null && radius === null));
 
+// Cams in their own axes, y downwards as on the screen: a disc, or a ring or groove within a rim.
+const outlineOf = (places, scale = 1) => `${places.map(([x, y], k) => (isFinite(x + y) ? `${k && isFinite(places[k - 1][0]) ? "L" : "M"}${scale * x} ${-scale * y}` : "")).join("")}Z`;
+const camReach = ({ flanks, pitch }) => Math.max(...[...flanks, pitch].flat().map(size).filter(isFinite), 1e-12);
+const camRim = (cam) => (cam.outer.includes(true) ? 1.12 : 1) * camReach(cam);
+const camBody = (cam, scale = 1) => {
+  const rim = scale * camRim(cam), ring = `M${rim} 0A${rim} ${rim} 0 1 0 ${-rim} 0A${rim} ${rim} 0 1 0 ${rim} 0Z`;
+  return (cam.outer.includes(true) ? ring : "") + cam.flanks.map((flank) => outlineOf(flank, scale)).join("");
+};
+const camTurned = (k, i, [px, py] = [0, 0]) => { const [x, y] = vector("cam_turn", k, i); return `matrix(${x} ${-y} ${y} ${x} ${px} ${py})`; };
+
 const corners = (() => {
   const low = [Infinity, Infinity], high = [-Infinity, -Infinity];
   const reach = ([x, y]) => {
@@ -18,6 +28,7 @@ const corners = (() => {
   Object.values(model.links[GROUND].points).forEach(reach);
   for (const { link, point } of movingPoints) for (let i = 0; i < N; i++) reach(placeOf(link, localOf(link, point), i));
   for (const { link, point, radius } of wheels) for (let i = 0; i < N; i++) for (const side of [-radius, radius]) reach(plus(placeOf(link, localOf(link, point), i), [side, side]));
+  for (const cam of model.cams) for (const side of [-1, 1]) reach(plus(cam.centre, scaled(side * camRim(cam), [1, 1])));
   if (!isFinite(low[0])) return [[-0.5, -0.5], [0.5, 0.5]];
   if (low[0] === high[0] && low[1] === high[1]) return [plus(low, [-0.5, -0.5]), plus(high, [0.5, 0.5])];
   // Room for diagrams, and for what is displaced out of the way.
@@ -102,6 +113,10 @@ function drawMechanism(holder, tip) {
       block: parts.joints.appendChild(s("rect", { class: "block", width: 3.4 * unit, height: 2.1 * unit, x: -1.7 * unit, y: -1.05 * unit, style: `stroke:${linkColour(slider.link)}`, "data-link": slider.link })),
     }));
     for (const { slider, rail } of parts.sliders) if (slider.on === GROUND) drawRails(slider, rail);
+    parts.cams = model.cams.map((cam) => ({
+      cam, body: parts.ground.appendChild(s("path", { class: "cambody", "fill-rule": "evenodd", d: camBody(cam, scale) })),
+      roller: cam.roller && cam.radius ? parts.joints.appendChild(s("circle", { class: "camroller", r: scale * cam.radius, style: `stroke:${linkColour(cam.link)}` })) : null,
+    }));
     parts.wheels = wheels.map((wheel) => ({ wheel, line: parts.rigid.parentNode.insertBefore(s("path", { class: "wheel", style: `stroke:${linkColour(wheel.link)}` }), parts.links) }));
     parts.belts = belts.map((ends) => ({ ends, line: parts.joints.appendChild(s("path", { class: "belt" })) }));
     parts.springs = model.springs.map((spring) => ({ spring, line: parts.joints.appendChild(s("path", { class: "spring" })) }));
@@ -186,6 +201,10 @@ function drawMechanism(holder, tip) {
     }
     for (const each of parts.drives) drawDrive(each, i);
     for (const { wheel, line: path } of parts.wheels) drawWheel(wheel, path, i);
+    parts.cams.forEach(({ cam, body, roller }, k) => {
+      body.setAttribute("transform", camTurned(k, i, at(cam.centre)));
+      if (roller) { const [x, y] = at(placeOf(cam.link, cam.roller, i)); roller.setAttribute("cx", x || 0); roller.setAttribute("cy", y || 0); }
+    });
     for (const { ends, line: path } of parts.belts) path.setAttribute("d", line(ends.map(({ link, point }) => drawnPlace(link, point, i, factor))));
     for (const { spring, line: path } of parts.springs) drawSpring(spring, path, i);
     if (view.names) nameAll(i);

@@ -1,0 +1,20 @@
+"""Cams: the profile that gives a follower its motion, its pressure angle and curvature, the contact and its stress."""
+
+from machine.cams.contact import contact_modulus, line_pressure
+from machine.cams.courses import BOTH, INNER, OUTER, Cam, CamCourse, cam_course, cut_depth
+
+__all__ = [
+    "BOTH",
+    "INNER",
+    "OUTER",
+    "Cam",
+    "CamCourse",
+    "cam_course",
+    "contact_modulus",
+    "cut_depth",
+    "line_pressure",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__

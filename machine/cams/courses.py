@@ -1,0 +1,263 @@
+"""Cams found from the motion of their followers: pitch curve and profile, pressure angle, curvature, force, torque.
+
+A cam turns at constant speed about a fixed shaft. Its profile is the envelope of its follower, a roller or a flat face
+of any link, in the axes of the cam. Places, velocities and accelerations of the motion are exact, and so are tangents
+and curvatures here: nothing is differentiated by differences.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from rigid import Motion, acceleration_of, position_of, velocity_of
+from rigid.arrays import Complex, Complexes, Flags, Real, Reals
+from rigid.kinematics import unit_motion
+from rigid.plane import cross, dot
+
+INNER, OUTER, BOTH = "inner", "outer", "both"
+UNKNOWN = float("nan")
+BLOCK = 2_000_000  # distances that are looked at together
+
+
+@dataclass(frozen=True, eq=False)
+class Cam:
+    """A cam and its follower.
+
+    Attributes
+    ----------
+    link, drive
+        Numbers of the follower's link, and of the drive whose motion the cam gives.
+    centre
+        Of its shaft, in the ground [m], complex.
+    speed
+        Of its shaft, counter-clockwise [rad/s].
+    roller, radius
+        Centre of the roller in the axes of the link [m], complex, or None; its radius [m], 0 of a knife edge.
+    face
+        Instead, two points of the flat face in the axes of the link [m].
+    flank
+        Where the cam lies: on the side of its shaft, beyond the roller as a ring, or both as a groove.
+    width
+        Along which they touch [m]; nan where it is not known.
+    modulus
+        E* of both materials [Pa]; nan where it is not known.
+    """
+
+    link: int
+    drive: int
+    centre: Complex
+    speed: Real
+    roller: Complex | None = None
+    radius: Real = 0.0
+    face: tuple[Complex, Complex] | None = None
+    flank: str = INNER
+    width: Real = UNKNOWN
+    modulus: Real = UNKNOWN
+
+    @property
+    def designs(self) -> tuple[int, ...]:
+        """Shape of its numbers: () or (designs, 1)."""
+        numbers = (self.centre, self.speed, self.roller, self.radius, *(self.face or ()), self.width, self.modulus)
+        return np.broadcast_shapes(*(np.shape(each) for each in numbers))
+
+    @property
+    def flanks(self) -> tuple[bool, ...]:
+        """Of every flank that it has, whether it is the outer one."""
+        return {INNER: (False,), OUTER: (True,), BOTH: (False, True)}[self.flank]
+
+
+@dataclass(frozen=True, eq=False)
+class CamCourse:
+    """One flank of a cam over a motion; vectors in the ground's axes, complex, shape (..., positions).
+
+    Attributes
+    ----------
+    cam
+        The cam.
+    turn
+        Unit vector of the cam's axes; they are the ground's at time 0.
+    follower
+        From the shaft to the centre of the roller, or to the first point of the face [m].
+    contact
+        From the shaft to the contact [m].
+    normal
+        Unit vector there, from the cam to the follower.
+    influence
+        Displacement of the follower at the contact, or of the roller's centre, by the drive's coordinate.
+    pitch_curvature
+        Of the path of the roller's centre on the cam [1/m], positive where it is convex seen from the cam; nan of a
+        face.
+    radius
+        Radius of curvature of the cam [m], negative where it is hollow; where it is `undercut` of no meaning.
+    undercut
+        Whether the cam would have to go back on itself.
+    along
+        Of a face, how far from its first point the contact is [m]; nan of a roller.
+    """
+
+    cam: Cam
+    turn: Complexes
+    follower: Complexes
+    contact: Complexes
+    normal: Complexes
+    influence: Complexes
+    pitch_curvature: Reals
+    radius: Reals
+    undercut: Flags
+    along: Reals
+
+    @property
+    def pitch(self) -> Complexes:
+        """The path of the roller's centre on the cam, or of the face's first point, in the axes of the cam [m]."""
+        return np.asarray(self.follower * np.conj(self.turn))
+
+    @property
+    def profile(self) -> Complexes:
+        """The cam in its own axes [m], a point for every position."""
+        return np.asarray(self.contact * np.conj(self.turn))
+
+    @cached_property
+    def lever(self) -> Reals:
+        """Component along the normal of `influence`: force times it is effort of the drive."""
+        return np.asarray(dot(self.normal, self.influence))
+
+    @property
+    def pressure_angle(self) -> Reals:
+        """Between the normal and the way in which the drive moves the contact [rad], within a quarter turn.
+
+        It is told of a dwell too; nan where the drive does not move the contact.
+        """
+        across, ahead = cross(self.influence, self.normal), self.lever
+        angle = np.arctan2(across * np.where(ahead < 0.0, -1.0, 1.0), np.abs(ahead))
+        return np.where(np.abs(self.influence) > 0.0, angle, np.nan)
+
+    @property
+    def convex_radius(self) -> Reals:
+        """Radius of curvature of the cam where it bulges [m], negative where it is undercut; else infinite."""
+        if self.cam.roller is None:
+            return self.radius
+        return np.where(self.pitch_curvature > 0.0, 1.0 / self.pitch_curvature - self.cam.radius, np.inf)
+
+    @property
+    def hollow_radius(self) -> Reals:
+        """Radius of curvature of the cam where it is hollow [m]; else infinite."""
+        return np.where((self.radius < 0.0) & ~self.undercut, -self.radius, np.inf)
+
+    def force(self, effort: Any) -> Reals:
+        """Force with which the cam presses for an effort of the drive [N], along the normal; negative where it pulls.
+
+        By virtual work, so that it is told at rest too.
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(effort / self.lever)
+
+    def torque(self, force: Any) -> Reals:
+        """Torque that the shaft gives for a force at the contact [N m], counter-clockwise."""
+        return np.asarray(force * cross(self.contact, self.normal))
+
+    @property
+    def relative_curvature(self) -> Reals:
+        """The sum of the curvatures of cam and follower [1/m]; nan of a knife edge, and where it is undercut."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if self.cam.roller is None:
+                sum_ = 1.0 / self.radius
+            else:
+                radius = np.where(np.equal(self.cam.radius, 0.0), np.nan, self.cam.radius)
+                sum_ = 1.0 / (radius * (1.0 - radius * self.pitch_curvature))
+        return np.where(self.undercut, np.nan, sum_)
+
+    def preload(self, effort: Any) -> Reals:
+        """Effort that a spring has to give towards the cam, so that they keep in contact [N m or N], at least 0."""
+        return np.asarray(np.maximum(-np.asarray(effort) * np.sign(self.lever), 0.0))
+
+    @property
+    def face_margin(self) -> Reals:
+        """How far the contact is within the ends of the face [m], negative beyond them; nan of a roller."""
+        if self.cam.face is None:
+            return self.along
+        start, end = self.cam.face
+        return np.asarray(np.minimum(self.along, np.abs(end - start) - self.along))
+
+
+def cam_course(motion: Motion, cam: Cam, pace: Any = 1.0, outer: bool = False) -> CamCourse:
+    """A flank of a cam over a motion.
+
+    Parameters
+    ----------
+    pace
+        Over the speed that the cam has, that at which the motion is passed, shape that broadcasts to (..., positions).
+    outer
+        Whether it is that of a ring about the roller.
+    """
+    speed = cam.speed * pace
+    turn = np.exp(1j * speed * motion.time)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if cam.face is None:
+            return _of_roller(motion, cam, speed, turn, outer)
+        return _of_face(motion, cam, speed, turn)
+
+
+def _of_roller(motion: Motion, cam: Cam, speed: Any, turn: Any, outer: bool) -> CamCourse:
+    assert cam.roller is not None
+    point = cam.link, cam.roller
+    arm, moved = position_of(motion, *point) - cam.centre, velocity_of(motion, *point)
+    relative = moved - 1j * speed * arm  # of the centre against the cam, and the rate of that in the cam's axes
+    bent = acceleration_of(motion, *point) - 2j * speed * moved - speed**2 * arm
+    side = np.sign(speed) * (-1.0 if outer else 1.0)
+    size = np.abs(relative)
+    normal = 1j * side * relative / size
+    curvature = -side * cross(relative, bent) / size**3
+    undercut = curvature * cam.radius >= 1.0
+    radius = 1.0 / curvature - cam.radius
+    influence = velocity_of(unit_motion(motion, cam.drive), *point)
+    none = np.full(np.shape(curvature), np.nan)
+    return CamCourse(cam, turn, arm, arm - cam.radius * normal, normal, influence, curvature, radius, undercut, none)
+
+
+def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamCourse:
+    """Of a face through P along e, with n = i e: it touches where the velocity against the cam lies along it.
+
+    With the velocity u of P against the cam, and the rate D at which the face turns against it, that is at s = -n.u/D
+    from P. The cam's radius is the rate at which the contact goes along the cam over D.
+    """
+    assert cam.face is not None
+    start, end = cam.face
+    first = cam.link, start
+    arm, moved = position_of(motion, *first) - cam.centre, velocity_of(motion, *first)
+    along = motion.direction[cam.link] * ((end - start) / np.abs(end - start))
+    across = 1j * along
+    spin, spun = motion.angular_velocity[cam.link], motion.angular_acceleration[cam.link]
+    relative, rate = moved - 1j * speed * arm, spin - speed
+    normal_rate = dot(across, acceleration_of(motion, *first) - 1j * speed * moved) - spin * dot(along, relative)
+    place = -dot(across, relative) / rate
+    drift = -(normal_rate + place * spun) / rate
+    side = np.where(dot(across, arm) < 0.0, -1.0, 1.0)
+    radius = -side * (dot(along, relative) + drift) / rate
+    contact = arm + place * along
+    unit = unit_motion(motion, cam.drive)
+    influence = velocity_of(unit, *first) + 1j * unit.angular_velocity[cam.link] * place * along
+    none = np.full(np.shape(radius), np.nan)
+    return CamCourse(cam, turn, arm, contact, side * across, influence, none, radius, radius < 0.0, place)
+
+
+def cut_depth(course: CamCourse) -> Reals:
+    """How deep the follower at any other position cuts into every point of the profile [m], shape (positions,).
+
+    None, to the distance of the positions, where the cam can be made. Of one design, over a turn of the cam.
+    """
+    profile, cam, centres = np.ravel(course.profile), course.cam, np.ravel(course.pitch)
+    lines = np.ravel(course.normal * np.conj(course.turn))
+    depth, step = np.zeros(profile.shape), max(1, BLOCK // max(1, len(centres)))
+    for at in range(0, len(profile), step):
+        some = profile[at : at + step, None]
+        if cam.face is None:
+            reach = np.abs(some - centres)
+            inside = float(np.ravel(cam.radius)[0]) - reach.min(axis=1)
+        else:
+            inside = dot(lines, some - centres).max(axis=1)
+        depth[at : at + step] = np.maximum(inside, 0.0)
+    return depth

@@ -1,0 +1,468 @@
+"""Cams against closed forms of textbooks, linkages that move their followers alike, and the balance of powers."""
+
+import re
+import tomllib
+
+import numpy as np
+import pytest
+
+from kinelast import scene_from_dict
+from kinelast.designs import evaluate
+from kinelast.figures.drives import cam_flanks, cam_force, cam_pressure, cam_torque
+from kinelast.runs import computed
+from kinelast.scene.data import scene_deflection, scene_motion
+from kinelast.scene.error import SceneError
+from kinelast.tasks.request import Request
+from machine.cams import OUTER, Cam, cam_course, contact_modulus, cut_depth, line_pressure
+from rigid import drive_efforts
+
+TAPPET = """
+units = "mm"
+[points]
+A = [6, 40]
+F = [-30, 40]
+G = [40, 40]
+T = [6, 90]
+[links.ground]
+points = {O = [0, 0]}
+[links.tappet]
+points = ["A", "F", "G", "T"]
+rigid = true
+mass = "400 g"
+center = "A"
+[sliders.guide]
+link = "tappet"
+through = "A"
+direction = [0, 1]
+[[drives]]
+slider = "guide"
+repeat = true
+law = [
+    {curve = "polynomial-345", duration = "40 ms", by = "12 mm"},
+    {curve = "dwell", duration = "10 ms"},
+    {curve = "cycloidal", duration = "30 ms", by = "-12 mm"},
+    {curve = "dwell", duration = "20 ms"},
+]
+[cams.plate]
+follower = "tappet"
+centre = "O"
+roller = "A"
+roller_radius = 9
+width = 8
+material = "S235"
+[run]
+positions = 120
+gravity = [0, -9.81]
+"""
+
+EQUIVALENT = """
+units = "mm"
+[points]
+O = [0, 0]
+A = [10, 0]
+B = [30, 55]
+C = [100, 60]
+[links.ground]
+points = ["O", "C"]
+[links.crank]
+points = ["O", "A"]
+rigid = true
+mass = 0
+[links.rod]
+points = ["A", "B"]
+rigid = true
+mass = 0
+[links.rocker]
+points = ["C", "B"]
+rigid = true
+mass = "1 kg"
+center = "B"
+inertia = 2e-3
+[[drives]]
+link = "crank"
+speed = "300 rpm"
+start = 0
+[cams.disc]
+follower = "rocker"
+centre = "O"
+roller = "B"
+roller_radius = 8
+[run]
+positions = 120
+gravity = [0, -9.81]
+"""
+
+SLOTTED = """
+units = "mm"
+[points]
+O = [0, 0]
+A = [10, 0]
+C = [90, 25]
+P = [-40, 25]
+Q = [60, 25]
+[links.ground]
+points = ["O", "C"]
+[links.crank]
+points = ["O", "A"]
+rigid = true
+mass = 0
+[links.lever]
+points = ["C", "P", "Q"]
+rigid = true
+mass = "1 kg"
+center = "P"
+inertia = 1e-3
+[slots.track]
+point = "A"
+link = "crank"
+on = "lever"
+direction = [1, 0]
+[[drives]]
+link = "crank"
+speed = "-240 rpm"
+[cams.disc]
+follower = "lever"
+centre = "O"
+face = ["P", "Q"]
+speed = "-240 rpm"
+[run]
+positions = 120
+"""
+
+
+def tables(text, **more):
+    return {**tomllib.loads(text), **more}
+
+
+def with_cam(text, **keys):
+    """Tables with other keys of the one cam; None takes a key away."""
+    found = tomllib.loads(text)
+    ((name, cam),) = found["cams"].items()
+    found["cams"][name] = {key: value for key, value in {**cam, **keys}.items() if value is not None}
+    return found
+
+
+def cycle_of(given):
+    return computed(scene_from_dict(given), Request(theory="quasi-static")).cycle
+
+
+class TestTranslatingFollower:
+    """R. L. Norton, Cam Design and Manufacturing Handbook, chapter 7, of a plate cam that turns clockwise or not."""
+
+    @pytest.mark.parametrize("speed", ["600 rpm", "-600 rpm"])
+    def test_roller(self, speed):
+        cycle = cycle_of(with_cam(TAPPET, speed=speed))
+        (flank,) = cam_flanks(cycle, "plate")
+        w = cycle.scene.cams["plate"].speed
+        s, v, a = cycle.motion.drive[0], cycle.motion.drive_rate[0] / w, cycle.motion.drive_acceleration[0] / w**2
+        offset, height = 6e-3, 40e-3 + s
+        # tan of the pressure angle (s' - e)/(s + sqrt(Rp^2 - e^2)), the offset on the side to which the cam turns.
+        assert np.tan(flank.pressure_angle) == pytest.approx((v - offset) / height, abs=1e-14)
+        # Radius of curvature of the pitch curve: Norton's for no offset; here by polar coordinates of the centre.
+        r, turned = np.hypot(offset, height), np.arctan2(height, offset)
+        r1 = v * height / r  # by the angle of the cam
+        p1 = offset * v / r**2 - 1.0
+        r2 = (v**2 + height * a) / r - v * height * r1 / r**2
+        p2 = offset * (a / r**2 - 2 * v * r1 / r**3)
+        x1, y1 = r1, r * p1
+        x2, y2 = r2 - r * p1**2, 2 * r1 * p1 + r * p2
+        curvature = -(x1 * y2 - y1 * x2) / np.hypot(x1, y1) ** 3
+        assert flank.pitch_curvature == pytest.approx(curvature, rel=1e-12)
+        assert flank.pitch == pytest.approx(r * np.exp(1j * (turned - w * cycle.motion.time)), abs=1e-15)
+        assert abs(flank.pitch - flank.profile) == pytest.approx(9e-3, rel=1e-13)
+
+    def test_radius_of_curvature_without_offset(self):
+        """((Rp + s)^2 + s'^2)^(3/2) / ((Rp + s)^2 + 2 s'^2 - s'' (Rp + s))."""
+        given = tables(TAPPET)
+        given["points"].update(A=[0, 40])
+        cycle = cycle_of(given)
+        (flank,) = cam_flanks(cycle, "plate")
+        w = cycle.scene.cams["plate"].speed
+        r = 0.04 + cycle.motion.drive[0]
+        v, a = cycle.motion.drive_rate[0] / w, cycle.motion.drive_acceleration[0] / w**2
+        radius = (r**2 + v**2) ** 1.5 / (r**2 + 2 * v**2 - a * r)
+        assert 1 / flank.pitch_curvature == pytest.approx(radius, rel=1e-12)
+        assert flank.radius == pytest.approx(radius - 9e-3, rel=1e-12)
+
+    @pytest.mark.parametrize("speed", ["600 rpm", "-600 rpm"])
+    def test_flat_face(self, speed):
+        """Radius Rb + s + s'', contact s' beside the shaft, parametric profile of the handbook."""
+        cycle = cycle_of(with_cam(TAPPET, speed=speed, roller=None, roller_radius=None, face=["F", "G"]))
+        (flank,) = cam_flanks(cycle, "plate")
+        w = cycle.scene.cams["plate"].speed
+        s, v, a = cycle.motion.drive[0], cycle.motion.drive_rate[0] / w, cycle.motion.drive_acceleration[0] / w**2
+        assert flank.radius == pytest.approx(40e-3 + s + a, abs=1e-15)
+        assert flank.contact == pytest.approx(v + 1j * (40e-3 + s), abs=1e-15)
+        assert np.abs(flank.pressure_angle).max() < 1e-14
+        assert flank.face_margin == pytest.approx(np.minimum(30e-3 + v, 40e-3 - v), abs=1e-15)
+
+    def test_curvature_is_that_of_the_profile(self):
+        """By finite differences of places alone, of roller and face."""
+        for keys in ({}, {"roller": None, "roller_radius": None, "face": ["F", "G"]}):
+            scene = scene_from_dict(with_cam(TAPPET, **keys))
+            time = 0.011 + 1e-5 * np.arange(-1, 2)
+            flank = cam_course(scene.course.at(time), scene.cams["plate"])
+            before, here, after = flank.profile
+            one, two = after - here, here - before
+            bend = 2 * (two.conjugate() * one).imag / abs(one * two * (after - before))
+            assert abs(bend) == pytest.approx(1 / abs(flank.radius[1]), rel=1e-5)
+
+
+class TestEquivalentLinkages:
+    def test_disc_under_a_swinging_roller(self):
+        """A coupler from the disc's middle to the roller moves the rocker alike: the same force, the same torque."""
+        cycle = cycle_of(tables(EQUIVALENT))
+        (flank,), names = cam_flanks(cycle, "disc"), [joint.name for joint in cycle.motion.structure.joints]
+        length = abs(20 + 55j) * 1e-3
+        assert np.abs(np.abs(flank.profile - 0.01) - (length - 0.008)).max() < 1e-16
+        assert flank.radius == pytest.approx(length - 0.008, rel=1e-13)
+        assert cut_depth(flank).max() < 1e-16
+        force = cam_force(cycle, "disc")
+        assert np.abs(force) == pytest.approx(np.abs(cycle.deflection.forces.force[names.index("B")]), rel=1e-9)
+        assert cam_torque(cycle, "disc") == pytest.approx(cycle.efforts[0], abs=1e-14)
+
+    def test_ring_about_a_swinging_roller(self):
+        cycle = cycle_of(with_cam(EQUIVALENT, flank="outer"))
+        (flank,) = cam_flanks(cycle, "disc")
+        length = abs(20 + 55j) * 1e-3
+        assert np.abs(np.abs(flank.profile - 0.01) - (length + 0.008)).max() < 1e-16
+        assert flank.radius == pytest.approx(-(length + 0.008), rel=1e-13)
+        assert not flank.undercut.any()
+        inside = cycle_of(tables(EQUIVALENT))
+        assert cam_force(cycle, "disc") == pytest.approx(-cam_force(inside, "disc"), rel=1e-12)
+        assert cam_torque(cycle, "disc") == pytest.approx(cam_torque(inside, "disc"), rel=1e-9, abs=1e-12)
+
+    def test_disc_under_a_swinging_face(self):
+        """The disc's middle slides in a slot parallel to the face."""
+        cycle = cycle_of(tables(SLOTTED))
+        (flank,) = cam_flanks(cycle, "disc")
+        assert np.abs(np.abs(flank.profile - 0.01) - 0.025).max() < 1e-16
+        assert flank.radius == pytest.approx(0.025, rel=1e-12)
+        names = [joint.name for joint in cycle.motion.structure.joints]
+        pull = np.abs(cycle.deflection.forces.force[names.index("A")])
+        assert np.abs(cam_force(cycle, "disc")) == pytest.approx(pull, rel=1e-9)
+        assert cam_torque(cycle, "disc") == pytest.approx(cycle.efforts[0], abs=1e-14)
+
+
+class TestForces:
+    def test_power_of_the_shaft_is_that_of_the_drive(self):
+        cycle = cycle_of(with_cam(TAPPET, speed="-600 rpm"))
+        power = cam_torque(cycle, "plate") * cycle.scene.cams["plate"].speed
+        given = cycle.efforts[0] * cycle.motion.drive_rate[0]
+        assert power == pytest.approx(given, abs=1e-14 * np.abs(given).max())
+
+    def test_force_at_rest(self):
+        """In a dwell it bears the weight, over the cosine of the pressure angle."""
+        cycle = cycle_of(tables(TAPPET))
+        (flank,), still = cam_flanks(cycle, "plate"), np.isclose(cycle.motion.time, 0.045)
+        assert still.any()
+        expected = 0.4 * 9.81 / np.cos(flank.pressure_angle[still])
+        assert cam_force(cycle, "plate")[still] == pytest.approx(expected, rel=1e-12)
+
+    def test_preload_keeps_the_follower_on(self):
+        """A force along the drive of the size that is told leaves the least force at 0."""
+        given = tables(TAPPET)
+        peaks = computed(scene_from_dict(given), Request()).figures.peaks
+        (least,), (preload,) = peaks["cam_least_force"], peaks["cam_preload"]
+        assert least.value < 0 < preload.value
+        given["loads"] = [{"link": "tappet", "point": "A", "force": [0, -preload.value]}]
+        (least,) = computed(scene_from_dict(given), Request()).figures.peaks["cam_least_force"]
+        assert least.value == pytest.approx(0.0, abs=1e-12 * preload.value)
+
+    def test_groove_presses_by_either_flank(self):
+        groove = cycle_of(with_cam(TAPPET, flank="both"))
+        inner, outer = cam_flanks(groove, "plate")
+        assert outer.profile - inner.profile == pytest.approx(18e-3 * inner.normal * inner.turn.conjugate(), abs=1e-15)
+        alone = [cycle_of(with_cam(TAPPET, flank=flank)) for flank in ("inner", "outer")]
+        force, pressure = cam_force(groove, "plate"), cam_pressure(groove, "plate")
+        for at, (sign, cycle) in enumerate(zip((1, -1), alone, strict=True)):
+            presses = sign * force > 0
+            assert presses.any(), at
+            assert pressure[presses] == pytest.approx(cam_pressure(cycle, "plate")[presses], rel=1e-12)
+        peaks = computed(groove.scene, Request()).figures.peaks
+        assert peaks["cam_preload"] == [] == peaks["cam_least_force"]
+
+
+class TestPressure:
+    def test_by_the_half_width_of_the_contact(self):
+        """J. E. Shigley, Mechanical Engineering Design, equations (3-73) and (3-74): b, and p = 2 F/(pi b l)."""
+        force, length, d1, d2 = 812.0, 0.02, 0.04, -0.13
+        e1, n1, e2, n2 = 207e9, 0.292, 100e9, 0.211
+        half = np.sqrt(2 * force / (np.pi * length) * ((1 - n1**2) / e1 + (1 - n2**2) / e2) / (1 / d1 + 1 / d2))
+        found = line_pressure(force, length, 2 / d1 + 2 / d2, contact_modulus(e1, n1, e2, n2))
+        assert found == pytest.approx(2 * force / (np.pi * half * length), rel=1e-14)
+
+    def test_coefficient_of_handbooks(self):
+        """0.418 sqrt(F E/(l R)) of two bodies of one material with 0.3."""
+        assert line_pressure(1.0, 1.0, 1.0, contact_modulus(1.0, 0.3, 1.0, 0.3)) == pytest.approx(0.418, abs=5e-4)
+
+    def test_relative_curvature(self):
+        """Of the roller and of the cam, hollow or not."""
+        for keys in ({}, {"flank": "outer"}):
+            (flank,) = cam_flanks(cycle_of(with_cam(TAPPET, **keys)), "plate")
+            assert flank.relative_curvature == pytest.approx(1 / 9e-3 + 1 / flank.radius, rel=1e-12)
+
+    def test_none_where_it_pulls(self):
+        cycle = cycle_of(tables(TAPPET))
+        assert (np.isnan(cam_pressure(cycle, "plate")) == (cam_force(cycle, "plate") < 0)).all()
+
+
+class TestMaking:
+    def test_undercut_by_a_large_roller(self):
+        """Beyond the least radius of the pitch curve; below it the roller at no other place cuts the profile."""
+        given = tables(TAPPET)
+        given["points"]["A"] = [6, 30]
+        for segment, lasts, more in ((0, 20, {"by": 25}), (1, 1, {}), (2, 20, {"by": -25}), (3, 59, {})):
+            given["drives"][0]["law"][segment] |= {"duration": f"{lasts} ms", **more}
+        curvature = cam_flanks(cycle_of(given), "plate")[0].pitch_curvature
+        for share, cut in ((0.97, False), (1.3, True)):
+            given["cams"]["plate"]["roller_radius"] = 1e3 * share / curvature.max()
+            cycle = cycle_of(given)
+            (flank,) = cam_flanks(cycle, "plate")
+            assert flank.undercut.any() == cut
+            assert (flank.convex_radius.min() < 0) == cut
+            assert (cut_depth(flank).max() > 1e-5) == cut
+
+    def test_undercut_by_a_flat_face(self):
+        """Where s + s'' takes more than the base radius."""
+        given = with_cam(TAPPET, roller=None, roller_radius=None, face=["F", "G"])
+        for height, cut in ((40, False), (8, True)):
+            given["points"].update(F=[-30, height], G=[40, height])
+            (flank,) = cam_flanks(cycle_of(given), "plate")
+            assert flank.undercut.any() == cut
+            assert (cut_depth(flank).max() > 1e-5) == cut
+
+    def test_roller_that_leaves_nothing(self):
+        """One that is larger than the disc on which it would roll cuts all of it."""
+        time = np.linspace(0, 1, 400, endpoint=False)
+        scene = scene_from_dict(tables(EQUIVALENT))
+        moved = scene.course.at(0.2 * time)
+        flank = cam_course(moved, Cam(3, 0, 0j, 10 * np.pi, scene.cams["disc"].roller, 0.07))
+        assert flank.undercut.all()
+        assert cut_depth(flank).max() > 0.01
+
+
+class TestFigures:
+    def test_designs_have_the_figures_of_a_single_run(self):
+        keys = ["cam_pressure_angle", "cam_radius", "cam_force.plate", "cam_torque", "cam_pressure", "cam_preload",
+                "cam_least_force", "cam_distance"]  # fmt: skip
+        paths = ["cams.plate.roller_radius", "cams.plate.centre.x", "cams.plate.width", "links.tappet.mass"]
+        given = with_cam(TAPPET, centre=[0, 0])
+        values = np.array([[0.008, 0.001, 0.01, 0.3], [0.012, -0.002, 0.02, 0.5]])
+        found = evaluate(given, paths, values, keys)
+        assert not found.reason.any()
+        for row, (radius, x, width, mass) in enumerate(values):
+            alone = with_cam(TAPPET, centre=[1e3 * x, 0], roller_radius=1e3 * radius, width=1e3 * width)
+            alone["links"]["tappet"]["mass"] = mass
+            peaks = computed(scene_from_dict(alone), Request()).figures.peaks
+            for key in keys:
+                value = peaks[key.partition(".")[0]][0].value
+                magnitude = value if key in ("cam_radius", "cam_least_force") else abs(value)
+                assert found.columns[key][row] == pytest.approx(magnitude, rel=1e-9), key
+
+    def test_the_speed_of_the_drive_takes_the_cam_along(self):
+        """A cam without a speed turns once in the run, whatever that lasts."""
+        found = evaluate(tables(EQUIVALENT), ["drives.crank.speed"], [[31.0], [62.0]], ["cam_radius", "cam_force"])
+        assert found.columns["cam_radius"] == pytest.approx(np.full(2, abs(0.02 + 0.055j) - 0.008), rel=1e-12)
+        assert found.columns["cam_force"][1] > 2 * found.columns["cam_force"][0]
+
+    def test_limits_of_a_cam(self):
+        given = with_cam(TAPPET, pressure="900 MPa", pressure_angle="10 deg", radius="5 mm", hollow_radius="5 mm")
+        from kinelast.figures.summary import summary
+
+        told = summary(computed(scene_from_dict(given), Request()))
+        outcomes = {row["kind"]: row["outcome"] for row in told["acceptance"]["limits"]}
+        expected = {"cam_pressure": "kept", "cam_pressure_angle": "not kept", "cam_radius": "kept"}
+        assert expected.items() <= outcomes.items()
+
+
+def scene_error(given):
+    with pytest.raises(SceneError) as caught:
+        scene_from_dict(given, "scene", "scene.toml")
+    return str(caught.value)
+
+
+class TestMistakes:
+    @pytest.mark.parametrize(
+        ("keys", "message"),
+        [
+            ({"follower": "tapet"}, '[cams.plate] follower: there is no moving link "tapet"; did you mean "tappet"?'),
+            ({"follower": "ground"}, "there is no moving link"),
+            ({"roller": None}, "[cams.plate] roller: expected either roller, its centre, or face"),
+            ({"face": ["F", "G"]}, "expected either roller, its centre, or face"),
+            ({"roller": "B"}, '[cams.plate] roller: the link "tappet" has no point "B"'),
+            ({"roller": None, "face": ["F", "G"]}, "roller_radius: belongs to a roller"),
+            ({"roller": None, "roller_radius": None, "face": ["F", "X"]}, 'face: the link "tappet" has no point "X"'),
+            ({"roller": None, "roller_radius": None, "face": ["F", "F"]}, "face: expected two points at two places"),
+            ({"roller": None, "roller_radius": None, "face": ["F", "G"], "flank": "both"}, "flank: a flat face has"),
+            ({"centre": "A"}, '[cams.plate] centre: the link "ground" has no point "A"'),
+            ({"centre": [6, 40]}, '[cams.plate] roller: "A" is drawn at the centre of the shaft'),
+            ({"roller_radius": 45}, "roller_radius: a roller of 0.045 m covers the shaft, which is 0.04045 m from"),
+            ({"drive": "guid"}, '[cams.plate] drive: there is no drive "guid"; did you mean "guide"?'),
+            ({"speed": "500 rpm"}, "speed: makes 0.833333 turns in the run of 0.1 s, expected whole ones: 600 rpm is"),
+            ({"speed": 0}, "speed: makes 0 turns"),
+            ({"speed": "1200 rpm"}, 'speed: the slide of the drive "guide" is up to 12 mm off after a turn of the cam'),
+            ({"material": "S23"}, '[cams.plate] material: there is no material "S23"'),
+            ({"material": None, "pressure": "1 GPa"}, "material: the key is missing"),
+            ({"material": None, "follower_material": "S235"}, "follower_material: belongs beside material"),
+            ({"roller_radius": None, "pressure": "1 GPa"}, "roller_radius: the key is missing: a knife edge"),
+        ],
+    )
+    def test_are_told(self, keys, message):
+        told = scene_error(with_cam(TAPPET, **keys))
+        assert message in told
+        assert told.startswith("scene.toml: [cams.plate]")
+
+    def test_a_law_that_does_not_come_back(self):
+        given = tables(TAPPET)
+        drive = given["drives"][0]
+        drive["repeat"] = False
+        drive["law"] = drive["law"][:2]
+        given["run"]["duration"] = "50 ms"
+        assert 'the slide of the drive "guide" is up to 12 mm off after a turn of the cam' in scene_error(given)
+        drive["law"] = [{"curve": "constant-speed", "duration": "50 ms", "by": "-5 mm"}]
+        assert "5 mm off" in scene_error(given)
+
+    def test_a_drive_by_an_effort(self):
+        given = tables(TAPPET)
+        given["drives"] = [{"slider": "guide", "effort": "5 N"}]
+        given["run"]["duration"] = "50 ms"
+        assert 'drive: the drive "guide" is an effort: a cam gives a motion' in scene_error(given)
+
+    def test_a_drive_with_a_motor(self):
+        given = tables(TAPPET, cylinders={"jack": {"bore": 40}})
+        given["drives"][0]["cylinder"] = "jack"
+        assert 'drive: the drive "guide" has a cylinder of its own' in scene_error(given)
+
+    def test_two_cams_of_one_drive(self):
+        given = tables(TAPPET)
+        given["cams"]["second"] = given["cams"]["plate"]
+        told = scene_error(given)
+        assert '[cams.second] drive: the drive "guide" has its motion from the cam "plate" already' in told
+
+    def test_one_of_several_drives(self):
+        given = with_cam(EQUIVALENT)
+        given["points"].update(D=[-50, 0])
+        given["links"]["ground"]["points"].append("Z")
+        given["points"].update(Z=[0, -50], Y=[0, -80])
+        given["links"]["wheel"] = {"points": ["Z", "Y"], "rigid": True, "mass": 0.1, "center": "Z", "inertia": 1e-4}
+        given["drives"].append({"link": "wheel", "speed": "300 rpm"})
+        assert re.search('drive: the key is missing: which of the drives "crank", "wheel"', scene_error(given))
+        given["cams"]["disc"]["drive"] = "crank"
+        assert scene_from_dict(given).cams["disc"].drive == 0
+
+
+def test_outer_flank_is_undercut_where_the_path_is_hollow():
+    """A knife edge is never cut; a roller in a ring is where the path bends towards it more than its radius."""
+    scene = scene_from_dict(tables(TAPPET))
+    moved = scene_motion(scene)
+    cam = scene.cams["plate"]
+    hollow = cam_course(moved, cam).pitch_curvature
+    if (hollow < 0).any():
+        large = Cam(cam.link, cam.drive, cam.centre, cam.speed, cam.roller, -1.1 / hollow.min(), flank=OUTER)
+        assert cam_course(moved, large, outer=True).undercut.any()
+    effort = drive_efforts(moved, scene_deflection(scene, moved).forces)[0]
+    edge = cam_course(moved, Cam(cam.link, cam.drive, cam.centre, cam.speed, cam.roller))
+    assert not edge.undercut.any()
+    assert np.isnan(edge.relative_curvature).all()
+    assert edge.force(effort) == pytest.approx(cam_course(moved, cam).force(effort), rel=1e-12)
