@@ -261,6 +261,55 @@ class ISection(Section):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class TSection(Section):
+    """A T with its `web` in the plane of motion; `fillet` is the radius between web and flange."""
+
+    shape: ClassVar[str] = "T"
+    depth: Quantity | Sequence[Quantity]
+    width: Quantity | Sequence[Quantity]
+    web: Quantity | Sequence[Quantity]
+    flange: Quantity | Sequence[Quantity]
+    _: KW_ONLY
+    fillet: Quantity | Sequence[Quantity] | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Channel(Section):
+    """A channel with its `web` in the plane of motion and its flanges to one side, held from twisting."""
+
+    shape: ClassVar[str] = "channel"
+    depth: Quantity | Sequence[Quantity]
+    width: Quantity | Sequence[Quantity]
+    web: Quantity | Sequence[Quantity]
+    flange: Quantity | Sequence[Quantity]
+    _: KW_ONLY
+    fillet: Quantity | Sequence[Quantity] | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Angle(Section):
+    """An angle with a leg of `depth` in the plane of motion, free to bend sideways too; held from twisting."""
+
+    shape: ClassVar[str] = "angle"
+    depth: Quantity | Sequence[Quantity]
+    width: Quantity | Sequence[Quantity]
+    wall: Quantity | Sequence[Quantity]
+    _: KW_ONLY
+    fillet: Quantity | Sequence[Quantity] | None = None
+    toe: Quantity | Sequence[Quantity] | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Outline(Section):
+    """Any outline, by its corners: in the plane of motion, then across it. Held from twisting."""
+
+    shape: ClassVar[str] = "outline"
+    points: Sequence[Place]
+    _: KW_ONLY
+    holes: Sequence[Sequence[Place]] | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Properties(Section):
     """Any shape: area, second moment of area, distance of the outermost fibre, area that resists shear."""
 
@@ -791,11 +840,13 @@ class Path(Part):
 
 __all__ = [
     "Against",
+    "Angle",
     "Beam",
     "Bearing",
     "Bound",
     "Box",
     "Cam",
+    "Channel",
     "Circle",
     "Contact",
     "Cylinder",
@@ -814,6 +865,7 @@ __all__ = [
     "Material",
     "Motor",
     "Optimize",
+    "Outline",
     "Part",
     "Path",
     "Pin",
@@ -832,6 +884,7 @@ __all__ = [
     "Slot",
     "Spring",
     "Sweep",
+    "TSection",
     "Tolerance",
     "Tube",
     "Weld",

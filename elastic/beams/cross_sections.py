@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -13,19 +14,21 @@ from elastic.beams.section import Section, Taper
 POISSON = 0.3
 """Poisson's ratio of metals, where none is known."""
 FITTED = 12  # degree of the polynomials that stand for what is none along a taper
+EXACT = 1e-12  # share of the greatest, by which a polynomial of the degree that most shapes have may miss
 ROUND_OFF = 1e-14  # share of the greatest below which a coefficient of a taper is none
 
 
 @dataclass(frozen=True)
 class Shape:
-    """Properties of a symmetric cross-section.
+    """Properties of a cross-section that is bent by a moment about the axis across the plane of motion.
 
     Attributes
     ----------
     area, inertia
-        [m^2]; second moment of area about the axis of bending [m^4].
+        [m^2]; second moment of area by which the moment bends it in the plane of motion [m^4]. Where the section has no
+        axis of symmetry it goes sideways as well, being free to: then `inertia` is I_z - I_yz^2/I_y, below I_z.
     fibre
-        Distance of the outermost fibre from the axis [m].
+        Distance of the outermost fibre from the axis [m]: the largest stress is M fibre/inertia.
     peak_shear
         Largest shear stress over the mean one, V/A: at the axis, by V Q/(I b).
     cowper
@@ -171,12 +174,154 @@ def box(depth: float, width: float, wall: float, corner: float = 0.0) -> Shape:
     )
 
 
+def channel(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
+    """A channel with its web in the plane of motion [m], both flanges to one side; `fillet` as in an I.
+
+    Loaded through its shear centre, or held from twisting: torsion is no part of the plane.
+
+    Raises
+    ------
+    ValueError
+        Flanges and fillets leave no web, or the web no flange.
+    """
+    inside = depth - 2 * flange
+    if not np.all((inside > 2 * fillet) & (width >= web + fillet)):
+        raise ValueError("a channel needs flanges and fillets below half of its depth, and a web and a fillet in width")
+    round_area, round_inertia, round_place = _corner(fillet)
+    place = inside / 2 - round_place
+    area = 2 * width * flange + inside * web + 2 * round_area
+    inertia = (width * depth**3 - (width - web) * inside**3) / 12 + 2 * (round_inertia + round_area * place**2)
+    moment = width * flange * (depth - flange) / 2 + web * inside**2 / 8 + round_area * place
+    half, across = (depth - flange) / 2, width - web / 2
+    flow = flange * across * half
+    walls = [(flange, across, half, half, 0.0)] * 2 + [(web, 2 * half, half, -half, flow)]
+    return Shape(area, inertia, depth / 2, moment * area / (inertia * web), _by_energy(walls), width)
+
+
+def t_section(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
+    """A T with its web in the plane of motion [m]; `fillet` is the radius between web and flange.
+
+    Raises
+    ------
+    ValueError
+        Flange and fillets leave no web, or the web no flange.
+    """
+    if not np.all((depth > flange + fillet) & (width >= web + 2 * fillet)):
+        raise ValueError("a T needs a flange and fillets below its depth, and a web and fillets in its width")
+    stem = depth - flange
+    round_area, round_inertia, round_place = _corner(fillet)
+    parts = [  # area, its place from the outside of the flange, second moment of its own
+        (width * flange, flange / 2, width * flange**3 / 12),
+        (web * stem, flange + stem / 2, web * stem**3 / 12),
+        (2 * round_area, flange + round_place, 2 * round_inertia),
+    ]
+    area = sum(part for part, _, _ in parts)
+    axis = sum(part * place for part, place, _ in parts) / area
+    inertia = sum(own + part * (place - axis) ** 2 for part, place, own in parts)
+    at = np.maximum(axis, flange)
+    moment = web * (depth - at) * ((depth + at) / 2 - axis)
+    height = depth - flange / 2
+    middle = web * height**2 / 2 / (web * height + flange * width)
+    walls = [(web, height, height - middle, -middle, 0.0)] + [(flange, width / 2, -middle, -middle, 0.0)] * 2
+    fibre = np.maximum(depth - axis, axis)
+    return Shape(area, inertia, fibre, moment * area / (inertia * web), _by_energy(walls), width)
+
+
+def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: float = 0.0) -> Shape:
+    """An angle with one leg of `depth` in the plane of motion, the other across it [m].
+
+    Without an axis of symmetry in either, a moment in the plane bends it sideways too, by -I_yz/I_y as far. It is taken
+    to be free to: stiffer by I_z/`inertia` at most where joints hold it in the plane. Loaded through its shear centre.
+
+    Parameters
+    ----------
+    fillet, toe
+        Radii between the legs, and at the inner edges of their ends.
+
+    Raises
+    ------
+    ValueError
+        Wall and radii leave no legs.
+    """
+    if not np.all((np.minimum(depth, width) > wall + fillet + toe) & (toe <= wall)):
+        raise ValueError("an angle needs a wall and radii below its legs, and toes of no more than its wall")
+    round_area, round_inertia, round_place = _corner(fillet)
+    toe_area, toe_inertia, toe_place = _corner(toe)
+    parts = [  # area and place of its centroid (y, z); of its own the integrals of y^2, z^2, y z
+        (depth * wall, depth / 2, wall / 2, wall * depth**3 / 12, depth * wall**3 / 12, 0.0),
+        (wall * (width - wall), wall / 2, (width + wall) / 2, (width - wall) * wall**3 / 12,
+         wall * (width - wall) ** 3 / 12, 0.0),
+        (round_area, wall + round_place, wall + round_place, round_inertia, round_inertia,
+         _corner_product(fillet)),
+        (-toe_area, depth - toe_place, wall - toe_place, -toe_inertia, -toe_inertia, -_corner_product(toe)),
+        (-toe_area, wall - toe_place, width - toe_place, -toe_inertia, -toe_inertia, -_corner_product(toe)),
+    ]  # fmt: skip
+    area = sum(part[0] for part in parts)
+    y, z = (sum(part[0] * part[k] for part in parts) / area for k in (1, 2))
+    along = sum(part[3] + part[0] * (part[1] - y) ** 2 for part in parts)
+    across = sum(part[4] + part[0] * (part[2] - z) ** 2 for part in parts)
+    product = sum(part[5] + part[0] * (part[1] - y) * (part[2] - z) for part in parts)
+    ends = ((0.0, 0.0), (depth, 0.0), (depth, wall), (wall, width), (0.0, width))
+    fibre = np.max([np.abs(at - y - product / across * (beside - z)) for at, beside in ends], axis=0)
+    inertia = along - product**2 / across
+    walls = _walls_of_angle(depth - wall / 2, width - wall / 2, wall)
+    return Shape(area, inertia, fibre, _peak_of_angle(walls), _by_energy(walls), width)
+
+
+Wall = tuple[Any, Any, Any, Any, Any]
+"""Of thin walls: thickness, length, distances from the axis where it begins and ends, and int Y dA before it begins."""
+
+
+def _walls_of_angle(leg: Any, other: Any, wall: Any) -> list[Wall]:
+    """The legs by their middle lines, from their ends to the corner; Y = y - I_yz/I_y z, as in `angle`."""
+    whole = leg + other
+    y, z = leg**2 / 2 / whole, other**2 / 2 / whole
+    across = other**3 / 3 - whole * z**2
+    share = -whole * y * z / across  # the middle lines themselves have no product about their corner
+    corner = -y + share * z
+    return [(wall, leg, corner + leg, corner, 0.0), (wall, other, corner - share * other, corner, 0.0)]
+
+
+def _peak_of_angle(walls: Sequence[Wall]) -> Any:
+    """Largest shear stress over the mean one of an angle of thin walls: where its longer way crosses the axis."""
+    area, inertia = _measured(walls)
+    thick, length, first, last, _ = walls[0]
+    share = first / (first - last)
+    return thick * length * first * share / 2 * area / (inertia * thick)
+
+
+def _measured(walls: Sequence[Wall]) -> tuple[Any, Any]:
+    """Area and second moment of thin walls."""
+    area = sum(thick * length for thick, length, _, _, _ in walls)
+    inertia = sum(thick * length * (a**2 + a * b + b**2) / 3 for thick, length, a, b, _ in walls)
+    return area, inertia
+
+
+def _by_energy(walls: Sequence[Wall]) -> tuple[Any, float, float]:
+    """Shear coefficient of thin walls by the energy of their shear flow, as a, b, c of `Shape.cowper`.
+
+    k = I^2/(A int Q^2/t ds), which is Cowper's without Poisson's ratio: what that changes is left out.
+    """
+    area, inertia = _measured(walls)
+    energy = 0.0
+    for thick, length, first, last, flow in walls:
+        b, c = thick * length * first, thick * length * (last - first) / 2
+        energy = energy + length / thick * (flow**2 + flow * b + (2 * flow * c + b**2) / 3 + b * c / 2 + c**2 / 5)
+    return inertia**2 / (area * energy), 1.0, 1.0
+
+
 def _corner(radius: float) -> tuple[float, float, float]:
     """Between a right angle and the circle that rounds it off: area, second moment, distance from either side."""
     area = (1 - math.pi / 4) * radius**2
     share = (1 / 6) / (1 - math.pi / 4)  # of the radius, from the circle's centre
     inertia = (1 / 3 - math.pi / 16 - (1 - math.pi / 4) * share**2) * radius**4
     return area, inertia, (1 - share) * radius
+
+
+def _corner_product(radius: float) -> float:
+    """Product moment, about its centroid, of the piece between a right angle and its circle."""
+    area, _, place = _corner(radius)
+    return (19 / 24 - math.pi / 4) * radius**4 - area * place**2
 
 
 def _thin_walled(m: float, flanges: float, flanges_by_poisson: float) -> tuple[float, float, float]:
@@ -194,6 +339,9 @@ SHAPES: Mapping[str, Callable[..., Shape]] = {
     "tube": tube,
     "box": box,
     "I": i_section,
+    "T": t_section,
+    "channel": channel,
+    "angle": angle,
 }
 """Shapes by their names, each a function of its dimensions."""
 
@@ -245,8 +393,8 @@ def tapered(
 ) -> tuple[Taper, tuple[float, ...]]:
     """Taper of a beam with dimensions that change linearly from one end to the other.
 
-    Area and second moment are polynomials of the second and fourth degree then; the coefficients of shear of a tube
-    are none, and interpolated to round-off.
+    Area and second moment are polynomials of the second and fourth degree then; those of a T or an angle, whose axis
+    moves, and the coefficients of shear are none, and interpolated closely.
 
     Parameters
     ----------
@@ -278,7 +426,10 @@ def tapered(
     def along(degree: int, values: Sequence[float], at_start: float) -> tuple[float, ...]:
         if not np.isfinite(values).all():
             return (1.0,)
-        found = np.polynomial.Chebyshev.fit(stations, np.asarray(values) / at_start, degree, domain=[0.0, 1.0])
+        wanted = np.asarray(values) / at_start
+        found = np.polynomial.Chebyshev.fit(stations, wanted, degree, domain=[0.0, 1.0])
+        if np.abs(found(stations) - wanted).max() > EXACT * np.abs(wanted).max():
+            found = np.polynomial.Chebyshev.fit(stations, wanted, FITTED, domain=[0.0, 1.0])
         series = found.convert(kind=np.polynomial.Polynomial, domain=[-1.0, 1.0]).coef
         series = np.where(np.abs(series) > ROUND_OFF * np.abs(series).max(), series, 0.0)
         top = int(np.flatnonzero(series)[-1])

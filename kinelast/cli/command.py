@@ -239,8 +239,10 @@ def _list(kind: str = "", *words: str) -> int:
         from kinelast.scene.sections import library_entries
 
         entries = library_entries(kind)
-        wanted = [word.lower() for word in words]
-        chosen = [(name, told) for name, told in entries if all(word in name.lower() for word in wanted)]
+        wanted = [word.lower().replace(" ", "") for word in words]
+        chosen = [
+            (name, told) for name, told in entries if all(word in name.lower().replace(" ", "") for word in wanted)
+        ]
         width = max((len(name) for name, _ in chosen), default=0)
         for name, told in chosen:
             say(f"{name:{width}}  {told}", sys.stdout)

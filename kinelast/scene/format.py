@@ -5,7 +5,7 @@ A new shape of cross-section is a table here, and its function in `elastic.SHAPE
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from msgspec import Meta, field
@@ -124,9 +124,11 @@ class Box(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="box"):
         return self.depth, self.width, self.wall, corner
 
 
-class ISection(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="I"):
-    """An I with its `web` in the plane of motion; `fillet` is the radius between web and flange."""
+class Flanged(Dimensioned, frozen=True, kw_only=True, tag_field="shape"):
+    """A web with one flange or two, on one side of it or both."""
 
+    flanges: ClassVar[int]
+    sides: ClassVar[int]
     depth: Sizes  #: in the plane of motion
     width: Sizes  #: of the flanges, across it
     web: Sizes  #: thickness of the web
@@ -137,17 +139,64 @@ class ISection(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="I
         """Depth, width, web, flange and fillet at the two ends of the beam [m]."""
         sizes = self.depth, self.width, self.web, self.flange, _or_none(self.fillet)
         for depth, width, web, flange, fillet in zip(*sizes, strict=True):
-            room = real(depth) / 2 - real(flange)
-            _require_smaller(table, "flange", "less than half of depth", real(flange), real(depth) / 2)
+            most = real(depth) / self.flanges
+            half = "half of depth" if self.flanges == 2 else "depth"
+            _require_smaller(table, "flange", f"less than {half}", real(flange), most)
             _require_smaller(table, "web", "less than width", real(web), real(width))
-            _require_smaller(table, "fillet", "room for it beside the web and above the axis", real(fillet),
-                             np.minimum(room, (real(width) - real(web)) / 2))  # fmt: skip
+            _require_smaller(table, "fillet", "room for it beside the web and along it", real(fillet),
+                             np.minimum(most - real(flange), (real(width) - real(web)) / self.sides))  # fmt: skip
+        return sizes
+
+
+class ISection(Flanged, frozen=True, kw_only=True, tag_field="shape", tag="I"):
+    """An I with its `web` in the plane of motion; `fillet` is the radius between web and flange."""
+
+    flanges, sides = 2, 2
+
+
+class TSection(Flanged, frozen=True, kw_only=True, tag_field="shape", tag="T"):
+    """A T with its `web` in the plane of motion; `fillet` is the radius between web and flange."""
+
+    flanges, sides = 1, 2
+
+
+class Channel(Flanged, frozen=True, kw_only=True, tag_field="shape", tag="channel"):
+    """A channel with its `web` in the plane of motion and its flanges to one side, held from twisting."""
+
+    flanges, sides = 2, 1
+
+
+class Angle(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="angle"):
+    """An angle with a leg of `depth` in the plane of motion, free to bend sideways too; held from twisting."""
+
+    depth: Sizes  #: of the leg in the plane of motion
+    width: Sizes  #: of the leg across it
+    wall: Sizes  #: thickness of both
+    fillet: Sizes | None = None  #: radius between the legs [0]
+    toe: Sizes | None = None  #: radius at the inner edges of their ends [0]
+
+    def dimensions(self, table: str) -> tuple[Any, ...]:
+        """Depth, width, wall, fillet and toe at the two ends of the beam [m]."""
+        sizes = self.depth, self.width, self.wall, _or_none(self.fillet), _or_none(self.toe)
+        for depth, width, wall, fillet, toe in zip(*sizes, strict=True):
+            least = np.minimum(real(depth), real(width))
+            _require_smaller(table, "wall", "less than both legs", real(wall), least)
+            _require_smaller(table, "toe", "no more than the wall", real(toe), 1.000001 * real(wall))
+            room = least - real(wall) - real(toe)
+            _require_smaller(table, "fillet", "room for it between wall and toe", real(fillet), room)
         return sizes
 
 
 def _or_none(sizes: Any) -> Any:
     """Sizes at the two ends; none where they are not given."""
     return (0.0, 0.0) if sizes is None else sizes
+
+
+class Outline(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="outline"):
+    """Any outline, by its corners: in the plane of motion, then across it. Held from twisting."""
+
+    points: Annotated[list[Place], Meta(min_length=3)]  #: its corners, in turn
+    holes: list[Annotated[list[Place], Meta(min_length=3)]] | None = None  #: the corners of each
 
 
 class Properties(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="properties"):
@@ -169,7 +218,9 @@ class Rigidities(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag=
     kGA: ShearRigidity | None = None  #: shear rigidity [no shear]
 
 
-SectionTable = Rectangle | Circle | Tube | Box | ISection | Properties | Rigidities
+SectionTable = (
+    Rectangle | Circle | Tube | Box | ISection | TSection | Channel | Angle | Outline | Properties | Rigidities
+)
 
 
 def _require_smaller(table: str, key: str, expected: str, size: Any, bound: Any) -> None:

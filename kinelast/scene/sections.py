@@ -15,13 +15,14 @@ from typing import Any, NoReturn
 import msgspec
 
 from elastic import SHAPES, Section, Shape, section_of, tapered
-from elastic.beams import POISSON
+from elastic.beams import POISSON, OutlineError, outline
 from kinelast.scene.error import fault, likely
 from kinelast.scene.format import (
     BeamTable,
     Dimensioned,
     LinkTable,
     MaterialTable,
+    Outline,
     Properties,
     Rigidities,
     SceneTable,
@@ -186,9 +187,10 @@ def named_section(name: str) -> SectionTable | None:
     if told is None:
         return None
     family, words = told[1], told[2].split("X")
-    rolled = _library()["sections"].get(family, {}).get(told[2])
-    if rolled is not None:
-        return _sized("I", dict(zip(("depth", "width", "web", "flange", "fillet"), rolled, strict=True)))
+    table = _library()["sections"].get(family, {})
+    for size, rolled in _rolled(table):
+        if _key(size) == told[2]:
+            return _sized(table["shape"], dict(zip(table["sizes"], rolled, strict=True)), table.get("unit", "mm"))
     shape, keys = FAMILIES.get(family, ("", ()))
     if family == "SHS" and len(words) == 2:
         words = [words[0], *words]
@@ -212,11 +214,17 @@ FAMILIES = {  # by name: the shape, and its sizes in the order of the name
 CORNERS = ((10.0, 3.0), (6.0, 2.5), (0.0, 2.0))  # EN 10219-2: above a wall [mm], outer radius over it
 
 
-def _sized(shape: str, sizes: Mapping[str, float]) -> SectionTable | None:
-    """A section of sizes in mm; None where none is above zero."""
+def _rolled(table: Mapping[str, Any]) -> Iterable[tuple[str, list[float]]]:
+    """The sizes of a family of the library: as they are called, and their numbers."""
+    return ((size, numbers) for size, numbers in table.items() if size[0].isdigit())
+
+
+def _sized(shape: str, sizes: Mapping[str, float], unit: str = "mm") -> SectionTable | None:
+    """A section by its sizes; None where one is not above zero."""
     if not all(size > 0.0 for size in sizes.values()):
         return None
-    section: SectionTable = _read({"shape": shape, **{key: f"{size} mm" for key, size in sizes.items()}}, SectionTable)
+    words = {key: f"{size} {unit}" for key, size in sizes.items()}
+    section: SectionTable = _read({"shape": shape, **words}, SectionTable)
     return section
 
 
@@ -241,8 +249,7 @@ def library_entries(kind: str) -> list[tuple[str, str]]:
     rolled = [
         (f"{family} {size}", _section_words(f"{family} {size}", table["source"]))
         for family, table in _library()["sections"].items()
-        for size in table
-        if size != "source"
+        for size, _ in _rolled(table)
     ]
     return [*rolled, *((name, _section_words(name, source)) for name, source in EXAMPLES)]
 
@@ -281,6 +288,8 @@ def _made(
             known = real(stuff.E) / (2 * (1 + poisson)) * real(shape.shear_area)
             made = replace(made, kGA=known if shear else inf, shear_rigidity=known)
         return made, (1.0,)
+    if isinstance(shape, Outline):
+        return section_of(_outlined(shape, name), real(stuff.E), poisson, limit, shear=shear), (1.0,)
     assert isinstance(shape, Dimensioned)
     function = SHAPES[str(shape.__struct_config__.tag)]
     ends = zip(*shape.dimensions(f"sections.{name}"), strict=True)
@@ -289,6 +298,16 @@ def _made(
         return section_of(function(*start), real(stuff.E), poisson, limit, shear=shear), (1.0,)
     taper, mass_taper = tapered(function, start, end, poisson)
     return section_of(function(*start), real(stuff.E), poisson, limit, taper, shear), mass_taper
+
+
+def _outlined(shape: Outline, name: str) -> Shape:
+    """The properties of an outline."""
+    places = [shape.points, *(shape.holes or ())]
+    first, *holes = (tuple((float(real(y)), float(real(z))) for y, z in ring) for ring in places)
+    try:
+        return outline(first, tuple(holes))
+    except OutlineError as error:
+        raise fault(f"sections.{name}", "points", f"they are no section: {error}") from error
 
 
 def poisson_of(stuff: MaterialTable, name: str) -> Any:

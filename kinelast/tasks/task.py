@@ -116,6 +116,8 @@ TO_INSTALL = {  # by the name that is imported, where that is not what is instal
     "imageio_ffmpeg": "imageio[ffmpeg]",
     "pandas": "kinelast[notebook]",
     "pyarrow": "kinelast[sweep]",
+    "sectionproperties": "kinelast[sections]",
+    "shapely": "kinelast[sections]",
     "skfem": "scikit-fem",
     "vtkmodules": "vtk",
     "xarray": "kinelast[notebook]",
