@@ -1,13 +1,14 @@
-"""Mechanisms of other programs: read, and written as a scene with its assumptions marked."""
+"""Files of other programs: mechanisms, read and written as a scene with its assumptions marked; columns of CSV."""
 
+from exchange.columns import Columns, columns_of
 from exchange.drawing import Body, Drawing, Drive, ExchangeError, Gear, Slide, Slot, scene_text
 from exchange.dxf import DrawnLink, dxf_text
 from exchange.reading import FORMATS, read, written
 from exchange.svg import svg_text
 
 __all__ = [
-    "FORMATS", "Body", "Drawing", "DrawnLink", "Drive", "ExchangeError", "Gear", "Slide", "Slot", "dxf_text", "read",
-    "scene_text", "svg_text", "written",
+    "FORMATS", "Body", "Columns", "Drawing", "DrawnLink", "Drive", "ExchangeError", "Gear", "Slide", "Slot",
+    "columns_of", "dxf_text", "read", "scene_text", "svg_text", "written",
 ]  # fmt: skip
 
 

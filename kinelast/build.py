@@ -427,7 +427,7 @@ class Drive(Listed):
     start: Quantity | None = None
     speed: Quantity | None = None
     law: Sequence[Segment] | None = None
-    motion: Sequence[Sequence[Quantity]] | None = None
+    motion: Sequence[Sequence[Quantity]] | str | None = None
     repeat: bool | None = None
     effort: Quantity | None = None
     table: Sequence[Sequence[Quantity | float]] | None = None

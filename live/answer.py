@@ -8,6 +8,7 @@ import struct
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.limits import tolerance
 from kinelast.scene.numbers import quantity
 from kinelast.scene.parsing import is_chain
+from kinelast.scene.text import beside
 from kinelast.scene.variables import numbers, place_of
 from live.drives import wheels
 from live.edit import BARE
@@ -52,11 +54,17 @@ class Memory:
 
 
 def quick_answer(
-    text: str, name: str = "scene", with_numbers: bool = False, dragged: bool = False, memory: Memory | None = None
+    text: str,
+    name: str = "scene",
+    with_numbers: bool = False,
+    dragged: bool = False,
+    memory: Memory | None = None,
+    folder: Path | None = None,
 ) -> tuple[Answer, bytes]:
     """The quasi-static answer to a text at few positions, as plain data, and the numbers of its picture.
 
-    Every mistake is part of the answer; nothing is raised.
+    Files that the text names are read from a `folder`, where there is one. Every mistake is part of the answer; nothing
+    is raised.
     """
     answer: Answer = {"mistakes": [], "sheet": None, "numbers": None, "picture": None}
     data = b""
@@ -65,14 +73,14 @@ def quick_answer(
         answer["sheet"] = sheet(tables)
         if with_numbers:
             answer["sheet"]["tables"] = tables
-        document = replace(document_from_dict(tables, name), source=text)
+        document = replace(document_from_dict(tables, name, read=beside(folder)), source=text)
         if with_numbers:
             answer["numbers"] = offered(document, text)
         with np.errstate(all="ignore"):
             scene = document.with_positions(min(POSITIONS, document.table.run.positions)).scene
             answer["picture"], data = _closing(scene, dragged, memory or Memory())
     except (SceneError, MechanismError, ValueError) as error:
-        answer["mistakes"] = mistakes_of(error, text)
+        answer["mistakes"] = mistakes_of(error, text, beside(folder))
     except Exception as error:  # the page goes on with the next text
         answer["mistakes"] = [{"line": None, "message": f"the program failed, please report this: {error!r}"}]
     return answer, data

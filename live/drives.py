@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import cmath
-import re
 import tomllib
 from collections.abc import Iterator
 from typing import Any
 
+from kinelast.scene.drives import motion_table
 from kinelast.scene.units import Quantity
 from live.parts import (
     DIGITS,
@@ -32,7 +32,6 @@ from rigid import GROUND
 SPEED, LAW = "60 rpm", "cycloidal"
 LASTS = "1 s"  # a stroke of a drive that slides
 CONSTANT, SPLINE = "constant speed", "spline through points"
-LEAST = 4  # points of a spline
 UNITS = {
     True: ("m", "m/s"),
     False: ("rad", "rad/s"),
@@ -116,7 +115,7 @@ def set_law(text: str, tables: Tables, change: Tables) -> str:
     if "effort" in drive:
         raise EditError("an effort drives here, and the motion follows from it: change that in the text")
     length, rate = UNITS["slider" in drive]
-    points = spline_points(str(change["points"]), length) if change["curve"] == SPLINE else []
+    points = spline_points(str(change["points"]), length, scale_of(tables)) if change["curve"] == SPLINE else []
     for key in ("speed", "law", "motion", "repeat"):
         text = without(text, ("drives", number, key))
     if points:
@@ -132,40 +131,18 @@ def set_law(text: str, tables: Tables, change: Tables) -> str:
     return with_value(text, ("drives", number, "law"), law)
 
 
-def spline_points(written: str, unit: str) -> list[list[Any]]:
-    r"""Times and coordinates of a CSV text, a pair on each line: with their units, or with those of the heading.
-
-    Bare numbers are in s, and in rad or the file's lengths.
+def spline_points(written: str, unit: str, per_length: float) -> list[list[Any]]:
+    r"""Times and coordinates of a CSV text as they may stand in a scene, see `kinelast.scene.drives.motion_table`.
 
     Examples
     --------
-    >>> spline_points("time [s], angle [deg]\n0, 0\n1, 90\n2, 45\n3, 0", "rad")[1]
+    >>> spline_points("time [s], angle [deg]\n0, 0\n1, 90\n2, 45\n3, 0", "rad", 1.0)[1]
     ['1 s', '90 deg']
     """
-    rows = [re.split(r"[,;\t]", line) for line in written.splitlines() if line.strip()]
-    if any(len(row) < 2 for row in rows):
-        raise EditError("expected a time and a coordinate on every line, with a comma between them")
-    units = ["", ""]
-    if rows and not re.match(r"\s*[-+.\d]", rows[0][0]):
-        units = [found[1] if (found := re.search(r"\[(.*?)\]", each)) else "" for each in rows.pop(0)[:2]]
-    if len(rows) < LEAST:
-        raise EditError(f"a spline wants {LEAST} points at least, and here are {len(rows)}")
-    told = [[_with_unit(part, given) for part, given in zip(row[:2], units, strict=True)] for row in rows]
-    for row in told:
-        for value, of in zip(row, ("s", unit), strict=True):
-            if isinstance(value, str):
-                Quantity.of_unit(of, value)
-    return told
-
-
-def _with_unit(part: str, unit: str) -> Any:
-    """A number with its unit; bare where it has none."""
-    part = part.strip()
     try:
-        number = float(part)
-    except ValueError:
-        return part
-    return f"{part} {unit}" if unit else number
+        return [[*row] for row in motion_table(written, unit, per_length).written]
+    except ValueError as error:
+        raise EditError(str(error)) from None
 
 
 def add_gear(text: str, tables: Tables, change: Tables) -> str:

@@ -9,11 +9,13 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import lru_cache
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from kinelast.scene.document import document_from_text
+from kinelast.scene.text import beside
 from kinelast.scene.units import Quantity, written_like
 from live.drives import add_cylinder, add_drive, add_gear, set_law, with_cylinders
 from live.entries import add_table, entry
@@ -53,13 +55,15 @@ gravity = [0, -9.81]
 """
 
 
-def edited(text: str, change: Mapping[str, Any]) -> str:
+def edited(text: str, change: Mapping[str, Any], folder: Path | None = None) -> str:
     """The text of a scene after an edit.
 
     Parameters
     ----------
     change
         `do`: a name of `EDITS`; and what that takes. Places are in m, angles in rad, numbers in SI units.
+    folder
+        Of the files that the scene may name.
 
     Raises
     ------
@@ -72,7 +76,7 @@ def edited(text: str, change: Mapping[str, Any]) -> str:
     if do is None:
         raise EditError(f"there is no edit {change.get('do')!r}")
     try:
-        return do(text, _tables(text), change)
+        return do(text, _tables(text), {**change, "folder": folder})
     except (KeyError, TypeError, IndexError) as error:
         raise EditError(f"the edit does not fit the scene: {error}") from None
 
@@ -84,14 +88,14 @@ def _tables(text: str) -> Tables:
 
 
 @lru_cache(maxsize=4)
-def start_of(text: str) -> tuple[dict[str, complex], dict[str, complex]]:
+def start_of(text: str, folder: Path | None = None) -> tuple[dict[str, complex], dict[str, complex]]:
     """Places of the points [m], and unit vectors of the links' axes, where the mechanism stands at its start.
 
     Empty where it is not determined or does not close.
     """
     try:
         with np.errstate(all="ignore"):
-            scene = document_from_text(text).scene
+            scene = document_from_text(text, read=beside(folder)).scene
             moved = scene.course.at([0.0])
     except (ValueError, MechanismError):
         return {}, {}
@@ -125,7 +129,7 @@ def move(text: str, tables: Tables, change: Tables) -> str:
     as far, turned back with that link.
     """
     point, to = change["point"], complex(*change["to"])
-    now, ways = start_of(text)
+    now, ways = start_of(text, change["folder"])
     sheet, known = drawn(tables), places(text)
     before = now.get(point, sheet[point])
     links = {name: link for name, link in tables.get("links", {}).items() if point in link.get("points", ())}
@@ -197,7 +201,7 @@ def add_to_link(text: str, tables: Tables, change: Tables) -> str:
     """
     name, link = change["link"], tables["links"][change["link"]]
     ends = points_of(link)
-    now, ways = start_of(text)
+    now, ways = start_of(text, change["folder"])
     sheet = drawn(tables)
     there, seen = change.get("at"), {**sheet, **now}
     if "between" in change:
@@ -255,7 +259,7 @@ def _is_number(written: str) -> bool:
 
 def set_number(text: str, tables: Tables, change: Tables) -> str:
     """A number by its path: in the SI unit, written in the unit that stands there; or a text with its unit."""
-    document = document_from_text(text)
+    document = document_from_text(text, read=beside(change["folder"]))
     from kinelast.scene.variables import in_file, place_of
 
     place = place_of(document.table, change["path"])

@@ -33,6 +33,11 @@ class SceneFile:
     path: Path | None
     first: str = ""
 
+    @property
+    def folder(self) -> Path | None:
+        """Where the files are that the scene may name; None where it is no file."""
+        return None if self.path is None else self.path.parent
+
     def read(self) -> tuple[str, str]:
         """The text and its digest; SceneError where the file cannot be read."""
         if self.path is None or not self.path.exists():

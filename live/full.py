@@ -7,11 +7,12 @@ import os
 import threading
 from collections.abc import Mapping
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 
-def whole_answer(text: str, name: str) -> tuple[dict[str, Any], bytes, bytes]:
-    """The whole answer to a text, the numbers of its picture, and its report."""
+def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, Any], bytes, bytes]:
+    """The whole answer to a text, the numbers of its picture, and its report; files beside it are in the folder."""
     import numpy as np
 
     from kinelast import __version__
@@ -21,6 +22,7 @@ def whole_answer(text: str, name: str) -> tuple[dict[str, Any], bytes, bytes]:
     from kinelast.outputs.sealed import made_from
     from kinelast.runs import SHOWN, computed, is_long
     from kinelast.scene.document import document_from_text
+    from kinelast.scene.text import beside
     from kinelast.tasks.request import Request
     from live.answer import whole_picture
     from live.mistakes import mistakes_of
@@ -28,13 +30,13 @@ def whole_answer(text: str, name: str) -> tuple[dict[str, Any], bytes, bytes]:
     told: dict[str, Any] = {"mistakes": [], "picture": None, "line": ""}
     try:
         with np.errstate(all="ignore"):
-            document = document_from_text(text, name)
+            document = document_from_text(text, name, read=beside(folder))
             scene = document.scene
             if is_long(scene, scene.run.positions):
                 scene = document.with_positions(SHOWN).scene
             request = Request()
             results = computed(scene, request)
-            made = made_from(text.encode(), request)
+            made = made_from(text.encode(), request, document.files)
             figures = {"kinelast": __version__, **summary(results), "made_from": made}
             line = headline(figures)
             drawn, data = whole_picture(results)
@@ -50,7 +52,7 @@ def whole_answer(text: str, name: str) -> tuple[dict[str, Any], bytes, bytes]:
             }
             return {**told, "picture": drawn, "line": line}, data, report_page(results, figures, line)
     except (ValueError, ArithmeticError) as error:  # of a scene, a mechanism, or a request
-        return {**told, "mistakes": mistakes_of(error, text)}, b"", b""
+        return {**told, "mistakes": mistakes_of(error, text, beside(folder))}, b"", b""
 
 
 def _limit(row: Mapping[str, Any]) -> dict[str, Any]:
@@ -59,11 +61,11 @@ def _limit(row: Mapping[str, Any]) -> dict[str, Any]:
     return {**told, "bound": row["limit"]["value"], "value": row["found"]["value"], "unit": row["limit"]["unit"]}
 
 
-def _work(pipe: Any, text: str, name: str) -> None:
+def _work(pipe: Any, text: str, name: str, folder: Path | None) -> None:
     """In the process: answer, and send."""
     with suppress(BrokenPipeError, KeyboardInterrupt):
         try:
-            pipe.send(whole_answer(text, name))
+            pipe.send(whole_answer(text, name, folder))
         except Exception as error:
             told = {"mistakes": [{"line": None, "message": f"the program failed: {error!r}"}], "picture": None}
             pipe.send(({**told, "line": ""}, b"", b""))
@@ -99,11 +101,11 @@ class Worker:
                 self._process.kill()
                 self._process = None
 
-    def answer(self, text: str, name: str) -> tuple[dict[str, Any], bytes, bytes] | None:
+    def answer(self, text: str, name: str, folder: Path | None) -> tuple[dict[str, Any], bytes, bytes] | None:
         """The whole answer; None where it was cancelled meanwhile."""
         self.cancel()
         ours, theirs = self._context.Pipe(duplex=False)
-        process = self._context.Process(target=_work, args=(theirs, text, name), daemon=True)
+        process = self._context.Process(target=_work, args=(theirs, text, name, folder), daemon=True)
         with self._lock:
             process.start()
             self._process = process

@@ -9,13 +9,17 @@ from typing import Any
 from kinelast.scene.document import mistakes_in
 from kinelast.scene.error import SceneError
 from kinelast.scene.mistakes import path_of
+from kinelast.scene.text import Read
 from live.text import line_of, places
 
 
-def mistakes_of(error: Exception, text: str) -> list[dict[str, Any]]:
-    """All mistakes of a text from its top, the one that it was not answered for where there is no other."""
+def mistakes_of(error: Exception, text: str, read: Read) -> list[dict[str, Any]]:
+    """All mistakes of a text from its top, the one that it was not answered for where there is no other.
+
+    `read` reads the files that it names.
+    """
     others = error.others if isinstance(error, SceneError) else ()
-    told = [mistake(each, text) for each in mistakes_in(text) or [error, *others]]
+    told = [mistake(each, text) for each in mistakes_in(text, read) or [error, *others]]
     return sorted(told, key=lambda each: each["line"] or math.inf)
 
 

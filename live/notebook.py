@@ -14,6 +14,7 @@ from weakref import finalize
 
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, document_from_text
+from kinelast.scene.text import beside
 from live.file import SceneFile
 from live.server import Live, bound_socket, scene_file, server_of
 
@@ -57,7 +58,7 @@ class LiveView:
     @property
     def scene(self) -> Scene:
         """The scene of that text; SceneError where it is none."""
-        return document_from_text(self.text, self.name).scene
+        return document_from_text(self.text, self.name, read=beside(self._file.folder)).scene
 
     @cached_property
     def widget(self) -> Any:

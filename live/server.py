@@ -166,16 +166,17 @@ def _answer(live: Live, request: Request, given: Any) -> Response:
     told: dict[str, Any] = {"number": given.get("number"), "refused": ""}
     try:
         for change in changes:
-            text = edited(text, change)
+            text = edited(text, change, live.file.folder)
     except (EditError, ValueError) as error:
         text, told["refused"] = given["text"], str(error)
-    answer, data = quick_answer(text, live.name, bool(given.get("numbers")), bool(given.get("dragged")), live.memory)
+    asked = bool(given.get("numbers")), bool(given.get("dragged"))
+    answer, data = quick_answer(text, live.name, *asked, live.memory, live.file.folder)
     return Response(packed({**answer, **told, "text": text}, data), media_type="application/octet-stream")
 
 
 def _full(live: Live, request: Request, given: Any) -> Response:
     """The whole answer to a text; status 409 where a newer request has ended it."""
-    found = live.worker.answer(given["text"], live.name)
+    found = live.worker.answer(given["text"], live.name, live.file.folder)
     if found is None:
         return JSONResponse({"cancelled": True}, 409)
     answer, data, report = found

@@ -148,7 +148,8 @@ def _computed(base: Base, group: DesignRows) -> Iterator[Part]:
         group = group.without(rows)
     while len(group.rows):
         try:
-            many = built(table_with(base, group), base.scene.name, varied=base.document.varied)
+            document = base.document
+            many = built(table_with(base, group), base.scene.name, document.files, varied=document.varied)
             scene = _wide(base, many, len(group.rows) + 1)
         except (SceneError, MechanismError) as error:
             wrong = getattr(error, "designs", None)

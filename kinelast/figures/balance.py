@@ -75,7 +75,7 @@ def balance_text(document: Document, proposals: Mapping[str, Any]) -> str:
     """
     import tomlkit
 
-    file, taken = tomlkit.parse(document.source), {*document.tables.get("welds", ())}
+    file, taken = tomlkit.parse(document.text()), {*document.tables.get("welds", ())}
     variables = {}
     for part in proposals.get("shaking_force", {}).get("parts", ()):
         name, mass = f"{part['link']}_counterweight", part["mass"]["value"]

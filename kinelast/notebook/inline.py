@@ -169,7 +169,7 @@ class Answer:
     @cached_property
     def figures(self) -> dict[str, Any]:
         """All figures, as in summary.json."""
-        made = made_from(self.scene.text.encode(), self.request)
+        made = made_from(self.scene.text.encode(), self.request, {})
         return {"kinelast": __version__, **summary(self.results), "made_from": made}
 
     @property

@@ -15,15 +15,26 @@ from kinelast.tasks.request import Request
 SUMMARY = "summary.json"
 
 
-def made_from(content: bytes, request: Request) -> dict[str, Any]:
-    """Origin of a folder: the bytes of the scene's file and the options. Where they are the same, so is it."""
+def made_from(content: bytes, request: Request, files: Mapping[str, str]) -> dict[str, Any]:
+    """Origin of a folder: the bytes of the scene's file and the options. Where they are the same, so is it.
+
+    `files` are the texts of the files beside it that the scene names, by their names.
+    """
     options = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(request).items()}
-    return {"sha256": hashlib.sha256(content).hexdigest(), "options": options}
+    return {"sha256": hashlib.sha256(content).hexdigest(), "options": options, **beside_digests(files)}
+
+
+def beside_digests(files: Mapping[str, str]) -> dict[str, dict[str, str]]:
+    """Digests of the files beside a scene by their names, as part of its origin; empty where it names none."""
+    digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())}
+    return {"beside": digests} if digests else {}
 
 
 def same_scene(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
-    """Whether two origins are of one scene: the same bytes with the same numbers changed."""
-    states = [(origin.get("sha256"), _dict(origin, "options").get("changes")) for origin in (one, other)]
+    """Whether two origins are of one scene: the same bytes, beside it too, with the same numbers changed."""
+    states = [
+        (origin.get("sha256"), origin.get("beside"), _dict(origin, "options").get("changes")) for origin in (one, other)
+    ]
     return states[0] == states[1]
 
 

@@ -72,7 +72,8 @@ def try_scene(request: Request, resume: bool, task: Task, progress: Progress = S
 
 def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Outcome:
     content = file_bytes(task.path)
-    made, folder = made_from(content, request), task.folder
+    document = document_from_bytes(content, task.path)
+    made, folder = made_from(content, request, document.files), task.folder
     if resume:
         before, why = finished(folder, made)
         if before:
@@ -80,7 +81,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
             return Outcome(status, f"{task.name}: finished before -> {folder}", SKIPPED, figures=before)
         if why:
             progress.tell(f"{task.name}: computed again: {why}")
-    document = document_from_bytes(content, task.path).with_positions(request.positions)
+    document = document.with_positions(request.positions)
     if request.changes:
         document = document.with_changes(request.changes)
     scene = document.scene

@@ -62,15 +62,15 @@ class SceneMechanism:
         return {body.link.name: body.link for body in self.bodies if not body.hidden}
 
 
-def build_mechanism(table: SceneTable) -> SceneMechanism:
-    """The parts of a scene."""
+def build_mechanism(table: SceneTable, files: Mapping[str, str]) -> SceneMechanism:
+    """The parts of a scene; `files` are the texts of those that it names, by name."""
     places = drawn_places(table)
     bodies = build_links(table, places)
     sliders = build_sliders(table, bodies, places)
     bodies = guiding(bodies, sliders)
     links = {name: body.link for name, body in bodies.items()}
     named = {name: body.link for name, body in bodies.items() if not body.hidden}
-    drives, laws = build_drives(table, named, sliders, places)
+    drives, laws = build_drives(table, named, sliders, places, files)
     gears = build_gears(table, named, sliders)
     gravity = vector(table.run.gravity or (0.0, 0.0))
     welds = build_welds(table, named, places)
@@ -84,13 +84,17 @@ SAME = 1e-9  # of a duration: that of one cycle, as written
 SHORTEST, LONGEST = 1e-12, 1e12  # runs [s]: what is quicker or slower is a slip, and its squares are no numbers
 
 
-def built(table: SceneTable, name: str, path: str = "", varied: Collection[str] = ()) -> Scene:
+def built(
+    table: SceneTable, name: str, files: Mapping[str, str], path: str = "", varied: Collection[str] = ()
+) -> Scene:
     """The scene that tables describe, their numbers being read: its parts, its run, its loads, and its limits.
 
     Where numbers stand for many designs, so does the scene, see `kinelast.scene.numbers`.
 
     Parameters
     ----------
+    files
+        Texts of the files that it names, by their names.
     varied
         Names of links with points that differ by design: in line in one, they are not in another.
     """
@@ -100,7 +104,7 @@ def built(table: SceneTable, name: str, path: str = "", varied: Collection[str] 
         raise fault("contacts", "", "they are for a structure alone: add structure_only = true, or give [[gears]]")
     if not table.drives:
         raise fault("drives", "", "the table is missing; a scene needs [[drives]]")
-    parts = build_mechanism(table)
+    parts = build_mechanism(table, files)
     laws = [None if isinstance(law, DriveEffort) else law for law in parts.laws]
     repetition = drives_repeat(parts.mechanism, laws)
     run = _run(table, repetition, parts.laws)

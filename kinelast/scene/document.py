@@ -11,12 +11,13 @@ from typing import Any
 
 from kinelast.scene.build import built
 from kinelast.scene.data import Scene, require_determined
+from kinelast.scene.drives import motion_of
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import require_studies
 from kinelast.scene.mistakes import all_mistakes
 from kinelast.scene.parsing import parse_parts, parse_scene
-from kinelast.scene.text import decoded, file_bytes, of_file, scene_name, toml_tables, written
+from kinelast.scene.text import Read, beside, decoded, file_bytes, of_file, scene_name, toml_tables, written
 from kinelast.scene.variables import Variable, in_file, place_of, put, value_at
 
 Tables = Mapping[str, Any]
@@ -38,6 +39,8 @@ class Document:
         Numbers that differ from the source, by their paths [SI units].
     varied
         Names of links with points that differ by design, see `kinelast.scene.build.built`.
+    files
+        Texts of the files beside the scene that it names, as they were read, by their names.
     """
 
     tables: Tables
@@ -47,6 +50,7 @@ class Document:
     source: str = ""
     values: Mapping[str, float] = field(default_factory=dict)
     varied: frozenset[str] = frozenset()
+    files: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         changed = "".join(f", {path} = {value:g}" for path, value in self.values.items())
@@ -54,7 +58,8 @@ class Document:
 
     def __reduce__(self) -> Any:
         """Pickled by its fields: all else is built again."""
-        return Document, (self.tables, self.table, self.name, self.path, self.source, self.values, self.varied)
+        return Document, (self.tables, self.table, self.name, self.path, self.source, self.values, self.varied,
+                          self.files)  # fmt: skip
 
     @cached_property
     def scene(self) -> Scene:
@@ -65,8 +70,8 @@ class Document:
         SceneError
             The tables tell no mechanism whose motion is determined.
         """
-        with of_file(self.path), _all_told("" if self.values else self.source):
-            scene = replace(built(self.table, self.name, self.path, self.varied), text=self.text())
+        with of_file(self.path), _all_told("" if self.values else self.source, self.files.__getitem__):
+            scene = replace(built(self.table, self.name, self.files, self.path, self.varied), text=self.text())
             require_determined(scene)
             require_studies(self.table)
             return scene
@@ -74,14 +79,21 @@ class Document:
     def text(self, head: str = "") -> str:
         """The text of the file with the values as they are now; its comments and order stay.
 
+        Motions that are in files beside it stand in the text itself, which so is whole wherever it is put.
+
         Parameters
         ----------
         head
             A comment for the first line.
         """
-        if not self.source or not (self.values or head):
+        if not self.source or not (self.values or head or self.files):
             return self.source
-        return written(self.source, self.table, self.values, head)
+        motions = {
+            number: motion_of(self.table, number + 1, self.files).written
+            for number, drive in enumerate(self.table.drives)
+            if isinstance(drive.motion, str)
+        }
+        return written(self.source, self.table, self.values, motions, head)
 
     def variable(self, path: str) -> Variable:
         """A number of the scene by its path; SceneError names the nearest where there is none."""
@@ -160,39 +172,74 @@ def document_from_bytes(content: bytes, path: str | Path) -> Document:
     return document_from_text(decoded(content, str(path)), scene_name(Path(path)), str(path))
 
 
-def document_from_text(text: str, name: str = "scene", path: str = "") -> Document:
-    """The document in a TOML text; `path` stands for the file in messages. SceneError where it holds a mistake."""
-    with of_file(path), _all_told(text):
-        return replace(document_from_dict(toml_tables(text, ""), name, path), source=text)
+def document_from_text(text: str, name: str = "scene", path: str = "", read: Read | None = None) -> Document:
+    """The document in a TOML text.
+
+    Parameters
+    ----------
+    path
+        Stands for the file in messages.
+    read
+        Reader of the files that the scene names; where left out, of those beside `path`, or in the working folder.
+
+    Raises
+    ------
+    SceneError
+        The text holds a mistake, or a file that it names cannot be read.
+    """
+    read = read or beside(Path(path).parent)
+    with of_file(path), _all_told(text, read):
+        return replace(document_from_dict(toml_tables(text, ""), name, path, read), source=text)
 
 
 @contextmanager
-def _all_told(text: str) -> Iterator[None]:
+def _all_told(text: str, read: Read) -> Iterator[None]:
     """Add the other mistakes of a text to the first; where there is no text, as of a design, there is that one."""
     try:
         yield
     except SceneError as error:
         if text:
-            error.others = tuple(each for each in mistakes_in(text) if str(each) != str(error.of_file("")))
+            error.others = tuple(each for each in mistakes_in(text, read) if str(each) != str(error.of_file("")))
         raise
 
 
-def mistakes_in(text: str) -> tuple[SceneError, ...]:
-    """All mistakes of a TOML text, but for those of its mechanism as a whole, as one that does not close."""
-    return all_mistakes(text, _require_parts)
+def mistakes_in(text: str, read: Read) -> tuple[SceneError, ...]:
+    """All mistakes of a TOML text, but for those of its mechanism as a whole, as one that does not close.
+
+    `read` reads the files that it names.
+    """
+
+    def require_parts(tables: Tables) -> None:
+        table = parse_scene(tables)
+        built(table, "scene", files_of(table, read))
+        require_studies(table)
+
+    return all_mistakes(text, require_parts)
 
 
-def _require_parts(tables: Tables) -> None:
-    """Raise on a mistake in tables, but for one of the mechanism as a whole."""
-    table = parse_scene(tables)
-    built(table, "scene")
-    require_studies(table)
+def files_of(table: SceneTable, read: Read) -> dict[str, str]:
+    """Texts of the files that a scene names, by their names.
+
+    Raises
+    ------
+    SceneError
+        One of them cannot be read.
+    """
+    texts: dict[str, str] = {}
+    for number, drive in enumerate(table.drives, 1):
+        if isinstance(drive.motion, str):
+            try:
+                texts[drive.motion] = read(drive.motion)
+            except SceneError as error:
+                raise type(error)("", f"drives[{number}]", "motion", error.problem) from None
+    return texts
 
 
-def document_from_dict(raw: Tables, name: str = "scene", path: str = "") -> Document:
-    """The document in the tables of a TOML file; SceneError where a table or a key is wrong."""
+def document_from_dict(raw: Tables, name: str = "scene", path: str = "", read: Read | None = None) -> Document:
+    """The document in the tables of a TOML file; parameters and errors as of `document_from_text`."""
     with of_file(path):
-        return Document(raw, parse_scene(raw), name, path)
+        table = parse_scene(raw)
+        return Document(raw, table, name, path, files=files_of(table, read or beside(Path(path).parent)))
 
 
 def document_of(scene: Document | Tables) -> Document:

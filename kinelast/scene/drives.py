@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
-from math import isclose, pi
+from math import isclose, isfinite, pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,9 +16,10 @@ from kinelast.scene.format import SceneTable
 from kinelast.scene.links import Points, drawn_direction, known_point
 from kinelast.scene.loads import APART, factor_law
 from kinelast.scene.numbers import phase, real, require, vector
-from kinelast.scene.quantities import Coordinate
+from kinelast.scene.quantities import Angle, Coordinate, Length, Time
 from kinelast.scene.sections import materials_of, poisson_of
-from kinelast.scene.tables import CamTable, DriveTable, JointNameTable, MotorTable
+from kinelast.scene.tables import PER_LENGTH, CamTable, DriveTable, JointNameTable, MotorTable
+from kinelast.scene.units import Quantity
 from machine.cams import INNER, Cam, contact_modulus
 from machine.drives import Cylinder, Motor
 from rigid import (
@@ -39,6 +41,7 @@ from rigid import (
 from rigid.arrays import Real
 
 if TYPE_CHECKING:
+    from exchange import Columns
     from rigid.dynamics import Effort
 
 DriveLaw = Callable[[Any], tuple[Reals, Reals, Reals]]
@@ -61,9 +64,19 @@ class DriveEffort:
 
 
 def build_drives(
-    scene: SceneTable, links: Mapping[str, Link], sliders: Mapping[str, Slider], places: Points
+    scene: SceneTable,
+    links: Mapping[str, Link],
+    sliders: Mapping[str, Slider],
+    places: Points,
+    files: Mapping[str, str],
 ) -> tuple[tuple[Drive, ...], tuple[DriveLaw | DriveEffort, ...]]:
-    """All drives with their laws or efforts, in the order of the file; with the inertia of their motors."""
+    """All drives with their laws or efforts, in the order of the file; with the inertia of their motors.
+
+    Parameters
+    ----------
+    files
+        Texts of the files that motions are in, by their names.
+    """
     built: list[tuple[Drive, DriveLaw | DriveEffort]] = []
     for number, table in enumerate(scene.drives, 1):
         where = f"drives[{number}]"
@@ -77,7 +90,8 @@ def build_drives(
         unit = "rad" if drive.turns else "m"
         start = _start(where, table, unit, links, places)
         if table.effort is None:
-            built.append((drive, _law(where, table, unit, start)))
+            motion = motion_of(scene, number, files) if isinstance(table.motion, str) else None
+            built.append((drive, _law(where, table, unit, start, motion)))
             continue
         duration = scene.run.duration
         if duration is None:
@@ -243,12 +257,14 @@ def _speed(where: str, table: DriveTable, unit: str) -> Any:
     return real(table.speed)
 
 
-def _law(where: str, table: DriveTable, unit: str, start: Any) -> DriveLaw:
+def _law(where: str, table: DriveTable, unit: str, start: Any, motion: MotionTable | None) -> DriveLaw:
     if table.law is None and table.motion is None:
         return ConstantSpeed(start, _speed(where, table, unit))
-    law: SegmentedLaw | TableLaw = (
-        _segments(where, table, unit, start) if table.law is not None else _motion(where, table, unit)
-    )
+    law: SegmentedLaw | TableLaw
+    if motion is not None:
+        law = TableLaw(motion.times, motion.places, table.repeat)
+    else:
+        law = _segments(where, table, unit, start) if table.law is not None else _motion(where, table, unit)
     return _repeated(where, "repeat", law) if table.repeat else law
 
 
@@ -286,7 +302,7 @@ def _segments(where: str, table: DriveTable, unit: str, start: float) -> Segment
 
 
 def _motion(where: str, table: DriveTable, unit: str) -> TableLaw:
-    assert table.motion is not None
+    assert isinstance(table.motion, list)
     times = tuple(float(time) for time, _ in table.motion)
     places = tuple(
         _coordinate(where, f"motion[{number}]", place, unit) for number, (_, place) in enumerate(table.motion, 1)
@@ -294,6 +310,109 @@ def _motion(where: str, table: DriveTable, unit: str) -> TableLaw:
     if times[0] != 0 or any(after - before <= APART * times[-1] for before, after in pairwise(times)):
         raise fault(where, "motion", "expected times that start at 0 and grow from entry to entry")
     return TableLaw(times, places, table.repeat)
+
+
+LEAST = 4  # entries of a spline
+KINDS = {"rad": ("angle", Angle), "m": ("place", Length)}  # of a drive's coordinate
+
+
+@dataclass(frozen=True)
+class MotionTable:
+    """A motion that stands in a CSV file.
+
+    `times` [s] and `places` [rad or m], and `written`: both as they may stand in a scene, with their units.
+    """
+
+    times: tuple[float, ...]
+    places: tuple[float, ...]
+    written: tuple[tuple[str | float, str | float], ...]
+
+
+def motion_of(scene: SceneTable, number: int, files: Mapping[str, str]) -> MotionTable:
+    """The motion that a drive, counted from 1, has in a file; `files` are their texts by name.
+
+    Raises
+    ------
+    SceneError
+        The file holds a mistake; the message tells its line.
+    """
+    table = scene.drives[number - 1]
+    assert isinstance(table.motion, str)
+    try:
+        return motion_table(files[table.motion], "rad" if table.turns else "m", PER_LENGTH[scene.units])
+    except ValueError as error:
+        raise fault(f"drives[{number}]", "motion", f"{table.motion}: {error}") from None
+
+
+@lru_cache(maxsize=8)
+def motion_table(text: str, unit: str, per_length: float = 1.0) -> MotionTable:
+    r"""The motion in a CSV text: times and coordinates, in the units of the heading or, of a cell, with its own.
+
+    Parameters
+    ----------
+    unit
+        SI unit of the coordinate, rad or m.
+    per_length
+        Metres in the unit that bare lengths are in; other bare numbers are in SI units.
+
+    Raises
+    ------
+    ValueError
+        A line cannot be read, times do not start at 0 and grow, or there are too few; the message tells the line.
+
+    Examples
+    --------
+    >>> motion_table("time [ms],angle [deg]\n0,0\n10,90\n20,45\n30,0", "rad").written[1]
+    ('10 ms', '90 deg')
+    """
+    from exchange import columns_of
+
+    name, kind = KINDS[unit]
+    table = columns_of(text, ("time", name))
+    columns = [_column(table, k, of, per_length) for k, of in enumerate((Time, kind))]
+    (times, written), (places, told) = columns
+    lines = [line for line, _ in table.rows]
+    if len(lines) < LEAST:
+        raise ValueError(f"expected {LEAST} lines of numbers at least, got {len(lines)}")
+    if times[0] != 0.0:
+        raise ValueError(f"line {lines[0]}: expected times that start at 0, got {written[0]}: take it from all of them")
+    for line, before, after in zip(lines[1:], times, times[1:], strict=False):
+        if after - before <= APART * times[-1]:
+            raise ValueError(f"line {line}: expected times that grow from line to line: leave the line out")
+    return MotionTable(tuple(times), tuple(places), tuple(zip(written, told, strict=True)))
+
+
+def _column(
+    table: Columns, column: int, kind: type[Quantity], per_length: float
+) -> tuple[list[float], list[str | float]]:
+    """Numbers of a column in SI units, and as they may stand in a scene."""
+    head, unit = table.heading(column)
+    try:
+        factor = float(kind.read(f"1 {unit}" if unit else 1.0, per_length))
+    except ValueError as error:
+        raise ValueError(f"line {head}: {error}; a unit stands in brackets, as in [ms] or [deg]") from None
+    values: list[float] = []
+    written: list[str | float] = []
+    for line, cells in table.rows:
+        cell = cells[column]
+        try:
+            number = float(cell)
+            value, told = factor * number, f"{cell} {unit}" if unit else number
+        except ValueError:
+            value, told = _with_unit(kind, cell, line), cell
+        if not isfinite(value):
+            raise ValueError(f"line {line}: expected {kind.expected}, got {cell}: leave the line out")
+        values.append(value)
+        written.append(told)
+    return values, written
+
+
+def _with_unit(kind: type[Quantity], cell: str, line: int) -> float:
+    """A cell that tells its own unit."""
+    try:
+        return float(kind.read(cell))
+    except ValueError as error:
+        raise ValueError(f"line {line}: {error}") from None
 
 
 def _effort(

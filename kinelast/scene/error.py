@@ -48,7 +48,7 @@ class SceneError(ValueError):
 
     def of_file(self, path: str) -> SceneError:
         """The same mistakes with the file that they are in."""
-        error = SceneError(path, self.table, self.key, self.problem)
+        error = type(self)(path, self.table, self.key, self.problem)
         error.others = tuple(each.of_file(path) for each in self.others)
         return error
 

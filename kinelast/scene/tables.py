@@ -155,8 +155,9 @@ class DriveTable(JointNameTable, frozen=True, kw_only=True):
     start: Coordinate | None = None
     speed: Speed | None = None  #: constant, or with an `effort` that at the start
     law: Annotated[list[SegmentTable], Meta(min_length=1)] | None = None  #: segments of motion, instead of `speed`
-    #: times from 0 on and coordinates, instead of `speed`; between them a cubic spline
-    motion: Annotated[list[tuple[Time, Coordinate]], Meta(min_length=4)] | None = None
+    #: times from 0 on and coordinates, instead of `speed`; between them a cubic spline; or the name of a CSV file with
+    #: them, beside the scene
+    motion: Annotated[list[tuple[Time, Coordinate]], Meta(min_length=4)] | str | None = None
     repeat: bool = False  #: `true`: the law or motion starts again where it ended, over and over
     #: moment or force along its coordinate, instead of a motion, which then follows from it
     effort: Effort | None = None

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import re
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 import msgspec
 from msgspec import Struct
 
-from kinelast.scene.error import MissingFileError, SceneError
+from kinelast.scene.error import MissingFileError, SceneError, fault, likely
 from kinelast.scene.format import ChainTable, SceneTable
 from kinelast.scene.parsing import parse_toml
 from kinelast.scene.quantities import Direction, Sizes
@@ -55,6 +55,43 @@ def file_text(path: Path) -> str:
     return decoded(file_bytes(path), str(path))
 
 
+Read = Callable[[str], str]
+"""From the name of a file beside a scene to its text; SceneError where it cannot be read."""
+COLUMNS = ".csv", ".tsv", ".txt"
+
+
+def beside(folder: Path | None) -> Read:
+    """A reader of the files beside a scene, or in folders there; of no others, and of none where there is no folder.
+
+    Examples
+    --------
+    >>> beside(Path("scenes"))("../lift.csv")
+    Traceback (most recent call last):
+    kinelast.scene.error.SceneError: "../lift.csv" is not beside the scene: put the file there, or in a folder there
+    """
+
+    def read(name: str) -> str:
+        if not name.lower().endswith(COLUMNS):
+            raise fault("", "", f"expected a list, or a file beside the scene that ends in {' or '.join(COLUMNS)}, got "
+                        f'"{name}"')  # fmt: skip
+        ways = PurePosixPath(name), PureWindowsPath(name)
+        if any(way.anchor or ".." in way.parts for way in ways):
+            raise fault("", "", f'"{name}" is not beside the scene: put the file there, or in a folder there')
+        if folder is None:
+            raise fault("", "", f'there is no folder in which "{name}" could be: save the scene beside it first')
+        try:
+            return file_text(folder / name)
+        except MissingFileError:
+            there = sorted(path.name for path in folder.glob("*.*") if path.suffix.lower() in COLUMNS)
+            raise MissingFileError(
+                "", "", "", f'there is no file "{name}" beside the scene{likely(name, there)}'
+            ) from None
+        except SceneError as error:
+            raise fault("", "", f'"{name}": {error.problem}') from None
+
+    return read
+
+
 def scene_name(path: Path) -> str:
     """The name of a scene, of the letters in its file's name."""
     return path.stem.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
@@ -78,10 +115,13 @@ def of_file(path: str) -> Iterator[None]:
 
 
 DIGITS = range(12, 18)  # of which the fewest are taken that tell a number to its last bit
+Rows = Iterable[Sequence[str | float]]
 SCHEMA = "#:schema"  # whose place is told from the file's own
 
 
-def written(text: str, table: SceneTable, values: Mapping[str, float], head: str = "") -> str:
+def written(
+    text: str, table: SceneTable, values: Mapping[str, float], motions: Mapping[int, Rows], head: str = ""
+) -> str:
     """A scene's text with other values, in SI units, for numbers named by their paths.
 
     A number keeps the unit that it has in the file, and is read from the new text to the last bit.
@@ -90,9 +130,13 @@ def written(text: str, table: SceneTable, values: Mapping[str, float], head: str
     ----------
     table
         The parsed tables with these values, and with the title that is to be told.
+    motions
+        Of drives, counted from 0, that have them in files: they stand in the new text itself.
     head
         A comment for the first line.
     """
+    import json
+
     import tomlkit
 
     document = tomlkit.parse(text)
@@ -100,9 +144,20 @@ def written(text: str, table: SceneTable, values: Mapping[str, float], head: str
         _put(document, table, place_of(table, path), value)
     if document.get("title", "") != table.title:
         document["title"] = table.title
-    lines = tomlkit.dumps(document).splitlines(keepends=True)
+    for number in motions:
+        document["drives"][number]["motion"] = _token(number)
+    whole = tomlkit.dumps(document)
+    for number, rows in motions.items():
+        entries = "".join(f"\n    {json.dumps(row, ensure_ascii=False)}," for row in rows)
+        whole = whole.replace(f'"{_token(number)}"', f"[{entries}\n]")
+    lines = whole.splitlines(keepends=True)
     kept = lines[1:] if lines and lines[0].startswith(SCHEMA) else lines
     return "".join([f"# {head}\n" if head else "", *kept])
+
+
+def _token(number: int) -> str:
+    """What stands for the motion of a drive until it is written."""
+    return f"motion of the drive {number}"
 
 
 def scene_to_begin_with(text: str) -> str:

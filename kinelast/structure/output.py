@@ -15,10 +15,11 @@ from kinelast import __version__
 from kinelast.outputs.outbox import add_to
 from kinelast.outputs.sheet import PAPER, MechanismAxes
 from kinelast.scene.build import build_mechanism
+from kinelast.scene.document import files_of
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import ChainTable, SceneTable
 from kinelast.scene.parsing import check_name, is_chain, parse_chain, parse_scene
-from kinelast.scene.text import file_text, of_file, scene_name, toml_tables
+from kinelast.scene.text import beside, file_text, of_file, scene_name, toml_tables
 from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.task import DONE, FINE, Outcome, Task, guarded
 from rigid import Mechanism, MechanismError
@@ -78,7 +79,7 @@ def structure_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str =
 
 
 def _planar(table: SceneTable, name: str, path: str) -> StructureScene:
-    parts = build_mechanism(table)
+    parts = build_mechanism(table, files_of(table, beside(Path(path).parent)))
     contacts = []
     for key, contact in table.contacts.items():
         where = f"contacts.{key}"

@@ -18,7 +18,7 @@ from kinelast.designs.plan import ListedValues, Plan, plan_of
 from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, verdict_on
 from kinelast.figures.registry import limits_of
 from kinelast.outputs.outbox import put
-from kinelast.outputs.sealed import json_bytes
+from kinelast.outputs.sealed import beside_digests, json_bytes
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document, document_from_bytes, read_document
 from kinelast.scene.error import SceneError, fault
@@ -178,6 +178,7 @@ def _identity(content: bytes, plan: Plan, evaluation: Evaluation, positions: int
         "values": drawn.hexdigest(),
         "figures": list(evaluation.figures or ()),
         "positions": positions,
+        **beside_digests(evaluation.document.files),
     }
 
 

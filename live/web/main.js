@@ -244,13 +244,14 @@ function inspectDrive(at, box) {
 }
 // Times and coordinates as a CSV file has them: typed, or taken from one.
 function inspectSpline(at, box, curve, labelled) {
-  const { motion, slider } = view.sheet.drives[at], area = Object.assign(document.createElement("textarea"), { className: "points", rows: 5, value: motion ? motion.map((row) => row.join(", ")).join("\n") : `time [s], ${slider ? "way [mm]" : "angle [deg]"}\n0, 0\n0.25, 30\n0.5, 0\n0.75, -30\n1, 0` }), file = Object.assign(document.createElement("input"), { type: "file", accept: ".csv,text/csv,text/plain" });
+  const { motion, slider } = view.sheet.drives[at], area = Object.assign(document.createElement("textarea"), { className: "points", rows: 5, value: Array.isArray(motion) ? motion.map((row) => row.join(", ")).join("\n") : `time [s], ${slider ? "way [mm]" : "angle [deg]"}\n0, 0\n0.25, 30\n0.5, 0\n0.75, -30\n1, 0` }), file = Object.assign(document.createElement("input"), { type: "file", accept: ".csv,text/csv,text/plain" });
   const tell = () => edit({ do: "law", drive: at, curve: SPLINE, points: area.value });
   curve.value = SPLINE;
+  const beside = typeof motion === "string";
   curve.onchange = () => { delete box.dataset.spline; if (curve.value !== SPLINE) edit({ do: "law", drive: at, curve: curve.value, speed: slider ? "0.1 m/s" : "60 rpm", by: slider ? "50 mm" : "90 deg", duration: "1 s", back: true }); };
   area.onchange = tell;
   file.onchange = async () => { if (file.files[0]) { area.value = await file.files[0].text(); tell(); } };
-  box.append(labelled("Motion ", curve), labelled("Times and coordinates ", area), labelled("or of a CSV file ", file), peakWords(at));
+  box.append(labelled("Motion ", curve), ...(beside ? [`in ${motion}, beside the scene`] : [labelled("Times and coordinates ", area)]), labelled(beside ? "or here, of a CSV file " : "or of a CSV file ", file), peakWords(at));
   if (!motion) { delete box.dataset.spline; tell(); }
 }
 // The greatest rate, acceleration and jerk of a drive's law.

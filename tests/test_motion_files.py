@@ -1,0 +1,205 @@
+"""Claim: a drive's motion in a CSV file beside the scene is the one written out, and a run depends on it."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+from scene_texts import FOUR_BAR, edited
+
+from exchange import columns_of
+from kinelast import SceneError, read_document, read_structure, scene_from_text
+from kinelast.cli.command import main
+from kinelast.designs.evaluate import evaluate
+from kinelast.scene.data import scene_motion
+from kinelast.scene.document import document_from_text
+from kinelast.scene.drives import motion_table
+from kinelast.scene.text import beside
+from live.answer import quick_answer
+from live.edit import edited as changed
+from live.edit import start_of
+from live.file import SceneFile
+from live.full import whole_answer
+from live.notebook import LiveView
+
+OSCILLATING = edited(
+    FOUR_BAR, ('speed = "100 rad/s"', 'motion = "lift.csv"\nrepeat = true'), ("positions = 36", "positions = 12")
+)
+LIFT = "time [ms];angle [deg]\n0;0\n250;10,5\n500;0\n750;-10,5\n1000;0\n"
+WRITTEN = edited(OSCILLATING, ('"lift.csv"', '[[0, 0], ["0.25 s", "10.5 deg"], [0.5, 0], [0.75, "-10.5 deg"], [1, 0]]'))
+
+
+@pytest.fixture
+def scene(tmp_path):
+    (tmp_path / "lift.csv").write_text(LIFT)
+    path = tmp_path / "arm.toml"
+    path.write_text(OSCILLATING)
+    return path
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        LIFT,
+        "time [ms],angle [deg]\n0,0\n250,10.5\n500,0\n750,-10.5\n1000,0",
+        "t / s\tangle / deg\n0\t0\n0,25\t10,5\n0,5\t0\n0,75\t-10,5\n1\t0\n",
+        "# measured\n# time (ms), angle (deg)\n0,0\n250,10.5\n500,0\n\n750,-10.5\n1000,0\n",
+        "time,angle\nms,deg\n0,0\n250,10.5\n500,0,,\n750,-10.5\n1000,0\n,\n",
+        "0,0\n0.25 s,10.5 deg\n0.5,0\n0.75,-10.5 deg\n1,0\n",
+        '"Rocker, as drawn by hand"\n"time [min]","angle [turn]"\n0,0\n' + "".join(
+            f"{t / 60!r},{v / 360!r}\n" for t, v in ((0.25, 10.5), (0.5, 0), (0.75, -10.5), (1, 0))),
+    ],
+)  # fmt: skip
+def test_a_motion_in_a_file_is_the_one_written_out(text):
+    told = motion_table(text, "rad")
+    assert told.times == pytest.approx([0, 0.25, 0.5, 0.75, 1], abs=1e-15)
+    assert told.places == pytest.approx(np.radians([0, 10.5, 0, -10.5, 0]), abs=1e-15)
+
+
+def test_bare_lengths_are_in_the_units_of_the_scene():
+    assert motion_table("0,0\n1,10\n2,5\n3,0\n", "m", 0.001).places == (0.0, 0.01, 0.005, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("time [ms],angle [deg]\n0,0\n10,5\n20,x\n30,5", 'line 4: expected an angle, as in "30 deg" or 0.5, got "x"'),
+        ("0,0\n1,1\n2,2", "expected 4 lines of numbers at least, got 3"),
+        (
+            "0 0\n1 1\n2 1\n3 3\n",
+            "line 1: expected 2 columns, time and angle, got 1: put a comma, a semicolon or a tab",
+        ),
+        (
+            "t,a,v\n0,0,0\n2,1,1\n3,2,1\n4,3,1",
+            "line 2: expected 2 columns, time and angle, got 3: leave the others out",
+        ),
+        ("time [ms],angle [grad]\n0,0\n1,1\n2,2\n3,3", 'line 1: expected an angle.*there is no unit "grad"'),
+        ("time [ms],way [mm]\n0,0\n1,1\n2,2\n3,3", 'line 1: expected an angle.*, got "1 mm"'),
+        ("t,a\n1,0\n2,1\n3,2\n4,3", "line 2: expected times that start at 0, got 1.0: take it from all of them"),
+        ("t,a\n0,0\n2,1\n2,2\n4,3", "line 4: expected times that grow from line to line: leave the line out"),
+        ("t,a\n0,0\n1,nan\n2,2\n4,3", "line 3: expected an angle.*got nan: leave the line out"),
+        ("t;a\n0;0\n1;\n2;2\n4;3", "line 3: expected 2 columns"),
+        ("t,a\n0,0\n1,1 deg\n2,2\n4,3 mm", 'line 5: expected an angle.*, got "3 mm"'),
+        ('t,a\n0,"0\n', "line 2: expected 2 columns|expected 4 lines"),
+        ("", "expected 4 lines of numbers at least, got 0"),
+    ],
+)
+def test_a_mistake_in_the_file_is_told_with_its_line(tmp_path, text, told):
+    (tmp_path / "lift.csv").write_text(text)
+    with pytest.raises(SceneError, match=rf"arm.toml: \[\[drives\]\] no. 1 motion: lift.csv: ({told})"):
+        document_from_text(OSCILLATING, "arm", str(tmp_path / "arm.toml")).scene  # noqa: B018 - built when asked for
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("lifd.csv", 'there is no file "lifd.csv" beside the scene; did you mean "lift.csv"'),
+        ("../lift.csv", "is not beside the scene"),
+        ("/etc/lift.csv", "is not beside the scene"),
+        ("C:/lift.csv", "is not beside the scene"),
+        ("in/../../lift.csv", "is not beside the scene"),
+        ("lift", "that ends in .csv or .tsv or .txt"),
+    ],
+)
+def test_a_file_that_is_not_beside_the_scene_is_not_read(scene, name, told):
+    with pytest.raises(SceneError, match=told) as caught:
+        document_from_text(OSCILLATING.replace("lift.csv", name), "arm", str(scene))
+    assert isinstance(caught.value, FileNotFoundError) == ("no file" in told)
+    assert caught.value.table, caught.value.key == ("drives[1]", "motion")
+
+
+def test_what_is_no_text_is_told(scene):
+    (scene.parent / "lift.csv").write_bytes("time [ms],angle [°]\n".encode("latin1"))
+    with pytest.raises(SceneError, match=r'"lift.csv": not a text in UTF-8 at line 1'):
+        read_document(scene)
+    with pytest.raises(SceneError, match="there is no folder"):
+        document_from_text(OSCILLATING, read=beside(None))
+    with pytest.raises(ValueError, match="line 1: "):
+        columns_of('0,"' + "1" * 200_000, ("a", "b"))
+
+
+def test_every_door_takes_it(scene, tmp_path, monkeypatch):
+    document, plain = read_document(scene), document_from_text(WRITTEN)
+    angles = scene_motion(plain.scene).drive
+    np.testing.assert_array_equal(scene_motion(document.scene).drive, angles)
+    np.testing.assert_array_equal(scene_motion(pickle.loads(pickle.dumps(document)).scene).drive, angles)
+    monkeypatch.chdir(tmp_path)
+    np.testing.assert_array_equal(scene_motion(scene_from_text(OSCILLATING)).drive, angles)
+    assert read_structure(scene).mechanism.drives == plain.scene.mechanism.drives
+    depth = "sections.bar.depth"
+    rows = [evaluate(each, [depth], [[0.005], [0.006]], ["deflection"]) for each in (document, plain)]
+    np.testing.assert_array_equal(rows[0].columns["deflection"], rows[1].columns["deflection"])
+    with pytest.raises(SceneError, match="there is no such number"):
+        document.variable("drives.crank.motion[2][2]")
+
+
+def test_the_text_of_a_scene_holds_the_motion(scene):
+    """So it is whole wherever it is put: as a design, an optimum, in a page, in an editor of its own."""
+    document = read_document(scene)
+    for told in (
+        document.text(),
+        document.scene.text,
+        document.with_values({"sections.bar.depth": 0.005}).text("head"),
+    ):
+        assert '["250 ms", "10.5 deg"],' in told
+        assert "lift.csv" not in told
+        again = document_from_text(told, read=beside(None))
+        np.testing.assert_array_equal(scene_motion(again.scene).drive, scene_motion(document.scene).drive)
+
+
+def test_the_live_editor_reads_what_is_beside_its_file_alone(scene):
+    folder = SceneFile(scene).folder
+    answer, _ = quick_answer(OSCILLATING, folder=folder)
+    assert not answer["mistakes"]
+    assert answer["picture"]["drives"][0]["peaks"]
+    (mistake,) = quick_answer(OSCILLATING, folder=SceneFile(None).folder)[0]["mistakes"]
+    assert "save the scene beside it first" in mistake["message"]
+    assert OSCILLATING.splitlines()[mistake["line"] - 1] == 'motion = "lift.csv"'
+    (mistake,) = quick_answer(OSCILLATING.replace("lift", "../lift"), folder=folder)[0]["mistakes"]
+    assert "is not beside the scene" in mistake["message"]
+    assert start_of(OSCILLATING, folder)[0]["B"]
+    moved = changed(OSCILLATING, {"do": "move", "point": "B", "to": [0.29, 0.24]}, folder)
+    assert 'motion = "lift.csv"' in moved
+    assert moved != OSCILLATING
+
+
+@pytest.mark.slow
+def test_the_whole_live_answer_and_a_notebook_read_it(scene):
+    told, _, report = whole_answer(OSCILLATING, "arm", scene.parent)
+    assert not told["mistakes"]
+    assert b"250 ms" in report
+    view = LiveView(str(scene))
+    try:
+        assert view.scene.course.laws[0]([0.25])[0] == pytest.approx([np.radians(10.5)])
+    finally:
+        view.close()
+
+
+def test_a_run_depends_on_the_file(scene, tmp_path, capsys):
+    def run(*more):
+        status = main([str(scene), "-o", str(tmp_path / "out"), "--theory", "quasi-static", *more])
+        return status, capsys.readouterr().out
+
+    assert "->" in run()[1]
+    assert "finished before" in run("--resume")[1]
+    made = json.loads((tmp_path / "out" / "arm" / "summary.json").read_text())["made_from"]
+    assert [*made["beside"]] == ["lift.csv"]
+    (scene.parent / "lift.csv").write_text(LIFT.replace("10,5", "12"))
+    assert "finished before" not in run("--resume")[1]
+    (scene.parent / "lift.csv").unlink()
+    assert main([str(scene), "-o", str(tmp_path / "out"), "--resume"]) == 2
+    assert 'arm.toml: [[drives]] no. 1 motion: there is no file "lift.csv"' in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_sweep_depends_on_the_file(scene, tmp_path, capsys):
+    scene.write_text(f'{OSCILLATING}\n[sweep.vary]\n"sections.bar.depth" = ["5 mm", "6 mm"]\n')
+    sweep = [str(scene), "-o", str(tmp_path / "out"), "--sweep", "--jobs", "1"]
+    assert main(sweep) == 0
+    assert main([*sweep, "--resume"]) == 0
+    assert main([str(scene), "-o", str(tmp_path / "out"), "--design", "1"]) == 0
+    assert "250 ms" in (tmp_path / "out" / "arm_design_1.toml").read_text()
+    (scene.parent / "lift.csv").write_text(LIFT.replace("10,5", "12"))
+    capsys.readouterr()
+    assert main([*sweep, "--resume"]) == 2
+    assert "beside.lift.csv" in capsys.readouterr().err
