@@ -34,11 +34,10 @@ from live.edit import BARE
 from live.mistakes import mistakes_of
 from live.parts import cylinders_of, drawn, points_of
 from live.text import line_of, places
-from rigid import MechanismError, Motion, Reals, position_of, posture, reachable
+from rigid import MechanismError, Motion, Reals, law_peaks, position_of, posture, reachable
 
 POSITIONS, FRAMES = 72, 120  # of a quick answer, and at most of the picture of a whole one
 STATIONS = np.linspace(0.0, 1.0, 9)
-LOOKED_AT, STEEP = 1441, 1.5  # instants of a law, and by how much twice as many may raise its jerk
 HALF, SAME = 0.5, 1e-7  # of a sine at which links meet, and of the size
 SHOWN = ("deflection", "chord", "stress", "safety", "drive_effort", "joint_force", "shaking_force",
          "transmission_angle", "output_error", "mass")  # fmt: skip
@@ -340,26 +339,17 @@ def picture(scene: Scene, bent: Deflection, efforts: Any, most: int = POSITIONS)
             for label, (at, beam) in zip(scene.labels, scene.mechanism.beams, strict=True)
         ],
         "drives": [
-            {"name": name, "unit": unit, "effort": effort, "peaks": law_peaks(law, scene.run.duration)}
+            {"name": name, "unit": unit, "effort": effort, "peaks": _peaks(law)}
             for (name, _, unit, effort), law in zip(drive_words(scene.mechanism), scene.course.laws, strict=True)
         ],
         "arrays": store,
     }, b"".join(data)
 
 
-def law_peaks(law: Any, duration: float) -> list[float | None] | None:
-    """Largest rate, acceleration and jerk of a drive's law; None where an effort drives.
-
-    A jerk that grows as the law is looked at more closely is that of a step of the acceleration, and infinite: None.
-    """
-    if isinstance(law, DriveEffort):
-        return None
-    time = np.linspace(0.0, duration, LOOKED_AT)
-    _, rate, acceleration = (np.asarray(part, float).ravel() for part in law(time))
-    steps = [np.abs(np.diff(acceleration[::step])).max() / (step * time[1]) for step in (1, 2)]
-    greatest = float(np.abs(acceleration).max())
-    smooth = steps[0] < STEEP * steps[1] or steps[0] * duration <= SAME * greatest
-    return [float(np.abs(rate).max()), greatest, float(steps[0]) if smooth else None]
+def _peaks(law: Any) -> list[float | None] | None:
+    """Greatest rate, acceleration and jerk of a drive's law, None where infinite; None where an effort drives."""
+    peaks = None if isinstance(law, DriveEffort) else law_peaks(law)
+    return peaks and [peaks.speed, peaks.acceleration, None if math.isinf(peaks.jerk) else peaks.jerk]
 
 
 def _points(moved: Motion) -> dict[str, Any]:

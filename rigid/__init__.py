@@ -14,6 +14,7 @@ from rigid.kinematics import Motion, motion, with_rates
 from rigid.kinetostatics.resistance import Resistance
 from rigid.kinetostatics.springs import Spring, TorsionSpring
 from rigid.kinetostatics.statics import drive_efforts, reactions
+from rigid.law_peaks import LawPeaks, law_peaks
 from rigid.laws import ConstantSpeed, LawError, Segment, SegmentedLaw, TableError
 from rigid.mechanism import Mechanism
 from rigid.names import counted
@@ -50,6 +51,7 @@ __all__ = [
     "JointForces",
     "Law",
     "LawError",
+    "LawPeaks",
     "LineLoad",
     "Link",
     "Load",
@@ -77,6 +79,7 @@ __all__ = [
     "assur_groups",
     "counted",
     "drive_efforts",
+    "law_peaks",
     "motion",
     "motion_in_chunks",
     "position_of",

@@ -81,6 +81,24 @@ def _trapezoidal(z: Reals) -> Triple:
     return value, rate, np.select([early, late], [4.5, -4.5], 0.0)
 
 
+def _scca_meets(sine: float, cosine: float) -> tuple[float, float, float, float, float]:
+    """Speed and coordinate where the pieces of such a curve meet, at an acceleration of 1, and its true one at last."""
+    ends, flat = sine / 2, (1 - cosine) / 2
+    speed = 2 * ends / pi
+    travel = ends**2 * (2 / pi) * (1 - 2 / pi)
+    lasts = flat - ends
+    later_way, later = travel + speed * lasts + lasts**2 / 2, speed + lasts
+    peak = 1 / (2 * (later_way + later * cosine / 2 + (cosine / pi) ** 2))  # half of the rise is 1/2
+    return speed, travel, later, later_way, peak
+
+
+def scca_peaks(sine: float, cosine: float) -> tuple[float, float, float]:
+    """Greatest speed, acceleration and jerk within a curve of Norton's SCCA family; shares as in that."""
+    *_, later, _, peak = _scca_meets(sine, cosine)
+    swings = [share for share in (sine, cosine) if share]
+    return peak * (later + cosine / pi), peak, peak * pi / min(swings) if swings else 0.0
+
+
 def _sine_constant_cosine(sine: float, cosine: float) -> Callable[[Reals], Triple]:
     """Curves with an acceleration that grows and falls like a sine, is constant, and passes zero like a cosine.
 
@@ -88,12 +106,7 @@ def _sine_constant_cosine(sine: float, cosine: float) -> Callable[[Reals], Tripl
     """
     b, d = sine, cosine
     ends, flat = b / 2, (1 - d) / 2
-    # Speed and coordinate where the pieces meet, at an acceleration of 1 in the constant one; half of the rise is 1/2.
-    speed = 2 * ends / pi
-    travel = ends**2 * (2 / pi) * (1 - 2 / pi)
-    lasts = flat - ends
-    later_way, later = travel + speed * lasts + lasts**2 / 2, speed + lasts
-    peak = 1 / (2 * (later_way + later * d / 2 + (d / pi) ** 2))
+    speed, travel, later, later_way, peak = _scca_meets(sine, cosine)
 
     def half(z: Reals) -> Triple:
         """The first half of the rise."""
@@ -207,7 +220,7 @@ class SegmentedLaw:
                 raise LawError(number, f"lasts {segment.duration:g} s, expected more than 0")
             if segment.curve == "dwell" and segment.rise:
                 raise LawError(number, f"a dwell cannot rise by {segment.rise:g}")
-        for number, (before, after) in enumerate(zip(self._speeds, self._speeds[1:], strict=False), 2):
+        for number, (before, after) in enumerate(zip(self.speeds, self.speeds[1:], strict=False), 2):
             if abs(after[0] - before[1]) > JUMP * (abs(after[0]) + abs(before[1])):
                 raise LawError(
                     number,
@@ -216,7 +229,7 @@ class SegmentedLaw:
                 )
 
     @cached_property
-    def _speeds(self) -> tuple[tuple[float, float], ...]:
+    def speeds(self) -> tuple[tuple[float, float], ...]:
         """Speeds at the two ends of every segment."""
         steady = [piece.rise / piece.duration if piece.curve == "constant-speed" else 0.0 for piece in self.segments]
         around = [0.0, *steady, 0.0]
@@ -238,7 +251,7 @@ class SegmentedLaw:
     @property
     def final_speed(self) -> float:
         """Speed at the end of the last segment [rad/s or m/s]."""
-        return self._speeds[-1][1]
+        return self.speeds[-1][1]
 
     def __call__(self, time: ArrayLike) -> Triple:
         """Coordinate, rate and acceleration at given times [s], each of their shape.
@@ -257,20 +270,27 @@ class SegmentedLaw:
         for k, segment in enumerate(self.segments):
             here, lasts = at == k, segment.duration
             z = np.clip(1.0 + (time[here] - self._ends[k]) / lasts, 0.0, 1.0)
-            rise, speed, bend = _stretched(segment, self._speeds[k], z)
+            rise, speed, bend = self.stretched(k, z)
             value[here], rate[here], acceleration[here] = level + rise, speed / lasts, bend / lasts**2
             level += segment.rise
         over = time > self.duration * (1 + SAME)
         rate[over] = acceleration[over] = 0.0
         return value, rate, acceleration
 
+    def stretched(self, number: int, z: Reals) -> Triple:
+        """Rise of a segment, counted from 0, at shares z of its time, and the derivatives by z, each of its shape."""
+        segment, speeds = self.segments[number], self.speeds[number]
+        if segment.curve == "polynomial-345" and any(speeds):
+            return _polynomial(*quintic(segment, speeds))(z)
+        rise, speed, bend = CURVES[segment.curve](z)
+        return segment.rise * rise, segment.rise * speed, segment.rise * bend
 
-def _stretched(segment: Segment, speeds: tuple[float, float], z: Reals) -> Triple:
-    """A segment's rise and its derivatives by z."""
+
+def quintic(segment: Segment, speeds: tuple[float, float]) -> Reals:
+    """Coefficients, of rising powers, of the quintic of given end speeds without acceleration at its ends.
+
+    At rest at both ends it is the 3-4-5.
+    """
     h = segment.rise
-    if segment.curve == "polynomial-345" and any(speeds):
-        # The quintic of given end speeds and no acceleration at its ends; at rest it is the 3-4-5.
-        a, b = (speed * segment.duration for speed in speeds)
-        return _polynomial(0.0, a, 0.0, 10 * h - 6 * a - 4 * b, -15 * h + 8 * a + 7 * b, 6 * h - 3 * (a + b))(z)
-    rise, speed, bend = CURVES[segment.curve](z)
-    return h * rise, h * speed, h * bend
+    a, b = (speed * segment.duration for speed in speeds)
+    return np.array([0.0, a, 0.0, 10 * h - 6 * a - 4 * b, -15 * h + 8 * a + 7 * b, 6 * h - 3 * (a + b)])

@@ -1,11 +1,12 @@
 """Motion laws of drives."""
 
-from math import pi, sqrt
+from math import inf, pi, sqrt
 
 import numpy as np
 import pytest
 
-from rigid import ConstantSpeed, LawError, Segment, SegmentedLaw
+from rigid import ConstantSpeed, LawError, RepeatedLaw, Segment, SegmentedLaw, TableLaw, law_peaks
+from rigid.law_peaks import PEAKS as WITHIN
 from rigid.laws import CURVES
 
 SMOOTH = ("harmonic", "cycloidal", "polynomial-345", "polynomial-4567", "modified-trapezoid", "modified-sine")
@@ -140,3 +141,93 @@ def test_an_instant_at_the_end_of_a_segment_has_a_side_whatever_the_last_digit_o
     np.testing.assert_allclose(law(start * near)[2], greatest, rtol=1e-6)
     np.testing.assert_allclose(law(end * near)[2], -greatest, rtol=1e-6)
     np.testing.assert_array_equal(law(end * np.array([1 + 1e-9]))[2], 0.0)
+
+
+@pytest.mark.parametrize(
+    ("curve", "speed", "acceleration", "jerk"),
+    [
+        ("cycloidal", "2.00", "6.283", "39.5"),
+        ("modified-sine", "1.76", "5.53", "69.5"),
+        ("modified-trapezoid", "2.00", "4.89", "61.4"),
+        ("polynomial-345", "1.875", "5.77", "60.0"),
+        ("polynomial-4567", "2.19", "7.51", "52.5"),
+        ("harmonic", "1.57", "4.93", "inf"),
+        ("constant-acceleration", "2.00", "4.00", "inf"),
+    ],
+)
+def test_peaks_between_dwells_are_those_of_the_handbook(curve, speed, acceleration, jerk):
+    """Coefficients of cam practice for a rise between dwells, as printed (VDI 2143-1; Norton, chapter 3)."""
+    dwell = Segment("dwell", 0.3)
+    peaks = law_peaks(SegmentedLaw(0.4, (dwell, Segment(curve, 0.5, -2.0), dwell)))
+    unit = 2.0 / 0.5
+    found = peaks.speed / unit, peaks.acceleration * 0.5 / unit, peaks.jerk * 0.25 / unit
+    for value, printed in zip(found, (speed, acceleration, jerk), strict=True):
+        digits = len(printed.partition(".")[2])
+        assert value == pytest.approx(float(printed), abs=0.6 * 10**-digits)
+
+
+@pytest.mark.parametrize("curve", CURVES)
+def test_peaks_of_a_curve_are_those_of_its_derivatives(curve):
+    z = fine(1.0)
+    _, rate, acceleration = CURVES[curve](z)
+    slopes = np.diff(acceleration) / np.diff(z)
+    smooth = np.abs(slopes) < 1e3  # but where the acceleration jumps
+    found = [np.abs(each).max() for each in (rate, acceleration, slopes[smooth])]
+    assert WITHIN[curve] == pytest.approx(found, rel=2e-4, abs=1e-6)
+    if curve == "constant-speed":
+        return
+    law = SegmentedLaw(0.0, (Segment("dwell", 1.0), Segment(curve, 2.0, 0.0 if curve == "dwell" else 3.0)))
+    jumps = law_peaks(law).jumps
+    inside = (z[:-1][~smooth] + z[1:][~smooth]) / 2
+    ends = [z for z in (0.0, 1.0) if abs(CURVES[curve](np.array([z]))[2][0]) > 1e-9]
+    assert jumps == pytest.approx([1 + 2 * z for z in sorted([*inside.tolist(), *ends])], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("last", "jumps"),
+    [
+        (Segment("harmonic", 1.0, -1.0), ()),
+        (Segment("harmonic", 2.0, -1.0), (0.0, 1.0, 3.0)),
+        (Segment("cycloidal", 1.0, -1.0), (0.0, 1.0, 2.0)),
+    ],
+)
+def test_a_repeated_law_meets_its_own_start(last, jumps):
+    """Harmonic up and down as long is a cosine, whose jerk is pi^3/2."""
+    law = SegmentedLaw(0.0, (Segment("harmonic", 1.0, 1.0), last))
+    told = law_peaks(RepeatedLaw(law))
+    if jumps:
+        assert told.jumps[: len(jumps) - 1] == jumps[:-1]
+        assert told.jerk == inf
+    else:
+        assert told.jerk == pytest.approx(pi**3 / 2)
+        assert not told.jumps
+    assert law_peaks(law).jerk == inf
+
+
+def test_peaks_of_a_run_up_to_a_constant_speed():
+    law = SegmentedLaw(0.0, (Segment("polynomial-345", 0.4, 1.0), Segment("constant-speed", 1.0, 10.0)))
+    time = fine(0.4)
+    _, rate, acceleration = law(time)
+    told = law_peaks(law)
+    assert told.speed == pytest.approx(np.abs(rate).max(), rel=1e-9)
+    assert told.acceleration == pytest.approx(np.abs(acceleration).max(), rel=1e-7)
+    assert told.jerk == pytest.approx(np.abs(np.diff(acceleration) / np.diff(time)).max(), rel=1e-3)
+    assert not told.jumps
+
+
+def test_peaks_of_a_table_are_those_of_its_spline():
+    """t^3 - 2 t on 0..4: 46, 24, 6; a sine of 24 entries that is repeated: nearly 1, 1 and 1."""
+    times = (0.0, 1.0, 2.5, 3.0, 4.0)
+    told = law_peaks(TableLaw(times, tuple(t**3 - 2 * t for t in times)))
+    assert (told.speed, told.acceleration, told.jerk, told.jumps) == (*map(pytest.approx, (46, 24, 6)), ())
+    times = tuple(np.linspace(0, 2 * pi, 25).tolist())
+    law = TableLaw(times, (*np.cos(times[:-1]).tolist(), 1.0), repeated=True)
+    told, (_, rate, acceleration) = law_peaks(RepeatedLaw(law)), law(fine(2 * pi))
+    assert told.speed == pytest.approx(np.abs(rate).max(), rel=1e-6)
+    assert told.acceleration == pytest.approx(np.abs(acceleration).max(), rel=1e-6)
+    assert told.jerk == pytest.approx(1.0, rel=0.02)
+
+
+def test_peaks_of_other_laws():
+    assert law_peaks(ConstantSpeed(0.5, -3.0)).speed == 3.0
+    assert law_peaks(lambda time: (time, time, time)) is None

@@ -7,6 +7,7 @@ import pytest
 from scene_texts import FOUR_BAR, MESH, WHEEL, YOKE, edited
 
 from kinelast.cli.command import main
+from kinelast.figures.parts import law_figures
 from kinelast.scene.data import scene_motion, scene_motion_at
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
@@ -141,6 +142,16 @@ class TestLaws:
         assert course.drive[0] == pytest.approx(expected, abs=2e-4)
         assert course.drive_rate[0, 2] == pytest.approx(course.drive_rate[0, 0], rel=1e-12)
         assert course.drive_rate[0, 0] == pytest.approx(2 * pi * 1.3, rel=1e-2)
+
+    def test_peaks_of_a_law_are_told_in_the_summary(self):
+        law = 'law = [{curve = "harmonic", duration = "2 s", by = 3}, {curve = "dwell", duration = 2}]'
+        scene = scene_from_text(driven("start = 0", law))
+        told = law_figures(scene, 0)
+        assert told["speed"] == {"value": pytest.approx(3 * pi / 4), "unit": "rad/s"}
+        assert told["acceleration"] == {"value": pytest.approx(3 * pi**2 / 8), "unit": "rad/s^2"}
+        assert told["jerk"] == {"value": None, "unit": "rad/s^3"}
+        assert [each["value"] for each in told["jumps"]] == [0.0, 2.0]
+        assert law_figures(scene_from_text(WHEEL), 0) is None
 
     def test_a_run_beyond_a_moving_end_is_refused(self):
         with pytest.raises(SceneError, match=r"motion: ends at full speed after 3 s, but the run lasts 4 s"):

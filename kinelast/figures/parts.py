@@ -16,8 +16,10 @@ from kinelast.figures.entry import CYLINDER, DRIVE, HELD, MOTOR, cams_with, item
 from kinelast.figures.joints import JOINT_FIGURES, lost_contact, numbers_with
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, error_of, figure, largest
+from kinelast.scene.data import Scene
+from kinelast.scene.drives import DriveEffort
 from machine.cams import cut_depth
-from rigid import LineLoad, Link, Lump, PointLoad, Resistance, TorsionSpring
+from rigid import ConstantSpeed, LineLoad, Link, Lump, PointLoad, Resistance, TorsionSpring, law_peaks
 from rigid.arrays import Flags
 from rigid.kinetostatics import rubbing_joints, sliding_directions
 
@@ -188,13 +190,32 @@ DRIVE_KEYS = {  # of the summary, and the figures that stand there
 }
 
 
+def law_figures(scene: Scene, number: int) -> dict[str, Any] | None:
+    """Peaks of the law of a drive, counted from 0; None where it is at constant speed or an effort.
+
+    A jerk that is infinite is null, with the times at which the acceleration jumps.
+    """
+    law = scene.laws[number]
+    peaks = None if isinstance(law, DriveEffort | ConstantSpeed) else law_peaks(law)
+    if peaks is None:
+        return None
+    unit = "rad" if scene.mechanism.drives[number].turns else "m"
+    sizes = {name: getattr(peaks, name) for name in ("speed", "acceleration", "jerk")}
+    told = {name: figure(size, f"{unit}/s{power}") for (name, size), power in zip(sizes.items(), POWERS, strict=True)}
+    return {**told, "jumps": [figure(time, "s") for time in peaks.jumps]}
+
+
+POWERS = "", "^2", "^3"  # of the second, in the units of derivatives
+
+
 def drive_figures(results: Results) -> list[dict[str, Any]]:
-    """Figures of every drive, of its motor by the data of the scene, and of its cylinder."""
+    """Figures of every drive, peaks of its law, and those of its motor, by the data of the scene, and its cylinder."""
     scene = results.scene
     names = items_of(scene, DRIVE)
     rows = []
     for number, name in enumerate(names):
         row: dict[str, Any] = {key: each for key, of in DRIVE_KEYS.items() if (each := _figure_of(results, of, name))}
+        row["law"] = law_figures(scene, number)
         for part, of in ((scene.motors.get(number), MOTOR), (scene.cylinders.get(number), CYLINDER)):
             if part is not None:
                 keys = [each.key for each in results.figures.figures if each.of == of]

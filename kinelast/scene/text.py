@@ -156,7 +156,7 @@ def written(
 
 
 def _token(number: int) -> str:
-    """What stands for the motion of a drive until it is written."""
+    """A text in the place of the motion of a drive until that is written."""
     return f"motion of the drive {number}"
 
 

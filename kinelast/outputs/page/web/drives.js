@@ -9,10 +9,17 @@ function drivesSection() {
   section("drives", "Drives", "What drives it", soft("Effort along the coordinate, with that of the motor's inertia; averages over the time of the run."),
     table(rows, [{ name: "Drive", text: (each) => each.name }, column("largest effort", "effort"), where("at", (each) => each.drive.effort), column("root mean square", "rms", "of the effort: what heats a motor"), column("mean", "mean"), column("speed", "speed", "", speedWords), column("largest power", "power"), column("mean power", "mean_power")], "Drives"),
     table(rows, [{ name: "Drive", text: (each) => each.name }, column("energy taken", "energy_taken", "into the mechanism in a run"), column("given back", "energy_given"), column("reduced inertia", "load_inertia", "of all links at this drive, the largest over the cycle"), column("energy that swings", "energy_fluctuation", "that a flywheel at this drive would take up"), column("flywheel", "flywheel", "inertia that keeps the speed as even as the scene asks")], "Energy of the drives"),
+    lawTable(rows.filter(({ drive }) => drive.law)),
     motored.length ? motorTable(motored) : null,
     pressed.length ? table(pressed.map(({ name, drive }) => ({ name, drive: drive.cylinder })), [{ name: "Cylinder of", text: (each) => each.name }, column("pressure", "pressure"), column("flow", "flow"), column("buckling safety of the rod", "rod_buckling")], "Cylinders") : null,
     outputTable(), balanceTable(), grid);
   motored.forEach(({ name, drive }, k) => cloud(grid, name, drive.motor.given, row("motor_speed", k), row("motor_torque", k)));
+}
+
+// Peaks of the laws that drives follow.
+function lawTable(rows) {
+  const jerk = ({ drive: { law } }) => (law.jumps.length ? `infinite: the acceleration jumps at ${law.jumps.slice(0, 3).map(figureWords).join(", ")}${law.jumps.length > 3 ? ` and ${law.jumps.length - 3} more` : ""}` : figureWords(law.jerk));
+  return rows.length ? table(rows, [{ name: "Drive", text: (each) => each.name }, { name: "greatest speed", text: ({ drive }) => speedWords(drive.law.speed) }, { name: "greatest acceleration", text: ({ drive }) => figureWords(drive.law.acceleration) }, { name: "greatest jerk", means: "rate of the acceleration: what makes machines knock", text: jerk }], "Laws of the drives") : null;
 }
 
 function motorTable(motored) {
