@@ -154,10 +154,17 @@ def _put(tables: dict[str, Any], part: Part) -> None:
         tables.setdefault(part.under, []).append(content)
         return
     if isinstance(part, Point | PointMass):
-        content = [content["x"], content["y"]] if isinstance(part, Point) else content["mass"]
+        content = [_written(each) for each in (part.x, part.y)] if isinstance(part, Point) else _written(part.mass)
+        if content is None or (isinstance(content, list) and None in content):
+            raise ValueError(f'the {type(part).__name__} "{_name(part)}" has no number for {_lacks(part)}')
     there, name = (tables.setdefault(part.under, {}), _name(part)) if isinstance(part, Named) else (tables, part.under)
     if there.setdefault(name, content) != content:
         raise ValueError(f'there are two "{name}" under [{part.under}], with different keys')
+
+
+def _lacks(part: Part) -> str:
+    """The first key of a part that is None."""
+    return next(each.name for each in fields(part) if getattr(part, each.name) is None)
 
 
 def _name(part: Part | str) -> str:

@@ -349,7 +349,9 @@ def picture(scene: Scene, bent: Deflection, efforts: Any, most: int = POSITIONS)
 def _peaks(law: Any) -> list[float | None] | None:
     """Greatest rate, acceleration and jerk of a drive's law, None where infinite; None where an effort drives."""
     peaks = None if isinstance(law, DriveEffort) else law_peaks(law)
-    return peaks and [peaks.speed, peaks.acceleration, None if math.isinf(peaks.jerk) else peaks.jerk]
+    if peaks is None:
+        return None
+    return [peaks.speed, peaks.acceleration, None if math.isinf(peaks.jerk) else peaks.jerk]
 
 
 def _points(moved: Motion) -> dict[str, Any]:

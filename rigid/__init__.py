@@ -14,7 +14,6 @@ from rigid.kinematics import Motion, motion, with_rates
 from rigid.kinetostatics.resistance import Resistance
 from rigid.kinetostatics.springs import Spring, TorsionSpring
 from rigid.kinetostatics.statics import drive_efforts, reactions
-from rigid.law_peaks import LawPeaks, law_peaks
 from rigid.laws import ConstantSpeed, LawError, Segment, SegmentedLaw, TableError
 from rigid.mechanism import Mechanism
 from rigid.names import counted
@@ -35,6 +34,7 @@ from rigid.parts import (
     SliderDrive,
     Weld,
 )
+from rigid.peaks import law_peaks
 from rigid.points import acceleration_of, position_of, velocity_of
 from rigid.postures import Posture, posture
 from rigid.reach import ReachError, reachable, require_reach
@@ -51,7 +51,6 @@ __all__ = [
     "JointForces",
     "Law",
     "LawError",
-    "LawPeaks",
     "LineLoad",
     "Link",
     "Load",

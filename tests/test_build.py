@@ -317,6 +317,10 @@ class TestAnswer:
         assert told.figures["largest_deflection"] == figures["largest_deflection"]
 
 
+def steel():
+    return read_document(shipped_scenes()["steel_four_bar"])
+
+
 class TestWrongArguments:
     """What is given that cannot be is told in one sentence, as the error that Python has for it."""
 
@@ -351,6 +355,30 @@ class TestWrongArguments:
             load(name)
         with pytest.raises(FileNotFoundError, match="there is no such file"):
             read_document(tmp_path / "nowhere.toml")
+
+    @pytest.mark.parametrize(
+        ("ask", "error", "words"),
+        [
+            (lambda: kinelast.scene_from_text(5), TypeError, "expected the text of a scene's file, got 5"),
+            (lambda: kinelast.structure_from_text(5), TypeError, "expected the text of a scene's file, got 5"),
+            (lambda: kinelast.scene_from_dict("x"), TypeError, 'as a dictionary, got "x"'),
+            (lambda: read_document(None), TypeError, "expected the path of a scene's file, got None"),
+            (lambda: kinelast.read_structure(5), TypeError, "expected the path of a scene's file, got 5"),
+            (lambda: kinelast.scene_motion("x"), TypeError, 'expected a scene, as of load.*, got "x"'),
+            (lambda: kinelast.scene_motion_at(5, [0.0]), TypeError, "expected a scene, as of load.*, got 5"),
+            (lambda: kinelast.scene_times(5), TypeError, "expected a scene, as of load.*, got 5"),
+            (lambda: steel().with_values(["x"]), TypeError, "expected numbers in SI units by their paths"),
+            (lambda: steel().with_values({"sections.bar.depth": "5 mm"}), TypeError, "with_changes takes them"),
+            (lambda: build.mechanism(build.Point("O", None, 0)), ValueError, 'the Point "O" has no number for x'),
+        ],
+    )
+    def test_what_is_given_is_told_in_one_sentence(self, ask, error, words):
+        with pytest.raises(error, match=words) as caught:
+            ask()
+        assert "\n" not in str(caught.value)
+
+    def test_one_change_may_stand_alone(self):
+        assert steel().with_changes("sections.bar.depth=5 mm").values == {"sections.bar.depth": 0.005}
 
     def test_what_is_public_is_shown_and_no_more(self):
         assert dir(kinelast) == sorted(kinelast.__all__)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rigid import ConstantSpeed, LawError, RepeatedLaw, Segment, SegmentedLaw, TableLaw, law_peaks
-from rigid.law_peaks import PEAKS as WITHIN
 from rigid.laws import CURVES
+from rigid.peaks import PEAKS as WITHIN
 
 SMOOTH = ("harmonic", "cycloidal", "polynomial-345", "polynomial-4567", "modified-trapezoid", "modified-sine")
 RISES = (*SMOOTH, "trapezoidal-velocity", "constant-acceleration")

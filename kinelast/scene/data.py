@@ -18,6 +18,7 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.limits import FigureBound, Limit, Output
 from kinelast.scene.numbers import REPORT_UNITS, ToldIn
 from kinelast.scene.sections import Material, SectionSource
+from kinelast.scene.units import shown
 from machine.cams import Cam
 from machine.drives import Cylinder, Motor
 from machine.joints import JointParts
@@ -184,12 +185,19 @@ class Scene:
 
 def scene_times(scene: Scene, positions: int | None = None) -> Reals:
     """Instants of a scene's run [s], as `Course.times`."""
-    return scene.course.times(positions)
+    return _course_of(scene).times(positions)
+
+
+def _course_of(scene: Scene) -> Course:
+    """The course of a scene; TypeError of anything else."""
+    if not isinstance(scene, Scene):
+        raise TypeError(f'expected a scene, as of load("steel_four_bar"), got {shown(scene)}')
+    return scene.course
 
 
 def scene_motion_at(scene: Scene, time: Any) -> Motion:
     """The motion of a scene's mechanism at any instants [s], shape (positions,), as `Course.at`."""
-    return scene.course.at(time)
+    return _course_of(scene).at(time)
 
 
 def scene_motion(scene: Scene, positions: int | None = None, partial: bool = False) -> Motion:
@@ -208,7 +216,8 @@ def scene_motion(scene: Scene, positions: int | None = None, partial: bool = Fal
         The drives ask for positions that cannot be reached: names where and at which joint it stops. A motion that
         cannot go on. A table that ends too soon.
     """
-    moved = scene.course.at(scene.course.times(positions))
+    course = _course_of(scene)
+    moved = course.at(course.times(positions))
     if not partial:
         require_reached(scene, moved)
     require_tables(scene, moved)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from kinelast.scene.limits import require_studies
 from kinelast.scene.mistakes import all_mistakes
 from kinelast.scene.parsing import parse_parts, parse_scene
 from kinelast.scene.text import Read, beside, decoded, file_bytes, of_file, scene_name, toml_tables, written
+from kinelast.scene.units import shown
 from kinelast.scene.variables import Variable, in_file, place_of, put, value_at
 
 Tables = Mapping[str, Any]
@@ -121,7 +123,12 @@ class Document:
         ------
         SceneError
             As `variable`; or a value cannot stand there.
+        TypeError
+            These are no numbers by their paths.
         """
+        if not isinstance(values, Mapping) or not all(isinstance(each, Real) for each in values.values()):
+            expected = "expected numbers in SI units by their paths; with_changes takes them with other units"
+            raise TypeError(f'{expected}, as in ["links.rod.length=330 mm"], got {shown(values)}')
         places = {path: place_of(self.table, path) for path in values}
         tables = self.tables
         for path, place in places.items():
@@ -132,14 +139,16 @@ class Document:
         table = parse_parts(self.table, tables, (part for part in parts if part in tables))
         return replace(self, tables=tables, table=table, values={**self.values, **values})
 
-    def with_changes(self, changes: Sequence[str]) -> Document:
-        """The same scene with other values as they were typed, each as in "links.rod.length=330 mm".
+    def with_changes(self, changes: str | Sequence[str]) -> Document:
+        """The same scene with other values as they were typed, one or several, as in "links.rod.length=330 mm".
 
         Raises
         ------
         SceneError
             As `with_values`.
         """
+        if isinstance(changes, str):
+            changes = [changes]
         values = {}
         with of_file(self.path):
             for change in changes:
@@ -249,6 +258,8 @@ def document_of(scene: Document | Tables) -> Document:
 
 def read_document(path: str | Path) -> Document:
     """The document in a TOML file; SceneError where it cannot be read or holds a mistake."""
+    if not isinstance(path, str | Path):
+        raise TypeError(f"expected the path of a scene's file, got {shown(path)}")
     return document_from_bytes(file_bytes(Path(path)), path)
 
 

@@ -46,7 +46,9 @@ ELSEWHERE = {  # where keys belong that are looked for in other tables
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """The tables of a TOML text; SceneError with line and column where it is none."""
+    """The tables of a TOML text; SceneError with line and column where it is none, TypeError of what is no text."""
+    if not isinstance(text, str):
+        raise TypeError(f"expected the text of a scene's file, got {shown(text)}")
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -88,7 +90,9 @@ def _toml_hint(text: str, message: str) -> str:
 
 
 def is_chain(raw: Mapping[str, Any]) -> bool:
-    """Whether the tables describe joints in space, and so structure alone."""
+    """Whether the tables describe joints in space, and so structure alone; TypeError of what is no table."""
+    if not isinstance(raw, Mapping):
+        raise TypeError(f"expected the tables of a scene's file as a dictionary, got {shown(raw)}")
     joints = raw.get("joints")
     return isinstance(joints, dict) and any(isinstance(joint, dict) and "type" in joint for joint in joints.values())
 

@@ -20,6 +20,7 @@ from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import ChainTable, SceneTable
 from kinelast.scene.parsing import check_name, is_chain, parse_chain, parse_scene
 from kinelast.scene.text import beside, file_text, of_file, scene_name, toml_tables
+from kinelast.scene.units import shown
 from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.task import DONE, FINE, Outcome, Task, guarded
 from rigid import Mechanism, MechanismError
@@ -63,6 +64,8 @@ def read_structure(path: str | Path) -> StructureScene:
     SceneError
         The file cannot be read or holds a mistake. A mechanism that cannot move is none.
     """
+    if not isinstance(path, str | Path):
+        raise TypeError(f"expected the path of a scene's file, got {shown(path)}")
     path = Path(path)
     return structure_from_text(file_text(path), scene_name(path), str(path))
 

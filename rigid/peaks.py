@@ -44,7 +44,7 @@ def polynomial_peaks(powers: Reals) -> Sizes:
     >>> polynomial_peaks(np.array([0, 0, 0, 10.0, -15, 6]))  # the 3-4-5 polynomial: 15/8, 10/sqrt(3), 60
     (1.875, 5.7735..., 60.0)
     """
-    first, second, third, fourth = (np.polyder(powers[::-1], order) for order in (1, 2, 3, 4))
+    first, second, third, fourth = (np.asarray(np.polyder(powers[::-1], order), float) for order in (1, 2, 3, 4))
 
     def greatest(polynomial: Reals, slope: Reals) -> float:
         turns = np.roots(slope)
@@ -101,12 +101,12 @@ def law_peaks(law: MotionLaw) -> LawPeaks | None:
 def _segments(law: SegmentedLaw, repeated: bool) -> LawPeaks:
     sizes, ends, steps, begin = [], [], [], 0.0
     for number, segment in enumerate(law.segments):
-        speeds, lasts = law.speeds[number], segment.duration
-        if segment.curve == "polynomial-345" and any(speeds):
-            within = polynomial_peaks(quintic(segment, speeds))
-        else:
-            within = tuple(abs(segment.rise) * size for size in PEAKS[segment.curve])
-        sizes.append([size / lasts ** (order + 1) for order, size in enumerate(within)])
+        speeds, lasts, rise = law.speeds[number], segment.duration, abs(segment.rise)
+        run_up = segment.curve == "polynomial-345" and any(speeds)
+        within = (
+            polynomial_peaks(quintic(segment, speeds)) if run_up else [rise * size for size in PEAKS[segment.curve]]
+        )
+        sizes.append([size / lasts**order for order, size in enumerate(within, 1)])
         ends.append([float(each) / lasts**2 for each in law.stretched(number, np.array([0.0, 1.0]))[2]])
         steps += [begin + lasts * share for share in STEPS.get(segment.curve, ()) if segment.rise]
         begin += lasts
@@ -127,7 +127,8 @@ def _table(law: TableLaw) -> LawPeaks:
     jerks = np.diff(acceleration) / np.diff(knots)
     passes = [*_zeros(knots, acceleration)]
     rates = np.append(rate, law(np.array(passes))[1] if passes else ())
-    return LawPeaks(*(float(np.abs(each).max()) for each in (rates, acceleration, jerks)))
+    speed, greatest, jerk = (float(np.abs(each).max()) for each in (rates, acceleration, jerks))
+    return LawPeaks(speed, greatest, jerk)
 
 
 def _zeros(knots: Reals, acceleration: Reals) -> Iterator[float]:
