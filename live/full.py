@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import sys
 import threading
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 
@@ -80,6 +82,21 @@ def _context() -> Any:
     return context
 
 
+STARTING = threading.Lock()
+
+
+@contextmanager
+def _without_main() -> Iterator[None]:
+    """While a process is started: it would run the user's script first, which may begin an editor once more."""
+    with STARTING:
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = ModuleType("__main__")
+        try:
+            yield
+        finally:
+            sys.modules["__main__"] = main
+
+
 class Worker:
     """Computes one whole answer at a time: a newer one, or a drag, ends the one before."""
 
@@ -92,7 +109,8 @@ class Worker:
         """Import all that is needed ahead of the first answer."""
         os.environ.setdefault("OMP_NUM_THREADS", "1")
         process = self._context.Process(target=str, daemon=True)
-        process.start()
+        with _without_main():
+            process.start()
 
     def cancel(self) -> None:
         """End the answer that is under way."""
@@ -106,7 +124,7 @@ class Worker:
         self.cancel()
         ours, theirs = self._context.Pipe(duplex=False)
         process = self._context.Process(target=_work, args=(theirs, text, name, folder), daemon=True)
-        with self._lock:
+        with self._lock, _without_main():
             process.start()
             self._process = process
         theirs.close()

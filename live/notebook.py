@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import secrets
 import threading
+import webbrowser
+from contextlib import suppress
 from functools import cached_property
 from html import escape
 from pathlib import Path
@@ -73,6 +75,13 @@ class LiveView:
         except ModuleNotFoundError as error:
             missing = f'the widget needs {error.name}: pip install "kinelast[widget]"'
             raise ModuleNotFoundError(missing, name=error.name) from None
+
+    def wait(self, browse: bool = True) -> None:
+        """Serve until it is interrupted or closed: for a script, whose end would be the server's; `browse`: open it."""
+        if browse:
+            webbrowser.open(self.address)
+        with suppress(KeyboardInterrupt):
+            self._thread.join()
 
     def close(self) -> None:
         """End the server; the page keeps a text that is not saved."""

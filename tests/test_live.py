@@ -4,6 +4,7 @@ import http.client
 import json
 import os
 import struct
+import subprocess
 import sys
 import threading
 import tomllib
@@ -810,3 +811,23 @@ def test_a_whole_answer_is_ended_by_the_next_drag():
     assert data
     assert report.startswith(b"<!doctype html>")
     assert worker.answer("a = ", "one")[0]["mistakes"]
+
+
+SCRIPT = """
+import http.client, json, kinelast, sys
+print("once", flush=True)
+view = kinelast.live("steel_four_bar")
+place, path = view.address[7:].split("/", 1)
+asked = http.client.HTTPConnection(place)
+asked.request("POST", f"/{path}full", json.dumps({"text": view.text}), {"Origin": f"http://{place}"})
+print(asked.getresponse().status, flush=True)
+view.close()
+view.wait(browse=False)
+"""
+
+
+@pytest.mark.slow
+def test_a_script_without_a_guard_is_run_once_and_answered(tmp_path):
+    (tmp_path / "plain.py").write_text(SCRIPT)
+    done = subprocess.run([sys.executable, "plain.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("once\n200\n", "")

@@ -350,7 +350,8 @@ def live(scene: Scene | Document | str | Path | None = None) -> Any:
     """The live editor of a scene, shown where a notebook shows it: drawn, dragged and answered in a frame.
 
     It is the page of `deflection-report --live`, served by the kernel to browsers on the same computer alone. What is
-    saved there is `.text` and `.scene` of what is returned; `.widget` is the same for a kernel on another computer.
+    saved there is `.text` and `.scene` of what is returned; `.widget` is the same for a kernel on another computer; in
+    a script `.wait()` serves the page until it is interrupted.
 
     Parameters
     ----------

@@ -46,7 +46,7 @@ ELSEWHERE = {  # where keys belong that are looked for in other tables
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """The tables of a TOML text; SceneError with line and column where it is none, TypeError of what is no text."""
+    """The tables of a TOML text; SceneError with line and column where it is none, TypeError of another thing."""
     if not isinstance(text, str):
         raise TypeError(f"expected the text of a scene's file, got {shown(text)}")
     try:
@@ -90,7 +90,7 @@ def _toml_hint(text: str, message: str) -> str:
 
 
 def is_chain(raw: Mapping[str, Any]) -> bool:
-    """Whether the tables describe joints in space, and so structure alone; TypeError of what is no table."""
+    """Whether the tables describe joints in space, and so structure alone; TypeError of another thing."""
     if not isinstance(raw, Mapping):
         raise TypeError(f"expected the tables of a scene's file as a dictionary, got {shown(raw)}")
     joints = raw.get("joints")
