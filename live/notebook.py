@@ -77,7 +77,7 @@ class LiveView:
             raise ModuleNotFoundError(missing, name=error.name) from None
 
     def wait(self, browse: bool = True) -> None:
-        """Serve until it is interrupted or closed: for a script, whose end would be the server's; `browse`: open it."""
+        """Serve until it is interrupted or closed, as a script ends with what it serves; `browse`: open the page."""
         if browse:
             webbrowser.open(self.address)
         with suppress(KeyboardInterrupt):

@@ -2,6 +2,7 @@
 
 import json
 import re
+import tomllib
 from math import cos, pi, radians, sin, sqrt
 from pathlib import Path
 
@@ -18,9 +19,9 @@ from kinelast.scene.quantities import (
     Coordinate,
 )
 from kinelast.scene.tables import StrictTable
-from kinelast.scene.text import key_words, schema_text, subtables
+from kinelast.scene.text import SCHEMAS, key_words, schema_text, subtables
 from kinelast.scene.units import USUAL, registry
-from kinelast.tasks.task import shipped_scenes
+from kinelast.tasks.task import shipped_scenes, shipped_structures
 from rigid import LineLoad, PinDrive, PointLoad, SliderDrive, position_of
 
 
@@ -175,12 +176,82 @@ class TestShippedScenes:
         assert position_of(course, "rocker", "D")[0] == pytest.approx(tip)
 
 
+KINELAST = Path(__file__).parent.parent / "kinelast"
+GALLERY = KINELAST.parent / "docs" / "gallery"
+SHIPPED = [*shipped_scenes().values(), *shipped_structures().values(), *sorted(GALLERY.glob("*.toml"))]
+IGNORED = {"$schema", "title", "description", "default", "$defs", "discriminator", "prefixItems"}  # of other drafts
+KINDS = {"object": dict, "array": list, "string": str, "boolean": bool, "integer": int, "number": (int, float)}
+
+
+def wrongs(schema, tables):
+    """Places in tables that a JSON Schema in a file refuses, by the keywords that ours has, as draft 7 has them."""
+    whole = json.loads(schema.read_text(encoding="utf-8"))
+
+    def wrong(told, value, place):
+        held = {
+            "$ref": lambda name: wrong(whole["$defs"][name.rpartition("/")[2]], value, place),
+            "allOf": lambda every: (each for one in every for each in wrong(one, value, place)),
+            "anyOf": lambda some: [] if any(not [*wrong(one, value, place)] for one in some) else [place],
+            "type": lambda kind: [place] * (isinstance(value, bool) != (kind == "boolean")
+                                            or not isinstance(value, KINDS[kind])),
+            "enum": lambda words: [place] * (value not in words),
+            "required": lambda keys: [place] * bool(isinstance(value, dict) and {*keys} - value.keys()),
+            "additionalProperties": lambda more: [
+                each for key, entry in (value if isinstance(value, dict) else {}).items()
+                if key not in told.get("properties", ())
+                for each in ([place] if more is False else wrong(more, entry, f"{place}.{key}"))
+            ],
+            "properties": lambda known: [each for key, entry in (value if isinstance(value, dict) else {}).items()
+                                         if key in known for each in wrong(known[key], entry, f"{place}.{key}")],
+            "propertyNames": lambda names: [place for key in value for _ in wrong(names, key, place)],
+            "items": lambda entry: [each for number, part in enumerate(value if isinstance(value, list) else ())
+                                    for each in wrong(entry, part, f"{place}.{number}")],
+            "minItems": lambda least: [place] * (isinstance(value, list) and len(value) < least),
+            "maxItems": lambda most: [place] * (isinstance(value, list) and len(value) > most),
+            "pattern": lambda form: [place] * (isinstance(value, str) and not re.search(form, value)),
+            "minimum": lambda least: [place] * (isinstance(value, int | float) and value < least),
+            "maximum": lambda most: [place] * (isinstance(value, int | float) and value > most),
+            "exclusiveMinimum": lambda bound: [place] * (isinstance(value, int | float) and value <= bound),
+            "exclusiveMaximum": lambda bound: [place] * (isinstance(value, int | float) and value >= bound),
+        }  # fmt: skip
+        for key, given in told.items():
+            if key not in IGNORED:
+                yield from held[key](given)
+
+    return dict.fromkeys(place.lstrip(".") for place in wrong(whole, tables, ""))
+
+
 class TestFormat:
     """The published format is the one that is read."""
 
-    def test_the_published_schema_is_the_present_one(self):
-        published = Path(__file__).parent.parent / "kinelast" / "scene.schema.json"
-        assert published.read_text(encoding="utf-8") == schema_text(), "write schema_text() to scene.schema.json"
+    @pytest.mark.parametrize("file", SCHEMAS)
+    def test_the_published_schema_is_the_present_one(self, file):
+        published = (KINELAST / file).read_text(encoding="utf-8")
+        assert published == schema_text(file), f"write schema_text() to {file}"
+
+    @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+    def test_every_shipped_scene_is_valid_by_the_schema_that_it_names(self, path):
+        text = path.read_text(encoding="utf-8")
+        schema = path.parent / text.partition("\n")[0].removeprefix("#:schema ")
+        assert not [*wrongs(schema.resolve(), tomllib.loads(text))]
+
+    @pytest.mark.parametrize(
+        ("old", "new", "place"),
+        [
+            ("depth =", "dpeth =", "sections.bar"),
+            ('length = "300 mm"', "length = true", "links.coupler.length"),
+            ('"rectangle"', '"rectangel"', "sections.bar"),
+            ('link = "crank"', 'links = "crank"', "drives.0"),
+            ("positions = 360", 'positions = "many"', "run.positions"),
+            ('points = ["A", "B"]', 'points = "A"', "links.coupler.points"),
+            ("O = [0.0, 0.0]", "O = [0.0]", "points.O"),
+            ('speed = "100 rad/s"', "motion = [[0, 0], [1, true], [2, 3], [3, 4]]", "drives.0.motion"),
+            ('speed = "100 rad/s"', 'motion = "lift.csv"', ""),
+        ],
+    )
+    def test_a_mistake_is_told_in_its_place(self, old, new, place):
+        text = edited(shipped_scenes()["steel_four_bar"].read_text(encoding="utf-8"), (old, new))
+        assert [*wrongs(KINELAST / "scene.schema.json", tomllib.loads(text))] == [place] * bool(place)
 
     def test_the_schema_names_every_key_and_forbids_others(self):
         tables = json.loads(schema_text())["$defs"]
@@ -226,9 +297,9 @@ class TestGuide:
         assert np.isfinite(deflection(scene_motion(scene), scene.sections).w).all()
 
     def test_it_tells_every_table_and_key(self):
-        tables = json.loads(schema_text())["$defs"]
+        tables = {name for file in SCHEMAS for name in json.loads(schema_text(file))["$defs"]}
         asked_for = {name for names in re.findall(r"<!-- keys: (.*) -->", self.guide) for name in names.split()}
-        assert asked_for == tables.keys()
+        assert asked_for == tables
 
     def test_every_key_has_words(self):
         structs = [*subtables(StrictTable)]

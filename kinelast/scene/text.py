@@ -201,10 +201,17 @@ def _forms(place: Place, there: Any, value: float) -> Iterator[Any]:
     yield in_file(place, value)
 
 
-def scene_schema() -> dict[str, Any]:
-    """JSON Schema of a scene: of a planar mechanism, or of a chain of joints in space."""
-    choices, tables = msgspec.json.schema_components(
-        (SceneTable, ChainTable), schema_hook=_quantity_schema, ref_template="#/$defs/{name}"
+SCHEMAS: Mapping[str, type[Struct]] = {"scene.schema.json": SceneTable, "chain.schema.json": ChainTable}
+"""Published schemas by their files: of a planar mechanism, and of a chain of joints in space.
+
+Two, as of one with a choice an editor tells a mistake only of the file as a whole.
+"""
+
+
+def scene_schema(file: str = "scene.schema.json") -> dict[str, Any]:
+    """JSON Schema of a scene, one of `SCHEMAS`."""
+    (chosen,), tables = msgspec.json.schema_components(
+        (SCHEMAS[file],), schema_hook=_quantity_schema, ref_template="#/$defs/{name}"
     )
     for table in subtables(StrictTable):
         for key, words in key_words(table).items() if table.__name__ in tables else ():
@@ -213,7 +220,7 @@ def scene_schema() -> dict[str, Any]:
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "kinelast scene",
-        "anyOf": list(choices),
+        "allOf": [chosen],
         "$defs": _without_null(tables),
     }
 
@@ -251,11 +258,11 @@ def _commented(table: type[Struct]) -> Mapping[str, str]:
     return words
 
 
-def schema_text() -> str:
-    """The schema as it is published in scene.schema.json."""
+def schema_text(file: str = "scene.schema.json") -> str:
+    """A schema as it is published in a file, one of `SCHEMAS`."""
     import json
 
-    return json.dumps(scene_schema(), indent=2) + "\n"
+    return json.dumps(scene_schema(file), indent=2) + "\n"
 
 
 def subtables(table: type[Struct]) -> Iterator[type[Struct]]:
@@ -291,6 +298,12 @@ def _without_null(schema: Any) -> Any:
     if not isinstance(schema, dict):
         return schema
     kept = {key: _without_null(value) for key, value in schema.items() if not (key == "default" and value is None)}
+    if "prefixItems" in kept:  # of a pair: older drafts, as of taplo, know `items` alone, and take false for no entries
+        parts = kept["prefixItems"]
+        alike = all(part == parts[0] for part in parts)
+        kept["items"] = parts[0] if alike else {"anyOf": parts}
+        if alike:
+            del kept["prefixItems"]
     choices = [choice for choice in kept.get("anyOf", ()) if choice != {"type": "null"}]
     if "anyOf" in kept and len(choices) == 1:
         del kept["anyOf"]
