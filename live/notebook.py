@@ -77,7 +77,7 @@ class LiveView:
             raise ModuleNotFoundError(missing, name=error.name) from None
 
     def wait(self, browse: bool = True) -> None:
-        """Serve until it is interrupted or closed, as a script ends with what it serves; `browse`: open the page."""
+        """Serve until it is interrupted or closed: the end of a script ends its threads; `browse`: open the page."""
         if browse:
             webbrowser.open(self.address)
         with suppress(KeyboardInterrupt):

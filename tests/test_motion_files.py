@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from browser import Page
 from scene_texts import FOUR_BAR, edited
 
 from exchange import columns_of
@@ -203,3 +204,14 @@ def test_a_sweep_depends_on_the_file(scene, tmp_path, capsys):
     capsys.readouterr()
     assert main([*sweep, "--resume"]) == 2
     assert "beside.lift.csv" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_the_page_tells_the_peaks_of_a_law(driver, scene, tmp_path):
+    law = 'law = [{curve = "harmonic", duration = "0.5 s", by = "30 deg"}, {curve = "dwell", duration = "0.5 s"}]'
+    scene.write_text(OSCILLATING.replace('motion = "lift.csv"\nrepeat = true', law))
+    assert main([str(scene), "-o", str(tmp_path / "out"), "--theory", "quasi-static"]) == 0
+    page = Page(driver, tmp_path / "out" / "arm" / "report.html")
+    assert "could not be drawn" not in page.run("return document.body.innerText")
+    cells = page.run("return [...document.querySelectorAll('td')].map((each) => each.textContent)")
+    assert "infinite: the acceleration jumps at 0 s, 500 ms" in cells

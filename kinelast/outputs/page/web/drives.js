@@ -18,7 +18,7 @@ function drivesSection() {
 
 // Peaks of the laws that drives follow.
 function lawTable(rows) {
-  const jerk = ({ drive: { law } }) => (law.jumps.length ? `infinite: the acceleration jumps at ${law.jumps.slice(0, 3).map(figureWords).join(", ")}${law.jumps.length > 3 ? ` and ${law.jumps.length - 3} more` : ""}` : figureWords(law.jerk));
+  const jerk = ({ drive: { law } }) => (law.jumps.length ? `infinite: the acceleration jumps at ${law.jumps.slice(0, 3).map((each) => figureWords(each)).join(", ")}${law.jumps.length > 3 ? ` and ${law.jumps.length - 3} more` : ""}` : figureWords(law.jerk));
   return rows.length ? table(rows, [{ name: "Drive", text: (each) => each.name }, { name: "greatest speed", text: ({ drive }) => speedWords(drive.law.speed) }, { name: "greatest acceleration", text: ({ drive }) => figureWords(drive.law.acceleration) }, { name: "greatest jerk", means: "rate of the acceleration: what makes machines knock", text: jerk }], "Laws of the drives") : null;
 }
 
