@@ -140,12 +140,51 @@ def test_drawn_right_before_a_dead_point_it_goes_away_from_it():
 
 def test_behind_a_change_point_that_it_is_not_sure_to_pass_nothing_is_answered(monkeypatch):
     """A plate on two like rods is carried in parallel by a third from a like crank; they align at 1.789 rad."""
-    monkeypatch.setattr(Trace, "_passes", lambda *_: False)
+    for name in ("_passes", "_carries"):
+        monkeypatch.setattr(Trace, name, lambda *_: False)
     way = 0.1 * np.exp(1.2j)
     places = {"K": way, "C": 0.35 + 0.3j, "G": 0.3 + 0.05j, "H": 0.2 + 0.5j}
     course = motion(plate_on_rods(places | {"A": places["G"] + way, "B": places["H"] + way}), 1.2 + 0.1 * np.arange(63))
     np.testing.assert_array_equal(np.isfinite(course.direction).all(axis=0), course.drive[0] < 1.789)
     np.testing.assert_allclose(np.ptp(angles(course, "plate", "A", "B")[:6]), 0.0, atol=1e-9)
+
+
+def like_cranks(way, third, count, off=0.0):
+    """A plate that two rods like the crank carry; the third rod is the crank itself, or one to the crank."""
+    points = [0.3 + 0.05j, 0.2 + 0.5j]
+    places = {"K": way, "G": points[0], "H": points[1], "A": points[0] + way, "B": points[1] + way + off}
+    if third == "rod":
+        mechanism = plate_on_rods(places | {"C": 0.35 + 0.3j})
+    else:
+        bars = (RODS[0], ("r1", "G", "A"), ("r2", "H", "B"))
+        mechanism = linkage(places | {"O": 0}, "OGH", bars, [("plate", "KAB")], [PinDrive("crank", "O")])
+    return motion(mechanism, np.angle(way) + np.linspace(0, 4 * np.pi, count, endpoint=False))
+
+
+@pytest.mark.parametrize(
+    ("third", "angle"),
+    [("crank", 1.2), ("rod", 1.2), *(pytest.param("rod", angle, marks=pytest.mark.slow) for angle in (1.789, -0.3))],
+)
+def test_a_plate_that_like_cranks_carry_goes_around_in_parallel(third, angle):
+    """Past all its change points; one like the crank too many makes it redundant."""
+    course = like_cranks(0.1 * np.exp(1j * angle), third, 73)
+    known = np.isfinite(course.direction).all(axis=0)
+    assert np.count_nonzero(~known) <= 1  # at a change point
+    at = course.mechanism.index["plate"]
+    np.testing.assert_allclose(course.direction[at, known], course.direction[at, known][0], rtol=0, atol=1e-7)
+    for rod in ("r1", "r2"):
+        turned = course.direction[course.mechanism.index[rod], known]
+        np.testing.assert_allclose(turned, np.exp(1j * course.drive[0, known]), rtol=0, atol=1e-7)
+
+
+@pytest.mark.slow
+def test_cranks_that_are_not_quite_alike_are_not_taken_for_such(monkeypatch):
+    carried = []
+    plain = Trace._carries
+    monkeypatch.setattr(Trace, "_carries", lambda *given: carried.append(plain(*given)) or carried[-1])
+    like_cranks(0.1 * np.exp(1.2j), "rod", 73, 1e-13 * np.exp(0.4j))
+    assert carried
+    assert not any(carried)
 
 
 def test_next_to_an_end_a_step_is_certain_or_not_whatever_others_are_looked_at_with_it():

@@ -25,7 +25,7 @@ from rigid.positions.drive_path import FINEST, Path
 from rigid.positions.dyad_places import place_dyad_with_slack
 from rigid.positions.enclosure import Certificate, Ends, Step, loop
 from rigid.positions.knots import Table, located, merged, some, steps
-from rigid.positions.newton import STEPS, newton, sine_of, tree_closure
+from rigid.positions.newton import STEPS, closes, newton, sine_of, tree_closure
 from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.rows import select_designs
 
@@ -93,14 +93,8 @@ class Branch:
 
     def set(self, table: Table, number: int, guess: Reals | None = None, corrections: int = STEPS) -> None:
         """Place a group at knots; `guess` its coordinates to begin with, shape (free, knots), `corrections` at most."""
-        count = len(table["place"])
-        shape = (count, 1) if self.designs else (count,)
-        group = select_designs(self.structure.groups[number], table["row"], self.designs)
-        drive = self.path.drives(table["place"]).reshape(-1, *shape)
-        origin, direction = ([column.reshape(shape) for column in table[name].T] for name in ("origin", "direction"))
-        sine = [table["sine"][:, k].reshape(shape) for k in range(number)]
-        led = {key: table["led"][:, k].reshape(shape) for k, key in enumerate(self.drivers)}
-        placed = PartialPosture(self.mechanism, drive, origin, direction, sine, shape=shape, led=led)
+        placed, group = self._before(table, number)
+        shape = placed.shape
         if not group.free:
             for joint in group.tree:
                 placed.hang(joint, placed.coordinate(joint))
@@ -113,6 +107,22 @@ class Branch:
             start = guess.reshape(len(group.free), *shape)
             sine_there = sine_of(tree_closure(placed, group, newton(placed, group, start, corrections)))
         self._note(table, number, placed, group, sine_there)
+
+    def closes(self, table: Table, number: int, coordinates: Reals) -> Flags:
+        """Whether coordinates of a group, shape (free, knots), close it at knots but for round-off, shape (knots,)."""
+        placed, group = self._before(table, number)
+        return closes(placed, group, coordinates.reshape(len(group.free), *placed.shape)).reshape(len(table["place"]))
+
+    def _before(self, table: Table, number: int) -> tuple[PartialPosture, Group]:
+        """Knots with the groups before one placed, and that group of their designs."""
+        count = len(table["place"])
+        shape = (count, 1) if self.designs else (count,)
+        group = select_designs(self.structure.groups[number], table["row"], self.designs)
+        drive = self.path.drives(table["place"]).reshape(-1, *shape)
+        origin, direction = ([column.reshape(shape) for column in table[name].T] for name in ("origin", "direction"))
+        sine = [table["sine"][:, k].reshape(shape) for k in range(number)]
+        led = {key: table["led"][:, k].reshape(shape) for k, key in enumerate(self.drivers)}
+        return PartialPosture(self.mechanism, drive, origin, direction, sine, shape=shape, led=led), group
 
     def _note(self, table: Table, number: int, placed: PartialPosture, group: Group, sine: Reals | None) -> None:
         """Enter a placed group into knots."""

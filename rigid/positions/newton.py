@@ -62,6 +62,13 @@ def _shut(placed: PartialPosture, joint: Joint, gap: Columns) -> Flags:
     return shut
 
 
+def closes(placed: PartialPosture, group: Group, coordinates: Any) -> Flags:
+    """Whether coordinates of the free joints close a group but for round-off."""
+    closed = tree_closure(placed, group, coordinates)
+    shut: Flags = np.all([_shut(placed, place.joint, place.joint.gap(placed)) for place in closed.cut], axis=0)
+    return shut
+
+
 def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int = STEPS) -> Reals:
     """Coordinates of the free joints that close the group; nan where none are found."""
     free = [group.tree[number] for number in group.free]

@@ -17,6 +17,8 @@ SHORTEST = 2.0**-34  # of a stride: the shortest step of a march
 FEWER = 8  # times shorter than the last a step is before it has to be certain
 MOST = 400  # steps of a march
 HIDDEN = 2e-6  # a sine at which round-off may hide one branch from another
+CLEAR = 0.1  # a sine of groups before, from which round-off of them is no more than of any
+FEWEST = 8  # knots of the grid at which links that turn with the drive are seen to
 EASY = 2  # steps after which a march goes in longer ones
 CORRECTIONS = 10  # of a knot that is close to its guess
 STRAIGHT = 0.25  # of a step: how far from straight a march leaps
@@ -37,8 +39,7 @@ class Trace:
         branch = self.branch
         coarse = np.flatnonzero(branch.table["coarse"]).reshape(branch.rows, -1)
         begin = int(np.abs(branch.table["place"][coarse[0]] - branch.path.begin).argmin())
-        drawn = np.array([branch.drawing.coordinate(self.group.tree[at]) for at in self.group.free])
-        start = np.repeat(drawn[:, None], branch.rows, axis=1)
+        start = np.repeat(self._drawn()[:, None], branch.rows, axis=1)
         for sense in (1, -1):
             self._walk(coarse[:, begin::sense], start)
         self._fill(np.flatnonzero(~branch.table["coarse"]), np.ravel(coarse))
@@ -46,6 +47,10 @@ class Trace:
         for row in range(branch.rows):
             for sense in (1, -1):
                 self._mend(row, sense)
+
+    def _drawn(self) -> Reals:
+        """Coordinates of the group as it is drawn, shape (free,)."""
+        return np.array([self.branch.drawing.coordinate(self.group.tree[at]) for at in self.group.free])
 
     def _place(self, which: Integers | list[np.intp], guess: Reals) -> Reals:
         """Place the group at knots of the table; its coordinates, shape (free, knots). Steps to them are open again."""
@@ -99,10 +104,13 @@ class Trace:
         """Go outward from the drawing and see to every run of steps that are not certain."""
         branch = self.branch
         passed = closed_in = marched = branch.path.begin - sense
-        leaps = True
+        leaps, carried = True, False
         while (run := self._next(row, sense, passed)) is not None:
             table = branch.table
             start, stop = (float(table["place"][at]) for at in run)
+            if carried:
+                passed = stop
+                continue
             if abs(stop - start) > branch.width(self.number):
                 if start != closed_in and np.isfinite(table["sine"][list(run), self.number]).all():
                     closed_in = start
@@ -114,6 +122,8 @@ class Trace:
                 passed = stop
                 continue
             if (start - marched) * sense <= 0:  # no farther than the march before
+                if carried := self._carries(row, sense, start):
+                    continue
                 branch.end(self.number, row, sense, start)
                 return
             knots, stuck = self._march(row, sense, run[0], leaps)
@@ -127,6 +137,8 @@ class Trace:
             if stuck:
                 knot = self._beyond(row, sense, here) if len(knots) < MOST else None
                 if knot is None:
+                    if carried := self._carries(row, sense, here):
+                        continue
                     branch.end(self.number, row, sense, here)
                     return
                 self._enter(row, here, [knot])
@@ -187,6 +199,37 @@ class Trace:
                 return None
             knot = self._single(row, to, guess.T)
             return knot if self._off(knot, guess) <= known else None
+
+    def _carries(self, row: int, sense: int, place: float) -> bool:
+        """Whether the group turns with the drive from a place on; its knots are entered so.
+
+        Links that like cranks carry turn as fast as the drive, or not at all, on their one smooth branch: that is
+        known to the end of the way, whatever round-off hides there, if it closes the group all along.
+        """
+        branch, table, begin = self.branch, self.branch.table, self.branch.path.begin
+        outward = (table["row"] == row) & ((table["place"] - begin) * sense >= 0.0)
+        beyond = outward & ((table["place"] - place) * sense > 0.0)
+        passed = np.flatnonzero(outward & ~beyond & np.isfinite(table["sine"][:, self.number]))
+        clear = np.flatnonzero(outward & table["coarse"] & (table["sine"][:, : self.number] > CLEAR).all(axis=1))
+        if branch.path.vertices is not None or not branch.path.turn or len(passed) < 2 or len(clear) < FEWEST:
+            return False
+        one, other, looked_at = (some(table, which) for which in (passed[:-1], passed[1:], clear))
+        with np.errstate(all="ignore"):
+            rates = branch.ways(self.number, one, other) / (other["place"] - one["place"])[:, None]
+        rate = np.round(np.median(rates, axis=0))[:, None]
+        best = passed[int(table["sine"][passed, self.number].argmax())]
+        for known, at in ((self._drawn(), begin), (table[f"free{self.number}"][best], table["place"][best])):
+            start = known[:, None] - rate * at
+            if (
+                np.abs(rate).max() <= 1.0
+                and branch.closes(looked_at, self.number, start + rate * looked_at["place"]).all()
+            ):
+                self._place(np.flatnonzero(beyond), start + rate * table["place"][beyond])
+                at_steps = steps(table)
+                nearer = np.minimum(table["place"][at_steps] * sense, table["place"][at_steps + 1] * sense)
+                branch.refine(self.number, at_steps[(table["row"][at_steps] == row) & (nearer >= place * sense)])
+                return True
+        return False
 
     def _off(self, knot: Table, guess: Any) -> float:
         """How far a knot is from coordinates guessed."""
