@@ -15,11 +15,12 @@ from elastic.elastodynamics.time_elements import Equations, periodic_amplitudes,
 from elastic.elastodynamics.time_grid import Grid
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.results import results_in_full
-from kinelast.figures.speeds import FIELDS, SpeedPeak, Speeds, speeds
+from kinelast.figures.speeds import FIELDS, SpeedPeak, Speeds, _Looking, speeds
 from kinelast.figures.theory import damping_of
 from kinelast.outputs.speeds import _words, speed_figures
 from kinelast.scene.document import read_scene, scene_from_text
 from kinelast.scene.error import SceneError
+from kinelast.tasks.progress import Progress
 from kinelast.tasks.task import shipped_scenes
 
 # A drawn four-bar of little damping; its 5th harmonic meets its first mode near 455 rad/s.
@@ -286,6 +287,35 @@ def test_a_scan_is_near_the_answers():
     known = found.map()
     np.testing.assert_allclose(scan.largest[1] / curves(known)[1], 0.96, atol=0.05)
     np.testing.assert_allclose(scan.growth[1:], known.growth[1:], atol=0.01)  # slower the answer's grid is coarser
+
+
+def test_speeds_on_a_fine_grid_are_scanned_one_by_one(monkeypatch):
+    """So many as fit into memory; what is seen does not depend on how many are looked at together."""
+    found, curves = answers_of(read_scene(shipped_scenes()["steel_four_bar"]))
+    ratios = [0.3, 0.6, 0.96]
+    found.find(ratios)
+    model = SpeedSearch(found, curves).model
+    together, heard = model.at(ratios), []
+    monkeypatch.setattr("elastic.elastodynamics.speed_scan.MOST_POINTS", 1)
+    one_by_one = model.at(ratios, lambda done, of: heard.append((done, of)))
+    assert heard == [(0, 3), (1, 3), (2, 3)]
+    np.testing.assert_allclose(one_by_one.largest, together.largest, rtol=1e-9)
+
+
+def test_a_look_that_takes_minutes_is_told_before(monkeypatch):
+    told = []
+
+    class Heard(Progress):
+        def tell(self, sentence):
+            told.append(sentence)
+
+    clock = iter([0.0, 0.0, 5.0, 10.0])
+    monkeypatch.setattr("kinelast.figures.speeds.time.monotonic", lambda: next(clock))
+    looking = _Looking("arm", Heard())
+    for done in (0, 10, 20):
+        looking(done, 2010)
+    [sentence] = told
+    assert "2010 speeds between those asked for takes about 16.7 minutes; a narrower range" in sentence
 
 
 def test_prominence_ends_at_a_higher_peak_and_where_nothing_is_known():

@@ -25,7 +25,7 @@ from rigid.kinetostatics import beam_directions
 HIGHEST_HARMONIC = 16  # of the highest speed: modes that it does not reach follow quasi-statically
 LEAST_MODES = 5
 APART = 1.3  # modes no further apart than that are taken together
-AT_ONCE = 12  # speeds
+AT_ONCE, MOST_POINTS = 12, 50_000  # speeds, and points of their grids in all, beyond which they go one by one
 ITERATIONS = 2  # inverse, by which mean modes become those of a position
 EVERY = 2  # of how many points of the grid one is looked at for largest values
 MET = 0.3  # of the cycle's frequency that a harmonic may be off a mode's mean frequency
@@ -109,10 +109,11 @@ class SpeedScan:
     def at(self, ratios: Any, on_speed: Callable[[int, int], None] | None = None) -> Scan:
         """A look at some speeds; `on_speed` is called with how many of how many are looked at."""
         speeds, parts = np.unique(ratios), []
-        for first in range(0, len(speeds), AT_ONCE):
+        together = max(1, min(AT_ONCE, MOST_POINTS // len(self.basis)))
+        for first in range(0, len(speeds), together):
             if on_speed:
                 on_speed(first, len(speeds))
-            parts.append(self._at(speeds[first : first + AT_ONCE]))
+            parts.append(self._at(speeds[first : first + together]))
         largest, growth, nearness = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
         return Scan(speeds, largest, growth, nearness)
 

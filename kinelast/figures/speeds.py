@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce
@@ -23,7 +24,7 @@ from kinelast.figures.theory import damping_of
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import OUTPUT_ERROR, Limit
-from kinelast.tasks.progress import SILENT, Progress, one_thread
+from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from rigid import ConstantSpeed, MechanismError, Motion
 from rigid.arrays import Flags, Reals
 
@@ -31,6 +32,7 @@ FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # that are to
 SCANNED = {"deflection": 0, "chord": 1, "safety": 2}  # rows of a scan, by the figures that limits bound
 CLOCK = 24  # positions at which loads are asked whether they go by the clock
 PROMINENT = 0.1  # of itself that a peak rises above the valleys beside it, from where it is told
+LONG = 60.0  # [s] from which it is said how long speeds take
 AMPLIFIED = 1.2  # times the answer without vibration, below which no resonance is told of a value
 
 
@@ -178,7 +180,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
             on_speed=answering,
         )
         answers.find(ratios)
-        looking = partial(progress, f"{scene.name}: speeds looked at between those asked for")
+        looking = _Looking(scene.name, progress)
         search = SpeedSearch(answers, lambda found: _curves(_by_figure(scene, figures, found.values)), looking)
         search.find_peaks()
         unstable = search.find_borders()
@@ -214,6 +216,26 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
         tuple((low * nominal, high * nominal) for low, high in unstable),
         {n: (low, high) for n, (low, high) in spans if low <= asked[1] and high >= asked[0]},
     )
+
+
+@dataclass
+class _Looking:
+    """Tells how far the look between the speeds is, and once where it takes minutes how long."""
+
+    name: str
+    progress: Progress
+    begin: float = math.nan  # of the look [s]; infinite once it was told
+
+    def __call__(self, done: int, of: int) -> None:
+        self.progress(f"{self.name}: speeds looked at between those asked for", done, of)
+        if math.isnan(self.begin):
+            self.begin = time.monotonic()
+        left = (time.monotonic() - self.begin) / max(done, 1) * (of - done)
+        if done and self.begin < math.inf:
+            self.begin = math.inf
+            if left > LONG:
+                what = f"a look at {of} speeds between those asked for takes about {lasting(left)}"
+                self.progress.tell(f"{self.name}: {what}; a narrower range takes less")
 
 
 def with_limit_speed(
