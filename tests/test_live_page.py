@@ -118,6 +118,62 @@ def test_a_slider_crank_is_drawn_from_the_empty_sheet(driver, tmp_path):
         assert errors(hand) == []
 
 
+def test_a_four_bar_is_drawn_answered_and_saved_by_keys_alone(driver, tmp_path):
+    """No pointer: L and the arrows draw the links, N goes to their ends to fix them, D and Enter drive the first."""
+    from selenium.webdriver import Keys
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    path = tmp_path / "new.toml"
+    path.write_text(EMPTY)
+    with live_page.editing(path) as live:
+        hand = live_page.Hand(driver, live.address)
+
+        def press(*keys, until="", shift=False):
+            chain = ActionChains(driver)
+            if shift:
+                chain.key_down(Keys.SHIFT)
+            for key in keys:
+                chain.send_keys(key)
+            if shift:
+                chain.key_up(Keys.SHIFT)
+            chain.perform()
+            if until:
+                hand.until(f"return live.text().includes({until!r})")
+
+        left, right, up, down = (getattr(Keys, f"ARROW_{way}") for way in ("LEFT", "RIGHT", "UP", "DOWN"))
+        press("l", Keys.ENTER)
+        assert hand.run("return document.getElementById('where').textContent") == "200 mm, 100 mm"
+        press(left, shift=True)
+        press(Keys.ENTER)
+        press(*[up] * 5)
+        press(Keys.ENTER, until="link_1")
+        press(Keys.ENTER)
+        press(right, right, shift=True)
+        press(*[up] * 5)
+        press(Keys.ENTER, until="link_2")
+        press(Keys.ENTER)
+        press(down, shift=True)
+        press(Keys.ENTER, until="link_3")
+        press("g", "n")
+        assert hand.run("return document.getElementById('where').textContent") == "point A"
+        press(Keys.ENTER, until='points = ["A"]')
+        press("n", "n", "n")
+        assert hand.run("return document.getElementById('where').textContent") == "point D"
+        press(Keys.ENTER, until='points = ["A", "D"]')
+        press("d", "n")
+        assert hand.run("return document.getElementById('where').textContent") == "link link_1"
+        assert accessibility_faults(hand) == []
+        press(Keys.ENTER, until="[[drives]]")
+        hand.until("return live.state.whole > 0")
+        ActionChains(driver).key_down(Keys.CONTROL).send_keys("s").key_up(Keys.CONTROL).perform()
+        hand.until("return document.getElementById('saved').textContent === 'saved'")
+        scene = kinelast.read_scene(path)
+        assert [link.name for link in scene.mechanism.links] == ["ground", "link_1", "link_2", "link_3"]
+        assert scene.course.at([0.0]).origin[1:, 0] == pytest.approx([0.1 + 0.1j, 0.1 + 0.15j, 0.3 + 0.2j])
+        assert hand.figure("deflection") > 0
+        assert errors(hand) == []
+
+
 @pytest.mark.parametrize("name", live_machines.MACHINES)
 def test_a_machine_is_drawn_from_the_empty_sheet_answered_saved_and_reported(driver, tmp_path, name):
     path = tmp_path / "new.toml"

@@ -2,7 +2,7 @@
 const $ = (id) => document.getElementById(id);
 const svg = $("svg"), NS = "http://www.w3.org/2000/svg", STOPS = [[33, 102, 172], [217, 183, 74], [178, 24, 43]];
 export const view = {
-  x: 0, y: 0, scale: 400, factor: 1, most: 0, position: 0, sheet: null, picture: null, stale: false, chosen: null, preview: null, guides: [], paths: true, trace: null, width: 1, height: 1,
+  x: 0, y: 0, scale: 400, factor: 1, most: 0, position: 0, sheet: null, picture: null, stale: false, chosen: null, preview: null, guides: [], cursor: null, paths: true, trace: null, width: 1, height: 1,
 };
 
 // The stage's size, read once: reading it while marks change would lay the page out anew each time.
@@ -178,8 +178,10 @@ export function draw() {
   fill("bent", bent);
   fill("last", last);
   symbols(sheet, place);
-  fill("guides", [...view.guides.map((d) => ["path", { class: "guide", d }]), ...(view.preview ? [["path", { class: "preview", d: `M${view.preview.map(px).join("L")}` }]] : [])]);
+  fill("guides", [...view.guides.map((d) => ["path", { class: "guide", d }]), ...(view.preview ? [["path", { class: "preview", d: `M${view.preview.map(px).join("L")}` }]] : []), ...(view.cursor ? [["path", { class: "cursor", d: crosshair(toScreen(view.cursor)) }]] : [])]);
 }
+
+const crosshair = ([x, y]) => `M${x - 22},${y}h16m12,0h16M${x},${y - 22}v16m0,12v16`;
 
 // By how much a link is turned from the drawing: a slot in it turns with it.
 function turnOf(link, place) {

@@ -1,5 +1,5 @@
 // Tools on the drawing: pointer and keys become edits of the scene.
-import { draw, drawGrid, gridStep, handle, linkUnder, nearestPosition, pointNow, pointUnder, toPlane, toScreen, view } from "./drawing.js";
+import { draw, drawGrid, gridStep, handle, linkUnder, nearestPosition, pointNow, pointUnder, quantity, toPlane, toScreen, view } from "./drawing.js";
 const $ = (id) => document.getElementById(id);
 const svg = $("svg");
 export const TOOLS = [
@@ -17,7 +17,7 @@ export const TOOLS = [
   ["cylinder", "Cylinder", "c", "Drag from its foot to the point that it pushes"],
   ["gear", "Gear", "r", "Click the link that drives, then the one that follows: wheels that mesh from outside, or no longer; a point in a slot is a rack"],
 ];
-let tool = "move", gesture = null, clicks = [], driver = null, actions = null;
+let tool = "move", gesture = null, clicks = [], driver = null, actions = null, exact = false, visited = -1;
 
 export function begin(given) {
   actions = given;
@@ -47,7 +47,7 @@ export function take(name) {
 }
 
 function clear() {
-  [clicks, driver] = [[], null];
+  [clicks, driver, visited] = [[], null, -1];
   Object.assign(view, { preview: null, guides: [] });
   draw();
 }
@@ -68,6 +68,7 @@ export function zoom(factor, around = [view.width / 2, view.height / 2]) {
 function snapped(screen, except) {
   let [x, y] = toPlane(screen);
   view.guides = [];
+  if (exact) return [x, y].map((value) => Number(value.toPrecision(9)));
   if (!$("snap").checked) return [x, y];
   const step = gridStep(6), round = (value) => Math.round(value / step) * step, near = 7 / view.scale;
   let [fromX, fromY] = [null, null];
@@ -89,9 +90,14 @@ const placed = (each) => (typeof each === "string" ? pointNow(each) : each);
 
 function down(event) {
   if (event.button > 0 || !view.sheet) return;
-  const screen = at(event), point = pointUnder(screen, event.pointerType === "touch" ? 26 : 15), link = linkUnder(screen, event.pointerType === "touch" ? 18 : 11);
+  view.cursor = null;
   svg.setPointerCapture?.(event.pointerId);
-  gesture = { id: event.pointerId, from: screen, last: screen, moved: false };
+  pressed(at(event), event.pointerType === "touch", event.pointerId);
+}
+
+function pressed(screen, touch, id) {
+  const point = pointUnder(screen, touch ? 26 : 15), link = linkUnder(screen, touch ? 18 : 11);
+  gesture = { id, from: screen, last: screen, moved: false };
   if (tool === "move") {
     if (point) { gesture.kind = "point"; gesture.point = point; actions.choose("point", point); }
     else if (link) { gesture.kind = "link"; gesture.link = link; actions.choose(...(link.cylinder ? ["cylinder", link.cylinder] : ["link", link.link])); }
@@ -144,9 +150,12 @@ function moved(event) {
 }
 
 function up(event) {
-  const done = gesture, screen = at(event);
+  const done = gesture;
   gesture = null;
-  if (!done || done.id !== event.pointerId) return;
+  if (done && done.id === event.pointerId) released(done, at(event));
+}
+
+function released(done, screen) {
   view.guides = [];
   if (done.kind === "trace") view.preview = null;
   if (done.kind === "point") { if (done.moved) actions.drop(); }
@@ -216,17 +225,65 @@ function plate(closed) {
   if (points.length > 1) actions.edit({ do: "link", points, closed, section: $("section").value, material: $("material").value });
 }
 
+// --- by keys alone: a cursor that arrows move, N takes from part to part, and Enter presses where it stands
+
+// Parts that a tool takes, and where they are: links by their middles, and points.
+function targets() {
+  const { sheet } = view, ofLinks = ["drive", "gear", "trace"].includes(tool);
+  const points = Object.keys(sheet.points).map((name) => [`point ${name}`, pointNow(name)]);
+  const middle = ({ points: ends, beams }) => { const [a, b] = (beams[0] ?? ends).slice(0, 2).map((name) => pointNow(name)); return a && b && [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2]; };
+  const links = ofLinks || tool === "move" ? sheet.links.filter(({ name }) => name !== "ground").map((link) => [`link ${link.name}`, middle(link)]) : [];
+  return (ofLinks ? [...links, ...points] : [...points, ...links]).filter(([, place]) => place && place.every(Number.isFinite));
+}
+
+function put(place, words) {
+  view.cursor = place;
+  const screen = toScreen(place), [x, y] = [0, 1].map((k) => (screen[k] < 20 ? screen[k] - 60 : screen[k] > [view.width, view.height][k] - 20 ? screen[k] - [view.width, view.height][k] + 60 : 0));
+  if (x || y) { view.x += x / view.scale; view.y -= y / view.scale; drawGrid(); } // it stays in sight
+  if (clicks.length) view.preview = [...clicks.map(placed), place];
+  draw();
+  const under = pointUnder(toScreen(place)), link = under ? null : linkUnder(toScreen(place))?.link;
+  $("where").textContent = words ?? [`${quantity(place[0], "m", 6)}, ${quantity(place[1], "m", 6)}`, under ? `point ${under}` : link ? `link ${link}` : ""].filter(Boolean).join(": ");
+}
+
+function next(back) {
+  const known = targets();
+  if (!known.length) return put(view.cursor ?? onGrid([view.x, view.y]), "no point yet");
+  visited = (visited + (back ? -1 : 1) + (back && visited < 0 ? 1 : 0) + known.length) % known.length;
+  put(known[visited][1], known[visited][0]);
+}
+
+const onGrid = (place) => place.map((value) => Number((Math.round(value / gridStep(6)) * gridStep(6)).toPrecision(9)));
+
+function press() {
+  if (!view.cursor) return put(onGrid([view.x, view.y]));
+  const screen = toScreen(view.cursor), last = clicks.at(-1), again = tool === "plate" && last && near(last, screen);
+  if (again) return plate(false);
+  exact = true;
+  pressed(screen, false, "keys");
+  const done = gesture;
+  gesture = null;
+  released(done, screen);
+  exact = false;
+  put(view.cursor, clicks.length ? "first taken: go to the next, and Enter" : undefined);
+}
+
 export function keys(event) {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const named = TOOLS.find(([, , key]) => key === event.key.toLowerCase()), arrow = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
   if (named) take(named[0]);
-  else if (event.key === "Escape") { take("move"); }
-  else if (event.key === "Enter" && tool === "plate") plate(false);
+  else if (event.key === "Escape") { view.cursor = null; $("where").textContent = ""; take("move"); }
+  else if (event.key === "Enter" && tool === "plate" && !view.cursor) plate(false);
+  else if (event.key === "Enter") press();
+  else if (event.key.toLowerCase() === "n") next(event.shiftKey);
   else if (event.key === "Delete" || event.key === "Backspace") actions.remove();
   else if (event.key === " ") actions.play();
   else if (event.key === "+" || event.key === "=") zoom(1.25);
   else if (event.key === "-") zoom(0.8);
-  else if (arrow && view.chosen?.kind === "point") {
+  else if (arrow && tool !== "move") {
+    const step = gridStep(6) * (event.shiftKey ? 10 : 1), here = view.cursor ?? onGrid([view.x, view.y]);
+    put(onGrid(here.map((value, k) => value + step * arrow[k])));
+  } else if (arrow && view.chosen?.kind === "point") {
     const step = gridStep(6) * (event.shiftKey ? 10 : 1), here = handle(view.chosen.name);
     actions.edit({ do: "move", point: view.chosen.name, to: here.map((value, k) => Number((value + step * arrow[k]).toPrecision(9))) });
   } else if (arrow) actions.position(view.position + (arrow[0] || -arrow[1]));
