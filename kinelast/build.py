@@ -493,6 +493,7 @@ class Cam(Named):
     drive: str | None = None
     speed: Quantity | None = None
     flank: Literal["inner", "outer", "both"] | None = None
+    push: bool | None = None
     width: Quantity | None = None
     material: Material | str | None = None
     follower_material: str | None = None

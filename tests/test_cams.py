@@ -2,13 +2,14 @@
 
 import re
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from kinelast import scene_from_dict
 from kinelast.designs import evaluate
-from kinelast.figures.drives import cam_flanks, cam_force, cam_pressure, cam_torque
+from kinelast.figures.drives import cam_flanks, cam_force, cam_lag, cam_pressure, cam_torque
 from kinelast.runs import computed
 from kinelast.scene.data import scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
@@ -130,6 +131,47 @@ positions = 120
 """
 
 
+SWUNG = """
+units = "mm"
+[points]
+C = [0, 0]
+B = [200, 0]
+D = [200, 60]
+[links.ground]
+points = { C = [0, 0] }
+[links.lever]
+points = ["C", "B"]
+section = "bar"
+material = "light"
+[materials.light]
+E = "200 GPa"
+density = 1e-3
+[sections.bar]
+shape = "rectangle"
+depth = 12
+width = 8
+[[drives]]
+link = "lever"
+repeat = true
+law = [
+    {curve = "cycloidal", duration = "500 ms", by = "6 deg"},
+    {curve = "cycloidal", duration = "500 ms", by = "-6 deg"},
+]
+[[springs]]
+link = "lever"
+at = "C"
+preload = "5 N m"
+[cams.plate]
+follower = "lever"
+centre = [190, -50]
+roller = "B"
+roller_radius = 10
+[run]
+positions = 120
+beams = "euler-bernoulli"
+"""
+
+
 def tables(text, **more):
     return {**tomllib.loads(text), **more}
 
@@ -211,7 +253,7 @@ class TestTranslatingFollower:
 class TestEquivalentLinkages:
     def test_disc_under_a_swinging_roller(self):
         """A coupler from the disc's middle to the roller moves the rocker alike: the same force, the same torque."""
-        cycle = cycle_of(tables(EQUIVALENT))
+        cycle = cycle_of(with_cam(EQUIVALENT, push=False))
         (flank,), names = cam_flanks(cycle, "disc"), [joint.name for joint in cycle.motion.structure.joints]
         length = abs(20 + 55j) * 1e-3
         assert np.abs(np.abs(flank.profile - 0.01) - (length - 0.008)).max() < 1e-16
@@ -234,7 +276,7 @@ class TestEquivalentLinkages:
 
     def test_disc_under_a_swinging_face(self):
         """The disc's middle slides in a slot parallel to the face."""
-        cycle = cycle_of(tables(SLOTTED))
+        cycle = cycle_of(with_cam(SLOTTED, push=False))
         (flank,) = cam_flanks(cycle, "disc")
         assert np.abs(np.abs(flank.profile - 0.01) - 0.025).max() < 1e-16
         assert flank.radius == pytest.approx(0.025, rel=1e-12)
@@ -246,7 +288,7 @@ class TestEquivalentLinkages:
 
 class TestForces:
     def test_power_of_the_shaft_is_that_of_the_drive(self):
-        cycle = cycle_of(with_cam(TAPPET, speed="-600 rpm"))
+        cycle = cycle_of(with_cam(TAPPET, speed="-600 rpm", push=False))
         power = cam_torque(cycle, "plate") * cycle.scene.cams["plate"].speed
         given = cycle.efforts[0] * cycle.motion.drive_rate[0]
         assert power == pytest.approx(given, abs=1e-14 * np.abs(given).max())
@@ -281,6 +323,96 @@ class TestForces:
             assert pressure[presses] == pytest.approx(cam_pressure(cycle, "plate")[presses], rel=1e-12)
         peaks = computed(groove.scene, Request()).figures.peaks
         assert peaks["cam_preload"] == [] == peaks["cam_least_force"]
+
+
+class TestPush:
+    """The cam pushes where it touches, in the place of the drive's effort."""
+
+    @pytest.mark.parametrize(
+        ("text", "pivot", "keys"),
+        [
+            (EQUIVALENT, "C", {}),
+            (EQUIVALENT, "C", {"flank": "outer"}),
+            (SLOTTED, "C", {}),
+        ],
+    )
+    def test_as_the_equivalent_linkage(self, text, pivot, keys):
+        """The drive has no effort, the crank no force, and the pivot of the lever that which it has in the linkage."""
+        pushed, linked = cycle_of(with_cam(text, **keys)), cycle_of({**tables(text), "cams": {}})
+        alone = cycle_of(with_cam(text, push=False, **keys))
+        names = [joint.name for joint in linked.motion.structure.joints]
+        before, after = (cycle.deflection.forces.force for cycle in (linked, pushed))
+        greatest = max(np.abs(force).max() for force in before)
+        at, crank = names.index(pivot), names.index("O")
+        assert after[at] == pytest.approx(before[at], abs=1e-11 * greatest)
+        assert np.abs(after[crank]).max() < 1e-11 * greatest
+        assert np.abs(pushed.efforts).max() < 1e-11 * np.abs(linked.efforts).max()
+        assert cam_force(pushed, "disc") == pytest.approx(cam_force(alone, "disc"), rel=1e-9)
+        assert cam_torque(pushed, "disc") == pytest.approx(linked.efforts[0], rel=1e-9, abs=1e-11)
+
+    def test_loads_the_guide(self):
+        """Across the guide with the force times the sine of the pressure angle."""
+        cycle = cycle_of(tables(TAPPET))
+        (flank,), force = cam_flanks(cycle, "plate"), cam_force(cycle, "plate")
+        assert np.abs(cycle.efforts).max() < 1e-12 * np.abs(force).max()
+        across = np.real(cycle.deflection.forces.force[0])
+        assert across == pytest.approx(-force * flank.normal.real, abs=1e-12 * np.abs(force).max())
+        assert np.abs(across) == pytest.approx(np.abs(force * np.sin(flank.pressure_angle)), rel=1e-10, abs=1e-12)
+
+    def test_bends_its_follower(self):
+        """A lever that swings about C is a cantilever under the push at its end: moment N times the lever at C."""
+        given = tables(EQUIVALENT)
+        given["links"]["rocker"] = {"points": ["C", "B"], "section": "bar", "material": "S235"}
+        given["sections"] = {"bar": {"shape": "rectangle", "depth": 12, "width": 8}}
+        given["links"]["spring_arm"] = given["links"].pop("rocker")
+        given["cams"]["disc"]["follower"] = "spring_arm"
+        cycle = cycle_of(given)
+        (flank,), force = cam_flanks(cycle, "disc"), cam_force(cycle, "disc")
+        linked = cycle_of({**given, "cams": {}})
+        assert cycle.along("M").value == pytest.approx(linked.along("M").value, rel=1e-9)
+        assert np.isfinite(force).all()
+        assert not flank.undercut.any()
+
+    def test_lag_of_a_cantilever(self):
+        """A lever that a moment M about its pivot presses on the cam at its end: M l/(3 E I), and its compression."""
+        cycle = cycle_of(tables(SWUNG))
+        (flank,) = cam_flanks(cycle, "plate")
+        assert cam_force(cycle, "plate") * flank.lever == pytest.approx(np.full(120, 5.0), rel=1e-6)
+        bends, shortens = 0.2 / (3 * 200e9 * 8e-3 * 12e-3**3 / 12), 1 / (0.2 * 200e9 * 8e-3 * 12e-3)
+        expected = -5.0 * (bends + np.tan(flank.pressure_angle) ** 2 * shortens)
+        assert cam_lag(cycle, "plate") == pytest.approx(expected, rel=1e-6)
+
+    def test_two_cams(self):
+        """A follower that rides on another: every drive is without effort."""
+        given = tables(TAPPET)
+        given["points"].update(B=[60, 120], D=[60, 150])
+        given["links"]["table"] = {"points": ["B", "D"], "rigid": True, "mass": "200 g", "center": "B"}
+        given["sliders"]["top"] = {"link": "table", "on": "tappet", "through": "B", "direction": [1, 1]}
+        law = [{**piece, "by": -0.3 * float(piece["by"].split()[0])} if "by" in piece else piece
+               for piece in given["drives"][0]["law"]]  # fmt: skip
+        given["drives"].append({"slider": "top", "repeat": True, "law": law})
+        given["cams"]["plate"]["drive"] = "guide"
+        given["cams"]["upper"] = {"follower": "table", "centre": [30, 20], "roller": "B", "drive": "top"}
+        pushed = cycle_of(given)
+        for cam in given["cams"].values():
+            cam["push"] = False
+        alone = cycle_of(given)
+        assert np.abs(pushed.efforts).max() < 1e-11 * np.abs(alone.efforts).max()
+        assert np.abs(alone.efforts).min(axis=1).max() > 0
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("theory", ["elastodynamic", "geometrically-exact"])
+    def test_goes_into_every_theory(self, theory):
+        """A stiff follower at low speed: all theories agree with the quasi-static answer."""
+        given = tables(EQUIVALENT)
+        given["links"]["rocker"] = {"points": ["C", "B"], "section": "bar", "material": "S235"}
+        given["sections"] = {"bar": {"shape": "rectangle", "depth": 12, "width": 8}}
+        given["drives"][0]["speed"] = "30 rpm"
+        static = computed(scene_from_dict(given), Request(theory="quasi-static")).figures.peaks
+        moving = computed(scene_from_dict(given), Request(theory=theory)).figures.peaks
+        for key in ("cam_force", "joint_force", "deflection"):
+            found, expected = (max(abs(peak.value) for peak in peaks[key]) for peaks in (moving, static))
+            assert found == pytest.approx(expected, rel=1e-3), key
 
 
 class TestPressure:
@@ -337,7 +469,7 @@ class TestMaking:
         time = np.linspace(0, 1, 400, endpoint=False)
         scene = scene_from_dict(tables(EQUIVALENT))
         moved = scene.course.at(0.2 * time)
-        flank = cam_course(moved, Cam(3, 0, 0j, 10 * np.pi, scene.cams["disc"].roller, 0.07))
+        flank = cam_course(moved, Cam(3, 0, 0j, 10 * np.pi, roller=scene.cams["disc"].roller, radius=0.07))
         assert flank.undercut.all()
         assert cut_depth(flank).max() > 0.01
 
@@ -459,10 +591,10 @@ def test_outer_flank_is_undercut_where_the_path_is_hollow():
     cam = scene.cams["plate"]
     hollow = cam_course(moved, cam).pitch_curvature
     if (hollow < 0).any():
-        large = Cam(cam.link, cam.drive, cam.centre, cam.speed, cam.roller, -1.1 / hollow.min(), flank=OUTER)
+        large = replace(cam, radius=-1.1 / hollow.min(), flank=OUTER)
         assert cam_course(moved, large, outer=True).undercut.any()
     effort = drive_efforts(moved, scene_deflection(scene, moved).forces)[0]
-    edge = cam_course(moved, Cam(cam.link, cam.drive, cam.centre, cam.speed, cam.roller))
+    edge = cam_course(moved, replace(cam, radius=0.0))
     assert not edge.undercut.any()
     assert np.isnan(edge.relative_curvature).all()
     assert edge.force(effort) == pytest.approx(cam_course(moved, cam).force(effort), rel=1e-12)

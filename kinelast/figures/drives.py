@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import Largest
+from elastic import Largest, displacement_of
 from kinelast.figures.cycle import Cycle, drive_words
 from kinelast.figures.entry import (
     AVERAGE,
@@ -29,7 +29,7 @@ from kinelast.figures.entry import (
     least,
 )
 from kinelast.scene.data import Scene
-from machine.cams import CamCourse, cam_course, line_pressure
+from machine.cams import CamCourse, CamPush, cam_course, line_pressure
 from machine.drives import (
     available_torque,
     buckling_safety,
@@ -50,6 +50,7 @@ from rigid import ConstantSpeed
 from rigid.arrays import Reals, of_designs
 from rigid.kinematics import unit_motion
 from rigid.kinetostatics import kinetic_energy
+from rigid.plane import dot
 
 PerDrive = Callable[[Cycle, int], Reals]
 
@@ -268,7 +269,17 @@ def cam_force(cycle: Cycle, name: str) -> Reals:
 
     Of a groove along the outward normal: negative where its outer flank presses.
     """
-    return cam_flanks(cycle, name)[0].force(effort(cycle, cycle.scene.cams[name].drive))
+    pushes, cam = cycle.once(_pushes), cycle.scene.cams[name]
+    rest = cam_flanks(cycle, name)[0].force(effort(cycle, cam.drive))
+    return np.asarray(rest + pushes.get(name, 0.0))
+
+
+def _pushes(cycle: Cycle) -> dict[str, Reals]:
+    """Forces of the cams that push where they touch [N], by their names: for these the drives have no effort."""
+    for load in cycle.scene.mechanism.loads:
+        if isinstance(load, CamPush):
+            return dict(zip(load.names, load.pressing(cycle.motion), strict=True))
+    return {}
 
 
 def cam_torque(cycle: Cycle, name: str) -> Reals:
@@ -288,7 +299,24 @@ def cam_pressure(cycle: Cycle, name: str) -> Reals:
 
 
 def _preload(cycle: Cycle, name: str) -> Reals:
-    return cam_flanks(cycle, name)[0].preload(effort(cycle, cycle.scene.cams[name].drive))
+    flank = cam_flanks(cycle, name)[0]
+    return flank.preload(flank.lever * cam_force(cycle, name))
+
+
+def cam_lag(cycle: Cycle, name: str) -> Reals:
+    """Coordinate of the drive by which a bent follower is off on its cam [rad or m], shape (..., positions).
+
+    By that the contact is where the cam has it, while the answer holds the drive where its law has it.
+    """
+    cam, flank = cycle.scene.cams[name], cam_flanks(cycle, name)[0]
+    ends = [displacement_of(cycle.deflection, cam.follower, point) for point in cam.points]
+    if cam.face is None:
+        moved = ends[0]
+    else:
+        share = flank.along / np.abs(cam.face[1] - cam.face[0])
+        moved = (1.0 - share) * ends[0] + share * ends[1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(-dot(flank.normal, moved) / flank.lever)
 
 
 def _of_cams(values: OfCam, of: str = CAM) -> Callable[[Cycle], Largest]:
@@ -316,10 +344,11 @@ def _least_values(values: OfCam, of: str) -> Callable[[Cycle], Largest]:
     return find
 
 
-def _preload_units(scene: Scene) -> list[str]:
-    """Units of efforts of the drives that cams move."""
-    turns = (scene.mechanism.drives[scene.cams[name].drive].turns for name in cams_with(scene, HELD))
-    return ["N m" if each_ else "N" for each_ in turns]
+def _cam_units(turns: str, slides: str, of: str) -> Callable[[Scene], list[str]]:
+    """Units of figures of cams by the drives that they move."""
+    return lambda scene: [
+        turns if scene.mechanism.drives[scene.cams[name].drive].turns else slides for name in cams_with(scene, of)
+    ]
 
 
 CAM_FIGURES: tuple[Figure, ...] = (
@@ -340,7 +369,10 @@ CAM_FIGURES: tuple[Figure, ...] = (
     Figure("cam_force", "force of a cam on its follower", "N", CAM, _of_cams(cam_force)),
     Figure("cam_least_force", "least force of a cam on its follower, negative where contact is lost", "N", HELD,
            _least_values(cam_force, HELD), LEAST),
-    Figure("cam_preload", "effort that keeps a follower on its cam", _preload_units, HELD, _of_cams(_preload, HELD)),
+    Figure("cam_preload", "effort that keeps a follower on its cam", _cam_units("N m", "N", HELD), HELD,
+           _of_cams(_preload, HELD)),
+    Figure("cam_lag", "lag of the drive behind its cam, as the links bend", _cam_units("rad", "m", CAM),
+           CAM, _of_cams(cam_lag)),
     Figure("cam_pressure", "pressure between a cam and its follower", "Pa", PRESSED,
            _of_cams(cam_pressure, PRESSED), power=HALF),
     Figure("cam_torque", "torque of a cam's shaft", "N m", CAM, _of_cams(cam_torque)),

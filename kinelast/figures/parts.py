@@ -18,7 +18,7 @@ from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, error_of, figure, largest
 from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
-from machine.cams import cut_depth
+from machine.cams import CamPush, cut_depth
 from rigid import ConstantSpeed, LineLoad, Link, Lump, PointLoad, Resistance, TorsionSpring, law_peaks
 from rigid.arrays import Flags
 from rigid.kinetostatics import rubbing_joints, sliding_directions
@@ -56,7 +56,7 @@ def input_figures(results: Results) -> dict[str, Any]:
             for link in mechanism.links[1:]
             for lump in link.lumps
         ],
-        "loads": [dict(_load(load)) for load in mechanism.loads],
+        "loads": [dict(_load(load)) for load in mechanism.loads if not isinstance(load, CamPush)],
     }
 
 

@@ -35,6 +35,7 @@ from kinelast.scene.numbers import real, require, vector
 from kinelast.scene.sections import Material, SectionSource, making, materials_of, poisson_of
 from kinelast.scene.tables import BoundTable, FatigueTable, LinkFatigueTable
 from kinelast.scene.units import Quantity
+from machine.cams import CamPush
 from machine.life import (
     FatigueStrength,
     FatigueTask,
@@ -121,6 +122,12 @@ def built(
         mechanism = replace(mechanism, loads=_loads(table, parts, run.duration))
     bodies = undivided(mechanism, parts.bodies, varied)
     mechanism = _with_bodies(mechanism, parts.bodies, bodies)
+    cams = build_cams(table, mechanism, parts.laws, run.duration)
+    if pushing := {name: cam for name, cam in cams.items() if table.cams[name].push}:
+        known = tuple(law for law in parts.laws if not isinstance(law, DriveEffort))
+        differ = np.zeros(np.broadcast_shapes(*(cam.designs for cam in pushing.values())))
+        push = CamPush((*pushing.values(),), known, (*pushing,), differ)
+        mechanism = replace(mechanism, loads=(*mechanism.loads, push))
     beams = [(body, k) for body in bodies for k in range(len(body.sections))]
     made_of = tuple(making(table, body.link.name, body.numbers[k]) for body, k in beams)
     materials = materials_of(table, {made.material for made in made_of if made.material})
@@ -146,7 +153,7 @@ def built(
         cylinders=_of_drives(table, cylinder_of),
         unevenness=_of_drives(table, unevenness_of),
         bearings=build_bearings(table, mechanism),
-        cams=build_cams(table, mechanism, parts.laws, run.duration),
+        cams=cams,
         fatigue=_fatigue(table, beams, made_of, materials),
     )
     return scene

@@ -489,6 +489,7 @@ def _cam(
     if table.roller is not None:
         _require_apart(where, table, mechanism, centre)
         form: dict[str, Any] = {"roller": link.points[table.roller], "radius": real(table.roller_radius or 0.0)}
+        form["points"] = (table.roller,)
     else:
         assert table.face is not None
         for point in table.face:
@@ -500,18 +501,11 @@ def _cam(
             raise fault(
                 where, "flank", "a flat face has the cam on the side of its shaft: leave it out, or give a roller"
             )
-        form = {"face": (start, end)}
+        form = {"face": (start, end), "points": table.face}
     speed = _cam_speed(where, table, duration)
     _require_closed(where, mechanism, laws, speed, duration)
-    return Cam(
-        mechanism.index[table.follower],
-        drive,
-        centre,
-        speed,
-        flank=table.flank,
-        **form,
-        **_touching(where, table, scene),
-    )
+    form |= {"follower": table.follower, "flank": table.flank, **_touching(where, table, scene)}
+    return Cam(mechanism.index[table.follower], drive, centre, speed, **form)
 
 
 def _driven_by(

@@ -221,6 +221,8 @@ class CamTable(StrictTable, frozen=True, kw_only=True):
     speed: CamSpeed | None = None
     #: `"inner"`: the cam is within the follower's path, `"outer"`: a ring about it, `"both"`: a groove
     flank: Literal["inner", "outer", "both"] = "inner"
+    #: `false`: its force acts along the drive's coordinate, as of any drive, not where it touches
+    push: bool = True
     width: Size | None = None  #: along which cam and follower touch [pressure is not known]
     material: str | None = None  #: of the cam: a name under `[materials]`, or one of the trade [pressure is not known]
     follower_material: str | None = None  #: of the roller or the face [as `material`]

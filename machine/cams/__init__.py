@@ -2,6 +2,7 @@
 
 from machine.cams.contact import contact_modulus, line_pressure
 from machine.cams.courses import BOTH, INNER, OUTER, Cam, CamCourse, cam_course, cut_depth
+from machine.cams.push import CamPush
 
 __all__ = [
     "BOTH",
@@ -9,6 +10,7 @@ __all__ = [
     "OUTER",
     "Cam",
     "CamCourse",
+    "CamPush",
     "cam_course",
     "contact_modulus",
     "cut_depth",

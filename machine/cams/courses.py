@@ -35,6 +35,8 @@ class Cam:
         Of its shaft, in the ground [m], complex.
     speed
         Of its shaft, counter-clockwise [rad/s].
+    follower, points
+        Names of the link, and of the roller's centre or the two points of the face.
     roller, radius
         Centre of the roller in the axes of the link [m], complex, or None; its radius [m], 0 of a knife edge.
     face
@@ -51,6 +53,8 @@ class Cam:
     drive: int
     centre: Complex
     speed: Real
+    follower: str = ""
+    points: tuple[str, ...] = ()
     roller: Complex | None = None
     radius: Real = 0.0
     face: tuple[Complex, Complex] | None = None

@@ -9,7 +9,7 @@ from rigid.kinetostatics.friction import (
     sliding_directions,
     with_friction,
 )
-from rigid.kinetostatics.loads import beam_couples, beam_directions, beam_loads, point_loads
+from rigid.kinetostatics.loads import beam_couples, beam_directions, beam_loads, link_loads, point_loads
 from rigid.kinetostatics.statics import balancing_forces, force_condition
 
 __all__ = [
@@ -23,6 +23,7 @@ __all__ = [
     "friction_per_rate",
     "friction_power",
     "kinetic_energy",
+    "link_loads",
     "load_power",
     "point_loads",
     "potential_energy",

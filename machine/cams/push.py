@@ -1,0 +1,119 @@
+"""Push of cams on their followers, in the place of the efforts of the drives that they move."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from machine.cams.courses import Cam, CamCourse, cam_course
+from rigid import Mechanism, Motion, with_rates
+from rigid.arrays import Flags, Real, Reals
+from rigid.kinematics import by_laws, unit_motion
+from rigid.kinetostatics import link_loads
+from rigid.plane import dot
+
+SMALL = 1e-12  # share of the levers below which several cams are as good as one
+
+
+@dataclass(frozen=True, eq=False)
+class CamPush:
+    """A load: cams press where they touch, as much as rigid links ask of the drives that they move.
+
+    Where a cam has no lever on its drive, the drive keeps its effort.
+
+    Attributes
+    ----------
+    cams
+        That press.
+    laws
+        Of all drives, from time to coordinate, rate and acceleration: the normals are those of the motion as it is
+        passed by them, also where the same positions are looked at as they stand still.
+    names
+        Of the cams.
+    differ
+        Of many designs in which a cam is another one, zeros of shape (designs, 1): by that the mechanism knows.
+    """
+
+    cams: tuple[Cam, ...]
+    laws: tuple[Callable[[Any], tuple[Reals, Reals, Reals]], ...]
+    names: tuple[str, ...] = ()
+    differ: Real = 0.0
+
+    @property
+    def points(self) -> Iterable[tuple[str, str]]:
+        """Where they press: the roller's centre; of a face its two ends, which share the force by their levers."""
+        return [(cam.follower, point) for cam in self.cams for point in cam.points]
+
+    def forces(self, motion: Motion) -> Iterator[tuple[str, str, Any, Any]]:
+        """Forces on the followers in the ground's axes at every position."""
+        courses = self._courses(motion)
+        for cam, course, force in zip(self.cams, courses, self._pressing(motion, courses), strict=True):
+            push = force * course.normal
+            if cam.face is None:
+                yield cam.follower, cam.points[0], push, 0.0
+                continue
+            share = course.along / np.abs(cam.face[1] - cam.face[0])
+            for point, part in zip(cam.points, (1.0 - share, share), strict=True):
+                yield cam.follower, point, np.where(force == 0.0, 0.0, part * push), 0.0
+
+    def pressing(self, motion: Motion) -> Reals:
+        """Forces of the cams on their followers [N], shape (cams, ..., positions)."""
+        return self._pressing(motion, self._courses(motion))
+
+    def _courses(self, motion: Motion) -> list[CamCourse]:
+        _, rates, accelerations = by_laws(self.laws, motion.time)
+        passed = with_rates(motion, rates, accelerations)
+        return [cam_course(passed, cam, outer=cam.flanks[0]) for cam in self.cams]
+
+    def _pressing(self, motion: Motion, courses: Sequence[CamCourse]) -> Reals:
+        """By virtual work: every drive that has its motion from a cam has no effort left."""
+        mechanism = _without(motion.mechanism, self)
+        loads = link_loads(replace(motion, mechanism=mechanism))
+        units = [unit_motion(motion, cam.drive) for cam in self.cams]
+        efforts = np.array([-_work(unit, *loads) for unit in units])
+        levers = np.array(
+            [[np.broadcast_to(_lever(unit, course), motion.columns) for course in courses] for unit in units]
+        )
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            forces = efforts / levers[0] if len(self.cams) == 1 else _solved(levers, efforts)
+        return np.where(np.isfinite(forces), forces, 0.0)
+
+
+def _lever(unit: Motion, course: CamCourse) -> Any:
+    """Effort of a drive by a force of 1 N at a contact."""
+    cam = course.cam
+    arm = course.follower if cam.face is None else course.contact
+    velocity = unit.velocity[cam.link] + 1j * unit.angular_velocity[cam.link] * (
+        arm + cam.centre - unit.origin[cam.link]
+    )
+    return dot(course.normal, velocity)
+
+
+def _solved(levers: Reals, efforts: Reals) -> Reals:
+    """Forces [N], shape (cams, ..., positions), of several cams; 0 at positions where they are not determined."""
+    matrices, sides = np.moveaxis(levers, (0, 1), (-2, -1)), np.moveaxis(efforts, 0, -1)[..., None]
+    known: Any = np.isfinite(matrices).all(axis=(-2, -1)) & np.isfinite(sides[..., 0]).all(axis=-1)
+    sizes = np.abs(matrices).max(axis=(-2, -1), initial=0.0) ** len(levers)
+    unlike = np.abs(np.linalg.det(np.where(known[..., None, None], matrices, 0.0))) > SMALL * sizes
+    fine: Flags = np.asarray(known & unlike)[..., None, None]
+    solved = np.linalg.solve(np.where(fine, matrices, np.eye(len(levers))), np.where(fine, sides, 0.0))
+    return np.moveaxis(solved[..., 0], -1, 0)
+
+
+def _work(unit: Motion, force: Sequence[Any], moment: Sequence[Any]) -> Any:
+    """Work of loads of links at the origins of their axes in a displacement, shape (..., positions)."""
+    whole: Any = np.zeros(unit.columns)
+    for at, (pull, couple) in enumerate(zip(force, moment, strict=True)):
+        if at:
+            whole = whole + dot(np.asarray(pull), unit.velocity[at]) + np.asarray(couple) * unit.angular_velocity[at]
+    return whole
+
+
+@lru_cache(maxsize=8)
+def _without(mechanism: Mechanism, push: CamPush) -> Mechanism:
+    """A mechanism without the push of cams."""
+    return replace(mechanism, loads=tuple(load for load in mechanism.loads if load is not push))
