@@ -360,18 +360,10 @@ class TestPush:
         assert np.abs(across) == pytest.approx(np.abs(force * np.sin(flank.pressure_angle)), rel=1e-10, abs=1e-12)
 
     def test_bends_its_follower(self):
-        """A lever that swings about C is a cantilever under the push at its end: moment N times the lever at C."""
-        given = tables(EQUIVALENT)
-        given["links"]["rocker"] = {"points": ["C", "B"], "section": "bar", "material": "S235"}
-        given["sections"] = {"bar": {"shape": "rectangle", "depth": 12, "width": 8}}
-        given["links"]["spring_arm"] = given["links"].pop("rocker")
-        given["cams"]["disc"]["follower"] = "spring_arm"
-        cycle = cycle_of(given)
-        (flank,), force = cam_flanks(cycle, "disc"), cam_force(cycle, "disc")
-        linked = cycle_of({**given, "cams": {}})
-        assert cycle.along("M").value == pytest.approx(linked.along("M").value, rel=1e-9)
-        assert np.isfinite(force).all()
-        assert not flank.undercut.any()
+        """A lever under a moment about its pivot is a cantilever on the cam, and nothing where the drive takes that."""
+        pushed, driven = (cycle_of(with_cam(SWUNG, push=push)) for push in (True, False))
+        assert np.abs(pushed.along("M").value) == pytest.approx([5.0], rel=1e-6)
+        assert np.abs(driven.along("M").value) < 1e-5
 
     def test_lag_of_a_cantilever(self):
         """A lever that a moment M about its pivot presses on the cam at its end: M l/(3 E I), and its compression."""
@@ -442,10 +434,7 @@ class TestPressure:
 class TestMaking:
     def test_undercut_by_a_large_roller(self):
         """Beyond the least radius of the pitch curve; below it the roller at no other place cuts the profile."""
-        given = tables(TAPPET)
-        given["points"]["A"] = [6, 30]
-        for segment, lasts, more in ((0, 20, {"by": 25}), (1, 1, {}), (2, 20, {"by": -25}), (3, 59, {})):
-            given["drives"][0]["law"][segment] |= {"duration": f"{lasts} ms", **more}
+        given = steep(TAPPET)
         curvature = cam_flanks(cycle_of(given), "plate")[0].pitch_curvature
         for share, cut in ((0.97, False), (1.3, True)):
             given["cams"]["plate"]["roller_radius"] = 1e3 * share / curvature.max()
@@ -475,16 +464,17 @@ class TestMaking:
 
 
 class TestFigures:
-    def test_designs_have_the_figures_of_a_single_run(self):
+    @pytest.mark.parametrize("push", [True, False])
+    def test_designs_have_the_figures_of_a_single_run(self, push):
         keys = ["cam_pressure_angle", "cam_radius", "cam_force.plate", "cam_torque", "cam_pressure", "cam_preload",
                 "cam_least_force", "cam_distance"]  # fmt: skip
         paths = ["cams.plate.roller_radius", "cams.plate.centre.x", "cams.plate.width", "links.tappet.mass"]
-        given = with_cam(TAPPET, centre=[0, 0])
+        given = with_cam(TAPPET, centre=[0, 0], push=push)
         values = np.array([[0.008, 0.001, 0.01, 0.3], [0.012, -0.002, 0.02, 0.5]])
         found = evaluate(given, paths, values, keys)
         assert not found.reason.any()
         for row, (radius, x, width, mass) in enumerate(values):
-            alone = with_cam(TAPPET, centre=[1e3 * x, 0], roller_radius=1e3 * radius, width=1e3 * width)
+            alone = with_cam(TAPPET, centre=[1e3 * x, 0], roller_radius=1e3 * radius, width=1e3 * width, push=push)
             alone["links"]["tappet"]["mass"] = mass
             peaks = computed(scene_from_dict(alone), Request()).figures.peaks
             for key in keys:
@@ -584,17 +574,33 @@ class TestMistakes:
         assert scene_from_dict(given).cams["disc"].drive == 0
 
 
-def test_outer_flank_is_undercut_where_the_path_is_hollow():
-    """A knife edge is never cut; a roller in a ring is where the path bends towards it more than its radius."""
+def steep(text):
+    """A law that bends the roller's path both ways."""
+    given = tables(text)
+    given["points"]["A"] = [6, 30]
+    for segment, lasts, more in ((0, 20, {"by": 25}), (1, 1, {}), (2, 20, {"by": -25}), (3, 59, {})):
+        given["drives"][0]["law"][segment] |= {"duration": f"{lasts} ms", **more}
+    return given
+
+
+def test_ring_is_undercut_where_the_path_is_hollow():
+    """By a roller whose radius is more than that of the path there."""
+    scene = scene_from_dict(steep(TAPPET))
+    moved, cam = scene_motion(scene), scene.cams["plate"]
+    bend = -cam_course(moved, cam).pitch_curvature.min()
+    assert bend > 0
+    for share, cut in ((0.95, False), (1.05, True)):
+        ring = cam_course(moved, replace(cam, radius=share / bend, flank=OUTER), outer=True)
+        assert ring.undercut.any() == cut
+
+
+def test_knife_edge():
+    """Is never cut, has the force of any roller, and no finite pressure."""
     scene = scene_from_dict(tables(TAPPET))
-    moved = scene_motion(scene)
-    cam = scene.cams["plate"]
-    hollow = cam_course(moved, cam).pitch_curvature
-    if (hollow < 0).any():
-        large = replace(cam, radius=-1.1 / hollow.min(), flank=OUTER)
-        assert cam_course(moved, large, outer=True).undercut.any()
-    effort = drive_efforts(moved, scene_deflection(scene, moved).forces)[0]
+    moved, cam = scene_motion(scene), scene.cams["plate"]
+    effort = drive_efforts(moved, scene_deflection(scene, moved).forces)[0] + 3.0
     edge = cam_course(moved, replace(cam, radius=0.0))
     assert not edge.undercut.any()
     assert np.isnan(edge.relative_curvature).all()
     assert edge.force(effort) == pytest.approx(cam_course(moved, cam).force(effort), rel=1e-12)
+    assert edge.profile == pytest.approx(edge.pitch, abs=0)
