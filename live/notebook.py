@@ -21,6 +21,7 @@ from live.file import SceneFile
 from live.server import Live, bound_socket, scene_file, server_of
 
 FRAME = "width:100%;height:60em;border:1px solid #ccd"
+ELSEWHERE = "If the frame stays empty, this browser does not reach the kernel's computer: show <code>.widget</code> of it instead."  # noqa: E501
 
 
 class LiveView:
@@ -95,4 +96,5 @@ class LiveView:
         """The page in a frame, and its address: the frame asks the computer on which the browser runs."""
         address = escape(self.address)
         link = f'<a href="{address}" target="_blank" rel="noopener">{escape(self.name)} in a window of its own</a>'
-        return f'<iframe src="{address}" style="{FRAME}" title="{escape(self.name)}"></iframe><p>{link}</p>'
+        frame = f'<iframe src="{address}" style="{FRAME}" title="{escape(self.name)}"></iframe>'
+        return f"{frame}<p>{link}. {ELSEWHERE}</p>"

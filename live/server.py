@@ -24,7 +24,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from kinelast.scene.error import SceneError
+from kinelast.scene.error import MissingFileError, SceneError
 from kinelast.scene.sections import library_entries
 from kinelast.tasks.task import shipped_scenes
 from live.answer import Memory, packed, quick_answer
@@ -254,7 +254,9 @@ def scene_file(argument: str | None) -> tuple[SceneFile, str]:
         text = shipped[argument].read_text(encoding="utf-8")
         return SceneFile(Path.cwd() / f"{argument}.toml", text), argument
     if path.suffix != ".toml" or not path.absolute().parent.is_dir():
-        raise SceneError(argument, "", "", "expected a .toml file, there or to be, or a shipped scene, see --list")
+        raise MissingFileError(
+            argument, "", "", "expected a .toml file, there or to be, or a shipped scene, see --list"
+        )
     return SceneFile(path.absolute(), EMPTY), path.stem
 
 

@@ -22,13 +22,15 @@ def widget_of(live: Live) -> Any:
     import traitlets
 
     class Editor(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
-        """The page of an editor, with its files, and the name of its scene."""
+        """The page of an editor: its files, the name of its scene, and its address on the kernel's computer."""
 
         _esm = (WEB / "widget.js").read_text(encoding="utf-8")
         files = traitlets.Dict().tag(sync=True)
         name = traitlets.Unicode().tag(sync=True)
+        address = traitlets.Unicode().tag(sync=True)
 
-    editor = Editor(files={name: (WEB / name).read_text(encoding="utf-8") for name in PAGE}, name=live.name)
+    files = {name: (WEB / name).read_text(encoding="utf-8") for name in PAGE}
+    editor = Editor(files=files, name=live.name, address=live.address)
 
     def answer(content: dict[str, Any]) -> None:
         response = asked(live, str(content["path"]), content["given"])

@@ -356,6 +356,11 @@ class TestWrongArguments:
         with pytest.raises(FileNotFoundError, match="there is no such file"):
             read_document(tmp_path / "nowhere.toml")
 
+    def test_no_editor_of_a_file_that_is_not_there(self, tmp_path):
+        pytest.importorskip("uvicorn", reason="the extra live is not installed")
+        with pytest.raises(FileNotFoundError, match=r"expected a \.toml file, there or to be, or a shipped"):
+            kinelast.live(tmp_path / "nowhere" / "mine.toml")
+
     @pytest.mark.parametrize(
         ("ask", "error", "words"),
         [

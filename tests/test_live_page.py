@@ -3,6 +3,7 @@
 import json
 import threading
 import time
+from contextlib import contextmanager
 from functools import partial
 from http.server import BaseHTTPRequestHandler, SimpleHTTPRequestHandler, ThreadingHTTPServer
 
@@ -290,7 +291,8 @@ def test_the_editor_stands_in_the_frame_of_a_notebook_and_in_no_other_page(drive
 
 WIDGET = """<!doctype html><title>Notebook</title><div id="cell"></div><script type="module">
 import widget from "./widget.js";
-const model = { get: (name) => ({ files: FILES, name: "mine" })[name], off: () => {},
+const told = { files: FILES, name: "mine", address: "http://127.0.0.1:1/there/" };
+const model = { get: (name) => told[name], off: () => {},
   on: (_, heard) => { model.heard = heard; },
   send: async (words) => {
     const response = await fetch("ask", { method: "POST", body: JSON.stringify(words) });
@@ -300,8 +302,9 @@ widget.render({ model, el: document.getElementById("cell") });
 </script>"""
 
 
-def test_the_widget_of_a_notebook_is_the_editor_by_messages(driver, scene):
-    """The messages of a notebook stand in for by requests of the page around it."""
+@contextmanager
+def notebook_with_widget(scene, policy=None, answers=True):
+    """The address of a page with a widget: requests of that page stand in for messages, and no editor is served."""
     from live.server import WEB, Live, asked
     from live.widget import PAGE
 
@@ -312,6 +315,8 @@ def test_the_widget_of_a_notebook_is_the_editor_by_messages(driver, scene):
         def respond(self, body, kind, status=200):
             self.send_response(status)
             self.send_header("Content-Type", kind)
+            if policy:
+                self.send_header("Content-Security-Policy", policy)
             self.end_headers()
             self.wfile.write(body)
 
@@ -322,15 +327,24 @@ def test_the_widget_of_a_notebook_is_the_editor_by_messages(driver, scene):
 
         def do_POST(self):
             words = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
-            response = asked(live, words["path"], words["given"])
-            self.respond(response.body, response.media_type, response.status_code)
+            if answers:
+                response = asked(live, words["path"], words["given"])
+                self.respond(response.body, response.media_type, response.status_code)
 
         def log_message(self, *words):
             pass
 
     with ThreadingHTTPServer(("127.0.0.1", 0), Notebook) as notebook:
         threading.Thread(target=notebook.serve_forever, daemon=True).start()
-        driver.get(f"http://127.0.0.1:{notebook.server_port}/")
+        try:
+            yield f"http://127.0.0.1:{notebook.server_port}/"
+        finally:
+            notebook.shutdown()
+
+
+def test_the_widget_of_a_notebook_is_the_editor_by_messages(driver, scene):
+    with notebook_with_widget(scene) as address:
+        driver.get(address)
         end = time.monotonic() + 60
         try:
             driver.switch_to.frame(0)
@@ -342,10 +356,36 @@ def test_the_widget_of_a_notebook_is_the_editor_by_messages(driver, scene):
                 assert time.monotonic() < end
                 driver.execute_script("document.getElementById('save').click()")
                 time.sleep(0.1)
+            driver.switch_to.default_content()
+            assert not driver.execute_script("return document.querySelector('[role=status]').textContent")
         finally:
             driver.switch_to.default_content()
             driver.get("about:blank")
-            notebook.shutdown()
+
+
+WEBVIEW = "script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; child-src https: data:"
+
+
+@pytest.mark.parametrize(
+    ("policy", "answers", "words"),
+    [
+        (WEBVIEW, True, "keeps the editor's script from running: open http://127.0.0.1:1/there/ in a browser on the"),
+        (None, False, "The kernel does not answer: the editor begins when the cell that runs has ended"),
+    ],
+)
+def test_a_widget_that_cannot_begin_says_what_to_do(driver, scene, policy, answers, words):
+    """The policy is that of a webview of VS Code where notebook.experimental.enableCsp is set."""
+    with notebook_with_widget(scene, policy, answers) as address:
+        driver.get(address)
+        end = time.monotonic() + 30
+        try:
+            while words not in driver.execute_script(
+                "return document.querySelector('[role=status]')?.textContent ?? ''"
+            ):
+                assert time.monotonic() < end
+                time.sleep(0.1)
+        finally:
+            driver.get("about:blank")
 
 
 @pytest.mark.parametrize("width", [390, 1280])

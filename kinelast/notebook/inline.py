@@ -363,7 +363,7 @@ def live(scene: Scene | Document | str | Path | None = None) -> Any:
     ------
     ModuleNotFoundError
         Starlette or uvicorn is not installed.
-    SceneError
+    FileNotFoundError
         There is neither such a file nor such a scene.
     ValueError
         The scene has no text.

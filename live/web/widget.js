@@ -1,5 +1,5 @@
 // The editor as a widget of a notebook: its page in a frame without an address, its questions as messages to the kernel.
-const ORDER = ["text.js", "talk.js", "drawing.js", "tools.js", "main.js"];
+const ORDER = ["text.js", "talk.js", "drawing.js", "tools.js", "main.js"], PATIENCE = 10_000; // ms until it is told that nothing comes
 
 function render({ model, el }) {
   const files = model.get("files"), addresses = {}, waiting = new Map(), mine = Math.random().toString(36).slice(2);
@@ -24,13 +24,19 @@ function render({ model, el }) {
   frame.title = model.get("name");
   frame.style.cssText = "width:100%;height:60em;border:1px solid #ccd";
   frame.srcdoc = files["page.html"].replace(/<link rel="stylesheet"[^>]*>/, () => `<style>${files["live.css"]}</style>`).replace(/<script.*<\/script>/, "");
+  const words = document.createElement("p"), elsewhere = `open ${model.get("address")} in a browser on the kernel's computer`, began = Date.now();
+  words.setAttribute("role", "status");
+  const blocked = () => { words.textContent = `This notebook keeps the editor's script from running: ${elsewhere}.`; };
   frame.onload = () => {
     frame.contentWindow.kernel = ask;
-    const main = Object.assign(frame.contentDocument.createElement("script"), { type: "module", src: addresses["main.js"] });
+    const main = Object.assign(frame.contentDocument.createElement("script"), { type: "module", src: addresses["main.js"], onerror: blocked });
     frame.contentDocument.body.append(main);
   };
-  el.append(frame);
-  return () => { model.off("msg:custom", listen); Object.values(addresses).forEach((each) => URL.revokeObjectURL(each)); };
+  const look = setInterval(() => {
+    if (frame.contentDocument?.body?.dataset.ready) { words.textContent = ""; clearInterval(look); } else if (!words.textContent && Date.now() - began > PATIENCE) words.textContent = `The kernel does not answer: the editor begins when the cell that runs has ended; if that kernel is gone, run its cell again, or ${elsewhere}.`;
+  }, 500);
+  el.append(frame, words);
+  return () => { clearInterval(look); model.off("msg:custom", listen); Object.values(addresses).forEach((each) => URL.revokeObjectURL(each)); };
 }
 
 export default { render };
