@@ -2,13 +2,13 @@
 
 from exchange.columns import Columns, columns_of
 from exchange.drawing import Body, Drawing, Drive, ExchangeError, Gear, Slide, Slot, scene_text
-from exchange.dxf import DrawnLink, dxf_text
+from exchange.dxf import DrawnLink, dxf_text, section_of_dxf
 from exchange.reading import FORMATS, read, written
 from exchange.svg import svg_text
 
 __all__ = [
     "FORMATS", "Body", "Columns", "Drawing", "DrawnLink", "Drive", "ExchangeError", "Gear", "Slide", "Slot",
-    "columns_of", "dxf_text", "read", "scene_text", "svg_text", "written",
+    "columns_of", "dxf_text", "read", "scene_text", "section_of_dxf", "svg_text", "written",
 ]  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
@@ -14,6 +15,8 @@ from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names
 
 SOURCE = "DXF"
 UNITS = {1: "in", 4: "mm", 5: "cm", 6: "m"}  # $INSUNITS
+METRES = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "m": 1.0}
+CHORD = 1e-4  # of a section's size, by which an arc is off its chords
 SAME = 1e-4  # of the drawing's size: ends that are one point
 TURN = "60 rpm"
 FIXED = 1.0  # radius of the circle at a point of the ground
@@ -169,6 +172,43 @@ def of_dxf(path: Path, title: str) -> Drawing:
     return Drawing(
         title, SOURCE, unit, places, tuple(point[n] for n in sorted(fixed)), links, drives=drives, notes=tuple(notes)
     )
+
+
+def section_of_dxf(text: str) -> list[list[tuple[float, float]]]:
+    """Corners (x, y) of the section in a drawing [m], then those of its holes; arcs as chords.
+
+    Raises
+    ------
+    ExchangeError
+        It is no drawing, or its lines close no outline.
+    ModuleNotFoundError
+        Without ezdxf or shapely.
+    """
+    from ezdxf.filemanagement import read
+    from ezdxf.lldxf.const import DXFError
+    from ezdxf.path import bbox, make_path
+    from shapely import LineString, line_merge, polygonize, set_precision, union_all
+
+    try:
+        drawing = read(StringIO(text))
+    except (OSError, ValueError, DXFError) as error:
+        raise ExchangeError(f"no DXF drawing that can be read: {error}") from None
+    paths = []
+    for entity in drawing.modelspace():
+        with suppress(TypeError):  # a text, a dimension
+            paths.append(make_path(entity))
+    box = bbox(paths)
+    if not box.has_data:
+        raise ExchangeError("there is no line in it")
+    size = max(box.size.x, box.size.y)
+    lines = [LineString([(at.x, at.y) for at in path.flattening(CHORD * size)]) for path in paths if len(path)]
+    joined = set_precision(union_all(lines), SAME * size)
+    faces = polygonize([line_merge(joined)] if joined.geom_type == "MultiLineString" else [joined]).geoms
+    if not len(faces):
+        raise ExchangeError("its lines close no outline: their ends are to meet")
+    section = max(faces, key=lambda face: face.area)
+    scale = METRES[UNITS.get(drawing.header.get("$INSUNITS", 4), "mm")]
+    return [[(scale * x, scale * y) for x, y in ring.coords[:-1]] for ring in (section.exterior, *section.interiors)]
 
 
 def _corners(entity: Any) -> list[complex]:

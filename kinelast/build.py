@@ -311,9 +311,10 @@ class Outline(Section):
     """Any outline, by its corners: in the plane of motion, then across it. Held from twisting."""
 
     shape: ClassVar[str] = "outline"
-    points: Sequence[Place]
     _: KW_ONLY
+    points: Sequence[Place] | None = None
     holes: Sequence[Sequence[Place]] | None = None
+    drawing: str | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

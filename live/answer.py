@@ -150,6 +150,7 @@ def offered(document: Document, text: str) -> list[Answer]:
     """The numbers of a scene with their values [SI], units, lines, and the ranges for a slider."""
     known, table = places(text), document.table
     told: list[Answer] = []
+    written = {key[:2] for key in (*known.values, *known.tables)}
     for path in numbers(table):
         if len(told) == NUMBERS:
             break
@@ -158,6 +159,8 @@ def offered(document: Document, text: str) -> list[Answer]:
             low, high = _range(document, path, place.variable.base)
         except SceneError:
             continue
+        if place.names[0] in ("materials", "sections") and tuple(place.names[:2]) not in written:
+            continue  # of a library beside the scene
         first = known.nearest(tuple(place.names))
         told.append(
             {

@@ -9,7 +9,7 @@ from typing import Any
 from kinelast.scene.document import mistakes_in
 from kinelast.scene.error import SceneError
 from kinelast.scene.mistakes import path_of
-from kinelast.scene.text import Read
+from kinelast.scene.sections import Read
 from live.text import line_of, places
 
 

@@ -18,7 +18,18 @@ from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import require_studies
 from kinelast.scene.mistakes import all_mistakes
 from kinelast.scene.parsing import parse_parts, parse_scene
-from kinelast.scene.text import Read, beside, decoded, file_bytes, of_file, scene_name, toml_tables, written
+from kinelast.scene.sections import Read, with_files
+from kinelast.scene.text import (
+    COLUMNS,
+    beside,
+    decoded,
+    file_bytes,
+    of_file,
+    scene_name,
+    toml_tables,
+    with_tables,
+    written,
+)
 from kinelast.scene.units import shown
 from kinelast.scene.variables import Variable, in_file, place_of, put, value_at
 
@@ -198,7 +209,10 @@ def document_from_text(text: str, name: str = "scene", path: str = "", read: Rea
     """
     read = read or beside(Path(path).parent)
     with of_file(path), _all_told(text, read):
-        return replace(document_from_dict(toml_tables(text, ""), name, path, read), source=text)
+        tables = toml_tables(text, "")
+        document = document_from_dict(tables, name, path, read)
+        alone = text if document.tables is tables else with_tables(text, document.tables)
+        return replace(document, source=alone)
 
 
 @contextmanager
@@ -218,7 +232,8 @@ def mistakes_in(text: str, read: Read) -> tuple[SceneError, ...]:
     `read` reads the files that it names.
     """
 
-    def require_parts(tables: Tables) -> None:
+    def require_parts(raw: Tables) -> None:
+        tables, _ = with_files(raw, read)
         table = parse_scene(tables)
         built(table, "scene", files_of(table, read))
         require_studies(table)
@@ -237,6 +252,10 @@ def files_of(table: SceneTable, read: Read) -> dict[str, str]:
     texts: dict[str, str] = {}
     for number, drive in enumerate(table.drives, 1):
         if isinstance(drive.motion, str):
+            if not drive.motion.lower().endswith(COLUMNS):
+                ends = " or ".join(COLUMNS)
+                problem = f'expected a list, or a file beside the scene that ends in {ends}, got "{drive.motion}"'
+                raise fault(f"drives[{number}]", "motion", problem)
             try:
                 texts[drive.motion] = read(drive.motion)
             except SceneError as error:
@@ -247,8 +266,16 @@ def files_of(table: SceneTable, read: Read) -> dict[str, str]:
 def document_from_dict(raw: Tables, name: str = "scene", path: str = "", read: Read | None = None) -> Document:
     """The document in the tables of a TOML file; parameters and errors as of `document_from_text`."""
     with of_file(path):
-        table = parse_scene(raw)
-        return Document(raw, table, name, path, files=files_of(table, read or beside(Path(path).parent)))
+        read = read or beside(Path(path).parent)
+        tables, texts = with_files(raw, read)
+        try:
+            table = parse_scene(tables)
+        except SceneError as error:
+            kind, _, part = error.table.partition(".")
+            if kind in ("materials", "sections") and "library" in raw and part not in raw.get(kind, {}):
+                raise SceneError("", error.table, error.key, f"{error.problem} (in {raw['library']})") from None
+            raise
+        return Document(tables, table, name, path, files={**texts, **files_of(table, read)})
 
 
 def document_of(scene: Document | Tables) -> Document:

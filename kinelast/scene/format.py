@@ -195,8 +195,10 @@ def _or_none(sizes: Any) -> Any:
 class Outline(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="outline"):
     """Any outline, by its corners: in the plane of motion, then across it. Held from twisting."""
 
-    points: Annotated[list[Place], Meta(min_length=3)]  #: its corners, in turn
-    holes: list[Annotated[list[Place], Meta(min_length=3)]] | None = None  #: the corners of each
+    points: Annotated[list[Place], Meta(min_length=3)] | None = None  #: its corners, in turn [those of the drawing]
+    holes: list[Annotated[list[Place], Meta(min_length=3)]] | None = None  #: the corners of each [none]
+    #: a DXF file beside the scene, y in the plane of motion: its lines close one outline, with holes or none [none]
+    drawing: str | None = None
 
 
 class Properties(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="properties"):
@@ -328,6 +330,8 @@ class SceneTable(StrictTable, frozen=True, kw_only=True):
     title: str = ""  #: heading of the report [the file's name]
     source: str = ""  #: where the data are from
     units: LengthUnit = "m"  #: of bare lengths
+    #: a TOML file beside the scene with more materials and sections, for all that are named and not in the scene [none]
+    library: str | None = None
     structure_only: bool = False  #: `true`: the file may say less, and is for `--structure`
     materials: dict[Name, MaterialTable] = field(default_factory=dict)  #: what links are made of
     sections: dict[Name, SectionTable] = field(default_factory=dict)  #: cross-sections of links

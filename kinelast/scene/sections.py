@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cache
@@ -16,7 +16,7 @@ import msgspec
 
 from elastic import SHAPES, Section, Shape, section_of, tapered
 from elastic.beams import POISSON, OutlineError, outline
-from kinelast.scene.error import fault, likely
+from kinelast.scene.error import SceneError, fault, likely
 from kinelast.scene.format import (
     BeamTable,
     Dimensioned,
@@ -32,6 +32,9 @@ from kinelast.scene.format import (
 from kinelast.scene.numbers import any_nonzero, number, real, require
 from rigid import Beam
 from rigid.arrays import Real
+
+Read = Callable[[str], str]
+"""From the name of a file beside a scene to its text; SceneError where it cannot be read."""
 
 
 @dataclass(frozen=True)
@@ -302,6 +305,8 @@ def _made(
 
 def _outlined(shape: Outline, name: str) -> Shape:
     """The properties of an outline."""
+    if shape.points is None:
+        raise fault(f"sections.{name}", "points", "the key is missing: an outline has points, or a drawing")
     places = [shape.points, *(shape.holes or ())]
     first, *holes = (tuple((float(real(y)), float(real(z))) for y, z in ring) for ring in places)
     try:
@@ -341,6 +346,113 @@ def _strained(
             )
         total = total + real(expansion) * real(warming)
     return replace(section, strain=total) if any_nonzero(total) else section
+
+
+def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], dict[str, str]]:
+    """The tables of a scene that stand alone: with the sections and materials that it has in files beside it.
+
+    Parameters
+    ----------
+    raw
+        Tables as of the scene's file.
+    read
+        Reader of the files that it names.
+
+    Returns
+    -------
+    The same tables, or new ones, without `library` and with the corners of every drawing; and the texts of the files.
+
+    Raises
+    ------
+    SceneError
+        A file cannot be read, or holds something else.
+    """
+    texts: dict[str, str] = {}
+    parts: dict[str, dict[str, Any]] = {"materials": {}, "sections": {}}
+    if not isinstance(raw, Mapping):
+        return raw, {}  # its parser tells that
+    name = raw.get("library")
+    if isinstance(name, str):
+        texts[name] = _read_as(name, ".toml", read, "", "library")
+        parts = _named_in(raw, _library_of(texts[name], name))
+    known = {**parts["sections"], **_mapping(raw, "sections")}
+    for section, table in known.items():
+        if isinstance(table, dict) and table.get("shape") == "outline" and isinstance(table.get("drawing"), str):
+            where, drawing = f"sections.{section}", table["drawing"]
+            if "points" in table:
+                raise fault(where, "drawing", "give points or a drawing, not both")
+            texts[drawing] = _read_as(drawing, ".dxf", read, where, "drawing")
+            parts["sections"][section] = _drawn(table, texts[drawing], where)
+    if not texts:
+        return raw, {}
+    merged = {kind: {**_mapping(raw, kind), **more} for kind, more in parts.items()}
+    return {**{key: value for key, value in raw.items() if key != "library"}, **merged}, texts
+
+
+def _mapping(raw: Mapping[str, Any], kind: str) -> dict[str, Any]:
+    """The tables of a kind; none where something else stands there."""
+    tables = raw.get(kind)
+    return dict(tables) if isinstance(tables, Mapping) else {}
+
+
+def _read_as(name: str, suffix: str, read: Read, table: str, key: str) -> str:
+    """The text of a file beside the scene, which ends in its suffix."""
+    if not name.lower().endswith(suffix):
+        raise fault(table, key, f'expected a file beside the scene that ends in {suffix}, got "{name}"')
+    try:
+        return read(name)
+    except SceneError as error:
+        raise type(error)("", table, key, error.problem) from None
+
+
+def _library_of(text: str, name: str) -> dict[str, dict[str, Any]]:
+    """Materials and sections in the text of a library."""
+    try:
+        tables = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise fault("", "library", f"{name}: not readable as TOML: {error}") from None
+    other = next((key for key in tables if key not in ("materials", "sections")), None)
+    if other is not None:
+        raise fault("", "library", f"{name}: it holds [materials.NAME] and [sections.NAME], got {other}")
+    for section, table in _mapping(tables, "sections").items():
+        bare = next((key for key, size in table.items() if isinstance(size, int | float)), None)
+        if bare is not None:  # which would be in the unit of each scene
+            raise fault("", "library", f'{name}: {bare} of "{section}" is to tell its unit, as in "{table[bare]} mm"')
+    return {kind: _mapping(tables, kind) for kind in ("materials", "sections")}
+
+
+def _named_in(raw: Mapping[str, Any], library: Mapping[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Tables of a library that a scene names and does not have itself."""
+    words = set(_words(raw))
+    return {
+        kind: {name: table for name, table in tables.items() if name in words and name not in _mapping(raw, kind)}
+        for kind, tables in library.items()
+    }
+
+
+def _words(part: Any) -> Iterator[str]:
+    """All texts of a file."""
+    if isinstance(part, str):
+        yield part
+    elif isinstance(part, Mapping):
+        for each in part.values():
+            yield from _words(each)
+    elif isinstance(part, list):
+        for each in part:
+            yield from _words(each)
+
+
+def _drawn(table: Mapping[str, Any], text: str, where: str) -> dict[str, Any]:
+    """An outline with the corners that its drawing has."""
+    from exchange import ExchangeError, section_of_dxf
+
+    try:
+        rings = section_of_dxf(text)
+    except ExchangeError as error:
+        raise fault(where, "drawing", f"{table['drawing']}: {error}") from None
+    points, *holes = [[[f"{y!r} m", f"{x!r} m"] for x, y in ring] for ring in rings]
+    kept = {key: value for key, value in table.items() if key != "drawing"}
+    return {**kept, "points": points, **({"holes": holes} if holes else {})}
 
 
 def making(scene: SceneTable, link: str, number: int) -> SectionSource:

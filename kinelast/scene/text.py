@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import stat
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path, PurePosixPath, PureWindowsPath
@@ -17,6 +17,7 @@ from kinelast.scene.error import MissingFileError, SceneError, fault, likely
 from kinelast.scene.format import ChainTable, SceneTable
 from kinelast.scene.parsing import parse_toml
 from kinelast.scene.quantities import Direction, Sizes
+from kinelast.scene.sections import Read
 from kinelast.scene.tables import StrictTable
 from kinelast.scene.units import FORM, TYPESET, Quantity, written_like
 from kinelast.scene.variables import Place, in_file, place_of, value_at
@@ -55,9 +56,8 @@ def file_text(path: Path) -> str:
     return decoded(file_bytes(path), str(path))
 
 
-Read = Callable[[str], str]
-"""From the name of a file beside a scene to its text; SceneError where it cannot be read."""
 COLUMNS = ".csv", ".tsv", ".txt"
+FILES = *COLUMNS, ".toml", ".dxf"  # that a scene may name
 
 
 def beside(folder: Path | None) -> Read:
@@ -71,9 +71,8 @@ def beside(folder: Path | None) -> Read:
     """
 
     def read(name: str) -> str:
-        if not name.lower().endswith(COLUMNS):
-            raise fault("", "", f"expected a list, or a file beside the scene that ends in {' or '.join(COLUMNS)}, got "
-                        f'"{name}"')  # fmt: skip
+        if not name.lower().endswith(FILES):
+            raise fault("", "", f'expected a file beside the scene that ends in {" or ".join(FILES)}, got "{name}"')
         ways = PurePosixPath(name), PureWindowsPath(name)
         if any(way.anchor or ".." in way.parts for way in ways):
             raise fault("", "", f'"{name}" is not beside the scene: put the file there, or in a folder there')
@@ -82,7 +81,7 @@ def beside(folder: Path | None) -> Read:
         try:
             return file_text(folder / name)
         except MissingFileError:
-            there = sorted(path.name for path in folder.glob("*.*") if path.suffix.lower() in COLUMNS)
+            there = sorted(path.name for path in folder.glob("*.*") if path.suffix.lower() in FILES)
             raise MissingFileError(
                 "", "", "", f'there is no file "{name}" beside the scene{likely(name, there)}'
             ) from None
@@ -153,6 +152,22 @@ def written(
     lines = whole.splitlines(keepends=True)
     kept = lines[1:] if lines and lines[0].startswith(SCHEMA) else lines
     return "".join([f"# {head}\n" if head else "", *kept])
+
+
+def with_tables(text: str, tables: Mapping[str, Any]) -> str:
+    """A scene's text with other sections and materials than its own, and without its library."""
+    import tomlkit
+
+    document = tomlkit.parse(text)
+    document.pop("library", None)
+    for kind in ("materials", "sections"):
+        for name, table in tables.get(kind, {}).items():
+            own = document.get(kind, {})
+            if name not in own or own[name].unwrap() != table:
+                if kind not in document:
+                    document[kind] = tomlkit.table(is_super_table=True)
+                document[kind][name] = table
+    return tomlkit.dumps(document)
 
 
 def _token(number: int) -> str:

@@ -17,8 +17,9 @@ from kinelast.outputs.sheet import PAPER, MechanismAxes
 from kinelast.scene.build import build_mechanism
 from kinelast.scene.document import files_of
 from kinelast.scene.error import fault, known_name
-from kinelast.scene.format import ChainTable, SceneTable
+from kinelast.scene.format import ChainTable
 from kinelast.scene.parsing import check_name, is_chain, parse_chain, parse_scene
+from kinelast.scene.sections import with_files
 from kinelast.scene.text import beside, file_text, of_file, scene_name, toml_tables
 from kinelast.scene.units import shown
 from kinelast.tasks.progress import SILENT, Progress
@@ -78,11 +79,13 @@ def structure_from_text(text: str, name: str = "scene", path: str = "") -> Struc
 def structure_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "") -> StructureScene:
     """The structure in the tables of a TOML file; `path` stands for the file in messages."""
     with of_file(path):
-        return _chain(parse_chain(raw), name, path) if is_chain(raw) else _planar(parse_scene(raw), name, path)
+        return _chain(parse_chain(raw), name, path) if is_chain(raw) else _planar(raw, name, path)
 
 
-def _planar(table: SceneTable, name: str, path: str) -> StructureScene:
-    parts = build_mechanism(table, files_of(table, beside(Path(path).parent)))
+def _planar(raw: Mapping[str, Any], name: str, path: str) -> StructureScene:
+    read = beside(Path(path).parent)
+    table = parse_scene(with_files(raw, read)[0])
+    parts = build_mechanism(table, files_of(table, read))
     contacts = []
     for key, contact in table.contacts.items():
         where = f"contacts.{key}"

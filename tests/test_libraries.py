@@ -1,0 +1,148 @@
+"""Claim: sections and materials of files beside the scene are those written out, and a run depends on the files."""
+
+import math
+
+import pytest
+from scene_texts import ARM, edited
+
+from kinelast import SceneError, read_document, scene_from_text
+from kinelast.cli.command import main
+from kinelast.designs.evaluate import evaluate
+from kinelast.scene.document import document_from_text
+from kinelast.scene.text import beside
+from live.answer import quick_answer
+from live.full import whole_answer
+
+SHOP = """
+[materials.ours]
+E = "205 GPa"
+density = 7800
+[sections.heavy]
+shape = "rectangle"
+depth = "30 mm"
+width = "8 mm"
+[sections.light]
+shape = "tube"
+outer = "10 mm"
+wall = "1 mm"
+"""
+NAMED = edited(ARM, ('section = "bar"', 'section = "heavy"'), ('material = "steel"', 'material = "ours"'))
+SCENE = f'library = "shop.toml"\n{NAMED}'
+
+
+@pytest.fixture
+def scene(tmp_path):
+    (tmp_path / "shop.toml").write_text(SHOP)
+    path = tmp_path / "arm.toml"
+    path.write_text(SCENE)
+    return path
+
+
+def test_a_section_of_a_library_is_the_one_written_out(scene):
+    found, written = read_document(scene), scene_from_text(NAMED + SHOP)
+    for key in ("EA", "EI", "kGA", "fibre"):
+        assert getattr(found.scene.sections[0], key) == getattr(written.sections[0], key), key
+    assert "light" not in found.text(), "nothing names it"
+    assert scene_from_text(found.text()).sections[0].EI == written.sections[0].EI, "the text stands alone"
+    own = document_from_text(
+        f"{SCENE}\n[sections.heavy]\nshape = 'circle'\ndiameter = '1 cm'", read=beside(scene.parent)
+    )
+    assert own.scene.sections[0].area == pytest.approx(math.pi * 1e-4 / 4), "the scene's own goes before it"
+
+
+def test_its_numbers_may_be_varied(scene):
+    document = read_document(scene).with_values({"sections.heavy.depth": 0.04})
+    assert document.scene.sections[0].area == pytest.approx(0.04 * 0.008)
+    assert scene_from_text(document.text()).sections[0].area == pytest.approx(0.04 * 0.008)
+    evaluated = evaluate(read_document(scene), ["sections.heavy.depth"], [[0.03], [0.04]], ["mass"])
+    assert evaluated.columns["mass"][1] == pytest.approx(4 / 3 * evaluated.columns["mass"][0])
+
+
+def test_a_run_depends_on_its_library(scene, tmp_path, capsys):
+    command = [str(scene), "-o", str(tmp_path / "out"), "--resume"]
+    assert main(command) == 0
+    assert main(command) == 0
+    assert "finished before" in capsys.readouterr().out
+    (scene.parent / "shop.toml").write_text(SHOP.replace("7800", "7801"))
+    assert main(command) == 0
+    assert "finished before" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (('"30 mm"', "30"), 'library: shop.toml: depth of "heavy" is to tell its unit, as in "30 mm"'),
+        (("density", "densty"), r'\[materials.ours\] densty: .* did you mean "density"\? \(in shop.toml\)'),
+        (("[materials.ours]", "[points]"), "library: shop.toml: it holds .* got points"),
+        (("[materials.ours]", "[materials.ours"), "library: shop.toml: not readable as TOML"),
+    ],
+)
+def test_mistakes_name_the_library(scene, change, told):
+    (scene.parent / "shop.toml").write_text(edited(SHOP, change))
+    with pytest.raises(SceneError, match=told):
+        read_document(scene)
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [("../shop.toml", "is not beside the scene"), ("shop.csv", "ends in .toml"), ("sho.toml", 'mean "shop.toml"')],
+)
+def test_files_elsewhere_are_not_read(scene, name, told):
+    scene.write_text(SCENE.replace("shop.toml", name))
+    with pytest.raises(SceneError, match=told):
+        read_document(scene)
+
+
+def test_the_live_editor_reads_it(scene):
+    answer, _ = quick_answer(SCENE, with_numbers=True, folder=scene.parent)
+    assert answer["mistakes"] == []
+    assert answer["picture"] is not None
+    assert "sections.heavy.depth" not in [each["path"] for each in answer["numbers"]], "it is not in the text"
+    whole, _, _ = whole_answer(SCENE, "arm", folder=scene.parent)
+    assert not whole.get("mistakes")
+
+
+DRAWN = edited(ARM, ('shape = "rectangle"\ndepth = 0.006\nwidth = 0.01', 'shape = "outline"\ndrawing = "profile.dxf"'))
+
+
+@pytest.fixture
+def drawing(tmp_path):
+    """A rectangle of four lines, 20 by 40 mm, with a hole of 12 mm, and words beside it."""
+    import ezdxf
+
+    drawn = ezdxf.new()
+    drawn.header["$INSUNITS"] = 4
+    page = drawn.modelspace()
+    corners = [(5, 5), (25, 5), (25, 45), (5, 45)]
+    for k, start in enumerate(corners):
+        page.add_line(start, corners[(k + 1) % 4])
+    page.add_circle((15, 25), 6)
+    page.add_text("profile")
+    drawn.saveas(tmp_path / "profile.dxf")
+    path = tmp_path / "arm.toml"
+    path.write_text(DRAWN)
+    return path
+
+
+@pytest.mark.slow
+def test_a_drawing_is_a_section(drawing):
+    document = read_document(drawing)
+    (section,) = document.scene.sections
+    assert section.area == pytest.approx(8e-4 - math.pi * 36e-6, rel=2e-5)  # an arc by its chords
+    assert section.inertia == pytest.approx((20 * 40**3 / 12 - math.pi * 6**4 / 4) * 1e-12, rel=2e-6)
+    assert section.width == pytest.approx(0.02)
+    assert pytest.approx(section.EI, rel=1e-12) == scene_from_text(document.text()).sections[0].EI
+
+
+@pytest.mark.slow
+def test_a_drawing_that_closes_nothing_is_told(drawing):
+    import ezdxf
+
+    drawn = ezdxf.new()
+    drawn.modelspace().add_line((0, 0), (10, 0))
+    drawn.saveas(drawing.parent / "profile.dxf")
+    with pytest.raises(SceneError, match=r"\[sections.bar\] drawing: profile.dxf: its lines close no outline"):
+        read_document(drawing)
+    (drawing.parent / "profile.dxf").write_text("no drawing")
+    with pytest.raises(SceneError, match=r"profile.dxf: no DXF drawing"):
+        read_document(drawing)
