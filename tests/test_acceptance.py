@@ -129,6 +129,19 @@ def test_a_limit_within_the_error_is_too_near_to_call(bound, verdict, status, tm
     assert ("mostly vibration: accuracy =" in told) == ("near" in verdict)
 
 
+def test_many_limits_stand_on_lines_of_their_own(tmp_path, capsys):
+    """Two limits that are not kept are told in the headline, more below it."""
+    scene, lines = tmp_path / "one.toml", []
+    for limits in ('deflection = "1 um"\nsafety = 1e6\n', 'deflection = "1 um"\nsafety = 1e6\nchord = "1 um"\n'):
+        scene.write_text(f"{EASY}\n[limits]\n{limits}")
+        assert main([str(scene), "-o", str(tmp_path / "out")]) == 1
+        lines.append(capsys.readouterr().out.splitlines())
+    two, three = lines
+    assert re.search("NOT ACCEPTABLE: deflection .*, allowed 1 µm, safety .*, at least", two[0])
+    assert "NOT ACCEPTABLE: 3 of 3 limits; largest" in three[0]
+    assert [line.split()[1] for line in three[1:]] == ["deflection", "chord", "safety"]
+
+
 def test_the_advice_of_a_verdict_settles_it(tmp_path, capsys):
     (tmp_path / "one.toml").write_text(EASY + '\n[limits]\ndeflection = "0.1055 mm"\n')
     assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out")]) == 1

@@ -610,6 +610,39 @@ def test_numbers_that_miss_their_unit_are_noticed(steel, told):
     assert finding.level == "poor"
 
 
+JACKED = """
+[[drives]]
+slider = "guide"
+law = [{curve = "cycloidal", duration = "1 s", by = "20 mm"}]
+cylinder = "jack"
+[cylinders.jack]
+bore = "40 mm"
+pressure = "1 bar"
+flow = "1 l/min"
+[run]
+positions = 9
+"""
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ([('"1 l/min"', "6")], 'flow of the cylinder of "guide" is 6 m^3/s, which hardly a cylinder has: a bare number '
+         'is in m^3/s, other units are told as in "6 l/min"'),
+        ([('"1 bar"', "160")], 'pressure of the cylinder of "guide" is 160 Pa, which hardly a cylinder has'),
+        ([('"40 mm"', "40")], 'bore of the cylinder of "guide" is 40 m, which hardly'),
+        ([("positions = 9", "positions = 9\ngravity = [0, -9810]")], "Gravity is 9810 m/s^2, is that meant?"),
+        ([], ""),
+    ],
+)  # fmt: skip
+def test_slips_of_units_of_drives_are_asked_about(changes, told, tmp_path, capsys):
+    scene = tmp_path / "jack.toml"
+    scene.write_text(edited(PUSHED.partition("[[drives]]")[0] + JACKED, *changes))
+    main([str(scene), "-o", str(tmp_path / "out"), "--theory", "quasi-static"])
+    asked = capsys.readouterr().err
+    assert told in asked if told else not asked, asked
+
+
 def test_solids_that_there_are_pass_unnoticed():
     rubber, osmium = {"E": 2e6, "density": 950}, {"E": 550e9, "density": 22590}
     for stuff in (rubber, osmium):

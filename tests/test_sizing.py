@@ -19,7 +19,9 @@ from kinelast.designs.tolerances import accuracy_figures
 from kinelast.outputs.sensitivities import ToldSensitivities
 from kinelast.outputs.studies import words
 from kinelast.scene.document import document_from_text, scene_from_dict
+from kinelast.scene.error import SceneError
 from kinelast.scene.parsing import parse_toml
+from kinelast.tasks.progress import Progress
 
 L, WIDTH, E, DENSITY, TIP = 0.3, 10e-3, 70e9, 2700.0, 0.2
 ARM = """
@@ -253,6 +255,29 @@ minimize = "mass"
         assert solved.optimum.certificate.multiplier == pytest.approx([price], rel=1e-4)
         assert solved.optimum.certificate.residual < 1e-6
         assert words(solved)[0].endswith("kg; acceptable")
+
+    def test_a_limit_that_no_variable_moves_is_told_before_any_search(self):
+        """The rest of the arm's mass is at its tip, which no depth changes."""
+        more = """
+[limits]
+deflection = "20 um"
+[limits.figures]
+drive_speed = "1 rad/s"
+[optimize]
+minimize = "mass"
+[optimize.variables]
+"sections.bar.depth" = ["5 mm", "60 mm"]
+"""
+        heard = []
+
+        class Heard(Progress):
+            def __call__(self, *stage):
+                heard.append(stage)
+
+        told = "none of the variables moves: drive_speed.arm is .*, at most 1 rad/s is allowed: vary what it depends on"
+        with pytest.raises(SceneError, match=told):
+            optimum_study(parse_toml(ARM + more), Heard())
+        assert heard == []
 
     def test_a_stepped_arm_of_equal_stress(self):
         """Under a force at its tip every piece is as deep as its own root needs it: 6 F s / (b h^2) = sigma."""

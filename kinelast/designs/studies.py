@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.stats import qmc
 
 from kinelast.designs.base import base_of, design_measures
 from kinelast.designs.evaluate import Designs, evaluate, evaluated
@@ -47,6 +48,7 @@ from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import Output, sets_limit
+from kinelast.scene.numbers import beside
 from kinelast.scene.variables import Variable, numbers
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Integers
@@ -55,6 +57,8 @@ NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "swee
 NOT_FIGURES = ("reach", LIMITS_KEPT, LIMITS_MARGIN, "condition")  # whose derivatives say nothing
 ROUNDS = 6  # in which an optimum is given room for its error
 SLACK = 0.01  # share of a limit that holds a design, above which that has more room than it needs
+LOOKED_AT = 16  # designs by which it is seen which limits the variables move
+STILL = 1e-9  # of a figure, by which it does not move
 PART, FEW = 512, 64  # designs between two words on how far it is; where some of them are computed one by one
 
 
@@ -249,6 +253,7 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Opti
     posed = problem_of(document)
     asked, problem = posed.task, posed.problem
     first = problem.shares(np.array([one.base for one in asked.variables]))
+    _require_within_reach(document.scene, posed, first)
     try:
         best = optimum(problem, asked.evolve, asked.seed, first, progress)
     except ValueError as error:
@@ -259,6 +264,25 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Opti
     return OptimumResult(
         asked, last.best, held_to, last.judgements, posed.units, posed.before, after, posed.quasi_static, last.answer
     )
+
+
+def _require_within_reach(scene: Scene, posed: PosedProblem, first: np.ndarray) -> None:
+    """Raise where limits are not kept that no variable moves: that is seen by a few designs, before any search."""
+    asked, problem = posed.task, posed.problem
+    cube = qmc.Sobol(len(first), rng=np.random.default_rng(asked.seed)).random(LOOKED_AT)
+    with np.errstate(all="ignore"):
+        columns = problem.figures_of(problem.values(np.concatenate([first[None], cube]))).columns
+    told = []
+    for limit in problem.limits:
+        values = np.asarray(columns[limit.figure], float)
+        still = np.isfinite(values).all() and np.ptp(values) <= STILL * np.abs(values).max()
+        if still and limit.margin(values).max() < 0:
+            value, bound = beside(float(values[0]), float(limit.bound), posed.units[limit.figure], scene.told_in)
+            told.append(f"{limit.figure} is {value}, {'at least' if limit.least else 'at most'} {bound} is allowed")
+    if told:
+        why = "no design keeps what none of the variables moves"
+        what = "vary what it depends on, or change the limit"
+        raise fault("optimize.variables", "", f"{why}: {'; '.join(told)}: {what}")
 
 
 @dataclass(frozen=True, eq=False)

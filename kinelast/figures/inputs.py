@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -20,11 +21,36 @@ GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"
 ORDER = (POOR, CAUTION, OPEN, GOOD)
 LONG, SHORT = 90.0, 1e-5  # [m], of the longest link: larger machines and smaller ones are not of slender links
 FAST = 1e5  # [rad/s], a dentist's drill runs at half of it
-SOLIDS = {  # from soft rubber to diamond, from foam to osmium
-    "E": (1e6, 2e12, "Pa", '"210 GPa"'),
-    "density": (10.0, 3e4, "kg/m^3", '"7.85 g/cm^3"'),
-    "yield stress": (1e3, 1e11, "Pa", '"250 MPa"'),
+USUAL = {  # by what has it and the name it has there: words, least and most, unit, and a number with a usual one
+    "solid": {  # from soft rubber to diamond, from foam to osmium
+        "E": ("E", 1e6, 2e12, "Pa", "210 GPa"),
+        "density": ("density", 10.0, 3e4, "kg/m^3", "7.85 g/cm^3"),
+        "yield_stress": ("yield stress", 1e3, 1e11, "Pa", "250 MPa"),
+    },
+    "cylinder": {  # from a syringe to a press of 100,000 t
+        "bore": ("bore", 1e-4, 5.0, "m", "40 mm"),
+        "rod": ("rod", 0.0, 5.0, "m", "25 mm"),
+        "modulus": ("modulus of the rod", 1e8, 2e12, "Pa", "206 GPa"),
+        "pressure": ("pressure", 1e4, 1e9, "Pa", "160 bar"),
+        "flow": ("flow", 1e-12, 1.0, "m^3/s", "6 l/min"),
+    },
+    "motor": {  # from a watch's to a ship's
+        "rated_torque": ("rated torque", 1e-9, 1e8, "N m", "3 N m"),
+        "peak_torque": ("peak torque", 1e-9, 1e8, "N m", "9 N m"),
+        "stall_torque": ("stall torque", 1e-9, 1e8, "N m", "9 N m"),
+        "rated_speed": ("rated speed", 1e-3, FAST, "rad/s", "3000 rpm"),
+        "top_speed": ("top speed", 1e-3, FAST, "rad/s", "6000 rpm"),
+        "rotor_inertia": ("inertia of the rotor", 0.0, 1e6, "kg m^2", "12 kg cm^2"),
+    },
+    "bearing": {
+        "diameter": ("diameter", 1e-5, 10.0, "m", "10 mm"),
+        "width": ("width", 1e-5, 10.0, "m", "12 mm"),
+        "thickness": ("thickness", 1e-5, 10.0, "m", "8 mm"),
+        "clearance": ("clearance", 0.0, 0.1, "m", "20 um"),
+        "dynamic": ("load rating", 10.0, 1e9, "N", "19.5 kN"),
+    },
 }
+GRAVITY = 3e3  # [m/s^2], ten times that of the Sun, and less than that of the Earth in mm/s^2
 ALIKE = 1e-6  # of a load and a ratio, by which they are the same
 LOOKED_AT = 9  # instants of a load by time
 MOST_TURNS = 1000  # of which a run is seen to be whole
@@ -49,14 +75,27 @@ def input_findings(results: Results) -> Iterator[Finding]:
 def _numbers(results: Results) -> Iterator[Finding]:
     """Numbers that no solid and no mechanism has: most likely without their units."""
     yield from _sizes(results)
-    for name, stuff in results.scene.materials.items():
-        for (what, (least, most, unit, example)), value in zip(
-            SOLIDS.items(), (stuff.E, stuff.density, stuff.yield_stress), strict=True
-        ):
-            if value is not None and not least <= value <= most:
-                told = f"{what} of {name} is {value:.4g} {unit}, which hardly a solid has"
-                hint = f"a bare number is in {unit}, other units are told as in {example}"
+    for kind, whose, owner in _owners(results.scene):
+        for name, (what, least, most, unit, example) in USUAL[kind].items():
+            value = getattr(owner, name, None)
+            if value is not None and math.isfinite(value) and value and not least <= value <= most:
+                told = f"{what} of {whose} is {float(value):.4g} {unit}, which hardly a {kind} has"
+                hint = f'a bare number is in {unit}, other units are told as in "{example}"'
                 yield Finding(POOR, INPUTS, f"The {told}: {hint}.")
+    if (gravity := abs(complex(results.mechanism.gravity))) > GRAVITY:
+        hint = 'a bare number is in m/s^2, other units are told as in "9810 mm/s^2"'
+        yield Finding(POOR, INPUTS, f"Gravity is {gravity:.4g} m/s^2, is that meant? {hint}.")
+
+
+def _owners(scene: Scene) -> Iterator[tuple[str, str, Any]]:
+    """Parts with their kind, as of `USUAL`, and their name in words."""
+    drives = scene.mechanism.drives
+    yield from (("solid", name, each) for name, each in scene.materials.items())
+    yield from (("cylinder", f'the cylinder of "{drives[at].name}"', each) for at, each in scene.cylinders.items())
+    yield from (("motor", f'the motor of "{drives[at].name}"', each) for at, each in scene.motors.items())
+    for joint, parts in scene.bearings.items():
+        for own in (parts, parts.rolling, parts.plain, parts.pin, parts.eye):
+            yield "bearing", f'the joint "{joint}"', own
 
 
 def _sizes(results: Results) -> Iterator[Finding]:

@@ -28,6 +28,7 @@ HEAD = (("scene", ""), ("state", ""), ("status", ""), ("accepted", ""), ("larges
         ("largest_chord", "m"), ("bent_beam", ""), ("largest_stress", "Pa"), ("stressed_beam", ""), ("safety", "1"),
         ("output_error", "m"), ("output_error", "rad"), ("output", ""), ("condition", "1"), ("grade", ""),
         ("check", ""), ("message", ""))  # fmt: skip
+FEW = 2  # limits that a headline tells one by one
 ACCEPTED = {None: "", True: "yes", False: "no"}
 LEVELS = {CAUTION: "to be taken with care", POOR: "not to be relied on", OPEN: "not known"}
 """How far to trust the figures, as the page says it too."""
@@ -160,9 +161,24 @@ def _verdict(figures: Mapping[str, Any]) -> str:
         nearest, among = max(accepted["limits"], key=lambda row: row["used"] or 0.0), len(accepted["limits"])
         words = f"{verdict}: {_beside_limit(nearest, told_in, lasts)}"
         return f"{words}, the nearest of {among} limits" if among > 1 else words
-    decides = [row for row in accepted["limits"] if row["outcome"] == OUTCOMES[verdict]]
-    words = f"{verdict.upper()}: {', '.join(_beside_limit(row, told_in, lasts) for row in decides)}"
+    decides = _deciding(figures)
+    many = f"{len(decides)} of {len(accepted['limits'])} limits"
+    words = f"{verdict.upper()}: {many if len(decides) > FEW else ', '.join(decides)}"
     return f"{words}: {accepted['problem']}" if accepted["problem"] else words
+
+
+def limit_lines(figures: Mapping[str, Any]) -> list[str]:
+    """The limits that decide the verdict beside their figures, where they are too many for the headline."""
+    passed = figures["acceptance"]["passed"] or not figures["acceptance"]["verdict"]
+    decides = [] if passed else _deciding(figures)
+    return decides if len(decides) > FEW else []
+
+
+def _deciding(figures: Mapping[str, Any]) -> list[str]:
+    """The limits of the worst outcome beside their figures, in a few words each."""
+    accepted, run = figures["acceptance"], figures["run"]
+    lasts, worst = run["end"]["value"] - run["start"]["value"], OUTCOMES[accepted["verdict"]]
+    return [_beside_limit(row, figures["told_in"], lasts) for row in accepted["limits"] if row["outcome"] == worst]
 
 
 def _beside_limit(row: Mapping[str, Any], told_in: ToldIn, lasts: float) -> str:

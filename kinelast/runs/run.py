@@ -17,7 +17,7 @@ from kinelast import __version__
 from kinelast.figures.registry import limits_of
 from kinelast.figures.results import Results
 from kinelast.outputs import positions as tables
-from kinelast.outputs.batch import headline, questions
+from kinelast.outputs.batch import headline, limit_lines, questions
 from kinelast.outputs.outbox import complete, foreign
 from kinelast.outputs.sealed import finished, made_from, same_scene, seal, write_json
 from kinelast.outputs.table import write_table
@@ -242,6 +242,8 @@ def _told(task: Task, figures: dict[str, Any]) -> Outcome:
     made = figures["made_from"]
     if older := [name for name, told in figures["earlier"].items() if not same_scene(told["made_from"], made)]:
         line += f"; of an earlier state of the scene: {plain(', '.join(older[:3]), MESSAGE)}"
+    for words in limit_lines(figures):
+        line += f"\n{task.name}: {words}"
     for study in ("balance", "speeds", "sensitivities", "tolerances", "optimum"):
         for words in figures.get(study, {}).get("words", ()):
             line += f"\n{task.name}: {words}"
