@@ -45,8 +45,9 @@ class RightHandSide:
         turned = self.own_coordinates(tracker.angle, offset=False)
         self._offset = {number: coordinates[number] - value for number, value in turned.items()}
         self.chart = Chart(tracker) if charted and len(drives) == 1 else None
-        tracker.seen = lambda coasting: lead.seen(coasting, self.own_coordinates(tracker.angle))
-        tracker.rotors = lead.rotors
+        if lead.own:  # else all is seen as it is, and no rotor turns but on a drive
+            tracker.seen = lambda coasting: lead.seen(coasting, self.own_coordinates(tracker.angle))
+            tracker.rotors = lead.rotors
 
     def own_coordinates(self, angle: Reals, offset: bool = True) -> dict[int, float]:
         """Coordinates of the mechanism's own drives given as efforts, of angles over any number of turns; else 0.0."""

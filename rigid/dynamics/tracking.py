@@ -75,6 +75,7 @@ class Tracker:
         slides, count = self._table.slides.ravel(), self._table.count
         joints = np.stack([slides[:count], np.zeros(count, bool)], axis=-1).ravel()
         moved = ~slides[self._table.moved[: len(self._table.shares)]]
+        self._rotors = np.diag([float(drive.inertia) for drive in mechanism.drives])
         self._row_weights = np.where(np.concatenate([joints, moved]), 1.0, 1 / self.size)
         self._begin = (drive.copy(), first.origin, unwound_angles(self._table, np.angle(first.direction), drive))
         self._rows = independent_rows(self._table, constraint_matrix(here)[0])
@@ -244,7 +245,7 @@ class Tracker:
         momentum = mass * v + 1j * w * arm
         moment = cross(arm, v) + second * w
         inertia = np.real(np.conj(v).T @ momentum) + w.T @ moment
-        inertia += np.diag([float(drive.inertia) for drive in self.mechanism.drives])
+        inertia += self._rotors
         relative = acceleration - self.mechanism.gravity
         force = -(mass * relative + turning * arm)
         couple = -(cross(arm, relative) + second * turning.imag)
