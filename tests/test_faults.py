@@ -696,7 +696,7 @@ def test_an_integration_that_is_interrupted_keeps_what_was_reached(tmp_path):
     assert 0 < figures["run"]["end"]["value"] <= reached < 10
     assert b"PARTIAL: interrupted at" in said
     assert finished(out / "squeezer", figures["made_from"])[0] is not None
-    assert finished(out / "squeezer", made_from(scene.read_bytes(), Request(positions=3000)))[0] is None
+    assert finished(out / "squeezer", made_from(scene.read_bytes(), Request(positions=3000), {}))[0] is None
 
 
 def test_a_worker_whose_line_is_closed_with_something_unread_ends_silently(capfd):
