@@ -9,8 +9,9 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from live.parts import EditError, Tables, new_name
+from live.parts import EditError, Tables, drawn, new_name, points_of
 from live.text import with_table, with_value, without
+from rigid import GROUND
 
 FIRST: Mapping[str, Mapping[str, Any]] = {
     "sections": {"shape": "rectangle", "depth": "20 mm", "width": "5 mm"},
@@ -23,6 +24,7 @@ FIRST: Mapping[str, Mapping[str, Any]] = {
     "sensitivities": {"figures": ["deflection"]},
 }
 """Tables with which a part begins that is not drawn."""
+APART = 0.3  # share of the drawing by which the shaft of a new cam lies below its roller
 COUNT, PART = 11, "1 %"  # designs of a sweep, and a tolerance, to begin with
 
 
@@ -81,6 +83,8 @@ def add_table(text: str, tables: Tables, change: Tables) -> str:
     kind = change["kind"]
     if kind in ("sweep", "tolerances", "optimize"):
         return _studied(text, kind, change)
+    if kind == "cams":
+        return _rolled(text, tables, change)
     if kind not in FIRST:
         raise EditError(f"there is no table {kind!r} to add")
     if kind in ("limits", "fatigue", "sensitivities"):
@@ -96,6 +100,28 @@ def add_table(text: str, tables: Tables, change: Tables) -> str:
     text = with_table(text, (kind, named), FIRST[kind])
     of = change.get("of")
     return with_value(text, (*of, stem), named) if of else text
+
+
+def _rolled(text: str, tables: Tables, change: Tables) -> str:
+    """A text with a cam more, below the roller that a moving point of a link becomes."""
+    point, links = str(change.get("name") or ""), tables.get("links", {})
+    owner = next((name for name, link in links.items() if name != GROUND and point in points_of(link)), None)
+    places = drawn(tables)
+    if owner is None or point in points_of(links.get(GROUND, {})) or point not in places:
+        raise EditError("choose the moving point first that is the centre of the roller")
+    spots = list(places.values())
+    size = max(abs(one - other) for one in spots for other in spots)
+    centre = places[point] - 1j * APART * size
+    drives = tables.get("drives", [])
+    several = {"drive": str(drives[0].get("link") or drives[0].get("slider"))} if len(drives) > 1 else {}
+    table = {
+        "follower": owner,
+        "centre": [f"{1e3 * part:.4g} mm" for part in (centre.real, centre.imag)],
+        "roller": point,
+        "roller_radius": f"{250 * APART * size:.3g} mm",
+        **several,
+    }
+    return with_table(text, ("cams", new_name(tables.get("cams", ()), "cam_")), table)
 
 
 def _studied(text: str, kind: str, change: Tables) -> str:

@@ -252,7 +252,7 @@ def points_of(link: Tables) -> list[str]:
 
 SINGLE = {
     "link": "links", "slot": "slots", "slider": "sliders", "weld": "welds", "mass": "masses", "section": "sections",
-    "material": "materials", "motor": "motors", "joint": "joints", "bearing": "bearings",
+    "material": "materials", "motor": "motors", "joint": "joints", "bearing": "bearings", "cam": "cams",
 }  # fmt: skip
 LISTED = {"drive": "drives", "load": "loads", "spring": "springs", "gear": "gears"}
 

@@ -1,15 +1,21 @@
 """Cams against closed forms of textbooks, linkages that move their followers alike, and the balance of powers."""
 
+import csv
+import json
 import re
 import tomllib
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from browser import Page, started
 
 from kinelast import scene_from_dict
+from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.figures.drives import cam_flanks, cam_force, cam_lag, cam_pressure, cam_torque
+from kinelast.figures.trust import findings
 from kinelast.runs import computed
 from kinelast.scene.data import scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
@@ -604,3 +610,92 @@ def test_knife_edge():
     assert np.isnan(edge.relative_curvature).all()
     assert edge.force(effort) == pytest.approx(cam_course(moved, cam).force(effort), rel=1e-12)
     assert edge.profile == pytest.approx(edge.pitch, abs=0)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    pytest.importorskip("ezdxf")
+    out = tmp_path_factory.mktemp("cams")
+    scene = out / "groove.toml"
+    scene.write_text(TAPPET.replace("width = 8", 'width = 8\nflank = "both"'), encoding="utf-8")
+    asked = ("--quiet", "--dxf", "--positions", "60", "--theory", "quasi-static")
+    assert main([str(scene), *asked, "-o", str(out)]) == 0
+    return out / "groove"
+
+
+class TestOutputs:
+    """Summary, tables and drawings of a groove, whose roller has a diameter of 18 mm."""
+
+    @pytest.mark.slow
+    def test_profile_as_a_table(self, folder):
+        with (folder / "cam_plate.csv").open(encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        assert len(rows) == 1440
+        pitch, inner, outer = (
+            np.array([complex(float(row[f"{name}.x [mm]"]), float(row[f"{name}.y [mm]"])) for row in rows])
+            for name in ("pitch", "profile", "outer")
+        )
+        assert np.abs(pitch - inner) == pytest.approx(9, rel=1e-12)
+        assert (inner + outer) / 2 == pytest.approx(pitch, abs=1e-12)
+        angle = np.array([float(row["angle [rad]"]) for row in rows])
+        turned = pitch * np.exp(1j * angle)  # in the ground the roller stays in its guide
+        assert turned.real == pytest.approx(6, abs=1e-12)
+
+    @pytest.mark.slow
+    def test_profile_as_drawings(self, folder):
+        ezdxf = pytest.importorskip("ezdxf")
+        space = ezdxf.readfile(folder / "cam_plate.dxf").modelspace()
+        layers = {each.dxf.layer: each for each in space.query("LWPOLYLINE")}
+        assert set(layers) == {"cam plate", "cam plate outer", "pitch plate"}
+        assert all(each.closed for each in layers.values())
+        corners = np.array([complex(x, y) for x, y in layers["pitch plate"].get_points("xy")])
+        assert corners[0] == pytest.approx(6 + 40j, abs=1e-9)
+        assert space.query("CIRCLE")[0].dxf.center.isclose((0, 0, 0))
+        root = ElementTree.parse(folder / "cam_plate.svg").getroot()
+        drawn = {layer.find("{*}title").text: layer.find("{*}polygon") for layer in root}
+        pairs = [pair.split(",") for pair in drawn["pitch plate"].get("points").split()]
+        places = np.array([complex(float(x), -float(y)) for x, y in pairs])
+        assert places - places[0] == pytest.approx(corners - corners[0], abs=1e-5)
+
+    @pytest.mark.slow
+    def test_summary_and_positions(self, folder):
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        cam = summary["cams"]["plate"]
+        assert cam["speed"]["value"] == pytest.approx(20 * np.pi)
+        assert cam["flank"] == "both"
+        assert cam["undercut"] == cam["contact_lost"] == []
+        with (folder / "positions.csv").open(encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        force = np.array([float(row["plate.force [N]"]) for row in rows])
+        assert np.abs(force).max() == pytest.approx(abs(cam["figures"]["cam_force"]["value"]), rel=1e-9)
+
+    @pytest.mark.slow
+    def test_page_draws_the_cam_where_it_stands(self, folder):
+        driver = started()
+        try:
+            page = Page(driver, folder / "report.html")
+            assert page.run("return document.querySelectorAll('#cams svg.cam').length") == 1
+            assert page.run("return document.querySelectorAll('#cams .body').length") == 1
+            places = page.run(
+                "kinelast.showPosition(20); const roller = document.querySelector('#cams .roller');"
+                "return [roller.getAttribute('cx'), roller.getAttribute('cy'), roller.getAttribute('r')].map(Number)"
+            )
+            assert places == pytest.approx([0.006, -places[1] * -1, 0.009], abs=1e-9)
+            assert places[1] < -0.04
+            assert not [each for each in page.logs() if each["level"] == "SEVERE"]
+        finally:
+            driver.quit()
+
+
+def test_findings_on_cams():
+    """A cam that cannot be made is poor, one that its follower leaves asks for care."""
+    large = steep(TAPPET)
+    large["cams"]["plate"]["roller_radius"] = 29
+    (cut, _), (left,) = (
+        [each for each in findings(computed(scene_from_dict(given), Request())) if each.heading == "Cams"]
+        for given in (large, tables(TAPPET))
+    )
+    assert cut.level == "poor"
+    assert re.match(r"The cam plate cannot be made: it would have to go back on itself, with \S+ mm as least", cut.text)
+    assert left.level == "caution"
+    assert "leaves the cam plate in part of the run: a spring that gives 29.59 N along the drive holds it" in left.text

@@ -363,6 +363,7 @@ class TestEdits:
             ({"kind": "motors", "of": ["drives", 0]}, ("drives", 0, "motor")),
             ({"kind": "joints", "name": "B"}, ("joints", "B", "friction")),
             ({"kind": "bearings", "name": "B"}, ("bearings", "B", "plain")),
+            ({"kind": "cams", "name": "B"}, ("cams", "cam_1", "roller")),
             ({"kind": "limits"}, ("limits", "safety")),
             ({"kind": "sweep"}, ("sweep", "vary", "sections.bar.depth")),
             ({"kind": "tolerances"}, ("tolerances", "sections.bar.depth")),
@@ -378,12 +379,12 @@ class TestEdits:
         if of and kind != "motors":
             return
         table = kind in ("limits", "sweep", "tolerances", "optimize")
-        name = kind if table else change.get("name", "motor_1")
+        name = kind if table else "cam_1" if kind == "cams" else change.get("name", "motor_1")
         left = edited(text, {"do": "remove", "kind": "table" if table else kind.removesuffix("s"), "name": name})
         assert tomllib.loads(left) == tomllib.loads(STEEL)
 
     def test_a_table_that_fits_nowhere_is_refused(self):
-        for change in ({"kind": "joints"}, {"kind": "sweep"}, {"kind": "points"}):
+        for change in ({"kind": "joints"}, {"kind": "cams", "name": "O"}, {"kind": "sweep"}, {"kind": "points"}):
             with pytest.raises(EditError):
                 edited(STEEL, {"do": "table", **change})
         with pytest.raises(EditError, match="is there already"):

@@ -367,7 +367,7 @@ CAM_FIGURES: tuple[Figure, ...] = (
     Figure("cam_face_margin", "distance of the contact from the end of a flat face", "m", FACED,
            _least_of_cams(lambda flank: flank.face_margin, FACED), LEAST, power=0.0),
     Figure("cam_force", "force of a cam on its follower", "N", CAM, _of_cams(cam_force)),
-    Figure("cam_least_force", "least force of a cam on its follower, negative where contact is lost", "N", HELD,
+    Figure("cam_least_force", "least force of a cam on its follower", "N", HELD,
            _least_values(cam_force, HELD), LEAST),
     Figure("cam_preload", "effort that keeps a follower on its cam", _cam_units("N m", "N", HELD), HELD,
            _of_cams(_preload, HELD)),

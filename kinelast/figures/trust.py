@@ -127,7 +127,7 @@ def _cams(results: Results) -> Iterator[Finding]:
             text = f"The cam {name} cannot be made: it would have to go back on itself, with {told} as least radius."
             advice = "Take a smaller roller or a larger cam" if form == "roller" else "Take a larger cam"
             yield Finding(POOR, CAMS, f"{text} {advice}, or a law with less acceleration.")
-        elif cam["contact_lost"]:
+        if cam["contact_lost"]:
             preload = cam["figures"]["cam_preload"]
             told = quantity(preload["value"], preload["unit"], told_in=results.scene.told_in)
             text = f"The follower leaves the cam {name} in part of the run: a spring that gives {told} along the drive"

@@ -133,7 +133,7 @@ const parts = () => {
   return [...of("point", Object.keys(sheet.points)), ...of("link", sheet.links.map(({ name }) => name)), ...of("slot", Object.keys(sheet.slots)).map((part) => (sheet.sliders.includes(part.name) ? { ...part, kind: "slider" } : part)), ...of("weld", sheet.welds), ...of("mass", Object.keys(sheet.masses)), ...of("spring", Object.keys(sheet.springs)), ...of("load", Object.keys(sheet.loads)), ...of("drive", Object.keys(sheet.drives)), ...of("cylinder", Object.keys(sheet.cylinders)), ...of("gear", Object.keys(sheet.gears)), ...BESIDE.flatMap((kind) => of(kind, Object.keys(tableAt([PATHS[kind]]) ?? {}))), ...TABLES.filter((name) => tableAt([name])).map((name) => ({ kind: "table", name }))];
 };
 // Tables that are not drawn: by names, and alone.
-const BESIDE = ["section", "material", "motor", "joint", "bearing"], TABLES = ["run", "limits", "fatigue", "sweep", "tolerances", "sensitivities", "optimize"];
+const BESIDE = ["section", "material", "motor", "joint", "bearing", "cam"], TABLES = ["run", "limits", "fatigue", "sweep", "tolerances", "sensitivities", "optimize"];
 const tableAt = (path) => path.reduce((table, key) => table?.[key], state.tables);
 // The path of the chosen part's table in the file, and the kind of table that it is.
 function placeOfChosen() {
@@ -190,11 +190,11 @@ function enter() {
   if (key && path.length) edit({ do: "entry", path: [...path, key], value: $("entry").value });
 }
 // Tables that can be added: of the chosen link, drive or point, or of the number.
-const ADDED = [["sections", "section"], ["materials", "material"], ["motors", "motor of the drive"], ["joints", "joint that rubs, gives way, or does not fit"], ["bearings", "bearing"], ["limits", "limits"], ["sweep", "sweep of the number"], ["tolerances", "tolerance of the number"], ["optimize", "optimum by the number"], ["sensitivities", "sensitivities"], ["fatigue", "fatigue"]];
+const ADDED = [["sections", "section"], ["materials", "material"], ["motors", "motor of the drive"], ["joints", "joint that rubs, gives way, or does not fit"], ["bearings", "bearing"], ["cams", "cam under the point"], ["limits", "limits"], ["sweep", "sweep of the number"], ["tolerances", "tolerance of the number"], ["optimize", "optimum by the number"], ["sensitivities", "sensitivities"], ["fatigue", "fatigue"]];
 function add(kind) {
   const { chosen } = view, now = number(), stem = kind.replace(/s$/, "");
   const of = (chosen?.kind === "link" && /sections|materials/.test(kind)) || (chosen?.kind === "drive" && kind === "motors") ? placeOfChosen()[0] : null;
-  const name = /joints|bearings/.test(kind) && ["point", "slot", "slider"].includes(chosen?.kind) ? chosen.name : undefined;
+  const name = /joints|bearings|cams/.test(kind) && ["point", "slot", "slider"].includes(chosen?.kind) ? chosen.name : undefined;
   const before = new Set(Object.keys(tableAt([kind]) ?? {}));
   edit({ do: "table", kind, ...(name && { name }), ...(of && { of }), ...(now && { number: now.path, low: now.low, high: now.high, unit: now.unit }) }).then(() => {
     const fresh = Object.keys(tableAt([kind]) ?? {}).find((each) => !before.has(each));
@@ -262,7 +262,7 @@ function peakWords(at) {
   return words;
 }
 
-const PATHS = { point: "points", link: "links", slot: "slots", slider: "sliders", mass: "masses", spring: "springs", load: "loads", drive: "drives", gear: "gears", cylinder: "cylinders", weld: "welds", section: "sections", material: "materials", motor: "motors", joint: "joints", bearing: "bearings" };
+const PATHS = { point: "points", link: "links", slot: "slots", slider: "sliders", mass: "masses", spring: "springs", load: "loads", drive: "drives", gear: "gears", cylinder: "cylinders", weld: "welds", section: "sections", material: "materials", motor: "motors", joint: "joints", bearing: "bearings", cam: "cams" };
 function listNumbers() {
   const list = $("number"), before = list.value, { chosen } = view, entry = chosen && NUMBERED[chosen.kind] && view.sheet[NUMBERED[chosen.kind]][chosen.name];
   const link = chosen?.kind === "link" && view.sheet.links.find(({ name }) => name === chosen.name);
