@@ -11,6 +11,7 @@ from dataclasses import KW_ONLY, dataclass, fields
 from typing import Any, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinelast.scene.document import Document, document_from_text
 from kinelast.scene.format import SceneTable
@@ -18,6 +19,7 @@ from kinelast.scene.format import SceneTable
 Quantity = float | str  # in SI units, or with its unit, as in "6 mm"
 Place = Sequence[Quantity]  # x and y
 Direction = Sequence[float] | str
+Rows = Sequence[Sequence[Quantity]] | NDArray[Any]  # of two columns
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -435,10 +437,10 @@ class Drive(Listed):
     start: Quantity | None = None
     speed: Quantity | None = None
     law: Sequence[Segment] | None = None
-    motion: Sequence[Sequence[Quantity]] | str | None = None
+    motion: Rows | str | None = None
     repeat: bool | None = None
     effort: Quantity | None = None
-    table: Sequence[Sequence[Quantity | float]] | None = None
+    table: Rows | None = None
     against: Against | None = None
     interpolation: Literal["linear", "cubic"] | None = None
     extend: Literal["hold"] | None = None
@@ -519,7 +521,7 @@ class Load(Listed):
     end: Sequence[Quantity] | None = None
     axes: Literal["fixed", "turning"] | None = None
     resists: Literal["both ways", "one way"] | None = None
-    table: Sequence[Sequence[Quantity | float]] | None = None
+    table: Rows | None = None
     against: Against | None = None
     interpolation: Literal["linear", "cubic"] | None = None
     extend: Literal["hold"] | None = None

@@ -98,7 +98,8 @@ def annotation(kind, key):
     if get_origin(kind) is dict:
         return f"Mapping[Any, {inner[1]}]"
     if get_origin(kind) in (list, tuple):
-        return f"Sequence[{' | '.join(dict.fromkeys(inner))}]"
+        told = f"Sequence[{' | '.join(dict.fromkeys(inner))}]"
+        return "Rows" if told in ("Sequence[Sequence[Quantity]]", "Sequence[Sequence[Quantity | float]]") else told
     return " | ".join(dict.fromkeys(inner))
 
 
