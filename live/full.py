@@ -119,7 +119,7 @@ class Worker:
                 self._process.kill()
                 self._process = None
 
-    def answer(self, text: str, name: str, folder: Path | None) -> tuple[dict[str, Any], bytes, bytes] | None:
+    def answer(self, text: str, name: str, folder: Path | None = None) -> tuple[dict[str, Any], bytes, bytes] | None:
         """The whole answer; None where it was cancelled meanwhile."""
         self.cancel()
         ours, theirs = self._context.Pipe(duplex=False)
