@@ -578,6 +578,9 @@ class TestMistakes:
         assert re.search('drive: the key is missing: which of the drives "crank", "wheel"', scene_error(given))
         given["cams"]["disc"]["drive"] = "crank"
         assert scene_from_dict(given).cams["disc"].drive == 0
+        given["cams"]["disc"]["drive"] = "wheel"
+        expected = '[cams.disc] drive: the drive "wheel" does not move "B" of the link "rocker"'
+        assert expected in scene_error(given)
 
 
 def steep(text):

@@ -52,7 +52,8 @@ def balance_figures(results: Results) -> dict[str, Any]:
         held = balanced(weight_effort(motion), [each for at in pins for each in weight_influences(motion, at)], weight)
         proposals["weight"] = _told(held, units[0], _counterweights(results, pins, held))
     if len(set(units)) == 1:
-        efforts = np.asarray(results.efforts)
+        rows = zip(results.efforts, results.drive_words, strict=True)
+        efforts = np.array([results.figures.rounded(effort, unit) for effort, (*_, unit) in rows])
         swings = [at for at in pins if not _goes_round(motion, at)]
         springs = {at: balanced(efforts, spring_influences(motion, at), weight) for at in swings}
         soft = {at: each for at, each in springs.items() if each.amounts[0] > 0}

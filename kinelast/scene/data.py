@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
@@ -12,19 +13,22 @@ import numpy as np
 
 from elastic import Deflection, JointCompliance, Section, deflection
 from elastic.links import members_of
-from kinelast.scene.course import Course, Run, table_of
-from kinelast.scene.drives import DriveEffort, DriveLaw
+from kinelast.scene.course import Course, CourseByLaws, Run, table_of
+from kinelast.scene.drives import DriveEffort, DriveLaw, drive_names
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import FigureBound, Limit, Output
 from kinelast.scene.numbers import REPORT_UNITS, ToldIn
 from kinelast.scene.sections import Material, SectionSource
 from kinelast.scene.units import shown
-from machine.cams import Cam
+from machine.cams import Cam, cam_course
 from machine.drives import Cylinder, Motor
 from machine.joints import JointParts
 from machine.life import FatigueTask
 from rigid import SINGULAR, Mechanism, MechanismError, Motion, ReachError, Reals, TableError, motion, require_reach
+from rigid.kinematics import by_laws
 
+LOOKED_AT = np.array([0.0, 0.137, 0.293, 0.471, 0.683])  # parts of a run, at which a cam has to move its follower
+UNMOVED = 1e-9  # of the distance from the shaft by the drive's coordinate
 ACCURACY = 0.05  # where none is asked for
 QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT = "quasi-static", "elastodynamic", "geometrically-exact"
 
@@ -272,6 +276,20 @@ def require_determined(scene: Scene) -> None:
     except MechanismError as error:
         _require_no_flat_triangle(scene)
         raise SceneError(scene.path, table_of(mechanism, error), "", str(error)) from None
+
+
+def require_moved(scene: Scene) -> None:
+    """Raise where the drive that a cam moves does not move the follower where they touch."""
+    if not scene.cams or not isinstance(scene.course, CourseByLaws):
+        return
+    times = LOOKED_AT * float(scene.run.duration)
+    with suppress(MechanismError):
+        moved = motion(scene.mechanism, *by_laws(scene.course.laws, times), times)
+        for name, cam in scene.cams.items():
+            course = cam_course(moved, cam)
+            if (np.abs(course.influence) <= UNMOVED * np.abs(course.follower)).all():
+                problem = f'the drive "{drive_names(scene.mechanism)[cam.drive]}" does not move "{cam.points[0]}"'
+                raise SceneError(scene.path, f"cams.{name}", "drive", f'{problem} of the link "{cam.follower}"')
 
 
 def _require_no_flat_triangle(scene: Scene) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from kinelast.scene.build import built
-from kinelast.scene.data import Scene, require_determined
+from kinelast.scene.data import Scene, require_determined, require_moved
 from kinelast.scene.drives import motion_of
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import SceneTable
@@ -86,6 +86,7 @@ class Document:
         with of_file(self.path), _all_told("" if self.values else self.source, self.files.__getitem__):
             scene = replace(built(self.table, self.name, self.files, self.path, self.varied), text=self.text())
             require_determined(scene)
+            require_moved(scene)
             require_studies(self.table)
             return scene
 

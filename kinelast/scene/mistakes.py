@@ -28,7 +28,6 @@ STANDING_IN = {  # for an entry that cannot be mended, so that others may name i
     "joints": {},
     "motors": {},
     "cylinders": {"bore": 0.05},
-    "cams": {},
 }
 OF_ITSELF = re.compile(r'expected|there is no|the (point|link) "[^"]*" has no')  # whatever stands elsewhere
 TABLE = re.compile(r"\s*\[{1,2}\s*([\w.\s\"-]+?)\s*\]{1,2}\s*(#.*)?$")
