@@ -667,6 +667,7 @@ class TestOutputs:
         assert cam["speed"]["value"] == pytest.approx(20 * np.pi)
         assert cam["flank"] == "both"
         assert cam["undercut"] == cam["contact_lost"] == []
+        assert cam["counts"] == {"undercut": 0, "contact_lost": 0}
         with (folder / "positions.csv").open(encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
         force = np.array([float(row["plate.force [N]"]) for row in rows])

@@ -239,7 +239,8 @@ def _figure_of(results: Results, key: str, name: str) -> dict[str, Any] | None:
 def cam_rows(results: Results) -> dict[str, dict[str, Any]]:
     """Figures of every cam; where it would have to go back on itself, and where its follower leaves it.
 
-    `cut`: how deep the follower at another place cuts into the profile, as it is where the cam cannot be made.
+    `counts`: at how many positions that is; `cut`: how deep the follower at another place cuts into the profile, as it
+    does where the cam cannot be made.
     """
     scene, cycle, rows = results.scene, results.cycle, {}
     for name, cam in scene.cams.items():
@@ -248,6 +249,7 @@ def cam_rows(results: Results) -> dict[str, dict[str, Any]]:
         undercut = np.any([flank.undercut for flank in flanks], axis=0)
         force = cam_force(cycle, name) if name in cams_with(scene, HELD) else np.ones(1)
         noise = NOISE * float(np.nanmax(np.abs(force), initial=0.0))
+        lost = np.broadcast_to(force < -noise, results.motion.columns)
         rows[name] = {
             "follower": results.mechanism.links[cam.link].name,
             "drive": items_of(scene, DRIVE)[cam.drive],
@@ -255,7 +257,11 @@ def cam_rows(results: Results) -> dict[str, dict[str, Any]]:
             "speed": figure(np.ravel(cam.speed)[0], "rad/s"),
             "cut": figure(max(float(cut_depth(flank).max(initial=0.0)) for flank in flanks), "m"),
             "undercut": _marks(results, undercut),
-            "contact_lost": _marks(results, np.broadcast_to(force < -noise, results.motion.columns)),
+            "contact_lost": _marks(results, lost),
+            "counts": {
+                "undercut": int(np.sum(undercut & results.counted)),
+                "contact_lost": int(np.sum(lost & results.counted)),
+            },
             "figures": {key: each for key, each in figures.items() if each is not None},
         }
     return rows

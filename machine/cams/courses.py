@@ -16,7 +16,7 @@ import numpy as np
 from rigid import Motion, acceleration_of, position_of, velocity_of
 from rigid.arrays import Complex, Complexes, Flags, Real, Reals
 from rigid.kinematics import unit_motion
-from rigid.plane import cross, dot
+from rigid.plane import ROUND_OFF, cross, dot
 
 INNER, OUTER, BOTH = "inner", "outer", "both"
 UNKNOWN = float("nan")
@@ -136,6 +136,7 @@ class CamCourse:
         It is told of a dwell too; nan where the drive does not move the contact.
         """
         across, ahead = cross(self.influence, self.normal), self.lever
+        across = np.where(np.abs(across) <= ROUND_OFF * np.abs(self.influence), 0.0, across)
         angle = np.arctan2(across * np.where(ahead < 0.0, -1.0, 1.0), np.abs(ahead))
         return np.where(np.abs(self.influence) > 0.0, angle, np.nan)
 

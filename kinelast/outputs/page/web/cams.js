@@ -3,7 +3,7 @@ function camsSection() {
   const rows = model.cams.map((cam, k) => ({ ...summary.cams[cam.name], ...cam, k })), grid = h("div", { class: "charts" });
   if (!rows.length) return;
   const column = (name, key, means, words = figureWords) => ({ name, means, text: ({ figures }) => (figures[key] && figures[key].value !== null ? words(figures[key]) + errorWords(figures[key]) : "") });
-  const places = (name, key, means) => ({ name, means, wraps: true, text: (each) => contactWords(each[key]) });
+  const places = (name, key, means) => ({ name, means, wraps: true, text: (each) => contactWords(each[key]).replace(/^\d+/, each.counts[key]) });
   section("cams", "Cams", "Cams", soft("Found from the motion of their followers as rigid links. Forces are along the normal of the contact, without friction; negative where the cam would have to pull."),
     table(rows, [{ name: "Cam", text: (each) => each.name }, { name: "follower", text: (each) => `${each.follower}, ${each.roller ? (each.radius ? `roller of ${quantity(each.radius, "m")}` : "knife edge") : "flat face"}` }, { name: "speed", text: (each) => rpmWords(each.speed) },
       column("pressure angle", "cam_pressure_angle", "between the normal of the contact and the way in which the drive moves it, the largest", figureAngle), where("at", ({ figures }) => figures.cam_pressure_angle),
