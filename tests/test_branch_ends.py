@@ -8,7 +8,7 @@ import pytest
 from mechanisms import linkage
 
 from kinelast.cli.command import main
-from rigid import PinDrive, motion, motion_in_chunks
+from rigid import Link, Mechanism, PinDrive, motion, motion_in_chunks
 from rigid.analysis import ReachError, require_reach, stops
 from rigid.positions.knots import some, steps
 from rigid.positions.trace import Trace
@@ -175,6 +175,23 @@ def test_a_plate_that_like_cranks_carry_goes_around_in_parallel(third, angle):
     for rod in ("r1", "r2"):
         turned = course.direction[course.mechanism.index[rod], known]
         np.testing.assert_allclose(turned, np.exp(1j * course.drive[0, known]), rtol=0, atol=1e-7)
+
+
+@pytest.mark.slow
+def test_one_design_of_like_cranks_goes_around_beside_another_that_ends():
+    """Designs are followed over eight turns, as the one that ends is never where it was."""
+    way, off = np.exp(1.2j), np.array([[0.0], [1e-3]])
+    crank, foot, other, third = np.array([[0.1], [0.12]]), 0.3 + 0.05j, 0.2 + 0.5j, 0.35 + 0.3j
+    along, tip = (other - foot) / abs(other - foot), foot + 0.1 * way
+    plate = {"A": 0j, "B": abs(other - foot), "C": (third - tip) / along}
+    links = [("crank", {"O": 0j, "K": crank}), ("plate", plate), ("r1", {"G": 0j, "A": crank})]
+    links += [("r2", {"H": 0j, "B": crank + off}), ("r3", {"K": 0j, "C": abs(third - 0.1 * way)})]
+    drawing = {"O": 0j, "K": 0.1 * way, "G": foot, "H": other, "A": tip, "B": other + 0.1 * way, "C": third}
+    ground = Link("ground", {"O": 0j, "G": foot, "H": other})
+    mechanism = Mechanism((ground, *(Link(*link) for link in links)), (PinDrive("crank", "O"),), drawing)
+    direction = motion(mechanism, 1.2 + np.linspace(0, 4 * np.pi, 73, endpoint=False)).direction[2]
+    np.testing.assert_allclose(direction[0], along, rtol=0, atol=1e-7)
+    assert np.isnan(direction[1]).any()
 
 
 @pytest.mark.slow

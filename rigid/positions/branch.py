@@ -111,7 +111,9 @@ class Branch:
     def closes(self, table: Table, number: int, coordinates: Reals) -> Flags:
         """Whether coordinates of a group, shape (free, knots), close it at knots but for round-off, shape (knots,)."""
         placed, group = self._before(table, number)
-        return closes(placed, group, coordinates.reshape(len(group.free), *placed.shape)).reshape(len(table["place"]))
+        parts = 1.0 + np.abs(table["place"] - self.path.begin)  # angles over many turns have less digits
+        coordinates, parts = coordinates.reshape(len(group.free), *placed.shape), parts.reshape(placed.shape)
+        return closes(placed, group, coordinates, parts).reshape(len(table["place"]))
 
     def _before(self, table: Table, number: int) -> tuple[PartialPosture, Group]:
         """Knots with the groups before one placed, and that group of their designs."""

@@ -62,10 +62,11 @@ def _shut(placed: PartialPosture, joint: Joint, gap: Columns) -> Flags:
     return shut
 
 
-def closes(placed: PartialPosture, group: Group, coordinates: Any) -> Flags:
-    """Whether coordinates of the free joints close a group but for round-off."""
+def closes(placed: PartialPosture, group: Group, coordinates: Any, parts: Columns) -> Flags:
+    """Whether coordinates of the free joints close a group but for so many times the round-off."""
     closed = tree_closure(placed, group, coordinates)
-    shut: Flags = np.all([_shut(placed, place.joint, place.joint.gap(placed)) for place in closed.cut], axis=0)
+    gaps = [(place.joint, place.joint.gap(placed) / parts) for place in closed.cut]
+    shut: Flags = np.all([_shut(placed, joint, gap) for joint, gap in gaps], axis=0)
     return shut
 
 
