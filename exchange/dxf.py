@@ -16,6 +16,7 @@ from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names
 SOURCE = "DXF"
 UNITS = {1: "in", 4: "mm", 5: "cm", 6: "m"}  # $INSUNITS
 METRES = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "m": 1.0}
+AUXILIARY = re.compile("cent(er|re)|axis|axes|hidden|dashdot|phantom|dim|hatch|text|defpoints", re.IGNORECASE)
 CHORD = 1e-4  # of a section's size, by which an arc is off its chords
 SAME = 1e-4  # of the drawing's size: ends that are one point
 TURN = "60 rpm"
@@ -174,40 +175,57 @@ def of_dxf(path: Path, title: str) -> Drawing:
     )
 
 
-def section_of_dxf(text: str) -> list[list[tuple[float, float]]]:
-    """Corners (x, y) of the section in a drawing [m], then those of its holes; arcs as chords.
+def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]]]:
+    """Corners (x, y) of the section in a drawing [m], then those of its holes; arcs as chords, blocks taken apart.
+
+    Lines of layers or line types for centre lines, hidden edges and dimensions are left out.
+
+    Parameters
+    ----------
+    unit
+        Of a drawing that does not tell its own.
 
     Raises
     ------
     ExchangeError
-        It is no drawing, or its lines close no outline.
+        It is no drawing, or its lines close other than one outline with its holes.
     ModuleNotFoundError
         Without ezdxf or shapely.
     """
+    from ezdxf.disassemble import recursive_decompose
     from ezdxf.filemanagement import read
     from ezdxf.lldxf.const import DXFError
     from ezdxf.path import bbox, make_path
-    from shapely import LineString, line_merge, polygonize, set_precision, union_all
+    from shapely import LineString, Polygon, polygonize_full, set_precision, union_all
 
     try:
         drawing = read(StringIO(text))
     except (OSError, ValueError, DXFError) as error:
         raise ExchangeError(f"no DXF drawing that can be read: {error}") from None
     paths = []
-    for entity in drawing.modelspace():
-        with suppress(TypeError):  # a text, a dimension
-            paths.append(make_path(entity))
+    for entity in recursive_decompose(drawing.modelspace()):
+        if not AUXILIARY.search(f"{entity.dxf.layer} {entity.dxf.get('linetype', '')}"):
+            with suppress(TypeError):  # a text, a point
+                paths.append(make_path(entity))
     box = bbox(paths)
     if not box.has_data:
         raise ExchangeError("there is no line in it")
     size = max(box.size.x, box.size.y)
     lines = [LineString([(at.x, at.y) for at in path.flattening(CHORD * size)]) for path in paths if len(path)]
-    joined = set_precision(union_all(lines), SAME * size)
-    faces = polygonize([line_merge(joined)] if joined.geom_type == "MultiLineString" else [joined]).geoms
-    if not len(faces):
-        raise ExchangeError("its lines close no outline: their ends are to meet")
-    section = max(faces, key=lambda face: face.area)
-    scale = METRES[UNITS.get(drawing.header.get("$INSUNITS", 4), "mm")]
+    faces, cuts, open_ended, _ = polygonize_full([set_precision(union_all(lines), SAME * size)])
+    for loose in (*open_ended.geoms, *cuts.geoms):
+        x, y = loose.coords[0]
+        raise ExchangeError(f"a line from ({x:g}, {y:g}) closes nothing: centre lines belong on a layer of that name")
+    found = list(faces.geoms)
+    section = max(found, key=lambda face: Polygon(face.exterior).area)
+    holes = [Polygon(ring) for ring in section.interiors]
+    others = [face for face in found if face is not section]
+    if len(others) != len(holes) or not all(any(face.equals(hole) for hole in holes) for face in others):
+        raise ExchangeError(
+            f"it closes {len(others) + 1} areas that are not one outline with its holes: lines that cross, a line"
+            " across it, a second outline"
+        )
+    scale = METRES[UNITS.get(drawing.header.get("$INSUNITS", 0), unit)]
     return [[(scale * x, scale * y) for x, y in ring.coords[:-1]] for ring in (section.exterior, *section.interiors)]
 
 

@@ -5,6 +5,7 @@ import math
 import pytest
 from scene_texts import ARM, edited
 
+from exchange import ExchangeError, section_of_dxf
 from kinelast import SceneError, read_document, scene_from_text
 from kinelast.cli.command import main
 from kinelast.designs.evaluate import evaluate
@@ -79,8 +80,9 @@ def test_a_run_depends_on_its_library(scene, tmp_path, capsys):
 )
 def test_mistakes_name_the_library(scene, change, told):
     (scene.parent / "shop.toml").write_text(edited(SHOP, change))
-    with pytest.raises(SceneError, match=told):
+    with pytest.raises(SceneError, match=told) as error:
         read_document(scene)
+    assert error.value.others == (), "what follows of it is no mistake"
 
 
 @pytest.mark.parametrize(
@@ -141,8 +143,64 @@ def test_a_drawing_that_closes_nothing_is_told(drawing):
     drawn = ezdxf.new()
     drawn.modelspace().add_line((0, 0), (10, 0))
     drawn.saveas(drawing.parent / "profile.dxf")
-    with pytest.raises(SceneError, match=r"\[sections.bar\] drawing: profile.dxf: its lines close no outline"):
+    with pytest.raises(SceneError, match=r"\[sections.bar\] drawing: profile.dxf: a line from \(0, 0\) closes nothing"):
         read_document(drawing)
     (drawing.parent / "profile.dxf").write_text("no drawing")
     with pytest.raises(SceneError, match=r"profile.dxf: no DXF drawing"):
         read_document(drawing)
+
+
+def profile(*added):
+    """The text of a drawing of a rectangle, 30 by 40 mm, and of what is added by functions of its page."""
+    from io import StringIO
+
+    import ezdxf
+
+    drawn = ezdxf.new()
+    page = drawn.modelspace()
+    page.add_lwpolyline([(0, 0), (30, 0), (30, 40), (0, 40)], close=True)
+    for add in added:
+        add(page)
+    text = StringIO()
+    drawn.write(text)
+    return text.getvalue()
+
+
+@pytest.mark.slow
+def test_a_drawing_of_something_else_is_refused():
+    """Half of a section, or one without its second part, is no answer."""
+
+    def centre(page):
+        page.add_line((15, 0), (15, 40))
+
+    def longer(page):
+        page.add_line((15, -5), (15, 45))
+
+    def second(page):
+        page.add_lwpolyline([(50, 0), (60, 0), (60, 9)], close=True)
+
+    def island(page):
+        page.add_circle((15, 20), 9)
+        page.add_circle((15, 20), 4)
+
+    def beyond(page):
+        page.add_circle((15, 20), 18)
+
+    def hidden(page):
+        page.add_line((15, -5), (15, 45), dxfattribs={"layer": "CENTER"})
+
+    assert len(section_of_dxf(profile())) == 1
+    assert section_of_dxf(profile(hidden)) == section_of_dxf(profile()), "its layer says what it is"
+    for added in (centre, second, island, beyond):
+        with pytest.raises(ExchangeError, match="areas that are not one outline"):
+            section_of_dxf(profile(added))
+    with pytest.raises(ExchangeError, match="closes nothing: centre lines"):
+        section_of_dxf(profile(longer))
+
+
+@pytest.mark.slow
+def test_a_drawing_without_units_has_those_of_the_scene():
+    text = profile().replace("$INSUNITS", "$NOUNITS_")
+    (in_mm,), (in_inches,) = section_of_dxf(text), section_of_dxf(text, "in")
+    assert max(x for x, _ in in_mm) == pytest.approx(0.03)
+    assert max(x for x, _ in in_inches) == pytest.approx(30 * 0.0254)

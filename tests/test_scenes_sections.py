@@ -276,6 +276,17 @@ class TestOutlines:
         assert found.shear_coefficient(0.0) == pytest.approx(known.shear_coefficient(0.0), rel=thin)
 
     @pytest.mark.slow
+    def test_an_angle_as_rolled_is_that_of_finite_elements(self):
+        """L 40x40x4 with its radii as 64 chords each: A, I, and the outermost fibre at the round end of a leg."""
+        around = np.exp(1j * np.linspace(0, np.pi / 2, 65))
+        toe, root = 3 * around, 6 * around
+        corners = np.concatenate([[0, 40], 37 + 1j + toe, 10 + 10j - root[::-1], 1 + 37j + toe, [40j]]) / 1000
+        found = outline(tuple((each.real, each.imag) for each in corners))
+        known = SHAPES["angle"](0.04, 0.04, 0.004, 0.006, 0.003)
+        for key in ("area", "inertia", "fibre"):
+            assert getattr(found, key) == pytest.approx(getattr(known, key), rel=1e-4), key
+
+    @pytest.mark.slow
     def test_a_leg_along_neither_axis_bends_sideways(self):
         """A flat bar that stands askew: as soft as by its two main axes, by the angle."""
         turn, deep, wide = np.exp(0.3j), 0.02, 0.005

@@ -261,8 +261,11 @@ def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: flo
     along = sum(part[3] + part[0] * (part[1] - y) ** 2 for part in parts)
     across = sum(part[4] + part[0] * (part[2] - z) ** 2 for part in parts)
     product = sum(part[5] + part[0] * (part[1] - y) * (part[2] - z) for part in parts)
-    ends = ((0.0, 0.0), (depth, 0.0), (depth, wall), (wall, width), (0.0, width))
-    fibre = np.max([np.abs(at - y - product / across * (beside - z)) for at, beside in ends], axis=0)
+    share = product / across  # below 0: the outermost fibres of the ends are where their circles face along Y
+    out_y, out_z = 1.0 / np.hypot(1.0, share), -share / np.hypot(1.0, share)
+    toes = [(depth - toe, wall - toe), (wall - toe, width - toe)]
+    ends = [(0.0, 0.0), (depth, 0.0), (0.0, width), *((at + toe * out_y, beside + toe * out_z) for at, beside in toes)]
+    fibre = np.max([np.abs(at - y - share * (beside - z)) for at, beside in ends], axis=0)
     inertia = along - product**2 / across
     walls = _walls_of_angle(depth - wall / 2, width - wall / 2, wall)
     return Shape(area, inertia, fibre, _peak_of_angle(walls), _by_energy(walls), width)

@@ -46,6 +46,15 @@ def input_figures(results: Results) -> dict[str, Any]:
             }
             for name, stuff in results.scene.materials.items()
         },
+        "sections": {
+            made.section: {
+                "area": figure(_first(section.area), "m^2"),
+                "inertia": figure(_first(section.inertia), "m^4"),
+                "fibre": figure(_first(section.fibre), "m"),
+            }
+            for made, section in zip(results.scene.made_of, sections, strict=True)
+            if np.isfinite(_first(section.area))
+        },
         "gravity": {"x": figure(gravity.real, "m/s^2"), "y": figure(gravity.imag, "m/s^2")},
         "drives": {
             name: _speed(least, most, unit)
@@ -58,6 +67,11 @@ def input_figures(results: Results) -> dict[str, Any]:
         ],
         "loads": [dict(_load(load)) for load in mechanism.loads if not isinstance(load, CamPush)],
     }
+
+
+def _first(value: Any) -> float:
+    """A number of a section, that of its first design."""
+    return float(np.ravel(value)[0])
 
 
 def _centre(link: Link, lump: Lump) -> dict[str, Any]:

@@ -235,7 +235,7 @@ def mistakes_in(text: str, read: Read) -> tuple[SceneError, ...]:
 
     def require_parts(raw: Tables) -> None:
         tables, _ = with_files(raw, read)
-        table = parse_scene(tables)
+        table = _parsed(raw, tables)
         built(table, "scene", files_of(table, read))
         require_studies(table)
 
@@ -269,14 +269,19 @@ def document_from_dict(raw: Tables, name: str = "scene", path: str = "", read: R
     with of_file(path):
         read = read or beside(Path(path).parent)
         tables, texts = with_files(raw, read)
-        try:
-            table = parse_scene(tables)
-        except SceneError as error:
-            kind, _, part = error.table.partition(".")
-            if kind in ("materials", "sections") and "library" in raw and part not in raw.get(kind, {}):
-                raise SceneError("", error.table, error.key, f"{error.problem} (in {raw['library']})") from None
-            raise
+        table = _parsed(raw, tables)
         return Document(tables, table, name, path, files={**texts, **files_of(table, read)})
+
+
+def _parsed(raw: Tables, tables: Tables) -> SceneTable:
+    """Tables as of a file, with those of its library, validated: a mistake in these names the library."""
+    try:
+        return parse_scene(tables)
+    except SceneError as error:
+        kind, _, part = error.table.partition(".")
+        if kind in ("materials", "sections") and "library" in raw and part not in raw.get(kind, {}):
+            raise SceneError("", error.table, error.key, f"{error.problem} (in {raw['library']})") from None
+        raise
 
 
 def document_of(scene: Document | Tables) -> Document:

@@ -51,7 +51,7 @@ def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tup
         try:
             check(copy.tables)
         except SceneError as error:
-            if not copy.mended(error):
+            if not copy.mended(error) or error.key == "library":  # without it names are unknown that it has
                 break
         except Exception:  # of a copy that is not what was meant, whatever that leads to
             break

@@ -30,6 +30,7 @@ from kinelast.scene.format import (
     read_quantity,
 )
 from kinelast.scene.numbers import any_nonzero, number, real, require
+from kinelast.scene.tables import PER_LENGTH
 from rigid import Beam
 from rigid.arrays import Real
 
@@ -142,10 +143,12 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
 def _unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoReturn:
     """Raise where a scene names a section or material that neither it nor the library has."""
     choices = _same_size(name) if key == "section" else []
-    near = likely(name, [*choices, *tables, *(entry for entry, _ in library_entries(f"{key}s"))])
-    hint = near if "did you mean" in near else likely(name, tables)
+    entries = [entry for entry, _ in library_entries(f"{key}s")]
+    begun = [entry for entry in entries if _key(entry).startswith(_key(name))]
+    near = likely(begun[0] if len(name) > 1 and begun else name, [*choices, *tables, *entries])
+    add = f"; add [{key}s.{name}], or name one of --list {key}s"
     raise fault(
-        table, key, f'there is no {key} "{name}"{hint or f"; add [{key}s.{name}], or name one of --list {key}s"}'
+        table, key, f'there is no {key} "{name}"{near if "did you mean" in near else likely(name, tables) + add}'
     )
 
 
@@ -382,7 +385,7 @@ def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], d
             if "points" in table:
                 raise fault(where, "drawing", "give points or a drawing, not both")
             texts[drawing] = _read_as(drawing, ".dxf", read, where, "drawing")
-            parts["sections"][section] = _drawn(table, texts[drawing], where)
+            parts["sections"][section] = _drawn(table, texts[drawing], where, str(raw.get("units", "mm")))
     if not texts:
         return raw, {}
     merged = {kind: {**_mapping(raw, kind), **more} for kind, more in parts.items()}
@@ -442,12 +445,12 @@ def _words(part: Any) -> Iterator[str]:
             yield from _words(each)
 
 
-def _drawn(table: Mapping[str, Any], text: str, where: str) -> dict[str, Any]:
+def _drawn(table: Mapping[str, Any], text: str, where: str, unit: str) -> dict[str, Any]:
     """An outline with the corners that its drawing has."""
     from exchange import ExchangeError, section_of_dxf
 
     try:
-        rings = section_of_dxf(text)
+        rings = section_of_dxf(text, unit if unit in PER_LENGTH else "mm")
     except ExchangeError as error:
         raise fault(where, "drawing", f"{table['drawing']}: {error}") from None
     points, *holes = [[[f"{y!r} m", f"{x!r} m"] for x, y in ring] for ring in rings]

@@ -93,6 +93,7 @@ function inputsSection() {
   if (!inputs.loads.length) say("Loads", "none but weight and inertia");
   for (const lump of inputs.point_masses) say(`Mass on ${lump.link} ${lump.offset ? `(${lump.offset.map((each) => figureWords(each)).join(", ")}) in its axes from` : "at"} ${lump.point}`, figureWords(lump.mass));
   for (const [name, stuff] of Object.entries(inputs.materials)) say(`Material ${name}`, `E ${figureWords(stuff.E)}, ${number(stuff.density.value, 6)} kg/m³`, stuff.yield.value === null ? "" : `, yields at ${figureWords(stuff.yield)}`);
+  for (const [name, made] of Object.entries(inputs.sections)) say(`Section ${name}`, `A ${figureWords(made.area)}, I ${figureWords(made.inertia)}`, made.fibre.value === null ? "" : `, outermost fibre at ${figureWords(made.fibre)}`);
   if (links.length) say("Theory of beams", inputs.theory === "Timoshenko" ? "Timoshenko: shear deformation counts" : "Euler-Bernoulli: no shear deformation");
   section("inputs", "Inputs", "What it was computed from",
     h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Inputs" }, h("table", { class: "inputs" }, h("caption", {}, "Speeds, loads, materials"), h("tbody", {}, rows))),
