@@ -136,6 +136,8 @@ def started(words: list[str], said: Path, anew: bool, largest: int = 0) -> int:
             resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
         sys.stdout, sys.stderr = (os.fdopen(each, "w", closefd=False) for each in (1, 2))
         status = main(words)
+    except KeyboardInterrupt:
+        status = 130  # as of `kinelast.cli.main`
     except BaseException as error:
         os.write(2, f"Traceback: {error!r}\n".encode())
     finally:
