@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from exchange.drawing import ExchangeError
@@ -26,10 +26,13 @@ class Columns:
         Lines before the first number, each with its own number, from 1, and its cells; the last one tells most.
     rows
         Lines with numbers: the number of the line, and its cells, a decimal comma being a point.
+    titles
+        Other lines before the first number: the number of the line, and its text.
     """
 
     headings: tuple[tuple[int, tuple[str, ...]], ...]
     rows: tuple[tuple[int, tuple[str, ...]], ...]
+    titles: tuple[tuple[int, str], ...] = ()
 
     def heading(self, column: int) -> tuple[int, str]:
         """The line and the unit of a column's heading, or in a line of its own below; empty where none tells one."""
@@ -44,7 +47,9 @@ class Columns:
 
 
 def columns_of(text: str, names: tuple[str, ...]) -> Columns:
-    r"""The columns of a CSV text, between commas, semicolons or tabs.
+    r"""The first columns of a CSV text, between commas, semicolons or tabs.
+
+    Further ones are left out where they are empty, or have headings of their own beside units of the first.
 
     Parameters
     ----------
@@ -58,7 +63,7 @@ def columns_of(text: str, names: tuple[str, ...]) -> Columns:
 
     Examples
     --------
-    >>> found = columns_of("time [ms];angle [deg]\n0;0\n12,5;90", ("time", "angle"))
+    >>> found = columns_of("time [ms];angle [deg];remark\n0;0;\n12,5;90;top", ("time", "angle"))
     >>> found.heading(0), found.rows[1]
     ((1, 'ms'), (3, ('12.5', '90')))
     """
@@ -66,27 +71,55 @@ def columns_of(text: str, names: tuple[str, ...]) -> Columns:
     last = next((line for line in reversed(lines) if line.strip()), "")
     separator = next((each for each in SEPARATORS if each in last), ",")
     headings: list[tuple[int, tuple[str, ...]]] = []
-    rows: list[tuple[int, tuple[str, ...]]] = []
+    titles: list[tuple[int, str]] = []
+    rows: list[tuple[int, list[str]]] = []
     reader = csv.reader(lines, delimiter=separator, skipinitialspace=True)
     for cells in _read(reader):
         told = [cell.strip() for cell in cells]
         remark = bool(told) and told[0][:1] in COMMENT and bool(told[0])
         if remark:
             told[0] = told[0].lstrip(COMMENT).strip()
-        while told and not told[-1]:  # as spreadsheets leave them behind
-            told.pop()
-        if not told:
+        first = next((cell for cell in told if cell), "")
+        if not first:
             continue
-        heads = not rows and (remark or not NUMBER.match(told[0]))
-        if len(told) != len(names):
-            if heads:  # a title, or a remark
-                continue
-            raise ExchangeError(_miscounted(reader.line_num, len(told), names))
-        if heads:
+        if rows or not (remark or not NUMBER.match(first)):
+            if not remark:
+                rows.append((reader.line_num, told))
+            continue
+        told = _heading(told, lines[reader.line_num - 1], len(names))
+        if told:
             headings.append((reader.line_num, tuple(told)))
-        elif not remark:
-            rows.append((reader.line_num, tuple(told if separator == "," else [c.replace(",", ".") for c in told])))
-    return Columns(tuple(headings), tuple(rows))
+        else:
+            titles.append((reader.line_num, separator.join(cells).strip(f" {separator}")))
+    heads = Columns(tuple((line, told[: len(names)]) for line, told in headings), (), tuple(titles))
+    units = [heads.heading(column) for column in range(len(names))]
+    named = min(len(dict(headings)[line]) if unit else len(names) for line, unit in units)
+    point = [(line, [cell if separator == "," else cell.replace(",", ".") for cell in told]) for line, told in rows]
+    return replace(heads, rows=tuple((line, _cells(line, told, names, named)) for line, told in point))
+
+
+def _heading(told: list[str], line: str, count: int) -> list[str]:
+    """Cells of a line that names at least so many columns, also between others than the numbers are; else none."""
+    while told and not told[-1]:  # as spreadsheets leave them behind
+        told.pop()
+    if len(told) >= count:
+        return told
+    for other in SEPARATORS:
+        apart = [cell.strip() for cell in line.lstrip(COMMENT).split(other)]
+        if len(apart) >= count and all(UNIT.search(cell) for cell in apart[:count]):
+            return apart
+    return []
+
+
+def _cells(line: int, told: list[str], names: tuple[str, ...], named: int) -> tuple[str, ...]:
+    """Cells of a line of numbers, as many as there are to be; the others are named, or empty."""
+    width = max(number for number, cell in enumerate(told, 1) if cell)  # one has a number
+    if not len(names) <= width <= named and not (width < len(names) <= len(told)):
+        raise ExchangeError(_miscounted(line, width, names))
+    for name, cell in zip(names, told, strict=False):
+        if not cell:
+            raise ExchangeError(f"line {line}: the {name} is missing: write it, or leave the line out")
+    return tuple(told[: len(names)])
 
 
 def _read(reader: Any) -> Iterator[list[str]]:
@@ -102,4 +135,7 @@ def _miscounted(line: int, count: int, names: tuple[str, ...]) -> str:
     told = f"line {line}: {wanted}, got {count}"
     if count < len(names):
         return f"{told}: put a comma, a semicolon or a tab between them"
-    return f"{told}: leave the others out; where decimals have a comma, a semicolon or a tab parts the columns"
+    return (
+        f"{told}: leave the others out, or put them last with headings of their own, beside units of the first;"
+        " where decimals have a comma, a semicolon or a tab parts the columns"
+    )

@@ -49,6 +49,9 @@ def scene(tmp_path):
         "# measured\n# time (ms), angle (deg)\n0,0\n250,10.5\n500,0\n\n750,-10.5\n1000,0\n",
         "time,angle\nms,deg\n0,0\n250,10.5\n500,0,,\n750,-10.5\n1000,0\n,\n",
         "0,0\n0.25 s,10.5 deg\n0.5,0\n0.75,-10.5 deg\n1,0\n",
+        "time [ms];angle [deg];comment\n0;0;\n250;10,5;top\n500;0\n750;-10,5;\n1000;0;\n",
+        "Arm [test 3];;\ntime [ms], angle [deg]\n0;0;\n250;10,5;\n500;0;\n750;-10,5;\n1000;0;\n",
+        "time;angle;note\n[ms];[deg];\n0;0;\n250;10,5\n500;0\n750;-10,5\n1000;0\n",
         '"Rocker, as drawn by hand"\n"time [min]","angle [turn]"\n0,0\n' + "".join(
             f"{t / 60!r},{v / 360!r}\n" for t, v in ((0.25, 10.5), (0.5, 0), (0.75, -10.5), (1, 0))),
     ],
@@ -81,7 +84,32 @@ def test_bare_lengths_are_in_the_units_of_the_scene():
         ("t,a\n1,0\n2,1\n3,2\n4,3", "line 2: expected times that start at 0, got 1.0: take it from all of them"),
         ("t,a\n0,0\n2,1\n2,2\n4,3", "line 4: expected times that grow from line to line: leave the line out"),
         ("t,a\n0,0\n1,nan\n2,2\n4,3", "line 3: expected an angle.*got nan: leave the line out"),
-        ("t;a\n0;0\n1;\n2;2\n4;3", "line 3: expected 2 columns"),
+        ("t;a\n0;0\n1;\n2;2\n4;3", "line 3: the angle is missing: write it, or leave the line out"),
+        ("t;a\n0;0\n1;1\n;2\n4;3", "line 4: the time is missing"),
+        ("t;a\n;5\n0;0\n1;1", "line 2: the time is missing"),
+        (
+            "No,time [s],angle [deg]\n0,0,0\n1,1,1",
+            "line 2: expected 2 columns.*put them last with headings of their own, beside units of the first",
+        ),
+        (
+            "a, b, c, d\ntime [ms],angle [deg]\n0,0,0,5\n1,0,1,0",
+            "line 3: expected 2 columns, time and angle, got 4",
+        ),
+        ("angle [deg];time [ms];note\n0;0;", 'line 1: expected a time.*, got "1 deg"'),
+        *(
+            (f"{head}\n0;0\n1;1\n2;2\n3;3", f"line 1: .* may hold a unit.* for the {which}: .*as in .{which} ")
+            for head, which in (
+                ("time ms;angle deg", "time"),
+                ("t_ms;phi_deg", "time"),
+                ("time [s];angle in degrees", "angle"),
+                ("time [s];angle deg;note", "angle"),
+                ("time (ms) told;angle", "time"),
+                ("ms;deg", "time"),
+                ("time <ticks>;angle", "time"),
+                ("# time ms, angle deg", "time"),
+                ("time ms, angle deg", "time"),
+            )
+        ),
         ("t,a\n0,0\n1,1 deg\n2,2\n4,3 mm", 'line 5: expected an angle.*, got "3 mm"'),
         ('t,a\n0,"0\n', "line 2: expected 2 columns|expected 4 lines"),
         ("", "expected 4 lines of numbers at least, got 0"),

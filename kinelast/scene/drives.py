@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -16,7 +17,7 @@ from kinelast.scene.format import SceneTable
 from kinelast.scene.links import Points, drawn_direction, known_point
 from kinelast.scene.loads import APART, factor_law
 from kinelast.scene.numbers import phase, real, require, vector
-from kinelast.scene.quantities import Angle, Coordinate, Length, Time
+from kinelast.scene.quantities import Abscissa, Angle, Coordinate, Length, Time
 from kinelast.scene.sections import materials_of, poisson_of
 from kinelast.scene.tables import PER_LENGTH, CamTable, DriveTable, JointNameTable, MotorTable
 from kinelast.scene.units import Quantity
@@ -314,6 +315,9 @@ def _motion(where: str, table: DriveTable, unit: str) -> TableLaw:
 
 LEAST = 4  # entries of a spline
 KINDS = {"rad": ("angle", Angle), "m": ("place", Length)}  # of a drive's coordinate
+HEADS = {"angle": "angle [deg]", "place": "place [mm]"}
+WORD = re.compile(r"[^\W\d_]+|°")  # so that "t_ms" has two
+OTHER_UNITS = {"sec", "secs", "msec", "usec", "gon", "grad"}  # that headings have, and scenes do not
 
 
 @dataclass(frozen=True)
@@ -369,6 +373,8 @@ def motion_table(text: str, unit: str, per_length: float = 1.0) -> MotionTable:
 
     name, kind = KINDS[unit]
     table = columns_of(text, ("time", name))
+    for k, (of, head) in enumerate((("time", "time [ms]"), (name, HEADS[name]))):
+        _require_units_understood(table, k, of, head)
     columns = [_column(table, k, of, per_length) for k, of in enumerate((Time, kind))]
     (times, written), (places, told) = columns
     lines = [line for line, _ in table.rows]
@@ -380,6 +386,31 @@ def motion_table(text: str, unit: str, per_length: float = 1.0) -> MotionTable:
         if after - before <= APART * times[-1]:
             raise ValueError(f"line {line}: expected times that grow from line to line: leave the line out")
     return MotionTable(tuple(times), tuple(places), tuple(zip(written, told, strict=True)))
+
+
+def _require_units_understood(table: Columns, column: int, name: str, head: str) -> None:
+    """Raise where a column tells no unit in brackets, but a line above it holds a word or a mark of one."""
+    if table.heading(column)[1]:
+        return
+    headings = [(line, cells[column], any(mark in cells[column] for mark in "[({<")) for line, cells in table.headings]
+    for line, text, marked in [*headings, *((line, text, False) for line, text in table.titles)]:
+        words = WORD.findall(text)
+        last = len(words) - 1
+        units = [word for at, word in enumerate(words) if _is_unit(word) and (at == last or (at and word != "in"))]
+        if marked or (units and (last or len(units[0]) > 1)):
+            problem = f'"{text}" may hold a unit, and none is understood for the {name}: each column has a heading'
+            raise ValueError(f'line {line}: {problem} with its unit in brackets, as in "{head}"')
+
+
+def _is_unit(word: str) -> bool:
+    """Whether a word is one for a unit of time, angle or length."""
+    if word.lower() in OTHER_UNITS:
+        return True
+    try:
+        Abscissa.read(f"1 {word}")
+    except ValueError:
+        return False
+    return True
 
 
 def _column(
