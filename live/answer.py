@@ -15,6 +15,7 @@ import numpy as np
 
 from elastic import Deflection, sample
 from kinelast.figures.cycle import Cycle, drive_words
+from kinelast.figures.drives import CAM_NEEDS, cam_faults
 from kinelast.figures.entry import LEAST, Figure, items_of, magnitudes
 from kinelast.figures.limits import decisive
 from kinelast.figures.output import output_of
@@ -314,7 +315,7 @@ def whole_picture(results: Results) -> tuple[Answer, bytes]:
 
 
 def _wanted(scene: Scene) -> set[str]:
-    return {*SHOWN, *(limit.figure for limit in limits_of(scene))}
+    return {*SHOWN, *(limit.figure for limit in limits_of(scene)), *(CAM_NEEDS if scene.cams else ())}
 
 
 def picture(scene: Scene, bent: Deflection, efforts: Any, most: int = POSITIONS) -> tuple[Answer, bytes]:
@@ -405,7 +406,8 @@ def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any
 
 
 def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
-    """Limits of the scene beside the figures that they bound; without regard to errors."""
+    """Limits of the scene beside the figures that they bound, kept by none whose cams do not work; without errors."""
+    works = not any(np.any(at_fault) for _, at_fault in cam_faults(scene, values))
     return [
         {
             "kind": limit.kind,
@@ -413,7 +415,7 @@ def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
             "bound": float(np.ravel(limit.bound)[0]),
             "value": float(value),
             "unit": limit.unit or "m",
-            "kept": bool(limit.kept(value)),
+            "kept": works and bool(limit.kept(value)),
         }
         for limit in limits_of(scene)
         for value in [decisive(scene, limit, values)]

@@ -496,6 +496,7 @@ class TestFigures:
 
     def test_limits_of_a_cam(self):
         given = with_cam(TAPPET, pressure="900 MPa", pressure_angle="10 deg", radius="5 mm", hollow_radius="5 mm")
+        given["loads"] = [{"link": "tappet", "point": "A", "force": [0, -40]}]
         from kinelast.figures.summary import summary
 
         told = summary(computed(scene_from_dict(given), Request()))
@@ -689,6 +690,66 @@ class TestOutputs:
             assert not [each for each in page.logs() if each["level"] == "SEVERE"]
         finally:
             driver.quit()
+
+
+FLAT = {"roller": None, "roller_radius": None}
+
+
+@pytest.mark.parametrize(
+    ("given", "pressed", "level", "why", "words"),
+    [
+        ({}, 0, "caution", "the follower leaves the cam plate", "in part of the run"),
+        ({}, -400, "caution", "the follower leaves the cam plate", "throughout the run"),
+        ({"roller_radius": 39}, 40, "poor", "the cam plate cannot be made", "go back on itself"),
+        ({**FLAT, "face": ["A", "G"]}, 40, "poor", "the contact on the cam plate runs off the face", "beyond its end"),
+        ({**FLAT, "face": ["A", "T"]}, 40, "poor", "the cam plate cannot push its follower; ", "moves along it"),
+        ({}, 40, "", "", ""),
+    ],
+)
+def test_no_machine_is_acceptable_whose_cam_does_not_work(given, pressed, level, why, words):
+    """Nor is a design, at none of the doors; its other figures keep their limits."""
+    from kinelast.figures.limits import severities
+    from kinelast.figures.summary import summary
+    from live.answer import limit_rows
+
+    scene = with_cam(TAPPET, **given)
+    scene["loads"] = [{"link": "tappet", "point": "A", "force": [0, -pressed]}]
+    scene["limits"] = {"figures": {"shaking_force": "1 MN"}}
+    results = computed(scene_from_dict(scene), Request())
+    told = summary(results)["acceptance"]
+    assert told["verdict"] == ("cannot be judged" if why else "acceptable")
+    assert told["problem"].startswith(why)
+    cams = [each for each in findings(results) if each.heading == "Cams"]
+    assert [each.level for each in cams][:1] == [level] * bool(level)
+    assert not words or words in cams[0].text
+    values = {
+        key: np.array([abs(peak.value) if key in ("cam_force", "shaking_force") else peak.value for peak in peaks])
+        for key, peaks in results.figures.peaks.items()
+    }
+    assert [int(each) for each in severities(results.scene, values)] == [1 if why else 3]
+    assert [row["kept"] for row in limit_rows(results.scene, values)] == [not why]
+    kept = evaluate(scene, ["links.tappet.mass"], [[0.4], [0.41]], ["limits_kept"]).columns["limits_kept"]
+    assert kept.tolist() == [0.0 if why else 1.0] * 2
+
+
+def test_figures_at_dead_points_are_without_warnings():
+    """The centre of a roller on the line of its slider, with which a crank of constant speed moves it."""
+    given = tables(EQUIVALENT, cams={"disc": {"follower": "rod", "centre": "O", "roller": "B", "roller_radius": 5}})
+    given["points"] = {"O": [0, 0], "A": [50, 0], "B": [250, 0]}
+    given["links"]["ground"]["points"] = ["O"]
+    del given["links"]["rocker"]
+    given["links"]["crank"] |= {"mass": 0.1, "center": "A", "inertia": 1e-5}
+    given["links"]["piston"] = {"points": ["B"], "rigid": True, "mass": "300 g"}
+    given["sliders"] = {"guide": {"link": "piston", "through": "B", "direction": [1, 0]}}
+    peaks = computed(scene_from_dict(given), Request(theory="quasi-static")).figures.peaks
+    assert np.isfinite(peaks["cam_radius"][0].value)
+
+
+@pytest.mark.parametrize("angle", ["0 deg", "90 deg", "-5 deg"])
+def test_a_pressure_angle_that_is_allowed_is_acute(angle):
+    assert "pressure_angle: expected an angle above 0 and below 90 deg" in scene_error(
+        with_cam(TAPPET, pressure_angle=angle)
+    )
 
 
 def test_findings_on_cams():

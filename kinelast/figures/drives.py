@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from functools import reduce
 from typing import Any
 
 import numpy as np
 
 from elastic import Largest, displacement_of
-from kinelast.figures.cycle import Cycle, drive_words
+from kinelast.figures.cycle import NOISE, Cycle, drive_words
 from kinelast.figures.entry import (
     AVERAGE,
     CAM,
@@ -300,7 +300,8 @@ def cam_pressure(cycle: Cycle, name: str) -> Reals:
 
 def _preload(cycle: Cycle, name: str) -> Reals:
     flank = cam_flanks(cycle, name)[0]
-    return flank.preload(flank.lever * cam_force(cycle, name))
+    with np.errstate(invalid="ignore"):  # an infinite force where there is no lever
+        return flank.preload(flank.lever * cam_force(cycle, name))
 
 
 def cam_lag(cycle: Cycle, name: str) -> Reals:
@@ -317,6 +318,38 @@ def cam_lag(cycle: Cycle, name: str) -> Reals:
         moved = (1.0 - share) * ends[0] + share * ends[1]
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(-dot(flank.normal, moved) / flank.lever)
+
+
+ACROSS = 0.5 * np.pi * (1.0 - 1e-9)  # [rad], a pressure angle from which a cam does not move its follower
+CAM_NEEDS = {  # figures that tell whether a cam works, and their items
+    "cam_pressure_angle": CAM,
+    "cam_radius": CAM,
+    "cam_face_margin": FACED,
+    "cam_least_force": HELD,
+    "cam_force": CAM,
+}
+
+
+def cam_faults(scene: Scene, figures: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Reasons why cams do not work, in words, each with whether it is so, shape (...).
+
+    Parameters
+    ----------
+    figures
+        By key, values of every item; those of `CAM_NEEDS` are looked at, where they are.
+    """
+    known = {
+        key: dict(zip(cams_with(scene, kind), figures[key], strict=True))
+        for key, kind in CAM_NEEDS.items()
+        if key in figures
+    }
+    for name in scene.cams:
+        angle, radius, margin, least_force, force = (np.asarray(known.get(key, {}).get(name, np.nan))
+                                                     for key in CAM_NEEDS)  # fmt: skip
+        yield f"the cam {name} cannot push its follower", np.abs(angle) >= ACROSS
+        yield f"the cam {name} cannot be made", radius <= 0.0
+        yield f"the contact on the cam {name} runs off the face", margin < 0.0
+        yield f"the follower leaves the cam {name}", least_force < -NOISE * np.abs(force)
 
 
 def _of_cams(values: OfCam, of: str = CAM) -> Callable[[Cycle], Largest]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
+from kinelast.figures.drives import CAM_NEEDS, cam_faults
 from kinelast.figures.entry import (
     BEAM,
     FIXED,
@@ -62,7 +63,7 @@ def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, An
     ----------
     figures
         By key, the magnitude of the figure of every item in its SI unit, shape (items, ...): items in the order of
-        `items_of`; a limit of a figure that is left out cannot be judged.
+        `items_of`; a limit of a figure that is left out cannot be judged, nor any where a cam does not work.
     errors
         Of the same shapes; where left out they are not counted, and no outcome is a verdict.
     """
@@ -70,7 +71,10 @@ def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, An
         items = bounded_items(scene, limit) if limit.figure in figures else []
         values = figures[limit.figure][items] if items else np.full(1, np.nan)
         given = replace(limit, bound=of_designs(limit.bound))
-        yield severity(given, values, errors[limit.figure][items] if errors and items else 0.0).min(axis=0)
+        worst = severity(given, values, errors[limit.figure][items] if errors and items else 0.0).min(axis=0)
+        for _, at_fault in cam_faults(scene, figures):
+            worst = np.minimum(worst, np.where(at_fault, SEVERITY.index(UNKNOWN), SEVERITY.index(KEPT)))
+        yield worst
 
 
 def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
@@ -86,7 +90,8 @@ def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
 def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure]:
     """Whether all limits of a scene are kept, 1 or 0, and the least margin: no verdicts, as they know no errors."""
     named = {limit.figure for limit in limits_of(scene)}
-    bounded = [figure for figure in figures if figure.key in named]
+    needed = named | {*(CAM_NEEDS if scene.cams else ())}
+    bounded = [figure for figure in figures if figure.key in needed]
 
     def kept(cycle: Cycle) -> Reals:
         every = severities(cycle.scene, magnitudes(cycle, bounded))
@@ -157,7 +162,15 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
         parts = peaks[item].error
         assert parts is not None
         problem = nearer(results, parts, abs(value - float(limit.bound)) / (abs(value) or 1.0))
-    return Judgement(limit, outcome, item, value, error, problem)
+    return _beside_cams(results, Judgement(limit, outcome, item, value, error, problem))
+
+
+def _beside_cams(results: Results, judged: Judgement) -> Judgement:
+    """A judgement that is none where a cam does not work: then figures are those of another machine."""
+    values = {key: [peak.value for peak in results.figures.peaks.get(key, [])] for key in CAM_NEEDS}
+    known = {key: peaks for key, peaks in values.items() if peaks}
+    why = "; ".join(words for words, at_fault in cam_faults(results.scene, known) if at_fault)
+    return replace(judged, outcome=UNKNOWN, problem=why) if why and judged.outcome != BROKEN else judged
 
 
 def limits_of_items(scene: Scene) -> list[Limit]:
@@ -233,7 +246,7 @@ def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judg
     value, error = _known(results, measure) if measure else (math.nan, math.nan)
     outcome = SEVERITY[int(severity(limit, value, error))]
     problem = f"the error of {limit.figure} is not known" if outcome == UNKNOWN else ""
-    return Judgement(limit, outcome, 0, value, error, problem)
+    return _beside_cams(results, Judgement(limit, outcome, 0, value, error, problem))
 
 
 def room(judged: Judgement, value: float, before: tuple[float, float] | None = None) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 from elastic.assessment import LIMITS, shear_share
 from kinelast.figures.checks import check_passed, nearer
 from kinelast.figures.cycle import NOISE, WELL
+from kinelast.figures.drives import ACROSS
 from kinelast.figures.inputs import CAUTION, GOOD, OPEN, ORDER, POOR, Finding, cycle_findings, input_findings
 from kinelast.figures.parts import cam_rows, friction_figures
 from kinelast.figures.results import Results, at_peak, worst_figure
@@ -119,6 +120,15 @@ def _positions(results: Results) -> Finding:
 def _cams(results: Results) -> Iterator[Finding]:
     """Whether the cams can be made, and keep their followers."""
     for name, cam in cam_rows(results).items():
+        angle, margin = (cam["figures"].get(key, {}).get("value") for key in ("cam_pressure_angle", "cam_face_margin"))
+        if angle is not None and abs(angle) >= ACROSS:
+            text = f"The cam {name} cannot push its follower, which moves along it: the pressure angle is 90°."
+            yield Finding(POOR, CAMS, f"{text} Let the drive move the follower away from the cam.")
+            continue
+        if margin is not None and margin < 0.0:
+            beyond = quantity(-margin, "m", told_in=results.scene.told_in)
+            text = f"The contact on the cam {name} runs off the face, to {beyond} beyond its end: make the face longer"
+            yield Finding(POOR, CAMS, f"{text} by that at least, or shift it.")
         if cam["undercut"]:
             least, form = cam["figures"]["cam_radius"]["value"], "face"
             if "cam_pitch_radius" in cam["figures"]:
@@ -130,7 +140,9 @@ def _cams(results: Results) -> Iterator[Finding]:
         if cam["contact_lost"]:
             preload = cam["figures"]["cam_preload"]
             told = quantity(preload["value"], preload["unit"], told_in=results.scene.told_in)
-            text = f"The follower leaves the cam {name} in part of the run: a spring that gives {told} along the drive"
+            always = cam["counts"]["contact_lost"] == int(np.sum(results.counted))
+            part = "throughout" if always else "in part of"
+            text = f"The follower leaves the cam {name} {part} the run: a spring that gives {told} along the drive"
             yield Finding(CAUTION, CAMS, f"{text} holds it there; forces where it would pull are those of a groove.")
 
 

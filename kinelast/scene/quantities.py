@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cmath import rect
 from contextlib import suppress
-from math import inf
+from math import inf, pi
 from typing import Any, ClassVar, Self
 
 from kinelast.scene.units import Quantity, shown
@@ -29,6 +29,10 @@ class Coordinate(
 
 class Angle(Quantity, expected='an angle, as in "30 deg" or 0.5', units=("rad",), most=FARTHEST):
     """Angle [rad]."""
+
+
+class PressureAngle(Angle, expected='an angle above 0 and below 90 deg, as in "30 deg"', above=0.0, most=pi / 2):
+    """Pressure angle that is allowed [rad]."""
 
 
 class Allowance(

@@ -26,6 +26,7 @@ from kinelast.scene.quantities import (
     LoadRating,
     Moment,
     Pressure,
+    PressureAngle,
     PressureSpeed,
     Ratio,
     Share,
@@ -214,7 +215,7 @@ class CamTable(StrictTable, frozen=True, kw_only=True):
     follower: str  #: the link that it moves by its contact
     centre: str | Place  #: of the cam's shaft: a point of the ground, or `[x, y]` in the drawing
     roller: str | None = None  #: the centre of the roller, a point of the follower; or instead `face`
-    roller_radius: Size | None = None  #: of the roller [0: a knife edge]
+    roller_radius: Size | None = None  #: of the roller; `pressure` asks for it [0: a knife edge]
     face: tuple[str, str] | None = None  #: two points of the follower between which its flat face lies
     drive: str | None = None  #: the link or slider of the drive whose motion it gives [the only one]
     #: of its shaft, positive counter-clockwise: whole turns in the run [one turn in the run]
@@ -227,7 +228,7 @@ class CamTable(StrictTable, frozen=True, kw_only=True):
     material: str | None = None  #: of the cam: a name under `[materials]`, or one of the trade [pressure is not known]
     follower_material: str | None = None  #: of the roller or the face [as `material`]
     pressure: Stress | None = None  #: most pressure of the contact, by Hertz [none]
-    pressure_angle: Angle | None = None  #: most pressure angle, as in `"30 deg"` [none]
+    pressure_angle: PressureAngle | None = None  #: most pressure angle, as in `"30 deg"` [none]
     radius: Size | None = None  #: least radius of curvature where the cam bulges [none]
     hollow_radius: Size | None = None  #: least radius of curvature where the cam is hollow, as of a cutter [none]
 

@@ -162,7 +162,8 @@ class CamCourse:
 
     def torque(self, force: Any) -> Reals:
         """Torque that the shaft gives for a force at the contact [N m], counter-clockwise."""
-        return np.asarray(force * cross(self.contact, self.normal))
+        with np.errstate(invalid="ignore"):  # an infinite force through the shaft
+            return np.asarray(force * cross(self.contact, self.normal))
 
     @property
     def relative_curvature(self) -> Reals:
