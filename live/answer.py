@@ -404,8 +404,9 @@ def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any
         told.append({**row, "item": item, "on": names[item], "error": None})
     return told
 
-    """Limits of the scene beside the figures that they bound, errors not counted; none is kept where a cam does not work."""
-    """Limits of the scene beside the figures that they bound, kept by none whose cams do not work; without errors."""
+
+def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
+    """Limits of the scene beside the figures that they bound, without errors; none is kept where a cam fails."""
     works = not any(np.any(at_fault) for _, at_fault in cam_faults(scene, values))
     return [
         {
