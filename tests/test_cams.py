@@ -526,7 +526,7 @@ class TestMistakes:
             ({"roller": None, "roller_radius": None, "face": ["F", "G"], "flank": "both"}, "flank: a flat face has"),
             ({"centre": "A"}, '[cams.plate] centre: the link "ground" has no point "A"'),
             ({"centre": [6, 40]}, '[cams.plate] roller: "A" is drawn at the centre of the shaft'),
-            ({"roller_radius": 45}, "roller_radius: a roller of 0.045 m covers the shaft, which is 0.04045 m from"),
+            ({"roller_radius": 45}, "roller_radius: a roller of 45 mm covers the shaft, which is 40.45 mm from"),
             ({"drive": "guid"}, '[cams.plate] drive: there is no drive "guid"; did you mean "guide"?'),
             ({"speed": "500 rpm"}, "speed: makes 0.833333 turns in the run of 0.1 s, expected whole ones: 600 rpm is"),
             ({"speed": 0}, "speed: makes 0 turns"),

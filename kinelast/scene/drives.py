@@ -16,7 +16,7 @@ from kinelast.scene.error import fault, known_name, likely, require_absent
 from kinelast.scene.format import SceneTable
 from kinelast.scene.links import Points, drawn_direction, known_point
 from kinelast.scene.loads import APART, factor_law
-from kinelast.scene.numbers import phase, real, require, vector
+from kinelast.scene.numbers import phase, quantity, real, require, vector
 from kinelast.scene.quantities import Abscissa, Angle, Coordinate, Length, Time
 from kinelast.scene.sections import materials_of, poisson_of
 from kinelast.scene.tables import PER_LENGTH, CamTable, DriveTable, JointNameTable, MotorTable
@@ -584,7 +584,8 @@ def _require_apart(where: str, table: CamTable, mechanism: Mechanism, centre: An
     if table.flank == INNER:
 
         def problem(of: Any) -> str:
-            return f"a roller of {of(radius):g} m covers the shaft, which is {of(reach):.4g} m from its centre as drawn"
+            size, apart = (quantity(float(of(each)), "m") for each in (radius, reach))
+            return f"a roller of {size} covers the shaft, which is {apart} from its centre as drawn"
 
         require(reach > radius, where, "roller_radius", problem)
 
