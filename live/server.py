@@ -320,6 +320,6 @@ def serve(argument: str | None, tell: Callable[[str], None], browse: bool = True
     tell(f"{name}: {live.address}\n{where}; Ctrl+C ends it")
     if browse:
         threading.Timer(0.3, webbrowser.open, [live.address]).start()
-    with suppress(KeyboardInterrupt):
+    with bound, suppress(KeyboardInterrupt):
         server_of(live).run(sockets=[bound])
     return 0

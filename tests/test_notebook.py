@@ -197,7 +197,7 @@ class TestTables:
 
         (tmp_path / "arm.toml").write_text(ARM)
         assert main([str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out"), "--quiet"]) == 0
-        written = pandas.read_csv(tmp_path / "out" / "arm" / "positions.csv", index_col=0, engine="python")
+        written = pandas.read_csv(tmp_path / "out" / "arm" / "positions.csv", index_col=0, float_precision="round_trip")
         table = to_pandas(deflection(arm))
         assert list(table.columns) == list(written.columns)
         np.testing.assert_array_equal(table.to_numpy(), written.to_numpy())
