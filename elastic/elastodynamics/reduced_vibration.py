@@ -91,10 +91,14 @@ class Vibration:
         by_inertia = self.places(bent[..., 0] if bent.ndim == 3 else bent.T)
         greatest = np.abs(moved).max()
         tails = [terms.grid.tail(values, greatest) for values in (moved, by_inertia)]
-        N, least = self.axial_forces
-        greatest = max(float(np.abs(N).max(initial=0.0)), least)
-        unresolved: Reals = np.maximum.reduce([*tails, AXIAL * terms.grid.tail(N, greatest)])
+        unresolved: Reals = np.maximum.reduce([*tails, AXIAL * self.unresolved_axial])
         return unresolved
+
+    @property
+    def unresolved_axial(self) -> Reals:
+        """Unresolved part of the axial forces in every element, relative to the largest one, shape (elements,)."""
+        N, least = self.axial_forces
+        return self.problem.terms.grid.tail(N, max(float(np.abs(N).max(initial=0.0)), least))
 
     @property
     def axial_forces(self) -> tuple[Reals, float]:

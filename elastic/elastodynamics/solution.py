@@ -108,6 +108,12 @@ class Elastodynamic:
         return np.zeros(0) if self.vibration is None else self.vibration.problem.terms.grid.edges
 
     @property
+    def axial_error(self) -> float:
+        """Error by the elements of time in axial forces, as a share of the largest one."""
+        beams = self.vibration is not None and self.vibration.problem.terms.kinematics.structure.weights.size
+        return SAFE * float(self.vibration.unresolved_axial.max(initial=0.0)) if self.vibration and beams else 0.0
+
+    @property
     def growth(self) -> float:
         """Of the least stable free vibration over a cycle: below 1 it dies out."""
         return float(np.abs(self.multipliers).max(initial=0.0))

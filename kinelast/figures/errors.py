@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -27,6 +27,7 @@ BY_MOTION = (VIBRATION, LARGE)  # each from the answer with those before it to t
 HEADLINE = NAMES["w"], NAMES["mises"]  # figures of which every report tells the greatest
 LITTLE = 0.01  # of the greatest figure of a unit, below which one of them counts as so much
 COURSES, JOINT_FORCES = ("u", "w", "chord", "N", "M"), "joint forces"
+DISPLACEMENTS = ("m", "rad")  # units of figures whose discretization error is a share of the largest of their unit
 AT = np.linspace(0.0, 1.0, 5)  # places along the beams at which courses are compared
 SMALL = 0.1  # of the greatest of all beams or joints, below which the course of one counts as so much
 EPS = float(np.finfo(float).eps)
@@ -110,6 +111,9 @@ class Estimate:
         By cause, other errors as shares of the largest displacement.
     settled
         Share of the largest displacement to which the answer is settled in time and coordinates.
+    axial
+        Discretization error of axial forces as a share of the largest one, if no finer answer measures it: they vibrate
+        faster than the links bend.
     closer
         The answer at instants between the positions, too; None where there are none.
     unknown
@@ -121,6 +125,7 @@ class Estimate:
     shares: Mapping[str, float]
     unknown: str = ""
     settled: float = 0.0
+    axial: float = 0.0
     closer: Cycle | None = None
 
 
@@ -182,19 +187,25 @@ def with_bodies(
     return {key: [measured(key, item, each) for item, each in enumerate(rows)] for key, rows in errors.items()}
 
 
-def figure_errors(answer: Cycle, figures: Sequence[Figure], off: Estimate) -> dict[str, list[FigureError]]:
-    """Errors of the figures of an answer by key, of every item.
+def figure_errors(
+    answer: Cycle, figures: Sequence[Figure], off: Estimate, keys: Collection[str] | None = None
+) -> dict[str, list[FigureError]]:
+    """Errors of every item of the figures of an answer, by key; only of some `keys` if given.
 
-    The same reductions are taken of the answer and of what it would be with a cause put right; the difference is the
-    error. What is known as a share of the largest displacement counts as that share of a figure's greatest item. A
-    small rest is known to the share of what it remains of to which the answer is settled: elements of time may damp it.
+    The same reductions are taken of the answer and of the answer without one cause of error; the difference is that
+    part of the error. A part known as a share counts as that share of the largest item of the figure; the
+    discretization error of a displacement, as a share of the largest displacement. The residual vibration after a stop
+    is known to a share of the largest displacement, because time elements may damp it.
     """
-    values = magnitudes(answer, figures)
+    values = magnitudes(answer, [figure for figure in figures if not figure.rigid])
+    scales = _scales(answer.scene, {figure.key: figure for figure in figures}, values)
+    figures = [figure for figure in figures if keys is None or figure.key in keys]
+    values |= magnitudes(answer, figures)
     stages = {name: magnitudes(cycle, figures) for name, cycle in off.stages.items()}
     bodies, closer = (
         values if each in (None, answer) else magnitudes(each, figures) for each in (off.beam_theory, off.closer)
     )
-    return {figure.key: _of_items(answer, figure, values, stages, bodies, closer, off) for figure in figures}
+    return {figure.key: _of_items(answer, figure, values, stages, bodies, closer, off, scales) for figure in figures}
 
 
 def _of_items(
@@ -205,6 +216,7 @@ def _of_items(
     bodies: Mapping[str, Any],
     closer: Mapping[str, Any],
     off: Estimate,
+    scales: Mapping[str, float],
 ) -> list[FigureError]:
     before = here = values[figure.key]
     if figure.rigid:
@@ -217,6 +229,11 @@ def _of_items(
         base if figure.over == LEAST else np.full(np.shape(here), np.max(base, initial=0.0))
     )  # safeties are quotients
     parts |= {name: figure.power * share * wide for name, share in off.shares.items()}
+    if TIME in off.shares:
+        units = figure.units(answer.scene)
+        moved = [scales.get(unit, 0.0) if unit in DISPLACEMENTS else 0.0 for unit in units]
+        axial = [off.axial if unit == "N" else 0.0 for unit in units]
+        parts[TIME] = np.maximum.reduce([parts[TIME], off.shares[TIME] * np.array(moved), np.array(axial) * wide])
     if figure.remains_of and off.settled:
         whole = np.max(answer.of(figure.remains_of).value, initial=0.0)
         parts[TIME] = np.maximum(np.abs(parts.get(TIME, 0.0)), np.full(np.shape(here), off.settled * whole))
@@ -329,7 +346,7 @@ def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: 
     values = magnitudes(answer, [figure for figure in figures if not figure.rigid])
     scales = _scales(scene, by_key, values)
     chosen = dict.fromkeys(_read(scene, by_key, values))
-    errors = figure_errors(answer, [by_key[key] for key in dict.fromkeys(key for key, _ in chosen)], off)
+    errors = figure_errors(answer, figures, off, {key for key, _ in chosen})
     graded = []
     for key, item in chosen:
         value = float(values[key][item])

@@ -44,7 +44,7 @@ from kinelast.figures.errors import (
     worst_of,
 )
 from kinelast.figures.output import output_of
-from kinelast.figures.registry import figures_of
+from kinelast.figures.registry import figures_of, limits_of
 from kinelast.scene.data import (
     ACCURACY,
     ELASTODYNAMIC,
@@ -61,16 +61,18 @@ from rigid.arrays import Reals
 
 MotionAt = Callable[[Any], Motion]
 
-TOLERANCE = 1e-4  # of the elastodynamic answer, in time and in its coordinates
-SETTLED = 0.004  # of the accuracy, that being allowed to be coarser: a figure may be a hundredth of the largest
-FINEST = 1e-6  # below which steps and elements of time settle no further, or in minutes
-FINE = 0.02  # of the accuracy, that being finer than the tolerance
-BESIDES = 0.1  # of the accuracy, or of what holds it back: what is not worth answering
-FURTHER = 0.1  # of the tolerance of an exact answer is that of the finer one that it is held against
-NO_MORE = 0.1  # of the accuracy, that a step to the exact answer may change of deflections where it is the last
-HOPELESS = 4.0  # radians of a section's rotation, beyond which vibration is not looked at
-CLOSE = 10_000  # positions, beyond which nobody looks between them
-SAME = 1e-9  # share by which moments at rest differ by round-off
+TOLERANCE = 1e-4  # of a theory asked for by name, in time and in its coordinates, relative to the largest displacement
+FINE = 0.02  # tolerance of the solver, relative to the requested accuracy
+FINEST = 1e-6  # smallest tolerance of the solver: below it, time elements take minutes or stop converging
+RESOLVED = 0.06  # discretization error that needs no finer discretization to be measured, relative to the accuracy
+SMALL_ROTATION = 0.02  # [rad] for an accuracy of 1: smaller rotations bound the effect of large displacement
+BOUND_OVER_ERROR = 4.0  # the solver's bound of its discretization error over the error that most answers have
+BESIDES = 0.1  # share of the accuracy, or of the error that no theory of motion reduces, that is not worth an answer
+FURTHER = 0.1  # tolerance of a finer exact answer, relative to that of the answer it is compared with
+NO_MORE = 0.1  # largest change of deflections by the last step to the exact answer, relative to the accuracy
+MAX_ROTATION = 4.0  # [rad] rotation of a section beyond which no vibration is computed
+MAX_REFINED = 10_000  # positions, above which no instants between them are examined
+SAME = 1e-9  # share by which moments at rest may differ by round-off
 UNSTABLE = "the links have no steady state, their vibration grows"
 
 
@@ -192,10 +194,10 @@ def answer(
     wanted = ACCURACY if theory.accuracy is None else theory.accuracy
     rungs, named = _Rungs(scene, plain, theory, progress), theory.name is not None and not only_told
     rests = not named and _rests(plain)
-    if not named and np.nanmax(cycle_maxima(plain, ["phi"])["phi"].value, initial=0.0) > HOPELESS:
+    if not named and np.nanmax(cycle_maxima(plain, ["phi"])["phi"].value, initial=0.0) > MAX_ROTATION:
         return rungs.at_rest() if rests else rungs.unknown("vibration is not looked at where links turn by so much")
     aim = wanted if named or FINE * wanted >= TOLERANCE else max(wanted, BESIDES * rungs.held_back)
-    tolerance = TOLERANCE if named else max(min(TOLERANCE, FINE * aim), SETTLED * aim, FINEST)
+    tolerance = min(TOLERANCE, FINE * aim) if named else max(FINE * aim, FINEST)
     if scene.mechanism.friction:
         tolerance = max(tolerance, FINE * wanted)
     try:
@@ -220,7 +222,7 @@ def answer(
     if rests and linear.vibration is None:
         return rungs.at_rest()
     tried: list[Answer] = []
-    for rung in rungs.climbed(linear, tolerance, 0.0 if named else aim):
+    for rung in rungs.climbed(linear, tolerance, aim):
         if only_told or (not named and (_enough(rung, wanted) or not linear.stable)) or rung.theory == theory.name:
             return rung
         tried.append(rung)
@@ -252,11 +254,12 @@ class _Rungs:
         return [figure for figure in figures_of(output_of(self.scene)) if not figure.asked]
 
     def climbed(self, linear: Elastodynamic, tolerance: float, wanted: float) -> Iterator[Answer]:
-        """The answers from the cheapest theory to the finest.
+        """Yield the answers from the cheapest theory to the finest.
 
-        The steps to the exact answer that tell how far the linear one is off are an answer of its own where the last of
-        them changes deflections by `NO_MORE` of the accuracy at most: then more steps change little. Of a stable
-        vibration that is to be answered by a theory asked for by name, no cheaper theory's answer comes.
+        An error is measured only if its bound exceeds a small share of the requested accuracy: the discretization
+        error by a finer discretization, the effect of large displacement by steps to the exact answer. These steps are
+        an answer of their own if the last one changes deflections by at most `NO_MORE` of the accuracy. A theory asked
+        for by name yields no cheaper answer if the vibration is stable.
 
         Raises
         ------
@@ -264,19 +267,20 @@ class _Rungs:
             Large displacement is asked for by name and cannot be answered: a wheel that runs along a rack.
         """
         plain, vibrating = self._cycle(self.plain), self._cycle(linear.deflection)
-        settled = {TIME: linear.time_error + linear.reduction_error}
+        settled = {TIME: (linear.time_error + linear.reduction_error) / BOUND_OVER_ERROR}
         if not linear.stable:
             yield self._answer(QUASI_STATIC, plain, linear, {}, settled, UNSTABLE)
             for name in (ELASTODYNAMIC, GEOMETRICALLY_EXACT):
                 yield self._answer(name, vibrating, linear, {}, settled, UNSTABLE)
             return
-        shared, stages, shares = None, {}, settled
-        if worth_halving(self.scene.mechanism, linear.elements):
+        shared: Vibration | None = None
+        stages: dict[str, Cycle] = {}
+        shares = settled
+        if self._worth_measuring(linear, wanted):
             self._tell("error in time and coordinates")
             shared = finer_vibration(linear)
             stages, shares = {TIME: self._cycle(discretized_finer(linear, shared, tolerance)[0])}, {}
-        self._tell("large displacement")
-        finest, displaced, open_by = self._large_displacement(linear, shared)
+        finest, displaced, open_by = self._large_displacement(linear, shared, wanted)
         stages, shares = {**stages, **displaced}, {**shares, **open_by}
         asked = self.theory.name
         if asked in (None, QUASI_STATIC):
@@ -284,9 +288,10 @@ class _Rungs:
         if asked != GEOMETRICALLY_EXACT:
             yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares)
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
-        if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted:
+        if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted and asked is None:
             found = self._cycle(stepped.deflection)
-            yield self._answer(GEOMETRICALLY_EXACT, found, stepped, *self._open(stepped, tolerance, shared, finest))
+            left = self._open(stepped, tolerance, wanted, shared, finest)
+            yield self._answer(GEOMETRICALLY_EXACT, found, stepped, *left)
         self._tell("geometrically exact")
         try:
             begun = None if self.scene.mechanism.friction else stepped.exact
@@ -297,7 +302,7 @@ class _Rungs:
                 raise SceneError(self.scene.path, "run", "theory", problem) from None
             return
         known = (shared, finest) if exact.vibration is linear.vibration else (None, None)
-        opened = self._open(exact, tolerance, *known)
+        opened = self._open(exact, tolerance, wanted, *known)
         yield self._answer(GEOMETRICALLY_EXACT, self._cycle(exact.deflection), exact, *opened)
 
     def unknown(self, why: str) -> Answer:
@@ -314,13 +319,35 @@ class _Rungs:
         large = {LARGE: float(rotation**2 + pressed)}
         return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, large)
 
-    def _large_displacement(
-        self, linear: Elastodynamic, finer: Vibration | None
-    ) -> tuple[Elastodynamic, dict[str, Cycle], dict[str, float]]:
-        """The answer with large displacement, also as a stage; or its effect as a share where no more is known.
+    def _worth_measuring(self, found: Elastodynamic, wanted: float) -> bool:
+        """Whether the discretization error is too large to be stated by its bound, and a finer one is affordable.
 
-        Discretized finer where that is given: the discretization of the linear answer may leave more open of it.
+        After a start, links ring in axial modes that the bound does not cover: there it is always measured.
         """
+        bound = found.time_error + found.reduction_error
+        if found.vibration is not None and not found.vibration.cyclic:
+            bound = math.inf
+        if any("N" in figure.units(self.scene) for figure in self._limited):
+            bound = max(bound, found.axial_error)
+        return bound > RESOLVED * wanted and worth_halving(self.scene.mechanism, found.elements)
+
+    @cached_property
+    def _limited(self) -> list[Figure]:
+        """Figures that limits bound."""
+        keys = {limit.figure for limit in limits_of(self.scene)}
+        return [figure for figure in self.figures if figure.key in keys]
+
+    def _large_displacement(
+        self, linear: Elastodynamic, finer: Vibration | None, wanted: float
+    ) -> tuple[Elastodynamic, dict[str, Cycle], dict[str, float]]:
+        """The answer with large displacement, also as a stage; or a bound of its effect as a share.
+
+        It uses the finer discretization if there is one: that of the linear answer may be too coarse for it.
+        """
+        rotation = float(np.nanmax(cycle_maxima(linear.deflection, ["phi"])["phi"].value, initial=0.0))
+        if self.theory.name is None and rotation <= SMALL_ROTATION * wanted:
+            return linear, {}, {LARGE: rotation}
+        self._tell("large displacement")
         try:
             stepped, left = with_large_displacement(linear, finer)
         except MechanismError:
@@ -328,12 +355,19 @@ class _Rungs:
         return stepped, {LARGE: self._cycle(stepped.deflection)}, {HIGHER_ORDERS: left}
 
     def _open(
-        self, exact: Elastodynamic, tolerance: float, finer: Vibration | None, begun: Elastodynamic | None = None
+        self,
+        exact: Elastodynamic,
+        tolerance: float,
+        wanted: float,
+        finer: Vibration | None,
+        begun: Elastodynamic | None = None,
     ) -> tuple[dict[str, Cycle], dict[str, float]]:
-        """The exact answer discretized finer, as given where that is known, and the share that its steps leave open."""
-        if exact.exact is None or not worth_halving(self.scene.mechanism, exact.elements):
-            return {}, {TIME: exact.time_error + exact.reduction_error, LARGE: large_displacement_error(exact)}
+        """The exact answer in a finer discretization, if that is worth its time, and the errors known as shares."""
+        if exact.exact is None or not self._worth_measuring(exact, wanted):
+            discretized = (exact.time_error + exact.reduction_error) / BOUND_OVER_ERROR
+            return {}, {TIME: discretized, LARGE: large_displacement_error(exact)}
         self._tell("error in time and coordinates")
+        begun = begun if finer else None
         finer = finer or finer_vibration(exact)
         bent, left = discretized_finer(exact, finer, FURTHER * tolerance, begun)  # else both leave the same steps open
         return {TIME: self._cycle(bent)}, {} if left <= tolerance else {LARGE: large_displacement_error(exact)}
@@ -349,7 +383,8 @@ class _Rungs:
     ) -> Answer:
         settled = vibrating.time_error + vibrating.reduction_error if vibrating else 0.0
         bodies, closer = self._cycle(beyond_beam_theory(cycle.deflection)), self._closer(name, vibrating)
-        off = Estimate(stages, bodies, shares, unknown, settled, closer)
+        axial = settled + vibrating.axial_error if vibrating and TIME in shares else 0.0
+        off = Estimate(stages, bodies, shares, unknown, settled, axial, closer)
         graded = graded_figures(self.scene, cycle, self.figures, off)
         missed = math.nan if vibrating is None else math.inf
         if not unknown:
@@ -364,7 +399,7 @@ class _Rungs:
     def _motion_between(self) -> Motion | None:
         """The motion at instants between the positions, too; None of a single position, and where it is not reached."""
         times = self.plain.motion.time
-        if np.shape(times) != self.plain.motion.columns or not 1 < len(times) <= CLOSE:
+        if np.shape(times) != self.plain.motion.columns or not 1 < len(times) <= MAX_REFINED:
             return None
         try:
             return self.scene.course.at(self.scene.course.closer(times))
