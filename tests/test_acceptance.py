@@ -110,12 +110,12 @@ def test_figures_of_unknown_error_keep_no_limit(text, reason, tmp_path, capsys):
     ("bound", "verdict", "status"),
     [
         ("0.1 mm", "not acceptable", 1),
-        ("0.104 mm", "too near to call", 1),
-        ("0.1055 mm", "too near to call", 1),
+        ("0.104 mm", "too close to decide", 1),
+        ("0.1055 mm", "too close to decide", 1),
         ("0.11 mm", "acceptable", 0),
     ],
 )
-def test_a_limit_within_the_error_is_too_near_to_call(bound, verdict, status, tmp_path, capsys):
+def test_a_limit_within_the_error_is_too_close_to_decide(bound, verdict, status, tmp_path, capsys):
     """At 30 rad/s the crank deflects by 104.5 um without vibration, by 105.8 um with it."""
     (tmp_path / "one.toml").write_text(EASY + f'\n[limits]\ndeflection = "{bound}"\n')
     assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out")]) == status
@@ -123,7 +123,7 @@ def test_a_limit_within_the_error_is_too_near_to_call(bound, verdict, status, tm
     acceptance = json.loads((tmp_path / "out" / "one" / "summary.json").read_text())["acceptance"]
     assert (acceptance["verdict"], acceptance["passed"]) == (
         verdict,
-        {0: True}.get(status, None if "near" in verdict else False),
+        {0: True}.get(status, None if "close" in verdict else False),
     )
     assert (f": {verdict.upper()}: deflection 104.5 µm ± 1.3 %, allowed " in told) == bool(status)
     assert ("mostly vibration: accuracy =" in told) == ("near" in verdict)
@@ -155,7 +155,9 @@ def test_every_figure_of_the_summary_has_an_error_in_its_unit(tmp_path, capsys):
     for key, figure in summary["figures"].items():
         assert figure["error"] is not None, key
         base = {"drive_mean": "drive_effort", "drive_mean_power": "drive_power"}.get(key, key)  # of nothing on average
-        assert 0.0 <= figure["error"] < 0.05 * abs(summary["figures"][base]["value"]) + 1e-12, key
+        # the discretization error of a small displacement is a share of the largest one
+        least = 2e-5 * summary["figures"]["displacement"]["value"] if figure["unit"] == "m" else 1e-12
+        assert 0.0 <= figure["error"] < 0.05 * abs(summary["figures"][base]["value"]) + least, key
 
 
 def test_the_speed_below_which_vibration_dies_out_is_told():

@@ -268,7 +268,7 @@ def test_a_speed_of_a_map_is_judged_as_its_report(named):
         tables["limits"] = {"output": output, "deflection": 2 * abs(figures["deflection"]["value"])}
         found = speeds(scene_from_dict(tables), (10.0, 20.0, 2))
         assert (found.highest == 20.0) == (factor > 1)
-        assert found.verdicts[-1] == summary_of(tables)["acceptance"]["verdict"] != "too near to call"
+        assert found.verdicts[-1] == summary_of(tables)["acceptance"]["verdict"] != "too close to decide"
     for name, (measure, values, _) in found.figures.items():
         if measure.items is None and name in figures and figures[name]["value"] is not None:
             assert values[1] == pytest.approx(abs(figures[name]["value"]), rel=0.02, abs=1e-9), name
@@ -318,7 +318,7 @@ def slow_four_bar():
 def outcome_of(value, error, bound, least):
     """The outcome of a limit by its figure, anew."""
     room = value - bound if least else bound - value
-    return "too near to call" if abs(room) < error else "kept" if room >= 0 else "not kept"
+    return "too close to decide" if abs(room) < error else "kept" if room >= 0 else "not kept"
 
 
 @pytest.mark.parametrize(
@@ -340,7 +340,7 @@ def test_a_limit_by_the_name_of_any_figure_is_judged_alike_at_every_door(share):
         outcome_of(each.value, each.error, share * each.value, number % 2 == 1) for number, each in enumerate(plain)
     ]
     assert [row["outcome"] for row in rows] == expected
-    assert ("too near to call" in expected) == (share == 1 - 1e-9)
+    assert ("too close to decide" in expected) == (share == 1 - 1e-9)
     assert [f"{row['kind']}.{row['on']}".rstrip(".") for row in rows] == [*GENERAL]
     assert report(scene_from_dict(tables)).figures["acceptance"]["limits"] == rows
     keys = "\n".join(

@@ -215,7 +215,7 @@ class TestVerdicts:
     def test_a_rod_in_eight_beams_is_that_in_one(self, answered):
         """Within the errors told, and under the same cautions."""
         told = [answered(f"rod_in_{beams}")[2] for beams in ("1_beam", "8_beams")]
-        assert told[0]["verdict"]["level"] == told[1]["verdict"]["level"] == "caution"
+        assert told[0]["reliability"]["level"] == told[1]["reliability"]["level"] == "caution"
         findings = [{each["heading"]: each["level"] for each in summary["trust"]} for summary in told]
         assert findings[0]["Buckling"] == findings[1]["Buckling"] == "caution"
         first, second = (abs(summary["figures"]["deflection"]["value"]) for summary in told)
@@ -227,7 +227,7 @@ class TestVerdicts:
         positions = ("--positions", "2880") if name == "toggle" else ()  # its upper link's peaks are that narrow
         status, said, summary = answered(f"new_user/{name}", "--check", *positions)
         assert status == 0
-        assert summary["verdict"]["level"] == "good"
+        assert summary["reliability"]["level"] == "good"
         assert "caution" not in said
         assert "poor" not in said
         largest = summary["figures"]["deflection"]
@@ -238,7 +238,7 @@ class TestVerdicts:
         status, _, summary = answered("new_user/toggle")
         largest = summary["figures"]["deflection"]
         assert status == 0
-        assert summary["verdict"]["level"] == "caution"
+        assert summary["reliability"]["level"] == "caution"
         assert abs(largest["value"]) == pytest.approx(0.0524e-3, rel=0.01)
         assert largest["error"] > 0.2 * abs(largest["value"])
 

@@ -278,7 +278,7 @@ def test_singular_positions_are_marked_and_empty(tmp_path, capsys):
     assert main([str(path), "-o", str(tmp_path / "out"), "--fields"]) == 0
     said = capsys.readouterr().out
     assert "2 positions without figures, at dead points" in said
-    assert re.search(r"; to be taken with care: [a-z ,]*dead points", said)
+    assert re.search(r"; use with caution: [a-z ,]*dead points", said)
     rows = rows_of(tmp_path / "out" / "flat" / "positions.csv")
     known = [row["coupler.w_max [m]"] != "" for row in rows]
     assert known == [False, True, False, True]
@@ -660,7 +660,7 @@ def test_the_line_tells_the_worst_grade(arm, tmp_path, capsys):
     fine, poor = (line for line in capsys.readouterr().out.splitlines() if line)
     assert "relied" not in fine
     assert "care" not in fine
-    assert re.search(r"; not to be relied on: [a-z ,]*large displacements", poor)
+    assert re.search(r"; not reliable: [a-z ,]*large displacements", poor)
 
 
 @pytest.mark.parametrize(
@@ -681,7 +681,7 @@ def test_figures_that_hardly_a_machine_has_are_asked_about(edit, question, arm, 
     assert main([str(arm), *QUASI_STATIC, "-o", str(tmp_path / "out")]) == 0
     said = capsys.readouterr()
     assert re.search(question, said.err)
-    assert "not to be relied on: inputs" in said.out
+    assert "not reliable: inputs" in said.out
     trust = strict_json(tmp_path / "out" / "arm" / "summary.json")["trust"]
     assert any(re.search(question, finding["text"]) for finding in trust)
 

@@ -79,7 +79,7 @@ def test_a_scene_is_acceptable_and_has_the_figures_that_the_page_tells(name, tmp
     assert main([str(scene) if scene.is_file() else name, "--quiet", "-o", str(tmp_path)]) == 0
     summary = json.loads((tmp_path / name / "summary.json").read_text(encoding="utf-8"))
     assert scene not in SCENES or summary["acceptance"]["verdict"] == "acceptable"
-    assert summary["verdict"]["level"] != "poor"
+    assert summary["reliability"]["level"] != "poor"
     for told, unit, path, *below in TOLD[name]:
         assert told in section(name)
         digits = told.split()[0]

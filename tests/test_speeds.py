@@ -95,12 +95,12 @@ class TestLimitSpeed:
         _, chord, error = found.figures["chord"]
         beside = np.searchsorted(found.speed, [found.highest, found.limit.above])
         assert np.all((chord + error)[beside] > 29.1775e-3 * np.array([0.7, 1.0]))
-        assert [found.verdicts[at] for at in beside] == ["acceptable", "too near to call"]
+        assert [found.verdicts[at] for at in beside] == ["acceptable", "too close to decide"]
         assert found.limit.broken == math.inf, "at the peak, large displacement leaves nothing to tell"
         figures = speed_figures(found, scene_from_text(LIGHTLY_DAMPED + CHORD))
         expected = "(rocker, deflection from the chord: 5th harmonic meets the 1st mode (mostly rocker))"
         assert figures["words"][0].startswith(
-            f"all limits hold up to {found.highest:.4g} rad/s {expected}; above it too near to call"
+            f"all limits hold up to {found.highest:.4g} rad/s {expected}; above it too close to decide"
         )
 
     def test_the_errors_of_a_speed_are_those_of_its_report(self):
@@ -157,10 +157,10 @@ def test_next_to_resonance_a_percentage_is_no_figure():
         "3 of 4 speeds, from 110 rad/s on, are more than 5 % off, 40 % at 120 rad/s: mostly large displacement"
     )
     assert told(0.01, 0.06, 2.4, 0.7) == (
-        "3 of 4 speeds, from 110 rad/s on, are more than 5 % off by large displacement, 2 of them not to be relied on: "
+        "3 of 4 speeds, from 110 rad/s on, are more than 5 % off by large displacement, 2 of them unreliable: "
         "damping decides at resonance, as at 121 rad/s where 5th harmonic meets the 1st mode (mostly crank)"
     )
-    assert told(0.01, 0.06, 0.4, 0.7).endswith("1 of them not to be relied on, as 130 rad/s")
+    assert told(0.01, 0.06, 0.4, 0.7).endswith("1 of them unreliable, as 130 rad/s")
 
 
 class TestWhatGoesWithTheSpeed:

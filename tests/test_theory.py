@@ -255,9 +255,7 @@ def test_an_accuracy_that_cannot_be_reached_costs_no_more_than_one_that_nearly_c
     assert near.error > 5e-5
     assert (far.vibrating.elements, far.vibrating.coordinates) == (near.vibrating.elements, near.vibrating.coordinates)
     assert far.error == near.error
-    assert {"large displacement", "geometrically exact"} <= {
-        stage.partition(": ")[2] for stage in heard
-    }
+    assert {"large displacement", "geometrically exact"} <= {stage.partition(": ")[2] for stage in heard}
 
 
 @pytest.mark.slow
@@ -440,7 +438,7 @@ class TestFurtherChecks:
         found = NonlinearCheck(4, 48, 360, {"bar": largest}, {"bar": largest}, {"bar": 1e-3}, 0.03, 8e-4, 2e-4)
         assert (found.passed, found.near) == (passed, passed is None)
         told = nonlinear_figures(found)
-        assert told["too_near_to_call"] is (passed is None)
+        assert told["too_close_to_decide"] is (passed is None)
         without = {"error": None, "problem": "", "reached": None}
         (line,) = _theory({"theory": without, "nonlinear_check": told, "solid_check": None})
         assert line.endswith(("6 % apart, itself up to 0.1 % off)") if passed is None else " % apart)")
@@ -515,7 +513,7 @@ class TestSpeeds:
         assert found.highest is not None
         values = found.map.values[:, 1].max(axis=1)
         below = int(np.flatnonzero(found.speed == found.highest)[0])
-        assert values[below] <= 0.3e-3 < 1.005 * values[below + 1]  # by its error the next is too near to call
+        assert values[below] <= 0.3e-3 < 1.005 * values[below + 1]  # by its error the next is too close to decide
 
     def test_a_speed_is_that_of_a_run_of_its_own(self):
         found = speeds(scene_at(FAST), (30.0, 60.0, 2))

@@ -25,7 +25,7 @@ KINDS = ("slenderness", "deflection", "axial force", "yield")
 
 @dataclass(frozen=True)
 class ValidityLimit:
-    """From where a figure is to be watched, and from where the answer is not to be relied on.
+    """From where a figure is to be watched, and from where the answer is not reliable.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Exceedance:
         The figure and the limit that it is past: share of the largest deflection that beam theory leaves out;
         deflection over length; compression over Euler's load; von Mises stress over yield stress.
     severe
-        Whether it is past the limit beyond which the answer is not to be relied on.
+        Whether it is past the limit beyond which the answer is not reliable.
     message
         A sentence.
     """

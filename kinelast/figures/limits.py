@@ -31,12 +31,13 @@ from kinelast.figures.errors import stiffness_error
 from kinelast.figures.peaks import Peak
 from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
 from kinelast.figures.results import Results, at_peak, figure, largest, results_in_full
+from kinelast.figures.trust import doubts
 from kinelast.scene.data import QUASI_STATIC, Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit
 from rigid.arrays import Integers, Real, Reals, of_designs
 
-KEPT, BROKEN, TOO_NEAR, UNKNOWN = "kept", "not kept", "too near to call", "cannot be judged"
+KEPT, BROKEN, TOO_NEAR, UNKNOWN = "kept", "not kept", "too close to decide", "cannot be judged"
 SEVERITY = BROKEN, UNKNOWN, TOO_NEAR, KEPT
 VERDICTS = {KEPT: "acceptable", BROKEN: "not acceptable", TOO_NEAR: TOO_NEAR, UNKNOWN: UNKNOWN}
 PASSED = {KEPT: True, BROKEN: False}
@@ -49,7 +50,7 @@ PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.field
 def severity(limit: Limit, value: Any, error: Any) -> Integers:
     """Places in `SEVERITY` of the outcomes for figures with their errors, shape (...).
 
-    A limit is neither kept nor not where the bound lies within the error.
+    A limit is too close to decide if its bound lies within the error.
     """
     below, above = limit.kept(value - error), limit.kept(value + error)
     known = np.where(below & above, SEVERITY.index(KEPT), np.where(below | above, SEVERITY.index(TOO_NEAR), 0))
@@ -162,15 +163,25 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
         parts = peaks[item].error
         assert parts is not None
         problem = nearer(results, parts, abs(value - float(limit.bound)) / (abs(value) or 1.0))
-    return _beside_cams(results, Judgement(limit, outcome, item, value, error, problem))
+    return Judgement(limit, outcome, item, value, error, problem)
 
 
-def _beside_cams(results: Results, judged: Judgement) -> Judgement:
-    """A judgement that is none where a cam does not work: then figures are those of another machine."""
+def _if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
+    """The judgements, with "cannot be judged" in place of those that faulty cams or unreliable figures do not allow.
+
+    A cam that does not work makes the figures those of another machine. A limit that is not kept stays not kept.
+    """
     values = {key: [peak.value for peak in results.figures.peaks.get(key, [])] for key in CAM_NEEDS}
     known = {key: peaks for key, peaks in values.items() if peaks}
-    why = "; ".join(words for words, at_fault in cam_faults(results.scene, known) if at_fault)
-    return replace(judged, outcome=UNKNOWN, problem=why) if why and judged.outcome != BROKEN else judged
+    faults = [words for words, at_fault in cam_faults(results.scene, known) if at_fault]
+    if not faults and any(judged.outcome == KEPT for judged in judgements):
+        faults = doubts(results)
+    if not faults:
+        return tuple(judgements)
+    why = "; ".join(faults)
+    return tuple(
+        judged if judged.outcome == BROKEN else replace(judged, outcome=UNKNOWN, problem=why) for judged in judgements
+    )
 
 
 def limits_of_items(scene: Scene) -> list[Limit]:
@@ -211,7 +222,8 @@ def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()
         return FullAnswer("", unknown, dict.fromkeys(names, (math.nan, math.nan)))
     measures = measures_of(scene, figures_of(results.figures.output))
     theory = QUASI_STATIC if results.answer is None else results.answer.theory
-    judgements = tuple(_of_measure(results, limit, measures.get(limit.figure)) for limit in limits)
+    judged = [_of_measure(results, limit, measures.get(limit.figure)) for limit in limits]
+    judgements = _if_reliable(results, judged)
     figures = {name: _known(results, measures[name]) for name in names if name in measures}
     return FullAnswer(theory, judgements, figures)
 
@@ -246,7 +258,7 @@ def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judg
     value, error = _known(results, measure) if measure else (math.nan, math.nan)
     outcome = SEVERITY[int(severity(limit, value, error))]
     problem = f"the error of {limit.figure} is not known" if outcome == UNKNOWN else ""
-    return _beside_cams(results, Judgement(limit, outcome, 0, value, error, problem))
+    return Judgement(limit, outcome, 0, value, error, problem)
 
 
 def room(judged: Judgement, value: float, before: tuple[float, float] | None = None) -> float:
@@ -294,7 +306,7 @@ def acceptance(results: Results, figures: Mapping[str, Any]) -> dict[str, Any]:
     -------
     As of `verdict_on`; and `limits`: a row each, `kept` were there no error.
     """
-    judgements = [_of_own(results, limit) for limit in limits_of(results.scene)]
+    judgements = _if_reliable(results, [_of_own(results, limit) for limit in limits_of(results.scene)])
     rows = [_judged_row(results, figures, each) for each in judgements]
     return {**verdict_on(judgements), "limits": rows}
 

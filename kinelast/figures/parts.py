@@ -382,7 +382,7 @@ def nonlinear_figures(check: NonlinearCheck | NotMade | None) -> dict[str, Any] 
     return {
         "passed": check.passed,
         "largest": check.largest,
-        "too_near_to_call": check.near,
+        "too_close_to_decide": check.near,
         "elements": check.elements,
         "steps": check.steps,
         "positions": check.positions,

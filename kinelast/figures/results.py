@@ -104,7 +104,7 @@ class NonlinearCheck:
 
     @property
     def passed(self) -> bool | None:
-        """Whether the answer is as near as it said; None where it said nothing, or that is too near to call."""
+        """Whether the answer is as near as it said; None where it said nothing, or that is too close to decide."""
         if math.isnan(self.estimate) or self.near:
             return None
         return self._beyond <= 0.0

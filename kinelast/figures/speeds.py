@@ -70,8 +70,8 @@ class SpeedLimit:
         Up to the first all limits hold, errors and all, at the second they do not; the first 0.0 where they fail at the
         lowest speed.
     broken
-        Up to this speed limits are too near to call, there one is not kept, whatever the error; infinite where that is
-        beyond the speeds that were looked at.
+        Lowest speed at which a limit is not kept whatever the error; infinite if beyond the speeds examined. Between
+        `above` and this speed, limits are too close to decide.
     limit, item
         Which fails first, and the number of its item; None where there is no steady state above, or the figure is not
         known.

@@ -33,7 +33,7 @@ from kinelast.figures.peaks import Peak, greatest
 from kinelast.figures.registry import output_figures
 from kinelast.figures.results import Results, at_position, coordinates, error_of, figure, largest, worst_figure
 from kinelast.figures.shares import output_shares
-from kinelast.figures.trust import exceedance_figures, findings, left_out, verdict
+from kinelast.figures.trust import exceedance_figures, findings, left_out, reliability, unreliable_figures
 from kinelast.scene.data import ACCURACY, QUASI_STATIC
 from kinelast.scene.limits import OUTPUT_ERROR, Output
 from kinelast.scene.numbers import quantity
@@ -59,7 +59,8 @@ def summary(results: Results) -> dict[str, Any]:
     if output is not None:
         output["shares"] = output_shares(results, output)
     trust = [asdict(finding) for finding in findings(results)]
-    level, reasons = verdict(trust)
+    level, reasons = reliability(trust)
+    registered = registered_figures(results)
     figures = {
         "told_in": scene.told_in,
         "scene": {"name": scene.name, "title": scene.title, "source": scene.source},
@@ -80,7 +81,7 @@ def summary(results: Results) -> dict[str, Any]:
         "largest_chord": _greatest(results, "chord"),
         "largest_stress": _greatest(results, "mises"),
         "strength": strength_figures(results),
-        "figures": registered_figures(results),
+        "figures": registered,
         "points": points,
         "angle_errors": angles,
         "output": output,
@@ -105,7 +106,7 @@ def summary(results: Results) -> dict[str, Any]:
         "cautions": exceedance_figures(results),
         "limits": {kind: {"watch": limit.watch, "beyond": limit.beyond} for kind, limit in LIMITS.items()},
         "trust": trust,
-        "verdict": {"level": level, "reasons": reasons},
+        "reliability": {"level": level, "reasons": reasons, "unreliable": unreliable_figures(registered)},
         "stressed": any(math.isfinite(peak.value) for peak in peaks["stress"]),
         "not_computed": left_out(results),
     }

@@ -19,7 +19,7 @@ from kinelast.figures.inputs import CAUTION, GOOD, OPEN, ORDER, POOR, Finding, c
 from kinelast.figures.parts import cam_rows, friction_figures
 from kinelast.figures.results import Results, at_peak, worst_figure
 from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT
-from kinelast.scene.numbers import LEAST_TOLD, error_percent, number, percent, quantity
+from kinelast.scene.numbers import LEAST_TOLD, UNRELIABLE, error_percent, number, percent, quantity
 from rigid import Friction, counted
 
 THEORY, CAMS = "Accuracy", "Cams"
@@ -72,14 +72,34 @@ def findings(results: Results) -> list[Finding]:
     return sorted(unsorted, key=lambda finding: ORDER.index(finding.level))
 
 
-def verdict(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
-    """The worst level of findings as plain data, and the headings with it.
+def doubts(results: Results) -> list[str]:
+    """Reasons why no limit can be called kept: findings that make the figures unreliable.
 
-    Strength does not count: that a link yields is a bad answer, not a doubtful one.
+    Strength does not count: a link that yields is a bad answer, not a doubtful one. An error that is known does not
+    count either: each limit is judged by the error of its own figure.
+    """
+    counted = [finding for finding in findings(results) if finding.level == POOR]
+    return [f"not reliable: {each.heading.lower()}" for each in counted if each.heading != HEADINGS["yield"]]
+
+
+def reliability(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
+    """The worst level of findings as plain data, and their headings.
+
+    Strength does not count, see `doubts`.
     """
     about = [finding for finding in trust if finding["level"] != OPEN and finding["heading"] != HEADINGS["yield"]]
     level = min((finding["level"] for finding in about), key=ORDER.index, default=GOOD)
     return level, list(dict.fromkeys(finding["heading"].lower() for finding in about if finding["level"] == level))
+
+
+def unreliable_figures(rows: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Figures whose error exceeds `UNRELIABLE` of their value, the least certain first: `name`, `on`, `share`."""
+    found = [
+        {"name": row["name"], "on": row.get("on"), "share": abs(row["error"] / row["value"])}
+        for row in rows.values()
+        if row.get("error") and row["value"] and abs(row["error"]) > UNRELIABLE * abs(row["value"])
+    ]
+    return sorted(found, key=lambda each: -each["share"])
 
 
 def digits_left(condition: float) -> int:
@@ -222,8 +242,7 @@ def _theory(results: Results) -> Iterator[Finding]:
             told = nearer(results, worst.error, wanted)
             text += f" {percent(wanted)} were {'expected' if answer.accuracy is None else 'asked for'}"
             text += f", {told}." if told else "."
-    far = LIMITS["vibration"].far_passed(results.error)
-    yield Finding(POOR if far else GOOD if results.error <= wanted else CAUTION, THEORY, text)
+    yield Finding(GOOD if results.error <= wanted else CAUTION, THEORY, text)
 
 
 def _damping(results: Results) -> str:

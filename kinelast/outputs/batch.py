@@ -14,13 +14,13 @@ from typing import Any
 from kinelast.figures.cycle import WELL
 from kinelast.figures.inputs import CAUTION, GOOD, INPUTS, OPEN, POOR
 from kinelast.figures.limits import VERDICTS
-from kinelast.figures.trust import digits_left, verdict
+from kinelast.figures.trust import digits_left
 from kinelast.outputs.outbox import rewritten
 from kinelast.outputs.page import MARK, index_page
 from kinelast.outputs.table import Column, Table, csv_bytes, csv_rows, parquet_bytes
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.error import plain
-from kinelast.scene.numbers import ToldIn, beside, coordinate, error_percent, number, percent, quantity
+from kinelast.scene.numbers import UNRELIABLE, ToldIn, beside, coordinate, error_percent, number, percent, quantity
 from kinelast.tasks.task import Outcome
 
 OUTCOMES = {words: outcome for outcome, words in VERDICTS.items()}
@@ -29,8 +29,7 @@ HEAD = (("scene", ""), ("state", ""), ("status", ""), ("accepted", ""), ("larges
         ("output_error", "m"), ("output_error", "rad"), ("output", ""), ("condition", "1"), ("grade", ""),
         ("check", ""), ("message", ""))  # fmt: skip
 FEW = 2  # limits that a headline tells one by one
-ACCEPTED = {None: "", True: "yes", False: "no"}
-LEVELS = {CAUTION: "to be taken with care", POOR: "not to be relied on", OPEN: "not known"}
+LEVELS = {CAUTION: "use with caution", POOR: "not reliable", OPEN: "not known"}
 """How far to trust the figures, as the page says it too."""
 
 
@@ -41,11 +40,10 @@ def summary_row(outcome: Outcome, name: str) -> list[Any]:
     safety = figures["strength"][stress["label"]]["safety_factor"]["value"] if stress else None
     condition = figures["run"]["largest_condition"]["value"] if figures else None
     check = (figures.get("check") or {"passed": None})["passed"]
-    grade = verdict(figures["trust"])[0] if figures else ""
+    grade = figures["reliability"]["level"] if figures else ""
     passed = "" if check is None else "agrees" if check else "differs"
     chord, output = figures.get("largest_chord") or {}, figures.get("output") or {}
-    accepted = "unknown" if figures and figures["acceptance"]["problem"] else ""
-    accepted = accepted or (ACCEPTED[figures["acceptance"]["passed"]] if figures else "")
+    accepted = figures["acceptance"]["verdict"] if figures else ""
     errors = [output.get("value") if output.get("unit") == unit else None for unit in ("m", "rad")]
     cells = [name, outcome.state, outcome.status, accepted, deflection.get("value"), deflection.get("label"),
              chord.get("value"), chord.get("label"), stress.get("value"), stress.get("label"), safety, *errors,
@@ -140,7 +138,7 @@ def headline(figures: Mapping[str, Any]) -> str:
         words.append("filmed is the motion: nothing is drawn along links without beams")
     if accepted["verdict"]:
         words.insert(0, _verdict(figures))
-    level, reasons = verdict(figures["trust"])
+    level, reasons = figures["reliability"]["level"], figures["reliability"]["reasons"]
     if level != GOOD:
         words.append(f"{LEVELS[level]}: {', '.join(reasons)}")
     return "; ".join(words)
@@ -150,7 +148,9 @@ def _error(row: Mapping[str, Any]) -> str:
     """The error of a figure as a share of it, behind it; nothing where it is not known, or there is none."""
     if not row["error"] or not row["value"]:
         return ""
-    return f" ± {error_percent(abs(row['error'] / row['value']))}{' measured' if row.get('error_measured') else ''}"
+    share = abs(row["error"] / row["value"])
+    marks = [" measured" if row.get("error_measured") else "", " (unreliable)" if share > UNRELIABLE else ""]
+    return f" ± {error_percent(share)}{''.join(marks)}"
 
 
 def _verdict(figures: Mapping[str, Any]) -> str:
@@ -226,8 +226,8 @@ def _theory(figures: Mapping[str, Any]) -> list[str]:
             outcome = "" if passed is None else " agrees" if passed else " FAILED"
             without = figures[key].get("left_out")
             more = f", without {', '.join(without)}" if without else ""
-            if figures[key].get("too_near_to_call"):
-                outcome = " TOO NEAR TO CALL"
+            if figures[key].get("too_close_to_decide"):
+                outcome = " TOO CLOSE TO DECIDE"
                 more += f", itself up to {percent(sum(figures[key]['own_errors'].values()))} off"
             words.append(f"{name}{outcome} ({percent(figures[key]['largest'])} apart{more})")
     return words

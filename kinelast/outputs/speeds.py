@@ -21,7 +21,7 @@ from kinelast.scene.data import ACCURACY, Scene
 from kinelast.scene.numbers import percent, quantity
 
 NEAR = 0.002  # share of the limit speed to which that is known
-USELESS = 0.5  # error from which a figure is not to be relied on: next to resonance its percentage is none
+USELESS = 0.5  # error from which a figure is unreliable: next to resonance its percentage is none
 BESIDE = 0.05  # of a speed, by which a peak beside it is its resonance
 LABEL_ROOM = 0.04  # of the range of speeds, that the label of a peak takes
 UNITS = dict(zip(FIELDS, ("m", "m", "Pa"), strict=True))
@@ -168,7 +168,7 @@ def _limit_figures(limit: SpeedLimit, scene: Scene) -> dict[str, Any]:
         "kind": limit.limit.kind if limit.limit else None,
         "of": _item_of(limit, scene) or None,
         "above": limit.above,
-        "too_near_to_call_up_to": limit.broken if math.isfinite(limit.broken) else None,
+        "too_close_to_decide_up_to": limit.broken if math.isfinite(limit.broken) else None,
         "resonance": _resonance_figures(limit.resonance, scene),
         "words": limit_words(limit, scene),
     }
@@ -229,7 +229,7 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
         yield f"speeds are those of {name}, the other drives keep their ratio to it"
     if result.highest is not None:
         if not result.highest:
-            words = "limits are too near to call" if result.verdicts[0] == TOO_NEAR else "limits do not hold"
+            words = "limits are too close to decide" if result.verdicts[0] == TOO_NEAR else "limits do not hold"
             yield f"{words} at the lowest speed, {told(result.speed[0])}"
         elif result.limit is None:
             yield f"all limits hold up to {told(result.highest)}, the highest speed asked for"
@@ -237,7 +237,7 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
             broken, near = result.limit.broken, ""
             if broken > (1 + NEAR) * result.limit.above:
                 known = math.isfinite(broken)
-                near = f"; too near to call up to {told(broken)}" if known else "; above it too near to call"
+                near = f"; too close to decide up to {told(broken)}" if known else "; above it too close to decide"
             yield f"all limits hold up to {told(result.highest)} ({limit_words(result.limit, scene)}){near}"
     for low, high in result.unstable:
         yield f"no steady state from {told(low)} to {told(high)}: the links' vibration grows"
@@ -257,7 +257,7 @@ def _error_words(result: Speeds, scene: Scene, told: Callable[[Any], str]) -> It
     if not useless.any():
         yield f"{words}, {percent(result.error[worst])} at {at}: mostly large displacement"
         return
-    words += f" by large displacement, {useless.sum()} of them not to be relied on"
+    words += f" by large displacement, {useless.sum()} of them unreliable"
     if near is None or near.resonance is None or abs(near.speed / result.speed[worst] - 1.0) > BESIDE:
         yield f"{words}, as {at}"
     else:

@@ -96,6 +96,7 @@ def _picked(value: Any, row: int | None) -> Any:
 LEAST_TOLD = (
     1e-4  # share: an error below it is behind the digits that are told, and behind all that is known of a machine
 )
+UNRELIABLE = 0.25  # error relative to the figure, beyond which the figure is marked as unreliable
 HOUR = 3600.0  # [s], from which on a time is told in hours
 LEAST_STRESS = 1e-3  # in the unit that a scene is told in, below which a stress is told in that with a prefix
 ToldIn = Mapping[str, tuple[float, str]]

@@ -1,6 +1,6 @@
 // The answer on top: acceptable or not, how far to trust it, and the figures that a reader looks for first.
 const LIMIT_WORDS = { deflection: "deflection", chord: "deflection from chord", safety: "safety against yield", output: "error of the output" };
-const TRUST_WORDS = { good: "These figures can be relied on.", caution: "These figures are to be taken with care", poor: "Some of these figures are not to be relied on" };
+const TRUST_WORDS = { good: "All figures are reliable", caution: "Use with caution", poor: "Not reliable" };
 const CHORD = "the straight line through the link's own displaced ends: what is left is bending alone";
 
 function agreement({ largest, momentum }) {
@@ -80,8 +80,11 @@ function yielding() {
 }
 
 function trustLine() {
-  const { level, reasons } = summary.verdict;
-  return h("div", { class: `verdict ${level}`, id: "trusted" }, h("p", {}, h("b", {}, level === "good" ? TRUST_WORDS.good : `${TRUST_WORDS[level]}: ${reasons.join(", ")}.`), " ", h("a", { href: "#trust" }, "Why?")));
+  const { level, reasons, unreliable } = summary.reliability;
+  const marked = unreliable.slice(0, 4).map((each) => `${each.name}${each.on ? ` of ${each.on}` : ""} ± ${share(each.share)}`);
+  if (unreliable.length > 4) marked.push(`${unreliable.length - 4} more`);
+  const words = [level === "good" ? (marked.length ? "Reliable" : TRUST_WORDS.good) : `${TRUST_WORDS[level]}: ${reasons.join(", ")}`, marked.length ? `${level === "good" ? "except" : "unreliable"}: ${marked.join(", ")}` : ""].filter(Boolean).join(level === "good" ? " " : "; ");
+  return h("div", { class: `verdict ${marked.length && level === "good" ? "caution" : level}`, id: "trusted" }, h("p", {}, h("b", {}, `${words}.`), " ", h("a", { href: "#trust" }, "Why?")));
 }
 
 function tile(heading, figure, words, { level = "", means = null, at = null } = {}) {
@@ -102,10 +105,11 @@ const ROUND_OFF = 1e-12; // share below which an error is not told
 // The error of a figure behind it, as a share of it.
 function errorWords(figure) {
   if (figure?.error === undefined || figure.error === 0 || figure.value === null || !figure.value || Math.abs(figure.error / figure.value) < ROUND_OFF) return "";
-  return figure.error === null ? (figure.error_unknown ? " (error unknown)" : "") : ` ± ${errorShare(Math.abs(figure.error / figure.value))}${figure.error_measured ? " measured" : ""}`;
+  return figure.error === null ? (figure.error_unknown ? " (error unknown)" : "") : ` ± ${errorShare(Math.abs(figure.error / figure.value))}${figure.error_measured ? " measured" : ""}${Math.abs(figure.error / figure.value) > UNRELIABLE ? " (unreliable)" : ""}`;
 }
 
 const share = (part) => `${number(100 * part, 2)} %`;
+const UNRELIABLE = 0.25; // of kinelast/scene/numbers.py
 const errorShare = (part) => (part < 1e-4 ? "< 0.01 %" : share(part));  // LEAST_TOLD of kinelast/scene/numbers.py
 
 function tiles() {
@@ -132,7 +136,7 @@ function tiles() {
   }
   if (nonlinear) {
     const [value, note, level] = nonlinear.problem ? ["cannot be made", nonlinear.problem, "caution"]
-      : nonlinear.too_near_to_call ? ["too near to call", `${share(nonlinear.largest)} apart where ${share(nonlinear.estimate)} is said; the check itself may be ${share(nonlinear.own_errors.mesh + nonlinear.own_errors.step)} off`, "caution"]
+      : nonlinear.too_close_to_decide ? ["too close to decide", `${share(nonlinear.largest)} apart where ${share(nonlinear.estimate)} is said; the check itself may be ${share(nonlinear.own_errors.mesh + nonlinear.own_errors.step)} off`, "caution"]
       : nonlinear.passed === false ? ["differs", `${share(nonlinear.largest)} apart where ${share(nonlinear.estimate)} is said`, "poor"]
       : [`${share(nonlinear.largest)} apart`, `finite elements that vibrate and move as far as they will, ${nonlinear.elements} a beam`, "good"];
     shown.push(tile("Nonlinear check", value, note, { level, means: "the whole mechanism solved once more from its geometry and masses alone" }));

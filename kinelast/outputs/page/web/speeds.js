@@ -21,7 +21,7 @@ function speedsSection() {
     chart(grid, `Largest ${name} against the speed${shown.length < curves.length ? ` (${shown.length / 2} of ${curves.length / 2} links)` : ""}`, unit, shown, { xs, notes, log: true, xLabel: `speed of the drive [${unitWords(speeds.unit)}]` });
   }
   const told = [];
-  if (speeds.highest_within_limits !== null) told.push(speeds.highest_within_limits ? `All limits hold up to ${words(speeds.highest_within_limits)}${speeds.limit ? `; ${speeds.limit.words}` : ", the highest speed asked for"}.` : `${speeds.verdicts[0] === "too near to call" ? "The limits are too near to call" : "The limits do not hold"} at the lowest speed.`);
+  if (speeds.highest_within_limits !== null) told.push(speeds.highest_within_limits ? `All limits hold up to ${words(speeds.highest_within_limits)}${speeds.limit ? `; ${speeds.limit.words}` : ", the highest speed asked for"}.` : `${speeds.verdicts[0] === "too close to decide" ? "The limits are too close to decide" : "The limits do not hold"} at the lowest speed.`);
   else if (!limits.length) told.push("No limits are set, so no highest speed can be told.");
   const critical = Object.entries(speeds.critical).map(([multiple, [low, high]]) => `${multiple} times the speed at ${number(low)} to ${number(high)} ${unitWords(speeds.unit)}`);
   if (critical.length) told.push(`The lowest natural frequency is met by ${lists(critical)}: it changes over the cycle.`);
