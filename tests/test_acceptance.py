@@ -126,7 +126,7 @@ def test_a_limit_within_the_error_is_too_close_to_decide(bound, verdict, status,
         {0: True}.get(status, None if "close" in verdict else False),
     )
     assert (f": {verdict.upper()}: deflection 104.5 µm ± 1.3 %, allowed " in told) == bool(status)
-    assert ("mostly vibration: accuracy =" in told) == ("near" in verdict)
+    assert ("mostly vibration: accuracy =" in told) == ("close" in verdict)
 
 
 def test_many_limits_stand_on_lines_of_their_own(tmp_path, capsys):
