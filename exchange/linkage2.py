@@ -1,25 +1,28 @@
-"""Files of Linkage, version 2 and 3 (.linkage2): XML of connectors, links and ratios."""
+"""Mechanisms of Linkage, version 2 and 3 (.linkage2): XML of connectors, links and ratios."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import sqrt
 from xml.etree import ElementTree
 
-from exchange.drawing import GROUND, Body, Drawing, Drive, ExchangeError, Gear, Names, Slide, Slot, link_with, turns_of
+from exchange.drawing import GROUND, Body, Drawing, Drive, ExchangeError, Gear, Names, Slide, Slot, link_with, to_and_fro
 
 SOURCE = "Linkage"
 UNITS = {"inches": "in", "millimeters": "mm"}
-BESIDE = 1 << 0  # layer of what is drawn beside the mechanism
-WRITTEN = {"mm": ("Millimeters", 1.0), "cm": ("Millimeters", 10.0), "m": ("Millimeters", 1e3), "in": ("Inches", 1.0)}
-BEYOND = 0.05  # of a slot's travel: how much longer the slot is at either end
-TURNS = 15.0  # rpm, Linkage's own default
-NEAR = 1e-3  # of a slot's length: how far from its line a pin may be drawn
+DRAWN_ONLY = 1 << 0  # layer of drawings and measures that are no part of the mechanism
+TURNS = 15.0  # rpm or cycles a minute, Linkage's own default
+MAX_OFFSET = 1e-3  # distance of a pin from its slot / length of the slot
+MAX_ARC_OFFSET = 0.02  # distance of a pin from its curved slot / radius
+LIGHT = 1e-6  # [kg] mass of the link that stands for a curved slot
+TOUCHING = re.compile(r'(="[^"]*")(?=[A-Za-z_])')  # attributes without a space between them, which Linkage reads
 
 
 @dataclass(frozen=True)
 class Connector:
-    """A connector: its name in the scene, place, whether it is fixed, driven, traced, and between which it slides."""
+    """A connector: its name in the scene, its place, speed [rpm] if it is an input, and the ends of its slot."""
 
     name: str
     place: complex
@@ -27,7 +30,7 @@ class Connector:
     turns: float | None
     traced: bool
     limits: tuple[str, ...]
-    arc: float
+    radius: float
 
 
 @dataclass
@@ -36,10 +39,11 @@ class _Reading:
 
     connectors: dict[str, Connector]
     unit: str
-    called: Names = field(default_factory=lambda: Names(["ground"]))
+    called: Names = field(default_factory=lambda: Names([GROUND]))
     members: dict[str, tuple[str, ...]] = field(default_factory=dict)
     link_of: dict[str, str] = field(default_factory=dict)
     points: dict[str, complex] = field(default_factory=dict)
+    fixed: list[str] = field(default_factory=list)
     links: dict[str, Body] = field(default_factory=dict)
     slots: dict[str, Slot] = field(default_factory=dict)
     slides: dict[str, Slide] = field(default_factory=dict)
@@ -47,19 +51,29 @@ class _Reading:
 
 
 def of_linkage2(text: str, title: str) -> Drawing:
-    """The mechanism in a file of Linkage.
+    """Return the mechanism in a file of Linkage.
 
     Raises
     ------
     ExchangeError
-        It is none.
+        The file is damaged or of another program.
     """
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise ExchangeError("a document type in it, which files of Linkage have not")
+        raise ExchangeError("the file has a document type, which files of Linkage have not")
     try:
-        return _drawing(ElementTree.fromstring(text), title)
-    except (ElementTree.ParseError, KeyError, ValueError, StopIteration) as error:
-        raise ExchangeError(f"no file of Linkage that can be read: {error!r}") from None
+        root = ElementTree.fromstring(TOUCHING.sub(r"\1 ", text))
+    except ElementTree.ParseError as error:
+        raise ExchangeError(f"this file of Linkage is damaged: {error}") from None
+    try:
+        return _drawing(root, title)
+    except KeyError as error:
+        raise ExchangeError(f"a part of this file of Linkage names {error}, which the file does not have") from None
+    except ValueError as error:
+        raise error if isinstance(error, ExchangeError) else _unreadable(error) from None
+
+
+def _unreadable(error: ValueError) -> ExchangeError:
+    return ExchangeError(f"a number in this file of Linkage cannot be read: {error}")
 
 
 def _drawing(root: ElementTree.Element, title: str) -> Drawing:
@@ -70,33 +84,34 @@ def _drawing(root: ElementTree.Element, title: str) -> Drawing:
         UNITS.get("" if program is None else program.get("units", "").lower(), "mm"),
     )
     read.points.update({each.name: each.place for each in read.connectors.values()})
-    fixed = tuple(each.name for each in read.connectors.values() if each.fixed)
+    read.fixed += [each.name for each in read.connectors.values() if each.fixed]
     wheels = {each.attrib["id"] for each in root.iterfind("ratios/ratio/link")}
     actuators = _read_links(read, root, wheels)
     for key in read.connectors:
         _read_slot(read, key)
     drives = [*_turning(read), *(_cylinder(read, key, each) for key, each in actuators.items())]
-    gears = tuple(_gears(read, root, fixed))
-    used = {name for body in read.links.values() for name in body.points} | {*fixed}
+    gears = _driven_first(list(_gears(read, root)), [drive.joint for drive in drives])
+    used = {name for body in read.links.values() for name in body.points} | {*read.fixed}
     traced = next(
         (each.name for each in read.connectors.values() if each.traced and each.name in used and not each.fixed), ""
     )
     places = {name: place for name, place in read.points.items() if name in used}
     return Drawing(
-        title, SOURCE, read.unit, places, fixed, read.links, read.slots, read.slides, tuple(drives), gears, traced,
-        tuple(read.notes),
+        title, SOURCE, read.unit, places, tuple(read.fixed), read.links, read.slots, read.slides, tuple(drives), gears,
+        traced, notes=tuple(read.notes),
     )  # fmt: skip
 
 
 def _moves(each: ElementTree.Element) -> bool:
-    """Whether a connector is of the mechanism, not of the drawings and measures beside it."""
-    return not int(each.get("layer") or 0) & BESIDE and each.get("measurementelement") != "true"
+    """Whether a connector or link belongs to the mechanism."""
+    return not int(each.get("layer") or 0) & DRAWN_ONLY and each.get("measurementelement") != "true"
 
 
 def _connector(each: ElementTree.Element, names: Names) -> Connector:
     limits = tuple(limit.attrib["id"] for limit in each.findall("slidelimit")) if each.get("slider") == "true" else ()
+    name = (each.get("name") or "").strip()
     return Connector(
-        names(each.attrib["id"], each.get("name") or f"P{each.attrib['id']}"),
+        names(each.attrib["id"], name or f"P{each.attrib['id']}"),
         complex(float(each.attrib["x"]), float(each.attrib["y"])),
         each.get("anchor") == "true",
         float(each.get("rpm") or TURNS) if each.get("input") == "true" else None,
@@ -107,32 +122,49 @@ def _connector(each: ElementTree.Element, names: Names) -> Connector:
 
 
 def _read_links(read: _Reading, root: ElementTree.Element, wheels: set[str]) -> dict[str, ElementTree.Element]:
-    """Read the links; those of fixed connectors alone are of the ground. The actuators, by their keys."""
-    actuators = {}
+    """Read the links, joining fastened ones. Return the actuators by their keys."""
+    actuators, elements = {}, {}
     for number, each in enumerate((*root.findall("Link"), *root.findall("element"))):
-        connectors = tuple(c.attrib["id"] for c in each.findall("connector") if c.attrib["id"] in read.connectors)
-        if not connectors or not _moves(each):
+        names = [c.attrib["id"] for kind in ("connector", "fastenconnector") for c in each.findall(kind)]
+        connectors = tuple(name for name in names if name in read.connectors)
+        if connectors and _moves(each):
+            key = f"{each.get('id')} {number}"  # some files give a number twice
+            read.members[key] = connectors
+            (actuators if each.get("actuator") == "true" else elements)[key] = each
+    for keys, grounded in _fastened(read, elements):
+        connectors = tuple(dict.fromkeys(c for key in keys for c in read.members[key]))
+        wheel = len(keys) == 1 and len(connectors) == 1 and elements[keys[0]].get("id") in wheels
+        if grounded or (all(read.connectors[c].fixed for c in connectors) and not wheel):
+            read.link_of |= dict.fromkeys(keys, GROUND)
             continue
-        key = f"{each.get('id')} {number}"  # the files give a number twice now and then
-        read.members[key] = connectors
-        if each.get("fastenlink") or each.find("fastenconnector") is not None:
-            read.notes.append(
-                f"link {each.get('id')} is fastened to another, which is left out: a [welds] table does it"
-            )
-        if each.get("actuator") == "true":
-            actuators[key] = each
-        elif all(read.connectors[c].fixed for c in connectors) and not (
-            len(connectors) == 1 and each.get("id") in wheels
-        ):
-            read.link_of[key] = "ground"
-        else:
-            name = read.link_of[key] = read.called(key, each.get("name") or f"link_{each.get('id')}")
-            read.links[name] = Body(tuple(read.connectors[c].name for c in connectors))
+        first = elements[keys[0]]
+        name = read.called(keys[0], (first.get("name") or "").strip() or f"link_{first.get('id')}")
+        read.link_of |= dict.fromkeys(keys, name)
+        read.links[name] = Body(tuple(read.connectors[c].name for c in connectors))
     return actuators
 
 
+def _fastened(read: _Reading, elements: dict[str, ElementTree.Element]) -> list[tuple[list[str], bool]]:
+    """Keys of links that are fastened to one another, larger links first, and whether they are so to the ground."""
+    groups = {key: [key] for key in elements}
+    grounded = set()
+    for key, each in elements.items():
+        other = next((name for name in elements if name.split()[0] == each.get("fastenlink")), None)
+        anchor = read.connectors.get(each.get("fastenconnector", ""))
+        if other is not None and groups[other] is not groups[key]:
+            groups[other] += groups[key]
+            for member in groups[key]:
+                groups[member] = groups[other]
+        elif anchor is not None and anchor.fixed:
+            grounded.add(key)
+        elif anchor is not None:
+            read.notes.append(f"link {each.get('id')} is fastened to the moving connector {anchor.name}: left out")
+    distinct = {id(keys): keys for keys in groups.values()}.values()
+    return [(sorted(keys, key=lambda key: -len(read.members[key])), bool(grounded & {*keys})) for keys in distinct]
+
+
 def _read_slot(read: _Reading, key: str) -> None:
-    """Read where a connector slides: a fixed one in the moving link of its limits, any other as the pin of its link."""
+    """Read the slot of a connector: a fixed one slides in a moving link, any other is a pin of its link."""
     pin = read.connectors[key]
     if len(pin.limits) != 2:
         return
@@ -146,38 +178,66 @@ def _read_slot(read: _Reading, key: str) -> None:
         "",
     )
     if not on and start.fixed and end.fixed:
-        on = "ground"
+        on = GROUND
     mine = [read.link_of[link] for link, members in read.members.items() if key in members and link in read.link_of]
-    link = "ground" if pin.fixed else next((name for name in mine if name not in (on, "ground")), "")
+    link = GROUND if pin.fixed else next((name for name in mine if name not in (on, GROUND)), "")
+    if not on or not link or link == on:
+        read.notes.append(f"{pin.name} slides between points of two links, which is left out")
+    elif pin.radius:
+        _read_arc(read, pin, start, end, on)
+    else:
+        _read_straight(read, pin, start, end, link, on)
+
+
+def _read_straight(read: _Reading, pin: Connector, start: Connector, end: Connector, link: str, on: str) -> None:
     along = end.place - start.place
     across = ((pin.place - start.place) * along.conjugate()).imag / abs(along) ** 2 if along else 1.0
-    for wrong, why in (
-        (pin.arc, "along an arc: a link from the arc's centre does it"),
-        (not on or not link or link == on, "between points of two links"),
-        (abs(across) > NEAR, "beside its line"),
-    ):
-        if wrong:
-            read.notes.append(f"{pin.name} slides {why}, which is left out")
-            return
+    if abs(across) > MAX_OFFSET:
+        read.notes.append(f"{pin.name} slides beside its line, which is left out")
+        return
     read.points[pin.name] -= 1j * across * along
     read.slots[f"slot_{pin.name}"] = Slot(pin.name, link, on, along)
-    if on != "ground":
-        body, brace = read.links[on], (start.name, end.name)
-        beside = abs(body.points.index(brace[0]) - body.points.index(brace[1])) != 1
-        if beside and brace not in body.braces:
-            read.links[on] = replace(body, braces=(*body.braces, brace))
+    if on != GROUND:
+        read.links[on] = read.links[on].with_beam(start.name, end.name)
+
+
+def _read_arc(read: _Reading, pin: Connector, start: Connector, end: Connector, on: str) -> None:
+    """Add the link from the centre of a curved slot to its pin, which moves the pin in the same way."""
+    half, radius = (end.place - start.place) / 2, abs(pin.radius)
+    if not half or abs(half) > radius * (1 + MAX_ARC_OFFSET):
+        read.notes.append(f"{pin.name} slides along an arc that its two ends do not have, which is left out")
+        return
+    height = 1j * half / abs(half) * sqrt(max(radius**2 - abs(half) ** 2, 0.0))
+    centers = [start.place + half + side * height for side in (1, -1)]
+    offset, center = min(((abs(abs(pin.place - each) - radius), each) for each in centers), key=lambda pair: pair[0])
+    if offset > MAX_ARC_OFFSET * radius:
+        read.notes.append(f"{pin.name} slides beside its arc, which is left out")
+        return
+    owned = read.fixed if on == GROUND else read.links[on].points
+    name = next((point for point in owned if abs(read.points[point] - center) < MAX_OFFSET * radius), "")
+    if not name:
+        name = read.called(f"center {pin.name}", f"center_{pin.name}")
+        read.points[name] = center
+        if on == GROUND:
+            read.fixed.append(name)
+        else:
+            body = read.links[on]
+            read.links[on] = replace(body, points=(*body.points, name))
+    read.links[read.called(f"arc {pin.name}", f"arc_{pin.name}")] = Body((name, pin.name), LIGHT, None, 0.0)
+    read.notes.append(f"the curved slot of {pin.name} is a link from the arc's centre here, with the same motion")
 
 
 def _turning(read: _Reading) -> Iterator[Drive]:
-    """Drives of the connectors that are inputs, each of the first link that has it."""
+    """Drives of the connectors that are inputs, each of the first link there."""
     for connector in read.connectors.values():
         link = link_with(read.links, connector.name)
         if connector.turns is not None and link is not None:
-            yield Drive({"link": link, "at": connector.name}, f"{connector.turns:g} rpm")
+            start = "0 deg" if len(read.links[link].points) == 1 else ""
+            yield Drive({"link": link, "at": connector.name}, f"{connector.turns:g} rpm", start=start)
 
 
 def _cylinder(read: _Reading, key: str, each: ElementTree.Element) -> Drive:
-    """The barrel, the rod, the slider and the drive of an actuator, which goes out by its throw and back."""
+    """Add barrel, rod and slider of an actuator; it extends by its throw and returns, or first retracts if cpm < 0."""
     first, last = (read.connectors[number] for number in (read.members[key][0], read.members[key][-1]))
     name = read.called(key, f"cylinder_{key.split(maxsplit=1)[0]}")
     head, tip = f"{name}_head", f"{name}_tip"
@@ -187,118 +247,51 @@ def _cylinder(read: _Reading, key: str, each: ElementTree.Element) -> Drive:
     read.links[name] = Body((first.name, head), rigid=True)
     read.links[rod] = Body((last.name, tip))
     read.slides[f"{name}_slide"] = Slide(rod, name, last.name, last.place - first.place)
-    half, throw = 30 / float(each.get("cpm") or TURNS), float(each.get("throw") or 0)
-    read.notes.append(f"{name} starts as drawn, goes out by {throw:g} {read.unit} and back: its start is assumed")
-    ways = (throw, -throw)
-    law = tuple({"curve": "harmonic", "duration": f"{half:g} s", "by": f"{by:g} {read.unit}"} for by in ways)
-    return Drive({"slider": f"{name}_slide"}, law=law)
+    cycles, throw = float(each.get("cpm") or 0) or TURNS, float(each.get("throw") or 0)
+    way = throw if cycles > 0 else -throw
+    verb = "extends" if cycles > 0 else "retracts"
+    read.notes.append(f"{name} {verb} by {throw:g} {read.unit} and returns, here with a smooth start and stop")
+    speed = 2 * throw * abs(cycles) / 60
+    return Drive({"slider": f"{name}_slide"}, law=to_and_fro((way, -way), speed, read.unit))
 
 
-def _gears(read: _Reading, root: ElementTree.Element, fixed: tuple[str, ...]) -> Iterator[Gear]:
-    """Wheels by the ratio of their sizes."""
-    link_of = {key.split()[0]: name for key, name in reversed(read.link_of.items())}
+def _gears(read: _Reading, root: ElementTree.Element) -> Iterator[Gear]:
+    """Wheels by the ratio of their sizes, turning on the link that carries both, or on the ground."""
     for ratio in root.iterfind("ratios/ratio"):
-        wheels = [(link_of.get(each.get("id", ""), ""), float(each.get("size") or 0)) for each in ratio.findall("link")]
-        if len(wheels) != 2 or any(name not in read.links or size <= 0 for name, size in wheels):
-            read.notes.append("a gear between links that are not known is left out")
+        wheels = [_wheel(read, each) for each in ratio.findall("link")]
+        if len(wheels) != 2 or any(not name or size <= 0 for name, _, size in wheels):
+            read.notes.append("a gear between links that are not in the file is left out")
             continue
-        (first, size), (second, other) = wheels
+        (first, axle, size), (second, other, other_size) = wheels
+        pins = read.connectors[axle], read.connectors[other]
+        carrier = link_with({name: body for name, body in read.links.items() if name not in (first, second)},
+                            *(pin.name for pin in pins))  # fmt: skip
+        if carrier is None and not all(pin.fixed for pin in pins):
+            read.notes.append(f"a gear between {first} and {second}, which no link carries, is left out")
+            continue
+        on = {} if carrier is None else {"on": carrier}
+        ends = [{"link": name, **on, "at": pin.name} for name, pin in zip((first, second), pins, strict=True)]
         teeth = ratio.get("type") == "gears"
-        yield Gear(_axle(read, first, fixed), _axle(read, second, fixed), (-size if teeth else size) / other, teeth)
+        if first == GROUND:  # a wheel that stands: the carrier's own angle, turned round
+            ends[0] = {"link": carrier or "", "at": pins[0].name}
+        yield Gear(*ends, (-size if teeth != (first == GROUND) else size) / other_size, teeth and first != GROUND)
 
 
-def _axle(read: _Reading, name: str, fixed: tuple[str, ...]) -> dict[str, str]:
-    """The pin about which a wheel turns: on the ground, or else on the first other link that has a point of it."""
-    points = read.links[name].points
-    for point in points:
-        if point in fixed:
-            return {"link": name, "at": point}
-    others = (
-        (other, point)
-        for point in points
-        for other, body in read.links.items()
-        if other != name and point in body.points
-    )
-    other, at = next(others)
-    return {"link": name, "on": other, "at": at}
+def _driven_first(gears: list[Gear], driven: Sequence[Mapping[str, str]]) -> tuple[Gear, ...]:
+    """Turn gears so that their motion comes from the driven joints."""
+    moved, left, ordered = [dict(joint) for joint in driven], gears, []
+    while left:
+        pairs = [(gear, end in moved) for gear in left for end in (dict(gear.driver), dict(gear.follower))]
+        gear = next((gear for gear, known in pairs if known), left[0])
+        left = [each for each in left if each is not gear]
+        if dict(gear.follower) in moved and dict(gear.driver) not in moved:
+            gear = Gear(gear.follower, gear.driver, 1 / gear.ratio, gear.teeth)
+        moved.append(dict(gear.follower))
+        ordered.append(gear)
+    return tuple(ordered)
 
 
-def linkage2_text(drawing: Drawing) -> str:
-    """The mechanism as a file of Linkage: connectors, links, slots between two connectors, inputs, gears and chains.
-
-    Raises
-    ------
-    ExchangeError
-        It has parts that Linkage does not know, without which it would move otherwise.
-    """
-    turns = turns_of(drawing, SOURCE)
-    if drawing.slides:
-        raise ExchangeError(f"{SOURCE} has no place for a link that slides without turning")
-    units, scale = WRITTEN[drawing.unit]
-    root = ElementTree.Element("linkage2")
-    look = {"zoom": "1", "xoffset": "0", "yoffset": "0", "scalefactor": "1", "units": units}
-    ElementTree.SubElement(root, "program", look)
-    members = {name: list(body.points) for name, body in drawing.links.items()}
-    places, limits = dict(drawing.points), {}
-    fixed = {*drawing.ground}
-    for name, slot in drawing.slots.items():
-        ends = _slot_ends(drawing, slot)
-        limits[slot.point] = [f"{name} {number}" for number in (1, 2)]
-        places.update(zip(limits[slot.point], ends, strict=True))
-        members.setdefault(f"{name} ground" if slot.on == GROUND else slot.on, []).extend(limits[slot.point])
-        fixed |= {*limits[slot.point]} if slot.on == GROUND else set()
-    number = {
-        name: str(at) for at, name in enumerate(name for name in places if any(name in of for of in members.values()))
-    }
-    speeds = {at: turn for _, at, turn in turns}
-    for name, key in number.items():
-        place = scale * places[name]
-        keys = {
-            "id": key,
-            "x": f"{round(place.real, 9) + 0.0:.12g}",
-            "y": f"{round(place.imag, 9) + 0.0:.12g}",
-            "layer": "0",
-        }
-        if name in drawing.points:
-            keys["name"] = name
-        if name in fixed:
-            keys["anchor"] = "true"
-        if name in speeds:
-            keys |= {"input": "true", "rpm": f"{speeds[name]:.12g}"}
-        if name == drawing.traced:
-            keys["draw"] = "true"
-        connector = ElementTree.SubElement(root, "connector", keys | ({"slider": "true"} if name in limits else {}))
-        for limit in limits.get(name, ()):
-            ElementTree.SubElement(connector, "slidelimit", {"id": number[limit]})
-    first = {link for link, _, _ in turns}  # the driven link of a connector is the first that has it
-    key_of = {name: str(at) for at, name in enumerate(sorted(members, key=lambda link: link not in first), 1)}
-    for name, key in key_of.items():
-        link = ElementTree.SubElement(root, "Link", {"id": key, "layer": "0", "name": name})
-        for point in members[name]:
-            ElementTree.SubElement(link, "connector", {"id": number[point]})
-    if drawing.gears:
-        ratios = ElementTree.SubElement(root, "ratios")
-        for gear in drawing.gears:
-            _write_gear(ratios, gear, key_of)
-    ElementTree.indent(root)
-    return ElementTree.tostring(root, encoding="unicode") + "\n"
-
-
-def _slot_ends(drawing: Drawing, slot: Slot) -> tuple[complex, complex]:
-    """The places between which a pin slides, as drawn: a little beyond its travel."""
-    low, high = slot.travel
-    if low == high:
-        spans = [abs(one - other) for one in drawing.points.values() for other in drawing.points.values()]
-        low, high = -max(spans), max(spans)
-    beyond, along = BEYOND * (high - low), slot.direction / abs(slot.direction)
-    here = drawing.points[slot.point]
-    return here + (low - beyond) * along, here + (high + beyond) * along
-
-
-def _write_gear(ratios: ElementTree.Element, gear: Gear, key_of: dict[str, str]) -> None:
-    names = gear.driver.get("link", ""), gear.follower.get("link", "")
-    if not {*names} <= key_of.keys() or (gear.ratio < 0) != gear.teeth:
-        raise ExchangeError(f"{SOURCE} has no place for a rack, or for teeth that mesh from within")
-    ratio = ElementTree.SubElement(ratios, "ratio", {"type": "gears" if gear.teeth else "chain"})
-    for name, size in zip(names, (abs(gear.ratio), 1.0), strict=True):
-        ElementTree.SubElement(ratio, "link", {"id": key_of[name], "size": f"{size:.12g}"})
+def _wheel(read: _Reading, each: ElementTree.Element) -> tuple[str, str, float]:
+    """Link, axle and size of a wheel; the link is "" if the file does not have it."""
+    key = next((key for key in read.link_of if key.split()[0] == each.get("id")), "")
+    return (read.link_of.get(key, ""), read.members[key][0] if key else "", float(each.get("size") or 0))

@@ -1,248 +1,209 @@
-"""Mechanisms of PMKS+: its links, and the files it saves, which hold the same text."""
+"""Mechanisms of PMKS+: its links and the files it saves, which hold the same text."""
 
 from __future__ import annotations
 
 import cmath
-from collections.abc import Sequence
-from dataclasses import dataclass
-from urllib.parse import parse_qs, unquote, urlsplit
+from collections.abc import Mapping
+from urllib.parse import parse_qs, urlsplit
 
-from exchange.drawing import GROUND, Body, Drawing, Drive, ExchangeError, Names, Slide, link_with, turns_of
+from exchange.drawing import GROUND, Body, Drawing, Drive, ExchangeError, Load, Names, Slide, Slot
+from exchange.pmks_code import (
+    DRIVEN,
+    FIXED,
+    SEALED,
+    SLIDES,
+    TRACED,
+    WELDED,
+    Force,
+    Joint,
+    Part,
+    Saved,
+    decoded,
+    folded,
+)
 
-DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
-UNITS = ("in", "cm", "m")  # by the number that the file has
 SOURCE = "PMKS+"
-TURNS = 20  # rpm, PMKS+'s own default
-CHECKS = DIGITS[:62]
-WRITTEN = {"mm": ("cm", 0.1), "cm": ("cm", 1.0), "m": ("cm", 100.0), "in": ("in", 1.0)}
-KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # of joints: a link is known by those of its joints
-SHOWN = 1 << 3 | 1 << 5  # grid lines and names
-
-
-@dataclass(frozen=True)
-class Joint:
-    """A joint of PMKS+: its place, the angle of its line [rad] where it slides, and its marks."""
-
-    key: str
-    name: str
-    place: complex
-    angle: float
-    slides: bool
-    driven: bool
-    fixed: bool
-    welded: bool
-    traced: bool
-
-
-@dataclass(frozen=True)
-class Part:
-    """A link of PMKS+ by its joints; a piston is the block of a slider."""
-
-    key: str
-    name: str
-    mass: float
-    joints: tuple[str, ...]
-    piston: bool
+# kilograms, kg m^2 and newtons in the units of a file, by its unit of length
+MASS = {"m": 1.0, "cm": 1e-3, "in": 0.45359237}
+INERTIA = {"m": 1.0, "cm": 1e-4, "in": 0.45359237 * 0.0254**2}
+FORCE = {"m": 1.0, "cm": 1.0, "in": 4.4482216152605}
+UNTOUCHED = 1.0  # mass and inertia of a new link in PMKS+
+MAX_OFFSET = 0.005  # distance of a pin from its slot / length of the slot
+BODY_DOCUMENT = "pmks2:"  # begins the files of its editor of bodies
 
 
 def of_pmks(text: str, title: str) -> Drawing:
-    """The mechanism in a link or file of PMKS+, version 1 or 2.
+    """Return the mechanism in a link or file of PMKS+: version 1, version 2, or that of today.
 
     Raises
     ------
     ExchangeError
-        It is none.
+        The text is damaged or of another program.
     """
     query = urlsplit(text.strip()).query if "?" in text else text.strip()
-    try:
-        return _of_first(query, title) if "j=" in query else _of_second(query, title)
-    except (ValueError, IndexError, KeyError, StopIteration) as error:
-        raise ExchangeError(f"no mechanism of PMKS+ that can be read: {error!r}") from None
+    if query.startswith(BODY_DOCUMENT):
+        raise ExchangeError(f'a file of PMKS+ that begins with "{BODY_DOCUMENT}" is not read: save it as a link')
+    saved = _of_first(query) if "j=" in query else decoded(query)
+    return _Reading(folded(saved), title).drawing()
 
 
-def _integer(text: str) -> int:
-    """A number in base 64; one that begins with 0 is not positive."""
-    value = 0
-    for digit in text.removeprefix("0") if text[:1] == "0" else text:
-        value = 64 * value + DIGITS.index(digit)
-    return -value if text[:1] == "0" else value
-
-
-def _number(text: str) -> float:
-    return _integer(text) / 1000
-
-
-def _of_second(query: str, title: str) -> Drawing:
-    """Version 2: settings, joints, links and forces between dots; an empty entry ends each list."""
-    words = query.split(".")
-    first = next(at for at, word in enumerate(words) if word.count(",") == 4 and len(word) > 5)
-    lists: list[list[str]] = [[]]
-    for word in words[first:]:
-        lists.append([]) if not word else lists[-1].append(word)
-    joints = [_joint(word) for word in lists[0]]
-    parts = [_part(word) for word in lists[1] if word[0] == "Y"]
-    forces = len([word for word in (lists[2] if len(lists) > 2 else []) if word.count(",") >= 6])
-    settings = words[:first]
-    enums = settings[-1] if settings else ""
-    unit = UNITS[int(enums[0])] if enums[:1] in ("0", "1", "2") else "cm"
-    turns = _integer(next((word for word in settings[1:] if "," in word), "K").split(",")[0]) or TURNS
-    clockwise = bool(settings and DIGITS.index(settings[0][-1]) & 1)
-    return _drawing(title, unit, joints, parts, f"{-turns if clockwise else turns} rpm", forces)
-
-
-def _joint(word: str) -> Joint:
-    marks = DIGITS.index(word[0])
-    key, name, x, y, angle = word[1:].split(",")
-    slides, driven, fixed, welded, traced = (bool(marks >> bit & 1) for bit in range(5))
-    return Joint(
-        key, unquote(name), complex(_number(x), _number(y)), _number(angle), slides, driven, fixed, welded, traced
-    )
-
-
-def _part(word: str) -> Part:
-    key, name, mass, *rest = word[2:].split(",")
-    joints = rest[4 : rest.index("", 4)]
-    return Part(key, unquote(name), _number(mass), tuple(joints), word[1] == "P")
-
-
-def _of_first(query: str, title: str) -> Drawing:
-    """Version 1: joints and links as rows of comma-separated values."""
+def _of_first(query: str) -> Saved:
+    """Version 1: joints, links and forces as rows of comma-separated values, without masses."""
     given = parse_qs(query, keep_blank_values=True)
-    joints = []
-    for row in _rows(given.get("j", [""])[0]):
-        key, x, y, _, kind, fixed, angle, _, driven = row[:9]
-        joints.append(
-            Joint(
-                key,
-                key,
-                complex(float(x), float(y)),
-                float(angle),
-                kind == "P",
-                driven == "t",
-                fixed == "t",
-                False,
-                False,
-            )
-        )
-    parts = [
-        Part(row[0], row[0], float(row[1]), tuple(row[5].split("|")), False) for row in _rows(given.get("l", [""])[0])
-    ]
-    settings = given.get("s", [""])[0].split(",")
-    turns = float(settings[0]) if settings[0] else TURNS
-    unit = settings[3] if len(settings) > 3 and settings[3] in ("cm", "m", "in", "mm") else "cm"
-    speed = f"{-turns if settings[1:2] == ['true'] else turns:g} rpm"
-    return _drawing(title, unit, joints, parts, speed, len(_rows(given.get("f", [""])[0])))
-
-
-def _rows(text: str) -> list[list[str]]:
-    return [row.split(",") for row in text.replace("\\n", "\n").split("\n") if row.strip()]
-
-
-def _drawing(title: str, unit: str, joints: Sequence[Joint], parts: Sequence[Part], speed: str, forces: int) -> Drawing:
-    names, called = Names(), Names(["ground"])
-    blocks = {part.key: part for part in parts if part.piston}
-    sliders = {each.key: each for each in joints if each.slides}
-    point = {each.key: names(each.key, each.name) for each in joints if not each.slides or not _at_pin(each, joints)}
-    known = {each.key: each for each in joints}
-    links = {
-        called(part.key, part.name): Body(tuple(point[key] for key in part.joints if key in point))
-        for part in parts
-        if not part.piston
+    rows = {
+        kind: [row.split(",") for row in given.get(kind, [""])[0].replace("\\n", "\n").split("\n") if row.strip()]
+        for kind in "jl"
     }
-    slides = {}
-    for key, joint in sliders.items():
-        block = next((part for part in blocks.values() if key in part.joints), None)
-        pin = next((other for other in (block.joints if block else (key,)) if other in point), None)
-        if pin is None:
-            raise ExchangeError(f'the slider "{joint.name}" has no pin')
-        name = called(f"block {key}", f"block_{point[pin]}")
-        links[name] = Body((point[pin],))
-        slides[f"guide_{point[pin]}"] = Slide(name, "ground", point[pin], cmath.rect(1.0, joint.angle))
-    fixed = tuple(point[each.key] for each in joints if each.fixed and not each.slides)
-    drives = tuple(_drive(each, point, links, slides, speed) for each in joints if each.driven)
-    notes = ["masses of PMKS+ are left out: those of section and material count"]
-    if forces:
-        notes.append(f"forces of PMKS+ that were left out: {forces}; put them under [[loads]]")
-    if any(each.welded for each in known.values()):
-        notes.append("links that are welded in PMKS+ are one link here")
-    traced = next((point[each.key] for each in joints if each.traced and not each.fixed and each.key in point), "")
-    places = {point[key]: known[key].place for key in point}
-    return Drawing(
-        title, SOURCE, unit, places, fixed, links, slides=slides, drives=drives, traced=traced, notes=tuple(notes)
-    )
+    settings = given.get("s", [""])[0].split(",")
+    kind = ""
+    try:
+        kind = "joint"
+        joints = tuple(map(_first_joint, rows["j"]))
+        kind = "link"
+        parts = tuple(Part(row[0], row[0], tuple(filter(None, row[5].split("|")))) for row in rows["l"])
+        kind = "setting"
+        turns = float(settings[0] or 20.0)
+    except (ValueError, IndexError):
+        raise ExchangeError(f"a {kind} of this link of PMKS+, version 1, cannot be read") from None
+    known = {joint.key for joint in joints}
+    if lost := next((key for part in parts for key in part.joints if key not in known), None):
+        raise ExchangeError(f'a link of PMKS+ has a joint "{lost}" that the file does not')
+    unit = settings[3] if len(settings) > 3 and settings[3] in ("cm", "m", "in") else "cm"
+    return Saved(unit, joints, parts, turns=-turns if settings[1:2] == ["true"] else turns)
 
 
-def _at_pin(slider: Joint, joints: Sequence[Joint]) -> bool:
-    return any(not each.slides and each.place == slider.place for each in joints)
+def _first_joint(row: list[str]) -> Joint:
+    key, x, y, _, kind, fixed, angle, _, driven = row[:9]
+    marks = SLIDES * (kind == "P") | FIXED * (fixed == "t") | DRIVEN * (driven == "t")
+    return Joint(key, key, complex(float(x), float(y)), float(angle), marks)
 
 
-def _drive(joint: Joint, point: dict[str, str], links: dict[str, Body], slides: dict[str, Slide], speed: str) -> Drive:
-    if joint.slides:
-        name = next((name for name, slide in slides.items() if name.endswith(point.get(joint.key, ""))), "")
-        raise ExchangeError(f"a driven slider ({name or joint.name}) is not read: its stroke is not in the file")
-    link = link_with(links, point[joint.key])
-    if link is None:
-        raise ExchangeError(f'no link has the driven joint "{joint.name}"')
-    return Drive({"link": link, "at": point[joint.key]}, speed)
+class _Reading:
+    """A saved mechanism on its way to a drawing."""
+
+    def __init__(self, saved: Saved, title: str) -> None:
+        self.saved, self.title = saved, title
+        self.joints = {joint.key: joint for joint in saved.joints}
+        self.notes: list[str] = []
+        names, called = Names(), Names([GROUND])
+        self.point = {joint.key: names(joint.key, joint.name) for joint in saved.joints}
+        self.places = {self.point[joint.key]: joint.place for joint in saved.joints}
+        self.names = names
+        self.link_of: dict[str, str] = {}  # links of the file, and parts of welded ones, by key
+        self.links: dict[str, Body] = {}
+        for part in saved.parts:
+            if part.whole:
+                self._add_link(part, called)
+        self.slots: dict[str, Slot] = {}
+        self.slides: dict[str, Slide] = {}
+        for joint in saved.joints:
+            if joint.has(SLIDES):
+                self._add_slot(joint)
+
+    def _add_link(self, part: Part, called: Names) -> None:
+        frame = all(self.joints[key].has(FIXED) and not self.joints[key].has(SLIDES) for key in part.joints)
+        name = GROUND if frame else called(part.key, part.name)
+        self.link_of |= dict.fromkeys((part.key, *part.parts), name)
+        if not frame:
+            self.links[name] = Body(tuple(dict.fromkeys(self.point[key] for key in part.joints)), *self._masses(part))
+
+    def _masses(self, part: Part) -> tuple[float | None, complex | None, float | None]:
+        """Mass [kg], centre and inertia [kg m^2] of a link; those of a new link of PMKS+ are nobody's choice."""
+        unit = self.saved.unit
+        if not part.mass or part.mass == part.inertia == UNTOUCHED:
+            return None, None, None
+        inertia = None if part.inertia is None else part.inertia * INERTIA[unit]
+        return part.mass * MASS[unit], part.center, inertia
+
+    def _add_slot(self, joint: Joint) -> None:
+        """Add the slot of a joint: of a pin, or of a link that slides without turning."""
+        point = self.point[joint.key]
+        on = self.link_of.get(joint.carrier, GROUND) if joint.carrier else GROUND
+        riders = [name for name, body in self.links.items() if point in body.points and name != on]
+        if not riders:
+            self.notes.append(f'the slider "{joint.name}" of PMKS+ has no link, and is left out')
+            return
+        direction, travel = cmath.rect(1.0, joint.angle), (0.0, 0.0)
+        if joint.carrier:
+            start, end = (self.joints[key].place for key in joint.slot)
+            if start == end:
+                raise ExchangeError(f'the slot of "{joint.name}" of PMKS+ has no length')
+            direction = (end - start) / abs(end - start)
+            across = ((joint.place - start) * direction.conjugate()).imag
+            self.places[point] -= 1j * across * direction  # saved to 0.001 only, so a little beside its line
+            if abs(across) > MAX_OFFSET * abs(end - start):
+                self.notes.append(f'"{joint.name}" of PMKS+ is drawn beside its slot, and is moved into it here')
+            low, high = sorted(((each - joint.place) * direction.conjugate()).real for each in (start, end))
+            travel = low, high
+            if on != GROUND:
+                self.links[on] = self.links[on].with_beam(*(self.point[key] for key in joint.slot))
+        if joint.has(WELDED | SEALED):
+            self.slides[f"slide_{point}"] = Slide(riders[0], on, point, direction, travel)
+        else:
+            self.slots[f"slot_{point}"] = Slot(point, riders[0], on, direction, travel)
+
+    def _drive(self, joint: Joint) -> Drive:
+        """The drive of a joint: on the ground of the first link there, else of the second one from the first."""
+        point, unit = self.point[joint.key], self.saved.unit
+        if joint.has(SLIDES):
+            name = next((each for each in (f"slide_{point}", f"slot_{point}") if each in self.slides | self.slots), "")
+            if not name:
+                raise ExchangeError(f'the driven slider "{joint.name}" of PMKS+ moves no link')
+            return Drive({"slider": name}, f"{joint.speed or self.saved.slides:.12g} {unit}/s")
+        links = [name for name, body in self.links.items() if point in body.points]
+        speed = f"{joint.speed or self.saved.turns:.12g} rpm"
+        if joint.has(FIXED) and links:
+            return Drive({"link": links[0], "at": point}, speed)
+        if len(links) < 2:
+            raise ExchangeError(f'the driven joint "{joint.name}" of PMKS+ joins no two links')
+        return Drive({"link": links[1], "on": links[0], "at": point}, speed)
+
+    def _loads(self) -> tuple[Load, ...]:
+        """Forces at points of links; a place that is no joint becomes a point."""
+        loads, unit = [], self.saved.unit
+        for force in self.saved.forces:
+            link = self.link_of.get(force.link, "")
+            if link not in self.links or force.start == force.end:
+                self.notes.append(f'the force "{force.name}" of PMKS+ is on no moving link, and is left out')
+                continue
+            along = (force.end - force.start) / abs(force.end - force.start) * (1 if force.outward else -1)
+            point = self._point_at(link, force)
+            loads.append(Load(link, point, force.size * FORCE[unit] * along, force.local))
+        return tuple(loads)
+
+    def _point_at(self, link: str, force: Force) -> str:
+        points = self.links[link].points
+        known = next((point for point in points if self.places[point] == force.start), None)
+        if known is not None:
+            return known
+        name = self.names(f"force {force.name}", force.name)
+        self.places[name] = force.start
+        body = self.links[link]
+        self.links[link] = Body((*points, name), body.mass, body.center, body.inertia, body.rigid, body.braces)
+        return name
+
+    def drawing(self) -> Drawing:
+        saved, loads = self.saved, self._loads()
+        drives = tuple(self._drive(joint) for joint in saved.joints if joint.has(DRIVEN))
+        masses = {
+            self.point[joint.key]: joint.mass * MASS[saved.unit]
+            for joint in saved.joints
+            if joint.mass and joint.has(SLIDES)
+        }
+        weighed = bool(masses) or any(body.mass for body in self.links.values())
+        if not weighed and any(part.whole for part in saved.parts):
+            self.notes.append("the file gives no masses: those of the assumed section and material count")
+        used = {point for body in self.links.values() for point in body.points}
+        fixed = tuple(
+            self.point[joint.key] for joint in saved.joints if joint.has(FIXED) and not joint.has(SLIDES)
+        )
+        watched = (self.point[joint.key] for joint in saved.joints if joint.has(TRACED) and not joint.has(FIXED))
+        return Drawing(
+            self.title, SOURCE, saved.unit, _kept(self.places, used | {*fixed}), fixed, self.links, self.slots,
+            self.slides, drives, traced=next((point for point in watched if point in used), ""), masses=masses,
+            loads=loads, gravity=saved.gravity and weighed, notes=tuple(self.notes),
+        )  # fmt: skip
 
 
-def pmks_text(drawing: Drawing) -> str:
-    """The mechanism as PMKS+ saves it, version 2: the query of a link, or a whole file.
-
-    Places are to a thousandth of a centimetre or inch, directions to a milliradian, speeds to an rpm, as it keeps them.
-
-    Raises
-    ------
-    ExchangeError
-        It has parts that PMKS+ does not know, without which it would move otherwise.
-    """
-    turns = turns_of(drawing, SOURCE)
-    sliding = next((name for name, slot in drawing.slots.items() if slot.on != GROUND), None)
-    for wrong, why in (
-        (drawing.gears, "gears"),
-        (drawing.slides, "a link that slides without turning"),
-        (sliding, "a slot in a moving link"),
-        (len({turn for _, _, turn in turns}) > 1, "drives of several speeds"),
-    ):
-        if wrong:
-            raise ExchangeError(f"{SOURCE} has no place for {why}")
-    unit, scale = WRITTEN[drawing.unit]
-    links = {name: body.points for name, body in drawing.links.items() if len(body.points) > 1}
-    used = [name for name in drawing.points if any(name in points for points in links.values())]
-    if len(used) + len(drawing.slots) > len(KEYS):
-        raise ExchangeError(f"{SOURCE} names joints by a letter, and here are more than {len(KEYS)}")
-    key = dict(zip([*used, *(f"{name} slot" for name in drawing.slots)], KEYS, strict=False))
-    driven, called = {at for _, at, _ in turns}, Names()
-    joints, parts = [], []
-    for name in used:
-        bits = (name in driven) << 1 | (name in drawing.ground) << 2 | (name == drawing.traced) << 4
-        joints.append(_written_joint(bits, key[name], called(name), scale * drawing.points[name], 0.0))
-    for name, points in sorted(links.items(), key=lambda link: link[0] not in {link for link, _, _ in turns}):
-        members = [key[each] for each in points]
-        center = scale * sum(drawing.points[each] for each in points) / len(points)
-        sizes = ",".join(map(_digits, (1.0, 1.0, center.real, center.imag)))
-        parts.append(f"YR{''.join(members)},{called(f'link {name}', name)},{sizes},c5cae9,{','.join(members)},,")
-    for name, slot in drawing.slots.items():
-        pin, block = key[slot.point], key[f"{name} slot"]
-        angle = cmath.phase(slot.direction)
-        joints.append(_written_joint(5, block, block, scale * drawing.points[slot.point], angle))
-        parts.append(f"YP{pin}{block},{pin}{block},{_digits(1.0)},0,0,0,,{pin},{block},,")
-    marks = DIGITS[SHOWN >> 6] + DIGITS[SHOWN & 63 | (turns[0][2] < 0)]
-    speed = _digits(max(1, round(abs(turns[0][2]))) / 1000)
-    enums = f"{UNITS.index(unit)}0{int(unit != 'in')}{UNITS.index(unit)}"
-    lists = "".join(f"{word}." for word in joints) + "." + "".join(f"{word}." for word in parts)
-    whole = f"{marks}.{_digits(1.0)}.{speed},0.{enums}.{lists}..N_"
-    return whole + CHECKS[len(whole) % len(CHECKS)]
-
-
-def _written_joint(marks: int, key: str, name: str, place: complex, angle: float) -> str:
-    return f"{DIGITS[marks]}{key},{name},{_digits(place.real)},{_digits(place.imag)},{_digits(angle)}"
-
-
-def _digits(value: float) -> str:
-    """Thousandths in base 64; of a negative number a 0 before."""
-    left, text = abs(round(1000 * value)), ""
-    while left or not text:
-        left, digit = divmod(left, 64)
-        text = DIGITS[digit] + text
-    return f"0{text}" if round(1000 * value) < 0 else text
+def _kept(places: Mapping[str, complex], used: set[str]) -> dict[str, complex]:
+    return {name: place for name, place in places.items() if name in used}

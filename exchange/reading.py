@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from exchange.drawing import Drawing, ExchangeError
-from exchange.linkage2 import linkage2_text, of_linkage2
+from exchange.linkage2 import of_linkage2
+from exchange.linkage2_written import linkage2_text
 from exchange.linkage_sim import of_linkage_sim
 from exchange.mec2 import of_mec2
-from exchange.pmks import of_pmks, pmks_text
+from exchange.pmks import of_pmks
+from exchange.pmks_written import pmks_text
 from exchange.pylinkage import of_pylinkage
 
 FORMATS = "PMKS+ (.pmks or a link), Linkage (.linkage2), pylinkage, mec2 and linkage_sim (.json), DXF (.dxf)"

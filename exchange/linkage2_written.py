@@ -1,0 +1,106 @@
+"""Mechanisms written for Linkage, version 3."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+from exchange.drawing import GROUND, Drawing, ExchangeError, Gear, Slot
+from exchange.linkage2 import SOURCE
+
+WRITTEN = {"mm": ("Millimeters", 1.0), "cm": ("Millimeters", 10.0), "m": ("Millimeters", 1e3), "in": ("Inches", 1.0)}
+MARGIN = 0.05  # extra length of a slot at either end / travel of its pin
+
+
+def linkage2_text(drawing: Drawing) -> str:
+    """The mechanism as a file of Linkage: connectors, links, slots between two connectors, inputs, gears and chains.
+
+    Raises
+    ------
+    ExchangeError
+        It has parts that Linkage does not know, without which it would move otherwise.
+    """
+    turns = _turns(drawing)
+    if drawing.slides:
+        raise ExchangeError(f"{SOURCE} has no place for a link that slides without turning")
+    units, scale = WRITTEN[drawing.unit]
+    root = ElementTree.Element("linkage2")
+    look = {"zoom": "1", "xoffset": "0", "yoffset": "0", "scalefactor": "1", "units": units}
+    ElementTree.SubElement(root, "program", look)
+    members = {name: list(body.points) for name, body in drawing.links.items()}
+    places, limits = dict(drawing.points), {}
+    fixed = {*drawing.ground}
+    for name, slot in drawing.slots.items():
+        ends = _slot_ends(drawing, slot)
+        limits[slot.point] = [f"{name} {number}" for number in (1, 2)]
+        places.update(zip(limits[slot.point], ends, strict=True))
+        members.setdefault(f"{name} ground" if slot.on == GROUND else slot.on, []).extend(limits[slot.point])
+        fixed |= {*limits[slot.point]} if slot.on == GROUND else set()
+    number = {
+        name: str(at) for at, name in enumerate(name for name in places if any(name in of for of in members.values()))
+    }
+    speeds = {at: turn for _, at, turn in turns}
+    for name, key in number.items():
+        place = scale * places[name]
+        keys = {
+            "id": key,
+            "x": f"{round(place.real, 9) + 0.0:.12g}",
+            "y": f"{round(place.imag, 9) + 0.0:.12g}",
+            "layer": "0",
+        }
+        if name in drawing.points:
+            keys["name"] = name
+        if name in fixed:
+            keys["anchor"] = "true"
+        if name in speeds:
+            keys |= {"input": "true", "rpm": f"{speeds[name]:.12g}"}
+        if name == drawing.traced:
+            keys["draw"] = "true"
+        connector = ElementTree.SubElement(root, "connector", keys | ({"slider": "true"} if name in limits else {}))
+        for limit in limits.get(name, ()):
+            ElementTree.SubElement(connector, "slidelimit", {"id": number[limit]})
+    first = {link for link, _, _ in turns}  # the driven link of a connector is the first that has it
+    key_of = {name: str(at) for at, name in enumerate(sorted(members, key=lambda link: link not in first), 1)}
+    for name, key in key_of.items():
+        link = ElementTree.SubElement(root, "Link", {"id": key, "layer": "0", "name": name})
+        for point in members[name]:
+            ElementTree.SubElement(link, "connector", {"id": number[point]})
+    if drawing.gears:
+        ratios = ElementTree.SubElement(root, "ratios")
+        for gear in drawing.gears:
+            _write_gear(ratios, gear, key_of)
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _slot_ends(drawing: Drawing, slot: Slot) -> tuple[complex, complex]:
+    """The places between which a pin slides, as drawn: a little beyond its travel."""
+    low, high = slot.travel
+    if low == high:
+        spans = [abs(one - other) for one in drawing.points.values() for other in drawing.points.values()]
+        low, high = -max(spans), max(spans)
+    beyond, along = MARGIN * (high - low), slot.direction / abs(slot.direction)
+    here = drawing.points[slot.point]
+    return here + (low - beyond) * along, here + (high + beyond) * along
+
+
+def _write_gear(ratios: ElementTree.Element, gear: Gear, key_of: dict[str, str]) -> None:
+    names = gear.driver.get("link", ""), gear.follower.get("link", "")
+    if not {*names} <= key_of.keys() or (gear.ratio < 0) != gear.teeth:
+        raise ExchangeError(f"{SOURCE} has no place for a rack, or for teeth that mesh from within")
+    ratio = ElementTree.SubElement(ratios, "ratio", {"type": "gears" if gear.teeth else "chain"})
+    for name, size in zip(names, (abs(gear.ratio), 1.0), strict=True):
+        ElementTree.SubElement(ratio, "link", {"id": key_of[name], "size": f"{size:.12g}"})
+
+
+def _turns(drawing: Drawing) -> list[tuple[str, str, float]]:
+    """Link, pin and speed [rpm] of every drive; Linkage knows steady turns about fixed pins alone."""
+    if not drawing.drives:
+        raise ExchangeError(f"{SOURCE} wants a drive")
+    turns = []
+    for drive in drawing.drives:
+        joint = drive.joint
+        if "at" not in joint or joint.get("on", GROUND) != GROUND or drive.speed is None:
+            name = joint.get("slider") or joint.get("link")
+            raise ExchangeError(f'{SOURCE} drives links at constant speed about fixed pins, and "{name}" otherwise')
+        turns.append((joint["link"], joint["at"], float(drive.speed.removesuffix("rpm"))))
+    return turns

@@ -1,0 +1,267 @@
+"""The text in which PMKS+ saves a mechanism: base 64 numbers and records between dots, as plain records and back."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TypeVar
+from urllib.parse import unquote
+
+from exchange.drawing import ExchangeError
+
+Record = TypeVar("Record")
+DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
+CHECKS = DIGITS[:62]
+UNITS = ("in", "cm", "m")  # by the number in the file
+HEAD = 4  # records before the joints: switches, decimals, integers, units
+CLOCKWISE, NO_GRAVITY = 1 << 0, 1 << 8  # switches
+SHOWN = 1 << 3 | 1 << 4 | 1 << 5 | 1 << 7  # switches of a new drawing: grids, names, forces
+SLIDES, DRIVEN, FIXED, WELDED, TRACED, SEALED = (1 << bit for bit in range(6))  # marks of a joint
+LINK_MARKS = "YAMG0123"  # of a link that is no part of a welded one: bar or disc, manual or automatic masses
+PART_MARKS = "NamgN4567"  # of a part of a welded link
+OWN_INERTIA, OWN_CENTER = "YGNg0347", "YMNm0246"  # marks of links with a manual inertia, a manual centre
+CORRECTION = re.compile(r"P([JLF])([^~,.]*)~(\d+)~([-+.\deE]+)")  # a number to more than three decimals
+DIGEST = re.compile(r"\*[0-9A-Za-z]{6}$")
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint: its place, the angle of its line [rad] if it slides, the link and two joints of a moving slot.
+
+    `speed` is 0 if it is that of the whole file.
+    """
+
+    key: str
+    name: str
+    place: complex
+    angle: float = 0.0
+    marks: int = 0
+    carrier: str = ""
+    slot: tuple[str, str] = ("", "")
+    speed: float = 0.0
+    mass: float = 0.0
+
+    def has(self, mark: int) -> bool:
+        return bool(self.marks & mark)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A link; a piston is the block of a slider in older files. `parts` are the links that are welded into it."""
+
+    key: str
+    name: str
+    joints: tuple[str, ...]
+    mass: float = 0.0
+    inertia: float | None = None
+    center: complex | None = None
+    whole: bool = True
+    piston: bool = False
+    parts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force at `start` towards or away from `end`; a local one turns with its link."""
+
+    link: str
+    name: str
+    start: complex
+    end: complex
+    size: float
+    local: bool
+    outward: bool
+
+
+@dataclass(frozen=True)
+class Saved:
+    """The records of a file; `turns` [rpm] and `slides` [length/s] are the speeds of drives without their own."""
+
+    unit: str
+    joints: tuple[Joint, ...]
+    parts: tuple[Part, ...]
+    forces: tuple[Force, ...] = ()
+    turns: float = 20.0
+    slides: float = 5.0
+    gravity: bool = False
+
+
+def integer(text: str) -> int:
+    """Return a number in base 64; a leading 0 makes it negative."""
+    value = 0
+    for digit in text[1:] if text[:1] == "0" else text:
+        value = 64 * value + DIGITS.index(digit)
+    return -value if text[:1] == "0" else value
+
+
+def coded(value: float) -> str:
+    """Return thousandths in base 64, with a leading 0 if negative."""
+    left, text = abs(round(1000 * value)), ""
+    while left or not text:
+        left, digit = divmod(left, 64)
+        text = DIGITS[digit] + text
+    return f"0{text}" if round(1000 * value) < 0 else text
+
+
+def decoded(text: str) -> Saved:
+    """Return the records of a saved mechanism, version 2.
+
+    Raises
+    ------
+    ExchangeError
+        A record cannot be read.
+    """
+    words = DIGEST.sub("", text).split(".")
+    if len(words) <= HEAD or "," not in words[HEAD]:
+        raise ExchangeError("this is no mechanism of PMKS+: the text has no joints behind its four settings")
+    lists: list[list[str]] = [[]]
+    for word in words[HEAD:]:
+        lists.append([]) if not word and len(lists) < 4 else lists[-1].append(word)
+    exact = {(kind, key, int(number)): float(value) for kind, key, number, value in CORRECTION.findall(text)}
+    lists += [[], []]
+    joints = tuple(_read("joint", word, exact, _joint) for word in lists[0])
+    parts = tuple(_read("link", word, exact, _part) for word in lists[1])
+    forces = tuple(_read("force", word, exact, _force) for word in lists[2])
+    _require_known(joints, parts)
+    switches, decimals, integers, units = words[:HEAD]
+    try:
+        marks = abs(sum(DIGITS.index(digit) << 6 * place for place, digit in enumerate(reversed(switches))))
+        turns = float(integer(integers.split(",")[0])) or 20.0
+        slides = next((integer(word) / 1000 for word in decimals.split(",")[1:2]), 0.0) or 5.0
+    except ValueError:
+        raise ExchangeError(f'the settings "{".".join(words[:HEAD])}" of PMKS+ cannot be read') from None
+    sense = -1.0 if marks & CLOCKWISE else 1.0
+    unit = UNITS[int(units[0])] if units[:1] in ("0", "1", "2") else "cm"
+    return Saved(unit, joints, parts, forces, sense * turns, sense * slides, not marks & NO_GRAVITY)
+
+
+def _read(
+    kind: str,
+    word: str,
+    exact: Mapping[tuple[str, str, int], float],
+    reader: Callable[[list[str], Callable[[int, str], float]], Record],
+) -> Record:
+    """Read a record; `exact` has the numbers that were saved to more than three decimals."""
+    fields = word.split(",")
+    mark = 2 if kind == "link" else 1
+    key = fields[0][mark:]
+
+    def number(field: int, text: str) -> float:
+        return exact.get((kind[0].upper(), key, field), integer(text) / 1000 if text else 0.0)
+
+    try:
+        return reader(fields, number)
+    except (ValueError, IndexError):
+        raise ExchangeError(f'the {kind} "{word[:80]}" of PMKS+ cannot be read') from None
+
+
+def _joint(fields: list[str], number: Callable[[int, str], float]) -> Joint:
+    key, name, x, y, angle = fields[0][1:], *fields[1:5]
+    carrier, first, second, speed, mass, *_ = [*fields[5:], "", "", "", "", ""]
+    return Joint(
+        key, unquote(name), complex(number(0, x), number(1, y)), number(2, angle), DIGITS.index(fields[0][0]),
+        carrier, (first, second), number(3, speed), number(4, mass),
+    )  # fmt: skip
+
+
+def _part(fields: list[str], number: Callable[[int, str], float]) -> Part:
+    mark, piston, key = fields[0][0], fields[0][1] == "P", fields[0][2:]
+    if mark not in LINK_MARKS + PART_MARKS:
+        raise ValueError(mark)
+    name, mass, inertia, x, y = fields[1:6]
+    end = fields.index("", 7)
+    center = complex(number(2, x), number(3, y))
+    return Part(
+        key, unquote(name), tuple(fields[7:end]), number(0, mass),
+        number(1, inertia) if mark in OWN_INERTIA else None, center if mark in OWN_CENTER else None,
+        mark in LINK_MARKS, piston, tuple(filter(None, fields[end:])),
+    )  # fmt: skip
+
+
+def _force(fields: list[str], number: Callable[[int, str], float]) -> Force:
+    marks, link, name = DIGITS.index(fields[0][0]), *fields[1:3]
+    x, y, x2, y2, size = (number(field, text) for field, text in enumerate(fields[3:8]))
+    return Force(link, unquote(name), complex(x, y), complex(x2, y2), size, bool(marks & 1), bool(marks & 2))
+
+
+def _require_known(joints: tuple[Joint, ...], parts: tuple[Part, ...]) -> None:
+    """Raise if a record names a joint or link that the file has not."""
+    keys, links = {joint.key for joint in joints}, {part.key for part in parts}
+    for part in parts:
+        for key in part.joints:
+            if key not in keys:
+                raise ExchangeError(f'the link "{part.name}" of PMKS+ has a joint "{key}" that the file does not')
+    for joint in joints:
+        if joint.carrier and (joint.carrier not in links or not keys.issuperset(joint.slot)):
+            raise ExchangeError(f'the slot of the joint "{joint.name}" of PMKS+ is in a link that the file has not')
+
+
+def folded(saved: Saved) -> Saved:
+    """Return the file in today's form: a slider is one joint, not a joint, its pin and the block between them."""
+    known = {joint.key: joint for joint in saved.joints}
+    gone: dict[str, str] = {}
+    for block in saved.parts:
+        ends = [known[key] for key in block.joints]
+        slider = next((each for each in ends if each.has(SLIDES)), None)
+        pin = next((each for each in ends if not each.has(SLIDES)), None)
+        if len(ends) != 2 or slider is None or pin is None or not (block.piston or slider.place == pin.place):
+            continue
+        fixed = FIXED if not slider.carrier else 0
+        marks = slider.marks & ~WELDED | pin.marks & (DRIVEN | WELDED | TRACED | fixed)
+        known[pin.key] = replace(
+            slider, key=pin.key, name=pin.name, marks=marks, mass=block.mass, speed=slider.speed or pin.speed
+        )
+        del known[slider.key]
+        gone[slider.key], gone[block.key] = pin.key, ""
+    slots = {
+        key: replace(joint, slot=tuple(gone.get(each, each) for each in joint.slot)) for key, joint in known.items()
+    }
+    parts = tuple(part for part in saved.parts if part.key not in gone)
+    return replace(saved, joints=tuple(slots.values()), parts=parts)
+
+
+def encoded(saved: Saved) -> str:
+    """Return the text of a mechanism with both of its checks: of its length and of its letters."""
+    switches = SHOWN | (CLOCKWISE if saved.turns < 0 else 0) | (0 if saved.gravity else NO_GRAVITY)
+    head = DIGITS[switches >> 6] + DIGITS[switches & 63]
+    turns = coded(max(1, round(abs(saved.turns))) / 1000)
+    units = f"{UNITS.index(saved.unit)}0{int(saved.unit != 'in')}{UNITS.index(saved.unit)}"
+    settings = f"{head}.{coded(1.0)},{coded(abs(saved.slides))}.{turns},0.{units}"
+    lists = (map(_joint_word, saved.joints), map(_part_word, saved.parts), map(_force_word, saved.forces))
+    whole = f"{settings}.{'.'.join(''.join(f'{word}.' for word in each) for each in lists)}.N_"
+    whole += CHECKS[len(whole) % len(CHECKS)]
+    return f"{whole}*{_digest(whole)}"
+
+
+def _digest(text: str) -> str:
+    """FNV-1a hash of 32 bits as six letters."""
+    value, letters = 0x811C9DC5, ""
+    for letter in text:
+        value = (value ^ ord(letter)) * 0x01000193 & 0xFFFFFFFF
+    for _ in range(6):
+        value, letter = divmod(value, len(CHECKS))
+        letters = CHECKS[letter] + letters
+    return letters
+
+
+def _joint_word(joint: Joint) -> str:
+    own = coded(joint.speed) if joint.speed else ""
+    rest = [joint.carrier, *joint.slot, own, coded(joint.mass) if joint.mass else ""]
+    fields = [joint.name, *map(coded, (joint.place.real, joint.place.imag, joint.angle)), *rest]
+    while not fields[-1]:
+        fields.pop()
+    return f"{DIGITS[joint.marks]}{joint.key},{','.join(fields)}"
+
+
+def _part_word(part: Part) -> str:
+    center = part.center or 0j
+    sizes = ",".join(map(coded, (part.mass, part.inertia or 0.0, center.real, center.imag)))
+    mark = "YMGA"[2 * (part.center is None) + (part.inertia is None)]
+    return f"{mark}R{part.key},{part.name},{sizes},c5cae9,{','.join(part.joints)},,"
+
+
+def _force_word(force: Force) -> str:
+    marks = DIGITS[force.local | force.outward << 1]
+    places = (force.start.real, force.start.imag, force.end.real, force.end.imag, force.size)
+    return f"{marks}{force.name},{force.link},{force.name},{','.join(map(coded, places))}"

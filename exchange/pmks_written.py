@@ -1,0 +1,152 @@
+"""Mechanisms written for PMKS+."""
+
+from __future__ import annotations
+
+import cmath
+from dataclasses import replace
+
+from exchange.drawing import GROUND, Body, Drawing, ExchangeError, Names, Slide, Slot
+from exchange.pmks import FORCE, INERTIA, MASS, SOURCE
+from exchange.pmks_code import DRIVEN, FIXED, SLIDES, TRACED, WELDED, Force, Joint, Part, Saved, encoded
+
+WRITTEN = {"mm": ("cm", 0.1), "cm": ("cm", 1.0), "m": ("cm", 100.0), "in": ("in", 1.0)}
+KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # a link's key is those of its joints
+ON_LINE = 1e-6  # distance of a point from a slot's line / size of the drawing, to be taken as on it
+SPARE = 0.1  # length of a slot beyond the pin's place / size of the drawing
+
+
+def pmks_text(drawing: Drawing) -> str:
+    """Return the mechanism as PMKS+ saves it today: the query of a link, or a whole file.
+
+    PMKS+ rounds lengths to 0.001 cm or in, directions to a milliradian, speeds to 0.001 rpm.
+
+    Raises
+    ------
+    ExchangeError
+        PMKS+ does not know a part, without which the mechanism would move otherwise.
+    """
+    return encoded(_Writing(drawing).saved())
+
+
+class _Writing:
+    """A drawing on its way to the records of PMKS+."""
+
+    def __init__(self, drawing: Drawing) -> None:
+        if drawing.gears:
+            raise ExchangeError(f"{SOURCE} has no place for gears")
+        if not drawing.drives:
+            raise ExchangeError(f"{SOURCE} wants a drive")
+        self.drawing = drawing
+        self.unit, self.scale = WRITTEN[drawing.unit]
+        self.places = dict(drawing.points)
+        self.members = {name: list(body.points) for name, body in drawing.links.items() if len(body.points) > 1}
+        spans = [abs(one - other) for one in self.places.values() for other in self.places.values()]
+        self.size = max(spans, default=1.0) or 1.0
+        self.slots: dict[str, Slot | Slide] = {}  # by the pin
+        self.slot_ends: dict[str, tuple[str, str]] = {}
+        for name, slot in (*drawing.slots.items(), *drawing.slides.items()):
+            self._add_slot(name, slot)
+        self.used = [name for name in self.places if any(name in points for points in self.members.values())]
+        if len(self.used) > len(KEYS):
+            raise ExchangeError(f"{SOURCE} names joints by a letter, and here are more than {len(KEYS)}")
+        self.key = dict(zip(self.used, KEYS, strict=False))
+        self.link_key = {name: "".join(self.key[point] for point in points) for name, points in self.members.items()}
+        self.drives = self._drives()
+
+    def _add_slot(self, name: str, slot: Slot | Slide) -> None:
+        """Note a slot by its pin; a moving one needs two joints of its link on its line."""
+        pin = slot.point if isinstance(slot, Slot) else self._own_pin(name, slot)
+        if pin in self.slots:
+            raise ExchangeError(f'{SOURCE} has no place for a pin, "{pin}", in two slots')
+        self.slots[pin] = slot
+        if slot.on == GROUND:
+            return
+        along, here = slot.direction / abs(slot.direction), self.places[pin]
+        on_line = [
+            point
+            for point in self.members[slot.on]
+            if abs(((self.places[point] - here) * along.conjugate()).imag) < ON_LINE * self.size
+        ]
+        if len(on_line) < 2:
+            low, high = slot.travel
+            on_line = [f"{name}_{number}" for number in (1, 2)]
+            for end, way in zip(on_line, (low - SPARE * self.size, high + SPARE * self.size), strict=True):
+                self.places[end] = here + way * along
+            self.members[slot.on] += on_line
+        first, *_, last = sorted(on_line, key=lambda point: ((self.places[point] - here) * along.conjugate()).real)
+        self.slot_ends[pin] = first, last
+
+    def _own_pin(self, name: str, slide: Slide) -> str:
+        """The point of a slide, or another on its line if further links have that one too."""
+        if slide.link not in self.members:
+            raise ExchangeError(f'{SOURCE} has no place for the block "{slide.link}", which has one point')
+        if sum(slide.through in points for points in self.members.values()) == 1:
+            return slide.through
+        pin = f"{name}_pin"
+        self.places[pin] = self.places[slide.through] + SPARE * self.size * slide.direction / abs(slide.direction)
+        self.members[slide.link].append(pin)
+        return pin
+
+    def _drives(self) -> dict[str, tuple[float, tuple[str, ...]]]:
+        """Speed and links of every drive, by its pin."""
+        pins = {**{name: slot.point for name, slot in self.drawing.slots.items()}}
+        pins |= {name: pin for pin, slot in self.slots.items() for name, own in self.drawing.slides.items() if own is slot}
+        drives: dict[str, tuple[float, tuple[str, ...]]] = {}
+        for drive in self.drawing.drives:
+            joint = drive.joint
+            if drive.speed is None:
+                name = joint.get("slider") or joint.get("link")
+                raise ExchangeError(f'{SOURCE} drives joints at constant speed, and "{name}" is driven otherwise')
+            speed = float(drive.speed.split()[0])
+            if "slider" in joint:
+                drives[pins[joint["slider"]]] = speed * self.scale, ()
+                continue
+            on, at = joint.get("on", GROUND), joint["at"]
+            if at in self.slots:
+                raise ExchangeError(f'{SOURCE} has no place for a drive that turns about the sliding pin "{at}"')
+            drives[at] = speed, (joint["link"],) if on == GROUND else (on, joint["link"])
+        return drives
+
+    def saved(self) -> Saved:
+        """The records: driven links first, as PMKS+ takes the first link of a driven joint."""
+        drawing, called = self.drawing, Names()
+        joints = tuple(self._joint(name, called) for name in self.used)
+        order = [link for _, links in self.drives.values() for link in links]
+        names = sorted(self.members, key=lambda name: order.index(name) if name in order else len(order))
+        parts = tuple(self._part(name, called) for name in names)
+        forces = tuple(
+            Force(
+                self.link_key[load.link], f"F{number}", self.scale * drawing.points[load.point],
+                self.scale * drawing.points[load.point] + load.force / (abs(load.force) or 1.0),
+                abs(load.force) / FORCE[self.unit], load.turning, True,
+            )
+            for number, load in enumerate(drawing.loads, 1)
+            if load.link in self.link_key
+        )  # fmt: skip
+        turns = next((speed for speed, links in self.drives.values() if links), 20.0)
+        return Saved(self.unit, joints, parts, forces, turns, gravity=drawing.gravity)
+
+    def _joint(self, name: str, called: Names) -> Joint:
+        drawing, slot = self.drawing, self.slots.get(name)
+        marks = DRIVEN * (name in self.drives) | FIXED * (name in drawing.ground) | TRACED * (name == drawing.traced)
+        speed = self.drives[name][0] if name in self.drives else 0.0
+        joint = Joint(self.key[name], called(name), self.scale * self.places[name], marks=marks, speed=speed)
+        if slot is None:
+            return joint
+        marks = marks & ~FIXED | SLIDES | (WELDED if isinstance(slot, Slide) else 0)
+        mass = drawing.masses.get(name, 0.0) / MASS[self.unit]
+        if slot.on == GROUND:
+            return replace(joint, angle=cmath.phase(slot.direction), marks=marks | FIXED, mass=mass)
+        first, last = self.slot_ends[name]
+        ends = self.key[first], self.key[last]
+        return replace(joint, marks=marks, carrier=self.link_key[slot.on], slot=ends, mass=mass)
+
+    def _part(self, name: str, called: Names) -> Part:
+        body: Body = self.drawing.links[name]
+        points = self.members[name]
+        middle = sum(self.places[point] for point in points) / len(points)
+        center = self.scale * (middle if body.center is None else body.center)
+        return Part(
+            self.link_key[name], called(f"link {name}", name), tuple(self.key[point] for point in points),
+            (body.mass or 0.0) / MASS[self.unit], (body.inertia or 0.0) / INERTIA[self.unit], center,
+        )  # fmt: skip

@@ -1,0 +1,225 @@
+"""The scene of a drawing: every assumption in its text has a comment."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from math import isfinite, sqrt
+from typing import Any
+
+from exchange.drawing import GROUND, Body, Drawing, ExchangeError, Names
+
+SLENDERNESS = 20  # length of the longest link / depth of the assumed section
+MATERIAL, DENSITY = "S235", 7850.0  # [kg/m^3]
+MIN_SLENDERNESS = 4  # a bar of the file's mass that is thicker than this is taken as rigid
+BLOCK = "100 g"
+METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+MAX_OFFSET, MAX_EXCESS = 0.02, 0.05  # from a uniform bar: centre / length, inertia / inertia
+POSITIONS = 180
+
+
+def scene_text(drawing: Drawing) -> str:
+    """Return the text of a scene with this mechanism; every assumption has a comment.
+
+    Raises
+    ------
+    ExchangeError
+        It has no moving link, or a point without a finite place.
+    """
+    import tomlkit
+
+    if not drawing.links:
+        raise ExchangeError("the file has no moving link")
+    if not all(isfinite(place.real) and isfinite(place.imag) for place in drawing.points.values()):
+        raise ExchangeError("a point of the file has no finite place")
+    if not drawing.ground:  # all joints on the ground are slots
+        origin = Names(drawing.points)("origin")
+        place = next(iter(drawing.points.values()))
+        drawing = replace(drawing, points={origin: place, **drawing.points}, ground=(origin,))
+    document = tomlkit.document()
+    for note in drawing.notes:
+        document.add(tomlkit.comment(note))
+    document["title"] = drawing.title
+    document["source"] = drawing.source
+    if drawing.unit != "m":
+        document["units"] = drawing.unit
+    links = {name: _Link(drawing, name, body) for name, body in drawing.links.items()}
+    document["sections"] = tomlkit.table(is_super_table=True)
+    document["sections"]["bar"] = _section(drawing, _longest(drawing) / SLENDERNESS, "of the longest link")
+    for link in links.values():
+        if link.depth:
+            document["sections"][link.section] = _section(drawing, link.depth, f"for the file's {link.mass:g} kg")
+    document["points"] = {name: _place(place) for name, place in drawing.points.items()}
+    document["links"] = tomlkit.table(is_super_table=True)
+    document["links"][GROUND] = {"points": list(drawing.ground)}
+    for link in links.values():
+        document["links"][link.name] = link.table()
+    _add_joints(document, drawing)
+    _add_loads(document, drawing)
+    run: dict[str, Any] = {"positions": POSITIONS}
+    if drawing.gravity:
+        run["gravity"] = [0.0, -9.81]
+    if drawing.traced:
+        run["output"] = drawing.traced
+    document["run"] = run
+    return tomlkit.dumps(document)
+
+
+class _Link:
+    """A link of the scene: a beam of the assumed section, a beam of the file's mass, or a rigid link."""
+
+    def __init__(self, drawing: Drawing, name: str, body: Body) -> None:
+        self.drawing, self.name, self.body, self.points = drawing, name, body, drawing.points
+        self.scale = METRES[drawing.unit]
+        self.mass = body.mass or 0.0
+        self.spans = [(drawing.points[a], drawing.points[b]) for a, b in (*pairwise(body.points), *body.braces)]
+        self.length = sum(abs(b - a) for a, b in self.spans)
+        bar = sqrt(2 * self.mass / (DENSITY * self.length * self.scale)) / self.scale if self.length else 0.0
+        stout = bar * MIN_SLENDERNESS > self.length
+        self.rigid = bool(self.mass) and len(body.points) > 1 and (stout or not self._is_uniform())
+        self.depth = 0.0 if self.rigid or body.rigid else float(f"{bar:.6g}")
+        self.section = f"bar_{name}" if self.depth else "bar"
+
+    def uniform(self) -> tuple[complex, float]:
+        """Centre [drawing] and moment of inertia [kg m^2] of bars with the link's mass."""
+        pieces = [((a + b) / 2, abs(b - a) / (self.length or 1.0)) for a, b in self.spans] or [
+            (self.points[self.body.points[0]], 1.0)
+        ]
+        center = sum(middle * share for middle, share in pieces)
+        squares = sum(
+            share * ((share * self.length) ** 2 / 12 + abs(middle - center) ** 2) for middle, share in pieces
+        )
+        return center, self.mass * squares * self.scale**2
+
+    def _is_uniform(self) -> bool:
+        center, inertia = self.uniform()
+        offset = 0.0 if self.body.center is None else abs(self.body.center - center)
+        excess = 0.0 if self.body.inertia is None else abs(self.body.inertia - inertia)
+        return offset <= MAX_OFFSET * self.length and excess <= MAX_EXCESS * inertia
+
+    def table(self) -> Any:
+        import tomlkit
+
+        table, body = tomlkit.table(), self.body
+        table["points"] = list(body.points)
+        if len(body.points) == 1:
+            table["mass"] = f"{self.mass:.12g} kg" if self.mass else BLOCK
+            if not self.mass:
+                table["mass"].comment("assumed: put in yours")
+            return table
+        if body.braces:
+            table["beams"] = [list(pair) for pair in (*pairwise(body.points), *body.braces)]
+        if body.rigid or self.rigid:
+            table["rigid"] = True
+        table["section"] = self.section
+        table["material"] = MATERIAL
+        table["material"].comment("assumed: --list materials")
+        if self.rigid:
+            self._add_inertia(table)
+        return table
+
+    def _add_inertia(self, table: Any) -> None:
+        """Add the file's mass, centre and inertia, in the link's own axes."""
+        center, inertia = self.uniform()
+        given = self.body.center if self.body.center is not None else center
+        own = (given - self.points[self.body.points[0]]) * _own_axis(self.drawing, self.body).conjugate()
+        table["mass"] = f"{self.mass:.12g} kg"
+        table["mass"].comment("from the file; without rigid, mass, center and inertia it bends by its section")
+        table["center"] = _place(own)
+        table["inertia"] = f"{self.body.inertia if self.body.inertia is not None else inertia:.12g} kg m^2"
+
+
+def _own_axis(drawing: Drawing, body: Body) -> complex:
+    """Direction of a link's x' axis: from its first to its second point."""
+    along = drawing.points[body.points[1]] - drawing.points[body.points[0]]
+    return along / (abs(along) or 1.0)
+
+
+def _longest(drawing: Drawing) -> float:
+    """Longest beam of the drawing."""
+    spans = [
+        abs(drawing.points[a] - drawing.points[b]) for body in drawing.links.values() for a, b in pairwise(body.points)
+    ]
+    return max(spans, default=0.0) or 1.0
+
+
+def _section(drawing: Drawing, depth: float, why: str) -> Any:
+    """A rectangle of this depth and half that width."""
+    import tomlkit
+
+    table = tomlkit.table()
+    table["shape"] = "rectangle"
+    depth = float(f"{depth:.1g}") if why.startswith("of") else depth
+    for key, size, reason in (("depth", depth, why), ("width", depth / 2, "half the depth")):
+        table[key] = f"{size:.6g} {drawing.unit}"
+        table[key].comment(f"assumed, {reason}: put in yours")
+    return table
+
+
+def _place(place: complex) -> list[float]:
+    return [round(place.real, 9) + 0.0, round(place.imag, 9) + 0.0]
+
+
+def _add_joints(document: Any, drawing: Drawing) -> None:
+    import tomlkit
+
+    tables: dict[str, dict[str, dict[str, Any]]] = {
+        "slots": {
+            name: {"point": slot.point, "link": slot.link, "on": slot.on, "direction": _direction(slot.direction)}
+            for name, slot in drawing.slots.items()
+        },
+        "sliders": {
+            name: {"link": each.link, "on": each.on, "through": each.through, "direction": _direction(each.direction)}
+            for name, each in drawing.slides.items()
+        },
+    }
+    for kind, of_kind in tables.items():
+        if of_kind:
+            document[kind] = tomlkit.table(is_super_table=True)
+            for name, keys in of_kind.items():
+                document[kind][name] = {key: value for key, value in keys.items() if (key, value) != ("on", GROUND)}
+    drives, gears = tomlkit.aot(), tomlkit.aot()
+    for drive in drawing.drives:
+        table = tomlkit.table()
+        table.update(dict(drive.joint))
+        if drive.start:
+            table["start"] = drive.start
+        if drive.speed is not None:
+            table["speed"] = drive.speed
+        else:
+            table["law"] = [dict(segment) for segment in drive.law]
+            table["repeat"] = True
+        drives.append(table)
+    for gear in drawing.gears:
+        table = tomlkit.table()
+        table.update({"driver": dict(gear.driver), "follower": dict(gear.follower), "ratio": gear.ratio})
+        if not gear.teeth:
+            table["teeth"] = False
+        gears.append(table)
+    if drives:
+        document["drives"] = drives
+    if gears:
+        document["gears"] = gears
+
+
+def _add_loads(document: Any, drawing: Drawing) -> None:
+    import tomlkit
+
+    if drawing.masses:
+        document["masses"] = {point: f"{mass:.12g} kg" for point, mass in drawing.masses.items()}
+    loads = tomlkit.aot()
+    for load in drawing.loads:
+        table = tomlkit.table()
+        table.update({"link": load.link, "point": load.point})
+        force = load.force
+        if load.turning:  # in the link's own axes
+            table["axes"] = "turning"
+            force *= _own_axis(drawing, drawing.links[load.link]).conjugate()
+        table["force"] = [f"{part:.12g} N" for part in (force.real, force.imag)]
+        loads.append(table)
+    if loads:
+        document["loads"] = loads
+
+
+def _direction(direction: complex) -> list[float]:
+    return _place(direction / (abs(direction) or 1.0))

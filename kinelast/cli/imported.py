@@ -1,0 +1,118 @@
+"""An imported mechanism run once: drives that cannot go round swing between their limits, and the result in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from exchange import Drawing, Drive, scene_text, to_and_fro
+from kinelast.scene.data import scene_motion
+from kinelast.scene.error import SceneError, plain
+from kinelast.scene.tables import PER_LENGTH
+from kinelast.scene.document import scene_from_text
+from rigid import MechanismError, motion, reachable
+from rigid.reach import stops
+
+if TYPE_CHECKING:
+    from rigid import Mechanism
+
+MARGIN = 0.01  # distance of a law from a limit of the mechanism / range between the limits
+MIN_RANGE = 1e-6  # range of a drive / a turn, or size of the drawing, below which it cannot move
+STEPS = 720  # positions at which a limit is looked for, in either direction
+LONGEST = 300  # letters of a reason
+
+
+@dataclass(frozen=True)
+class Imported:
+    """The text of the scene, and how its first run ended: `reason` is "" if it moves."""
+
+    text: str
+    notes: tuple[str, ...]
+    cycle: float = 0.0
+    reason: str = ""
+
+    @property
+    def result(self) -> str:
+        """The first run in one sentence."""
+        if self.reason:
+            return f"it does not run yet: {self.reason}"
+        return f"it moves, {self.cycle:.4g} s a cycle; sections and materials are assumed: put in yours"
+
+
+def imported(drawing: Drawing) -> Imported:
+    """Run a drawing once.
+
+    Raises
+    ------
+    ExchangeError
+        It is no mechanism.
+    """
+    resting = replace(drawing, drives=tuple(map(_resting, drawing.drives)))
+    try:
+        scene = scene_from_text(scene_text(resting))
+        starts = np.array([float(law(np.zeros(1))[0][0]) for law in scene.course.laws])
+        drawing = _within_limits(drawing, scene.mechanism, starts)
+        text = scene_text(drawing)
+        scene = scene_from_text(text)
+        scene_motion(scene)
+    except (SceneError, MechanismError) as error:
+        reason = plain(str(error).splitlines()[0], LONGEST)
+        return Imported(scene_text(drawing), drawing.notes, reason=reason)
+    return Imported(text, drawing.notes, float(scene.run.duration or 0.0))
+
+
+def _resting(drive: Drive) -> Drive:
+    """A drive that hardly moves, of which only the mechanism is wanted."""
+    unit = "m" if "slider" in drive.joint else "rad"
+    return replace(drive, speed=None, law=to_and_fro((1e-9, -1e-9), 1e-9, unit))
+
+
+def _within_limits(drawing: Drawing, mechanism: Mechanism, starts: np.ndarray) -> Drawing:
+    """The drawing with a law between limits for every drive at constant speed that cannot go round."""
+    drives, notes = list(drawing.drives), list(drawing.notes)
+    metre = PER_LENGTH[drawing.unit]
+    places = np.array(list(drawing.points.values())) * metre
+    size = float(np.abs(places[:, None] - places).max())
+    for number, drive in enumerate(drives):
+        name = drive.joint.get("slider") or drive.joint["link"]
+        if drive.speed is None:
+            continue
+        turns = "slider" not in drive.joint
+        speed = float(drive.speed.split()[0])
+        per_unit, unit = (pi / 180, "deg") if turns else (metre, drawing.unit)
+        low, high = -2 * pi if turns else -size, 2 * pi if turns else size
+        if not turns:
+            slot = {**drawing.slots, **drawing.slides}[name]
+            low, high = (metre * end for end in slot.travel) if slot.travel != (0.0, 0.0) else (low, high)
+        ends = [_limit(mechanism, starts, number, way) for way in (low, high)]
+        if turns and None in ends:
+            continue
+        low, high = (way if end is None else end for way, end in zip((low, high), ends, strict=True))
+        whole = high - low
+        if whole < MIN_RANGE * (2 * pi if turns else size):
+            continue
+        low, high = min(low + MARGIN * whole, 0.0), max(high - MARGIN * whole, 0.0)
+        ways = (high, low - high, -low) if speed > 0 else (low, high - low, -high)
+        rate = abs(speed) * (6.0 if drive.speed.endswith("rpm") else 1.0)
+        law = to_and_fro([way / per_unit for way in ways], rate, unit)
+        drives[number] = replace(drive, speed=None, law=law)
+        notes.append(
+            f"{name} cannot go round: it swings from {low / per_unit:.4g} to {high / per_unit:.4g} {unit} from where it"
+            f" is drawn and stays {MARGIN:.0%} off its limits"
+        )
+    return replace(drawing, drives=tuple(drives), notes=tuple(notes))
+
+
+def _limit(mechanism: Mechanism, starts: np.ndarray, number: int, way: float) -> float | None:
+    """How far a drive goes towards `way` while the others rest, or None if it gets there."""
+    coordinates = np.repeat(starts[:, None], STEPS, axis=1)
+    coordinates[number] += np.linspace(0.0, way, STEPS)
+    course = motion(mechanism, coordinates)
+    if reachable(course).all():
+        return None
+    place, _ = stops(course)[0]
+    return float(place[number] - starts[number])
