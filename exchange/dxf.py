@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -11,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names
+from exchange.drawing import GROUND, Body, Drawing, Drive, ExchangeError, Names
 
 SOURCE = "DXF"
 UNITS = {1: "in", 4: "mm", 5: "cm", 6: "m"}  # $INSUNITS
@@ -21,6 +22,7 @@ CHORD = 1e-4  # of a section's size, by which an arc is off its chords
 SAME = 1e-4  # of the drawing's size: ends that are one point
 TURN = "60 rpm"
 FIXED = 1.0  # radius of the circle at a point of the ground
+CRANKS = "CRANKS"  # layer of pylinkage for driven joints
 AXIS = "axis "  # begins the layers of the links' axes in drawings that are written here
 
 
@@ -111,68 +113,106 @@ def _xy(place: complex) -> tuple[float, float]:
 
 
 def of_dxf(path: Path, title: str) -> Drawing:
-    """The mechanism in a drawing: every line a link, every polyline a link of all its corners.
+    """Return the mechanism in a drawing: every line is a link, every polyline a link of all its corners.
 
-    Ends at one place are pinned together. Ends on a layer whose name has "ground", "fixed" or "base", and circles
-    there, are fixed; where none are, the two ends that single links have. The first link on the ground is driven.
+    Blocks are taken apart. Ends at one place are pinned together. Ends on a layer whose name has "ground", "fixed" or
+    "base", and circles there, are fixed; without such a layer, the ends that one link alone has. The link to a circle
+    on the layer "CRANKS" is driven, or else the first link on the ground. The notes count all other entities.
 
     Raises
     ------
     ExchangeError
-        It is no drawing of lines.
+        The file is damaged, or has no line.
     ModuleNotFoundError
         Without ezdxf.
     """
+    from ezdxf.disassemble import recursive_decompose
     from ezdxf.filemanagement import readfile
     from ezdxf.lldxf.const import DXFError
 
     try:
         drawing = readfile(path)
+        entities = [*recursive_decompose(drawing.modelspace())]
     except (OSError, DXFError) as error:
         raise ExchangeError(f"no DXF drawing that can be read: {error}") from None
-    chains, marks = [], []
-    entities = [*drawing.modelspace()]
     axes = [entity for entity in entities if entity.dxf.layer.startswith(AXIS)]
-    if axes:  # a drawing that was written here
-        entities = [*axes, *(entity for entity in entities if entity.dxf.layer == "ground")]
-    for entity in entities:
-        ground = bool(re.search("ground|fixed|base", entity.dxf.layer, re.IGNORECASE))
-        corners = _corners(entity)
-        if ground or entity.dxftype() == "CIRCLE":
-            marks += (corners or [_place(entity.dxf.center)]) if ground else []
+    sorted_out = _SortedOut()
+    for entity in [*axes, *(each for each in entities if each.dxf.layer == "ground")] if axes else entities:
+        sorted_out.add(entity)
+    unit = UNITS.get(drawing.header.get("$INSUNITS", 4), "mm")
+    names = [entity.dxf.layer.removeprefix(AXIS) for entity in axes]
+    return _linked(sorted_out, names, unit, title)
+
+
+class _SortedOut:
+    """Entities of a drawing: chains of corners, marks of the ground and of cranks, and a count of all others."""
+
+    def __init__(self) -> None:
+        self.chains: list[list[complex]] = []
+        self.marks: list[complex] = []
+        self.cranks: list[complex] = []
+        self.circles: list[complex] = []
+        self.left: Counter[str] = Counter()
+
+    def add(self, entity: Any) -> None:
+        corners, kind, layer = _corners(entity), entity.dxftype(), entity.dxf.layer
+        if re.search("ground|fixed|base", layer, re.IGNORECASE):
+            self.marks += corners or ([_place(entity.dxf.center)] if kind == "CIRCLE" else [])
+        elif layer == CRANKS:  # symbols of driven joints
+            self.cranks += [_place(entity.dxf.center)] if kind == "CIRCLE" else []
+        elif kind == "CIRCLE":
+            self.circles.append(_place(entity.dxf.center))
+        elif kind == "LWPOLYLINE" and entity.closed and any(bulge for *_, bulge in entity.get_points("xyb")):
+            self.left["round-ended outline"] += 1
         elif len(corners) > 1:
-            chains.append(corners)
-    if not chains:
-        raise ExchangeError("there is no line in it")
-    spread = [place for chain in chains for place in chain]
+            self.chains.append(corners)
+        elif kind != "POINT":
+            self.left[kind.lower()] += 1
+
+
+def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) -> Drawing:
+    """Links of the chains of a drawing; `axes` names them in drawings that were written here."""
+    if not entities.chains:
+        raise ExchangeError(f"there is no line in it{_listed(entities.left, ', only ')}")
+    spread = [place for chain in entities.chains for place in chain]
     near = SAME * max(abs(a - spread[0]) for a in spread)
     points: list[complex] = []
-    ends = [tuple(dict.fromkeys(_index(place, points, near) for place in chain)) for chain in chains]
+    ends = [tuple(dict.fromkeys(_index(place, points, near) for place in chain)) for chain in entities.chains]
+
+    def marked(marks: Iterable[complex]) -> set[int]:
+        return {n for n, place in enumerate(points) if any(abs(place - mark) <= near for mark in marks)}
+
     notes = ["every line of the drawing is a link; ends at one place are pinned together"]
-    fixed = {n for n, place in enumerate(points) if any(abs(place - mark) <= near for mark in marks)}
+    fixed, tips = marked(entities.marks), marked(entities.cranks)
+    lone = {n for n in range(len(points)) if sum(n in chain for chain in ends) == 1}
     if not fixed:
-        fixed = {n for n in range(len(points)) if sum(n in pair for pair in ends) == 1}
         notes.append("no layer named ground, fixed or base: the ends that only one line has are taken as fixed")
-    names, called = Names(), Names(["ground"])
+    if not fixed or tips:  # drawings with cranks mark some of the fixed points only
+        fixed |= lone - tips
+    entities.left["circle"] += sum(all(abs(place - each) > near for place in points) for each in entities.circles)
+    if left := _listed(+entities.left, ""):
+        notes.append(f"left out of the drawing: {left}")
+    names, called = Names(), Names([GROUND])
     point = {n: names(n, _letter(n)) for n in range(len(points))}
     links = {
-        called(n, axes[n].dxf.layer.removeprefix(AXIS) if axes else f"link_{n + 1}"): Body(
-            tuple(point[c] for c in pair)
-        )
-        for n, pair in enumerate(ends)
-        if set(pair) - fixed
+        called(n, axes[n] if axes else f"link_{n + 1}"): Body(tuple(point[c] for c in chain))
+        for n, chain in enumerate(ends)
+        if set(chain) - fixed
     }
-    driven = next((name for name, body in links.items() if any(point[n] in body.points for n in fixed)), None)
-    drives: tuple[Drive, ...] = ()
-    if driven is not None:
-        at = next(point[n] for n in sorted(fixed) if point[n] in links[driven].points)
-        drives = (Drive({"link": driven, "at": at}, TURN),)
-        notes.append(f"{driven} turns at {TURN}: assumed")
-    unit = UNITS.get(drawing.header.get("$INSUNITS", 4), "mm")
+    grounded = [(name, point[n]) for name, body in links.items() for n in sorted(fixed) if point[n] in body.points]
+    cranks = [(name, at) for name, at in grounded if any(point[n] in links[name].points for n in tips)]
+    drives = tuple(Drive({"link": name, "at": at}, TURN) for name, at in cranks or grounded[:1])
+    notes += [f"{drive.joint['link']} turns at {TURN}: assumed" for drive in drives]
     places = {point[n]: place for n, place in enumerate(points)}
     return Drawing(
         title, SOURCE, unit, places, tuple(point[n] for n in sorted(fixed)), links, drives=drives, notes=tuple(notes)
     )
+
+
+def _listed(left: Counter[str], before: str) -> str:
+    """Kinds of entities with their numbers, as in "2 arcs, 1 text"."""
+    words = [f"{number} {kind}{'s' * (number > 1)}" for kind, number in left.items() if number]
+    return before + ", ".join(words) if words else ""
 
 
 def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]]]:

@@ -8,7 +8,19 @@ from dataclasses import dataclass, field, replace
 from math import sqrt
 from xml.etree import ElementTree
 
-from exchange.drawing import GROUND, Body, Drawing, Drive, ExchangeError, Gear, Names, Slide, Slot, link_with, to_and_fro
+from exchange.drawing import (
+    GROUND,
+    Body,
+    Drawing,
+    Drive,
+    ExchangeError,
+    Gear,
+    Names,
+    Slide,
+    Slot,
+    link_with,
+    to_and_fro,
+)
 
 SOURCE = "Linkage"
 UNITS = {"inches": "in", "millimeters": "mm"}
@@ -123,7 +135,8 @@ def _connector(each: ElementTree.Element, names: Names) -> Connector:
 
 def _read_links(read: _Reading, root: ElementTree.Element, wheels: set[str]) -> dict[str, ElementTree.Element]:
     """Read the links, joining fastened ones. Return the actuators by their keys."""
-    actuators, elements = {}, {}
+    actuators: dict[str, ElementTree.Element] = {}
+    elements: dict[str, ElementTree.Element] = {}
     for number, each in enumerate((*root.findall("Link"), *root.findall("element"))):
         names = [c.attrib["id"] for kind in ("connector", "fastenconnector") for c in each.findall(kind)]
         connectors = tuple(name for name in names if name in read.connectors)
@@ -248,11 +261,11 @@ def _cylinder(read: _Reading, key: str, each: ElementTree.Element) -> Drive:
     read.links[rod] = Body((last.name, tip))
     read.slides[f"{name}_slide"] = Slide(rod, name, last.name, last.place - first.place)
     cycles, throw = float(each.get("cpm") or 0) or TURNS, float(each.get("throw") or 0)
-    way = throw if cycles > 0 else -throw
+    stroke = throw if cycles > 0 else -throw
     verb = "extends" if cycles > 0 else "retracts"
     read.notes.append(f"{name} {verb} by {throw:g} {read.unit} and returns, here with a smooth start and stop")
     speed = 2 * throw * abs(cycles) / 60
-    return Drive({"slider": f"{name}_slide"}, law=to_and_fro((way, -way), speed, read.unit))
+    return Drive({"slider": f"{name}_slide"}, law=to_and_fro((stroke, -stroke), speed, read.unit))
 
 
 def _gears(read: _Reading, root: ElementTree.Element) -> Iterator[Gear]:
@@ -262,19 +275,21 @@ def _gears(read: _Reading, root: ElementTree.Element) -> Iterator[Gear]:
         if len(wheels) != 2 or any(not name or size <= 0 for name, _, size in wheels):
             read.notes.append("a gear between links that are not in the file is left out")
             continue
-        (first, axle, size), (second, other, other_size) = wheels
+        (first, axle, size), (second, other, other_size) = sorted(wheels, key=lambda wheel: wheel[0] != GROUND)
         pins = read.connectors[axle], read.connectors[other]
-        carrier = link_with({name: body for name, body in read.links.items() if name not in (first, second)},
-                            *(pin.name for pin in pins))  # fmt: skip
+        others = {name: body for name, body in read.links.items() if name not in (first, second)}
+        carrier = link_with(others, *(pin.name for pin in pins))
         if carrier is None and not all(pin.fixed for pin in pins):
             read.notes.append(f"a gear between {first} and {second}, which no link carries, is left out")
             continue
         on = {} if carrier is None else {"on": carrier}
-        ends = [{"link": name, **on, "at": pin.name} for name, pin in zip((first, second), pins, strict=True)]
-        teeth = ratio.get("type") == "gears"
-        if first == GROUND:  # a wheel that stands: the carrier's own angle, turned round
-            ends[0] = {"link": carrier or "", "at": pins[0].name}
-        yield Gear(*ends, (-size if teeth != (first == GROUND) else size) / other_size, teeth and first != GROUND)
+        driver = {"link": first, **on, "at": pins[0].name}
+        teeth, standing = ratio.get("type") == "gears", first == GROUND
+        if standing:  # from a wheel that stands, its carrier turns the other way
+            driver = {"link": carrier or "", "at": pins[0].name}
+        sign = -1 if teeth != standing else 1
+        follower = {"link": second, **on, "at": pins[1].name}
+        yield Gear(driver, follower, sign * size / other_size, teeth and not standing)
 
 
 def _driven_first(gears: list[Gear], driven: Sequence[Mapping[str, str]]) -> tuple[Gear, ...]:

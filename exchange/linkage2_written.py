@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from xml.etree import ElementTree
 
 from exchange.drawing import GROUND, Drawing, ExchangeError, Gear, Slot
@@ -12,12 +13,12 @@ MARGIN = 0.05  # extra length of a slot at either end / travel of its pin
 
 
 def linkage2_text(drawing: Drawing) -> str:
-    """The mechanism as a file of Linkage: connectors, links, slots between two connectors, inputs, gears and chains.
+    """Return the mechanism as a file of Linkage: connectors, links, slots between two connectors, inputs, ratios.
 
     Raises
     ------
     ExchangeError
-        It has parts that Linkage does not know, without which it would move otherwise.
+        Linkage does not know a part, without which the mechanism would move otherwise.
     """
     turns = _turns(drawing)
     if drawing.slides:
@@ -27,38 +28,22 @@ def linkage2_text(drawing: Drawing) -> str:
     look = {"zoom": "1", "xoffset": "0", "yoffset": "0", "scalefactor": "1", "units": units}
     ElementTree.SubElement(root, "program", look)
     members = {name: list(body.points) for name, body in drawing.links.items()}
-    places, limits = dict(drawing.points), {}
-    fixed = {*drawing.ground}
-    for name, slot in drawing.slots.items():
-        ends = _slot_ends(drawing, slot)
-        limits[slot.point] = [f"{name} {number}" for number in (1, 2)]
-        places.update(zip(limits[slot.point], ends, strict=True))
-        members.setdefault(f"{name} ground" if slot.on == GROUND else slot.on, []).extend(limits[slot.point])
-        fixed |= {*limits[slot.point]} if slot.on == GROUND else set()
-    number = {
-        name: str(at) for at, name in enumerate(name for name in places if any(name in of for of in members.values()))
-    }
+    places, fixed = dict(drawing.points), {*drawing.ground}
+    limits = _slot_limits(drawing, members, places, fixed)
+    used = [name for name in places if any(name in points for points in members.values())]
+    number = {name: str(at) for at, name in enumerate(used)}
     speeds = {at: turn for _, at, turn in turns}
     for name, key in number.items():
         place = scale * places[name]
-        keys = {
-            "id": key,
-            "x": f"{round(place.real, 9) + 0.0:.12g}",
-            "y": f"{round(place.imag, 9) + 0.0:.12g}",
-            "layer": "0",
-        }
-        if name in drawing.points:
-            keys["name"] = name
-        if name in fixed:
-            keys["anchor"] = "true"
-        if name in speeds:
-            keys |= {"input": "true", "rpm": f"{speeds[name]:.12g}"}
-        if name == drawing.traced:
-            keys["draw"] = "true"
-        connector = ElementTree.SubElement(root, "connector", keys | ({"slider": "true"} if name in limits else {}))
+        keys = {"id": key, "x": _decimal(place.real), "y": _decimal(place.imag), "layer": "0"}
+        flags = {"anchor": name in fixed, "draw": name == drawing.traced, "slider": name in limits}
+        keys |= {"name": name} if name in drawing.points else {}
+        keys |= {flag: "true" for flag, on in flags.items() if on}
+        keys |= {"input": "true", "rpm": f"{speeds[name]:.12g}"} if name in speeds else {}
+        connector = ElementTree.SubElement(root, "connector", keys)
         for limit in limits.get(name, ()):
             ElementTree.SubElement(connector, "slidelimit", {"id": number[limit]})
-    first = {link for link, _, _ in turns}  # the driven link of a connector is the first that has it
+    first = {link for link, _, _ in turns}  # the driven link of a connector is the first there
     key_of = {name: str(at) for at, name in enumerate(sorted(members, key=lambda link: link not in first), 1)}
     for name, key in key_of.items():
         link = ElementTree.SubElement(root, "Link", {"id": key, "layer": "0", "name": name})
@@ -72,8 +57,29 @@ def linkage2_text(drawing: Drawing) -> str:
     return ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
+def _decimal(value: float) -> str:
+    return f"{round(value, 9) + 0.0:.12g}"
+
+
+def _slot_limits(
+    drawing: Drawing, members: dict[str, list[str]], places: dict[str, complex], fixed: set[str]
+) -> dict[str, list[str]]:
+    """The two ends of every slot by its pin; adds them to the members, places and fixed points."""
+    limits: dict[str, list[str]] = {}
+    for name, slot in drawing.slots.items():
+        if slot.point in limits:
+            raise ExchangeError(f'{SOURCE} has no place for a pin, "{slot.point}", in two slots')
+        ends = limits[slot.point] = [f"{name} {number}" for number in (1, 2)]
+        places.update(zip(ends, _slot_ends(drawing, slot), strict=True))
+        members.setdefault(f"{name} ground" if slot.on == GROUND else slot.on, []).extend(ends)
+        fixed |= {*ends} if slot.on == GROUND else set()
+        if not any(slot.point in points for points in members.values()):
+            members[f"{name} pin"] = [slot.point]  # a fixed pin in a moving slot is a link there
+    return limits
+
+
 def _slot_ends(drawing: Drawing, slot: Slot) -> tuple[complex, complex]:
-    """The places between which a pin slides, as drawn: a little beyond its travel."""
+    """Drawn places of the two ends of a slot: a little beyond the travel of its pin."""
     low, high = slot.travel
     if low == high:
         spans = [abs(one - other) for one in drawing.points.values() for other in drawing.points.values()]
@@ -83,7 +89,7 @@ def _slot_ends(drawing: Drawing, slot: Slot) -> tuple[complex, complex]:
     return here + (low - beyond) * along, here + (high + beyond) * along
 
 
-def _write_gear(ratios: ElementTree.Element, gear: Gear, key_of: dict[str, str]) -> None:
+def _write_gear(ratios: ElementTree.Element, gear: Gear, key_of: Mapping[str, str]) -> None:
     names = gear.driver.get("link", ""), gear.follower.get("link", "")
     if not {*names} <= key_of.keys() or (gear.ratio < 0) != gear.teeth:
         raise ExchangeError(f"{SOURCE} has no place for a rack, or for teeth that mesh from within")

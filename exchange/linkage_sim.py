@@ -1,28 +1,31 @@
-"""Mechanisms of linkage_sim, as JSON of bodies, joints and drivers in SI units, each body in axes of its own."""
+"""Mechanisms of linkage_sim: JSON of bodies, joints and drivers in SI units, each body in its own axes."""
 
 from __future__ import annotations
 
 import cmath
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names, Slide
+from exchange.drawing import GROUND, Body, Drawing, Drive, ExchangeError, Names, Slide
 
 SOURCE = "linkage_sim"
-GROUND = "ground"
 TURN = "60 rpm"
-TRIES = 60  # of places to begin with
-CLOSED = 1e-9  # of the largest body, gaps of joints that count as closed
+READ = ("revolute", "fixed", "prismatic")  # joints
+TRIES = 60  # random starts of the search for an assembly
+CLOSED = 1e-9  # gap of a closed joint / size of the largest body
+STEPS, DONE = 50, 1e-10  # of the program's own solver, which begins with all bodies at the origin
+
+Place = tuple[complex, float]  # of a body: its origin and its angle
 
 
 @dataclass(frozen=True)
 class Pair:
-    """A joint between a point of one body and one of another, in their axes; `axis` where it slides, in the first's.
+    """A joint between a point of one body and one of another, in their axes; `axis` of a slider, in the first's.
 
-    `turn` is the angle of the second body from the first where it may not turn, else None.
+    `turn` is the angle of the second body from the first if it is constant, else None.
     """
 
     first: str
@@ -34,75 +37,114 @@ class Pair:
 
 
 def of_linkage_sim(data: Mapping[str, Any], title: str) -> Drawing:
-    """The mechanism in a JSON object of linkage_sim; ExchangeError where it is none."""
+    """Return the mechanism in a JSON object of linkage_sim.
+
+    Raises
+    ------
+    ExchangeError
+        The object is damaged, or its bodies cannot be assembled.
+    """
     try:
         return _drawing(data, title)
-    except (KeyError, TypeError, ValueError, StopIteration) as error:
-        raise ExchangeError(f"no mechanism of linkage_sim that can be read: {error!r}") from None
+    except KeyError as error:
+        raise ExchangeError(f"this file of linkage_sim has no {error}, which a joint or driver names") from None
+    except (TypeError, AttributeError, StopIteration):
+        raise ExchangeError("this file of linkage_sim has a body, joint or driver of an unknown form") from None
+    except ValueError as error:
+        raise error if isinstance(error, ExchangeError) else _unreadable(error) from None
+
+
+def _unreadable(error: ValueError) -> ExchangeError:
+    return ExchangeError(f"a number in this file of linkage_sim cannot be read: {error}")
 
 
 def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
-    bodies = data["bodies"]
-    notes = ["linkage_sim keeps bodies, not where they are: their places were searched for, the first assembly found"]
+    bodies, notes = data["bodies"], []
     local = {name: _points(body) for name, body in bodies.items()}
-    joints = {key: each for key, each in data["joints"].items() if each["type"] in ("revolute", "fixed", "prismatic")}
+    joints = {key: each for key, each in data["joints"].items() if each["type"] in READ}
     pairs = {key: _pair(each, local) for key, each in joints.items()}
     for key, each in data["joints"].items():
         if key not in joints and each["type"] != "revolute_driver":
             notes.append(f"joint {key} ({each['type']}) is left out")
-    turns = {
-        (each["body_i"], each["body_j"]): float(each.get("theta_0", 0))
-        for each in data.get("drivers", {}).values()
-        if each["type"] == "constant_speed"
-    }
-    where = _placed(
-        list(local), list(pairs.values()), turns, max(abs(p) for carried in local.values() for p in carried.values())
-    )
-    names, called = Names(), Names(["ground"])
+    drivers = [each for each in data.get("drivers", {}).values() if each["type"] == "constant_speed"]
+    notes += [
+        f"the driver {key} ({each['type']}) is left out"
+        for key, each in data.get("drivers", {}).items()
+        if each["type"] != "constant_speed"
+    ]
+    turns = {(each["body_i"], each["body_j"]): float(each.get("theta_0", 0)) for each in drivers}
+    where, own = _assembled(list(local), list(pairs.values()), turns)
+    if not own:
+        notes.append("linkage_sim saves no places and its own solver finds none: this is the first assembly found")
+    names, called = Names(), Names([GROUND])
+    host = _hosts(local, joints)
     same = _shared(joints)
     points: dict[str, complex] = {}
-    members: dict[str, list[str]] = {}
+    members: dict[str, list[str]] = {host[body]: [] for body in local}
     for body, carried in local.items():
         for point, place in carried.items():
-            key = same.get((body, point), f"{body} {point}")
-            name = names(key, point)
+            name = names(same.get((body, point), f"{body} {point}"), point)
             points[name] = where[body][0] + cmath.exp(1j * where[body][1]) * place
-            members.setdefault(body, [])
-            if name not in members[body]:
-                members[body].append(name)
+            if name not in members[host[body]]:
+                members[host[body]].append(name)
     links = {
-        called(body): Body(tuple(carried), float(bodies[body].get("mass") or 0) or None)
+        called(body): Body(
+            tuple(carried), *_mass([(bodies[part], where[part]) for part in local if host[part] == body])
+        )
         for body, carried in members.items()
         if body != GROUND
     }
+
+    def link(body: str) -> str:
+        return GROUND if host[body] == GROUND else called(host[body])
+
     slides = {
         f"slide_{key}".replace(" ", "_"): Slide(
-            called(pair.second), GROUND if pair.first == GROUND else called(pair.first),
+            link(pair.second), link(pair.first),
             names(same.get((pair.second, joints[key]["point_j"]), f"{pair.second} {joints[key]['point_j']}")),
             pair.axis * cmath.exp(1j * where[pair.first][1]),
         )
         for key, pair in pairs.items() if pair.axis is not None
     }  # fmt: skip
-    if any(each["type"] == "fixed" for each in joints.values()):
-        notes.append("fixed joints are left out: a [welds] table of their point does it")
+    ends = [(link(each["body_i"]), link(each["body_j"]), float(each["omega"])) for each in drivers]
     drives = tuple(
-        Drive({"link": called(each["body_j"]), **({} if each["body_i"] == GROUND else {"on": called(each["body_i"])})},
-              f"{float(each['omega']):.12g} rad/s")
-        for each in data.get("drivers", {}).values() if each["type"] == "constant_speed"
-    )  # fmt: skip
+        Drive({"link": second, **({} if first == GROUND else {"on": first})}, f"{speed:.12g} rad/s")
+        for first, second, speed in ends
+    )
     if data.get("forces"):
         notes.append(f"forces that are left out: {len(data['forces'])}; put them under [[loads]] and [[springs]]")
     if not drives:
         notes.append(f"no drive in the file: the first link on the ground is turned at {TURN}")
-        first = next(pair.second for pair in pairs.values() if pair.first == GROUND and pair.axis is None)
-        drives = (Drive({"link": called(first)}, TURN),)
+        turning = next((p.second for p in pairs.values() if p.first == GROUND and p.axis is None), None)
+        if turning is None:
+            raise ExchangeError("this file of linkage_sim has no driver, and no link that turns on the ground")
+        drives = (Drive({"link": link(turning)}, TURN),)
+    weighed = any(body.mass for body in links.values())
     return Drawing(title, SOURCE, "m", points, tuple(members.get(GROUND, ())), links, slides=slides, drives=drives,
-                   notes=tuple(notes))  # fmt: skip
+                   gravity=weighed, notes=tuple(notes))  # fmt: skip
 
 
 def _points(body: Mapping[str, Any]) -> dict[str, complex]:
     tables = (body.get("attachment_points") or {}, body.get("coupler_points") or {})
     return {name: complex(*place) for table in tables for name, place in table.items()}
+
+
+def _mass(parts: Sequence[tuple[Mapping[str, Any], Place]]) -> tuple[float | None, complex | None, float | None]:
+    """Mass, centre and inertia of bodies that are one link, with their point masses."""
+    lumps = []
+    for body, (origin, angle) in parts:
+        turn = cmath.exp(1j * angle)
+        inertia = float(body.get("izz_cg", body.get("Izz_cg", 0)) or 0)
+        lumps.append((float(body.get("mass") or 0), origin + turn * complex(*body.get("cg_local", (0, 0))), inertia))
+        lumps += [
+            (float(lump["mass"]), origin + turn * complex(*lump["local_pos"]), 0.0)
+            for lump in body.get("point_masses") or ()
+        ]
+    mass = sum(lump[0] for lump in lumps)
+    if not mass:
+        return None, None, None
+    center = sum(part * place for part, place, _ in lumps) / mass
+    return mass, center, sum(own + part * abs(place - center) ** 2 for part, place, own in lumps)
 
 
 def _pair(each: Mapping[str, Any], local: Mapping[str, Mapping[str, complex]]) -> Pair:
@@ -115,8 +157,19 @@ def _pair(each: Mapping[str, Any], local: Mapping[str, Mapping[str, complex]]) -
     )  # fmt: skip
 
 
+def _hosts(local: Mapping[str, Any], joints: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """For every body the first of those to which fixed joints tie it; the ground comes before all others."""
+    host = {body: body for body in local}
+    for each in joints.values():
+        if each["type"] == "fixed":
+            one, other = host[each["body_i"]], host[each["body_j"]]
+            keep, gone = (other, one) if other == GROUND else (one, other)
+            host = {body: keep if now == gone else now for body, now in host.items()}
+    return host
+
+
 def _shared(joints: Mapping[str, Mapping[str, Any]]) -> dict[tuple[str, str], str]:
-    """Points of bodies that are one point of the drawing, as a pin joins them: each with the name of the first."""
+    """Points of bodies that a joint puts into one place: each with the name of the first."""
     of: dict[tuple[str, str], str] = {}
     for each in joints.values():
         if each["type"] != "prismatic":
@@ -127,38 +180,85 @@ def _shared(joints: Mapping[str, Mapping[str, Any]]) -> dict[tuple[str, str], st
     return of
 
 
-def _placed(
-    bodies: list[str], pairs: list[Pair], turns: Mapping[tuple[str, str], float], size: float
-) -> dict[str, tuple[complex, float]]:
-    """Place and angle of every body at which all joints close and driven ones stand at their start."""
-    from scipy.optimize import least_squares
+def _assembled(
+    bodies: list[str], pairs: list[Pair], turns: Mapping[tuple[str, str], float]
+) -> tuple[dict[str, Place], bool]:
+    """Places at which all joints close and drivers are at their start; and whether the program itself finds them.
 
+    A file has no places: the program starts Newton's method with every body at the origin, and so does this.
+    """
     moving = [body for body in bodies if body != GROUND]
+    if not moving:
+        return {GROUND: (0j, 0.0)}, True
+    size = max((abs(p) for pair in pairs for p in (pair.at_first, pair.at_second)), default=0.0) or 1.0
 
-    def placed(x: Any) -> dict[str, tuple[complex, float]]:
-        at = {body: (complex(*x[3 * n : 3 * n + 2]) * size, float(x[3 * n + 2])) for n, body in enumerate(moving)}
+    column = {body: 3 * n for n, body in enumerate(moving)}
+
+    def placed(x: Any) -> dict[str, Place]:
+        at = {body: (complex(*x[n : n + 2]), float(x[n + 2])) for body, n in column.items()}
         return {GROUND: (0j, 0.0), **at}
 
-    def gaps(x: Any) -> Any:
+    def gaps(x: Any) -> tuple[Any, Any]:
+        """Gaps of all joints and drivers, and their derivatives."""
         at = placed(x)
-        out: list[Any] = []
-        for pair in pairs:
-            (p, a), (q, b) = at[pair.first], at[pair.second]
-            gap = (q + cmath.exp(1j * b) * pair.at_second - p - cmath.exp(1j * a) * pair.at_first) / size
-            across = (
-                gap if pair.axis is None else (gap * (cmath.exp(1j * a) * pair.axis / abs(pair.axis)).conjugate()).imag
-            )
-            out += [across.real, across.imag] if pair.axis is None else [across]
-            if pair.turn is not None:
-                out.append(np.sin(b - a - pair.turn))
-        out += [2 * np.sin((at[j][1] - at[i][1] - angle) / 2) for (i, j), angle in turns.items()]
-        return np.array(out)
+        out: list[float] = []
+        slopes: list[Any] = []
 
-    random = np.random.default_rng(0)
+        def add(gap: float, **by: complex | float) -> None:
+            """Add a gap; `by` has its derivative by each body's place, as x + iy, and angle."""
+            row = np.zeros(len(x))
+            for body, place, angle in ((first, "p", "a"), (second, "q", "b")):
+                if body in column:
+                    way = complex(by.get(place, 0))
+                    row[column[body] : column[body] + 3] += way.real, way.imag, complex(by[angle]).real
+            out.append(gap)
+            slopes.append(row)
+
+        for pair in pairs:
+            first, second = pair.first, pair.second
+            (p, a), (q, b) = at[first], at[second]
+            arm, other = cmath.exp(1j * a) * pair.at_first, cmath.exp(1j * b) * pair.at_second
+            gap = q + other - p - arm
+            normals: tuple[complex, ...] = (1 + 0j, 1j)
+            if pair.axis is not None:
+                normals = (1j * cmath.exp(1j * a) * pair.axis / abs(pair.axis),)
+            for normal in normals:
+                by_a = -1j * arm if pair.axis is None else -1j * arm - 1j * gap
+                add(_dot(gap, normal), p=-normal, q=normal, a=_dot(by_a, normal), b=_dot(1j * other, normal))
+            if pair.turn is not None:
+                add(b - a - pair.turn, a=-1.0, b=1.0)
+        for (first, second), angle in turns.items():
+            add(at[second][1] - at[first][1] - angle, a=-1.0, b=1.0)
+        return np.array(out), np.array(slopes)
+
+    start = _newton(gaps, np.zeros(3 * len(moving)))
+    if start is not None:
+        return placed(start), True
+    return placed(_searched(lambda x: gaps(x)[0], len(moving), size)), False
+
+
+def _dot(one: complex, other: complex) -> float:
+    return (one * other.conjugate()).real
+
+
+def _newton(gaps: Callable[[Any], tuple[Any, Any]], x: Any) -> Any:
+    """Zero of the gaps by Newton's method with the smallest step, or None."""
+    for _ in range(STEPS):
+        gap, slopes = gaps(x)
+        if np.linalg.norm(gap) < DONE:
+            return x
+        x = x - np.linalg.lstsq(slopes, gap, rcond=1e-14)[0]
+    return None
+
+
+def _searched(gaps: Callable[[Any], Any], bodies: int, size: float) -> Any:
+    """Zero of the gaps from random starts."""
+    from scipy.optimize import least_squares
+
+    random, scale = np.random.default_rng(0), np.tile([size, size, np.pi], bodies)
     for _ in range(TRIES):
-        start = random.uniform(-1, 1, 3 * len(moving))
-        start[2::3] *= np.pi
-        best = least_squares(gaps, start, xtol=1e-15, ftol=1e-15, gtol=1e-15)
-        if np.abs(best.fun).max(initial=0) < CLOSED:
-            return placed(best.x)
-    raise ExchangeError("its bodies could not be put together")
+        start = scale * random.uniform(-1, 1, 3 * bodies)
+        best = least_squares(gaps, start, x_scale=scale, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        if np.abs(best.fun).max(initial=0) < CLOSED * max(size, 1.0):
+            return best.x
+    raise ExchangeError("the bodies of this file of linkage_sim cannot be assembled")

@@ -19,8 +19,12 @@ def of_mec2(data: Mapping[str, Any], title: str) -> Drawing:
     """The mechanism in a JSON object of mec2; ExchangeError where it is none."""
     try:
         return _drawing(data, title)
-    except (KeyError, TypeError, ValueError, StopIteration) as error:
-        raise ExchangeError(f"no model of mec2 that can be read: {error!r}") from None
+    except KeyError as error:
+        raise ExchangeError(f"a part of this file of mec2 has no {error}") from None
+    except (TypeError, AttributeError, IndexError, StopIteration):
+        raise ExchangeError("a part of this file of mec2 has an unknown form") from None
+    except ValueError as error:
+        raise ExchangeError(f"a number in this file of mec2 cannot be read: {error}") from None
 
 
 def _drawing(data: Mapping[str, Any], title: str) -> Drawing:

@@ -135,8 +135,11 @@ class _Reading:
                 self.notes.append(f'"{joint.name}" of PMKS+ is drawn beside its slot, and is moved into it here')
             low, high = sorted(((each - joint.place) * direction.conjugate()).real for each in (start, end))
             travel = low, high
+            ends = [self.point[key] for key in joint.slot]
+            if on != GROUND and not {*ends} <= {*self.links[on].points}:
+                raise ExchangeError(f'the slot of "{joint.name}" of PMKS+ has an end that is not on its link')
             if on != GROUND:
-                self.links[on] = self.links[on].with_beam(*(self.point[key] for key in joint.slot))
+                self.links[on] = self.links[on].with_beam(*ends)
         if joint.has(WELDED | SEALED):
             self.slides[f"slide_{point}"] = Slide(riders[0], on, point, direction, travel)
         else:
@@ -194,9 +197,7 @@ class _Reading:
         if not weighed and any(part.whole for part in saved.parts):
             self.notes.append("the file gives no masses: those of the assumed section and material count")
         used = {point for body in self.links.values() for point in body.points}
-        fixed = tuple(
-            self.point[joint.key] for joint in saved.joints if joint.has(FIXED) and not joint.has(SLIDES)
-        )
+        fixed = tuple(self.point[joint.key] for joint in saved.joints if joint.has(FIXED) and not joint.has(SLIDES))
         watched = (self.point[joint.key] for joint in saved.joints if joint.has(TRACED) and not joint.has(FIXED))
         return Drawing(
             self.title, SOURCE, saved.unit, _kept(self.places, used | {*fixed}), fixed, self.links, self.slots,

@@ -43,6 +43,7 @@ class Joint:
     mass: float = 0.0
 
     def has(self, mark: int) -> bool:
+        """Whether the joint has a mark."""
         return bool(self.marks & mark)
 
 
@@ -201,23 +202,30 @@ def folded(saved: Saved) -> Saved:
     """Return the file in today's form: a slider is one joint, not a joint, its pin and the block between them."""
     known = {joint.key: joint for joint in saved.joints}
     gone: dict[str, str] = {}
+    blocks = set()
     for block in saved.parts:
-        ends = [known[key] for key in block.joints]
-        slider = next((each for each in ends if each.has(SLIDES)), None)
+        ends = [known[key] for key in block.joints if key in known]
+        guide = next((each for each in ends if each.has(SLIDES)), None)
         pin = next((each for each in ends if not each.has(SLIDES)), None)
-        if len(ends) != 2 or slider is None or pin is None or not (block.piston or slider.place == pin.place):
+        if len(ends) != 2 or guide is None or pin is None or not (block.piston or guide.place == pin.place):
             continue
-        fixed = FIXED if not slider.carrier else 0
-        marks = slider.marks & ~WELDED | pin.marks & (DRIVEN | WELDED | TRACED | fixed)
+        fixed = FIXED if not guide.carrier else 0
+        marks = guide.marks & ~WELDED | pin.marks & (DRIVEN | WELDED | TRACED | fixed)
         known[pin.key] = replace(
-            slider, key=pin.key, name=pin.name, marks=marks, mass=block.mass, speed=slider.speed or pin.speed
+            guide, key=pin.key, name=pin.name, marks=marks, mass=block.mass, speed=guide.speed or pin.speed
         )
-        del known[slider.key]
-        gone[slider.key], gone[block.key] = pin.key, ""
+        del known[guide.key]
+        gone[guide.key] = pin.key
+        blocks.add(block.key)
     slots = {
-        key: replace(joint, slot=tuple(gone.get(each, each) for each in joint.slot)) for key, joint in known.items()
+        key: replace(joint, slot=(gone.get(joint.slot[0], joint.slot[0]), gone.get(joint.slot[1], joint.slot[1])))
+        for key, joint in known.items()
     }
-    parts = tuple(part for part in saved.parts if part.key not in gone)
+    parts = tuple(
+        replace(part, joints=tuple(gone.get(key, key) for key in part.joints))
+        for part in saved.parts
+        if part.key not in blocks
+    )
     return replace(saved, joints=tuple(slots.values()), parts=parts)
 
 
@@ -240,8 +248,8 @@ def _digest(text: str) -> str:
     for letter in text:
         value = (value ^ ord(letter)) * 0x01000193 & 0xFFFFFFFF
     for _ in range(6):
-        value, letter = divmod(value, len(CHECKS))
-        letters = CHECKS[letter] + letters
+        value, digit = divmod(value, len(CHECKS))
+        letters = CHECKS[digit] + letters
     return letters
 
 

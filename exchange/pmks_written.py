@@ -44,8 +44,10 @@ class _Writing:
         self.size = max(spans, default=1.0) or 1.0
         self.slots: dict[str, Slot | Slide] = {}  # by the pin
         self.slot_ends: dict[str, tuple[str, str]] = {}
-        for name, slot in (*drawing.slots.items(), *drawing.slides.items()):
+        for name, slot in drawing.slots.items():
             self._add_slot(name, slot)
+        for name, slide in drawing.slides.items():
+            self._add_slot(name, slide)
         self.used = [name for name in self.places if any(name in points for points in self.members.values())]
         if len(self.used) > len(KEYS):
             raise ExchangeError(f"{SOURCE} names joints by a letter, and here are more than {len(KEYS)}")
@@ -58,6 +60,8 @@ class _Writing:
         pin = slot.point if isinstance(slot, Slot) else self._own_pin(name, slot)
         if pin in self.slots:
             raise ExchangeError(f'{SOURCE} has no place for a pin, "{pin}", in two slots')
+        if not any(pin in points for points in self.members.values()):
+            raise ExchangeError(f'{SOURCE} has no place for the fixed pin "{pin}" in a moving slot')
         self.slots[pin] = slot
         if slot.on == GROUND:
             return
@@ -89,8 +93,9 @@ class _Writing:
 
     def _drives(self) -> dict[str, tuple[float, tuple[str, ...]]]:
         """Speed and links of every drive, by its pin."""
-        pins = {**{name: slot.point for name, slot in self.drawing.slots.items()}}
-        pins |= {name: pin for pin, slot in self.slots.items() for name, own in self.drawing.slides.items() if own is slot}
+        pin_of = {id(slot): pin for pin, slot in self.slots.items()}
+        pins = {name: pin_of[id(slot)] for name, slot in self.drawing.slots.items()}
+        pins |= {name: pin_of[id(slide)] for name, slide in self.drawing.slides.items()}
         drives: dict[str, tuple[float, tuple[str, ...]]] = {}
         for drive in self.drawing.drives:
             joint = drive.joint

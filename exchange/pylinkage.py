@@ -16,8 +16,12 @@ def of_pylinkage(data: Mapping[str, Any], title: str) -> Drawing:
     """The mechanism in a JSON object of pylinkage; ExchangeError where it is none."""
     try:
         return _drawing(data, title)
-    except (KeyError, TypeError, ValueError, IndexError) as error:
-        raise ExchangeError(f"no mechanism of pylinkage that can be read: {error!r}") from None
+    except KeyError as error:
+        raise ExchangeError(f"a part of this file of pylinkage has no {error}") from None
+    except (TypeError, AttributeError, IndexError, StopIteration):
+        raise ExchangeError("a part of this file of pylinkage has an unknown form") from None
+    except ValueError as error:
+        raise ExchangeError(f"a number in this file of pylinkage cannot be read: {error}") from None
 
 
 def _drawing(data: Mapping[str, Any], title: str) -> Drawing:

@@ -86,9 +86,7 @@ class _Link:
             (self.points[self.body.points[0]], 1.0)
         ]
         center = sum(middle * share for middle, share in pieces)
-        squares = sum(
-            share * ((share * self.length) ** 2 / 12 + abs(middle - center) ** 2) for middle, share in pieces
-        )
+        squares = sum(share * ((share * self.length) ** 2 / 12 + abs(middle - center) ** 2) for middle, share in pieces)
         return center, self.mass * squares * self.scale**2
 
     def _is_uniform(self) -> bool:

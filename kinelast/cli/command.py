@@ -22,7 +22,7 @@ from kinelast.cli.terminal import Sentences, fill_closed_streams, listener, pars
 from kinelast.scene.error import SceneError, likely, plain
 from kinelast.tasks.progress import SILENT, Progress, StoppedError, ignored_interrupts, signals_held_back, stoppable
 from kinelast.tasks.request import Batch, Request, RequestError
-from kinelast.tasks.task import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package
+from kinelast.tasks.task import BAD_INPUT, BUG, CHECK_FAILED, FAILED, FINE, Outcome, Task, missing_package
 
 if TYPE_CHECKING:
     from kinelast.tasks.processes import Lost
@@ -267,15 +267,16 @@ def _begin(batch: Batch) -> int:
     from kinelast.scene.text import scene_to_begin_with
     from kinelast.tasks.task import shipped_scenes
 
-    notes: tuple[str, ...] = ()
+    first_run = None
     if batch.foreign:
-        from exchange import ExchangeError, read, scene_text
+        from exchange import ExchangeError, read
+        from kinelast.cli.imported import imported
 
         try:
-            drawing = read(batch.foreign)
-            text, notes = scene_text(drawing), drawing.notes
+            first_run = imported(read(batch.foreign))
         except ExchangeError as error:
             return _refuse(f"--import: {plain(str(error), 300)}")
+        text = first_run.text
         path = Path("mechanism.toml" if "://" in batch.foreign else f"{Path(batch.foreign).stem}.toml")
     elif batch.copy:
         shipped = shipped_scenes()
@@ -291,16 +292,19 @@ def _begin(batch: Batch) -> int:
             file.write(scene_to_begin_with(text))
     except FileExistsError:
         return _refuse(f'"{path}" is there already: move it away, or go to another folder')
-    for note in notes:
+    if first_run is None:
+        say(f"{path} written; deflection-report {path} answers it", sys.stdout)
+        return FINE
+    for note in first_run.notes:
         say(f"{path}: {note}", sys.stderr)
-    say(f"{path} written; deflection-report {path} answers it", sys.stdout)
-    return FINE
+    say(f"{path} written; {first_run.result}", sys.stdout)
+    return CHECK_FAILED if first_run.reason else FINE
 
 
 def _export(path: Path, *scenes: str) -> int:
     """Write the mechanism of a scene for another program, never over another file; the exit status."""
     from exchange import ExchangeError, written
-    from kinelast.outputs.pictures import exchanged
+    from kinelast.outputs.exported import exchanged
     from kinelast.scene.document import document_from_bytes
     from kinelast.scene.text import file_bytes
     from kinelast.tasks.task import scene_paths

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import pi
 from typing import TYPE_CHECKING
@@ -11,18 +10,18 @@ import numpy as np
 
 from exchange import Drawing, Drive, scene_text, to_and_fro
 from kinelast.scene.data import scene_motion
+from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError, plain
 from kinelast.scene.tables import PER_LENGTH
-from kinelast.scene.document import scene_from_text
 from rigid import MechanismError, motion, reachable
-from rigid.reach import stops
 
 if TYPE_CHECKING:
     from rigid import Mechanism
 
 MARGIN = 0.01  # distance of a law from a limit of the mechanism / range between the limits
 MIN_RANGE = 1e-6  # range of a drive / a turn, or size of the drawing, below which it cannot move
-STEPS = 720  # positions at which a limit is looked for, in either direction
+STEPS, ROUNDS = 720, 2  # positions at which a limit is looked for, and how often more finely
+DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # a second, in a unit of speed
 LONGEST = 300  # letters of a reason
 
 
@@ -54,7 +53,7 @@ def imported(drawing: Drawing) -> Imported:
     resting = replace(drawing, drives=tuple(map(_resting, drawing.drives)))
     try:
         scene = scene_from_text(scene_text(resting))
-        starts = np.array([float(law(np.zeros(1))[0][0]) for law in scene.course.laws])
+        starts = scene_motion(scene, 1).drive[:, 0]
         drawing = _within_limits(drawing, scene.mechanism, starts)
         text = scene_text(drawing)
         scene = scene_from_text(text)
@@ -86,33 +85,37 @@ def _within_limits(drawing: Drawing, mechanism: Mechanism, starts: np.ndarray) -
         per_unit, unit = (pi / 180, "deg") if turns else (metre, drawing.unit)
         low, high = -2 * pi if turns else -size, 2 * pi if turns else size
         if not turns:
-            slot = {**drawing.slots, **drawing.slides}[name]
-            low, high = (metre * end for end in slot.travel) if slot.travel != (0.0, 0.0) else (low, high)
-        ends = [_limit(mechanism, starts, number, way) for way in (low, high)]
+            travel = drawing.slots[name].travel if name in drawing.slots else drawing.slides[name].travel
+            low, high = (metre * end for end in travel) if travel != (0.0, 0.0) else (low, high)
+        ends = [_limit(mechanism, starts, number, far) for far in (low, high)]
         if turns and None in ends:
             continue
-        low, high = (way if end is None else end for way, end in zip((low, high), ends, strict=True))
+        low, high = (far if end is None else end for far, end in zip((low, high), ends, strict=True))
         whole = high - low
         if whole < MIN_RANGE * (2 * pi if turns else size):
             continue
         low, high = min(low + MARGIN * whole, 0.0), max(high - MARGIN * whole, 0.0)
-        ways = (high, low - high, -low) if speed > 0 else (low, high - low, -high)
-        rate = abs(speed) * (6.0 if drive.speed.endswith("rpm") else 1.0)
-        law = to_and_fro([way / per_unit for way in ways], rate, unit)
+        strokes = (high, low - high, -low) if speed > 0 else (low, high - low, -high)
+        rate = abs(speed) * DEGREES.get(drive.speed.split()[1], 1.0)
+        law = to_and_fro([stroke / per_unit for stroke in strokes], rate, unit)
         drives[number] = replace(drive, speed=None, law=law)
         notes.append(
-            f"{name} cannot go round: it swings from {low / per_unit:.4g} to {high / per_unit:.4g} {unit} from where it"
-            f" is drawn and stays {MARGIN:.0%} off its limits"
+            f"{name} has limits: it {'swings' if turns else 'slides'} from {low / per_unit:.4g} to"
+            f" {high / per_unit:.4g} {unit} from where it is drawn, {MARGIN:.0%} off its limits"
         )
     return replace(drawing, drives=tuple(drives), notes=tuple(notes))
 
 
-def _limit(mechanism: Mechanism, starts: np.ndarray, number: int, way: float) -> float | None:
-    """How far a drive goes towards `way` while the others rest, or None if it gets there."""
-    coordinates = np.repeat(starts[:, None], STEPS, axis=1)
-    coordinates[number] += np.linspace(0.0, way, STEPS)
-    course = motion(mechanism, coordinates)
-    if reachable(course).all():
-        return None
-    place, _ = stops(course)[0]
-    return float(place[number] - starts[number])
+def _limit(mechanism: Mechanism, starts: np.ndarray, number: int, target: float) -> float | None:
+    """Return how far a drive can go towards `target` while the others rest, or None if it arrives."""
+    passed, missed = 0.0, target
+    for _ in range(ROUNDS):
+        shifts = np.concatenate([np.linspace(0.0, passed, STEPS), np.linspace(passed, missed, STEPS)])
+        coordinates = np.repeat(starts[:, None], len(shifts), axis=1)
+        coordinates[number] += shifts
+        closes = reachable(motion(mechanism, coordinates))
+        if closes.all():
+            return None if missed == target else passed
+        first = int(np.argmin(closes))
+        passed, missed = float(shifts[max(first - 1, 0)]), float(shifts[first])
+    return passed

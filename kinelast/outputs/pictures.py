@@ -6,7 +6,7 @@ import errno
 import os
 import re
 import shutil
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,18 +20,16 @@ from kinelast.figures.results import Results
 from kinelast.outputs.charts import INK, SOFT, STYLE, axis, cycle_charts, cycle_maps, line_charts, svg_of
 from kinelast.outputs.positions import PROFILE
 from kinelast.outputs.sheet import MechanismAxes
-from kinelast.scene.data import Scene, scene_motion
+from kinelast.scene.data import Scene
 from kinelast.scene.numbers import quantity, round_down
 from kinelast.tasks.request import Request, RequestError
-from rigid import ConstantSpeed, Link, Mechanism, Motion, PinDrive, Posture, SliderDrive, position_of
+from rigid import Posture, position_of
 from rigid.kinetostatics import beam_directions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from animations import Style
-    from exchange import Drawing, Drive, Gear, Slide, Slot
-    from rigid import Gear as Wheels
 
 
 WIDEST, TALLEST = 8.4, 5.2  # inches
@@ -39,7 +37,6 @@ GHOSTS = 12
 EDGE = 0.06  # inches, kept free around what reaches out
 SHARE = 0.08  # of the mechanism's size that the largest displacement is drawn as
 STATIONS = np.linspace(0.0, 1.0, 25)
-EXCHANGED = 360  # positions of a cycle, over which slots are as long as their pins go
 
 
 def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
@@ -264,86 +261,6 @@ def write_cam(path: Path, scene: Scene, name: str) -> None:
     shaft = {"shaft": 0j}
     path.write_text(dxf_text((), shaft, {}, unit, curves), encoding="utf-8")
     path.with_suffix(".svg").write_text(svg_text((), shaft, {}, unit, curves), encoding="utf-8")
-
-
-def exchanged(scene: Scene) -> Drawing:
-    """The mechanism of a scene as other programs keep it: where it stands at its start, in mm, of inches in inches.
-
-    Links that are welded are one; a block with a pin is a slot; sections, masses, loads and springs are left out.
-    """
-    from exchange import Body, Drawing
-
-    unit, scale = ("in", 1 / 0.0254) if scene.report_units == "in" else ("mm", 1e3)
-    motion = scene_motion(scene, EXCHANGED)
-    mechanism = motion.mechanism
-    blocks = {slider.link for slider in mechanism.sliders if len(_link(mechanism, slider.link).points) == 1}
-    called = {link.name: link.name for link in mechanism.links}
-    for weld in mechanism.welds:
-        one, other = sorted((called[weld.link], called[weld.on]), key=list(called).index)
-        called = {name: one if now == other else now for name, now in called.items()}
-    points: dict[str, Any] = {}
-    members: dict[str, dict[str, None]] = {}
-    for number, link in enumerate(mechanism.links):
-        points |= {point: scale * position_of(motion, number, point) for point in link.points}
-        if link.name not in blocks:
-            members.setdefault(called[link.name], {}).update(dict.fromkeys(link.points))
-    ground, *links = members
-    slots, slides = _sliding(motion, members, called, blocks, scale)
-    drives = tuple(_steady(drive, law, called) for drive, law in zip(mechanism.drives, scene.course.laws, strict=True))
-    return Drawing(
-        scene.title, "kinelast", unit, {name: complex(np.ravel(places)[0]) for name, places in points.items()},
-        tuple(members[ground]), {name: Body(tuple(members[name])) for name in links}, slots, slides, drives,
-        tuple(_wheels(gear, called) for gear in mechanism.gears), scene.output.point if scene.output else "",
-    )  # fmt: skip
-
-
-def _link(mechanism: Mechanism, name: str) -> Link:
-    return mechanism.links[mechanism.index[name]]
-
-
-def _sliding(
-    motion: Motion, members: Mapping[str, Any], called: Mapping[str, str], blocks: Collection[str], scale: float
-) -> tuple[dict[str, Slot], dict[str, Slide]]:
-    """Slots of pins, and links that slide without turning, by the names of their sliders."""
-    from exchange import Slide, Slot
-
-    slots, slides = {}, {}
-    mechanism = motion.mechanism
-    for slider in mechanism.sliders:
-        on, at = mechanism.index[slider.on], mechanism.index[slider.link]
-        along = motion.direction[on] * slider.direction
-        (pin, *_) = _link(mechanism, slider.link).points
-        others = [name for name, own in members.items() if pin in own and name != called[slider.on]]
-        if slider.link in blocks and others:
-            way = np.conj(motion.direction[on]) * (position_of(motion, at, pin) - motion.origin[on])
-            travel = scale * (np.conj(slider.direction) * (way - way[0])).real
-            reach = float(travel.min()), float(travel.max())
-            slots[slider.name] = Slot(pin, others[0], called[slider.on], complex(along[0]), reach)
-        else:
-            names = called[slider.link], called[slider.on]
-            slides[slider.name] = Slide(*names, slider.point, complex(along[0]))
-    return slots, slides
-
-
-def _joint(drive: PinDrive | SliderDrive, called: Mapping[str, str]) -> dict[str, str]:
-    if isinstance(drive, SliderDrive):
-        return {"slider": drive.slider}
-    return {"link": called[drive.link], "on": called[drive.on], "at": drive.at}
-
-
-def _steady(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str]) -> Drive:
-    """A drive with its speed, where it is constant."""
-    from exchange import Drive
-
-    steady = isinstance(law, ConstantSpeed) and drive.turns
-    return Drive(_joint(drive, called), f"{float(law.speed) * 30 / np.pi:.12g} rpm" if steady else None)
-
-
-def _wheels(gear: Wheels, called: Mapping[str, str]) -> Gear:
-    from exchange import Gear
-
-    ends = _joint(gear.driver, called), _joint(gear.follower, called)
-    return Gear(*ends, float(gear.ratio), gear.pressure_angle is not None)
 
 
 def _holes(scene: Scene) -> dict[str, float]:

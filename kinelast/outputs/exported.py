@@ -1,0 +1,145 @@
+"""The mechanism of a scene as other programs store it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kinelast.scene.data import Scene, scene_motion
+from rigid import ConstantSpeed, Link, Mechanism, Motion, PinDrive, PointLoad, SliderDrive, position_of
+from rigid.constants import mass_moments
+
+if TYPE_CHECKING:
+    from exchange import Drawing, Drive, Gear, Load, Slide, Slot
+    from rigid import Gear as Wheels
+
+POSITIONS = 360  # of a cycle, in which the travel of pins in slots is looked for
+
+
+def exchanged(scene: Scene) -> Drawing:
+    """Return the mechanism of a scene as other programs store it: as it is at its start, in mm or in inches.
+
+    Welded links are one link, with their masses; a block with a pin is a slot, its mass at the pin. Sections, springs
+    and loads that change are left out.
+    """
+    from exchange import Body, Drawing
+
+    unit, scale = ("in", 1 / 0.0254) if scene.report_units == "in" else ("mm", 1e3)
+    motion = scene_motion(scene, POSITIONS)
+    mechanism = motion.mechanism
+    blocks = {slider.link for slider in mechanism.sliders if len(_link(mechanism, slider.link).points) == 1}
+    called = {link.name: link.name for link in mechanism.links}
+    order = list(called)
+    for weld in mechanism.welds:
+        one, other = called[weld.link], called[weld.on]
+        if order.index(other) < order.index(one):
+            one, other = other, one
+        called = {name: one if now == other else now for name, now in called.items()}
+    points: dict[str, Any] = {}
+    members: dict[str, dict[str, None]] = {}
+    for number, link in enumerate(mechanism.links):
+        points |= {point: scale * position_of(motion, number, point) for point in link.points}
+        if link.name not in blocks:
+            members.setdefault(called[link.name], {}).update(dict.fromkeys(link.points))
+    ground, *links = members
+    slots, slides = _sliding(motion, members, called, blocks, scale)
+    drives = tuple(
+        _steady(drive, law, called, unit, scale) for drive, law in zip(mechanism.drives, scene.course.laws, strict=True)
+    )
+    inertias = _inertias(motion, called, scale)
+    masses = {slot.point: inertias[name][0] for name, slot in _blocks_of(mechanism, slots) if inertias[name][0]}
+    return Drawing(
+        scene.title, "kinelast", unit, {name: complex(np.ravel(places)[0]) for name, places in points.items()},
+        tuple(members[ground]), {name: Body(tuple(members[name]), *inertias[name]) for name in links}, slots, slides,
+        drives, tuple(_wheels(gear, called) for gear in mechanism.gears), scene.output.point if scene.output else "",
+        masses, _steady_loads(motion, called), bool(complex(mechanism.gravity)),
+    )  # fmt: skip
+
+
+def _inertias(motion: Motion, called: Mapping[str, str], scale: float) -> dict[str, tuple[float, complex, float]]:
+    """Mass [kg], centre [drawing] and moment of inertia [kg m^2] of the links, as drawn at the start."""
+    parts: dict[str, list[tuple[float, complex, float]]] = {}
+    for number, link in enumerate(motion.mechanism.links):
+        mass, first, second = (complex(np.ravel(each)[0]) for each in mass_moments(link))
+        middle = first / mass if mass else 0j
+        origin, turn = (complex(np.ravel(each)[0]) for each in (motion.origin[number], motion.direction[number]))
+        about_center = second.real - mass.real * abs(middle) ** 2
+        parts.setdefault(called[link.name], []).append((mass.real, origin + turn * middle, about_center))
+    inertias = {}
+    for name, lumps in parts.items():
+        whole = sum(lump[0] for lump in lumps)
+        center = sum(mass * place for mass, place, _ in lumps) / whole if whole else lumps[0][1]
+        inertia = sum(about + mass * abs(place - center) ** 2 for mass, place, about in lumps)
+        inertias[name] = whole, scale * center, inertia
+    return inertias
+
+
+def _blocks_of(mechanism: Mechanism, slots: Mapping[str, Slot]) -> Iterator[tuple[str, Slot]]:
+    """The block of every slot by its name."""
+    return ((slider.link, slots[slider.name]) for slider in mechanism.sliders if slider.name in slots)
+
+
+def _steady_loads(motion: Motion, called: Mapping[str, str]) -> tuple[Load, ...]:
+    """Constant forces at points of moving links, in the axes of the drawing."""
+    from exchange import Load
+
+    loads = []
+    for load in motion.mechanism.loads:
+        if isinstance(load, PointLoad) and load.law is None and complex(load.force):
+            turn = motion.direction[motion.mechanism.index[load.link]][0] if load.turning else 1.0
+            loads.append(Load(called[load.link], load.point, complex(load.force * turn), load.turning))
+    return tuple(loads)
+
+
+def _link(mechanism: Mechanism, name: str) -> Link:
+    return mechanism.links[mechanism.index[name]]
+
+
+def _sliding(
+    motion: Motion, members: Mapping[str, Any], called: Mapping[str, str], blocks: Collection[str], scale: float
+) -> tuple[dict[str, Slot], dict[str, Slide]]:
+    """Slots of pins, and links that slide without turning, by the names of their sliders."""
+    from exchange import Slide, Slot
+
+    slots, slides = {}, {}
+    mechanism = motion.mechanism
+    for slider in mechanism.sliders:
+        on, at = mechanism.index[slider.on], mechanism.index[slider.link]
+        along = motion.direction[on] * slider.direction
+        (pin, *_) = _link(mechanism, slider.link).points
+        others = [name for name, own in members.items() if pin in own and name != called[slider.on]]
+        if slider.link in blocks and others:
+            way = np.conj(motion.direction[on]) * (position_of(motion, at, pin) - motion.origin[on])
+            travel = scale * (np.conj(slider.direction) * (way - way[0])).real
+            reach = float(travel.min()), float(travel.max())
+            slots[slider.name] = Slot(pin, others[0], called[slider.on], complex(along[0]), reach)
+        else:
+            names = called[slider.link], called[slider.on]
+            slides[slider.name] = Slide(*names, slider.point, complex(along[0]))
+    return slots, slides
+
+
+def _joint(drive: PinDrive | SliderDrive, called: Mapping[str, str]) -> dict[str, str]:
+    if isinstance(drive, SliderDrive):
+        return {"slider": drive.slider}
+    return {"link": called[drive.link], "on": called[drive.on], "at": drive.at}
+
+
+def _steady(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str], unit: str, scale: float) -> Drive:
+    """A drive with its speed if that is constant."""
+    from exchange import Drive
+
+    if not isinstance(law, ConstantSpeed):
+        return Drive(_joint(drive, called))
+    speed = float(law.speed)
+    words = f"{speed * 30 / np.pi:.12g} rpm" if drive.turns else f"{speed * scale:.12g} {unit}/s"
+    return Drive(_joint(drive, called), words)
+
+
+def _wheels(gear: Wheels, called: Mapping[str, str]) -> Gear:
+    from exchange import Gear
+
+    ends = _joint(gear.driver, called), _joint(gear.follower, called)
+    return Gear(*ends, float(gear.ratio), gear.pressure_angle is not None)

@@ -1,0 +1,358 @@
+"""Files of other programs: every form of PMKS+, and parts that need more than points and links."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import kinelast
+from exchange import ExchangeError, read, scene_text, written
+from exchange.pmks_code import _digest
+from exchange.reading import of_text
+from kinelast.cli.command import main
+from kinelast.cli.imported import imported
+from kinelast.outputs.exported import exchanged
+from rigid import position_of
+from rigid.constants import mass_moments
+
+DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
+CHECKS = DIGITS[:62]
+
+
+def b64(value):
+    """A number of PMKS+ by its rule: thousandths in base 64, a leading 0 if negative."""
+    left, text = abs(round(1000 * value)), ""
+    while left or not text:
+        left, digit = divmod(left, 64)
+        text = DIGITS[digit] + text
+    return ("0" if value < 0 else "") + text
+
+
+def joint(marks, key, place, angle=0.0, *rest):
+    place = complex(place)
+    return ",".join([f"{DIGITS[marks]}{key}", key, b64(place.real), b64(place.imag), b64(angle), *map(str, rest)])
+
+
+def link(kind, keys, mass=0.0, inertia=0.0, center=0j):
+    numbers = ",".join(map(b64, (mass, inertia, complex(center).real, complex(center).imag)))
+    return f"{kind}{keys},{keys},{numbers},c5cae9,{','.join(keys)},,"
+
+
+def saved(joints, links, forces=(), head="2P.Ay,1E8.U,0.1011"):
+    """A file of PMKS+: 30 rpm clockwise, sliders 5 cm/s, in centimetres."""
+    lists = ".".join("".join(f"{word}." for word in each) for each in (joints, links, forces))
+    return f"{head}.{lists}.N_z"
+
+
+B = 3 * np.exp(0.25j * np.pi)
+C = B.real + np.sqrt(64 - B.imag**2)
+BARS = [link("YR", "AB"), link("YR", "BC")]
+FIXED, DRIVEN, SLIDES, WELDED, SEALED = 4, 2, 1, 8, 32
+FORMS = {  # a slider-crank of 3 and 8 cm, and the speed of its crank [rpm]
+    "version 1": (
+        f"https://x/?j=A,0,0,AB,R,t,0,0.1,t,%0AB,{B.real},{B.imag},AB%7CBC,R,f,0,0.1,f,%0AC,{C},0,BC,R,f,0,0.1,f,"
+        f"%0AD,{C},0,CD,P,t,0,0.1,f,&l=AB,1,1,0,0,A%7CB,,l%0ABC,1,1,0,0,B%7CC,,l%0ACD,1,1,0,0,C%7CD,,l"
+        "&f=&s=12.5,true,false,cm", -12.5),
+    "version 2": (saved([joint(6, "A", 0), joint(0, "B", B), joint(0, "C", C), joint(5, "D", C)],
+                        [*BARS, link("YP", "CD")], head="0O.TY.U,0.101"), 30.0),
+    "July 2026": (saved([joint(6, "A", 0), joint(0, "B", B), joint(0, "C", C), joint(5, "D", C)],
+                        [*BARS, link("YP", "CD")]), -30.0),
+    "today": (saved([joint(6, "A", 0, 0, "", "", "", b64(12.5)), joint(0, "B", B),
+                     joint(5, "C", C, 0, "", "", "", "", b64(2))], BARS, head="2v.Ay,1E8.U,0.1011") + "*3gSQPQ", 12.5),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_every_form_of_pmks_moves_at_its_own_speed_as_its_lengths_say(form):
+    text, turns = FORMS[form]
+    first = imported(of_text(text, "mine"))
+    assert first.reason == ""
+    assert first.cycle == pytest.approx(60 / abs(turns))
+    scene = kinelast.scene_from_text(first.text)
+    motion = kinelast.scene_motion(scene)
+    assert motion.drive_rate[0, 0] == pytest.approx(turns * np.pi / 30)
+    crank = motion.drive[0]
+    expected = 0.03 * np.cos(crank) + np.sqrt(0.08**2 - (0.03 * np.sin(crank)) ** 2)
+    place = position_of(motion, scene.mechanism.index["BC"], "C")
+    np.testing.assert_allclose(place, expected, atol=3e-5)  # saved to 0.01 mm
+
+
+def test_a_slot_in_a_moving_link_turns_that_link_to_its_pin():
+    """A quick return: the arm from C goes through the crank's pin B, wherever that is."""
+    joints = [
+        joint(6, "A", 0), joint(0, "B", 1), joint(4, "C", -3j), joint(0, "D", -3j + 5 * (1 + 3j) / abs(1 + 3j)),
+        joint(1, "P", 1, 0, "CD", "C", "D"),
+    ]  # fmt: skip
+    text = saved(joints, [link("YR", "AB"), link("YR", "CD"), link("YP", "BP")])
+    scene = kinelast.scene_from_text(scene_text(of_text(text, "mine")))
+    motion = kinelast.scene_motion(scene)
+    pin = 0.01 * np.exp(1j * motion.drive[0])
+    arm = position_of(motion, scene.mechanism.index["CD"], "D") + 0.03j
+    np.testing.assert_allclose(arm / abs(arm), (pin + 0.03j) / abs(pin + 0.03j), atol=2e-3)
+
+
+def boom(mark="Z"):
+    """A boom O-C of 4 cm that a cylinder from G lifts; its rod P-C slides in the barrel G-N."""
+    foot, tip = 3, 4j
+    along = (tip - foot) / abs(tip - foot)
+    inner, pin = foot + 2.6 * along, foot + 2.0 * along
+    joints = [
+        joint(4, "O", 0), joint(0, "C", tip), joint(4, "G", foot), joint(0, "N", inner), joint(8, "P", pin),
+        f"{mark}{joint(0, 'S', pin, 0, 'GN', 'G', 'N')[1:]}",
+    ]  # fmt: skip
+    return saved(joints, [link("YR", "OC"), link("YR", "GN"), link("YR", "PC"), link("YP", "PS")])
+
+
+def test_a_cylinder_lifts_a_boom_by_the_law_of_cosines_and_stays_in_its_barrel():
+    first = imported(of_text(boom(), "mine"))
+    assert first.reason == ""
+    scene = kinelast.scene_from_text(first.text)
+    motion = kinelast.scene_motion(scene)
+    slide = motion.drive[0]
+    reach = np.abs(3 - 4j) / 100 + slide  # from G to C
+    angle = np.angle(position_of(motion, scene.mechanism.index["OC"], "C"))
+    np.testing.assert_allclose(np.cos(angle), (0.03**2 + 0.04**2 - reach**2) / (2 * 0.03 * 0.04), atol=2e-3)
+    assert -0.02 < slide.min() < -0.0195  # the pin is between G and N
+    assert 0.0055 < slide.max() < 0.006
+    assert first.cycle == pytest.approx(2 * np.ptp(slide) / 0.05, rel=2e-2)  # 5 cm/s on average
+
+
+def test_masses_centres_inertias_forces_and_weight_are_those_of_the_file():
+    joints = [joint(6, "A", 0), joint(0, "B", B), joint(5, "C", C, 0, "", "", "", "", b64(6))]
+    links = [link("YR", "AB", 40, 0.5, B / 4), link("AR", "BC", 50)]
+    text = saved(joints, links, ["2F1,BC,F1," + ",".join(map(b64, (C.real, 0, C.real, 2, 7.5)))])
+    scene = kinelast.scene_from_text(scene_text(of_text(text, "mine")))
+    crank, rod = (scene.mechanism.links[scene.mechanism.index[name]] for name in ("AB", "BC"))
+    mass, first, second = mass_moments(crank)
+    assert (mass, first / mass) == (pytest.approx(0.04), pytest.approx(0.03 / 4, abs=1e-5))
+    assert second - mass * abs(first / mass) ** 2 == pytest.approx(0.5e-4)  # kg cm^2
+    assert not crank.beams or all(beam.bending_stiffness == np.inf for beam in crank.beams)
+    mass, first, second = mass_moments(replace(rod, lumps=()))  # automatic: a uniform bar
+    length = abs(C - B) / 100
+    assert (mass, first / mass) == (pytest.approx(0.05, rel=1e-5), pytest.approx(length / 2, rel=1e-3))
+    assert second - mass * abs(first / mass) ** 2 == pytest.approx(0.05 * length**2 / 12, rel=3e-2)  # a bar has depth
+    assert rod.beams
+    assert scene.mechanism.gravity == -9.81j
+    (load,) = scene.mechanism.loads
+    assert (load.link, load.point, load.force) == ("BC", "C", pytest.approx(7.5j))
+    assert of_text(text, "mine").masses == {"C": pytest.approx(0.006)}
+
+
+def test_a_drive_at_a_floating_pin_turns_the_second_link_from_the_first():
+    joints = [joint(4, "A", 0), joint(2, "B", 1 + 2j), joint(0, "C", 4 + 3j), joint(4, "D", 5)]
+    text = saved(joints, [link("YR", "AB"), link("YR", "BC"), link("YR", "CD")])
+    first = imported(of_text(text, "mine"))
+    assert first.reason == ""
+    scene = kinelast.scene_from_text(first.text)
+    motion = kinelast.scene_motion(scene)
+    one, other = (motion.direction[scene.mechanism.index[name]] for name in ("AB", "BC"))
+    np.testing.assert_allclose(np.exp(1j * motion.drive[0]), other / one, atol=1e-9)
+
+
+def test_a_rocker_swings_between_the_limits_of_the_closed_form():
+    """The input of a double rocker stops where coupler and output are in line: cosines at the ends."""
+    lengths = np.array([3.0, 2.0, 2.5])
+    tip = 3 * np.exp(1.0j)
+    gap = abs(5 - tip)
+    turn = np.arccos((gap**2 + lengths[1] ** 2 - lengths[2] ** 2) / (2 * gap * lengths[1]))
+    top = tip + 2 * (5 - tip) / gap * np.exp(1j * turn)
+    joints = [joint(6, "A", 0), joint(0, "B", tip), joint(0, "C", top), joint(4, "D", 5)]
+    first = imported(of_text(saved(joints, [link("YR", k) for k in ("AB", "BC", "CD")]), "mine"))
+    assert first.reason == ""
+    scene = kinelast.scene_from_text(first.text)
+    angle = kinelast.scene_motion(scene).drive[0]
+    limit = np.arccos((9 + 25 - 4.5**2) / (2 * 3 * 5))
+    assert (angle.max(), angle.min()) == (pytest.approx(0.98 * limit, rel=1e-2), pytest.approx(-0.98 * limit, rel=1e-2))
+    assert any("has limits" in note for note in first.notes)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        (FORMS["today"][0].replace("5C,C,", "5C,C,!"), 'the joint "5C,C,!'),
+        (FORMS["July 2026"][0].replace("B,C,,", "B,Q,,"), 'has a joint "Q"'),
+        (FORMS["July 2026"][0].replace("YRBC", "!RBC"), 'the link "!RBC'),
+        (FORMS["July 2026"][0].replace(".U,0.", ".!,0."), "the settings"),
+        (boom().replace("GN,G,N", "XY,G,N"), "is in a link that the file has not"),
+        ("pmks2:00000000.AAAA", "save it as a link"),
+        (FORMS["version 1"][0].replace("B,2.", "B,two"), "version 1, cannot be read"),
+    ],
+)
+def test_a_damaged_file_of_pmks_ends_in_one_sentence(text, why):
+    with pytest.raises(ExchangeError) as error:
+        scene_text(of_text(text, "mine"))
+    assert why in str(error.value)
+    assert "Error(" not in str(error.value)
+
+
+@pytest.mark.parametrize(("text", "value"), [("a", 0xE40C292C), ("foobar", 0xBF9CF968)])
+def test_the_digest_of_pmks_is_fnv_1a(text, value):
+    """Published values of the hash, in base 62."""
+    assert sum(CHECKS.index(digit) * 62**place for place, digit in enumerate(reversed(_digest(text)))) == value
+
+
+def test_masses_and_forces_go_to_pmks_and_back():
+    scene = kinelast.load("pusher")
+    back = kinelast.scene_from_text(scene_text(of_text(written(exchanged(scene), ".pmks"), "mine")))
+    here, there = (
+        {one.name: np.real(mass_moments(one)[0]) for one in each.mechanism.links[1:]} for each in (scene, back)
+    )
+    assert there["crank"] == pytest.approx(here["crank"], rel=1e-4)
+    assert sum(there.values()) == pytest.approx(sum(here.values()), rel=1e-4)
+
+
+def linkage(connectors, links, ratios=""):
+    return f'<linkage2><program units="Millimeters"/>{connectors}{links}{ratios}</linkage2>'
+
+
+def members(number, *points, more=""):
+    inside = "".join(f'<connector id="{point}"/>' for point in points)
+    return f'<Link id="{number}"{more}>{inside}</Link>'
+
+
+def test_an_actuator_of_linkage_with_a_negative_rate_first_retracts():
+    text = linkage(
+        '<connector id="0" x="0" y="0" anchor="true"/><connector id="1" x="60" y="80"/>'
+        '<connector id="2" x="60" y="0" anchor="true"/>',
+        members(0, 0, 1, more=' actuator="true" throw="20" cpm="-6"') + members(1, 1, 2),
+    )
+    first = imported(of_text(text, "mine"))
+    assert (first.reason, first.cycle) == ("", pytest.approx(10.0))
+    scene = kinelast.scene_from_text(first.text)
+    motion = kinelast.scene_motion(scene)
+    reach = abs(position_of(motion, scene.mechanism.index["link_1"], "P1"))
+    assert (reach.max(), reach.min()) == (pytest.approx(0.1), pytest.approx(0.08, abs=1e-5))
+
+
+def test_a_pin_in_a_curved_slot_of_linkage_keeps_its_radius():
+    """The crank from (0, 0) moves a rod whose end slides on an arc of 50 mm about (100, 0); attributes may touch."""
+    text = linkage(
+        '<connector id="0"x="0" y="0" anchor="true" input="true" rpm="15"/><connector id="1" x="0" y="20"/>'
+        '<connector id="2" x="50" y="0" anchor="true"/><connector id="3" x="100" y="50" anchor="true"/>'
+        '<connector id="4" x="60" y="30" slider="true" slideradius="50"><slidelimit id="2"/><slidelimit id="3"/>'
+        "</connector>",
+        members(0, 0, 1) + members(1, 1, 4) + members(2, 2, 3),
+    )
+    scene = kinelast.scene_from_text(imported(of_text(text, "mine")).text)
+    pin = position_of(kinelast.scene_motion(scene), scene.mechanism.index["link_1"], "P4")
+    np.testing.assert_allclose(abs(pin - 0.1), 0.05, rtol=1e-9)
+    assert np.ptp(np.angle(pin - 0.1)) > 0.5
+
+
+@pytest.mark.parametrize(("kind", "turns"), [("gears", 2.0), ("chain", 0.0)])
+def test_a_wheel_of_linkage_that_rolls_on_a_fastened_one(kind, turns):
+    """Willis: a planet as large as the fixed sun turns twice as fast as its carrier, on a chain not at all."""
+    text = linkage(
+        '<connector id="0" x="0" y="0" anchor="true" input="true" rpm="30"/><connector id="1" x="40" y="0"/>'
+        '<connector id="2" x="0" y="-9" anchor="true"/><connector id="3" x="60" y="5"/>',
+        members(0, 0, more=' gear="true" fastenconnector="2"') + members(1, 0, 1)
+        + members(2, 1, more=' gear="true" fastenlink="3"') + members(3, 1, 3),
+        f'<ratios><ratio type="{kind}"><link id="0" size="20"/><link id="2" size="20"/></ratio></ratios>',
+    )  # fmt: skip
+    scene = kinelast.scene_from_text(imported(of_text(text, "mine")).text)
+    motion = kinelast.scene_motion(scene)
+    planet = motion.angular_velocity[scene.mechanism.index["link_3"]]
+    np.testing.assert_allclose(planet, turns * np.pi, atol=1e-9)
+
+
+def test_a_fixed_pin_in_a_moving_slot_goes_to_linkage_and_back():
+    text = """
+points = {A = [0, 0], B = [0.03, 0.01], P = [0.1, 0.02], E = [0.2, 0.03428571428571428]}
+drives = [{link = "crank", speed = "12 rpm"}]
+[sections.bar]
+shape = "rectangle"
+depth = "5 mm"
+width = "5 mm"
+[links]
+ground.points = ["A", "P"]
+crank = {points = ["A", "B"], section = "bar", material = "S235"}
+arm = {points = ["B", "E"], section = "bar", material = "S235"}
+[slots.guide]
+point = "P"
+link = "ground"
+on = "arm"
+direction = [0.07, 0.01]
+"""
+    scene = kinelast.scene_from_text(text)
+    back = kinelast.scene_from_text(imported(of_text(written(exchanged(scene), ".linkage2"), "mine")).text)
+    here, there = (kinelast.scene_motion(each, 24) for each in (scene, back))
+    ends = [position_of(moved, moved.mechanism.index["arm"], "E") for moved in (here, there)]
+    np.testing.assert_allclose(ends[1], ends[0], atol=1e-8)
+
+
+@pytest.mark.parametrize("angle", [1.0, -1.0])
+def test_bodies_of_linkage_sim_are_assembled_as_its_own_solver_does(angle):
+    """A four-bar of 2, 4, 3 and 4 m: linkage_sim 2d5f921 puts C here when it opens the file."""
+
+    def body(length, start, end):
+        return {"attachment_points": {start: [0, 0], end: [length, 0]}, "mass": 0}
+
+    def pin(i, p, j, q):
+        return {"type": "revolute", "body_i": i, "point_i": p, "body_j": j, "point_j": q}
+
+    data = {
+        "bodies": {
+            "ground": {"attachment_points": {"O2": [0, 0], "O4": [4, 0]}},
+            "crank": body(2, "A", "B"), "coupler": body(4, "B", "C"), "rocker": body(3, "D", "C"),
+        },
+        "joints": {
+            "J1": pin("ground", "O2", "crank", "A"), "J2": pin("crank", "B", "coupler", "B"),
+            "J3": pin("coupler", "C", "rocker", "C"), "J4": pin("ground", "O4", "rocker", "D"),
+        },
+        "drivers": {"D": {"type": "constant_speed", "body_i": "ground", "body_j": "crank", "omega": 1,
+                          "theta_0": angle}},
+    }  # fmt: skip
+    drawing = of_text(json.dumps(data), "mine")
+    assert drawing.points["C"] == pytest.approx(4.903256956867488 + np.sign(angle) * 2.8607913013483675j, abs=1e-9)
+
+
+def test_blocks_of_a_dxf_drawing_are_read_and_the_rest_is_counted(tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.new(units=4)
+    space = drawing.modelspace()
+    drawing.blocks.new("BAR").add_line((0, 0), (1, 0))
+    space.add_blockref("BAR", (0, 0), dxfattribs={"xscale": 30, "yscale": 30, "rotation": 90})
+    space.add_line((0, 30), (120, 50))
+    space.add_line((120, 50), (100, -40))
+    space.add_circle((0, 30), 3)  # the symbol of a joint
+    space.add_circle((500, 30), 3)
+    space.add_arc((0, 0), 5, 0, 90)
+    drawing.saveas(tmp_path / "blocks.dxf")
+    found = read(str(tmp_path / "blocks.dxf"))
+    assert sorted(
+        abs(found.points[a] - found.points[b]) for a, b in (body.points for body in found.links.values())
+    ) == (pytest.approx([30, np.hypot(20, 90), np.hypot(120, 20)]))
+    assert "left out of the drawing: 1 arc, 1 circle" in found.notes
+
+
+def test_the_driven_link_of_pylinkages_drawing_is_that_of_its_crank_layer(tmp_path):
+    """Its links are outlines with round ends, each about a dashed line; a crank has its symbol at its tip."""
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.new()
+    space = drawing.modelspace()
+    for start, end in (((3, 0), (2.6, 1.4)), ((0, 1), (2.6, 1.4)), ((0, 0), (0, 1))):
+        outline = [(*start, 0), (*end, 1), (*end, 0), (*start, 1)]
+        space.add_lwpolyline(outline, "xyb", close=True, dxfattribs={"layer": "LINKS"})
+        space.add_line(start, end, dxfattribs={"layer": "LINKS"})
+    space.add_circle((0, 1), 0.1, dxfattribs={"layer": "CRANKS"})
+    space.add_lwpolyline([(3, 0), (2.8, -0.2), (3.2, -0.2), (3, 0)], dxfattribs={"layer": "GROUND"})
+    drawing.saveas(tmp_path / "linkage.dxf")
+    found = read(str(tmp_path / "linkage.dxf"))
+    assert len(found.links) == 3
+    (drive,) = found.drives
+    assert {found.points[point] for point in found.links[drive.joint["link"]].points} == {0, 1j}
+    assert {found.points[point] for point in found.ground} == {0, 3}
+
+
+def test_the_command_says_how_the_first_run_ended(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "boom.pmks").write_text(boom())
+    (tmp_path / "loose.pmks").write_text(saved([joint(6, "A", 0), joint(0, "B", 1), joint(0, "C", 2 + 1j)], BARS))
+    assert main(["--import", "boom.pmks"]) == 0
+    assert "it moves, " in capsys.readouterr().out
+    assert main(["--import", "loose.pmks"]) == 1
+    said = capsys.readouterr().out
+    assert "it does not run yet: " in said
+    assert "1 freedom" in said
+    assert (tmp_path / "loose.toml").exists()
