@@ -1,4 +1,4 @@
-"""Columns of a CSV file as other programs write them: their headings, their cells, and the line of every row."""
+"""Columns of CSV files of other programs: headings, cells, and the line number of every row."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Any
 
 from exchange.drawing import ExchangeError
 
-SEPARATORS = ";\t,"  # in the order in which a line is looked through: a comma may be a decimal one
+SEPARATORS = ";\t,"  # in order of preference: a comma may be a decimal comma
 UNIT = re.compile(r"\[(.*)\]|\((.*)\)\s*$|/\s*(.+)$")  # as in "angle [deg]", "angle (deg)", "angle / deg"
 NUMBER = re.compile(r"[-+]?\.?\d")
-COMMENT = "#%"  # that lines of other programs begin with
+COMMENT = "#%"  # first letter of a comment
 
 
 @dataclass(frozen=True)
@@ -23,11 +23,11 @@ class Columns:
     Attributes
     ----------
     headings
-        Lines before the first number, each with its own number, from 1, and its cells; the last one tells most.
+        Number (from 1) and cells of each line before the first row of numbers; the last line is preferred.
     rows
-        Lines with numbers: the number of the line, and its cells, a decimal comma being a point.
+        Number and cells of each line of numbers, with decimal points.
     titles
-        Other lines before the first number: the number of the line, and its text.
+        Number and text of all other lines before the first row of numbers.
     """
 
     headings: tuple[tuple[int, tuple[str, ...]], ...]
@@ -35,7 +35,7 @@ class Columns:
     titles: tuple[tuple[int, str], ...] = ()
 
     def heading(self, column: int) -> tuple[int, str]:
-        """The line and the unit of a column's heading, or in a line of its own below; empty where none tells one."""
+        """Return the line and the unit in a column's heading, or from a line of units below; (0, "") without one."""
         for line, cells in reversed(self.headings):
             found = UNIT.search(cells[column])
             if found:
@@ -47,19 +47,19 @@ class Columns:
 
 
 def columns_of(text: str, names: tuple[str, ...]) -> Columns:
-    r"""The first columns of a CSV text, between commas, semicolons or tabs.
+    r"""Return the first columns of a CSV text with commas, semicolons or tabs.
 
-    Further ones are left out where they are empty, or have headings of their own beside units of the first.
+    Further columns are left out if they are empty, or if they have headings and the first columns have units.
 
     Parameters
     ----------
     names
-        Of the columns that there are to be, for messages.
+        Names of the expected columns, for messages.
 
     Raises
     ------
     ExchangeError
-        A line has fewer or more cells; the message tells the line.
+        A line has too few or too many cells; the message has its number.
 
     Examples
     --------
@@ -99,8 +99,8 @@ def columns_of(text: str, names: tuple[str, ...]) -> Columns:
 
 
 def _heading(told: list[str], line: str, count: int) -> list[str]:
-    """Cells of a line that names at least so many columns, also between others than the numbers are; else none."""
-    while told and not told[-1]:  # as spreadsheets leave them behind
+    """Cells of a line with at least `count` headings, which may have another separator; else []."""
+    while told and not told[-1]:  # left behind by spreadsheets
         told.pop()
     if len(told) >= count:
         return told
@@ -112,8 +112,8 @@ def _heading(told: list[str], line: str, count: int) -> list[str]:
 
 
 def _cells(line: int, told: list[str], names: tuple[str, ...], named: int) -> tuple[str, ...]:
-    """Cells of a line of numbers, as many as there are to be; the others are named, or empty."""
-    width = max(number for number, cell in enumerate(told, 1) if cell)  # one has a number
+    """The expected cells of a line of numbers; further cells must be empty or have a heading."""
+    width = max(number for number, cell in enumerate(told, 1) if cell)  # at least one cell has a number
     if not len(names) <= width <= named and not (width < len(names) <= len(told)):
         raise ExchangeError(_miscounted(line, width, names))
     for name, cell in zip(names, told, strict=False):
@@ -130,7 +130,7 @@ def _read(reader: Any) -> Iterator[list[str]]:
 
 
 def _miscounted(line: int, count: int, names: tuple[str, ...]) -> str:
-    """The message on a line with too few cells, or too many."""
+    """Message on a line with too few or too many cells."""
     wanted = f"expected {len(names)} columns, {' and '.join(names)}"
     told = f"line {line}: {wanted}, got {count}"
     if count < len(names):

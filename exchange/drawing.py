@@ -20,15 +20,15 @@ class Body:
     Attributes
     ----------
     points
-        Names of its points.
+        Their names.
     mass
         [kg], or None if the file gives no mass.
     center
-        Centre of mass in the drawing, or None for that of a uniform bar.
+        Centre of mass in the drawing, or None for a uniform bar.
     inertia
-        Moment of inertia about the centre of mass [kg m^2], or None for that of a uniform bar.
+        Moment of inertia about the centre of mass [kg m^2], or None for a uniform bar.
     rigid
-        Whether it does not bend.
+        True if it does not bend.
     braces
         Beams in addition to those from each point to the next.
     """
@@ -63,7 +63,7 @@ class Slot:
 
 @dataclass(frozen=True)
 class Slide:
-    """`link` slides on `on` along a line through `through` in `direction`, without turning; `travel` as of a slot."""
+    """`link` slides on `on` along a line through `through` in `direction`, without turning; for `travel` see `Slot`."""
 
     link: str
     on: str
@@ -79,7 +79,7 @@ class Drive:
     Attributes
     ----------
     joint
-        Keys of the scene's drive: `link`, `on` and `at` of a pin, or `slider`.
+        Keys of the drive in a scene: `link`, `on` and `at` of a pin, or `slider`.
     speed
         With its unit, as in "30 rpm"; None if there is a law.
     law
@@ -185,7 +185,7 @@ def link_with(links: Mapping[str, Body], *points: str) -> str | None:
 
 
 def to_and_fro(ways: Iterable[float], speed: float, unit: str) -> tuple[dict[str, str], ...]:
-    """Segments of a law that goes `ways` one after the other, each starting and ending at rest.
+    """Segments of a law with the strokes `ways`, each from rest to rest.
 
     `speed` is the mean speed in `unit` per second.
     """

@@ -1,4 +1,4 @@
-"""DXF drawings: lines as links into a scene, links with the holes of their joints out of one."""
+"""DXF drawings: lines read as links, and links with holes at their joints written."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ SOURCE = "DXF"
 UNITS = {1: "in", 4: "mm", 5: "cm", 6: "m"}  # $INSUNITS
 METRES = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "m": 1.0}
 AUXILIARY = re.compile("cent(er|re)|axis|axes|hidden|dashdot|phantom|dim|hatch|text|defpoints", re.IGNORECASE)
-CHORD = 1e-4  # of a section's size, by which an arc is off its chords
-SAME = 1e-4  # of the drawing's size: ends that are one point
+CHORD = 1e-4  # distance of an arc from its chords / size of the section
+SAME = 1e-4  # distance of ends that are one point / size of the drawing
 TURN = "60 rpm"
-FIXED = 1.0  # radius of the circle at a point of the ground
+FIXED = 1.0  # radius of the circle at a fixed point
 CRANKS = "CRANKS"  # layer of pylinkage for driven joints
-AXIS = "axis "  # begins the layers of the links' axes in drawings that are written here
+AXIS = "axis "  # prefix of the layers with the links' axes in drawings of kinelast
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,9 @@ class DrawnLink:
     points
         Places of its points, by name.
     beams
-        Start and end of every beam, and half its depth there; nan where it has none.
+        Start, end and half depth at either end of every beam; nan if a beam has no depth.
     holes
-        Diameters of the holes at its points, of those where they are known.
+        Known diameters of the holes at its points.
     """
 
     name: str
@@ -60,16 +60,16 @@ def dxf_text(
     unit: str,
     curves: Mapping[str, Sequence[complex]] = MappingProxyType({}),
 ) -> str:
-    """A drawing: on a layer for every link its outline and holes, on others its axis, the fixed points and the paths.
+    """Return a drawing with one layer for the outline and holes of each link; axes, fixed points and paths have others.
 
-    Beams end in half circles about their points. What `of_dxf` reads of it are the axes and the fixed points.
+    Beams end in half circles about their points. `of_dxf` reads the axes and the fixed points.
 
     Parameters
     ----------
     fixed
         Points of the ground.
     paths
-        Places of points in the course of the motion.
+        Successive places of moving points.
     unit
         Of all lengths: "mm", "cm", "m" or "in".
     curves
@@ -134,7 +134,7 @@ def of_dxf(path: Path, title: str) -> Drawing:
         drawing = readfile(path)
         entities = [*recursive_decompose(drawing.modelspace())]
     except (OSError, DXFError) as error:
-        raise ExchangeError(f"no DXF drawing that can be read: {error}") from None
+        raise ExchangeError(f"this DXF file is damaged: {error}") from None
     axes = [entity for entity in entities if entity.dxf.layer.startswith(AXIS)]
     sorted_out = _SortedOut()
     for entity in [*axes, *(each for each in entities if each.dxf.layer == "ground")] if axes else entities:
@@ -171,7 +171,7 @@ class _SortedOut:
 
 
 def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) -> Drawing:
-    """Links of the chains of a drawing; `axes` names them in drawings that were written here."""
+    """Links of the chains of a drawing; `axes` are their names in drawings of kinelast."""
     if not entities.chains:
         raise ExchangeError(f"there is no line in it{_listed(entities.left, ', only ')}")
     spread = [place for chain in entities.chains for place in chain]
@@ -187,7 +187,7 @@ def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) ->
     lone = {n for n in range(len(points)) if sum(n in chain for chain in ends) == 1}
     if not fixed:
         notes.append("no layer named ground, fixed or base: the ends that only one line has are taken as fixed")
-    if not fixed or tips:  # drawings with cranks mark some of the fixed points only
+    if not fixed or tips:  # pylinkage marks only some fixed points
         fixed |= lone - tips
     entities.left["circle"] += sum(all(abs(place - each) > near for place in points) for each in entities.circles)
     if left := _listed(+entities.left, ""):
@@ -216,19 +216,19 @@ def _listed(left: Counter[str], before: str) -> str:
 
 
 def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]]]:
-    """Corners (x, y) of the section in a drawing [m], then those of its holes; arcs as chords, blocks taken apart.
+    """Return the corners (x, y) of a drawn section [m], then of each hole; arcs become chords.
 
-    Lines of layers or line types for centre lines, hidden edges and dimensions are left out.
+    Blocks are taken apart. Layers and line types for centre lines, hidden edges and dimensions are left out.
 
     Parameters
     ----------
     unit
-        Of a drawing that does not tell its own.
+        Unit of a drawing that names none.
 
     Raises
     ------
     ExchangeError
-        It is no drawing, or its lines close other than one outline with its holes.
+        The file is damaged, or its lines are not one outline with holes.
     ModuleNotFoundError
         Without ezdxf or shapely.
     """
@@ -241,7 +241,7 @@ def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]
     try:
         drawing = read(StringIO(text))
     except (OSError, ValueError, DXFError) as error:
-        raise ExchangeError(f"no DXF drawing that can be read: {error}") from None
+        raise ExchangeError(f"this DXF file is damaged: {error}") from None
     paths = []
     for entity in recursive_decompose(drawing.modelspace()):
         if not AUXILIARY.search(f"{entity.dxf.layer} {entity.dxf.get('linetype', '')}"):

@@ -115,7 +115,7 @@ def _drawing(root: ElementTree.Element, title: str) -> Drawing:
 
 
 def _moves(each: ElementTree.Element) -> bool:
-    """Whether a connector or link belongs to the mechanism."""
+    """True if a connector or link belongs to the mechanism."""
     return not int(each.get("layer") or 0) & DRAWN_ONLY and each.get("measurementelement") != "true"
 
 
@@ -158,7 +158,7 @@ def _read_links(read: _Reading, root: ElementTree.Element, wheels: set[str]) -> 
 
 
 def _fastened(read: _Reading, elements: dict[str, ElementTree.Element]) -> list[tuple[list[str], bool]]:
-    """Keys of links that are fastened to one another, larger links first, and whether they are so to the ground."""
+    """Groups of fastened links, larger links first, and whether each group is fastened to the ground."""
     groups = {key: [key] for key in elements}
     grounded = set()
     for key, each in elements.items():
@@ -177,7 +177,7 @@ def _fastened(read: _Reading, elements: dict[str, ElementTree.Element]) -> list[
 
 
 def _read_slot(read: _Reading, key: str) -> None:
-    """Read the slot of a connector: a fixed one slides in a moving link, any other is a pin of its link."""
+    """Read the slot of a connector: a fixed pin in a moving link, or a pin of a moving link."""
     pin = read.connectors[key]
     if len(pin.limits) != 2:
         return
@@ -215,7 +215,7 @@ def _read_straight(read: _Reading, pin: Connector, start: Connector, end: Connec
 
 
 def _read_arc(read: _Reading, pin: Connector, start: Connector, end: Connector, on: str) -> None:
-    """Add the link from the centre of a curved slot to its pin, which moves the pin in the same way."""
+    """Replace a curved slot by a link from its centre to its pin, with the same motion."""
     half, radius = (end.place - start.place) / 2, abs(pin.radius)
     if not half or abs(half) > radius * (1 + MAX_ARC_OFFSET):
         read.notes.append(f"{pin.name} slides along an arc that its two ends do not have, which is left out")
@@ -241,7 +241,7 @@ def _read_arc(read: _Reading, pin: Connector, start: Connector, end: Connector, 
 
 
 def _turning(read: _Reading) -> Iterator[Drive]:
-    """Drives of the connectors that are inputs, each of the first link there."""
+    """Drives of the input connectors, each of its first link."""
     for connector in read.connectors.values():
         link = link_with(read.links, connector.name)
         if connector.turns is not None and link is not None:

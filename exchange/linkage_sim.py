@@ -183,7 +183,7 @@ def _shared(joints: Mapping[str, Mapping[str, Any]]) -> dict[tuple[str, str], st
 def _assembled(
     bodies: list[str], pairs: list[Pair], turns: Mapping[tuple[str, str], float]
 ) -> tuple[dict[str, Place], bool]:
-    """Places at which all joints close and drivers are at their start; and whether the program itself finds them.
+    """Places that close all joints with the drivers at their start, and True if the program finds the same.
 
     A file has no places: the program starts Newton's method with every body at the origin, and so does this.
     """

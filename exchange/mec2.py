@@ -16,7 +16,13 @@ CURVES = {
 
 
 def of_mec2(data: Mapping[str, Any], title: str) -> Drawing:
-    """The mechanism in a JSON object of mec2; ExchangeError where it is none."""
+    """Return the mechanism in a JSON object of mec2.
+
+    Raises
+    ------
+    ExchangeError
+        The object is damaged.
+    """
     try:
         return _drawing(data, title)
     except KeyError as error:
@@ -92,7 +98,7 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
 def _with_blocks(
     slides: Mapping[str, Slide], slots: Mapping[str, Slot], links: dict[str, Body], called: Names
 ) -> tuple[dict[str, Slide], dict[str, Slot]]:
-    """Slides with a block of their own, and slots with the first link that has their pin."""
+    """Add a block to every slide, and to every slot the first link at its pin."""
     driven = {slide.through for slide in slides.values()}
     blocks = {}
     for name, slide in slides.items():
@@ -108,13 +114,13 @@ def _with_blocks(
 
 
 def _holder(slot: Slot, slides: Mapping[str, Slide], links: Mapping[str, Body]) -> str | None:
-    """The first link that has a slot's point, or the slide that drives it; None where it guides nothing."""
+    """Return the first link at a slot's point, else the slide that drives it, else None."""
     sliding = (name for name, slide in slides.items() if slide.through == slot.point)
     return next((name for name, body in links.items() if slot.point in body.points), next(sliding, None))
 
 
 def _drive(how: Mapping[str, Any], joint: dict[str, str], whole: float, unit: str) -> Drive:
-    """A drive of an angle or a length: `Dw` within `Dt`, by a function or a sequence of them."""
+    """Drive of an angle or a length: `Dw` within `Dt`, by a function or a sequence of functions."""
     time, by = float(how.get("Dt", 1)), float(how.get("Dw", whole))
     kind = how.get("func", "linear")
     if kind == "linear":

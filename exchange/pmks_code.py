@@ -27,9 +27,9 @@ DIGEST = re.compile(r"\*[0-9A-Za-z]{6}$")
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint: its place, the angle of its line [rad] if it slides, the link and two joints of a moving slot.
+    """A joint: place, angle of its line [rad] if it slides, link and two joints of a moving slot.
 
-    `speed` is 0 if it is that of the whole file.
+    A `speed` of 0 stands for the speed of the whole file.
     """
 
     key: str
@@ -49,7 +49,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Part:
-    """A link; a piston is the block of a slider in older files. `parts` are the links that are welded into it."""
+    """A link; `parts` are the links welded into it. In older files the block of a slider is a `piston`."""
 
     key: str
     name: str
@@ -77,7 +77,7 @@ class Force:
 
 @dataclass(frozen=True)
 class Saved:
-    """The records of a file; `turns` [rpm] and `slides` [length/s] are the speeds of drives without their own."""
+    """The records of a file; `turns` [rpm] and `slides` [length/s] are the default speeds of its drives."""
 
     unit: str
     joints: tuple[Joint, ...]
@@ -187,7 +187,7 @@ def _force(fields: list[str], number: Callable[[int, str], float]) -> Force:
 
 
 def _require_known(joints: tuple[Joint, ...], parts: tuple[Part, ...]) -> None:
-    """Raise if a record names a joint or link that the file has not."""
+    """Raise if a record names an unknown joint or link."""
     keys, links = {joint.key for joint in joints}, {part.key for part in parts}
     for part in parts:
         for key in part.joints:
@@ -230,7 +230,7 @@ def folded(saved: Saved) -> Saved:
 
 
 def encoded(saved: Saved) -> str:
-    """Return the text of a mechanism with both of its checks: of its length and of its letters."""
+    """Return the text of a mechanism, with its length check and its hash."""
     switches = SHOWN | (CLOCKWISE if saved.turns < 0 else 0) | (0 if saved.gravity else NO_GRAVITY)
     head = DIGITS[switches >> 6] + DIGITS[switches & 63]
     turns = coded(max(1, round(abs(saved.turns))) / 1000)

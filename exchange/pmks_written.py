@@ -10,7 +10,7 @@ from exchange.pmks import FORCE, INERTIA, MASS, SOURCE
 from exchange.pmks_code import DRIVEN, FIXED, SLIDES, TRACED, WELDED, Force, Joint, Part, Saved, encoded
 
 WRITTEN = {"mm": ("cm", 0.1), "cm": ("cm", 1.0), "m": ("cm", 100.0), "in": ("in", 1.0)}
-KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # a link's key is those of its joints
+KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # of joints; a link has those of its joints
 ON_LINE = 1e-6  # distance of a point from a slot's line / size of the drawing, to be taken as on it
 SPARE = 0.1  # length of a slot beyond the pin's place / size of the drawing
 
@@ -56,7 +56,7 @@ class _Writing:
         self.drives = self._drives()
 
     def _add_slot(self, name: str, slot: Slot | Slide) -> None:
-        """Note a slot by its pin; a moving one needs two joints of its link on its line."""
+        """Store a slot by its pin; a moving slot needs two joints of its link on its line."""
         pin = slot.point if isinstance(slot, Slot) else self._own_pin(name, slot)
         if pin in self.slots:
             raise ExchangeError(f'{SOURCE} has no place for a pin, "{pin}", in two slots')
@@ -81,7 +81,7 @@ class _Writing:
         self.slot_ends[pin] = first, last
 
     def _own_pin(self, name: str, slide: Slide) -> str:
-        """The point of a slide, or another on its line if further links have that one too."""
+        """Return the point of a slide, or a new point on its line if other links share it."""
         if slide.link not in self.members:
             raise ExchangeError(f'{SOURCE} has no place for the block "{slide.link}", which has one point')
         if sum(slide.through in points for points in self.members.values()) == 1:
@@ -113,7 +113,7 @@ class _Writing:
         return drives
 
     def saved(self) -> Saved:
-        """The records: driven links first, as PMKS+ takes the first link of a driven joint."""
+        """Return the records, driven links first: PMKS+ drives the first link of a joint."""
         drawing, called = self.drawing, Names()
         joints = tuple(self._joint(name, called) for name in self.used)
         order = [link for _, links in self.drives.values() for link in links]

@@ -9,11 +9,17 @@ from typing import Any
 from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names, Slot, link_with
 
 SOURCE = "pylinkage"
-TURN = "60 rpm"  # pylinkage tells angles by step, and no duration of a step
+TURN = "60 rpm"  # pylinkage saves angles per step, without the duration of a step
 
 
 def of_pylinkage(data: Mapping[str, Any], title: str) -> Drawing:
-    """The mechanism in a JSON object of pylinkage; ExchangeError where it is none."""
+    """Return the mechanism in a JSON object of pylinkage.
+
+    Raises
+    ------
+    ExchangeError
+        The object is damaged.
+    """
     try:
         return _drawing(data, title)
     except KeyError as error:
@@ -54,7 +60,9 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
     for key, each in joints.items():
         if each["type"] == "prismatic":
             host = link_with(links, names(key))
-            if host is not None:
+            if host is None:
+                notes.append(f"the slider {names(key)} is on no link, and left out")
+            else:
                 slots[f"slot_{names(key)}"] = Slot(names(key), host, "ground", complex(*map(float, each["axis"])))
     fixed = tuple(names(key) for key in joints if key in still)
     links = {name: body for name, body in links.items() if not set(body.points) <= set(fixed)}
@@ -67,10 +75,10 @@ def _drive(each: Mapping[str, Any], link: str, at: str, notes: list[str]) -> Dri
     joint = {"link": link, "at": at}
     sense = math.copysign(1, each.get("angular_velocity") or 1)
     if each["type"] == "driver":
-        notes.append(f"{link} turns at {TURN}: assumed, since pylinkage tells an angle by step")
+        notes.append(f"{link} turns at {TURN}: assumed, since pylinkage saves angles per step")
         return Drive(joint, TURN if sense > 0 else f"-{TURN}")
     swing = math.degrees(float(each["arc_end"]) - float(each["arc_start"]))
     at_start = math.degrees(float(each.get("initial_angle") or each["arc_start"]) - float(each["arc_start"]))
-    notes.append(f"{link} swings over its arc in a second and back: assumed, since pylinkage tells an angle by step")
+    notes.append(f"{link} swings over its arc in a second and back: assumed, since pylinkage saves angles per step")
     ways = [by for by in (swing - at_start, -swing, at_start) if abs(by) > 1e-9]
     return Drive(joint, law=tuple({"curve": "harmonic", "duration": "1 s", "by": f"{by:.12g} deg"} for by in ways))

@@ -1,4 +1,4 @@
-"""Files of other programs, told from one another by their content."""
+"""Files of other programs, recognised by their content."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ FORMATS = "PMKS+ (.pmks or a link), Linkage (.linkage2), pylinkage, mec2 and lin
 WRITTEN = "PMKS+ (.pmks) and Linkage (.linkage2)"
 """Programs and files that are written, in words."""
 WRITERS: Mapping[str, Callable[[Drawing], str]] = {".pmks": pmks_text, ".linkage2": linkage2_text}
-LARGEST = 20_000_000  # bytes
+MAX_SIZE = 20_000_000  # bytes
 
 
 def written(drawing: Drawing, kind: str) -> str:
-    """The text of a file of another program, by the end of its name.
+    """Return the text of a file for another program, chosen by the file extension.
 
     Raises
     ------
     ExchangeError
-        No such file is written; the program does not know all that moves here.
+        No program has this extension, or the program does not know a part that moves here.
     """
     if kind.lower() not in WRITERS:
         raise ExchangeError(f'no file that ends in "{kind}" is written: there are {WRITTEN}')
@@ -39,12 +39,12 @@ def written(drawing: Drawing, kind: str) -> str:
 
 
 def read(source: str) -> Drawing:
-    """The mechanism in a file of another program, or in a link of PMKS+.
+    """Return the mechanism in a file of another program, or in a link of PMKS+.
 
     Raises
     ------
     ExchangeError
-        It is of no format that is known, or not readable.
+        The format is unknown, or the file is damaged.
     """
     if re.match(r"https?://", source):
         return of_pmks(source, "mechanism")
@@ -59,8 +59,8 @@ def read(source: str) -> Drawing:
 
 def _text(path: Path) -> str:
     try:
-        if path.stat().st_size > LARGEST:
-            raise ExchangeError(f"{path}: larger than {LARGEST // 1_000_000} MB")
+        if path.stat().st_size > MAX_SIZE:
+            raise ExchangeError(f"{path}: larger than {MAX_SIZE // 1_000_000} MB")
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise ExchangeError(f"{path}: {error.strerror or error}") from None
@@ -69,7 +69,7 @@ def _text(path: Path) -> str:
 
 
 def of_text(text: str, title: str) -> Drawing:
-    """The mechanism in the text of a file."""
+    """Return the mechanism in the text of a file."""
     if "<linkage2" in text:
         return of_linkage2(text[text.index("<linkage2") :], title)
     inner = re.search(r"<mec-2[^>]*>(.*?)</mec-2>", text, re.DOTALL)
@@ -82,7 +82,7 @@ def _of_json(text: str, title: str) -> Drawing:
     try:
         data: Any = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise ExchangeError(f"no JSON: {error}") from None
+        raise ExchangeError(f"the JSON of this file is damaged: {error}") from None
     if isinstance(data, dict):
         for keys, reader in (
             ({"nodes", "constraints"}, of_mec2),
@@ -91,4 +91,4 @@ def _of_json(text: str, title: str) -> Drawing:
         ):
             if keys <= data.keys():
                 return reader(data, title)
-    raise ExchangeError(f"a JSON file of no program that is known; there are {FORMATS}")
+    raise ExchangeError(f"this JSON file is of an unknown program; kinelast reads {FORMATS}")

@@ -1,4 +1,4 @@
-"""SVG drawings at true size: links with the holes of their joints, and paths, out of a scene."""
+"""SVG drawings of a scene at true size: links with holes at their joints, and paths of points."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from exchange.dxf import AXIS, FIXED, DrawnLink
 
-MARGIN = 0.02  # of the drawing's size
+MARGIN = 0.02  # space around the drawing / its size
 At = Callable[[complex], str]  # a place in the drawing's coordinates
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
 
@@ -20,7 +20,7 @@ def svg_text(
     unit: str,
     curves: Mapping[str, Sequence[complex]] = MappingProxyType({}),
 ) -> str:
-    """The drawing that `dxf_text` makes, as SVG of the same lengths: on layers, y upwards, 1 : 1 where it is printed.
+    """Return the drawing of `dxf_text` as SVG: same lengths and layers, y upwards, 1 : 1 in print.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def _layer(name: str, marks: Iterable[str]) -> str:
 
 
 def _link(link: DrawnLink, at: At, line: float) -> list[str]:
-    """Outlines and holes; a dot where no hole is known."""
+    """Outlines and holes; a dot if the hole is unknown."""
     marks = []
     for corners in link.outlines():
         one, two, three, four = map(at, corners)

@@ -289,7 +289,7 @@ class TestWritten:
         said = capsys.readouterr()
         assert "is there already" in said.err
         assert "takes one scene" in said.err
-        assert "have no place in it" in said.out
+        assert "sections have no place in it" in said.out
 
 
 class TestDrawn:

@@ -324,7 +324,8 @@ def _export(path: Path, *scenes: str) -> int:
             file.write(text)
     except FileExistsError:
         return _refuse(f'"{path}" is there already: move it away, or name another')
-    say(f"{path} written: points, links, joints and drives; sections, masses and loads have no place in it", sys.stdout)
+    extra = ", masses and constant forces" if path.suffix.lower() == ".pmks" else ""
+    say(f"{path} written: points, links, joints, drives{extra}; sections have no place in it", sys.stdout)
     return FINE
 
 
