@@ -134,7 +134,7 @@ def of_dxf(path: Path, title: str) -> Drawing:
         drawing = readfile(path)
         entities = [*recursive_decompose(drawing.modelspace())]
     except (OSError, DXFError) as error:
-        raise ExchangeError(f"this DXF file is damaged: {error}") from None
+        raise ExchangeError(f"no DXF drawing, or a damaged one: {error}") from None
     axes = [entity for entity in entities if entity.dxf.layer.startswith(AXIS)]
     sorted_out = _SortedOut()
     for entity in [*axes, *(each for each in entities if each.dxf.layer == "ground")] if axes else entities:
@@ -241,7 +241,7 @@ def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]
     try:
         drawing = read(StringIO(text))
     except (OSError, ValueError, DXFError) as error:
-        raise ExchangeError(f"this DXF file is damaged: {error}") from None
+        raise ExchangeError(f"no DXF drawing, or a damaged one: {error}") from None
     paths = []
     for entity in recursive_decompose(drawing.modelspace()):
         if not AUXILIARY.search(f"{entity.dxf.layer} {entity.dxf.get('linetype', '')}"):
