@@ -137,6 +137,7 @@ def test_masses_centres_inertias_forces_and_weight_are_those_of_the_file():
     (load,) = scene.mechanism.loads
     assert (load.link, load.point, load.force) == ("BC", "C", pytest.approx(7.5j))
     assert of_text(text, "mine").masses == {"C": pytest.approx(0.006)}
+    assert "do not bend: AB;" in imported(of_text(text, "mine")).result
 
 
 def test_a_drive_at_a_floating_pin_turns_the_second_link_from_the_first():

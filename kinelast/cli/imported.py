@@ -27,19 +27,21 @@ LONGEST = 300  # letters of a reason
 
 @dataclass(frozen=True)
 class Imported:
-    """The text of the scene, and how its first run ended: `reason` is "" if it moves."""
+    """The text of the scene, and its first run: `reason` is "" if it moves, `rigid` has the links without beams."""
 
     text: str
     notes: tuple[str, ...]
     cycle: float = 0.0
     reason: str = ""
+    rigid: tuple[str, ...] = ()
 
     @property
     def result(self) -> str:
         """The first run in one sentence."""
         if self.reason:
             return f"it does not run yet: {self.reason}"
-        return f"it moves, {self.cycle:.4g} s a cycle; sections and materials are assumed: put in yours"
+        rigid = f"; with the masses of the file, these links do not bend: {', '.join(self.rigid)}" if self.rigid else ""
+        return f"it moves, {self.cycle:.4g} s a cycle{rigid}; sections and materials are assumed: put in yours"
 
 
 def imported(drawing: Drawing) -> Imported:
@@ -61,7 +63,11 @@ def imported(drawing: Drawing) -> Imported:
     except (SceneError, MechanismError) as error:
         reason = plain(str(error).splitlines()[0], LONGEST)
         return Imported(scene_text(drawing), drawing.notes, reason=reason)
-    return Imported(text, drawing.notes, float(scene.run.duration or 0.0))
+    bodies = ((link, drawing.links.get(link.name)) for link in scene.mechanism.links[1:])
+    rigid = tuple(
+        link.name for link, body in bodies if body and not link.beams and len(body.points) > 1 and body.inertia
+    )
+    return Imported(text, drawing.notes, float(scene.run.duration or 0.0), rigid=rigid)
 
 
 def _resting(drive: Drive) -> Drive:
