@@ -1,141 +1,197 @@
-"""How near a beam in compression is to buckling, and how slender it is."""
+"""How near a whole mechanism is to buckling: its load over the load at which its tangent stiffness becomes singular.
+
+At a position, its drives held, K + factor K_G is the stiffness under so many times all forces. K is that of the links,
+soft joints and springs; K_G is that of the axial forces of links that are displaced, and of forces that turn or move
+with them. The load over the critical load is one over the smallest positive factor at which the sum is singular, with
+the ends that the links have. A force that turns with its link makes K_G unsymmetric: roots that are not real are of
+flutter, which statics does not tell. Equations: docs/theory.md.
+
+References
+----------
+Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., section 2.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import lru_cache
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from elastic.arrays import PerBeam
-from elastic.beams.polynomials import evaluate, turning_points, zeros_of
-from elastic.beams.section import Section
-from elastic.derived import coefficients
-from elastic.links.members import Run, members_of, spans_of
+from elastic.assessment.buckling_bound import buckling_bound
+from elastic.elastodynamics.displacements import Displacements, own_basis, rigid_body_modes, unit_displacements
+from elastic.elastodynamics.elastic_structure import elastic_structure
+from elastic.elastodynamics.equations_of_motion import GeometricStiffness, geometric_stiffness
+from elastic.elastodynamics.point_effects import chosen_points
+from elastic.links.beam_trees import trees_of
 from elastic.solution import Deflection
-from rigid import Reals
-from rigid.constants import per_row
+from rigid import PointLoad, Reals
+from rigid.arrays import Flags, Integers
 
-TERMS = 16  # polynomials for the moment of a tapered column: one more changes its load by round-off
-POINTS = 64  # of Gauss' quadrature, and at which a taper is looked at
-
-
-def least_axial_force(deflection: Deflection) -> PerBeam:
-    """Smallest axial force along every beam [N], negative in compression, shape (beams, ..., positions). Exact."""
-    N = deflection.N
-    turning = turning_points(N) if deflection.is_turned else zeros_of(coefficients(deflection, "q_x"))
-    rows = np.min([evaluate(N, xi) + 0.0 * N.sum(0) for xi in (0.0, 1.0, *turning)], axis=0)
-    least = np.full((len(deflection.sections), *rows.shape[1:]), np.inf)
-    for row, beam in zip(rows, deflection.division.beam, strict=True):
-        least[beam] = np.minimum(least[beam], row)
-    return least
+INNER = 4  # polynomials along a beam
+REAL = 1e-9  # imaginary part of a real root, relative to the largest root
+RESOLVED = 0.2  # load over critical load, below which only the positions of the greatest bounds are looked at
+TOGETHER = 8  # positions that are looked at together
 
 
-def euler_loads(deflection: Deflection) -> PerBeam:
-    """Euler's critical load of every beam's span from joint to joint of its member, pinned there [N], (beams, ..., 1).
+@dataclass(frozen=True, eq=False)
+class Buckling:
+    """Load over critical load of one design.
 
-    pi^2 EI/l^2; of a tapered beam by Ritz' method, to round-off; to some 0.1 % where sections change by steps.
-
-    References
+    Attributes
     ----------
-    Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., section 2.1.
+    ratio
+        Of every link the largest over the positions, shape (links,): of the modes in which this link buckles, as its
+        axial forces do most of the work; 0 where there is none, nan where it cannot be found.
+    position
+        At which, shape (links,).
     """
-    ndim = len(deflection.motion.columns)
-    EI = per_row([section.EI for section in deflection.sections], ndim, float)
-    factors = [_critical_factor(section) for section in deflection.sections]
-    loads: PerBeam = per_row(factors, ndim, float) * EI / deflection.length**2
-    for span in spans_of(deflection.motion.mechanism).runs:
-        if len(span.beams) > 1:
-            rows = [*span.beams]
-            loads[rows] = _load_of_span(span, deflection.sections, deflection.length[rows].sum(0))
-    return loads
+
+    ratio: Reals
+    position: Integers
+
+    @property
+    def link(self) -> int:
+        """Number of the link that buckles first."""
+        return int(np.nan_to_num(self.ratio).argmax())
+
+    @property
+    def largest(self) -> float:
+        """Of all links; nan where it cannot be found."""
+        return float(self.ratio.max())
 
 
-def _load_of_span(span: Run, sections: Sequence[Section], length: Reals) -> Reals:
-    """Critical load of beams in a row, pinned at the ends of the row [N], shape (..., 1)."""
-    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
-    matrix: Any = 0.0
-    for start, width, beam in zip(span.start, span.width, span.beams, strict=True):
-        xi, taper = (nodes + 1) / 2, sections[beam].taper
-        falling = 1.0 if taper is None else np.polynomial.polynomial.polyval(xi, taper.EI)
-        moment = _moments(2 * (start + width * xi) - 1)
-        softness = np.abs(width) * weights / 2 / (sections[beam].EI * falling)
-        matrix = matrix + (moment * softness[..., None, :]) @ moment.swapaxes(-1, -2)
+def buckling(deflection: Deflection, counted: Flags | bool = True, resolved: float = RESOLVED) -> Buckling:
+    """Load over critical load of one design, the largest over the positions.
+
+    A safe bound of all positions tells at which ones the eigenvalues have to be found: until no other can be larger.
+
+    Parameters
+    ----------
+    counted
+        Which positions count, shape (positions,).
+    resolved
+        Ratio below which not the largest is found, but that of some positions with the greatest bounds.
+    """
+    of_all, of_spans = buckling_bound(deflection)
+    bound = np.where(counted, np.nan_to_num(of_all), 0.0)
+    links = len(deflection.motion.mechanism.links)
+    ratio, position = np.zeros(links), np.zeros(links, int)
+    order = np.argsort(-bound)[: np.count_nonzero(bound)]
+    if not len(order):
+        return Buckling(ratio, position)
+    own = np.where(counted, np.nan_to_num(of_spans), 0.0)
+    some = np.unique([order[0], *own.argmax(axis=-1)[own.any(axis=-1)]])
+    try:
+        roots = _Roots(deflection)
+        while len(some):
+            found = roots.of_links(some)
+            at = found.argmax(axis=0)
+            more = np.take_along_axis(found, at[None], 0)[0]
+            position, ratio = np.where(more > ratio, some[at], position), np.fmax(more, ratio)
+            order = order[~np.isin(order, some)]
+            some = order[: TOGETHER][bound[order[: TOGETHER]] > max(ratio.max(), resolved)]
+    except np.linalg.LinAlgError:  # joints that hold rigidly what others hold too, or sizes of no machine
+        return Buckling(np.full(links, np.nan), position)
+    return Buckling(ratio, position)
+
+
+def buckling_factor(deflection: Deflection) -> Reals:
+    """Factor on all forces at which the mechanism buckles, at every position, shape (positions,).
+
+    Infinite where no forces press, nan at singular positions and where it cannot be found.
+
+    Parameters
+    ----------
+    deflection
+        Of one design.
+
+    Raises
+    ------
+    ValueError
+        Several designs.
+    """
+    columns = deflection.motion.columns
+    try:
+        ratio = _Roots(deflection).of_links(np.arange(columns[-1])).max(axis=1)
+    except np.linalg.LinAlgError:
+        return np.full(columns, np.nan)
     with np.errstate(divide="ignore"):
-        return 1.0 / (np.linalg.eigvalsh(matrix)[..., -1:] * length**2)
+        return 1.0 / ratio
 
 
-def _moments(place: Reals) -> Reals:
-    """Polynomials for the moment of a pinned column at places from -1 to 1, shape (..., TERMS, places).
+class _Roots:
+    """Modes in which a mechanism buckles, at any of its positions."""
 
-    Integrals of Legendre's polynomials, scaled so that those of M'^2 over a length of 1 are the unit matrix.
-    """
-    legendre = np.moveaxis(np.polynomial.legendre.legvander(place, TERMS + 1), -1, -2)
-    scale = 2 * np.sqrt(2 * np.arange(1, TERMS + 1) + 1)
-    moments: Reals = (legendre[..., 2:, :] - legendre[..., :-2, :]) / scale[:, None]
-    return moments
+    def __init__(self, deflection: Deflection) -> None:
+        motion = deflection.motion
+        if len(motion.columns) != 1:
+            raise ValueError(f"columns of shape {motion.columns}: expected one design")
+        self.motion, mechanism = motion, motion.mechanism
+        self.structure = elastic_structure(mechanism, deflection.sections, deflection.joints, INNER)
+        self.chosen = chosen_points(mechanism)
+        self.basis = np.linalg.inv(np.linalg.cholesky(self.structure.stiffness)).T
+        if not len(self.basis):
+            return
+        self.carried = rigid_body_modes(self.structure, motion)
+        self.felt = geometric_stiffness(self.structure, deflection, self.chosen)
+        turning = (isinstance(load, PointLoad) and load.turning for load in mechanism.loads)
+        self.symmetric = self.felt.turning is None and not any(turning)
 
+    def of_links(self, some: Integers) -> Reals:
+        """Load over critical load of the modes in which every link buckles, shape (positions, links)."""
+        ratio = np.zeros((len(some), len(self.motion.mechanism.links)))
+        if not len(self.basis):
+            return ratio
+        felt, moved = self.felt[some], self._moved(some)
+        pressing = -felt.stiffness(moved, moved)
+        known = np.isfinite(pressing).all(axis=(-2, -1))
+        ratio[~known] = np.nan
+        felt, moved = felt[known], moved[known]
+        values, modes = self._solved(felt, moved, pressing[known])
+        values, modes = (part[..., -2 * ratio.shape[1] :] for part in (values, modes))
+        links = self._working(felt, moved, modes)
+        for link in range(ratio.shape[1]):
+            ratio[known, link] = np.where(links == link, values, 0.0).max(axis=-1, initial=0.0)
+        return ratio
 
-@lru_cache(maxsize=256)
-def _critical_factor(section: Section) -> float:
-    """P l^2/EI at the start of a pinned column: pi^2, less where it tapers.
+    def _moved(self, some: Integers) -> Displacements:
+        """Displacements per unit of the coordinates of unit stiffness, at some positions."""
+        carried = replace(self.carried, shift=self.carried.shift[..., some], angle=self.carried.angle[..., some],
+                          work=self.carried.work[some])  # fmt: skip
+        basis = own_basis(self.structure, carried, self.basis)
+        if trees_of(self.motion.mechanism).rails:  # where blocks are is told of all positions
+            basis = own_basis(self.structure, self.carried, self.basis)
+            return unit_displacements(self.structure, self.motion, self.carried, basis, self.chosen)[some]
+        motion = replace(self.motion, direction=self.motion.direction[:, some])
+        return unit_displacements(self.structure, motion, carried, basis, self.chosen)
 
-    With polynomials for the moment: the integral of M'^2 over that of M^2/EI.
-    """
-    if section.taper is None:
-        return float(np.pi**2)
-    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
-    xi, weights = (nodes + 1) / 2, weights / 2
-    moment = _moments(nodes)
-    softness = weights / np.polynomial.polynomial.polyval(xi, section.taper.EI)
-    return float(1.0 / np.linalg.eigvalsh((moment * softness) @ moment.T)[-1])
+    def _solved(self, felt: GeometricStiffness, moved: Displacements, pressing: Reals) -> tuple[Reals, Reals]:
+        """Loads over critical loads, rising, and their modes, shape (positions, n), (positions, n, n); 0 of no mode."""
+        springs = [effect.form(moved, moved) for effect in felt.effects if effect.elastic]
+        back: Reals = np.eye(pressing.shape[-1])
+        if springs:
+            own = sum(springs)
+            back = np.linalg.inv(np.linalg.cholesky(np.eye(len(back)) + own)).swapaxes(-1, -2)
+            pressing = back.swapaxes(-1, -2) @ (pressing + own) @ back
+        if self.symmetric:
+            values, modes = np.linalg.eigh(pressing)
+            return values, back @ modes
+        roots, vectors = np.linalg.eig(pressing)
+        real = np.abs(roots.imag) <= REAL * np.abs(roots).max(axis=-1, keepdims=True)
+        values = np.where(real, roots.real, 0.0)
+        order = values.argsort(axis=-1)
+        modes = np.take_along_axis(vectors.real, order[:, None], -1)
+        return np.take_along_axis(values, order, -1), back @ modes
 
-
-def euler_ratio(deflection: Deflection) -> PerBeam:
-    """Largest compression along every beam's span over Euler's load of the span pinned at its ends.
-
-    A span goes from joint to joint of a member. The compression is taken as if it acted all along it, which is safe,
-    and both ends as held sideways and free to turn. Where an end is not held, as that of a cantilever, Euler's load is
-    less: a quarter.
-
-    Returns
-    -------
-    Shape (beams, ..., positions); 0 in tension and of beams that cannot bend, 1 and above where the beam buckles.
-    """
-    spans = spans_of(deflection.motion.mechanism)
-    compression = spans.greatest(np.maximum(-least_axial_force(deflection), 0.0))
-    ratio: PerBeam = compression / euler_loads(deflection)
-    return ratio
-
-
-def slenderness(deflection: Deflection) -> PerBeam:
-    """Length of every beam's member over the beam's radius of gyration, l sqrt(EA/EI), shape (beams, ..., 1).
-
-    The least along a tapered beam. nan of beams that cannot bend or stretch.
-    """
-    ndim = len(deflection.motion.columns)
-    EA, EI = (
-        per_row([getattr(section, name) for section in deflection.sections], ndim, float) for name in ("EA", "EI")
-    )
-    taken = per_row([_least_ratio(section) for section in deflection.sections], ndim, float)
-    with np.errstate(invalid="ignore"):
-        ratio = EA / EI
-    slender: PerBeam = np.where(np.isfinite(EA), member_lengths(deflection) * np.sqrt(ratio * taken), np.nan)
-    return slender
-
-
-def member_lengths(deflection: Deflection) -> PerBeam:
-    """Length of every beam's member [m], shape (beams, ..., 1)."""
-    length = np.array(deflection.length)
-    for run in members_of(deflection.motion.mechanism).runs:
-        length[[*run.beams]] = deflection.length[[*run.beams]].sum(0)
-    return length
-
-
-def _least_ratio(section: Section) -> float:
-    if section.taper is None:
-        return 1.0
-    xi = np.linspace(0.0, 1.0, POINTS + 1)
-    EA, EI = (np.polynomial.polynomial.polyval(xi, values) for values in (section.taper.EA, section.taper.EI))
-    return float((EA / EI).min())
+    def _working(self, felt: GeometricStiffness, moved: Displacements, modes: Reals) -> Integers:
+        """Number of the link whose forces do most of the work in modes, shape (positions, modes)."""
+        mechanism = self.motion.mechanism
+        work = np.zeros((len(mechanism.links), len(modes), modes.shape[-1]))
+        for beam, (at, _) in enumerate(mechanism.beams):
+            work[at] -= (felt.pull[:, beam, :, None] * (moved.slope[:, beam] @ modes) ** 2).sum(axis=1)
+        for effect in felt.effects:
+            if not effect.elastic:
+                at = self.chosen[next(iter((*effect.cause.shares, *effect.cause.ways)))][0]
+                along, cause = ((row(moved)[:, None] @ modes)[:, 0] for row in (effect.felt, effect.cause))
+                work[at] -= effect.stiffness[:, None] * along * cause
+        return work.argmax(axis=0)

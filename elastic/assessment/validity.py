@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from elastic.assessment.beam_theory import introduction_share, shear_share
-from elastic.assessment.buckling import euler_ratio, member_lengths
+from elastic.assessment.columns import euler_ratio, member_lengths
 from elastic.assessment.cycle import over_cycle
 from elastic.extreme_values import Extreme, extremes
 from elastic.largest import Largest

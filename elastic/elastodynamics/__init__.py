@@ -1,4 +1,4 @@
-"""Vibration of the moving links: steady state, transient, stability, buckling, about the rigid motion."""
+"""Vibration of the moving links: steady state, transient, stability, about the rigid motion."""
 
 from elastic.elastodynamics.geometrically_exact import (
     discretized_finer,
@@ -13,7 +13,6 @@ from elastic.elastodynamics.speed_scan import Resonance
 from elastic.elastodynamics.speed_search import Bounded, SpeedSearch, prominences
 from elastic.elastodynamics.steady_state import elastodynamic
 from elastic.elastodynamics.strains import Damping
-from elastic.elastodynamics.structural_buckling import buckling_factor
 from elastic.elastodynamics.theory_error import TheoryError, large_displacement_error, theory_error
 from elastic.elastodynamics.transient import transient
 
@@ -27,7 +26,6 @@ __all__ = [
     "SpeedSearch",
     "TheoryError",
     "Vibration",
-    "buckling_factor",
     "critical_speeds",
     "deflection_at",
     "discretized_finer",

@@ -8,6 +8,7 @@ the quasi-static answer on the basis' strains, whatever loads these forces balan
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -102,6 +103,11 @@ class GeometricStiffness:
     pull: Reals
     turning: Complexes | None
     effects: list[PointEffect]
+
+    def __getitem__(self, positions: Any) -> GeometricStiffness:
+        """At some of the positions."""
+        turning = None if self.turning is None else self.turning[positions]
+        return GeometricStiffness(self.pull[positions], turning, [effect[positions] for effect in self.effects])
 
     def stiffness(self, felt: Displacements, cause: Displacements) -> Reals:
         """Forces on the kinds of one displacement per unit of another's, shape (positions, c felt, c cause)."""

@@ -166,10 +166,9 @@ Numbers = Mapping[tuple[int, str], int]
 def _lump_arms(motion: Motion, numbers: Numbers) -> Iterator[PointEffect]:
     """A mass held beside its point: its force has a lever when the point turns."""
     for at, lump in lumps_of(motion.mechanism):
-        offset = np.ravel(lump.offset)[0]
-        if offset and motion.mechanism.links[at].beams:
+        if np.any(lump.offset) and motion.mechanism.links[at].beams:
             row = PointRow(shares={numbers[at, lump.point]: 1.0})
-            arm = motion.direction[at] * offset
+            arm = motion.direction[at] * lump.offset
             yield PointEffect(row, row, dot(lump_force(motion, at, lump), arm))
 
 
@@ -177,7 +176,7 @@ def lump_force(motion: Motion, at: int, lump: Lump) -> Complexes:
     """Inertia and weight of a lump [N], complex."""
     arm = motion.direction[at] * (motion.mechanism.links[at].points[lump.point] + lump.offset)
     felt = motion.acceleration[at] - motion.mechanism.gravity + motion.turning[at] * arm
-    force: Complexes = -np.ravel(lump.mass)[0] * felt
+    force: Complexes = -lump.mass * felt
     return force
 
 

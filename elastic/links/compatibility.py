@@ -84,7 +84,7 @@ def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkRespon
         child = response.nodes.get((joint.child, joint.child_point or ""), STILL)
         parent = response.nodes.get((joint.parent, joint.parent_point or ""), STILL)
         if number in on_rails:
-            under = _under_blocks(problem, response, on_rails[number])
+            under = under_blocks(problem, response, on_rails[number])
             child, parent = (child, under) if joint.owner == joint.parent else (under, parent)
         gap, turn = parent[0] - child[0], parent[1] - child[1]
         if joint.name in problem.joints:
@@ -101,7 +101,7 @@ def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkRespon
     return response, JointGaps(displacement, rotation)
 
 
-def _under_blocks(problem: ElasticProblem, response: LinkResponse, blocks: Sequence[Block]) -> tuple[Complexes, Reals]:
+def under_blocks(problem: ElasticProblem, response: LinkResponse, blocks: Sequence[Block]) -> tuple[Complexes, Reals]:
     """Displacement, in the ground's axes, and rotation under a block of whichever beam of its line it is on."""
     moved, turned = _under_block(problem, response, blocks[0])
     for block in blocks[1:]:

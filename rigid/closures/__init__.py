@@ -2,7 +2,7 @@
 
 from rigid.closures.conditioning import cancellation_factor, greatest_rotation, ill_conditioned
 from rigid.closures.displacements import displacements
-from rigid.closures.forces import UNSTRESSED, loaded_flanks, self_stresses
+from rigid.closures.forces import UNSTRESSED, joint_forces, loaded_flanks, self_stresses
 from rigid.closures.gears import gear_input, gear_loads, rack_arm
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "gear_loads",
     "greatest_rotation",
     "ill_conditioned",
+    "joint_forces",
     "loaded_flanks",
     "rack_arm",
     "self_stresses",

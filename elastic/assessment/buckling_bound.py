@@ -1,0 +1,182 @@
+"""A safe upper bound on the load over the critical load, of whole arrays of positions and designs.
+
+The axial force P of a span works on its slopes. These are the rotation c of its chord and the slopes w' from the chord,
+which add in squares, as w is zero at both ends of the chord:
+
+    P int (c + w')^2 dx = P L c^2 + P int w'^2 dx <= P L c^2 + (P/P_E + P/kGA) U,
+
+P_E Euler's load of the span pinned at its ends, U its strain energy. The energies of all spans together are that of the
+mechanism, so that the load over the critical load is at most the greatest P/P_E + P/kGA and the greatest eigenvalue of
+the chords' part. That is a small matrix: by how much each chord turns under a couple P L on another. Forces on points
+that turn add rows to it. Its Frobenius norm is taken. Equations: docs/theory.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from elastic.arrays import PerBeam
+from elastic.assessment.columns import compressions, euler_loads, least_shear_rigidity
+from elastic.elastodynamics.displacements import UNDER, Points
+from elastic.elastodynamics.point_effects import PointRow, chosen_points, point_effects
+from elastic.links import spans_of
+from elastic.links.added_loads import AddedLoads
+from elastic.links.compatibility import bent_links, compatible_forces, problem_of, under_blocks
+from elastic.links.configuration import ElasticProblem
+from elastic.links.free_body import resultants, with_points
+from elastic.links.gearing import STILL
+from elastic.links.sliding_blocks import block_loads
+from elastic.solution import Deflection
+from rigid import JointForces, LineLoad
+from rigid.arrays import Columns, Reals
+from rigid.closures import displacements, joint_forces, self_stresses
+from rigid.constants import per_row
+from rigid.plane import ZERO, dot
+
+
+PointLoad = tuple[int, str, Columns, Columns]
+"""Link's number, point's name, force in the ground's axes [N], complex, and moment [N m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """A component of displacements, as the unit loads that work on it, the weight of its square, and whose chord it is."""
+
+    loads: tuple[PointLoad, ...]
+    weight: Reals
+    beams: tuple[int, ...] = ()
+
+
+def buckling_bound(deflection: Deflection) -> tuple[Reals, PerBeam]:
+    """Load over critical load at most: of the mechanism, and of every beam's span alone in it.
+
+    Returns
+    -------
+    Shape (..., positions), nan at singular positions, infinite where line loads turn with their beams, for which there
+    is no such bound; and shape (beams, ..., positions).
+    """
+    columns = deflection.motion.columns
+    spans, chords = _spans(deflection)
+    spans = np.array(np.broadcast_to(spans, (len(spans), *columns)))
+    bound: Reals = np.broadcast_to(spans.max(axis=0, initial=0.0), columns)
+    if any(isinstance(load, LineLoad) and load.turning for load in deflection.motion.mechanism.loads):
+        return np.full(columns, np.inf), spans
+    turned, beyond = _turned_points(deflection)
+    bound, rows = bound + beyond, [row for row in (*chords, *turned) if np.any(row.weight > 0.0)]
+    if not rows:
+        return bound, spans
+    matrix = _responses(deflection, rows)
+    for at, row in enumerate(rows):
+        spans[[*row.beams]] += matrix[at, at]
+    square: Reals = (matrix * matrix.swapaxes(0, 1)).sum(axis=(0, 1))
+    return bound + np.sqrt(np.maximum(square, 0.0)), spans
+
+
+def _spans(deflection: Deflection) -> tuple[PerBeam, list[_Row]]:
+    """Compression of every beam's span over its load pinned at the ends, with shear; and the rows of the chords."""
+    motion = deflection.motion
+    mechanism, ndim = motion.mechanism, len(motion.columns)
+    pressed = compressions(deflection)
+    stiff = per_row([least_shear_rigidity(section) for section in deflection.sections], ndim, float)
+    with np.errstate(invalid="ignore"):
+        ratio = pressed / euler_loads(deflection) + pressed / stiff
+    chords = []
+    for span in spans_of(mechanism).runs:
+        at, first = mechanism.beams[span.beams[0]]
+        last = mechanism.beams[span.beams[-1]][1]
+        begin = first.end if span.turned[0] else first.start
+        end = last.start if span.turned[-1] else last.end
+        points = mechanism.links[at].points
+        chord = motion.direction[at] * (points[end] - points[begin])
+        across = 1j * chord / np.abs(chord) ** 2
+        weight = pressed[span.beams[0]] * np.abs(chord)
+        chords.append(_Row(((at, end, across, 0.0), (at, begin, -across, 0.0)), weight, span.beams))
+    return ratio, chords
+
+
+def _turned_points(deflection: Deflection) -> tuple[list[_Row], Reals]:
+    """Rows of the forces that displaced points feel; and the share of those that one displacement makes along another.
+
+    Such a form 2 f c is at most |f| |c| + f c, the products taken by the mechanism's compliance.
+    """
+    chosen, rows = chosen_points(deflection.motion.mechanism), []
+    pairs: dict[frozenset[int], Any] = {}
+    effects = [effect for effect in point_effects(deflection, chosen) if not effect.elastic and np.any(effect.stiffness)]
+    for effect in effects:
+        if effect.felt is effect.cause:
+            rows.append(_Row(_loads_of(effect.felt, chosen), np.maximum(-effect.stiffness, 0.0)))
+        else:
+            both = frozenset((id(effect.felt), id(effect.cause)))
+            before = pairs[both][1] if both in pairs else 0.0
+            pairs[both] = (effect.felt, effect.cause), before + np.abs(effect.stiffness)
+    beyond = np.zeros(deflection.motion.columns)
+    for both, stiffness in pairs.values():
+        unit = np.ones(deflection.motion.columns)
+        (own, across), (_, other) = _responses(deflection, [_Row(_loads_of(row, chosen), unit) for row in both])
+        beyond = beyond + stiffness * (np.sqrt(np.maximum(own * other, 0.0)) + np.abs(across)) / 2
+    return rows, beyond
+
+
+def _loads_of(row: PointRow, chosen: Points) -> tuple[PointLoad, ...]:
+    """Unit loads that work on a component of displacements; the ground's points do not move."""
+    forces = [(*chosen[point], way, 0.0) for point, way in row.ways.items()]
+    moments = [(*chosen[point], 0.0, share) for point, share in row.shares.items()]
+    return tuple(load for load in (*forces, *moments) if load[0])
+
+
+def _responses(deflection: Deflection, rows: Sequence[_Row]) -> Reals:
+    """By how much the loads of each row, times its weight, displace each other, shape (rows, rows, ..., positions)."""
+    motion, sections = deflection.motion, deflection.sections
+    problem = problem_of(motion, sections, deflection.joints).unloaded
+    states = self_stresses(motion.closures, deflection.forces.flank)
+    found = np.empty((len(rows), len(rows), *motion.columns))
+    for number, row in enumerate(rows):
+        loads = tuple((at, point, row.weight * force, row.weight * moment) for at, point, force, moment in row.loads)
+        moved = _displaced(problem, loads, deflection.forces.flank, states)
+        for other, felt in enumerate(rows):
+            work = (dot(force, move) + moment * turn
+                    for (*_, force, moment), (move, turn) in zip(felt.loads, map(moved, felt.loads), strict=True))
+            found[other, number] = sum(work, start=np.zeros(motion.columns))
+    return found
+
+
+def _displaced(
+    problem: ElasticProblem, loads: tuple[PointLoad, ...], flank: Mapping[int, Columns], states: Sequence[JointForces]
+) -> Callable[[PointLoad], tuple[Columns, Columns]]:
+    """Displacement [m], complex, and rotation of the points of loads, the mechanism under given ones alone."""
+    motion, trees = problem.motion, problem.configuration.trees
+    nothing, still = (0.0,) * len(motion.places), [ZERO] * len(motion.mechanism.links)
+    points = tuple(load for load in loads if not load[1].startswith(UNDER))
+    blocks = tuple((_number(load), *load[2:]) for load in loads if load[1].startswith(UNDER))
+    added = AddedLoads(problem.loads.q, points, blocks, nothing, nothing)
+    problem = replace(problem, loads=replace(problem.loads, nodes=with_points({}, trees, points)), added=added)
+    pull, twist = still[:], still[:]
+    for at, force, moment in resultants(added, motion, problem.configuration):
+        pull[at], twist[at] = pull[at] + force, twist[at] + moment
+    forces = joint_forces(motion.closures, pull, twist, flank=flank)
+    if states:
+        forces = compatible_forces(problem, forces, bent_links(problem, forces)[1], states)
+    response, gaps = bent_links(problem, forces)
+    shifts, turning, _ = displacements(motion.closures, gaps.displacement, gaps.rotation, still, flank)
+    rails = dict(zip(trees.rails, block_loads(motion, problem.configuration, forces, added), strict=True))
+
+    def moved(load: PointLoad) -> tuple[Columns, Columns]:
+        at, point, *_ = load
+        angle = np.imag(turning[at])
+        if point.startswith(UNDER):
+            own, arm = under_blocks(problem, response, rails[_number(load)]), motion.places[_number(load)].arm(at)
+        else:
+            own = response.nodes.get((at, point), STILL)
+            arm = motion.direction[at] * motion.mechanism.links[at].points[point]
+        return shifts[at] + 1j * angle * arm + own[0], angle + own[1]
+
+    return moved
+
+
+def _number(load: PointLoad) -> int:
+    """Number of the joint of a block, of a load under it."""
+    return int(load[1].removeprefix(UNDER))

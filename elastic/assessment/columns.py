@@ -1,0 +1,153 @@
+"""Spans of beams as columns: their compression, Euler's load, and how slender they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from elastic.arrays import PerBeam
+from elastic.beams.polynomials import evaluate, turning_points, zeros_of
+from elastic.beams.section import Section
+from elastic.derived import coefficients
+from elastic.links.members import Run, members_of, spans_of
+from elastic.solution import Deflection
+from rigid import Reals
+from rigid.constants import per_row
+
+TERMS = 16  # polynomials for the moment of a tapered column: one more changes its load by round-off
+POINTS = 64  # of Gauss' quadrature, and at which a taper is looked at
+
+
+def least_axial_force(deflection: Deflection) -> PerBeam:
+    """Smallest axial force along every beam [N], negative in compression, shape (beams, ..., positions). Exact."""
+    N = deflection.N
+    turning = turning_points(N) if deflection.is_turned else zeros_of(coefficients(deflection, "q_x"))
+    rows = np.min([evaluate(N, xi) + 0.0 * N.sum(0) for xi in (0.0, 1.0, *turning)], axis=0)
+    least = np.full((len(deflection.sections), *rows.shape[1:]), np.inf)
+    for row, beam in zip(rows, deflection.division.beam, strict=True):
+        least[beam] = np.minimum(least[beam], row)
+    return least
+
+
+def euler_loads(deflection: Deflection) -> PerBeam:
+    """Euler's critical load of every beam's span from joint to joint of its member, pinned there [N], (beams, ..., 1).
+
+    pi^2 EI/l^2; of a tapered beam by Ritz' method, to round-off; to some 0.1 % where sections change by steps.
+
+    References
+    ----------
+    Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., section 2.1.
+    """
+    ndim = len(deflection.motion.columns)
+    EI = per_row([section.EI for section in deflection.sections], ndim, float)
+    factors = [_critical_factor(section) for section in deflection.sections]
+    loads: PerBeam = per_row(factors, ndim, float) * EI / deflection.length**2
+    for span in spans_of(deflection.motion.mechanism).runs:
+        if len(span.beams) > 1:
+            rows = [*span.beams]
+            loads[rows] = _load_of_span(span, deflection.sections, deflection.length[rows].sum(0))
+    return loads
+
+
+def _load_of_span(span: Run, sections: Sequence[Section], length: Reals) -> Reals:
+    """Critical load of beams in a row, pinned at the ends of the row [N], shape (..., 1)."""
+    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    matrix: Any = 0.0
+    for start, width, beam in zip(span.start, span.width, span.beams, strict=True):
+        xi, taper = (nodes + 1) / 2, sections[beam].taper
+        falling = 1.0 if taper is None else np.polynomial.polynomial.polyval(xi, taper.EI)
+        moment = _moments(2 * (start + width * xi) - 1)
+        softness = np.abs(width) * weights / 2 / (sections[beam].EI * falling)
+        matrix = matrix + (moment * softness[..., None, :]) @ moment.swapaxes(-1, -2)
+    with np.errstate(divide="ignore"):
+        return 1.0 / (np.linalg.eigvalsh(matrix)[..., -1:] * length**2)
+
+
+def _moments(place: Reals) -> Reals:
+    """Polynomials for the moment of a pinned column at places from -1 to 1, shape (..., TERMS, places).
+
+    Integrals of Legendre's polynomials, scaled so that those of M'^2 over a length of 1 are the unit matrix.
+    """
+    legendre = np.moveaxis(np.polynomial.legendre.legvander(place, TERMS + 1), -1, -2)
+    scale = 2 * np.sqrt(2 * np.arange(1, TERMS + 1) + 1)
+    moments: Reals = (legendre[..., 2:, :] - legendre[..., :-2, :]) / scale[:, None]
+    return moments
+
+
+@lru_cache(maxsize=256)
+def _critical_factor(section: Section) -> float:
+    """P l^2/EI at the start of a pinned column: pi^2, less where it tapers.
+
+    With polynomials for the moment: the integral of M'^2 over that of M^2/EI.
+    """
+    if section.taper is None:
+        return float(np.pi**2)
+    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    xi, weights = (nodes + 1) / 2, weights / 2
+    moment = _moments(nodes)
+    softness = weights / np.polynomial.polynomial.polyval(xi, section.taper.EI)
+    return float(1.0 / np.linalg.eigvalsh((moment * softness) @ moment.T)[-1])
+
+
+def euler_ratio(deflection: Deflection) -> PerBeam:
+    """Largest compression along every beam's span over Euler's load of the span pinned at its ends.
+
+    A span goes from joint to joint of a member. The compression is taken as if it acted all along it, which is safe,
+    and both ends as held sideways and free to turn. Where an end is not held, as that of a cantilever, Euler's load is
+    less: a quarter.
+
+    Returns
+    -------
+    Shape (beams, ..., positions); 0 in tension and of beams that cannot bend, 1 and above where the beam buckles.
+    """
+    ratio: PerBeam = compressions(deflection) / euler_loads(deflection)
+    return ratio
+
+
+def compressions(deflection: Deflection) -> PerBeam:
+    """Largest compression along every beam's span from joint to joint [N], shape (beams, ..., positions)."""
+    spans = spans_of(deflection.motion.mechanism)
+    return spans.greatest(np.maximum(-least_axial_force(deflection), 0.0))
+
+
+def least_shear_rigidity(section: Section) -> float | Reals:
+    """Smallest kGA along a beam [N]."""
+    if section.taper is None:
+        return section.kGA
+    xi = np.linspace(0.0, 1.0, POINTS + 1)
+    return section.kGA * np.polynomial.polynomial.polyval(xi, section.taper.kGA).min()
+
+
+def slenderness(deflection: Deflection) -> PerBeam:
+    """Length of every beam's member over the beam's radius of gyration, l sqrt(EA/EI), shape (beams, ..., 1).
+
+    The least along a tapered beam. nan of beams that cannot bend or stretch.
+    """
+    ndim = len(deflection.motion.columns)
+    EA, EI = (
+        per_row([getattr(section, name) for section in deflection.sections], ndim, float) for name in ("EA", "EI")
+    )
+    taken = per_row([_least_ratio(section) for section in deflection.sections], ndim, float)
+    with np.errstate(invalid="ignore"):
+        ratio = EA / EI
+    slender: PerBeam = np.where(np.isfinite(EA), member_lengths(deflection) * np.sqrt(ratio * taken), np.nan)
+    return slender
+
+
+def member_lengths(deflection: Deflection) -> PerBeam:
+    """Length of every beam's member [m], shape (beams, ..., 1)."""
+    length = np.array(deflection.length)
+    for run in members_of(deflection.motion.mechanism).runs:
+        length[[*run.beams]] = deflection.length[[*run.beams]].sum(0)
+    return length
+
+
+def _least_ratio(section: Section) -> float:
+    if section.taper is None:
+        return 1.0
+    xi = np.linspace(0.0, 1.0, POINTS + 1)
+    EA, EI = (np.polynomial.polynomial.polyval(xi, values) for values in (section.taper.EA, section.taper.EI))
+    return float((EA / EI).min())
