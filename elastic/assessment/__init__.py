@@ -1,6 +1,8 @@
 """Assessment of a design by its fields: strength, buckling, output error, validity of the theory."""
 
 from elastic.assessment.beam_theory import beyond_beam_theory, introduction_share, sections_with_shear, shear_share
+from elastic.assessment.buckling import Buckling, buckling, buckling_factor
+from elastic.assessment.buckling_bound import buckling_bound
 from elastic.assessment.columns import euler_loads, euler_ratio, least_axial_force, slenderness
 from elastic.assessment.cycle import over_cycle, period_of, rms
 from elastic.assessment.output_error import PathDeviation, angle_error, path_deviation, point_displacements
@@ -11,12 +13,16 @@ from elastic.assessment.validity import LIMITS, Exceedance, ValidityLimit, excee
 
 __all__ = [
     "LIMITS",
+    "Buckling",
     "Exceedance",
     "Harmonics",
     "PathDeviation",
     "ValidityLimit",
     "angle_error",
     "beyond_beam_theory",
+    "buckling",
+    "buckling_bound",
+    "buckling_factor",
     "euler_loads",
     "euler_ratio",
     "exceedances",

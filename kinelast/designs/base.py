@@ -175,6 +175,10 @@ class DesignRows:
     rows: Integers
     values: Reals
 
+    def at(self, which: Any) -> DesignRows:
+        """Some of them, by their places."""
+        return DesignRows(self.rows[which], self.values[which])
+
     def without(self, rows: Any) -> DesignRows:
         """The others."""
         kept = ~np.isin(self.rows, rows)

@@ -14,7 +14,9 @@ from kinelast.designs.base import Base, DesignRows, base_of, out_of_bounds, tabl
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import Figure
 from kinelast.scene.build import built
-from kinelast.scene.data import Scene
+from kinelast.figures.limits import BROKEN, VERDICTS
+from kinelast.figures.results import Results
+from kinelast.scene.data import Scene, scene_deflection, scene_motion
 from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import SceneError
 from rigid import SINGULAR, MechanismError, Reals, TableError
@@ -179,7 +181,7 @@ def _wide(base: Base, scene: Scene, count: int) -> Scene:
 def _moved(base: Base, scene: Scene, group: DesignRows) -> Iterator[Part]:
     """The designs of a scene that stands for many, as many at a time as stay in the cache."""
     if not any(base.on_axis):
-        yield from _answered(base, scene, group.rows)
+        yield from _answered(base, scene, group)
         return
     positions = max(scene.run.positions, KNOTS)
     step = max(WIDE * columns_of(scene.mechanism, positions) // positions, 2) - 1
@@ -196,7 +198,7 @@ def _some(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) ->
     rows = np.zeros(step + 1, int)
     rows[1 : len(which) + 1] = which + 1
     try:
-        yield from _answered(base, select_designs(scene, rows, (len(group.rows) + 1, 1)), group.rows[which])
+        yield from _answered(base, select_designs(scene, rows, (len(group.rows) + 1, 1)), group.at(which))
     except (SceneError, MechanismError, TableError) as error:
         if len(which) == 1:
             yield Part(group.rows[which], str(error), {})
@@ -205,15 +207,20 @@ def _some(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) ->
             yield from _some(base, scene, group, half, step)
 
 
-def _answered(base: Base, scene: Scene, rows: Any) -> Iterator[Part]:
+def _answered(base: Base, scene: Scene, group: DesignRows) -> Iterator[Part]:
     """Figures of the designs at all positions; a row 0 before them is left out."""
+    rows = group.rows
     cycle = Cycle(scene, scene.course.at(scene.course.times()), wanted=base.fields, used=len(rows) + 1)
     counted = slice(1, len(rows) + 1) if len(cycle.columns) > 1 else slice(None)
     figures = {}
     for measure in base.measures:
         value, place = measure.of(cycle)
         figures[measure.name] = np.atleast_1d(value)[counted], np.atleast_1d(place)[counted]
-    reason = np.broadcast_to(np.atleast_1d(_reasons(cycle))[counted], len(rows))
+    reason = np.array(np.broadcast_to(np.atleast_1d(_reasons(cycle))[counted], len(rows)))
+    if scene.labels and not all(measure.figure.rigid for measure in base.measures):
+        pressed = np.atleast_1d(cycle.pressed.value.max(axis=0, initial=0.0))[counted]
+        for at in np.flatnonzero((np.broadcast_to(pressed, len(rows)) >= 1.0) & (reason == "")):
+            reason[at] = _buckles(base, group.values[at])
     yield Part(rows, reason, figures)
 
 
@@ -242,6 +249,14 @@ def _reasons(cycle: Cycle) -> Words:
     lost = ~(cycle.condition <= SINGULAR) if bent is None else bent.lost
     reason[(reason == "") & lost.all(axis=-1)] = "singular at every position"
     return reason
+
+
+def _buckles(base: Base, values: Reals) -> str:
+    """That a design buckles, in words; empty where it does not. It was only known not to be far from it."""
+    scene = base.document.with_values({place.variable.path: float(value)
+                                       for place, value in zip(base.places, values, strict=True)}).scene  # fmt: skip
+    words = Results(scene, scene_deflection(scene, scene_motion(scene, partial=True))).buckles
+    return f"{VERDICTS[BROKEN]}: {words}" if words else ""
 
 
 def _opening_joint(cycle: Cycle) -> Words:

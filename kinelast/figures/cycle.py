@@ -6,6 +6,7 @@ from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Protocol, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from elastic import (
     reference_deflection,
     sample,
 )
-from elastic.assessment import PathDeviation, euler_ratio, path_deviation
+from elastic.assessment import PathDeviation, buckling, buckling_bound, euler_ratio, path_deviation
 from elastic.beams import designs_of
 from kinelast.scene.data import Scene, scene_deflection
 from kinelast.scene.drives import drive_names
@@ -186,6 +187,16 @@ class Cycle:
         """Compression over Euler's load, shape (beams, ..., positions)."""
         return euler_ratio(self.deflection) if self.scene.mechanism.beams else np.zeros((0, *self.columns))
 
+    @property
+    def pressed(self) -> Largest:
+        """Load over critical load of every beam's link, the largest over the positions, shape (beams, ...).
+
+        Of the forces without vibration. Of many designs or speeds it is a safe bound: never too low.
+        """
+        if self.motion not in PRESSED:
+            PRESSED[self.motion] = _pressed(self)
+        return PRESSED[self.motion]
+
     @cached_property
     def bending(self) -> Reals:
         """Largest deflection from the chord over that of all positions, by beam: the worst, shape (..., positions)."""
@@ -233,6 +244,32 @@ class Cycle:
         lowest = np.full((*self.columns[:-1], solved.shape[-1]), np.nan)
         lowest[: len(solved)] = solved
         return lowest
+
+
+PRESSED: WeakKeyDictionary[Motion, Largest] = WeakKeyDictionary()
+"""Loads over critical loads by their motions: answers of all theories to a motion share them."""
+
+
+def _pressed(cycle: Cycle) -> Largest:
+    given, scene = cycle.given, cycle.scene
+    owners = [at for at, _ in scene.mechanism.beams]
+    if not owners:
+        return Largest(np.zeros((0, *cycle.columns[:-1])), np.zeros((0, *cycle.columns[:-1]), int))
+    known = given is not None and given.added is None and given.sections is scene.sections
+    bent = given if known and given is not None else scene_deflection(scene, cycle.motion)
+    bent = bent.unmarked or bent
+    alone = len(cycle.columns) == 1
+    if alone and not too_many_beams(scene.mechanism):
+        found = buckling(bent, cycle.counted)
+        return Largest(found.ratio[owners], found.position[owners])
+    of_all, of_spans = buckling_bound(bent)
+    of_all, of_spans = (np.where(cycle.counted & np.isfinite(of_all), each, 0.0) for each in (of_all, of_spans))
+    at = of_all.argmax(axis=-1)
+    worst = np.take_along_axis(of_spans, at[None, ..., None], -1)[..., 0].argmax(axis=0)
+    value, position = of_spans.max(axis=-1), of_spans.argmax(axis=-1)
+    np.put_along_axis(value, worst[None], of_all.max(axis=-1)[None], 0)
+    np.put_along_axis(position, worst[None], at[None], 0)
+    return Largest(np.where(alone & (value >= 1.0), np.nan, value), position)
 
 
 def _joint(cycle: Cycle, number: int) -> JointCourse:

@@ -157,7 +157,9 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
         default=(SEVERITY.index(UNKNOWN), math.nan, 0, math.nan, math.nan),
     )  # fmt: skip
     outcome, problem = SEVERITY[how], ""
-    if outcome == UNKNOWN:
+    if results.buckles and math.isnan(value):
+        outcome, problem = BROKEN, results.buckles
+    elif outcome == UNKNOWN:
         problem = "there is no figure" if math.isnan(value) else results.error_unknown or "its error is not known"
     elif outcome == TOO_NEAR:
         parts = peaks[item].error
@@ -256,8 +258,8 @@ def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judg
     if measure and measure.figure.key in results.figures.peaks:
         return judgement(results, limit, measure.figure.key, measure.items)
     value, error = _known(results, measure) if measure else (math.nan, math.nan)
-    outcome = SEVERITY[int(severity(limit, value, error))]
-    problem = f"the error of {limit.figure} is not known" if outcome == UNKNOWN else ""
+    outcome = BROKEN if results.buckles and math.isnan(value) else SEVERITY[int(severity(limit, value, error))]
+    problem = results.buckles or f"the error of {limit.figure} is not known" if outcome == UNKNOWN else ""
     return Judgement(limit, outcome, 0, value, error, problem)
 
 
@@ -308,6 +310,8 @@ def acceptance(results: Results, figures: Mapping[str, Any]) -> dict[str, Any]:
     """
     judgements = _if_reliable(results, [_of_own(results, limit) for limit in limits_of(results.scene)])
     rows = [_judged_row(results, figures, each) for each in judgements]
+    if results.buckles:
+        return {"verdict": VERDICTS[BROKEN], "passed": False, "problem": results.buckles, "limits": rows}
     return {**verdict_on(judgements), "limits": rows}
 
 

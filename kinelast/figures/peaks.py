@@ -10,16 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS, Deflection, Kind, Largest
-from elastic.assessment import LIMITS, Exceedance, least_axial_force, stress_ends
-from elastic.links import spans_of
-from kinelast.figures.cycle import EXTREME_FIELDS, NOISE, WELL, Cycle, too_many_beams
+from elastic import FIELDS, Kind, Largest
+from elastic.assessment import stress_ends
+from kinelast.figures.cycle import EXTREME_FIELDS, NOISE, WELL, Cycle
 from kinelast.figures.entry import AVERAGE, FIXED, LARGEST, LEAST, Figure
 from kinelast.figures.errors import FigureError
 from kinelast.figures.registry import NAMES, figures_of
-from kinelast.scene.data import Scene, scene_deflection
 from kinelast.scene.limits import Output
-from rigid import Mechanism, Motion
+from rigid import Motion
 from rigid.arrays import Reals
 
 STATIONS = np.linspace(0.0, 1.0, 101)  # where the swing of stresses is looked at
@@ -62,8 +60,6 @@ class RunFigures:
         Least and largest rate of every drive [rad/s or m/s], shape (2, drives).
     stress
         Least and largest normal stress [Pa], as of `elastic.assessment.stress_ends` at `STATIONS`.
-    pressed
-        By number of a link of several beams, where these are pressed most [N].
     length
         Of the longest beam [m].
     """
@@ -79,7 +75,6 @@ class RunFigures:
     span: tuple[float, float]
     rates: Reals
     stress: Reals
-    pressed: Mapping[int, Peak]
     length: float
 
     def with_errors(self, errors: Mapping[str, Sequence[FigureError]]) -> RunFigures:
@@ -134,15 +129,13 @@ class RunFigures:
         return np.where(np.abs(values) <= NOISE * self.scales.get(unit, 0.0), 0.0, values)
 
 
-def run_figures(cycle: Cycle, output: Output | None, plain: Deflection | None = None) -> RunFigures:
+def run_figures(cycle: Cycle, output: Output | None) -> RunFigures:
     """The figures of a run, or of a chunk of it.
 
     Parameters
     ----------
     output
         The output of the scene. Figures that are only computed where they are asked for are left out.
-    plain
-        The deflection of links that do not vibrate, where that is another.
     """
     scene, motion, bent = cycle.scene, cycle.motion, cycle.deflection
     chosen = tuple(figure for figure in figures_of(output) if not figure.asked)
@@ -159,7 +152,6 @@ def run_figures(cycle: Cycle, output: Output | None, plain: Deflection | None = 
         (float(motion.time[0]), float(motion.time[-1])),
         _rates(motion),
         np.array(stress_ends(cycle.well_conditioned, STATIONS)) if scene.labels else np.zeros((2, 2, 0, len(STATIONS))),
-        _pressed(cycle, bent if plain is None else plain),
         float(np.max(bent.length, initial=0.0)),
     )
 
@@ -188,8 +180,6 @@ def joined(first: RunFigures | None, second: RunFigures) -> RunFigures:
         np.array([np.fmin(first.rates[0], second.rates[0]), np.fmax(first.rates[1], second.rates[1])]),
         np.array([reduce(np.minimum, (part.stress[0] for part in counted)),
                   reduce(np.maximum, (part.stress[1] for part in counted))]),
-        {link: max((part.pressed[link] for part in counted if part.pressed), key=lambda peak: peak.value)
-         for link in second.pressed or first.pressed},
         max(first.length, second.length),
     )  # fmt: skip
 
@@ -231,61 +221,3 @@ def greatest(peaks: Sequence[Peak], over: str = LARGEST) -> int | None:
     if over == LEAST:
         return min(known, key=lambda number: peaks[number].value) if peaks and len(known) == len(peaks) else None
     return max(known, key=lambda number: abs(peaks[number].value), default=None)
-
-
-def divided(mechanism: Mechanism) -> list[int]:
-    """Numbers of the links of several spans from joint to joint: each alone tells too little of how they buckle."""
-    owners = np.array([mechanism.beams[span.beams[0]][0] for span in spans_of(mechanism).runs], int)
-    return np.flatnonzero(np.bincount(owners, minlength=1) > 1).tolist()
-
-
-def _pressed(cycle: Cycle, plain: Deflection) -> dict[int, Peak]:
-    """Where the beams of a link are pressed most."""
-    links = divided(cycle.scene.mechanism)
-    if not links or not cycle.counted.any():
-        return {}
-    owners = np.array([at for at, _ in cycle.scene.mechanism.beams], int)
-    pressed = np.where(cycle.counted, -least_axial_force(plain), -np.inf)
-    rows = np.array([pressed[owners == at].max(axis=0) for at in links])
-    at = rows.argmax(axis=-1)
-    most = Largest(np.take_along_axis(rows, at[:, None], -1)[:, 0], at)
-    return dict(zip(links, _peaks(most, cycle.motion), strict=True))
-
-
-KIND = "axial force"
-
-
-def divided_links(scene: Scene, pressed: Mapping[int, Peak]) -> list[tuple[Exceedance, Peak]]:
-    """Share of the whole mechanism's buckling load, past its limit, and where; nothing where all links are one span.
-
-    Where the load at which it buckles cannot be found, that is told by a figure of nan.
-
-    Parameters
-    ----------
-    pressed
-        Where the beams of each of its divided links are pressed most without vibration.
-    """
-    if not pressed:
-        return []
-    from elastic.elastodynamics import buckling_factor
-
-    peaks = list({peak.time: peak for peak in sorted(pressed.values(), key=lambda peak: peak.time)}.values())
-    if too_many_beams(scene.mechanism):
-        return [(_unknown(), peaks[0])]
-    moved = scene.course.at(np.array([peak.time for peak in peaks]))
-    factor = buckling_factor(scene_deflection(scene, moved))
-    unknown = [(_unknown(), peaks[number]) for number in np.flatnonzero(np.isnan(factor))[:1]]
-    known = np.where(np.isnan(factor), np.inf, factor)
-    worst = int(known.argmin())
-    share, limit = 1.0 / float(known[worst]), LIMITS[KIND]
-    if not limit.passed(share):
-        return unknown
-    words = f"the mechanism is pressed with {share:.2g} times the load at which it buckles, its links taken whole"
-    beyond = limit.far_passed(share)
-    bound = limit.beyond if beyond else limit.watch
-    return [(Exceedance(KIND, None, None, share, bound, beyond, words), peaks[worst]), *unknown]
-
-
-def _unknown() -> Exceedance:
-    words = "buckling: the load at which the mechanism buckles, its links taken whole, cannot be found"
-    return Exceedance(KIND, None, None, math.nan, LIMITS[KIND].watch, False, words)

@@ -147,8 +147,7 @@ ALONG_BEAMS: tuple[Figure, ...] = (
     ),
     Figure("safety", "yield stress over the largest stress", "1", BEAM, _safety, LEAST, ("mises",), told=True,
            limit="safety"),
-    Figure("buckling", "compression over Euler's load", "1", BEAM, each(lambda cycle: cycle.euler_ratio),
-           limit="buckling"),
+    Figure("buckling", "load over the critical load", "1", BEAM, lambda cycle: cycle.pressed, limit="buckling"),
 )  # fmt: skip
 DISPLACEMENT = Figure("displacement", "displacement of a point", "m", POINT,
                       each(lambda cycle: [np.abs(one.displacement) for one in cycle.deviations.values()]))  # fmt: skip

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elastic import Deflection, Extreme
-from elastic.assessment import Exceedance, PathDeviation, exceedances, period_of, slenderness
+from elastic import Deflection, Extreme, marked
+from elastic.assessment import LIMITS, Exceedance, PathDeviation, exceedances, period_of, slenderness
 from elastic.vibration import Frequencies, natural_frequencies
 from kinelast.figures.cycle import Cycle, drive_words, joint_words, too_many_beams
 from kinelast.figures.entry import items_of
 from kinelast.figures.errors import FigureError, GradedFigure, Measured, with_bodies, worst_of
 from kinelast.figures.output import output_of
-from kinelast.figures.peaks import Peak, RunFigures, divided_links, run_figures
+from kinelast.figures.peaks import Peak, RunFigures, run_figures
 from kinelast.scene.data import QUASI_STATIC, Scene, Theory, scene_deflection, scene_motion
-from kinelast.scene.numbers import percent, quantity
+from kinelast.scene.numbers import coordinate, percent, quantity
 from kinelast.tasks.progress import SILENT, Progress, one_thread
 from rigid import ConstantSpeed, Mechanism, Motion, Reals
 from rigid.arrays import Flags
@@ -143,6 +143,29 @@ class Results:
     nonlinear: NonlinearCheck | NotMade | None = None
     solid: SolidComparison | NotMade | None = None
 
+    @cached_property
+    def buckles(self) -> str:
+        """Which link buckles where, and how far beyond its critical load; empty where none does.
+
+        Then there are no displacements, stresses, or what depends on them.
+        """
+        if not self.scene.labels:
+            return ""
+        known = self.run.peaks["buckling"] if self.run else list(self.cycle.pressed.value)
+        sizes = [each.value if isinstance(each, Peak) else float(each) for each in known]
+        beam = int(np.argmax(np.nan_to_num(sizes)))
+        if not sizes[beam] >= 1.0:
+            return ""
+        drive = self.run.peaks["buckling"][beam].drive if self.run else self._drive_at(self.cycle.pressed.position[beam])
+        where = [f"{name} at {coordinate(value, unit, self.scene.told_in)}"
+                 for (name, _, unit, _), value in zip(self.drive_words, drive, strict=True)]  # fmt: skip
+        link = self.mechanism.links[self.mechanism.beams[beam][0]].name
+        return buckling_words(link, sizes[beam], where)
+
+    def _drive_at(self, position: int) -> Sequence[float]:
+        coordinates: list[float] = self.motion.drive[:, position].tolist()
+        return coordinates
+
     @property
     def vibrates(self) -> bool:
         """Whether the answer is that of vibrating links."""
@@ -180,6 +203,8 @@ class Results:
         """Why nobody knows how far the figures are off; nothing where that is known, or nothing bends."""
         if not self.scene.labels:
             return ""
+        if self.buckles:
+            return self.buckles
         return ASKED_FOR if self.answer is None else self.instability or self.answer.unknown
 
     @cached_property
@@ -233,7 +258,7 @@ class Results:
     @cached_property
     def figures(self) -> RunFigures:
         """The figures of the run, with their errors where these are known."""
-        figures = self.run or run_figures(self.cycle, output_of(self.scene), self.quasi_static)
+        figures = self.run or run_figures(self.cycle, output_of(self.scene))
         return figures.with_errors(self.errors) if self.answer else figures
 
     @property
@@ -319,7 +344,10 @@ class Results:
         fields = {key: Extreme(sizes[name], sizes[name]) for key, name in (("w", "deflection"), ("mises", "stress"))}
         past = exceedances(self.cycle.well_conditioned, known={**fields, "euler_ratio": sizes["buckling"]})
         placed = [(one, peaks[WORST[one.kind]][one.beam or 0] if one.kind in WORST else None) for one in past]
-        return [*placed, *divided_links(self.scene, self.figures.pressed)]
+        unknown = [one for one in enumerate(peaks["buckling"]) if math.isnan(one[1].value)][:1]
+        words = "buckling: the load at which the mechanism buckles cannot be found"
+        return [*placed, *((Exceedance("axial force", None, None, math.nan, LIMITS["axial force"].watch, False, words), peak)
+                           for _, peak in unknown)]  # fmt: skip
 
     @property
     def efforts(self) -> Reals:
@@ -348,6 +376,8 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
         As of `kinelast.figures.theory.answer`.
     """
     scene = plain.scene
+    if plain.buckles:
+        return replace(plain, deflection=marked(plain.deflection, np.ones(plain.motion.columns, bool)))
     if not scene.labels or (theory.plain and not judged):
         return plain
     from kinelast.figures.theory import answer
@@ -365,6 +395,11 @@ def results_in_full(scene: Scene) -> Results:
         A position is out of reach; the theory asked for by name cannot answer.
     """
     return answered(Results(scene, scene_deflection(scene, scene_motion(scene))), scene.theory, judged=True)
+
+
+def buckling_words(link: str, ratio: float, where: Sequence[str]) -> str:
+    """That a link buckles, where, and how far beyond its critical load."""
+    return f"{link} buckles{''.join(f', {each}' for each in where)}: the load is {ratio:.3g} times critical"
 
 
 def figure(value: Any, unit: str, **more: Any) -> dict[str, Any]:

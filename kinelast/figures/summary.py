@@ -88,6 +88,7 @@ def summary(results: Results) -> dict[str, Any]:
         "joints": joint_rows(results),
         "life": life_figures(results),
         "breaks_first": breaks_first(results),
+        "buckles": results.buckles or None,
         "drives": {
             name: {"coordinate": coordinate, **figures}
             for (name, coordinate, *_), figures in zip(results.drive_words, drive_figures(results), strict=True)

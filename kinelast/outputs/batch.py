@@ -104,6 +104,8 @@ def _marked(path: Path) -> bool:
 
 def headline(figures: Mapping[str, Any]) -> str:
     """Headline of a scene: its figures in one line."""
+    if figures["buckles"]:
+        return f"{figures['acceptance']['verdict'].upper()}: {figures['buckles']}; there is no deflection, stress or safety factor"
     words = ["nothing bends: no link has beams" if not figures["links"] else "no position could be computed"]
     largest, accepted, told_in = figures["largest_deflection"], figures["acceptance"], figures["told_in"]
     if largest:
@@ -169,6 +171,8 @@ def _verdict(figures: Mapping[str, Any]) -> str:
 
 def limit_lines(figures: Mapping[str, Any]) -> list[str]:
     """The limits that decide the verdict beside their figures, where they are too many for the headline."""
+    if figures["buckles"]:
+        return []
     passed = figures["acceptance"]["passed"] or not figures["acceptance"]["verdict"]
     decides = [] if passed else _deciding(figures)
     return decides if len(decides) > FEW else []

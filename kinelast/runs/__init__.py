@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from elastic import FIELDS, PRIMARY, Deflection
+from elastic import FIELDS, PRIMARY, Deflection, marked
 from kinelast.figures.cycle import EXTREME_FIELDS, too_many_beams
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
@@ -140,7 +140,7 @@ def long_results(
         require(scene, plain)
         results = Results(scene, _by_theory_of(shown, plain))
         on_chunk(results, first)
-        run = joined(run, run_figures(results.cycle, output, plain))
+        run = joined(run, run_figures(results.cycle, output))
         first += len(moved.time)
     return replace(shown, run=None if run is None else run.with_averages(shown.cycle))
 
@@ -163,7 +163,9 @@ def _shown(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], Non
 
 
 def _by_theory_of(results: Results, plain: Deflection) -> Deflection:
-    """A quasi-static deflection at other positions, or that of links that vibrate as in given results."""
+    """A quasi-static deflection at other positions, or that of links that vibrate or buckle as in given results."""
+    if results.buckles:
+        return marked(plain, np.ones(plain.motion.columns, bool))
     if results.answer is None or results.answer.vibrating is None or not results.vibrates:
         return plain
     from elastic.elastodynamics import deflection_at
@@ -190,7 +192,7 @@ def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
     """The results of the theory of motion that is asked for, see `kinelast.figures.results.answered`."""
     scene, theory = plain.scene, request.theory_of(plain.scene)
     judged = bool(limits_of(scene))
-    if not scene.labels or (theory.plain and not judged):
+    if not scene.labels:
         return plain
     progress(f"{scene.name}: vibration", 0, 1)
     return answered(plain, theory, judged, progress)

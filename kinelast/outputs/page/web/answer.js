@@ -21,7 +21,7 @@ function answerSection() {
 
 function acceptance() {
   const { verdict, passed, limits, problem } = summary.acceptance;
-  const deciding = limits.filter((limit) => limit.outcome === { "not acceptable": "not kept" }[verdict] || limit.outcome === verdict);
+  const deciding = summary.buckles ? [] : limits.filter((limit) => limit.outcome === { "not acceptable": "not kept" }[verdict] || limit.outcome === verdict);
   const nearest = limits.reduce((a, b) => ((b.used ?? 0) > (a.used ?? 0) ? b : a), limits[0]);
   const weak = deciding.length ? "" : yielding();
   const level = passed === false || weak ? "poor" : passed ? "good" : verdict ? "caution" : "open";
