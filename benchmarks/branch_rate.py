@@ -4,7 +4,7 @@ Every mechanism is followed by `branch_tracker`, which shares no line with the p
 once. Positions are wrong where links are off by more than 1e-6 and not marked, or answered though the drive does not
 come there; missed where they are marked though the tracker comes there.
 
-python benchmarks/branch_rate.py [mechanisms] [seed] [first]
+python benchmarks/branch_rate.py [mechanisms] [seed] [first] [sliders]
 """
 
 from __future__ import annotations
@@ -21,13 +21,15 @@ from typing import Any
 import numpy as np
 from branch_tracker import Body, Tie, Track, tracked
 
-from rigid import Link, Mechanism, PinDrive, Slider, motion
+from rigid import Link, Mechanism, MechanismError, PinDrive, Slider, motion
 
 WRONG = 1e-6  # of a unit vector, or of places over a size of about 1 m
 BESIDE = 1e-7  # of an end [rad]: there the tracker does not tell
 TURNS = (1, 1, 2, 3, 5, 10, 25)
+FEW_TURNS = (1, 1, 2)  # of mechanisms with sliders, most of which end within a turn
 EVERY = 100  # mechanisms after which the counts are written
 RESULTS = Path(__file__).parent / "results" / "branch_rate.csv"
+SLIDERS_RESULTS = RESULTS.with_name("branch_rate_sliders.csv")
 
 
 @dataclass(frozen=True)
@@ -40,13 +42,23 @@ class Guide:
 
 
 @dataclass(frozen=True)
+class Slide:
+    """A link slides on another along a line through one of its points, without turning on it."""
+
+    link: str
+    on: str
+    point: str
+    direction: complex
+
+
+@dataclass(frozen=True)
 class Drawn:
     """Points, links by their points, the ground first and then the crank, which turns about its first point."""
 
     points: dict[str, complex]
     links: dict[str, tuple[str, ...]]
     guides: tuple[Guide, ...] = ()
-    lengths: dict[tuple[str, str], float] = field(default_factory=dict)
+    slides: tuple[Slide, ...] = ()
 
     @property
     def start(self) -> float:
@@ -98,11 +110,16 @@ class Drawn:
             on = names.index(guide.on)
             foot, line = self._line(guide, bodies[on])
             found.append(Tie(on, len(names) + k, foot, 0j, line))
+        for slide in self.slides:
+            on, link = names.index(slide.on), names.index(slide.link)
+            foot, line = self._line(slide, bodies[on])
+            found.append(Tie(on, link, foot, bodies[link].points[slide.point], line))
         return found
 
-    def _line(self, guide: Guide, on: Body) -> tuple[complex, complex]:
+    def _line(self, guide: Guide | Slide, on: Body) -> tuple[complex, complex]:
         unit = complex(np.exp(1j * on.angle))
-        return (self.points[guide.pin] - on.origin) / unit, guide.direction / unit
+        point = guide.pin if isinstance(guide, Guide) else guide.point
+        return (self.points[point] - on.origin) / unit, guide.direction / unit
 
     def mechanism(self) -> Mechanism:
         """For the program."""
@@ -113,6 +130,11 @@ class Drawn:
             links.append(Link(f"block{k}", {guide.pin: 0.0}))
             foot, line = self._line(guide, bodies[list(self.links).index(guide.on)])
             sliders.append(Slider(f"guide{k}", f"block{k}", guide.on, guide.pin, foot, line))
+        for k, slide in enumerate(self.slides):
+            on = bodies[list(self.links).index(slide.on)]
+            angle = bodies[list(self.links).index(slide.link)].angle - on.angle
+            foot, line = self._line(slide, on)
+            sliders.append(Slider(f"slide{k}", slide.link, slide.on, slide.point, foot, line, np.exp(1j * angle)))
         drives = (PinDrive("crank", self.links["crank"][0]),)
         return Mechanism(tuple(links), drives, dict(self.points), tuple(sliders))
 
@@ -269,6 +291,40 @@ def between_turning_and_not(rng: Random) -> Drawn:
         return at(high + rng.choice((-1, 1)) * 10 ** rng.uniform(-9, -1))
 
 
+GRAPHS = {  # joints of links besides the crank's with the ground
+    "dyads with sliders": "crank a, a b, b ground, b c, c d, d ground",
+    "triad with sliders": "crank a, a plate, b plate, c plate, b ground, c ground",
+    "two loops with sliders": "crank a, a plate, b plate, plate wing, c wing, d wing, b ground, c ground, d ground",
+}
+
+
+def with_sliders(rng: Random, graph: str) -> Drawn:
+    """Half of the joints of a graph of links are sliders, the others pins."""
+    points = with_crank(rng, {})
+    joints = [tuple(joint.split()) for joint in GRAPHS[graph].split(", ")]
+    links: dict[str, list[str]] = {"ground": ["O"], "crank": ["O", "K"]}
+    slides = []
+    for k, ends in enumerate(joints):
+        name = f"J{k}"
+        points[name] = anywhere(rng)
+        link, on = ends[:: int(rng.choice((-1, 1)))]
+        links.setdefault(link, []).append(name)
+        links.setdefault(on, [])
+        if rng.random() < 0.5:
+            slides.append(Slide(link, on, name, complex(np.exp(1j * rng.uniform(0, np.pi)))))
+        else:
+            links[on].append(name)
+    for link, names in links.items():
+        while link != "ground" and len(names) < 2:
+            names.append(f"{link}{len(names)}")
+            points[names[-1]] = anywhere(rng)
+    return Drawn(points, {link: tuple(names) for link, names in links.items()}, slides=tuple(slides))
+
+
+SLIDING: dict[str, Callable[[Random], Drawn]] = {
+    graph: lambda rng, graph=graph: with_sliders(rng, graph)  # type: ignore[misc]
+    for graph in GRAPHS
+}
 SIMPLE: dict[str, Callable[[Random], Drawn]] = {
     "plate on three rods": plate_on_rods,
     "plate on a guide": plate_on_a_guide,
@@ -305,9 +361,9 @@ class Count:
     tracker_seconds: float = 0.0
 
 
-def angles(rng: Random, start: float) -> Any:
+def angles(rng: Random, start: float, of: tuple[int, ...] = TURNS) -> Any:
     """1 to 25 turns either way, 5 to 90 positions a turn."""
-    turns = int(rng.choice(TURNS))
+    turns = int(rng.choice(of))
     count = int(rng.integers(5, 91)) * turns
     return start + rng.choice((-1, 1)) * np.linspace(0, turns * 2 * np.pi, count, endpoint=False)
 
@@ -328,7 +384,7 @@ def compared(drawn: Drawn, asked: Any, count: Count) -> tuple[int, int]:
         away = np.abs(found.origin - reference.origin).max(axis=0)
         right = (off <= WRONG) & (away <= WRONG)
     known = np.isfinite(reference.angle).all(axis=0)
-    tells = np.abs(asked - reference.end) > BESIDE
+    tells = np.abs(asked - reference.end) > max(BESIDE, reference.unsure)
     wrong, missed = ~marked & ~right & tells, marked & known & tells
     count.mechanisms += 1
     count.asked += len(asked)
@@ -341,12 +397,12 @@ def compared(drawn: Drawn, asked: Any, count: Count) -> tuple[int, int]:
     return int(wrong.sum()), int(missed.sum())
 
 
-def case(seed: int, number: int) -> tuple[str, Drawn, Any]:
+def case(seed: int, number: int, kinds: dict[str, Callable[[Random], Drawn]] = KINDS) -> tuple[str, Drawn, Any]:
     """A kind, a mechanism and the angles asked."""
     rng = np.random.default_rng([seed, number])
-    kind = list(KINDS)[number % len(KINDS)]
-    drawn = KINDS[kind](rng)
-    return kind, drawn, angles(rng, drawn.start)
+    kind = list(kinds)[number % len(kinds)]
+    drawn = kinds[kind](rng)
+    return kind, drawn, angles(rng, drawn.start, TURNS if kinds is KINDS else FEW_TURNS)
 
 
 def upper(wrong: int, of: int) -> float:
@@ -367,29 +423,31 @@ def together(counts: Iterable[Count]) -> Count:
 
 
 def main() -> None:
-    mechanisms, seed, first = (int(word) for word in (sys.argv[1:] + ["1200", "1", "0"][len(sys.argv) - 1 :]))
-    counts = {kind: Count() for kind in KINDS}
+    words = [word for word in sys.argv[1:] if word != "sliders"]
+    kinds, results = (SLIDING, SLIDERS_RESULTS) if "sliders" in sys.argv else (KINDS, RESULTS)
+    mechanisms, seed, first = (int(word) for word in (words + ["1200", "1", "0"][len(words) :]))
+    counts = {kind: Count() for kind in kinds}
     for number in range(first, first + mechanisms):
-        kind = list(KINDS)[number % len(KINDS)]
+        kind = list(kinds)[number % len(kinds)]
         try:
-            _, drawn, asked = case(seed, number)
+            _, drawn, asked = case(seed, number, kinds)
             wrong, missed = compared(drawn, asked, counts[kind])
-        except (ArithmeticError, np.linalg.LinAlgError):
+        except (ArithmeticError, np.linalg.LinAlgError, MechanismError):  # sliders alone may not determine it
             counts[kind].untold += 1
             continue
         if wrong or missed:
             print(f"{number} {kind}: {wrong} wrong, {missed} missed of {len(asked)}", flush=True)
         if number % EVERY == 0 or number == first + mechanisms - 1:
-            written(counts)
+            written(counts, results)
     for kind, count in counts.items():
         print(f"{kind:26} {count}")
     total = together(counts.values())
     print(f"wrong mechanisms: at most {upper(total.mechanisms_wrong, total.mechanisms):.2g} (95 %)")
 
 
-def written(counts: dict[str, Count]) -> None:
+def written(counts: dict[str, Count], results: Path) -> None:
     """Keep what is counted so far."""
-    with RESULTS.open("w", newline="") as file:
+    with results.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(["kind", *vars(Count())])
         for kind, count in (counts | {"all": together(counts.values())}).items():

@@ -24,6 +24,8 @@ SAFE = 0.8  # of the longest certain step
 SHORTEST = 1e-11  # step [rad] at which a way ends
 REACH = 0.5  # of a size: how far a slide may go in a step
 MOST = 10_000  # steps of a turn
+FAR = 1e3  # [m]: a link beyond it runs to infinity, for mechanisms of about 1 m
+PER_METRE = 100  # steps that a way to there may take besides
 NEWTON = 12  # corrections
 DONE = 3e-13  # of a correction
 
@@ -52,7 +54,8 @@ class Tie:
 class Track:
     """Places of all bodies at the angles asked, shape (bodies, angles), nan behind the `end` [rad], inf for none.
 
-    `shortest` is the shortest step [rad].
+    `shortest` is the shortest step [rad]; `unsure` is how far beside the end the track ends where a link runs to
+    infinity [rad].
     """
 
     origin: Any
@@ -60,6 +63,7 @@ class Track:
     end: float
     steps: int
     shortest: float
+    unsure: float = 0.0
 
 
 @njit(cache=True)
@@ -201,6 +205,9 @@ def _track(q, t, asked, crank, ends, arms, lines, turns, found):  # type: ignore
             root = np.sqrt(k * m)
             h = SAFE / (z + root)
             fast = np.abs(v).max()
+            far = np.abs(q).max()
+            if far > FAR:
+                return t + way * far / fast, steps, far / fast, 4
             # A slide's bound holds as long as nothing goes farther than REACH allows.
             h = min(h, REACH / (4.0 * fast + 1e-300), 0.1)
             shortest = min(shortest, h)
@@ -227,7 +234,7 @@ def _track(q, t, asked, crank, ends, arms, lines, turns, found):  # type: ignore
                 return t - way * h, steps, shortest, 1 if good else 2
             q = here
             steps += 1
-            if steps > MOST * (1.0 + abs(t - start) / (2 * np.pi)):
+            if steps > MOST * (1.0 + abs(t - start) / (2 * np.pi)) + PER_METRE * far:
                 return t, steps, shortest, 3
         found[number] = q
     return np.inf, steps, shortest, 0
@@ -252,11 +259,11 @@ def tracked(bodies: Sequence[Body], ties: Sequence[Tie], crank: int, start: floa
     if 2 * len(ties) != len(q):
         raise ValueError(f"{2 * len(ties)} equations for {len(q)} unknowns")
     end, steps, shortest, astray = _track(q, float(start), asked, foot, ends, arms, lines, turns, found)
-    if astray:
+    if astray not in (0, 4):
         raise ArithmeticError(f"left its ball at {end}: {astray}")
     origin = np.zeros((len(bodies), len(asked)), complex)
     angles = np.zeros((len(bodies), len(asked)))
     origin[crank], angles[crank] = bodies[crank].origin, asked
     for k, at in enumerate(free):
         origin[at], angles[at] = found[:, 3 * k] + 1j * found[:, 3 * k + 1], found[:, 3 * k + 2]
-    return Track(origin, angles, float(end), int(steps), float(shortest))
+    return Track(origin, angles, float(end), int(steps), float(shortest), 2.0 * shortest if astray == 4 else 0.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
@@ -53,6 +53,20 @@ class DrawnLink:
                 yield start + across * first, end + across * last, end - across * last, start - across * first
 
 
+@contextmanager
+def _fixed_dates() -> Iterator[None]:
+    """Let ezdxf write fixed dates and identities, so that the same drawing gives the same bytes."""
+    from ezdxf import options
+
+    before = options.write_fixed_meta_data_for_testing
+    options.write_fixed_meta_data_for_testing = True
+    try:
+        yield
+    finally:
+        options.write_fixed_meta_data_for_testing = before
+
+
+@_fixed_dates()
 def dxf_text(
     links: Iterable[DrawnLink],
     fixed: Mapping[str, complex],

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import struct
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,7 +26,7 @@ from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import tolerance
 from kinelast.scene.numbers import quantity
-from kinelast.scene.parsing import is_chain
+from kinelast.scene.parsing import is_chain, read_toml
 from kinelast.scene.text import beside
 from kinelast.scene.variables import numbers, place_of
 from live.drives import wheels
@@ -69,7 +68,7 @@ def quick_answer(
     answer: Answer = {"mistakes": [], "sheet": None, "numbers": None, "picture": None}
     data = b""
     try:
-        tables = tomllib.loads(text)
+        tables = read_toml(text)
         answer["sheet"] = sheet(tables)
         if with_numbers:
             answer["sheet"]["tables"] = tables

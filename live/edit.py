@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import cmath
 import math
-import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import lru_cache
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from kinelast.scene.document import document_from_text
+from kinelast.scene.parsing import read_toml
 from kinelast.scene.text import beside
 from kinelast.scene.units import Quantity, written_like
 from live.drives import add_cylinder, add_drive, add_gear, set_law, with_cylinders
@@ -84,7 +84,7 @@ def edited(text: str, change: Mapping[str, Any], folder: Path | None = None) -> 
 @lru_cache(maxsize=4)
 def _tables(text: str) -> Tables:
     """The tables of a text, which every movement of a drag begins from."""
-    return tomllib.loads(text)
+    return read_toml(text)
 
 
 @lru_cache(maxsize=4)

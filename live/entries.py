@@ -61,7 +61,7 @@ def typed(words: str) -> Any:
     (5, [1, 2], '5 N/mm', 'a')
     """
     try:
-        told = tomllib.loads(f"typed = {words.strip()}")
+        told = read_toml(f"typed = {words.strip()}")
     except tomllib.TOMLDecodeError:
         return words.strip()
     plain = isinstance(told["typed"], str | int | float | list | dict)

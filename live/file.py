@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
+from kinelast.scene.error import MissingFileError, SceneError
 from kinelast.scene.text import decoded, file_bytes
 
 MISSING = "missing"
+UNREADABLE = "unreadable"
 
 
 class ChangedError(Exception):
@@ -46,11 +48,13 @@ class SceneFile:
         return decoded(content, str(self.path)), _digest(content)
 
     def digest(self) -> str:
-        """The digest of the file as it is now."""
+        """Return the digest of the file as it is now; `UNREADABLE` for a pipe, a folder or a file that is too large."""
         try:
-            return MISSING if self.path is None else _digest(self.path.read_bytes())
-        except OSError:
+            return MISSING if self.path is None else _digest(file_bytes(self.path))
+        except MissingFileError:
             return MISSING
+        except SceneError:
+            return UNREADABLE
 
     def write(self, text: str, known: str) -> str:
         """The digest of the file with a text written into it.

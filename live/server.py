@@ -194,7 +194,9 @@ def _report(live: Live, request: Request, given: Any) -> Response:
     report = live.reports.get(str(request.path_params["key"]))
     if report is None:
         return Response("this report is no longer kept: let the page answer once more", 404)
-    return Response(report, media_type="text/html")
+    from kinelast.outputs.page import report_policy
+
+    return Response(report, media_type="text/html", headers={"Content-Security-Policy": report_policy()})
 
 
 def _save(live: Live, request: Request, given: Any) -> Response:

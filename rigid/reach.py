@@ -14,6 +14,7 @@ from rigid.plane import cross
 from rigid.positions.drive_path import first_ways, outline
 
 HALVINGS = 60  # of a step of the drives: to round-off
+FAR = 1e6  # sizes of a mechanism: a link that is farther off where it stops runs to infinity
 METRES = 1.0, "m"
 
 
@@ -38,6 +39,12 @@ def stops(course: Motion) -> list[tuple[Reals, str]]:
         place = _stop(course, course.drive[:, good], course.drive[:, bad], good)
         ends.append((place, opening_joint(course, slice(bad, bad + 1))))
     return ends
+
+
+def _runs_to_infinity(course: Motion, place: Reals) -> bool:
+    """Whether a link is infinitely far away where the mechanism stops."""
+    there = motion(course.mechanism, place[:, None], lead=outline(course.drive))
+    return bool(np.abs(there.origin).max(initial=0.0, where=np.isfinite(there.origin)) > FAR * course.mechanism.size)
 
 
 def _stop(course: Motion, inside: Reals, outside: Reals, position: int) -> Reals:
@@ -74,7 +81,9 @@ def require_reach(course: Motion, lengths: tuple[float, str] = METRES) -> None:
         _require_start(course, lengths)
     ends = stops(course)
     limits = "; ".join(
-        f'{_coordinates(course, place, lengths)}, where the joint "{joint}" opens' for place, joint in ends
+        f'{_coordinates(course, place, lengths)}, where the joint "{joint}" '
+        f"{'runs to infinity' if _runs_to_infinity(course, place) else 'opens'}"
+        for place, joint in ends
     )
     share = np.count_nonzero(~closes) / closes.size
     raise ReachError(
@@ -163,7 +172,7 @@ def _coordinates(course: Motion, place: Reals, lengths: tuple[float, str]) -> st
     words = []
     for drive, value in zip(course.mechanism.drives, place, strict=True):
         if drive.turns:
-            words.append(f'"{drive.name}" at {np.degrees(value):.6g} deg')
+            words.append(f'"{drive.name}" at {np.round(np.degrees(value), 9) + 0.0:.6g} deg')
         else:
             words.append(f'slider "{drive.name}" at {lengths[0] * value:.6g} {lengths[1]}')
     return ", ".join(words)

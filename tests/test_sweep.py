@@ -97,7 +97,7 @@ RANGE, OPEN = {"from": "3 mm", "to": "6 mm", "count": 4}, {"from": 1, "to": 2}
         ({"vary": {DEPTH: RANGE}, "method": "latin"}, "expected one of grid, latin-hypercube, sobol"),
         ({"vary": {SPEED: [1.0], "drives[1].speed": [2.0]}}, "the number is varied twice"),
         ({"vary": {DEPTH: {**RANGE, "count": 10**10}, ACROSS: {**RANGE, "count": 10**10}}}, "too many to be numbered"),
-        ({"table": "none.csv"}, "none.csv: there is no such file"),
+        ({"table": "none.csv"}, 'there is no file "none.csv" beside the scene'),
         ({"table": "empty.csv"}, "empty.csv holds no design"),
         ({"table": "short.csv"}, "short.csv: row 2 has 1 cells, expected 2"),
     ],

@@ -18,8 +18,9 @@ from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import fault, plain
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import ends, varied
+from kinelast.scene.sections import read_as
 from kinelast.scene.tables import RangeTable, SweepTable
-from kinelast.scene.text import file_text
+from kinelast.scene.text import COLUMNS, beside
 from kinelast.scene.variables import Place, place_of, value_at
 from rigid import Reals
 
@@ -158,7 +159,7 @@ def plan_of(scene: Document | Tables, folder: Path = Path()) -> Plan:
     scene
         Its document, or the tables of its file.
     folder
-        Where the file is, and its table of designs.
+        Folder of the file; its table of designs is there, or in a folder there.
 
     Raises
     ------
@@ -184,7 +185,8 @@ def plan_of(scene: Document | Tables, folder: Path = Path()) -> Plan:
     places: list[Place] = []
     factors: list[Factor] = []
     if sweep.table is not None:
-        places, rows = _table(table, folder / sweep.table)
+        text = read_as(sweep.table, COLUMNS, beside(folder), "sweep", "table")
+        places, rows = _table(table, sweep.table, text)
         factors.append(ListedValues(rows))
     drawn: list[tuple[Place, float, float]] = []
     for path, entry in sweep.vary.items():
@@ -226,10 +228,10 @@ def _sample(sweep: SweepTable, drawn: Sequence[tuple[Place, float, float]]) -> S
     return Sample(sweep.samples, low, high, sweep.method, sweep.seed)
 
 
-def _table(table: SceneTable, path: Path) -> tuple[list[Place], Reals]:
+def _table(table: SceneTable, name: str, text: str) -> tuple[list[Place], Reals]:
     """Places and values of a CSV file: the heading of a column is a path, with a unit in brackets where it has one."""
-    name = plain(path.name, 80)
-    head, *rows = [row for row in csv.reader(file_text(path).splitlines()) if any(cell.strip() for cell in row)] or [[]]
+    name = plain(name, 80)
+    head, *rows = [row for row in csv.reader(text.splitlines()) if any(cell.strip() for cell in row)] or [[]]
     if not rows:
         raise fault("sweep", "table", f"{name} holds no design: expected a row of paths and a row for every design")
     columns = []

@@ -18,7 +18,7 @@ from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import require_studies
 from kinelast.scene.mistakes import all_mistakes
 from kinelast.scene.parsing import parse_parts, parse_scene
-from kinelast.scene.sections import Read, with_files
+from kinelast.scene.sections import Read, read_as, with_files
 from kinelast.scene.text import (
     COLUMNS,
     beside,
@@ -253,14 +253,8 @@ def files_of(table: SceneTable, read: Read) -> dict[str, str]:
     texts: dict[str, str] = {}
     for number, drive in enumerate(table.drives, 1):
         if isinstance(drive.motion, str):
-            if not drive.motion.lower().endswith(COLUMNS):
-                ends = " or ".join(COLUMNS)
-                problem = f'expected a list, or a file beside the scene that ends in {ends}, got "{drive.motion}"'
-                raise fault(f"drives[{number}]", "motion", problem)
-            try:
-                texts[drive.motion] = read(drive.motion)
-            except SceneError as error:
-                raise type(error)("", f"drives[{number}]", "motion", error.problem) from None
+            where, expected = f"drives[{number}]", "expected a list, or a file"
+            texts[drive.motion] = read_as(drive.motion, COLUMNS, read, where, "motion", expected)
     return texts
 
 

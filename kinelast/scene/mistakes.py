@@ -7,7 +7,6 @@ was taken away, of a mechanism that is no longer the one that was meant.
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass, field
@@ -15,7 +14,7 @@ from itertools import pairwise
 from typing import Any
 
 from kinelast.scene.error import SceneError
-from kinelast.scene.parsing import parse_toml
+from kinelast.scene.parsing import parse_toml, read_toml
 
 MOST = 100  # that are told
 MOST_LETTERS = 2_000_000  # that are read for it, again and again
@@ -43,7 +42,7 @@ def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tup
     """
     told, kept, left_out = _unreadable(text)
     try:
-        tables = tomllib.loads(kept)
+        tables = read_toml(kept)
     except ValueError:
         return told
     copy = _Copy(deepcopy(tables), told=[*told], doubtful={*left_out})
@@ -91,7 +90,7 @@ def _line_at_fault(lines: list[str], error: SceneError) -> int | None:
 
 def _reads(line: str) -> bool:
     try:
-        tomllib.loads(line)
+        read_toml(line)
     except ValueError:
         return False
     return True

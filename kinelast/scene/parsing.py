@@ -45,12 +45,26 @@ ELSEWHERE = {  # where keys belong that are looked for in other tables
 }
 
 
+MAX_PARTS = 32  # of a dotted key: the time that tomllib takes for a key grows with the square of them
+PART = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
+TOO_DEEP = re.compile(rf"{PART}(?:[ \t]*\.[ \t]*{PART}){{{MAX_PARTS}}}")
+
+
+def read_toml(text: str) -> dict[str, Any]:
+    """Return the tables of a TOML text, or raise TOMLDecodeError, also for a key of more than `MAX_PARTS` parts."""
+    deep = TOO_DEEP.search(text) if text.count(".") >= MAX_PARTS else None
+    if deep is not None:
+        line = text.count("\n", 0, deep.start()) + 1
+        raise tomllib.TOMLDecodeError(f"a key of more than {MAX_PARTS} parts, as in a.b.c (at line {line}, column 1)")
+    return tomllib.loads(text)
+
+
 def parse_toml(text: str) -> dict[str, Any]:
     """The tables of a TOML text; SceneError with line and column where it is none, TypeError of another thing."""
     if not isinstance(text, str):
         raise TypeError(f"expected the text of a scene's file, got {shown(text)}")
     try:
-        return tomllib.loads(text)
+        return read_toml(text)
     except tomllib.TOMLDecodeError as error:
         told = re.sub(r"\('(.*?)',?\)", lambda names: f"[{names[1]}]".replace("', '", "."), str(error))
         raise fault("", "", f"not readable as TOML: {told}{_toml_hint(text, str(error))}") from None

@@ -9,12 +9,18 @@ from typing import Any, ClassVar, Self
 
 from kinelast.scene.units import Quantity, shown
 
+MAX_LENGTH = 1e4  # [m]: no machine is longer; kinelast.figures.inputs questions links of more than 90 m
 STEEPEST = 1e3  # times that a size may change along a beam
 FARTHEST = 1e9  # [rad or m] that a drive is at: beyond, the angle within a turn has no digits left
 
 
-class Length(Quantity, expected='a length, as in "100 mm" or 0.1', units=("m",)):
+class Length(Quantity, expected='a length, as in "100 mm" or 0.1', units=("m",), most=MAX_LENGTH):
     """Length, or a coordinate of a place [m]."""
+
+    @classmethod
+    def bound(cls, number: float) -> str:
+        """Return the bound that a number violates, in words."""
+        return f"shorter than {MAX_LENGTH:g} m" if abs(number) >= MAX_LENGTH else super().bound(number)
 
 
 class Size(Length, above=0.0):

@@ -30,6 +30,7 @@ from kinelast.scene.format import (
     read_quantity,
 )
 from kinelast.scene.numbers import any_nonzero, number, real, require
+from kinelast.scene.parsing import read_toml
 from kinelast.scene.tables import PER_LENGTH
 from rigid import Beam
 from rigid.arrays import Real
@@ -376,7 +377,7 @@ def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], d
         return raw, {}  # its parser tells that
     name = raw.get("library")
     if isinstance(name, str):
-        texts[name] = _read_as(name, ".toml", read, "", "library")
+        texts[name] = read_as(name, (".toml",), read, "", "library")
         parts = _named_in(raw, _library_of(texts[name], name))
     known = {**parts["sections"], **_mapping(raw, "sections")}
     for section, table in known.items():
@@ -384,7 +385,7 @@ def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], d
             where, drawing = f"sections.{section}", table["drawing"]
             if "points" in table:
                 raise fault(where, "drawing", "give points or a drawing, not both")
-            texts[drawing] = _read_as(drawing, ".dxf", read, where, "drawing")
+            texts[drawing] = read_as(drawing, (".dxf",), read, where, "drawing")
             parts["sections"][section] = _drawn(table, texts[drawing], where, str(raw.get("units", "mm")))
     if not texts:
         return raw, {}
@@ -398,10 +399,13 @@ def _mapping(raw: Mapping[str, Any], kind: str) -> dict[str, Any]:
     return dict(tables) if isinstance(tables, Mapping) else {}
 
 
-def _read_as(name: str, suffix: str, read: Read, table: str, key: str) -> str:
-    """The text of a file beside the scene, which ends in its suffix."""
-    if not name.lower().endswith(suffix):
-        raise fault(table, key, f'expected a file beside the scene that ends in {suffix}, got "{name}"')
+def read_as(
+    name: str, suffixes: tuple[str, ...], read: Read, table: str, key: str, expected: str = "expected a file"
+) -> str:
+    """Return the text of a file that a scene names by a key: it is beside the scene and has one of the suffixes."""
+    if not name.lower().endswith(suffixes):
+        ends = " or ".join(suffixes)
+        raise fault(table, key, f'{expected} beside the scene that ends in {ends}, got "{name}"')
     try:
         return read(name)
     except SceneError as error:
@@ -411,7 +415,7 @@ def _read_as(name: str, suffix: str, read: Read, table: str, key: str) -> str:
 def _library_of(text: str, name: str) -> dict[str, dict[str, Any]]:
     """Materials and sections in the text of a library."""
     try:
-        tables = tomllib.loads(text)
+        tables = read_toml(text)
     except tomllib.TOMLDecodeError as error:
         raise fault("", "library", f"{name}: not readable as TOML: {error}") from None
     other = next((key for key in tables if key not in ("materials", "sections")), None)

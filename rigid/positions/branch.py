@@ -36,6 +36,7 @@ BESIDE = 3  # knots aside of a change point at which a sine is clearly not zero
 CACHED = 4096  # steps that are looked at together
 MOST = 30_000  # steps of any size, or as many as there were, that are halved at once
 EDGE = 2.0**-8  # of a stride: how near the end of a dyad's reach is closed in on
+MAX_JUMP = 1e-3  # of the mechanism's size: a slide that changes by more in a finest step is infinite in it
 
 
 class Branch:
@@ -298,7 +299,6 @@ class Branch:
 
     def _end_beyond(self, number: int, low: Reals, high: Reals) -> None:
         """Let nothing be known of a group outside of two places of every design, shape (designs,) each."""
-        group = self.structure.groups[number]
 
         def outside(table: Table) -> Flags:
             row, place = table["row"], table["place"]
@@ -307,16 +307,21 @@ class Branch:
 
         self.table = table = some(self.table, ~outside(self.table) | self.table["coarse"])
         lost = outside(table)
-        for name in ("origin", "direction"):
-            for link in group.links:
-                table[name][lost, link] = np.nan
-        table["sine"][lost, number] = np.nan
-        for name in ("free", "columns", "duals"):
-            table[f"{name}{number}"][lost] = np.nan
+        self._forget(number, lost)
         at = steps(table)
         at = at[lost[at] | lost[at + 1]]
         table[f"sure{number}"][at] = False
         table[f"box{number}"][at] = np.nan
+
+    def _forget(self, number: int, lost: Flags | Integers) -> None:
+        """Make a group nan at some knots."""
+        table = self.table
+        for name in ("origin", "direction"):
+            for link in self.structure.groups[number].links:
+                table[name][lost, link] = np.nan
+        table["sine"][lost, number] = np.nan
+        for name in ("free", "columns", "duals"):
+            table[f"{name}{number}"][lost] = np.nan
 
     def closed(self, sense: int) -> bool:
         """Whether the branches of all designs end on a side of the drawing: farther out there is nothing."""
@@ -327,10 +332,13 @@ class Branch:
     # Dyads
 
     def follow_dyad(self, number: int) -> None:
-        """Follow a dyad: its sign changes where it passes a change point, and it ends where it first opens."""
+        """Follow a dyad to where it opens or runs to infinity; its sign changes at every change point on the way."""
         self.set(self.table, number)
         self.refine(number, steps(self.table))
         self._stop(number)
+        if len(behind := self._behind_infinity(number)):
+            self._forget(number, behind)
+            self._stop(number)
         place, row = self.table["place"], self.table["row"]
         sign = np.ones(len(place))
         for at in self._touches(number):
@@ -352,6 +360,21 @@ class Branch:
         np.minimum.at(high, row[above], place[above])
         np.maximum.at(low, row[below], place[below])
         self._end_beyond(number, low, high)
+
+    def _behind_infinity(self, number: int) -> Integers:
+        """Numbers of the first knots, outward of the drawing, behind places at which a slide of a dyad is infinite.
+
+        Two sliding lines become parallel there, and their sine changes its sign. A slide that stays finite, because the
+        lines coincide, passes smoothly.
+        """
+        table, at = self.table, steps(self.table)
+        place, sine = table["place"], table["sine"][:, number]
+        at = at[~table[f"sure{number}"][at] & (sine[at] * sine[at + 1] <= 0)]
+        at = at[place[at + 1] - place[at] <= 2 * FINEST * self.path.stride]
+        slides = table[f"free{number}"][:, ~np.array(self.structure.groups[number].angles)]
+        jump = np.abs(slides[at + 1] - slides[at]).max(axis=1, initial=0.0)
+        at = at[~(jump <= MAX_JUMP * self.mechanism.size)]
+        return np.where(place[at + 1] > self.path.begin, at + 1, at)
 
     def _touches(self, number: int) -> list[int]:
         """Knots nearest to where the sine of a dyad comes to zero and goes on.

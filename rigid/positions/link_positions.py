@@ -112,7 +112,7 @@ def _firm(sines: Any) -> bool:
         size = np.abs(sine)
         if not size.min() >= FIRM:
             return False
-        if size.ndim and not np.abs(size[..., 1:] - size[..., :-1]).max(initial=0.0) <= NEAR:
+        if size.ndim and not np.abs(sine[..., 1:] - sine[..., :-1]).max(initial=0.0) <= NEAR:
             return False
     return True
 
@@ -146,15 +146,21 @@ def _as_far(plain: PartialPosture, branch: Branch, at: Any) -> PartialPosture:
 
 
 def _lose(placed: PartialPosture, branch: Branch, number: int, at: Any, wide: Any) -> None:
-    """Let a dyad be nowhere behind the end of its branch, though it may close there."""
+    """Make a dyad nan behind the end of its branch, even if it closes there.
+
+    In the step that holds the end it is behind it if it does not close, or if its sine has changed its sign.
+    """
+    free = sum(bool(group.free) for group in branch.structure.groups[:number])
     sine = branch.table["sine"][:, number]
-    lost = wide(np.isnan(sine[at]) & np.isnan(sine[at + 1]))
-    if not lost.any():
+    here, there = wide(sine[at]), wide(sine[at + 1])
+    ended = np.isnan(here) | np.isnan(there)
+    if not ended.any():
         return
+    before = np.where(np.isnan(here), there, here)
+    lost = np.isnan(before) | (ended & (placed.sine[free] * before < 0))
     for link in branch.structure.groups[number].links:
         placed.origin[link] = np.where(lost, np.nan, placed.origin[link])
         placed.direction[link] = np.where(lost, np.nan, placed.direction[link])
-    free = sum(bool(group.free) for group in branch.structure.groups[:number])
     placed.sine[free] = np.where(lost, np.nan, placed.sine[free])
 
 
