@@ -75,7 +75,7 @@ def _harmonic(z: Reals) -> Triple:
 
 def _trapezoidal(z: Reals) -> Triple:
     """A third at constant acceleration, a third at constant speed, a third at constant deceleration."""
-    early, late = z < 1 / 3, z > 2 / 3
+    early, late = z < 1 / 3, z >= 2 / 3
     value = np.select([early, late], [2.25 * z**2, 1 - 2.25 * (1 - z) ** 2], 1.5 * z - 0.25)
     rate = np.select([early, late], [4.5 * z, 4.5 * (1 - z)], 1.5)
     return value, rate, np.select([early, late], [4.5, -4.5], 0.0)
@@ -123,7 +123,7 @@ def _sine_constant_cosine(sine: float, cosine: float) -> Callable[[Reals], Tripl
         return peak * value, peak * rate, peak * np.select([first, third], [np.sin(turn), np.cos(swing)], 1.0)
 
     def curve(z: Reals) -> Triple:
-        back = z > 0.5
+        back = z >= 0.5
         value, rate, acceleration = half(np.where(back, 1 - z, z))
         return np.where(back, 1 - value, value), rate, np.where(back, -acceleration, acceleration)
 
@@ -143,6 +143,8 @@ CURVES: Mapping[str, Callable[[Reals], Triple]] = {
     "modified-sine": _sine_constant_cosine(0.25, 0.75),
 }
 """Curves by name: z in 0..1, any shape, to s, ds/dz and d2s/dz2 of the same shape."""
+STEPS = {"trapezoidal-velocity": (1 / 3, 2 / 3), "constant-acceleration": (0.5,)}
+"""Shares of the time at which the acceleration of a curve jumps, besides its ends."""
 
 
 @dataclass(frozen=True)
@@ -256,8 +258,8 @@ class SegmentedLaw:
     def __call__(self, time: ArrayLike) -> Triple:
         """Coordinate, rate and acceleration at given times [s], each of their shape.
 
-        Where two segments meet the later one counts, at the very end the last. An instant that misses an end by
-        round-off is at it.
+        At a jump of the acceleration the side after it counts, at the very end the side before. An instant that misses
+        a jump by round-off is at it.
         """
         time = np.asarray(time, float)
         if isinstance(self.start, np.ndarray):
@@ -270,6 +272,8 @@ class SegmentedLaw:
         for k, segment in enumerate(self.segments):
             here, lasts = at == k, segment.duration
             z = np.clip(1.0 + (time[here] - self._ends[k]) / lasts, 0.0, 1.0)
+            for step in STEPS.get(segment.curve, ()):
+                z = np.where(np.abs(z - step) * lasts <= SAME * self._ends[-1], step, z)
             rise, speed, bend = self.stretched(k, z)
             value[here], rate[here], acceleration[here] = level + rise, speed / lasts, bend / lasts**2
             level += segment.rise

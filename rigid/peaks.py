@@ -10,7 +10,7 @@ from math import inf, pi
 import numpy as np
 
 from rigid.arrays import Reals
-from rigid.laws import ConstantSpeed, MotionLaw, SegmentedLaw, quintic, scca_peaks
+from rigid.laws import STEPS, ConstantSpeed, MotionLaw, SegmentedLaw, quintic, scca_peaks
 from rigid.table_laws import RepeatedLaw, TableLaw
 
 JUMP = 1e-9  # of the greatest acceleration, below which a change of it is round-off
@@ -67,8 +67,6 @@ PEAKS: dict[str, Sizes] = {
     "modified-sine": scca_peaks(0.25, 0.75),
 }
 """Peaks of `CURVES` within a rise of 1 in a time of 1, without the jumps of their acceleration."""
-STEPS = {"trapezoidal-velocity": (1 / 3, 2 / 3), "constant-acceleration": (0.5,)}
-"""Shares of the time at which the acceleration of a curve jumps, besides its ends."""
 
 
 def law_peaks(law: MotionLaw) -> LawPeaks | None:

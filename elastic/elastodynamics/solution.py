@@ -27,7 +27,7 @@ from elastic.links.beam_trees import trees_of
 from elastic.links.sliding_blocks import block_places
 from elastic.solution import Deflection, deflection
 from rigid import SINGULAR, LineLoad, Mechanism, MechanismError, Motion, PointLoad, Spring, TorsionSpring, with_rates
-from rigid.arrays import Integers, Numbers, Reals
+from rigid.arrays import Flags, Integers, Numbers, Reals
 
 MotionAt = Callable[[Any], Motion]
 
@@ -41,6 +41,7 @@ MOST_ELEMENTS = 2048
 MOST_HALVED = 256  # elements, beyond which twice as many take seconds, and shares tell what they leave open
 ORDER = 5  # with which the error in time falls at worst, for the next guess
 SHORTEST = 1e-4  # element, as a share of the whole stretch of time
+EDGE = 1e-8  # least distance of a break from the end of the stretch, relative to its duration: else it is the end
 MOST_PARTS = 4  # into which an element is divided at once
 GROWS = 2.0  # times as long as one before it is an element at most that follows those that are divided
 ROUNDS = 6
@@ -195,12 +196,20 @@ def checked(motion: Motion) -> Motion:
     return motion
 
 
-def first_grid(model: Model, start: float, duration: float) -> Grid:
-    """Elements of time that an answer is tried with first: even ones, that begin anew where loads jump.
+def first_grid(model: Model, start: float, duration: float, breaks: Reals | None = None) -> Grid:
+    """First elements of time: even ones, which begin anew at breaks and where loads jump.
 
     Within an element nothing jumps then, as the load of a machine that resists one way, or an acceleration by a law.
+
+    Parameters
+    ----------
+    breaks
+        Instants just before laws of drives or loads break off [s].
     """
-    even = Grid(start + duration * np.linspace(0.0, 1.0, ELEMENTS + 1))
+    near, even = SHORTEST * duration, Grid(start + duration * np.linspace(0.0, 1.0, ELEMENTS + 1))
+    known = np.zeros(0) if breaks is None else breaks[breaks > start]
+    if len(known):
+        even = Grid(_with_breaks(even.edges, known, near))
 
     def forces(times: Reals) -> Reals:
         bent = deflection(model.motion_at(times), model.sections, model.joints)
@@ -208,8 +217,24 @@ def first_grid(model: Model, start: float, duration: float) -> Grid:
 
     if model.cycle is None or len(model.structure.mechanism.beams) == 0 or _jumps_nowhere(model, even):
         return even
-    edges = np.sort(np.append(even.edges, jumps(forces, even.nodes)))
-    return Grid(edges[np.append(True, np.diff(edges) > SHORTEST * duration)]) if len(edges) > ELEMENTS + 1 else even
+    found = jumps(forces, even.nodes)
+    found = found[_apart(found, known, near)]
+    edges = np.sort(np.append(even.edges, found))
+    far = np.append(True, np.diff(edges) > near)
+    return Grid(edges[far | np.isin(edges, known)]) if len(found) else even
+
+
+def _with_breaks(edges: Reals, breaks: Reals, near: float) -> Reals:
+    """Edges of elements with breaks among them, in place of edges that are nearer to one than `near` [s]."""
+    kept = _apart(edges, breaks, near)
+    kept[0], kept[-1] = True, edges[-1] - breaks.max() > EDGE * np.ptp(edges)
+    return np.sort(np.append(edges[kept], breaks))
+
+
+def _apart(times: Reals, breaks: Reals, near: float) -> Flags:
+    """Whether instants are farther than `near` [s] from all breaks."""
+    apart: Flags = np.abs(times[:, None] - breaks).min(axis=1, initial=np.inf) > near
+    return apart
 
 
 def _jumps_nowhere(model: Model, grid: Grid) -> bool:

@@ -15,6 +15,7 @@ from elastic.elastodynamics.solution import (
 )
 from elastic.elastodynamics.strains import Damping
 from rigid import Motion
+from rigid.arrays import Reals
 
 
 def elastodynamic(
@@ -25,6 +26,7 @@ def elastodynamic(
     joints: Mapping[str, JointCompliance] | None = None,
     damping: Damping | float | None = None,
     tolerance: float = TOLERANCE,
+    breaks: Reals | None = None,
 ) -> Elastodynamic:
     """Steady state of the vibrating links over a cycle, at the positions of a motion.
 
@@ -46,6 +48,8 @@ def elastodynamic(
         the lowest natural frequency over the cycle.
     tolerance
         How far the answer may be from settled, as a share of the largest displacement.
+    breaks
+        Instants just before laws of drives or loads break off [s]: elements of time end there.
 
     Raises
     ------
@@ -55,4 +59,4 @@ def elastodynamic(
         Several designs at once.
     """
     model = vibrating_model(motion_at, motion.time[0], period, sections, joints or {}, damping)
-    return settled(model, motion, first_grid(model, float(motion.time[0]), period), tolerance)
+    return settled(model, motion, first_grid(model, float(motion.time[0]), period, breaks), tolerance)

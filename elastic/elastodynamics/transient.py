@@ -35,6 +35,7 @@ def transient(
     damping: Damping | float | None = None,
     tolerance: float = TOLERANCE,
     undeformed: bool = False,
+    breaks: Reals | None = None,
 ) -> Elastodynamic:
     """Vibration of the links from the first position of a motion to its last.
 
@@ -46,7 +47,7 @@ def transient(
     ----------
     motion
         The positions asked for, of one design, in the order of their instants.
-    motion_at, sections, joints, damping, tolerance
+    motion_at, sections, joints, damping, tolerance, breaks
         As for `elastodynamic`.
     undeformed
         Start with straight links that move as rigid ones do.
@@ -62,7 +63,7 @@ def transient(
         raise ValueError(f"{len(motion.time)} instants that do not all grow, expected at least 2 that do")
     start, duration = float(motion.time[0]), float(np.ptp(motion.time))
     model = vibrating_model(motion_at, start, duration, sections, joints or {}, damping)
-    grid = first_grid(model, start, duration)
+    grid = first_grid(model, start, duration, breaks)
     at_start = motion_at(np.array([start]))
     begin = _undeformed if undeformed else _quasi_static
     if not undeformed and _begins_at_rest(at_start, motion):

@@ -498,7 +498,7 @@ def _vibrating(scene: Scene, motion: Motion, motion_at: MotionAt, period: float,
         raise SceneError(scene.path, "run", "theory", many)
     try:
         if math.isnan(period):
-            return transient(motion, motion_at, *given)
-        return elastodynamic(motion, motion_at, period, *given)
+            return transient(motion, motion_at, *given, breaks=scene.course.breaks.edges)
+        return elastodynamic(motion, motion_at, period, *given, breaks=scene.course.breaks.edges)
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "run", "theory", f"vibration cannot be answered: {error}") from None

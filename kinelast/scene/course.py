@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic.assessment import rest_from
+from kinelast.scene.breaks import Breaks, breaks_of, knots_of
 from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
 from rigid import Mechanism, MechanismError, Motion, Posture, Reals, TableError, motion, motion_in_chunks, reachable
@@ -94,6 +95,17 @@ class Course(ABC):
         times = np.linspace(0.0, self.run.duration, count, endpoint=not self.run.turn, axis=-1)
         return times.reshape(-1, count) if times.ndim > 1 else times
 
+    @cached_property
+    def breaks(self) -> Breaks:
+        """Instants at which the laws of drives and loads break off; for one design."""
+        return breaks_of(self.laws, self.mechanism.loads, float(self.run.duration), self.run.turn, self.at)
+
+    def with_breaks(self, times: Reals) -> Reals:
+        """Instants as given [s], and both sides of the breaks between the first and the last, shape (instants,)."""
+        sides = self.breaks.sides
+        last = times[0] + self.period if self.run.turn else times[-1]
+        return np.unique(np.concatenate([times, sides[(sides >= times[0]) & (sides <= last)]]))
+
     def closer(self, times: Reals) -> Reals:
         """Instants as given [s], those between them, and some where the laws accelerate most, shape (instants,)."""
         ends = np.append(times, times[0] + self.period) if self.run.turn else times
@@ -104,7 +116,8 @@ class Course(ABC):
         gone = [np.cumsum(each) for each in pushed if each.any()]
         shares = (np.arange(SHARES) + 0.5) / SHARES
         steep = [np.interp(shares * each[-1], each, fine) for each in gone]
-        return np.unique(np.concatenate([times, between.ravel(), *steep]))
+        knots = knots_of(self.laws, float(ends[-1]))
+        return self.with_breaks(np.unique(np.concatenate([times, between.ravel(), *steep, knots[knots >= ends[0]]])))
 
     @property
     def period(self) -> float:

@@ -462,12 +462,11 @@ def _effort(
     if table.effort.unit not in ("", own):
         raise fault(where, "effort", f"expected {expected}, got {size:g} {table.effort.unit}")
     factor = factor_law(where, table, duration, links, sliders)
-
-    def law(motion: Motion) -> Reals:
-        assert factor is not None
-        return size * factor(motion)
-
-    return DriveEffort(Effort(law if factor else size), start, _speed(where, table, unit))
+    if factor is None:
+        return DriveEffort(Effort(size), start, _speed(where, table, unit))
+    curve = factor.curve
+    law = replace(factor, curve=lambda place: size * curve(place))
+    return DriveEffort(Effort(law), start, _speed(where, table, unit))
 
 
 def _coordinate(where: str, key: str, value: Coordinate, unit: str) -> Any:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
+from functools import partial
 from math import pi
 from typing import TYPE_CHECKING, Any
 
@@ -13,11 +14,12 @@ from kinelast.scene.links import known_point
 from kinelast.scene.numbers import any_nonzero, real, vector
 from kinelast.scene.quantities import Damping, Effort, Stiffness
 from kinelast.scene.tables import DriveTable, LoadTable, SpringTable
-from rigid import GROUND, Law, LineLoad, Link, PointLoad, Resistance, Spring, TableError, TorsionSpring
-from rigid.arrays import Real
+from rigid import GROUND, Law, LineLoad, Link, Motion, PointLoad, Resistance, Spring, TableError, TorsionSpring
+from rigid.arrays import Real, Reals
 
 if TYPE_CHECKING:
     from rigid.analysis import LinkAngle, Slide
+    from rigid.dynamics import CurveLaw
 
 OVER = 1e-12  # of a span, by which a table may miss it
 APART = 1e-12  # of a table's length, that its entries are at least: closer ones are a slip, and their slopes no numbers
@@ -136,7 +138,7 @@ def _sizes(where: str, table: SpringTable, turning: int) -> list[Real]:
 
 def factor_law(
     where: str, table: LoadTable | DriveTable, duration: float, links: Collection[str], sliders: Collection[str]
-) -> Law | None:
+) -> CurveLaw | None:
     """Factor on a load or effort; None without a table. A table against time must cover the duration [s].
 
     `links`, `sliders` are the names that there are.
@@ -145,7 +147,7 @@ def factor_law(
         require_absent(where, table, ("against", "extend"), "belongs to a table: give that too")
         return None
     from rigid.analysis import Slide
-    from rigid.dynamics import law_of, law_of_time, table_curve
+    from rigid.dynamics import CurveLaw, corners, law_of, law_of_time, table_curve
 
     unit, coordinate = _against(where, table, links, sliders)
     for number, (place, _) in enumerate(table.table, 1):
@@ -172,21 +174,22 @@ def factor_law(
         if table.extend is None and (at[0] > 0 or at[-1] < duration * (1 - OVER)):
             problem = f"covers {at[0]:g} to {at[-1]:g} s, but the run lasts from 0 to {duration:g} s: "
             raise fault(where, "table", problem + 'add entries, or extend = "hold"')
-        return law_of_time(curve)
+        return law_of_time(curve, corners(at, factor))
     if isinstance(coordinate, Slide):
-        return law_of(coordinate, curve)
+        return law_of(coordinate, curve, corners(at, factor))
     if at[-1] - at[0] > 2 * pi * (1 + OVER):
         raise fault(where, "table", "covers more than a turn, expected angles within one")
-    return _turning(coordinate, curve, float(at[0] + at[-1]) / 2)
+    middle = float(at[0] + at[-1]) / 2
+    return CurveLaw(partial(_turned, coordinate, middle), curve, corners(at, factor), middle)
 
 
 GROWING = {"s": "times", "rad": "angles", "m": "lengths"}
 WORDS = {"s": 'a time, as in "50 ms"', "rad": 'an angle, as in "30 deg"', "m": 'a length, as in "20 mm"'}
 
 
-def _turning(angle: LinkAngle, curve: Callable[[Any], Any], middle: float) -> Law:
-    """A curve against an angle, which is taken within half a turn of the middle of its entries."""
-    return lambda motion: curve(middle + angle.difference(motion, middle))
+def _turned(angle: LinkAngle, middle: float, motion: Motion) -> Reals:
+    """The angle less than half a turn from the middle of a table's entries [rad], shape (..., positions)."""
+    return middle + angle.difference(motion, middle)
 
 
 def _against(

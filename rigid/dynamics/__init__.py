@@ -8,7 +8,9 @@ from rigid.dynamics.effort import (
     virtual_work_efforts,
 )
 from rigid.dynamics.force_laws import (
+    CurveLaw,
     constant_law,
+    corners,
     law_of,
     law_of_rate,
     law_of_time,

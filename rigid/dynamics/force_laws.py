@@ -6,6 +6,7 @@ A law takes a motion and returns an array of shape (..., positions): what multip
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -18,6 +19,33 @@ from rigid.parts import Law
 
 Curve = Callable[[ArrayLike], Reals]
 OVER = 1e-12  # of a table's extent, by which it may be asked beyond its ends
+MIN_CORNER = 0.02  # least distance of a corner from the line through its neighbours, relative to the table's range
+
+
+@dataclass(frozen=True, eq=False)
+class CurveLaw:
+    """A law along a curve.
+
+    Attributes
+    ----------
+    place
+        Time or coordinate of every position of a motion, shape (..., positions).
+    curve
+        Factor at a place.
+    breaks
+        Places at which the curve jumps or has a corner.
+    middle
+        Angle of which places are less than half a turn away [rad]; None if they are no angles within a turn.
+    """
+
+    place: Callable[[Motion], Reals]
+    curve: Curve
+    breaks: tuple[float, ...] = ()
+    middle: float | None = None
+
+    def __call__(self, motion: Motion) -> Reals:
+        """The factor at every position."""
+        return np.broadcast_to(self.curve(self.place(motion)), motion.columns)
 
 
 def constant_law(value: float) -> Law:
@@ -25,19 +53,44 @@ def constant_law(value: float) -> Law:
     return lambda motion: np.full(motion.columns, value)
 
 
-def law_of_time(curve: Curve) -> Law:
-    """A curve against time [s]."""
-    return lambda motion: np.broadcast_to(curve(motion.time), motion.columns)
+def law_of_time(curve: Curve, breaks: tuple[float, ...] = ()) -> CurveLaw:
+    """A curve against time [s]; for `breaks` see `CurveLaw`."""
+    return CurveLaw(_time, curve, breaks)
 
 
-def law_of(coordinate: Coordinate, curve: Curve) -> Law:
-    """A curve against an angle [rad], a slide [m] or any other coordinate."""
-    return lambda motion: curve(coordinate.value(motion))
+def _time(motion: Motion) -> Reals:
+    return motion.time
+
+
+def law_of(coordinate: Coordinate, curve: Curve, breaks: tuple[float, ...] = ()) -> CurveLaw:
+    """A curve against an angle [rad], a slide [m] or any other coordinate; for `breaks` see `CurveLaw`."""
+    return CurveLaw(coordinate.value, curve, breaks)
 
 
 def law_of_rate(coordinate: Coordinate, curve: Curve) -> Law:
     """A curve against the rate of a coordinate: a motor's characteristic, friction of a fluid."""
-    return lambda motion: curve(coordinate.rate(motion))
+    return CurveLaw(coordinate.rate, curve)
+
+
+def corners(at: Reals, value: Reals) -> tuple[float, ...]:
+    """Places where a linear table jumps or has a corner of `MIN_CORNER` at least; its ends are held beyond it.
+
+    Parameters
+    ----------
+    at, value
+        Entries, shape (entries,); `at` grows.
+
+    Examples
+    --------
+    >>> corners(np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 0.0, 1.0, 2.01]))
+    (1.0, 3.0)
+    """
+    aside = at[-1] - at[0]
+    places = np.concatenate([[at[0] - aside], at, [at[-1] + aside]])
+    held = np.concatenate([value[:1], value, value[-1:]])
+    share = np.diff(places)[:-1] / (places[2:] - places[:-2])
+    off = np.abs(value - held[:-2] - share * (held[2:] - held[:-2]))
+    return tuple(at[off > MIN_CORNER * np.ptp(value)].tolist())
 
 
 def table_curve(

@@ -1,0 +1,130 @@
+"""Instants at which the laws of drives and loads break off: accelerations jump, loads jump or have corners."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from math import ceil, pi
+from typing import Any
+
+import numpy as np
+
+from rigid import Motion, RepeatedLaw, Resistance, SegmentedLaw, TableLaw, law_peaks
+from rigid.arrays import Reals
+
+ASIDE = 1e-10  # distance of each side from its break, relative to the end of the run; laws take 1e-12 as the same time
+APART = 4.0  # least distance of two breaks, relative to that
+LOOKED_AT = 1441  # instants between which a load's coordinate passes a break once at most
+HALVED = 26  # times: from the distance of those instants to less than that of the sides
+
+
+@dataclass(frozen=True)
+class Breaks:
+    """Instants at which laws break off.
+
+    Attributes
+    ----------
+    before, after
+        Just before and just after each break [s], shape (breaks,); the end of a cycle is before its start.
+    aside
+        Distance of each side from its break [s].
+    """
+
+    before: Reals
+    after: Reals
+    aside: float
+
+    @property
+    def sides(self) -> Reals:
+        """Both sides of all breaks [s], in the order of time."""
+        return np.sort(np.concatenate([self.before, self.after]))
+
+    @property
+    def edges(self) -> Reals:
+        """Instants between the side before a break and the break itself [s]; at the break the side after it counts."""
+        return self.before + self.aside / 2
+
+
+def breaks_of(
+    laws: Iterable[Any], loads: Iterable[Any], end: float, turn: bool, motion_at: Callable[[Reals], Motion]
+) -> Breaks:
+    """Breaks of all laws of a run.
+
+    Parameters
+    ----------
+    laws
+        Of the drives: motion laws, and efforts with a law.
+    loads
+        Of the mechanism.
+    end, turn
+        End of the run [s], which starts at 0, and whether it is a cycle.
+    motion_at
+        The motion at any instants, for loads against a coordinate.
+    """
+    aside, laws = ASIDE * end, [*laws]
+    efforts = (law.effort.law for law in laws if hasattr(law, "effort"))
+    factors = [*efforts, *(getattr(load.load if isinstance(load, Resistance) else load, "law", None) for load in loads)]
+    found = [time for law in laws if not hasattr(law, "effort") for time in _jumps(law, end, aside)]
+    curves = [factor for factor in factors if getattr(factor, "breaks", ())]
+    if curves:
+        seen = motion_at(np.linspace(0.0, end, LOOKED_AT))
+        found += [time for curve in curves for time in _passed(curve, seen, motion_at)]
+    times = np.sort(np.mod(found, end) if turn else np.array(found, float))
+    inside = (times > APART * aside) & (times < end - APART * aside)
+    wraps = turn and not inside.all()
+    times = times[inside]
+    times = times[np.diff(times, prepend=-end) > APART * aside]
+    before, after = times - aside, times + aside
+    return Breaks(np.append(before, end - aside), np.append(after, aside), aside) if wraps else Breaks(before, after, aside)
+
+
+def knots_of(laws: Iterable[Any], end: float) -> Reals:
+    """Instants of the entries of motion tables within a run [s]: between them the acceleration is greatest nowhere."""
+    tables = ((law.law, law.duration) if isinstance(law, RepeatedLaw) else (law, end) for law in laws)
+    knots = [
+        np.add.outer(np.arange(_rounds(end, lasts)) * lasts, table.times).ravel()
+        for table, lasts in tables
+        if isinstance(table, TableLaw)
+    ]
+    times = np.concatenate([np.zeros(0), *knots])
+    return times[times <= end]
+
+
+def _rounds(end: float, lasts: float) -> int:
+    return max(ceil(end / lasts * (1.0 - ASIDE)), 1)
+
+
+def _jumps(law: Any, end: float, aside: float) -> Iterator[float]:
+    """Instants at which the acceleration of a motion law jumps [s]."""
+    peaks = law_peaks(law)
+    if peaks is None or not peaks.jumps:
+        return
+    if isinstance(law, RepeatedLaw):
+        yield from np.add.outer(np.arange(_rounds(end, law.duration)) * law.duration, peaks.jumps).ravel().tolist()
+        return
+    for time in peaks.jumps:  # at the very end of segments the side before counts
+        yield time + aside if isinstance(law, SegmentedLaw) and time >= law.duration * (1.0 - ASIDE) else time
+
+
+def _passed(law: Any, seen: Motion, motion_at: Callable[[Reals], Motion]) -> Iterator[float]:
+    """Instants at which the coordinate of a load passes a break of its curve [s]."""
+    place, times = np.broadcast_to(law.place(seen), seen.columns), seen.time
+    if np.array_equal(place, times):
+        yield from (time for time in law.breaks if times[0] <= time <= times[-1])
+        return
+    wrapped = np.abs(np.diff(place)) > (pi if law.middle is not None else np.inf)
+    rows = [(np.flatnonzero(((place[:-1] >= at) != (place[1:] >= at)) & ~wrapped), at) for at in law.breaks]
+    rows.append((np.flatnonzero(wrapped), law.middle or 0.0))
+    at = np.concatenate([row for row, _ in rows])
+    if not len(at):
+        return
+    target = np.concatenate([np.full(len(row), bound) for row, bound in rows])
+    low, high, begun = times[at], times[at + 1], place[at] >= target
+    for _ in range(HALVED):
+        middle = (low + high) / 2
+        order = np.argsort(middle, kind="stable")
+        there = np.empty(len(middle))
+        there[order] = np.broadcast_to(law.place(motion_at(middle[order])), len(middle))
+        same = (there >= target) == begun
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    yield from high.tolist()
