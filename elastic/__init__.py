@@ -11,7 +11,7 @@ from elastic.cycle_maxima import cycle_maxima
 from elastic.derived import coefficients
 from elastic.extreme_values import Extreme, extremes
 from elastic.fields import FIELDS, PRIMARY, Field, Kind
-from elastic.largest import Largest, largest, largest_row
+from elastic.largest import Largest, largest, largest_row, peak_gain
 from elastic.sampling import displacement_of, reference_deflection, rotation_of, sample
 from elastic.solution import Deflection, deflection, marked
 
@@ -40,6 +40,7 @@ __all__ = [
     "i_section",
     "largest",
     "largest_row",
+    "peak_gain",
     "marked",
     "rectangle",
     "reference_deflection",

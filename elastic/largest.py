@@ -9,6 +9,8 @@ import numpy as np
 
 from rigid.arrays import Integers, Numbers, Reals
 
+SAME = 1e-8  # distance of the two sides of a jump, at most, relative to the run
+
 
 @dataclass(frozen=True, eq=False)
 class Largest:
@@ -24,12 +26,15 @@ class Largest:
         Where along the beam; nan of values that belong to no place, or whose place was not looked for.
     row
         Which of several rows has it, where these were put together.
+    gain
+        How much larger, or less, the peak between the positions is; zero if it was not looked for.
     """
 
     value: Reals
     position: Any
     xi: Any = np.nan
     row: Any = 0
+    gain: Any = 0.0
 
 
 def largest(values: Any, counted: Any = None, xi: Any = None) -> Largest:
@@ -69,9 +74,43 @@ def largest_row(rows: Largest, least: bool = False) -> Largest:
     """The largest magnitude of several rows, shape (rows, ...), of those that are known; or the least where all are."""
     value = np.asarray(rows.value)
     row = value.argmin(axis=0) if least else np.where(np.isnan(value), -1.0, np.abs(value)).argmax(axis=0)
-    wide = (np.broadcast_to(each, value.shape) for each in (rows.value, rows.position, rows.xi))
-    value, position, xi = (np.take_along_axis(each, row[None], 0)[0] for each in wide)
-    return Largest(value, position, xi, row)
+    wide = (np.broadcast_to(each, value.shape) for each in (rows.value, rows.position, rows.xi, rows.gain))
+    value, position, xi, gain = (np.take_along_axis(each, row[None], 0)[0] for each in wide)
+    return Largest(value, position, xi, row, gain)
+
+
+def peak_gain(size: Reals, position: Any, time: Reals, period: float = np.nan) -> Reals:
+    """How much higher the parabola through the greatest of some sizes and its neighbours in time is.
+
+    Zero at the ends of a run, and next to an instant as near as the two sides of a jump.
+
+    Parameters
+    ----------
+    size
+        Shape (..., positions).
+    position
+        Of the greatest, shape (...); -1 if none is known.
+    time, period
+        Of the positions, shape (positions,), and of the cycle that they close [s].
+
+    Examples
+    --------
+    >>> time = np.arange(4.0)
+    >>> peak_gain(10 - (time - 1.5) ** 2, np.array(1), time)
+    array(0.25)
+    """
+    count, at = len(time), np.maximum(position, 0)
+    places = (at - 1) % count, at, (at + 1) % count
+    before, here, after = (_taken(size, np.asarray(place)) for place in places)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        left, right = time[places[1]] - time[places[0]], time[places[2]] - time[places[1]]
+        left, right = (np.where(step < 0.0, step + period, step) for step in (left, right))
+        rise, fall = (here - before) / left, (here - after) / right
+        bend = rise + fall
+        more = (rise * right - fall * left) ** 2 / (4.0 * bend * (left + right))
+        near = np.minimum(left, right) <= SAME * np.ptp(time)
+        known = (rise >= 0.0) & (fall >= 0.0) & (bend > 0.0) & ~near & (np.asarray(position) >= 0)
+    return np.where(known, more, 0.0)
 
 
 def _taken(values: Any, at: Integers) -> Numbers:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Protocol, TypeVar
 from weakref import WeakKeyDictionary
@@ -20,6 +20,7 @@ from elastic import (
     extremes,
     largest,
     marked,
+    peak_gain,
     reference_deflection,
     sample,
 )
@@ -68,6 +69,8 @@ class Cycle:
         Duration of the cycle [s], shape (...), where fields count between the positions too.
     sampled
         Whether fields are looked at in `STATIONS` places along the beams alone: enough for the difference of two.
+    between
+        Whether peaks have their gain between the positions.
     """
 
     scene: Scene
@@ -78,6 +81,7 @@ class Cycle:
     used: int | None = None
     period: Any = None
     sampled: bool = False
+    between: bool = False
     _known: dict[tuple[Any, ...], Any] = field(default_factory=dict, repr=False)
 
     def once(self, function: Callable[..., Result], *arguments: Hashable) -> Result:
@@ -151,7 +155,28 @@ class Cycle:
         """Largest magnitude over the positions that count, of values of shape (..., positions)."""
         if np.shape(values)[-len(self.columns) :] != self.columns:
             values = np.broadcast_to(values, (*np.shape(values)[: -len(self.columns)], *self.columns))
-        return largest(values, self._counted)
+        found = largest(values, self._counted)
+        return replace(found, gain=self._gain(np.abs(values), found.position)) if self.between else found
+
+    def least(self, values: Any) -> Largest:
+        """Least over the positions, the last axis; nan if none is known."""
+        known = np.where(np.isnan(values), np.inf, values)
+        at = known.argmin(axis=-1)
+        value = np.take_along_axis(np.asarray(values), at[..., None], -1)[..., 0]
+        found = Largest(value, np.where(np.isnan(value), -1, at)[()])
+        return replace(found, gain=self._gain(-known, found.position)) if self.between else found
+
+    def _gain(self, size: Reals, position: Any) -> Reals:
+        """Gain of peaks between the positions; see `peak_gain`."""
+        run, time = self.scene.run, self.motion.time
+        if len(time) < 3 or np.shape(size)[-1] != len(time):
+            return np.zeros(np.shape(position))
+        return peak_gain(size, position, time, float(run.duration) if run.turn else np.nan)
+
+    @cached_property
+    def coarser(self) -> Cycle:
+        """The rigid motion and its quasi-static answer at every second position."""
+        return Cycle(self.scene, self.scene.course.at(self.motion.time[::2]), sampled=True)
 
     def rows(self, values: Any) -> Numbers:
         """Values of several items with all columns, shape (items, ..., positions)."""

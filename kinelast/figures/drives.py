@@ -26,7 +26,6 @@ from kinelast.figures.entry import (
     averaged,
     cams_with,
     each,
-    least,
 )
 from kinelast.scene.data import Scene
 from machine.cams import CamCourse, CamPush, cam_course, line_pressure
@@ -192,7 +191,7 @@ def _rod_buckling(cycle: Cycle) -> Largest:
         np.where(cycle.counted, buckling_safety(cycle.scene.cylinders[number], effort(cycle, number)), np.inf)
         for number in drives_of(cycle.scene, CYLINDER)
     ]
-    return least(np.array(rows).reshape(-1, *cycle.columns))
+    return cycle.least(np.array(rows).reshape(-1, *cycle.columns))
 
 
 def _units(turns: str, slides: str, of: str = DRIVE) -> Callable[[Scene], list[str]]:
@@ -372,7 +371,7 @@ def _least_values(values: OfCam, of: str) -> Callable[[Cycle], Largest]:
     def find(cycle: Cycle) -> Largest:
         known = (np.broadcast_to(values(cycle, name), cycle.columns) for name in cams_with(cycle.scene, of))
         rows = [np.where(cycle.counted, row, np.inf) for row in known]
-        return least(np.array(rows).reshape(-1, *cycle.columns))
+        return cycle.least(np.array(rows).reshape(-1, *cycle.columns))
 
     return find
 

@@ -61,6 +61,10 @@ class Figure:
         Key under `[limits]` that bounds it; empty where none does.
     rigid
         Whether it is of the rigid motion alone, which no theory of the links changes.
+    exact
+        Whether no number of positions changes it.
+    here
+        Whether it tells of the positions themselves, so that no other instants belong to it.
     whole
         Whether it is of the whole run, so that those of its parts do not tell it; an `AVERAGE` is.
     power
@@ -81,9 +85,15 @@ class Figure:
     told: bool = False
     limit: str = ""
     rigid: bool = False
+    exact: bool = False
+    here: bool = False
     whole: bool = False
     power: float = 1.0
     remains_of: Figure | None = None
+
+    def of_motion(self, scene: Scene) -> bool:
+        """Whether it is found in the rigid motion, at instants between the positions too."""
+        return (self.rigid or not scene.labels) and not self.here
 
     def units(self, scene: Scene) -> list[str]:
         """Of every item."""
@@ -121,14 +131,18 @@ class Measure:
 
 def _picked(known: Largest, items: Sequence[int]) -> Largest:
     shape, at = np.shape(known.value), [*items]
-    parts = (known.value, known.position, known.xi, known.row)
+    parts = (known.value, known.position, known.xi, known.row, known.gain)
     return Largest(*(np.broadcast_to(part, shape)[at] for part in parts))
 
 
 def magnitudes(cycle: Cycle, figures: Iterable[Figure]) -> dict[str, Any]:
-    """Magnitudes of all items of figures, by key."""
-    values = {figure: cycle.of(figure).value for figure in figures}
-    return {figure.key: np.abs(each) if figure.over == LARGEST else each for figure, each in values.items()}
+    """Magnitudes of all items of figures by key, with the gain of their peaks between the positions."""
+    return {figure.key: _magnitude(cycle.of(figure), figure.over) for figure in figures}
+
+
+def _magnitude(found: Largest, over: str) -> Any:
+    size = np.abs(found.value) if over == LARGEST else found.value
+    return size - found.gain if over == LEAST else size + found.gain
 
 
 def items_of(scene: Scene, of: str) -> list[str]:
@@ -201,7 +215,7 @@ def bounded_items(scene: Scene, limit: Limit) -> list[int]:
 
 def sole(found: Largest) -> Largest:
     """The largest of the one scene, as that of its only item."""
-    return Largest(*(np.asarray(each)[None] for each in (found.value, found.position, found.xi, found.row)))
+    return Largest(*(np.asarray(each)[None] for each in vars(found).values()))
 
 
 def whole(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
@@ -235,14 +249,6 @@ def averaged(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
         return Largest(rows, np.full(rows.shape, -1))
 
     return find
-
-
-def least(values: Any) -> Largest:
-    """Least over the positions, the last axis; nan where none is known."""
-    known = np.where(np.isnan(values), np.inf, values)
-    at = known.argmin(axis=-1)
-    value = np.take_along_axis(np.asarray(values), at[..., None], -1)[..., 0]
-    return Largest(value, np.where(np.isnan(value), -1, at)[()])
 
 
 def measures_of(scene: Scene, figures: Iterable[Figure]) -> dict[str, Measure]:

@@ -12,7 +12,7 @@ import numpy as np
 from elastic import Deflection, reference_deflection, sample
 from elastic.links import members_of
 from kinelast.figures.cycle import STATIONS, Cycle
-from kinelast.figures.entry import LEAST, Figure, bounded_items, magnitudes
+from kinelast.figures.entry import LARGEST, LEAST, MOST, Figure, bounded_items, magnitudes
 from kinelast.figures.registry import NAMES, limits_of
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR
@@ -24,6 +24,9 @@ BETWEEN = "between the positions"
 MEASURED, BODIES = "motion, as measured", "beam theory, as measured"  # by checks, in place of the estimates
 NOT_OF_MOTION = (BEAM_THEORY, ROUND_OFF, BETWEEN)  # parts that no theory of motion changes
 BY_MOTION = (VIBRATION, LARGE)  # each from the answer with those before it to that with it: their signs count
+SEARCHED = LARGEST, LEAST, MOST  # reductions that find a place in the cycle
+ONE_POSITION = "there is no instant beside it to compare with"
+RIGID_HEADLINE = "drive_effort", "joint_force"  # figures of a mechanism of rigid links by which it is graded
 HEADLINE = NAMES["w"], NAMES["mises"]  # figures of which every report tells the greatest
 LITTLE = 0.01  # of the greatest figure of a unit, below which one of them counts as so much
 COURSES, JOINT_FORCES = ("u", "w", "chord", "N", "M"), "joint forces"
@@ -115,7 +118,7 @@ class Estimate:
         Discretization error of axial forces as a share of the largest one, if no finer answer measures it: they vibrate
         faster than the links bend.
     closer
-        The answer at instants between the positions, too; None where there are none.
+        The answer at instants between the positions, too, its peaks with their gain; None of a single position.
     unknown
         Why the whole is not known; nothing where it is.
     """
@@ -200,12 +203,36 @@ def figure_errors(
     values = magnitudes(answer, [figure for figure in figures if not figure.rigid])
     scales = _scales(answer.scene, {figure.key: figure for figure in figures}, values)
     figures = [figure for figure in figures if keys is None or figure.key in keys]
-    values |= magnitudes(answer, figures)
-    stages = {name: magnitudes(cycle, figures) for name, cycle in off.stages.items()}
+    moving = [figure for figure in figures if figure.exact or figure.of_motion(answer.scene)]
+    errors = {figure.key: _of_motion(answer, figure, off.closer) for figure in moving}
+    others = [figure for figure in figures if figure.key not in errors]
+    values |= magnitudes(answer, others)
+    stages = {name: magnitudes(cycle, others) for name, cycle in off.stages.items()}
     bodies, closer = (
-        values if each in (None, answer) else magnitudes(each, figures) for each in (off.beam_theory, off.closer)
+        values if each in (None, answer) else magnitudes(each, others) for each in (off.beam_theory, off.closer)
     )
-    return {figure.key: _of_items(answer, figure, values, stages, bodies, closer, off, scales) for figure in figures}
+    return errors | {
+        figure.key: _of_items(answer, figure, values, stages, bodies, closer, off, scales) for figure in others
+    }
+
+
+def _of_motion(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[FigureError]:
+    """Errors of a figure of the rigid motion, which is found at the closer instants, by what lies between these.
+
+    Of a largest or least value that is the gain of a parabola there, of others the change by every second instant.
+    """
+    cycle = closer or answer
+    found = cycle.of(figure)
+    if figure.exact:
+        return [FigureError() for _ in found.value]
+    if closer is None:
+        return [FigureError({}, ONE_POSITION) for _ in found.value]
+    searched = figure.over in SEARCHED and not figure.whole
+    off = found.gain if searched else np.abs(_difference(found.value, cycle.coarser.of(figure).value))
+    off = np.broadcast_to(np.nan_to_num(off, nan=np.inf), np.shape(found.value))
+    rounded = _round_off(cycle, figure) * np.where(np.isfinite(found.value), np.abs(found.value), 0.0)
+    pairs = zip(off.tolist(), np.broadcast_to(rounded, np.shape(off)).tolist(), strict=True)
+    return [FigureError({BETWEEN: between, ROUND_OFF: lost}) for between, lost in pairs]
 
 
 def _of_items(
@@ -219,8 +246,6 @@ def _of_items(
     scales: Mapping[str, float],
 ) -> list[FigureError]:
     before = here = values[figure.key]
-    if figure.rigid:
-        return [FigureError() for _ in here]
     parts: dict[str, Reals] = {}
     for name, stage in stages.items():
         parts[name], before = _difference(stage[figure.key], before), stage[figure.key]
@@ -344,6 +369,8 @@ def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: 
     """The figures that are read: the headline's, the output, and those that limits judge."""
     by_key = {figure.key: figure for figure in figures}
     values = magnitudes(answer, [figure for figure in figures if not figure.rigid])
+    motion = [figure for figure in figures if figure.of_motion(scene)]
+    values |= magnitudes(off.closer or answer, motion if not scene.labels else _limited(scene, motion))
     scales = _scales(scene, by_key, values)
     chosen = dict.fromkeys(_read(scene, by_key, values))
     errors = figure_errors(answer, figures, off, {key for key, _ in chosen})
@@ -355,12 +382,19 @@ def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: 
     return graded
 
 
+def _limited(scene: Scene, figures: Sequence[Figure]) -> list[Figure]:
+    """Figures that limits judge."""
+    keys = {limit.figure for limit in limits_of(scene)}
+    return [figure for figure in figures if figure.key in keys]
+
+
 def _read(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> Iterator[tuple[str, int]]:
     """Keys of the figures that are read, each with the item that has the greatest of those that are looked at."""
     limited: Iterator[tuple[str, Sequence[int] | None]] = (
         (limit.figure, bounded_items(scene, limit)) for limit in limits_of(scene)
     )
-    for key, items in (*((key, None) for key in (*HEADLINE, OUTPUT_ERROR)), *limited):
+    headline = (*HEADLINE, OUTPUT_ERROR) if scene.labels else RIGID_HEADLINE
+    for key, items in (*((key, None) for key in headline), *limited):
         sizes = values.get(key, np.zeros(0))
         known = range(len(sizes)) if items is None or not len(sizes) else items
         rows = [item for item in known if 0.0 < sizes[item] < math.inf]

@@ -25,7 +25,6 @@ from kinelast.figures.entry import (
     averaged,
     each,
     has_part,
-    least,
 )
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import Output
@@ -63,7 +62,7 @@ def _least(values: OfJoint, part: str) -> Callable[[Cycle], Largest]:
 
     def find(cycle: Cycle) -> Largest:
         rows = [np.where(cycle.counted, row, np.inf) for row in found(cycle)]
-        return least(np.array(rows).reshape(-1, *cycle.columns))
+        return cycle.least(np.array(rows).reshape(-1, *cycle.columns))
 
     return find
 

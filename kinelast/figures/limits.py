@@ -146,7 +146,7 @@ class Judgement:
 def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | None = None) -> Judgement:
     """A limit of a figure by its key, of some of its items or of all, judged."""
     peaks = results.figures.peaks.get(key, [])
-    exact = not results.scene.labels or any(each.rigid for each in results.figures.figures if each.key == key)
+    exact = any(each.exact for each in results.figures.figures if each.key == key)
     errors = [0.0 if exact else _error(peak) for peak in peaks]
     signed = any(each.over != LARGEST for each in results.figures.figures if each.key == key)
     sizes = [peak.value if signed else abs(peak.value) for peak in peaks]
@@ -238,7 +238,6 @@ def judgements_on(scene: Scene, limits: Iterable[Limit]) -> tuple[Judgement, ...
 def _known(results: Results, measure: Measure) -> tuple[float, float]:
     """A figure by its name, and its error; of those that are only computed where they are asked for too."""
     entry, peaks = measure.figure, results.figures.peaks.get(measure.figure.key, [])
-    exact = entry.rigid or not results.scene.labels
     if peaks:
         sign = -1.0 if entry.over == LEAST else 1.0
         sizes = [abs(peak.value) if entry.over == LARGEST else peak.value for peak in peaks]
@@ -246,11 +245,19 @@ def _known(results: Results, measure: Measure) -> tuple[float, float]:
         if not items:
             return math.nan, math.nan
         item = max(items, key=lambda each: sign * sizes[each])
-        return sizes[item], 0.0 if exact else _error(peaks[item])
-    value = float(np.ravel(measure.of(results.cycle)[0])[0])
+        return sizes[item], 0.0 if entry.exact else _error(peaks[item])
+    value = _value(measure, results.cycle)
+    closer = results.answer.off.closer if results.answer else None
+    if entry.of_motion(results.scene) or entry.here:
+        value = value if closer is None else _value(measure, closer)
+        return value, math.nan if closer is None else abs(value - _value(measure, closer.coarser))
     bent = [(peak.value, peak.error) for peak in results.figures.peaks.get("deflection", []) if peak.error]
     stiff = stiffness_error((size for size, _ in bent), (error for _, error in bent))
-    return value, 0.0 if exact else (1.0 + value) * stiff
+    return value, (1.0 + value) * stiff
+
+
+def _value(measure: Measure, cycle: Cycle) -> float:
+    return float(np.ravel(measure.of(cycle)[0])[0])
 
 
 def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judgement:

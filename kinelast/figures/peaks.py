@@ -91,6 +91,25 @@ class RunFigures:
         averages = {each.key: _peaks(cycle.of(each), cycle.motion) for each in of_all}
         return replace(self, peaks={**self.peaks, **averages})
 
+    def with_motion(self, cycle: Cycle) -> RunFigures:
+        """The same, with figures of the rigid motion as a cycle of closer instants has them."""
+        better = {}
+        for each in (each for each in self.figures if each.of_motion(cycle.scene) and not each.exact):
+            rows, known = _peaks(cycle.of(each), cycle.motion), self.peaks[each.key]
+            whole = each.over in (FIXED, AVERAGE) or each.whole
+            pairs = zip(known, rows, strict=True)
+            better[each.key] = rows if whole else [
+                here if (found := _further(here, there, each.over)) is here else replace(found, refined=True)
+                for here, there in pairs
+            ]  # fmt: skip
+        return replace(self, peaks={**self.peaks, **better})
+
+    def with_instants(self, further: RunFigures) -> RunFigures:
+        """The same, with those of further instants of the run, which are no positions of it."""
+        both = joined(self, further)
+        keys = "positions", "singular", "locked", "ill", "span"
+        return replace(both, **{key: getattr(self, key) for key in keys})
+
     def of_field(self, key: str) -> list[Peak]:
         """Peaks of a field on every beam."""
         return self.peaks[NAMES.get(key, key)]

@@ -32,7 +32,6 @@ from kinelast.figures.entry import (
     each,
     fixed,
     items_of,
-    least,
     measures_of,
     sole,
     whole,
@@ -73,15 +72,16 @@ def safety_factor(sections: Sequence[Section], stress: Any) -> Reals:
 
 
 def _safety(cycle: Cycle) -> Largest:
-    stress = cycle.along("mises")
-    return replace(stress, value=safety_factor(cycle.deflection.sections, stress.value))
+    stress, sections = cycle.along("mises"), cycle.deflection.sections
+    value, least = (safety_factor(sections, size) for size in (stress.value, np.abs(stress.value) + stress.gain))
+    return replace(stress, value=value, gain=np.where(stress.gain > 0.0, value - least, 0.0))
 
 
 def _angle_errors(cycle: Cycle) -> Largest:
     """Of every moving link, at that of its points where it is largest."""
     links = cycle.scene.mechanism.links[1:]
     best = [_angle_error(cycle, link.name) for link in links]
-    return Largest(*(np.array([getattr(one, part) for one in best]) for part in ("value", "position", "xi", "row")))
+    return Largest(*(np.array([getattr(one, part) for one in best]) for part in ("value", "position", "xi", "row", "gain")))
 
 
 def _angle_error(cycle: Cycle, link: str) -> Largest:
@@ -108,7 +108,7 @@ def _transmission(cycle: Cycle) -> Largest:
     angles = [one.angle for one in transmission_angles(cycle.motion)]
     if not angles:
         return fixed(lambda _: np.nan)(cycle)
-    return sole(least(np.broadcast_to(reduce(np.minimum, angles), cycle.columns)))
+    return sole(cycle.least(np.broadcast_to(reduce(np.minimum, angles), cycle.columns)))
 
 
 def _fastest(cycle: Cycle) -> Reals:
@@ -171,24 +171,24 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
            each(lambda cycle: [*cycle.deflection.forces.friction.values()])),
     Figure("friction_power", "power that friction takes", "W", FRICTION,
            _rubbing(lambda cycle: friction_power(cycle.motion, cycle.deflection.forces))),
-    Figure("friction_feedback", "what friction adds to itself", "1", FRICTION, _rubbing(_feedback), everywhere=True),
+    Figure("friction_feedback", "what friction adds to itself", "1", FRICTION, _rubbing(_feedback), everywhere=True, here=True),
     Figure("shaking_force", "force on the ground", "N", SCENE,
            whole(lambda cycle: np.abs(cycle.deflection.forces.ground_force)), told=True),
     Figure("shaking_moment", "moment on the ground", "N m", SCENE,
            whole(lambda cycle: cycle.deflection.forces.ground_moment), told=True),
-    Figure("mass", "mass of the moving links", "kg", SCENE, fixed(_mass), FIXED, told=True, rigid=True),
+    Figure("mass", "mass of the moving links", "kg", SCENE, fixed(_mass), FIXED, told=True, rigid=True, exact=True),
     Figure("condition", "condition number", "1", SCENE, _condition, everywhere=True, told=True,
-           rigid=True),
+           rigid=True, here=True),
     Figure("transmission_angle", "transmission angle", "rad", SCENE, _transmission, LEAST, everywhere=True, told=True,
            rigid=True),
     Figure("reach", "share of the positions that are reached", "1", SCENE,
            fixed(lambda cycle: cycle.reached.mean(axis=-1)), FIXED, asked=True, told=True, rigid=True),
     Figure("frequency", "lowest natural frequency", "rad/s", SCENE,
-           lambda cycle: sole(least(cycle.lowest_frequency)), LEAST, asked=True),
+           lambda cycle: sole(cycle.least(cycle.lowest_frequency)), LEAST, asked=True),
     Figure("frequency_ratio", "lowest natural frequency over the speed of the fastest drive", "1", SCENE,
-           lambda cycle: sole(least(cycle.lowest_frequency / _fastest(cycle))), LEAST, asked=True),
+           lambda cycle: sole(cycle.least(cycle.lowest_frequency / _fastest(cycle))), LEAST, asked=True),
     Figure("resonance_distance", "distance of the lowest natural frequency from harmonics of the drive", "1", SCENE,
-           lambda cycle: sole(least(_resonance(cycle))), LEAST, asked=True),
+           lambda cycle: sole(cycle.least(_resonance(cycle))), LEAST, asked=True),
 )  # fmt: skip
 
 
@@ -239,7 +239,7 @@ def _of_its_motion(output: Output) -> tuple[Figure, ...]:
         Figure("output_time_ratio", "time ratio of the output", "1", SCENE,
                fixed(lambda cycle: time_ratio_of(cycle, output)), FIXED, asked=True, rigid=True),
         Figure("output_advantage", "mechanical advantage of the output over the drive", unit, SCENE,
-               lambda cycle: sole(least(advantage_of(cycle, output))), LEAST, asked=True, rigid=True),
+               lambda cycle: sole(cycle.least(advantage_of(cycle, output))), LEAST, asked=True, rigid=True),
         Figure("residual", "residual amplitude of the output after the stop", output.unit, STOPPING,
                _stopping(lambda cycle: sole(residual_of(cycle, output))), limit="residual",
                remains_of=DISPLACEMENT if output.point else ANGLE_ERROR),

@@ -259,7 +259,10 @@ class Results:
     def figures(self) -> RunFigures:
         """The figures of the run, with their errors where these are known."""
         figures = self.run or run_figures(self.cycle, output_of(self.scene))
-        return figures.with_errors(self.errors) if self.answer else figures
+        if self.answer is None:
+            return figures
+        closer = self.answer.off.closer
+        return (figures.with_motion(closer) if closer else figures).with_errors(self.errors)
 
     @property
     def counts(self) -> tuple[int, int, int]:
@@ -378,12 +381,28 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
     scene = plain.scene
     if plain.buckles:
         return replace(plain, deflection=marked(plain.deflection, np.ones(plain.motion.columns, bool)))
-    if not scene.labels or (theory.plain and not judged):
+    if theory.plain and not judged:
         return plain
     from kinelast.figures.theory import answer
 
-    found = answer(scene, plain.deflection, theory, plain.period, theory.plain, progress)
-    return replace(plain, deflection=found.deflection, answer=found)
+    scene, bent = plain.scene, plain.deflection
+    times = bent.motion.time if plain.left_out or len(bent.motion.time) < 2 else scene.course.with_breaks(bent.motion.time)
+    if len(times) == len(bent.motion.time):
+        found = answer(scene, bent, theory, plain.period, theory.plain, progress)
+        return replace(plain, deflection=found.deflection, answer=found)
+    found = answer(scene, scene_deflection(scene, scene.course.at(times)), theory, plain.period, theory.plain, progress)
+    here = replace(plain, deflection=found.at(bent), answer=replace(found, quasi_static=bent))
+    return replace(here, run=with_breaks(here, run_figures(here.cycle, output_of(scene))))
+
+
+def with_breaks(results: Results, run: RunFigures) -> RunFigures:
+    """The figures of a run with those at both sides of the breaks of its laws."""
+    scene, answer, sides = results.scene, results.answer, results.scene.course.breaks.sides
+    if answer is None or not len(sides):
+        return run
+    plain = scene_deflection(scene, scene.course.at(sides))
+    beside = run_figures(Cycle(scene, plain.motion, answer.at(plain)), run.output)
+    return run.with_instants(beside).with_averages(answer.cycle)
 
 
 def results_in_full(scene: Scene) -> Results:

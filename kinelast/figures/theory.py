@@ -119,6 +119,12 @@ class Answer:
         """The answer."""
         return self.cycle.deflection
 
+    def at(self, plain: Deflection) -> Deflection:
+        """The answer at the positions of a quasi-static deflection."""
+        if self.theory == QUASI_STATIC or self.vibrating is None or self.vibrating.vibration is None:
+            return plain
+        return deflection_at(self.vibrating, plain.motion)
+
     @property
     def unknown(self) -> str:
         """Reason why nobody knows how far the answer is off; empty where that is known."""
@@ -132,12 +138,13 @@ class Answer:
     @cached_property
     def by_motion(self) -> float:
         """As of `history_error`; nan where it is not known."""
-        return math.nan if self.unknown else history_error(self.cycle, self.off)
+        known = self.cycle.scene.labels and not self.unknown
+        return history_error(self.cycle, self.off) if known else math.nan if self.unknown else 0.0
 
     @cached_property
     def courses(self) -> Mapping[str, float]:
         """As of `course_errors`; nothing where they are not known."""
-        return {} if self.unknown else course_errors(self.cycle, self.off)
+        return {} if self.unknown or not self.cycle.scene.labels else course_errors(self.cycle, self.off)
 
     @property
     def worst_course(self) -> tuple[str, float]:
@@ -193,6 +200,8 @@ def answer(
     """
     wanted = ACCURACY if theory.accuracy is None else theory.accuracy
     rungs, named = _Rungs(scene, plain, theory, progress), theory.name is not None and not only_told
+    if not scene.labels:
+        return rungs.rigid()
     rests = not named and _rests(plain)
     if not named and np.nanmax(cycle_maxima(plain, ["phi"])["phi"].value, initial=0.0) > MAX_ROTATION:
         return rungs.at_rest() if rests else rungs.unknown("vibration is not looked at where links turn by so much")
@@ -305,6 +314,10 @@ class _Rungs:
         opened = self._open(exact, tolerance, wanted, *known)
         yield self._answer(GEOMETRICALLY_EXACT, self._cycle(exact.deflection), exact, *opened)
 
+    def rigid(self) -> Answer:
+        """The answer of links that do not bend."""
+        return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, {})
+
     def unknown(self, why: str) -> Answer:
         """The quasi-static answer where vibration is not known."""
         return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, {}, why)
@@ -382,8 +395,9 @@ class _Rungs:
         unknown: str = "",
     ) -> Answer:
         settled = vibrating.time_error + vibrating.reduction_error if vibrating else 0.0
-        bodies, closer = self._cycle(beyond_beam_theory(cycle.deflection)), self._closer(name, vibrating)
         axial = settled + vibrating.axial_error if vibrating and TIME in shares else 0.0
+        bent = beyond_beam_theory(cycle.deflection) if self.scene.labels else cycle.deflection
+        bodies, closer = self._cycle(bent), self._closer(name, vibrating, cycle)
         off = Estimate(stages, bodies, shares, unknown, settled, axial, closer)
         graded = graded_figures(self.scene, cycle, self.figures, off)
         missed = math.nan if vibrating is None else math.inf
@@ -397,9 +411,9 @@ class _Rungs:
 
     @cached_property
     def _motion_between(self) -> Motion | None:
-        """The motion at instants between the positions, too; None of a single position, and where it is not reached."""
+        """The motion at instants between the positions, too; None if they are not reached, or beyond `MAX_REFINED`."""
         times = self.plain.motion.time
-        if np.shape(times) != self.plain.motion.columns or not 1 < len(times) <= MAX_REFINED:
+        if len(times) > MAX_REFINED:
             return None
         try:
             return self.scene.course.at(self.scene.course.closer(times))
@@ -407,19 +421,22 @@ class _Rungs:
             return None
 
     @cached_property
-    def _plain_between(self) -> Deflection:
-        """The quasi-static deflection at instants between the positions, too."""
-        assert self._motion_between is not None
-        return scene_deflection(self.scene, self._motion_between)
-
-    def _closer(self, name: str, vibrating: Elastodynamic | None) -> Cycle | None:
-        """The answer of a theory at instants between the positions, too."""
+    def _between(self) -> Cycle:
+        """The quasi-static answer at instants between the positions, too."""
         moved = self._motion_between
-        if moved is None:
+        assert moved is not None
+        return Cycle(self.scene, moved, scene_deflection(self.scene, moved), sampled=True, between=True)
+
+    def _closer(self, name: str, vibrating: Elastodynamic | None, cycle: Cycle) -> Cycle | None:
+        """The answer of a theory at instants between the positions, too; None of a single position."""
+        moved = self._motion_between
+        if np.shape(self.plain.motion.time) != self.plain.motion.columns or len(self.plain.motion.time) < 2:
             return None
+        if moved is None:
+            return replace(cycle, between=True, _known={})
         if name == QUASI_STATIC or vibrating is None:
-            return self._cycle(self._plain_between)
-        return self._cycle(deflection_at(vibrating, moved))
+            return self._between
+        return Cycle(self.scene, moved, deflection_at(vibrating, moved), sampled=True, between=True)
 
     def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:
         """By how much the worst of the graded figures differs without vibration, as a share.

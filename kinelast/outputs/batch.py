@@ -220,7 +220,7 @@ def _theory(figures: Mapping[str, Any]) -> list[str]:
             "" if theory["problem"] in figures["acceptance"]["problem"] else f", error unknown: {theory['problem']}"
         )
         words.append(f"{theory['name']}{unknown}")
-    elif theory["error"] is not None:
+    elif theory["error"] is not None and figures["links"]:
         words.append(theory["name"])
     for key, name in (("nonlinear_check", "nonlinear check"), ("solid_check", "solid check")):
         if figures[key] and "problem" in figures[key]:

@@ -19,7 +19,7 @@ from kinelast.figures.cycle import EXTREME_FIELDS, too_many_beams
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
 from kinelast.figures.registry import limits_of
-from kinelast.figures.results import Results, answered
+from kinelast.figures.results import Results, answered, with_breaks
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
 from kinelast.tasks.progress import SILENT, Progress
@@ -138,11 +138,12 @@ def long_results(
         require_tables(scene, moved)
         plain = scene_deflection(scene, moved)
         require(scene, plain)
-        results = Results(scene, _by_theory_of(shown, plain))
+        bent = shown.answer.at(plain) if shown.answer else plain
+        results = Results(scene, marked(plain, np.ones(plain.motion.columns, bool)) if shown.buckles else bent)
         on_chunk(results, first)
         run = joined(run, run_figures(results.cycle, output))
         first += len(moved.time)
-    return replace(shown, run=None if run is None else run.with_averages(shown.cycle))
+    return replace(shown, run=None if run is None else with_breaks(shown, run.with_averages(shown.cycle)))
 
 
 def _shown(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], None]) -> Motion:
@@ -160,17 +161,6 @@ def _shown(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], Non
         first += len(moved.time)
     even = Posture(scene.mechanism, *(np.concatenate(parts, axis=1) for parts in zip(*near, strict=True)))
     return scene.course.near(shown, even)
-
-
-def _by_theory_of(results: Results, plain: Deflection) -> Deflection:
-    """A quasi-static deflection at other positions, or that of links that vibrate or buckle as in given results."""
-    if results.buckles:
-        return marked(plain, np.ones(plain.motion.columns, bool))
-    if results.answer is None or results.answer.vibrating is None or not results.vibrates:
-        return plain
-    from elastic.elastodynamics import deflection_at
-
-    return deflection_at(results.answer.vibrating, plain.motion)
 
 
 def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Results:
@@ -192,9 +182,8 @@ def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
     """The results of the theory of motion that is asked for, see `kinelast.figures.results.answered`."""
     scene, theory = plain.scene, request.theory_of(plain.scene)
     judged = bool(limits_of(scene))
-    if not scene.labels:
-        return plain
-    progress(f"{scene.name}: vibration", 0, 1)
+    if scene.labels and not (theory.plain and not judged):
+        progress(f"{scene.name}: vibration", 0, 1)
     return answered(plain, theory, judged, progress)
 
 

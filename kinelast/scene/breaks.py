@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from rigid import Motion, RepeatedLaw, Resistance, SegmentedLaw, TableLaw, law_peaks
-from rigid.arrays import Reals
+from rigid.arrays import Flags, Reals
 
 ASIDE = 1e-10  # distance of each side from its break, relative to the end of the run; laws take 1e-12 as the same time
 APART = 4.0  # least distance of two breaks, relative to that
@@ -38,6 +38,12 @@ class Breaks:
     def sides(self) -> Reals:
         """Both sides of all breaks [s], in the order of time."""
         return np.sort(np.concatenate([self.before, self.after]))
+
+    def far(self, times: Reals) -> Flags:
+        """Whether instants are neither between the sides of a break nor next to one of them."""
+        sides = np.append(self.sides, np.inf)
+        at = np.searchsorted(sides, times)
+        return np.minimum(np.abs(sides[at] - times), np.abs(sides[at - 1] - times)) > self.aside
 
     @property
     def edges(self) -> Reals:

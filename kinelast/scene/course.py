@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic.assessment import rest_from
-from kinelast.scene.breaks import Breaks, breaks_of, knots_of
+from kinelast.scene.breaks import APART, Breaks, breaks_of, knots_of
 from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
 from rigid import Mechanism, MechanismError, Motion, Posture, Reals, TableError, motion, motion_in_chunks, reachable
@@ -110,14 +110,16 @@ class Course(ABC):
         """Instants as given [s], those between them, and some where the laws accelerate most, shape (instants,)."""
         ends = np.append(times, times[0] + self.period) if self.run.turn else times
         parts = max(2, -(-CLOSER // len(times)))
-        between = ends[:-1, None] + np.diff(ends)[:, None] * np.arange(1, parts) / parts
+        wide = np.diff(ends) > APART * self.breaks.aside
+        between = ends[:-1][wide, None] + np.diff(ends)[wide, None] * np.arange(1, parts) / parts
         fine = np.linspace(ends[0], ends[-1], FINE)
         pushed = [np.broadcast_to(np.abs(law(fine)[2]), FINE) for law in self.laws if not isinstance(law, DriveEffort)]
         gone = [np.cumsum(each) for each in pushed if each.any()]
         shares = (np.arange(SHARES) + 0.5) / SHARES
         steep = [np.interp(shares * each[-1], each, fine) for each in gone]
         knots = knots_of(self.laws, float(ends[-1]))
-        return self.with_breaks(np.unique(np.concatenate([times, between.ravel(), *steep, knots[knots >= ends[0]]])))
+        more = np.concatenate([between.ravel(), *steep, knots[knots >= ends[0]]])
+        return self.with_breaks(np.unique(np.append(times, more[self.breaks.far(more)])))
 
     @property
     def period(self) -> float:
