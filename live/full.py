@@ -20,6 +20,7 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
     from kinelast import __version__
     from kinelast.figures.summary import summary
     from kinelast.outputs.batch import headline
+    from kinelast.outputs.handout import handout
     from kinelast.outputs.page import report_page
     from kinelast.outputs.sealed import made_from
     from kinelast.runs import SHOWN, computed, is_long
@@ -52,7 +53,7 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
                 "verdict": figures["acceptance"]["verdict"],
                 "limits": [_limit(row) for row in figures["acceptance"]["limits"]],
             }
-            return {**told, "picture": drawn, "line": line}, data, report_page(results, figures, line)
+            return {**told, "picture": drawn, "line": line}, data, report_page(results, figures, line, handout(figures))
     except (ValueError, ArithmeticError) as error:  # of a scene, a mechanism, or a request
         return {**told, "mistakes": mistakes_of(error, text, beside(folder))}, b"", b""
 

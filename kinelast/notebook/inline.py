@@ -30,6 +30,7 @@ from kinelast.notebook import (
     unknown_name,
 )
 from kinelast.outputs.batch import headline
+from kinelast.outputs.handout import handout
 from kinelast.outputs.page import report_page
 from kinelast.outputs.positions import joint_loads
 from kinelast.outputs.sealed import made_from
@@ -343,7 +344,8 @@ def report(
     """
     elements = None if check is None else f"{check}"
     told = _answer(scene, positions=positions, checks=elements, accuracy=accuracy, theory=theory)
-    return Report(told.scene.name, told.headline, told.figures, report_page(told.results, told.figures, told.headline))
+    page = report_page(told.results, told.figures, told.headline, handout(told.figures))
+    return Report(told.scene.name, told.headline, told.figures, page)
 
 
 def live(scene: Scene | Document | str | Path | None = None) -> Any:

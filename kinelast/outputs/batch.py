@@ -134,7 +134,7 @@ def headline(figures: Mapping[str, Any]) -> str:
     elif figures["run"]["left_out"]:
         words.append(f"{figures['run']['left_out']} positions out of reach")
     if figures["check"]:
-        words.append(_check(figures["check"]))
+        words.append(check_words(figures["check"]))
     words += _theory(figures)
     if figures["made_from"]["options"]["animate"] and not figures["links"]:
         words.append("filmed is the motion: nothing is drawn along links without beams")
@@ -222,6 +222,12 @@ def _theory(figures: Mapping[str, Any]) -> list[str]:
         words.append(f"{theory['name']}{unknown}")
     elif theory["error"] is not None and figures["links"]:
         words.append(theory["name"])
+    return [*words, *further_checks(figures)]
+
+
+def further_checks(figures: Mapping[str, Any]) -> list[str]:
+    """The outcomes of the checks of the whole mechanism, and of links as plane bodies."""
+    words = []
     for key, name in (("nonlinear_check", "nonlinear check"), ("solid_check", "solid check")):
         if figures[key] and "problem" in figures[key]:
             words.append(f"{name} CANNOT BE MADE: {figures[key]['problem']}")
@@ -246,7 +252,8 @@ def reached_words(theory: Mapping[str, Any]) -> str:
     return f"{percent(share)} reached in the course of {name}"
 
 
-def _check(check: Mapping[str, Any]) -> str:
+def check_words(check: Mapping[str, Any]) -> str:
+    """The outcome of the check by finite elements, with the largest differences."""
     if check["passed"] is None:
         return "check has nothing to compare"
     sizes = [] if check["largest"] is None else [number(check["largest"], 2)]

@@ -280,9 +280,11 @@ def _drawings(
     name = results.scene.name
 
     def report() -> None:
+        from kinelast.outputs.handout import handout
         from kinelast.outputs.page import report_page
 
-        (part / "report.html").write_bytes(report_page(results, figures, headline(figures)))
+        page = report_page(results, figures, headline(figures), handout(figures))
+        (part / "report.html").write_bytes(page)
 
     def stills() -> None:
         from kinelast.outputs.pictures import write_stills

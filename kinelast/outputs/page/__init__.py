@@ -26,12 +26,14 @@ from kinelast.scene.numbers import SI, ToldIn
 from rigid.arrays import Integers, Reals
 
 WEB = Path(__file__).parent / "web"
-SCRIPTS = ("numbers", "dom", "theme", "arrays", "scene", "motion", "tables", "instants", "mechanism", "controls",
+SCRIPTS = ("numbers", "dom", "fold", "theme", "arrays", "scene", "motion", "tables", "instants", "names", "mechanism", "controls",
            "charts", "curves", "speeds", "what_if", "sizing", "maps", "answer", "figures", "drives", "cams", "joints",
            "main")  # fmt: skip
 
 
-def report_page(results: Results, figures: dict[str, Any], gist: str = "") -> bytes:
+def report_page(
+    results: Results, figures: dict[str, Any], gist: str = "", handout: Mapping[str, Any] | None = None
+) -> bytes:
     """The page of a scene, UTF-8: it needs nothing but itself and asks for nothing.
 
     Parameters
@@ -40,12 +42,14 @@ def report_page(results: Results, figures: dict[str, Any], gist: str = "") -> by
         The summary, see `kinelast.figures.summary.summary`: the page prints no other figures than these.
     gist
         The answer in one line, for readers without a script.
+    handout
+        Words of the one-page print, see `kinelast.outputs.handout.handout`.
     """
     kept = kept_positions(results)
     store = numbers_of(results, kept)
     numbers, packed = store.bytes()
     model = {**model_of(results, kept, store), "packed": packed}
-    scene = {"summary": figures, "model": model, "text": results.scene.text}
+    scene = {"summary": figures, "model": model, "handout": handout, "text": results.scene.text}
     words = figures["scene"]
     parts = {
         "title": text_of(words["title"]),

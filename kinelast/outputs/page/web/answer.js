@@ -9,23 +9,44 @@ function agreement({ largest, momentum }) {
   return (largest === null ? words : [`largest difference ${number(largest, 2)} of the maximum`, ...words]).join("; ");
 }
 
-// The verdict, then the picture, then the figures; where there is room the picture stands beside the others.
+// The first screen: the verdict, the mechanism, the figures that decide; the other figures stand behind them.
+const DECIDING = 4;
+
 function answerSection() {
-  const part = section("answer", "Answer", "The answer", acceptance(), trustLine());
-  const front = h("div", { class: "front" }, part, mechanismSection(), h("div", { class: "tiles" }, tiles()));
-  $("main").append(front);
+  const part = section("answer", "Answer", "The answer", h("div", { class: "verdicts" }, acceptance(), trustLine()));
+  const mechanism = mechanismSection(), [first, others] = [tiles().slice(0, DECIDING), tiles().slice(DECIDING)];
+  $("main").append(
+    h("div", { class: "front" }, part, h("div", { class: "tiles deciding" }, first), mechanism,
+      h("div", { class: "tiles others" }, others)),
+    document.querySelector("nav"),
+  );
+  view.fit();
   limitsSection();
   breaksFirst();
-  contributions();
+  handoutOnPaper();
+}
+
+// The limits of the worst outcome.
+function decidingLimits() {
+  if (summary.buckles) return [];
+  const { verdict, limits } = summary.acceptance, worst = { "not acceptable": "not kept" }[verdict] ?? verdict;
+  return limits.filter((limit) => limit.outcome === worst);
+}
+const mostUsed = (limits) => limits.reduce((a, b) => ((b.used ?? 0) > (a.used ?? 0) ? b : a), limits[0]);
+
+const FEW_LIMITS = 2; // that the verdict names
+function fewWords(limits) {
+  const more = limits.length - FEW_LIMITS;
+  const named = limits.slice(0, more > 0 ? FEW_LIMITS : limits.length).map(limitWords).join("; ");
+  return more > 0 ? `${named}; and ${more} more` : named;
 }
 
 function acceptance() {
-  const { verdict, passed, limits, problem } = summary.acceptance;
-  const deciding = summary.buckles ? [] : limits.filter((limit) => limit.outcome === { "not acceptable": "not kept" }[verdict] || limit.outcome === verdict);
-  const nearest = limits.reduce((a, b) => ((b.used ?? 0) > (a.used ?? 0) ? b : a), limits[0]);
+  const { verdict, passed, limits, problem } = summary.acceptance, deciding = decidingLimits();
+  const nearest = mostUsed(limits);
   const weak = deciding.length ? "" : yielding();
   const level = passed === false || weak ? "poor" : passed ? "good" : verdict ? "caution" : "open";
-  const words = weak ? weak : passed ? `Acceptable: ${limits.length === 1 ? "the limit of the scene is" : `all ${limits.length} limits of the scene are`} kept${limits.length > 1 ? `; the nearest: ${limitWords(nearest)}` : ""}.` : verdict ? `${verdict[0].toUpperCase()}${verdict.slice(1)}: ${[deciding.map(limitWords).join("; "), problem].filter(Boolean).join(": ")}.` : "No limits are set.";
+  const words = weak ? weak : passed ? `Acceptable: ${limits.length === 1 ? "the limit of the scene is" : `all ${limits.length} limits of the scene are`} kept${limits.length > 1 ? `; the nearest: ${limitWords(nearest)}` : ""}.` : verdict ? `${verdict[0].toUpperCase()}${verdict.slice(1)}: ${[fewWords(deciding), problem].filter(Boolean).join(": ")}.` : "No limits are set.";
   const note = !verdict && !weak ? h("span", { class: "soft" }, " A scene may set them under [limits], and the answer will be yes or no.") : null;
   return h("div", { class: `verdict ${level}`, id: "acceptance" }, h("p", {}, h("b", {}, words), note));
 }
@@ -33,7 +54,8 @@ function acceptance() {
 function limitsSection() {
   const { limits } = summary.acceptance;
   if (!limits.length) return;
-  section("limits", "Limits", "Limits of the scene", table(limits, [
+  const nearestFirst = [...limits].sort((a, b) => (b.used ?? Infinity) - (a.used ?? Infinity));
+  section("limits", "Limits", "Limits of the scene", longTable(nearestFirst, [
     { name: "Limit", text: (each) => limitName(each) + (each.on ? (LIMIT_WORDS[each.kind] ? ` of ${each.on}` : ` (${each.on})`) : "") },
     { name: "allowed", text: (each) => `${each.least ? "at least" : "at most"} ${figureAngle(each.limit)}` },
     { name: "used", means: "share of the limit that is used up: the figure over what is allowed, or what is asked over the figure", of: (each) => each.used ?? NaN, words: (each) => (each.used === null ? "–" : `${number(100 * each.used, 3)} %`), worst: true },
@@ -88,7 +110,7 @@ function trustLine() {
 }
 
 function tile(heading, figure, words, { level = "", means = null, at = null } = {}) {
-  const go = at && at.value !== null ? h("button", { type: "button", class: "go", "aria-label": `show ${heading}`, onclick: () => { stop(); showPosition(positionOf(at)); $("mechanism").scrollIntoView(); } }, "show") : null;
+  const go = at && at.value !== null ? h("button", { type: "button", class: "go", "aria-label": `show ${heading}`, onclick: () => { stop(); showPosition(positionOf(at)); $("stage").scrollIntoView({ block: "nearest" }); } }, "show") : null;
   const [value, error] = figure.split(" ±");
   return h("div", { class: "tile" }, h("h3", {}, means ? jargon(heading, means) : heading), h("b", { class: level }, h("span", { class: "value" }, value), error ? h("small", {}, ` ±${error}`) : null), h("span", {}, words, " ", go));
 }
@@ -112,18 +134,23 @@ const share = (part) => `${number(100 * part, 2)} %`;
 const UNRELIABLE = 0.25; // of kinelast/scene/numbers.py
 const errorShare = (part) => (part < 1e-4 ? "< 0.01 %" : share(part));  // LEAST_TOLD of kinelast/scene/numbers.py
 
+// The figures that decide, in their order: the limit, stress and safety, the output, the drive; then the others.
 function tiles() {
-  const { largest_chord: bent, largest_deflection: moved, largest_stress: strained, output, drives, shaking, vibration, check, theory, nonlinear_check: nonlinear } = summary;
+  const { largest_chord: bent, largest_deflection: moved, output, drives, shaking, vibration, check, theory } = summary;
+  const { nonlinear_check: nonlinear } = summary;
   const where = (figure) => [figure.member ?? figure.label, placeWords(figure.label, figure), atWords(figure)].filter(Boolean).join(", ");
-  const shown = [];
+  const driven = Object.entries(drives).map(([name, drive]) => driveTile(name, drive));
+  const shown = [decidingTile(), stressTile(where)];
+  if (output && suited) {
+    const kind = { point: "point", slide: "slide of", angle: "angle of" }[output.kind];
+    const words = `${kind} ${output.name}${output.guessed ? " (guessed: [run] output names it)" : ""}, ${atWords(output)}`;
+    const means = "how far the elastic mechanism puts its output from where rigid links would";
+    shown.push(tile("Error of the output", figureAngle(output) + errorWords(output), words, { means, at: output }));
+  }
+  shown.push(...driven.slice(0, 1));
   if (bent) shown.push(tile("Bends most", quantity(Math.abs(bent.value), bent.unit) + errorWords(bent), where(bent), { means: `largest deflection from ${CHORD}`, at: bent }));
   if (moved) shown.push(tile("Displaced most", quantity(Math.abs(moved.value), moved.unit) + errorWords(moved), where(moved), { means: "largest deflection from where a rigid link would be, whatever carries it there", at: moved }));
-  if (strained) shown.push(tile("Largest stress", figureWords(strained) + errorWords(strained), where(strained), { means: "von Mises stress: what is compared with the yield stress", at: strained }));
-  const least = leastSafe();
-  if (least) shown.push(tile("Safety against yield", number(least[1].safety_factor.value, 3) + errorWords(least[1].safety_factor), `${least[0]}, yield stress ${figureWords(least[1].yield_stress, 3)}`, { level: least[1].safety_factor.value < 1 ? "poor" : least[1].safety_factor.value < 1.5 ? "caution" : "good" }));
-  else if (strained) shown.push(tile("Safety against yield", "not known", `no material tells its yield stress, as in yield = "355 MPa" under [materials.${Object.keys(summary.inputs.materials)[0] ?? "NAME"}]`, { level: "open" }));
-  if (output && suited) shown.push(tile("Error of the output", figureAngle(output) + errorWords(output), `${{ point: "point", slide: "slide of", angle: "angle of" }[output.kind]} ${output.name}${output.guessed ? " (guessed: [run] output names it)" : ""}, ${atWords(output)}`, { means: "how far the elastic mechanism puts its output from where rigid links would", at: output }));
-  for (const [name, drive] of Object.entries(drives).slice(0, 2)) shown.push(tile(`Drive of ${name}`, figureWords(drive.effort) + errorWords(drive.effort), atWords(drive.effort), { at: drive.effort }));
+  shown.push(...driven.slice(1, 2));
   shown.push(tile("Shaking force", figureWords(shaking.force) + errorWords(shaking.force), atWords(shaking.force), { means: "what the moving mechanism does to its ground", at: shaking.force }));
   const lowest = vibration?.natural[0]?.lowest;
   if (lowest) {
@@ -143,7 +170,49 @@ function tiles() {
   }
   const nothing = check && check.passed === null;
   shown.push(tile("Finite element check", !check ? "not made" : nothing ? "nothing to compare" : check.passed ? "agrees" : "differs", !check ? "ask for it by --check" : nothing ? "" : agreement(check), { level: !check || nothing ? "open" : check.passed ? "good" : "poor", means: "the same question answered by an independent program" }));
-  return shown;
+  return shown.filter(Boolean);
+}
+
+// The limit that decides and how much of it is used; where none is set, the link with the least reserve.
+function decidingTile() {
+  const { limits } = summary.acceptance, limit = mostUsed(decidingLimits()) ?? mostUsed(limits), [first] = summary.breaks_first;
+  if (limit) {
+    const { found, least, on, used, outcome } = limit, of = found.label || on;
+    const level = { kept: "good", "not kept": "poor" }[outcome] ?? "caution";
+    const words = [`${least ? "at least" : "at most"} ${figureAngle(limit.limit)} allowed`, of, found.drive ? atWords(found) : ""];
+    const share = used === null ? null : h("b", {}, `${number(100 * used, 3)} % used`);
+    return tile(`Decides: ${limitName(limit)}`, foundWords(limit), [share, share ? "; " : "", words.filter(Boolean).join(", ")], { level, at: found.drive ? found : null });
+  }
+  if (!first) return null;
+  const { link, governs, reserve } = first, level = reserve.value < 1 ? "poor" : reserve.value < 1.5 ? "caution" : "good";
+  const means = "no limit is set: the factor that is left until the first link yields, breaks, buckles or passes its limit";
+  const where = whereWords(spotOf(governs, reserve));
+  return tile(`Breaks first: ${link}`, `reserve ${reserveWords(reserve)}`, `${MODES[governs]}, ${where}`, { level, means });
+}
+
+function stressTile(where) {
+  const { largest_stress: strained } = summary, least = leastSafe();
+  if (!strained) return null;
+  const [material = "NAME"] = Object.keys(summary.inputs.materials), safety = least?.[1].safety_factor;
+  const level = !least ? "open" : safety.value < 1 ? "poor" : safety.value < 1.5 ? "caution" : "good";
+  const words = least
+    ? [`safety ${number(safety.value, 3)}${errorWords(safety)}`, ` (${least[0]}, yield stress ${figureWords(least[1].yield_stress, 3)}); `]
+    : ["safety not known", `: no material tells its yield stress, as in yield = "355 MPa" under [materials.${material}]; `];
+  const means = "von Mises stress, and the yield stress over it where that is least";
+  return tile("Stress and safety", figureWords(strained) + errorWords(strained), [h("b", { class: level }, words[0]), words[1], where(strained)], { means, at: strained });
+}
+
+function driveTile(name, { effort, rms, power }) {
+  const words = [rms ? `rms ${figureWords(rms)}` : "", power ? `peak power ${figureWords({ ...power, value: power.value && Math.abs(power.value) })}` : "", atWords(effort)];
+  return tile(`Drive of ${name}`, figureWords(effort) + errorWords(effort), words.filter(Boolean).join(", "), { at: effort });
+}
+
+// On paper alone, for who gets one page: what was assumed, and how it was checked.
+function handoutOnPaper() {
+  if (!handout) return;
+  const { assumptions, checked } = handout;
+  const list = h("ul", {}, assumptions.map((words) => h("li", {}, words)));
+  $("main").append(h("div", { class: "paper handout" }, h("h2", {}, "Assumptions"), list, h("h2", {}, "Checked"), h("p", {}, checked)));
 }
 
 // How much of the output's error every link causes.

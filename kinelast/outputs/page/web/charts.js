@@ -1,7 +1,8 @@
 // Curves by uPlot: hover, zoom, pick, download; all linked to the same instant.
 const charts = [];
-const CHART_HEIGHT = 210, MOST_CURVES = 10;
-const DASHES = [[], [7, 3], [2, 2.5], [9, 3, 2, 3]];
+const CHART_HEIGHT = 210, MOST_CURVES = 6, LABEL_WIDTH = 88, LETTERS = 14;
+const DASHES = [[], [6, 3], [1.5, 2.5], [11, 3, 2, 3], [16, 4], [9, 2, 2, 2, 2, 2]];
+const dashOf = (curve) => DASHES[curve.dash % DASHES.length];
 const ANGLES = [1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720];
 const turned = (degrees) => number(((degrees % 360) + 360) % 360); // as everywhere on the page, within a turn
 const colour = (k) => variable(`--l${k % LINK_COLOURS}`);
@@ -18,27 +19,48 @@ const orderOf = new Map(order.map((i, k) => [i, k]));
 const abscissae = order.map((i, k) => (i === null ? (axis.values[order[k - 1]] + axis.values[order[k + 1]]) / 2 : axis.values[i]));
 const shownAt = (i) => i !== null && counted(i);
 
-// Curves: {name, values: i -> number, colour, dash}; values are in SI, drawn with a prefix that suits the greatest.
-function chart(holder, heading, unit, curves, options = {}) {
-  const xs = options.xs ?? abscissae, xLabel = options.xLabel ?? axis.label;
+// Curves with their styles: no two that are drawn at first have one colour or the same dashes. Drawn at first are those that
+// say so, or the largest; a curve keeps the colour that it asks for, its link's, where that is free.
+function styled(curves, sizes) {
+  const ranked = curves.map((_, k) => k).sort((a, b) => sizes[b] - sizes[a]);
+  const first = curves.some((curve) => curve.shown) ? ranked.filter((k) => curves[k].shown) : ranked.slice(0, MOST_CURVES);
+  const shown = new Set(first), taken = new Set(), styles = [];
+  const inOrder = [...curves.keys()].sort((a, b) => shown.has(b) - shown.has(a) || a - b);
+  for (const [dash, k] of inOrder.entries()) {
+    const wanted = curves[k].colour ?? k, any = Array.from({ length: LINK_COLOURS }, (_, n) => (wanted + n) % LINK_COLOURS);
+    const colour = any.find((each) => !taken.has(each)) ?? any[0];
+    taken.add(colour);
+    styles[k] = { ...curves[k], colour, dash, shown: shown.has(k) };
+  }
+  return styles;
+}
+
+// Curves: {name, values: i -> number, colour}; values are in SI, drawn with a prefix that suits the greatest.
+function chart(holder, heading, unit, asked, options = {}) {
+  const rowOf = ({ values }) => (options.xs ? xs.map((x, k) => values(k)) : order.map((i) => (shownAt(i) ? values(i) : NaN)));
+  const xs = options.xs ?? abscissae, sizeOf = (curve) => rowOf(curve).reduce((most, value) => Math.max(most, Math.abs(value) || 0), 0);
+  const curves = styled(asked, asked.map(sizeOf)), read = () => curves.map(rowOf);
+  const xLabel = options.xLabel ?? axis.label;
   const made = { heading, unit, xs, xLabel, cycle: !options.xs, hidden: new Set(), live: options.live };
+  curves.forEach((curve, k) => curve.shown || made.hidden.add(k));
   const figure = h("figure", { class: "chart", "aria-label": `${heading}: curves of ${curves.map((curve) => curve.name).join(", ")}` });
   const canvas = h("div", { class: "plot" }), legend = h("div", { class: "legend" });
   figure.append(h("figcaption", {}, h("h3", {}, heading), h("span", { class: "downloads" }, ["PNG", "SVG", "CSV"].map((kind) => h("button", { type: "button", "aria-label": `${heading} as ${kind}`, onclick: () => SAVES[kind](made) }, kind)))), legend, canvas);
   holder.append(figure);
-  const read = () => curves.map((curve) => (made.cycle ? order.map((i) => (shownAt(i) ? curve.values(i) : NaN)) : xs.map((x, k) => curve.values(k))));
   const greatest = (rows) => rows.flat().reduce((most, value) => (Math.abs(value) > most ? Math.abs(value) : most), 0);
   const clean = (rows, factor) => rows.map((values) => values.map((value) => (isFinite(value) && (value > 0 || !options.log) ? value * factor : null)));
   const marks = curves.map((curve, k) => {
     const words = h("output", { "aria-live": "off" });
-    const button = h("button", { type: "button", "aria-pressed": "true", onclick: () => {
+    const button = h("button", { type: "button", "aria-pressed": String(curve.shown), onclick: () => {
       made.hidden[made.hidden.has(k) ? "delete" : "add"](k);
       button.setAttribute("aria-pressed", String(!made.hidden.has(k)));
       made.plot.setSeries(k + 1, { show: !made.hidden.has(k) });
-    } }, s("svg", { viewBox: "0 0 26 8", "aria-hidden": "true" }, s("line", { x1: 0, x2: 26, y1: 4, y2: 4, "stroke-width": 2.4, stroke: `var(--l${(curve.colour ?? k) % LINK_COLOURS})`, "stroke-dasharray": DASHES[(curve.dash ?? 0) % 4].join(" ") })), curve.name, " ", words);
+    } }, s("svg", { viewBox: "0 0 26 8", "aria-hidden": "true" }, s("line", { x1: 0, x2: 26, y1: 4, y2: 4, "stroke-width": 2.4, stroke: `var(--l${curve.colour})`, "stroke-dasharray": dashOf(curve).join(" ") })), curve.name, " ", words);
     return { button, words };
   });
   legend.append(...marks.map(({ button }) => button));
+  const left = made.hidden.size, words = `${curves.length - left} of ${curves.length} drawn, the largest; a name adds its curve`;
+  if (left) legend.append(h("span", { class: "soft left-out" }, words));
   const at = h("div", { class: "now" });
 
   made.tell = (index) => {
@@ -91,6 +113,23 @@ function chart(holder, heading, unit, curves, options = {}) {
     }
     pen.restore();
   }
+  // The name of every curve beside its end, in its colour, none over another.
+  function nameCurves(plot) {
+    const pen = plot.ctx, { left, top, width, height } = plot.bbox, one = devicePixelRatio || 1, apart = 12 * one;
+    if (curves.length < 2) return;
+    const last = (row) => row.findLast((value) => isFinite(value));
+    const ends = curves.flatMap((curve, k) => (made.hidden.has(k) || last(made.rows[k]) === undefined ? []
+      : [{ k, name: curve.name, y: plot.valToPos(last(made.rows[k]) * made.factor, "y", true) }]));
+    const names = spread(ends.sort((a, b) => a.y - b.y), apart, top, top + height);
+    pen.save();
+    pen.font = `${11 * one}px system-ui, sans-serif`;
+    pen.textAlign = "left";
+    for (const { k, name, y } of names) {
+      pen.fillStyle = made.colours[k];
+      pen.fillText(name.length > LETTERS ? `${name.slice(0, LETTERS - 1)}…` : name, left + width + 5 * one, y + 4 * one);
+    }
+    pen.restore();
+  }
   made.build = () => {
     const seen = made.plot?.scales.x, part = seen && (seen.min > xs[0] || seen.max < xs[xs.length - 1]) ? { min: seen.min, max: seen.max } : null;
     made.plot?.destroy();
@@ -98,7 +137,7 @@ function chart(holder, heading, unit, curves, options = {}) {
     made.greatest = greatest(made.rows);
     const largest = options.largest ?? made.greatest;
     [made.factor, made.prefixed] = scaleOf(largest, unit);
-    made.colours = curves.map((curve, k) => colour(curve.colour ?? k));
+    made.colours = curves.map((curve, k) => colour(curve.colour));
     made.curves = curves;
     const ink = variable("--soft"), rule = variable("--rule"), font = "11px system-ui, sans-serif";
     const axes = { stroke: ink, font, labelFont: font, grid: { stroke: rule, width: 1 }, ticks: { show: false } };
@@ -108,9 +147,10 @@ function chart(holder, heading, unit, curves, options = {}) {
       width: Math.max(240, canvas.clientWidth), height: CHART_HEIGHT, legend: { show: false },
       scales: { x: { time: false }, y: options.log ? { distr: 3 } : bound },
       axes: [{ ...axes, ...steps, size: 34, label: xLabel, labelSize: 16 }, { ...axes, size: 58, label: `[${unitWords(made.prefixed) || "1"}]`, labelSize: 16, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : number(tick, 5))) }],
-      series: [{}, ...curves.map((curve, k) => ({ label: curve.name, stroke: made.colours[k], width: 1.6, dash: DASHES[(curve.dash ?? 0) % 4], points: { show: xs.length < 3 }, show: !made.hidden.has(k) }))],
+      series: [{}, ...curves.map((curve, k) => ({ label: curve.name, stroke: made.colours[k], width: 1.6, dash: dashOf(curve), points: { show: xs.length < 3 }, show: !made.hidden.has(k) }))],
       cursor: { sync: made.cycle ? { key: "cycle" } : undefined, drag: { x: true, y: false }, points: { size: 6 } },
-      hooks: { draw: [mark, annotate], setCursor: [() => made.tell(made.cycle ? orderOf.get(instant.position) : null)] },
+      padding: [null, curves.length > 1 ? LABEL_WIDTH : null, null, null],
+      hooks: { draw: [mark, annotate, nameCurves], setCursor: [() => made.tell(made.cycle ? orderOf.get(instant.position) : null)] },
     }, [xs, ...clean(made.rows, made.factor)], canvas);
     if (part) made.plot.setScale("x", part); // what was zoomed into stays, in the other colours and on paper
     const canvasElement = canvas.querySelector("canvas");
@@ -165,7 +205,7 @@ const SAVES = {
     for (const { k, name, x, y } of names) {
       pen.fillText(name, x + 30 * one, y);
       pen.strokeStyle = made.colours[k];
-      pen.setLineDash(DASHES[(made.curves[k].dash ?? 0) % 4].map((long) => long * one));
+      pen.setLineDash(dashOf(made.curves[k]).map((long) => long * one));
       pen.stroke(new Path2D(`M${x} ${y - 4 * one}h${24 * one}`));
     }
     to.toBlob((blob) => download(`${fileName(made.heading)}.png`, "image/png", blob));
@@ -177,7 +217,7 @@ const SAVES = {
     const x = (value) => left + ((right - left) * (value - first)) / (last - first || 1), y = (value) => foot - ((foot - head) * (value * made.factor - low)) / (high - low);
     const step = ANGLES.find((each) => each >= (last - first) / 9) ?? 360, angles = made.cycle && axis.angular;
     const marks = angles ? Array.from({ length: Math.floor(last / step) - Math.ceil(first / step) + 1 }, (_, k) => (Math.ceil(first / step) + k) * step) : ticks(first, last, 8);
-    const dash = (k) => DASHES[(made.curves[k].dash ?? 0) % 4].join(" "), mark = (from, to, more) => s("line", { x1: from[0], y1: from[1], x2: to[0], y2: to[1], stroke: "#888", ...more });
+    const dash = (k) => dashOf(made.curves[k]).join(" "), mark = (from, to, more) => s("line", { x1: from[0], y1: from[1], x2: to[0], y2: to[1], stroke: "#888", ...more });
     const path = (row) => made.xs.map((value, k) => (isFinite(row[k]) ? `${k && isFinite(row[k - 1]) ? "L" : "M"}${x(value).toFixed(2)} ${y(row[k]).toFixed(2)}` : "")).join("");
     const words = (at, text, anchor = "middle") => s("text", { x: at[0], y: at[1], "text-anchor": anchor, "font-size": 12, "font-family": "sans-serif" }, text);
     const picture = s("svg", { xmlns: SVG, viewBox: `0 0 ${wide} ${tall}`, width: wide, height: tall },
@@ -190,10 +230,10 @@ const SAVES = {
   },
 };
 
-// No more curves than can be told apart: the largest.
-function largest(curves) {
-  if (curves.length <= MOST_CURVES) return curves;
-  const sizes = curves.map((curve) => order.reduce((most, i) => Math.max(most, shownAt(i) ? Math.abs(curve.values(i)) || 0 : 0), 0));
-  const kept = new Set(sizes.map((_, k) => k).sort((a, b) => sizes[b] - sizes[a]).slice(0, MOST_CURVES));
-  return curves.filter((_, k) => kept.has(k));
+// Heights in their order, moved as far as it takes to keep them apart between two bounds; where there is no room, the first.
+function spread(found, apart, low, high) {
+  const kept = found.slice(0, Math.floor((high - low) / apart) + 1);
+  kept.forEach((each, k) => { each.y = Math.max(each.y, k ? kept[k - 1].y + apart : low); });
+  for (let k = kept.length - 1; k >= 0; k--) kept[k].y = Math.min(kept[k].y, k < kept.length - 1 ? kept[k + 1].y - apart : high);
+  return kept;
 }

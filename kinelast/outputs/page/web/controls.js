@@ -22,16 +22,27 @@ function mechanismSection() {
     words.setAttribute("aria-live", playing ? "off" : "polite");
   }
   instant.stopped = () => tell(false);
-  const holder = h("div", { class: "stage", id: "stage" }), tip = h("div", { class: "tip", hidden: true }), drawn = h("p", { class: "paper" });
-  addEventListener("beforeprint", () => (drawn.textContent = [instantWords(instant.position), ...Array.from(view.fields, (field) => `${FIELDS[field].name}, up to ${quantity(scaleOfField(field), FIELDS[field].unit, 3)}`)].join("; ")));
+  const holder = h("div", { class: "stage", id: "stage" }), tip = h("div", { class: "tip", hidden: true });
+  const drawn = h("p", { class: "paper drawn-words" });
+  addEventListener("beforeprint", () => {
+    const fields = Array.from(view.fields, (field) => {
+      const { name, unit } = FIELDS[field];
+      return `${name}, up to ${quantity(scaleOfField(field), unit, 3)}`;
+    });
+    drawn.textContent = [instantWords(instant.position), ...fields].join("; ");
+  });
   holder.append(tip);
-  const part = section("mechanism", "Mechanism", "The mechanism, moving",
-    hint(`Drag the slider or any link${model.beams.length ? "; hover for values, click a link to see its fields below" : ""}. Keys: space plays, ← and → step.`),
+  const more = model.beams.length ? "; hover for values, click a link to see its fields below" : "";
+  const shown = h("div", { class: "bar" },
+    suited ? show("rigid", "rigid position") : null, show("paths", "paths of the points"), show("reactions", "joint forces"),
+    show("names", "names"), firstSpot() ? show("spot", "where it breaks first") : null,
+    h("button", { type: "button", onclick: saveMechanism }, "SVG of this instant"));
+  const controls = h("div", { class: "controls" },
     h("div", { class: "bar" }, button, speed, slider, words),
-    holder, drawn, exaggeration(), diagramChoice(),
-    h("div", { class: "bar" }, suited ? show("rigid", "rigid position") : null, show("paths", "paths of the points"), show("reactions", "joint forces"), show("names", "names"), firstSpot() ? show("spot", "where it breaks first") : null,
-      h("button", { type: "button", onclick: saveMechanism }, "SVG of this instant")));
-  if (model.beams.length) view.fields.add(FIRST_FIELD);
+    exaggeration(),
+    h("details", {}, h("summary", {}, "Diagrams, and what else is drawn"),
+      hint(`Drag the slider or any link${more}. Keys: space plays, ← and → step.`), diagramChoice(), shown));
+  const part = section("mechanism", "Mechanism", "The mechanism, moving", h("div", { class: "picture" }, holder, drawn), controls);
   drawMechanism(holder, tip);
   follow((i) => {
     slider.value = i;
@@ -61,7 +72,7 @@ function diagramChoice() {
   if (!model.beams.length) return soft("No link has beams: nothing bends, and there are no diagrams.");
   return h("fieldset", { class: "bar diagrams" }, h("legend", {}, "Diagrams on the links (each to its own scale)"), fieldsShown.map((field) => {
     const row = FIELDS[field];
-    return h("label", { class: `check chip f-${field}`, title: row.means }, h("input", { type: "checkbox", value: field, checked: field === FIRST_FIELD, onchange: (event) => {
+    return h("label", { class: `check chip f-${field}`, title: row.means }, h("input", { type: "checkbox", value: field, checked: view.fields.has(field), onchange: (event) => {
       view.fields[event.target.checked ? "add" : "delete"](field);
       view.redraw();
       showBeam();
@@ -73,7 +84,10 @@ function exaggeration() {
   if (!suited) return null;
   const words = h("output", {}, `${number(view.factor)} times`);
   const low = Math.min(0, Math.log10(suited) - 2), high = Math.max(0, Math.log10(suited) + 1);
-  const range = h("input", { type: "range", id: "exaggeration", min: low, max: high, step: 0.01, value: 0, "aria-label": "exaggeration of the displacements", oninput: (event) => set(Math.pow(10, Number(event.target.value))) });
+  const range = h("input", {
+    type: "range", id: "exaggeration", min: low, max: high, step: 0.01, value: Math.log10(view.factor),
+    "aria-label": "exaggeration of the displacements", oninput: (event) => set(Math.pow(10, Number(event.target.value))),
+  });
   function set(factor) {
     view.factor = Number(factor.toPrecision(2));
     words.textContent = `${number(view.factor)} times`;

@@ -1,38 +1,28 @@
 // What is drawn over the cycle: extremes, forces, efforts, errors of the output, kinematics.
-const curve = (name, values, colour, dash) => ({ name, values, colour, dash });
-const beamStyle = (() => {
-  const seen = {};
-  return model.beams.map(({ link }) => {
-    seen[link] = (seen[link] ?? -1) + 1;
-    return [link - 1, seen[link] + Math.floor((link - 1) / LINK_COLOURS)];
-  });
-})();
+const curve = (name, values, colour) => ({ name, values, colour });
+const beamColour = (beam) => model.beams[beam].link - 1;
 
 function curvesSection() {
   const grid = h("div", { class: "charts" });
   section("curves", "Curves", "Over the cycle", hint("Hover for values, drag sideways to zoom, double-click for all, click to go to that instant; the names switch curves on and off. The line marks the instant that the mechanism is drawn at."), grid);
   for (const field of ["w", "chord", "mises", "M"]) {
     if (!has(`extreme.${field}`) || (field === "mises" && !stressed)) continue;
-    const own = model.beams.map(({ label }, beam) => curve(label, (i) => Math.abs(row(`extreme.${field}`, beam)[i]), ...beamStyle[beam]));
+    const own = model.beams.map(({ label }, beam) => curve(label, (i) => Math.abs(row(`extreme.${field}`, beam)[i]), beamColour(beam)));
     add(grid, `Largest ${FIELDS[field].name} along each link`, FIELDS[field].unit, own);
   }
   outputCurve(grid);
   const units = [...new Set(model.drives.map((drive) => drive.effort))];
   for (const unit of units) add(grid, unit === "N m" ? "Drive moment" : "Drive force", unit, model.drives.map((drive, k) => [drive, k]).filter(([drive]) => drive.effort === unit).map(([drive, k]) => curve(drive.name, (i) => row("effort", k)[i])));
   add(grid, "Power of the drives", "W", model.drives.map((drive, k) => curve(drive.name, (i) => row("effort", k)[i] * row("drive_rate", k)[i])));
-  add(grid, "Joint forces", "N", model.joints.map((joint, k) => styled(curve(`${joint.name} on ${joint.on}`, (i) => size(vector("force", k, i))), k)));
+  add(grid, "Joint forces", "N", model.joints.map((joint, k) => curve(`${joint.name} on ${joint.on}`, (i) => size(vector("force", k, i)))));
   const shaking = (i) => vector("ground_force", 0, i);
   add(grid, "Shaking force on the ground", "N", [curve("size", (i) => size(shaking(i)), 0), curve("x", (i) => shaking(i)[0], 1), curve("y", (i) => shaking(i)[1], 2)]);
   add(grid, "Shaking moment on the ground", "N m", [curve("about the origin", (i) => row("ground_moment")[i], 0)]);
-  if (suited) add(grid, "Displacement of the points", "m", movingPoints.map(({ link, point }, k) => styled(curve(point, (i) => size(displacementOf(link, point, i))), k)));
+  if (suited) add(grid, "Displacement of the points", "m", movingPoints.map(({ link, point }) => curve(point, (i) => size(displacementOf(link, point, i)))));
 }
 
-const styled = (each, k) => ({ ...each, colour: k % LINK_COLOURS, dash: Math.floor(k / LINK_COLOURS) });
-
 function add(grid, heading, unit, curves) {
-  if (!curves.length) return;
-  const shown = largest(curves);
-  chart(grid, shown.length < curves.length ? `${heading} (${shown.length} of ${curves.length})` : heading, unit, shown);
+  if (curves.length) chart(grid, heading, unit, curves);
 }
 
 function outputCurve(grid) {
@@ -120,7 +110,7 @@ function showBeam() {
   const beam = view.selected, before = charts.length, { label, length, start, end } = model.beams[beam], fine = 40;
   const [factor, unit] = scaleOf(length, "m"), xs = Array.from({ length: fine + 1 }, (_, k) => (factor * length * k) / fine);
   for (const field of view.fields.size ? view.fields : [FIRST_FIELD]) {
-    const { name, unit: own, value } = FIELDS[field], colour = beamStyle[beam][0];
+    const { name, unit: own, value } = FIELDS[field], colour = beamColour(beam);
     let most = 0;
     for (let i = 0; i < N; i++) for (let k = 0; counted(i) && k <= fine; k += 2) most = Math.max(most, Math.abs(value(beam, i, k / fine)) || 0);
     chart(beamPanel.grid, `${label}: ${name} along it`, own, [curve(`${start} to ${end}`, (k) => value(beam, instant.position, k / fine), colour)], { xs, xLabel: `from ${short(start)} to ${short(end)} [${unit}]`, live: true, largest: most });

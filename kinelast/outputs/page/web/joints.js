@@ -20,7 +20,7 @@ function breaksFirst() {
   if (!rows.length) return;
   const modes = Object.keys(MODES).filter((mode) => rows.some((row) => row.reserves[mode]));
   section("breaks-first", "Reserves", "What breaks first", soft("Reserve of every link: the factor that is left until it yields, breaks, buckles or passes its limit; below 1 nothing is left. The red ring on the mechanism is where the first of them breaks."),
-    table(rows, [
+    longTable(rows, [
       { name: "Link", text: (row) => row.link },
       { name: "governs", text: (row) => MODES[row.governs] },
       { name: "reserve", of: (row) => row.reserve.value, words: (row) => reserveWords(row.reserve), worst: "least" },

@@ -1,11 +1,11 @@
 // From the data to the page.
-function aboutRun() {
+function runWords() {
   const { run } = summary, words = [`${run.positions} position${run.positions === 1 ? "" : "s"} from ${figureWords(run.start)} to ${figureWords(run.end)}`];
   if (run.singular) words.push(`, ${run.singular} of them singular`);
   if (run.locked) words.push(`, ${run.locked} of them where friction may lock it`);
   if (run.left_out) words.push(`; ${run.left_out} more out of reach`);
   if (N < run.positions) words.push(`; the curves and pictures show ${N} of them, the figures count all`);
-  $("about").textContent = `${words.join("")}.`;
+  return `${words.join("")}.`;
 }
 
 async function start() {
@@ -14,8 +14,9 @@ async function start() {
   document.head.append(script);
   $("gist").remove();
   theme(restyle);
-  aboutRun();
   answerSection();
+  const first = new Set(document.querySelectorAll("section"));
+  contributions();
   beamSection();
   curvesSection();
   speedsSection();
@@ -37,6 +38,7 @@ async function start() {
   trustSection();
   inputsSection();
   footer();
+  foldAll([...document.querySelectorAll("main > section")].filter((part) => !first.has(part)));
   showPosition(positionOf(summary.largest_chord ?? summary.output));
   document.body.dataset.ready = "yes";
 }

@@ -1,4 +1,5 @@
 // The mechanism, moving: links as they bend, diagrams on them, paths, reactions; to drag, hover and click.
+const NARROW = 480, LEAST_TALL = 180, CONTROLS = 64, TILES = 300; // pixels: of the picture, and kept for what stands below it
 const STATIONS = 24, DIAGRAM_SHARE = 0.11, DEFORMED_SHARE = 0.06, ARROW_SHARE = 0.16, REACH = 14;
 const view = {
   factor: 1, fields: new Set(), names: true, paths: true, reactions: false, rigid: true, spot: true, selected: null, redraw: () => {},
@@ -47,6 +48,7 @@ const suited = (() => {
   for (const { link, point } of movingPoints) for (let i = 0; i < N; i++) if (counted(i)) largest = Math.max(largest, size(displacementOf(link, point, i)) || 0);
   return largest > 1e-12 * extent ? roundDown((DEFORMED_SHARE * extent) / largest) : 0;
 })();
+view.factor = Math.max(1, suited); // the first picture shows how it deflects
 
 const largestForce = (() => {
   let largest = 0;
@@ -73,12 +75,16 @@ function drawMechanism(holder, tip) {
     return text;
   };
 
+  // The whole mechanism is seen at once: of the first screen it takes what the verdict above and what stands below leave.
+  const twoColumns = () => matchMedia("(min-width: 68rem)").matches;
+  const roomBelow = () => window.innerHeight - (holder.getBoundingClientRect().top + window.scrollY);
+
   function layOut() {
     width = Math.max(280, holder.clientWidth);
     const [low, high] = corners, wide = high[0] - low[0], tall = high[1] - low[1];
-    const room = Math.min(36, 0.09 * width), most = Math.max(300, Math.min(620, 0.72 * window.innerHeight));
+    const room = Math.min(36, 0.09 * width), most = Math.max(LEAST_TALL, roomBelow() - (twoColumns() ? CONTROLS : TILES));
     scale = Math.min((width - 2 * room) / Math.max(wide, 1e-12), (most - 2 * room) / Math.max(tall, 1e-12));
-    height = Math.max(220, scale * tall + 2 * room);
+    height = Math.max(LEAST_TALL, scale * tall + 2 * room);
     left = width / 2 - (scale * (low[0] + high[0])) / 2;
     top = height / 2 + (scale * (low[1] + high[1])) / 2;
     unit = Math.max(5, Math.min(10, width / 90));
@@ -169,9 +175,15 @@ function drawMechanism(holder, tip) {
     return s("g", { class: "support" }, s("path", { d: `M${x} ${y}l${-1.3 * u} ${2 * u}h${2.6 * u}z` }), s("path", { d: `M${x - 2.1 * u} ${y + 2 * u}h${4.2 * u}${strokes}` }));
   }
 
+  // A length, and how much larger than they are the displacements are drawn.
   function scaleBar() {
-    const [per] = scaleOf(1, "m"), length = roundDown((per * Math.min(0.22 * width, 200)) / scale) / per, x = 12, y = height - 10;
-    return s("g", { class: "scale" }, s("path", { d: `M${x} ${y - 5}v5h${length * scale}v-5` }), s("text", { x: x + length * scale + 6, y }, quantity(length, "m"), view.factor > 1 ? `; displacements × ${number(view.factor)}` : ""), view.reactions && largestForce ? s("text", { x, y: y - 16 }, `arrows: up to ${quantity(largestForce, "N")}`) : null);
+    const [per] = scaleOf(1, "m"), length = roundDown((per * Math.min(0.22 * width, 200)) / scale) / per;
+    const x = 12, y = height - 10, line = `M${x} ${y - 5}v5h${length * scale}v-5`;
+    const enlarged = view.factor === 1 ? "at true size" : view.factor ? `drawn × ${number(view.factor)}` : "not drawn";
+    const words = `${quantity(length, "m")}${suited ? `; displacements ${enlarged}${view.factor && view.rigid && width > NARROW ? " (thin: rigid links)" : ""}` : ""}`;
+    const arrows = view.reactions && largestForce ? `arrows: up to ${quantity(largestForce, "N")}` : null;
+    return s("g", { class: "scale" }, s("path", { d: line }), s("text", { x: x + length * scale + 6, y }, words),
+      arrows ? s("text", { x, y: y - 16 }, arrows) : null);
   }
 
   function update(i) {
@@ -293,35 +305,35 @@ function drawMechanism(holder, tip) {
     path.setAttribute("d", body ? `${body}Z` : "");
   }
 
-  // A name that would lie on another one is left out: points come first.
+  // Points come before links where there is no room for all names.
   function nameAll(i) {
-    const taken = [];
-    const put = (text, x, y, anchor) => {
-      const wide = (text.wide ??= text.getComputedTextLength() + 2), from = x - { start: 0, middle: wide / 2, end: wide }[anchor];
-      const free = isFinite(x + y) && !taken.some(([left, foot, far]) => Math.abs(y - foot) < 13 && from < far && from + wide > left);
-      if (free) taken.push([from, y, from + wide]);
-      for (const [name, size] of [["x", x || 0], ["y", y || 0], ["text-anchor", anchor], ["display", free ? "inline" : "none"]]) text.setAttribute(name, size);
-    };
-    for (const { link, point, text } of parts.points) {
-      const [x, y] = at(drawnPlace(link, point, i, view.factor));
-      put(text, x + 0.9 * unit, y - 0.9 * unit, "start");
+    const place = ({ link, point }) => at(drawnPlace(link, point, i, view.factor));
+    const points = parts.points.map((each) => ({ text: each.text, spots: around(place(each), 0.9 * unit) }));
+    const links = parts.labels.filter(({ text }) => text).map(({ k, text }) => ({ text, spots: besideLink(k, i) }));
+    placeNames([...points, ...links], linesDrawn(i), [width, height]);
+  }
+
+  // Beside the middle of a link's beam and then nearer to its ends; around the middle of a link without beams.
+  function besideLink(k, i) {
+    const beam = model.beams.findIndex((each) => each.link === k);
+    if (beam < 0) {
+      const places = Object.keys(model.links[k].points).map((point) => drawnPlace(k, point, i, view.factor));
+      return around(at(scaled(1 / places.length, places.reduce(plus))), 1.3 * unit);
     }
-    for (const { k, text } of parts.labels) {
-      if (!text) continue;
-      const beam = model.beams.findIndex((each) => each.link === k), names = Object.keys(model.links[k].points);
-      let place, aside = [0, 1.6 * unit];
-      if (beam >= 0) {
-        place = drawnOnBeam(beam, 0.5, i, view.factor);
-        const way = beamDirection(beam, i), side = way[0] >= 0 ? 1 : -1;
-        aside = [side * way[1] * 1.3 * unit, side * way[0] * 1.3 * unit + 4];
-      } else {
-        const places = names.map((point) => drawnPlace(k, point, i, view.factor));
-        place = scaled(1 / places.length, places.reduce(plus));
-        if (names.length === 1) aside = [0, 2.6 * unit];
-      }
-      const [x, y] = at(place);
-      put(text, x + aside[0], y + aside[1], Math.abs(aside[0]) < 4 ? "middle" : aside[0] > 0 ? "start" : "end");
-    }
+    const [dx, dy] = beamDirection(beam, i), level = Math.abs(dy) < 0.15;
+    return [0.5, 0.35, 0.65, 0.2, 0.8].flatMap((part) => [-1.3, 1.3, -2.4, 2.4].map((far) => {
+      const [x, y] = at(drawnOnBeam(beam, part, i, view.factor)), aside = -far * dy * unit;
+      return [x + aside, y - far * dx * unit + 4, level ? 0 : Math.sign(aside)];
+    }));
+  }
+
+  // The links as they are drawn: lines on the screen.
+  function linesDrawn(i) {
+    const parts = [0, 0.25, 0.5, 0.75, 1];
+    const beams = model.beams.map((_, k) => parts.map((part) => at(drawnOnBeam(k, part, i, view.factor))));
+    const plates = bareLinks.map((k) => ring(k, i, view.factor).map(at));
+    const outlines = [...beams, ...plates.map((corners) => [...corners, corners[0]])];
+    return outlines.flatMap((places) => places.slice(1).map((to, n) => [places[n], to]));
   }
 
   // How far a place on the screen is from the way between two others, and at which part of it.
@@ -420,7 +432,7 @@ function drawMechanism(holder, tip) {
   }
 
   function release() {
-    if (grabbed && !grabbed.moved && grabbed.beam !== null) chooseBeam(grabbed.beam);
+    if (grabbed && !grabbed.moved && grabbed.beam !== null) { unfold("link"); chooseBeam(grabbed.beam); }
     grabbed = null;
   }
 
@@ -433,6 +445,7 @@ function drawMechanism(holder, tip) {
   svg.addEventListener("touchstart", (event) => { if (grabbed) event.preventDefault(); }, { passive: false });
   view.redraw = () => { build(); update(instant.position); };
   view.svg = () => svg;
+  view.fit = layOut;
   new ResizeObserver(() => { if (Math.abs(holder.clientWidth - width) > 2) layOut(); }).observe(holder);
   layOut();
   follow((i) => { update(i); if (last && !grabbed) hover(last); });

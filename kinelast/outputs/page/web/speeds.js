@@ -9,16 +9,17 @@ function speedsSection() {
     lines: speeds.limit && speeds.highest_within_limits ? [[speeds.highest_within_limits, `limits hold up to ${number(speeds.highest_within_limits)}`]] : [],
     peaks: speeds.peaks.filter(({ resonance }) => resonance).map(({ speed, resonance }) => [speed, resonance.met ? `${resonance.harmonic}×${resonance.mode}` : `mode ${resonance.mode}`]),
   };
-  section("speeds", "Speeds", "Against the speed of the drive", soft("Largest values along each link over the cycle; the second, dashed curve of a link is that without vibration. 5×2 at a peak: the 5th harmonic of the cycle meets the 2nd natural mode. Click a name to switch its curve off."), grid);
+  section("speeds", "Speeds", "Against the speed of the drive", soft("Largest values along each link over the cycle; each link has a second curve, that without vibration. 5×2 at a peak: the 5th harmonic of the cycle meets the 2nd natural mode. Click a name to switch its curve off."), grid);
   for (const field of ["chord", "w", "mises"]) {
     const { name, unit } = FIELDS[field];
     if (!model.beams.some(({ label }) => speeds.values[field][label].some((value) => value))) continue;
-    const curves = model.beams.flatMap(({ label }, beam) => [
-      curve(label, (k) => between.values[field][label][k] ?? NaN, beamStyle[beam][0], 0),
-      curve(`${label} without vibration`, (k) => onLine(xs[k], speeds.speed, speeds.without_vibration[field][label]), beamStyle[beam][0], 1),
-    ]);
-    const most = Math.min(curves.length, 2 * Math.floor(MOST_CURVES / 2)), shown = curves.length > most ? curves.slice(0, most) : curves;
-    chart(grid, `Largest ${name} against the speed${shown.length < curves.length ? ` (${shown.length / 2} of ${curves.length / 2} links)` : ""}`, unit, shown, { xs, notes, log: true, xLabel: `speed of the drive [${unitWords(speeds.unit)}]` });
+    const curves = model.beams.flatMap(({ label }, beam) => {
+      const still = (k) => onLine(xs[k], speeds.speed, speeds.without_vibration[field][label]), shown = 2 * beam < MOST_CURVES;
+      const found = curve(label, (k) => between.values[field][label][k] ?? NaN, beamColour(beam));
+      return [{ ...found, shown }, { ...curve(`${label} without vibration`, still), shown }];
+    });
+    const xLabel = `speed of the drive [${unitWords(speeds.unit)}]`;
+    chart(grid, `Largest ${name} against the speed`, unit, curves, { xs, notes, log: true, xLabel });
   }
   const told = [];
   if (speeds.highest_within_limits !== null) told.push(speeds.highest_within_limits ? `All limits hold up to ${words(speeds.highest_within_limits)}${speeds.limit ? `; ${speeds.limit.words}` : ", the highest speed asked for"}.` : `${speeds.verdicts[0] === "too close to decide" ? "The limits are too close to decide" : "The limits do not hold"} at the lowest speed.`);

@@ -41,6 +41,18 @@ function table(rows, columns, caption) {
   return h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": caption }, h("table", {}, h("caption", {}, caption), h("thead", {}, h("tr", {}, heads)), body));
 }
 
+const FIRST_ROWS = 8;
+
+// The first rows as a table, the others in one that is folded.
+function longTable(rows, columns, caption) {
+  const others = rows.slice(FIRST_ROWS);
+  if (!others.length) return table(rows, columns, caption);
+  const unmarked = columns.map((column) => ({ ...column, worst: undefined }));
+  const rest = table(others, unmarked, `${caption}: the others`);
+  const folded = h("details", {}, h("summary", {}, `${others.length} more`), rest);
+  return [table(rows.slice(0, FIRST_ROWS), columns, caption), folded];
+}
+
 function valueOf(column, each) {
   const value = column.of(each);
   return value === null || value === undefined ? NaN : value;

@@ -20,5 +20,5 @@ function whatIfSection() {
     h("div", { class: "bar" }, h("label", { for: "what-if-value" }, path), slider, words), why, h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Figures along the sweep" }, h("table", {}, h("thead", {}, h("tr", {}, heads)), h("tbody", {}, rows))), grid);
   show(here);
   const [factor, prefixed] = unit === "rad" ? [180 / Math.PI, "deg"] : scaleOf(Math.max(...values.map(Math.abs)), unit), xs = values.map((value) => value * factor);
-  for (const { name, unit: of, values: column } of known.slice(0, WHAT_IF_CHARTS)) chart(grid, `${name} against ${path}`, of, [curve(name, (k) => column[k] ?? NaN, 0, 0)], { xs, notes: { lines: [[xs[here], "this report"]] }, xLabel: `${path} [${unitWords(prefixed) || "1"}]` });
+  for (const { name, unit: of, values: column } of known.slice(0, WHAT_IF_CHARTS)) chart(grid, `${name} against ${path}`, of, [curve(name, (k) => column[k] ?? NaN, 0)], { xs, notes: { lines: [[xs[here], "this report"]] }, xLabel: `${path} [${unitWords(prefixed) || "1"}]` });
 }

@@ -1,0 +1,65 @@
+"""The words of a one-page print that no figure tells: what was assumed, and how the answer was checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from kinelast.outputs.batch import check_words, further_checks
+from kinelast.scene.data import QUASI_STATIC
+from kinelast.scene.numbers import error_percent, quantity
+
+MOTIONS = {
+    QUASI_STATIC: "links deflect under the loads of the rigid motion, without vibration",
+    "elastodynamic": "links vibrate",
+    "geometrically-exact": "links vibrate and are displaced by any amount",
+}
+BEAMS = {"Timoshenko": "beams with shear deformation", "Euler-Bernoulli": "beams without shear deformation"}
+
+
+def handout(figures: Mapping[str, Any]) -> dict[str, Any]:
+    """The `assumptions`, a list of sentences, and how it was `checked`, one sentence."""
+    return {"assumptions": assumptions(figures), "checked": checked(figures)}
+
+
+def assumptions(figures: Mapping[str, Any]) -> list[str]:
+    """Sentences on the theory, the drives, the loads, the materials, and what was left out."""
+    inputs, output, told_in = figures["inputs"], figures["output"] or {}, figures["told_in"]
+
+    def size(row: Mapping[str, Any]) -> str:
+        return quantity(row["value"], row["unit"], 3, told_in)
+
+    said = ["Plane motion. No link has beams: all are rigid."]
+    if figures["links"]:
+        theory = figures["theory"]["name"]
+        said = [f"Plane motion, linear material; {MOTIONS.get(theory, theory)}; {BEAMS[inputs['theory']]}."]
+    drives = [f"{name} {'' if row['steady'] else 'up to '}{size(row['speed'])}" for name, row in inputs["drives"].items()]
+    if drives:
+        said.append(f"Drives keep to their motion exactly: {', '.join(drives)}.")
+    pull = [f"{size(row)} in {way}" for way, row in inputs["gravity"].items() if row["value"]]
+    loads = [f"{load['kind']} on {load['link']}" if load["link"] else load["kind"] for load in inputs["loads"]]
+    said.append(f"Loads: inertia; gravity {', '.join(pull) or 'none'}; others: {', '.join(loads) or 'none'}.")
+    stuffs = [
+        f"{name} E {size(row['E'])}" + (f", yield {size(row['yield'])}" if row["yield"]["value"] else "")
+        for name, row in inputs["materials"].items()
+    ]
+    if stuffs:
+        said.append(f"Materials: {'; '.join(stuffs)}.")
+    if output.get("guessed"):
+        said.append(f"The output was guessed: {output['kind']} {output['name']}.")
+    if figures["not_computed"]:
+        said.append(f"Not computed: {', '.join(figures['not_computed'])}.")
+    return said
+
+
+def checked(figures: Mapping[str, Any]) -> str:
+    """How the answer was checked, and how far off its figures are."""
+    theory, words = figures["theory"], []
+    if theory["error"] is not None:
+        worst = f" (worst: {theory['figure']})" if theory["figure"] else ""
+        words.append(f"Estimated error of the stated figures: at most {error_percent(theory['error'])}{worst}")
+    elif theory["problem"] and figures["links"]:
+        words.append(f"Error unknown: {theory['problem']}")
+    check = figures["check"]
+    words.append(check_words(check) if check else "not compared with finite elements (--check)")
+    return "; ".join([*words, *further_checks(figures)]) + "."

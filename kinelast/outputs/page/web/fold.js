@@ -1,0 +1,23 @@
+// Sections below the answer are folded: a heading opens one, a link to it too, a button all of them.
+function foldAll(parts) {
+  for (const part of parts) {
+    const [heading, ...rest] = part.children;
+    part.append(h("details", {}, h("summary", {}, heading), rest));
+  }
+  const folds = parts.map((part) => part.firstChild);
+  const button = h("button", { type: "button", id: "unfold", onclick: () => {
+    const open = folds.some((fold) => !fold.open);
+    for (const fold of folds) fold.open = open;
+  } }, "Open or fold all");
+  document.querySelector("nav").append(button);
+  const follow = () => unfold(decodeURIComponent(location.hash.slice(1)));
+  document.addEventListener("click", (event) => unfold(event.target.closest?.("a[href^='#']")?.hash.slice(1)));
+  addEventListener("hashchange", follow);
+  follow();
+}
+
+// What is folded is found, linked to and printed once it is open.
+function unfold(id) {
+  const fold = id && $(id)?.querySelector(":scope > details");
+  if (fold) fold.open = true;
+}
