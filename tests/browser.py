@@ -38,6 +38,8 @@ class Page:
         width: int = 1280,
         media: dict[str, str] | None = None,
         ready: str = "document.body.dataset.ready",
+        folded: bool = False,
+        height: int = 900,
     ) -> None:
         self.driver = driver
         driver.get("about:blank")  # an editor of which the server has ended asks no more
@@ -45,12 +47,14 @@ class Page:
         driver.get_log("performance")  # of pages before
         features = [{"name": name, "value": value} for name, value in (media or {}).items()]
         driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
-        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
         driver.get(path.as_uri())
         deadline = time.monotonic() + 20
         while not self.run(f"return {ready}") and time.monotonic() < deadline:
             time.sleep(0.02)
+        if not folded:  # what is not rendered has no text, and is not to be clicked
+            self.run("document.querySelectorAll('.fold').forEach((each) => (each.open = true))")
         self.path = path
 
     def run(self, script: str, *arguments):

@@ -54,13 +54,13 @@ def hover(page, x, y):
 
 
 def test_the_picture_is_seen_at_once_and_hears_the_keys(driver, steel):
-    """Beside the answer where there is room, behind the verdict else; keys move it without a click."""
+    """Beside the figures where there is room, behind the verdict else; keys move it without a click."""
     from selenium.webdriver.common.keys import Keys
 
     for width, above in ((390, 760), (1280, 460)):
         page = Page(driver, steel, width)
         assert page.run("return document.getElementById('stage').getBoundingClientRect().top") < above
-    assert "displacements" not in page.run("return document.querySelector('.mechanism .scale').textContent")
+    assert "displacements drawn × 10" in page.run("return document.querySelector('.mechanism .scale').textContent")
     page.run("kinelast.showPosition(10)")
     driver.switch_to.active_element.send_keys(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT)
     assert page.run("return kinelast.instant.position") == 12

@@ -27,12 +27,15 @@ def assumptions(figures: Mapping[str, Any]) -> list[str]:
     inputs, output, told_in = figures["inputs"], figures["output"] or {}, figures["told_in"]
 
     def size(row: Mapping[str, Any]) -> str:
-        return quantity(row["value"], row["unit"], 3, told_in)
+        return quantity(row["value"], row["unit"], 3, told_in).replace("^2", "²").replace("^3", "³")
 
     said = ["Plane motion. No link has beams: all are rigid."]
     if figures["links"]:
         theory = figures["theory"]["name"]
         said = [f"Plane motion, linear material; {MOTIONS.get(theory, theory)}; {BEAMS[inputs['theory']]}."]
+    run = figures["run"]
+    if run["end"]["value"] > run["start"]["value"]:
+        said.append(f"Computed at {run['positions']} positions from {size(run['start'])} to {size(run['end'])}.")
     drives = [f"{name} {'' if row['steady'] else 'up to '}{size(row['speed'])}" for name, row in inputs["drives"].items()]
     if drives:
         said.append(f"Drives keep to their motion exactly: {', '.join(drives)}.")

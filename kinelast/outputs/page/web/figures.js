@@ -86,6 +86,7 @@ function checkSection() {
 function inputsSection() {
   const { inputs, links, rigid_links: rigid } = summary, rows = [];
   const say = (name, ...words) => rows.push(h("tr", {}, h("th", { scope: "row" }, name), h("td", {}, words)));
+  say("Run", runWords());
   for (const [name, { speed, steady }] of Object.entries(inputs.drives)) say(`Speed of ${name}`, figureWords(speed), speed.unit === "rad/s" && speed.value !== null && !chosenUnits["rad/s"] ? ` = ${number((speed.value * 30) / Math.PI)} rpm` : "", steady ? "" : " at most");
   const { x, y } = inputs.gravity;
   say("Gravity", x.value || y.value ? `${figureWords(x)} in x, ${figureWords(y)} in y` : "none");

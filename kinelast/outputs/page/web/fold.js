@@ -2,7 +2,7 @@
 function foldAll(parts) {
   for (const part of parts) {
     const [heading, ...rest] = part.children;
-    part.append(h("details", {}, h("summary", {}, heading), rest));
+    part.append(h("details", { class: "fold" }, h("summary", {}, heading), rest));
   }
   const folds = parts.map((part) => part.firstChild);
   const button = h("button", { type: "button", id: "unfold", onclick: () => {
@@ -18,6 +18,6 @@ function foldAll(parts) {
 
 // What is folded is found, linked to and printed once it is open.
 function unfold(id) {
-  const fold = id && $(id)?.querySelector(":scope > details");
+  const fold = id && $(id)?.querySelector(":scope > .fold");
   if (fold) fold.open = true;
 }
