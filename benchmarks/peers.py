@@ -3,7 +3,7 @@
 None of them turns motion into inertia loads, so all but pylinkage are given the places of the links and the loads per
 length that `rigid` finds, and solve the frame: crank clamped at its drive, three hinges. Their times are those of
 building and solving that model, position by position. Errors are those of u and w against 50 digits, by the greatest
-value of either over the positions. Whatever is not installed is left out: `pip install "kinelast[peers]"`.
+value of either over the positions. Whatever is not installed is left out: `pip install ".[peers]"`.
 """
 
 from __future__ import annotations

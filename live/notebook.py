@@ -74,7 +74,7 @@ class LiveView:
         try:
             return widget_of(self._live)
         except ModuleNotFoundError as error:
-            missing = f'the widget needs {error.name}: pip install "kinelast[widget]"'
+            missing = f'the widget needs {error.name}: pip install "anywidget"'
             raise ModuleNotFoundError(missing, name=error.name) from None
 
     def wait(self, browse: bool = True) -> None:

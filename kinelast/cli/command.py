@@ -169,6 +169,7 @@ def _answer(request: Request, batch: Batch) -> int:
     begins = batch.new or batch.copy or batch.foreign
     for asked, answer in (
         (batch.version, _version),
+        (batch.completion, partial(_complete, batch.completion or "")),
         (batch.list, partial(_list, *batch.scenes)),
         (batch.live, partial(_live, *batch.scenes)),
         (begins, partial(_begin, batch)),
@@ -198,7 +199,7 @@ def _live(*scenes: str) -> int:
     except ModuleNotFoundError as error:
         if error.name not in ("starlette", "uvicorn"):
             raise
-        return _refuse('--live needs a server: pip install "kinelast[live]"')
+        return _refuse('--live needs a server: pip install "starlette" "uvicorn"')
 
 
 def _refuse(message: str) -> int:
@@ -230,6 +231,15 @@ def _stopped(stop: BaseException, done: str) -> int:
 
 def _version() -> int:
     print(f"kinelast {__version__}")
+    return FINE
+
+
+def _complete(shell: str) -> int:
+    """Print the script by which a shell completes the command."""
+    from kinelast.cli.completion import script
+    from kinelast.tasks.task import shipped_scenes
+
+    print(script(shell, list(shipped_scenes())))
     return FINE
 
 

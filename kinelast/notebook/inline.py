@@ -375,7 +375,8 @@ def live(scene: Scene | Document | str | Path | None = None) -> Any:
     try:
         return view(scene)
     except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(f'live needs {error.name}: pip install "kinelast[live]"', name=error.name) from None
+        missing = f'live needs {error.name}: pip install "starlette" "uvicorn"'
+        raise ModuleNotFoundError(missing, name=error.name) from None
 
 
 def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 0, **style: Any) -> Still:

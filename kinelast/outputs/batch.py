@@ -178,6 +178,19 @@ def limit_lines(figures: Mapping[str, Any]) -> list[str]:
     return decides if len(decides) > FEW else []
 
 
+def verdict_words(figures: Mapping[str, Any]) -> str:
+    """The verdict on the limits, with those that decide it."""
+    return _verdict(figures) if figures["acceptance"]["verdict"] else "no limits are set"
+
+
+def limit_rows(figures: Mapping[str, Any]) -> list[tuple[str, float | None, str]]:
+    """Limits beside their figures, the share of each that is used, and its outcome; the most used first."""
+    run, told_in = figures["run"], figures["told_in"]
+    lasts = run["end"]["value"] - run["start"]["value"]
+    rows = sorted(figures["acceptance"]["limits"], key=lambda row: -math.inf if row["used"] is None else -row["used"])
+    return [(_beside_limit(row, told_in, lasts), row["used"], row["outcome"]) for row in rows]
+
+
 def _deciding(figures: Mapping[str, Any]) -> list[str]:
     """The limits of the worst outcome beside their figures, in a few words each."""
     accepted, run = figures["acceptance"], figures["run"]

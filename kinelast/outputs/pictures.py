@@ -20,8 +20,8 @@ from kinelast.figures.results import Results
 from kinelast.outputs.charts import INK, SOFT, STYLE, axis, cycle_charts, cycle_maps, line_charts, svg_of
 from kinelast.outputs.positions import PROFILE
 from kinelast.outputs.sheet import MechanismAxes
-from kinelast.scene.data import Scene
-from kinelast.scene.numbers import quantity, round_down
+from kinelast.scene.data import Scene, scene_motion
+from kinelast.scene.numbers import number, quantity, round_down
 from kinelast.tasks.request import Request, RequestError
 from rigid import Posture, position_of
 from rigid.kinetostatics import beam_directions
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 WIDEST, TALLEST = 8.4, 5.2  # inches
 GHOSTS = 12
+FOOT = 0.3  # inches, below the mechanism for its scales
 EDGE = 0.06  # inches, kept free around what reaches out
 SHARE = 0.08  # of the mechanism's size that the largest displacement is drawn as
 STATIONS = np.linspace(0.0, 1.0, 25)
@@ -57,19 +58,46 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
     scale = min(WIDEST / wide, TALLEST / tall)
     width = max(wide * scale, 3.0)
     with rc_context(STYLE):
-        figure = Figure(figsize=(width, tall * scale + 0.3), facecolor="none")
+        figure = Figure(figsize=(width, tall * scale + FOOT), facecolor="none")
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), frameon=False)
         axes.set_axis_off()
         left = (low + high).real / 2 - width / scale / 2
-        foot = low.imag - room - 0.3 / scale
+        foot = low.imag - room - FOOT / scale
         axes.set(xlim=(left, left + width / scale), ylim=(foot, high.imag + room))
         sheet.axes = axes
-        _draw_course(results, axes, position)
-        _draw_bent(results, axes, sheet, position, factor)
-        sheet.draw_joints()
-        _draw_scale(axes, complex(left, foot) + (0.2 + 0.1j) / scale, width / scale)
+        _draw_all(results, sheet, position, factor, complex(left, foot) + (0.2 + 0.1j) / scale)
         _make_room(axes, scale)
         return svg_of(figure, "drawing"), factor
+
+
+def draw_mechanism(results: Results, axes: Axes, size: complex) -> None:
+    """Draw the mechanism where it deflects most, deformed, on axes that are so many inches wide and tall."""
+    low, high = _extent(results)
+    factor, position = exaggeration(results, abs(high - low)), telling_position(results)
+    sheet = MechanismAxes(_posture(results, position, factor), _displaced(results, position, factor), (low, high))
+    wide, tall = (high - low).real + 10 * sheet.unit, (high - low).imag + 10 * sheet.unit
+    scale = min(size.real / wide, (size.imag - FOOT) / tall)
+    corner = (low + high - size / scale) / 2 - 0.5j * FOOT / scale
+    axes.set_axis_off()
+    axes.set(xlim=(corner.real, corner.real + size.real / scale), ylim=(corner.imag, corner.imag + size.imag / scale))
+    sheet.axes = axes
+    _draw_all(results, sheet, position, factor, corner + (0.1 + 0.1j) / scale)
+
+
+def _draw_all(results: Results, sheet: MechanismAxes, position: int, factor: float, corner: complex) -> None:
+    """Draw course, links, joints and scales; the scales at a corner [m]."""
+    _draw_course(results, sheet.axes, position)
+    _draw_bent(results, sheet.axes, sheet, position, factor)
+    sheet.draw_joints()
+    left, right = sheet.axes.get_xlim()
+    _draw_scale(sheet.axes, corner, right - left, factor if results.scene.labels else None)
+
+
+def telling_position(results: Results) -> int:
+    """Number of the position with the largest deflection; 0 where nothing bends."""
+    largest = results.cycle.along("w")
+    known = len(results.scene.labels) and np.isfinite(largest.value).any()
+    return int(largest.position[np.nanargmax(np.abs(largest.value))]) if known else 0
 
 
 def _make_room(axes: Axes, scale: float) -> None:
@@ -182,12 +210,14 @@ def _name(sheet: MechanismAxes, name: str, line: Any) -> None:
         sheet.beside(complex(middle), complex(aside), name, color=sheet.colors[name], fontsize=8)
 
 
-def _draw_scale(axes: Axes, corner: complex, width: float) -> None:
+def _draw_scale(axes: Axes, corner: complex, width: float, factor: float | None) -> None:
+    """Draw a length, and say how much larger than they are the displacements are drawn."""
     length = round_down(0.22 * width)
     tick = 0.006 * width
     x, y = corner.real, corner.imag
     axes.plot([x, x, x + length, x + length], [y + tick, y, y, y + tick], color=INK, linewidth=0.9)
-    axes.text(x + length + tick, y, quantity(length, "m"), color=SOFT)
+    enlarged = "" if factor is None else f"; displacements drawn × {number(factor)}"
+    axes.text(x + length + tick, y, quantity(length, "m") + enlarged, color=SOFT)
 
 
 HEAD = '<?xml version="1.0" encoding="utf-8"?>\n'
@@ -196,10 +226,7 @@ HEAD = '<?xml version="1.0" encoding="utf-8"?>\n'
 def write_stills(folder: Path, results: Results) -> None:
     """Write the mechanism where it deflects most, every chart over the cycle and the maps, an SVG each."""
     folder.mkdir()
-    largest = results.cycle.along("w")
-    known = len(results.scene.labels) and np.isfinite(largest.value).any()
-    position = int(largest.position[np.nanargmax(np.abs(largest.value))]) if known else 0
-    pictures = {"mechanism": mechanism_drawing(results, position)[0]}
+    pictures = {"mechanism": mechanism_drawing(results, telling_position(results))[0]}
     over, charts = axis(results), cycle_charts(results)
     for chart, svg in zip(charts, line_charts(over, charts), strict=True):
         pictures[re.sub(r"[^a-z0-9]+", "_", chart.heading.lower()).strip("_")] = svg

@@ -280,10 +280,10 @@ def _drawings(
     name = results.scene.name
 
     def report() -> None:
-        from kinelast.outputs.handout import handout
+        from kinelast.outputs.handout import handout as words_of
         from kinelast.outputs.page import report_page
 
-        page = report_page(results, figures, headline(figures), handout(figures))
+        page = report_page(results, figures, headline(figures), words_of(figures))
         (part / "report.html").write_bytes(page)
 
     def stills() -> None:
@@ -316,7 +316,14 @@ def _drawings(
         except ValueError as error:
             raise RequestError(f"--animate {diagram}: {error}") from None
 
+    def handout() -> None:
+        from kinelast.outputs.print_page import write_page
+
+        write_page(part / "report.pdf", results, figures)
+
     yield "report.html", report
+    if request.handout:
+        yield "report.pdf", handout
     if request.stills:
         yield "stills", stills
     if request.dxf:

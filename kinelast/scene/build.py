@@ -255,7 +255,7 @@ def _fatigue(
     if asked is None:
         return None
     if find_spec("rainflow") is None:
-        raise fault("fatigue", "", 'counts cycles by the package rainflow: pip install "kinelast[life]"')
+        raise fault("fatigue", "", 'counts cycles by the package rainflow: pip install "rainflow"')
     elastic = [body.link.name for body, _ in beams]
     points = {point for body, _ in beams for point in body.link.points}
     for name, own in asked.links.items():

@@ -41,7 +41,7 @@ def cluster_answers(
     try:
         from distributed import Client
     except ModuleNotFoundError:
-        raise RequestError("--scheduler needs dask.distributed: install kinelast[cluster]") from None
+        raise RequestError('--scheduler needs dask: pip install "distributed" "pyarrow"') from None
     try:
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:

@@ -33,6 +33,7 @@ MOST_STATIONS = 10_001
 MOST_SAMPLES = 1_000_000
 STYLES = ("plain", "solid")
 FORMATS = ("mp4", "gif", "png")
+SHELLS = ("bash", "zsh", "fish")
 ALWAYS = ("report.html", "positions.csv")
 """What is written of every scene, with its summary.json."""
 SCENE, CHECKING, PICTURES, DESIGNS, RUNNING = GROUPS = ("scene", "checks", "pictures", "designs", "running")
@@ -117,6 +118,12 @@ class Request:
         bare=(ELEMENTS,),
         default=(),
         writes=("check.json",),
+    )
+    handout: bool = option(
+        PICTURES,
+        "also write one page to print: verdict, picture, limits, assumptions, checks (report.pdf)",
+        flags=("--print",),
+        writes=("report.pdf",),
     )
     stills: bool = option(
         PICTURES, "also draw curves, maps and the mechanism as SVG for print (stills/*.svg)", writes=("stills",)
@@ -295,6 +302,9 @@ class Batch:
     quiet: bool = option(RUNNING, "print nothing but errors")
     list: bool = option(
         RUNNING, "list the shipped scenes and stop; --list sections, --list materials: the names that a scene may use"
+    )
+    completion: str | None = option(
+        RUNNING, "print the script by which a shell completes this command, and stop", choices=SHELLS
     )
     version: bool = option(RUNNING, "print the version and stop")
 

@@ -111,16 +111,11 @@ DONE, FAILED, SKIPPED = "done", "failed", "skipped"
 MESSAGE = 1000  # letters of a line, at most
 OURS = ("kinelast", "rigid", "elastic", "machine", "fem_check", "animations", "exchange")
 TO_INSTALL = {  # by the name that is imported, where that is not what is installed
-    "distributed": "kinelast[cluster]",
-    "ezdxf": "kinelast[dxf]",
     "imageio_ffmpeg": "imageio[ffmpeg]",
-    "pandas": "kinelast[notebook]",
-    "pyarrow": "kinelast[sweep]",
-    "sectionproperties": "kinelast[sections]",
-    "shapely": "kinelast[sections]",
+    "shapely": "sectionproperties",
     "skfem": "scikit-fem",
+    "uplot": "uplot-python",
     "vtkmodules": "vtk",
-    "xarray": "kinelast[notebook]",
 }
 
 

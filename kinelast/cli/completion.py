@@ -1,0 +1,71 @@
+"""Scripts by which shells complete the command: its options, their words, the shipped scenes, files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from shlex import quote
+
+from kinelast.tasks.request import Batch, Request, options_of
+
+COMMANDS = ("kinelast", "deflection-report")
+BASH = """\
+_kinelast() {{
+    local IFS=$'\\n' word="${{COMP_WORDS[COMP_CWORD]}}"
+    case "${{COMP_WORDS[COMP_CWORD-1]}}" in
+{choices}
+    esac
+    case "$word" in
+        -*) COMPREPLY=($(compgen -W {flags} -- "$word")) ;;
+        *) COMPREPLY=($(compgen -W {scenes} -- "$word") $(compgen -f -- "$word")) ;;
+    esac
+}}
+complete -o filenames -F _kinelast {commands}"""
+
+
+def script(shell: str, scenes: Sequence[str]) -> str:
+    """The script for bash, zsh or fish.
+
+    Parameters
+    ----------
+    scenes
+        Names of the shipped scenes.
+    """
+    return _fish(scenes) if shell == "fish" else _bash(scenes, shell == "zsh")
+
+
+def _options() -> list[tuple[str, str, Sequence[str], bool]]:
+    """Flags with their words of help, the words they take, and whether they take a word at all."""
+    return [
+        (flag, option.help, option.choices, bool(option.metavar or option.choices))
+        for name, (option, _) in options_of(Request, Batch).items()
+        for flag in option.flags or (f"--{name}",)
+        if flag.startswith("-")
+    ]
+
+
+def _bash(scenes: Sequence[str], in_zsh: bool) -> str:
+    """For bash; zsh reads the same once it has loaded its functions for that."""
+    line = "        {}) COMPREPLY=($(compgen -W {} -- \"$word\")); return ;;"
+    options = _options()
+    text = BASH.format(
+        choices="\n".join(line.format(flag, _lines(words)) for flag, _, words, _ in options if words),
+        flags=_lines([flag for flag, *_ in options] + ["--help"]),
+        scenes=_lines(scenes),
+        commands=" ".join(COMMANDS),
+    )
+    return f"autoload -U +X compinit bashcompinit && compinit && bashcompinit\n{text}" if in_zsh else text
+
+
+def _lines(words: Sequence[str]) -> str:
+    return "$'" + "\\n".join(words) + "'"
+
+
+def _fish(scenes: Sequence[str]) -> str:
+    lines = []
+    for command in COMMANDS:
+        lines.append(f"complete -c {command} -a {quote(' '.join(scenes))} -d 'shipped scene'")
+        for flag, words, choices, takes in _options():
+            name = f"-l {flag[2:]}" if flag.startswith("--") else f"-s {flag[1:]}"
+            value = f" -x -a {quote(' '.join(choices))}" if choices else " -r" if takes else ""
+            lines.append(f"complete -c {command} {name}{value} -d {quote(words)}")
+    return "\n".join(lines)

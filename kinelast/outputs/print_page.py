@@ -1,0 +1,139 @@
+"""One page to print and to hand on, as PDF: verdict, picture, figures that decide, limits, assumptions, checks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from textwrap import wrap
+from typing import Any
+
+from kinelast.figures.inputs import GOOD
+from kinelast.figures.limits import BROKEN, KEPT
+from kinelast.figures.results import Results
+from kinelast.outputs.batch import LEVELS, limit_rows, verdict_words
+from kinelast.outputs.charts import INK, SOFT, STYLE
+from kinelast.outputs.handout import handout
+from kinelast.outputs.pictures import draw_mechanism
+from kinelast.scene.numbers import error_percent, number, quantity
+
+PAPER, MARGIN = 8.27 + 11.69j, 0.6  # inches, A4
+LEAST_PICTURE, MOST_PICTURE, GAP = 1.5, 4.6, 0.12  # inches
+LETTER, LINE = 0.55, 1.35  # width of a letter and height of a line, of the size of the letters
+MOST_LIMITS = 12
+MOST_LINES = 3  # of the title, and of what the scene says about itself
+GREEN, RED, AMBER = "#1c6b3a", "#a8201a", "#8a5200"
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """Words of one size [points], colour and weight, with the room above them [inches]."""
+
+    words: str
+    size: float = 8.5
+    colour: str = INK
+    weight: str = "normal"
+    above: float = 0.0
+    most: int = 100
+
+    @property
+    def lines(self) -> list[str]:
+        """The words as lines that fit the paper."""
+        fitting = int((PAPER.real - 2 * MARGIN) * 72 / (LETTER * self.size))
+        return wrap(self.words, fitting, max_lines=self.most, placeholder=" …")
+
+    @property
+    def height(self) -> float:
+        """Height with the room above [inches]."""
+        return self.above + len(self.lines) * self.size * LINE / 72
+
+
+def write_page(path: Path, results: Results, figures: Mapping[str, Any]) -> None:
+    """Write the page as PDF; the picture takes the room that the words leave."""
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_pdf import FigureCanvasPdf
+    from matplotlib.figure import Figure
+
+    head, foot = list(_head(figures)), list(_foot(figures))
+    room = PAPER.imag - 2 * MARGIN - sum(each.height for each in (*head, *foot)) - 2 * GAP
+    tall = min(max(room, LEAST_PICTURE), MOST_PICTURE)
+    with rc_context({**STYLE, "pdf.fonttype": 42}):
+        figure = Figure(figsize=(PAPER.real, PAPER.imag))
+        FigureCanvasPdf(figure)
+        below = _write(figure, head, PAPER.imag - MARGIN) - GAP - tall
+        wide = PAPER.real - 2 * MARGIN
+        box = (MARGIN / PAPER.real, below / PAPER.imag, wide / PAPER.real, tall / PAPER.imag)
+        draw_mechanism(results, figure.add_axes(box, frameon=False), complex(wide, tall))
+        _write(figure, foot, below - GAP)
+        figure.savefig(path, format="pdf", metadata=dict.fromkeys(("CreationDate", "Producer", "Creator")))
+
+
+def _write(figure: Any, paragraphs: list[Paragraph], top: float) -> float:
+    """Write paragraphs from a height on downwards [inches]; the height that is reached."""
+    for each in paragraphs:
+        top -= each.above
+        for line in each.lines:
+            place = MARGIN / PAPER.real, top / PAPER.imag
+            style = {"fontsize": each.size, "color": each.colour, "fontweight": each.weight}
+            figure.text(*place, line, va="top", parse_math=False, **style)
+            top -= each.size * LINE / 72
+    return top
+
+
+def _head(figures: Mapping[str, Any]) -> Iterator[Paragraph]:
+    """Title and verdict."""
+    scene, accepted, trust = figures["scene"], figures["acceptance"], figures["verdict"]
+    yield Paragraph(scene["title"], 15, weight="bold", most=MOST_LINES)
+    yield Paragraph(scene["source"], 7.5, SOFT, most=MOST_LINES)
+    colour = {True: GREEN, False: RED}.get(accepted["passed"], AMBER if accepted["verdict"] else INK)
+    words = verdict_words(figures)
+    yield Paragraph(f"{words[:1].upper()}{words[1:]}.", 11, colour, "bold", GAP)
+    if trust["level"] != GOOD:
+        yield Paragraph(f"These figures are {LEVELS[trust['level']]}: {', '.join(trust['reasons'])}.", 9, AMBER)
+
+
+def _foot(figures: Mapping[str, Any]) -> Iterator[Paragraph]:
+    """Figures that decide, limits, assumptions, checks, and what it was made from."""
+    yield from (Paragraph(words) for words in _figures(figures))
+    rows = limit_rows(figures)
+    if rows:
+        yield Paragraph("Limits and how much of them is used", 10, weight="bold", above=GAP)
+    for words, used, outcome in rows[:MOST_LIMITS]:
+        share = "  –  " if used is None else f"{number(100 * used, 3)} %"
+        yield Paragraph(f"{share}  {words}: {outcome}", colour={KEPT: INK, BROKEN: RED}.get(outcome, AMBER))
+    if len(rows) > MOST_LIMITS:
+        yield Paragraph(f"{len(rows) - MOST_LIMITS} more, each used less.", colour=SOFT)
+    told = handout(figures)
+    yield Paragraph("Assumptions", 10, weight="bold", above=GAP)
+    yield from (Paragraph(words, most=MOST_LINES) for words in told["assumptions"])
+    yield Paragraph("Checked", 10, weight="bold", above=GAP)
+    yield Paragraph(f"{told['checked'][:1].upper()}{told['checked'][1:]}", most=MOST_LINES)
+    made = figures["made_from"]["sha256"]
+    yield Paragraph(f"kinelast {figures['kinelast']}; scene {scene_name(figures)}, SHA-256 {made}", 7, SOFT, above=GAP)
+
+
+def scene_name(figures: Mapping[str, Any]) -> str:
+    """The scene's name."""
+    return str(figures["scene"]["name"])
+
+
+def _figures(figures: Mapping[str, Any]) -> Iterator[str]:
+    """Sentences on stress and safety, the output, and the drives."""
+    told_in = figures["told_in"]
+
+    def size(row: Mapping[str, Any]) -> str:
+        known = row.get("error") and row["value"]
+        error = f" ± {error_percent(abs(row['error'] / row['value']))}" if known else ""
+        return quantity(row["value"], row["unit"], told_in=told_in) + error
+
+    if stress := figures["largest_stress"]:
+        safety = figures["strength"][stress["label"]]["safety_factor"]["value"]
+        told = "not known" if safety is None else number(safety, 3)
+        yield f"Largest stress {size(stress)} in {stress['member']}; its safety against yield {told}."
+    if moved := figures["largest_deflection"]:
+        yield f"Largest deflection {size({**moved, 'value': abs(moved['value'])})} of {moved['member']}."
+    if output := figures["output"]:
+        yield f"Error of the output, {output['kind']} {output['name']}: {size(output)}."
+    for name, drive in figures["drives"].items():
+        if drive["effort"]["value"] is not None:
+            yield f"Drive of {name}: at most {size(drive['effort'])}."
