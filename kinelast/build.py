@@ -214,6 +214,8 @@ class Material(Named):
     endurance: Quantity | None = None
     slope: float | None = None
     knee: float | None = None
+    second_knee: float | None = None
+    second_slope: float | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

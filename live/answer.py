@@ -14,17 +14,17 @@ import numpy as np
 
 from elastic import Deflection, sample
 from kinelast.figures.cycle import Cycle, drive_words
-from kinelast.figures.drives import CAM_NEEDS, cam_faults
-from kinelast.figures.entry import LEAST, Figure, items_of, magnitudes
+from kinelast.figures.entry import LEAST, Figure, bounded_items, items_of, magnitudes
 from kinelast.figures.limits import decisive
 from kinelast.figures.output import output_of
+from kinelast.figures.ranges import needed_by_limits, refusals
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import Results
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection
 from kinelast.scene.document import Document, document_from_dict
 from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
-from kinelast.scene.limits import tolerance
+from kinelast.scene.limits import Limit, tolerance
 from kinelast.scene.numbers import quantity
 from kinelast.scene.parsing import is_chain, read_toml
 from kinelast.scene.text import beside
@@ -314,7 +314,7 @@ def whole_picture(results: Results) -> tuple[Answer, bytes]:
 
 
 def _wanted(scene: Scene) -> set[str]:
-    return {*SHOWN, *(limit.figure for limit in limits_of(scene)), *(CAM_NEEDS if scene.cams else ())}
+    return {*SHOWN, *(limit.figure for limit in limits_of(scene)), *needed_by_limits(scene)}
 
 
 def picture(scene: Scene, bent: Deflection, efforts: Any, most: int = POSITIONS) -> tuple[Answer, bytes]:
@@ -405,8 +405,12 @@ def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any
 
 
 def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
-    """Limits of the scene beside the figures that they bound, without errors; none is kept where a cam fails."""
-    works = not any(np.any(at_fault) for _, at_fault in cam_faults(scene, values))
+    """Return the limits of the scene with the figures that they bound, without errors."""
+
+    def judged(limit: Limit) -> bool:
+        items = bounded_items(scene, limit)
+        return not any(np.any(refused) for _, refused in refusals(scene, limit.figure, items, values))
+
     return [
         {
             "kind": limit.kind,
@@ -414,7 +418,7 @@ def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
             "bound": float(np.ravel(limit.bound)[0]),
             "value": float(value),
             "unit": limit.unit or "m",
-            "kept": works and bool(limit.kept(value)),
+            "kept": judged(limit) and bool(limit.kept(value)),
         }
         for limit in limits_of(scene)
         for value in [decisive(scene, limit, values)]

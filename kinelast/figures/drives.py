@@ -30,6 +30,7 @@ from kinelast.figures.entry import (
 from kinelast.scene.data import Scene
 from machine.cams import CamCourse, CamPush, cam_course, line_pressure
 from machine.drives import (
+    added_inertia,
     available_torque,
     buckling_safety,
     energy_fluctuation,
@@ -134,6 +135,11 @@ def _flywheel(cycle: Cycle, number: int) -> Reals:
     return flywheel_inertia(_fluctuation(cycle, number), of_designs(cycle.scene.unevenness[number]), speed)
 
 
+def _added_flywheel(cycle: Cycle, number: int) -> Reals:
+    own = cycle.once(load_inertia, number) + cycle.scene.mechanism.drives[number].inertia
+    return added_inertia(_flywheel(cycle, number), own)
+
+
 def _load_effort(cycle: Cycle, number: int) -> Reals:
     """Effort without that of the rotor."""
     return effort(cycle, number) - cycle.scene.mechanism.drives[number].inertia * acceleration(cycle, number)
@@ -216,8 +222,10 @@ DRIVE_FIGURES: tuple[Figure, ...] = (
            each(of_drive(lambda cycle, number: cycle.once(load_inertia, number))), rigid=True),
     Figure("energy_fluctuation", "energy that a flywheel on a drive would take up", "J", DRIVE,
            averaged(of_drive(_fluctuation)), AVERAGE),
-    Figure("flywheel", "inertia that keeps a drive as even as it may be", "kg m^2", UNEVEN,
+    Figure("flywheel", "total inertia that keeps a drive as even as allowed", "kg m^2", UNEVEN,
            averaged(of_drive(_flywheel, UNEVEN)), AVERAGE),
+    Figure("flywheel_added", "inertia to add that keeps a drive as even as allowed", "kg m^2", UNEVEN,
+           averaged(of_drive(_added_flywheel, UNEVEN)), AVERAGE),
     Figure("motor_torque", "motor torque", "N m", MOTOR, each(of_drive(motor_torque, MOTOR))),
     Figure("motor_rms", "motor torque, root mean square", "N m", MOTOR,
            _over_time(root_mean_square, motor_torque, MOTOR), AVERAGE),
@@ -233,6 +241,9 @@ DRIVE_FIGURES: tuple[Figure, ...] = (
            averaged(of_drive(_matched_ratio, MOTOR)), AVERAGE, rigid=True),
     Figure("pressure", "cylinder pressure", "Pa", CYLINDER, each(of_drive(_pressure, CYLINDER))),
     Figure("flow", "cylinder flow", "m^3/s", CYLINDER, each(of_drive(_flow, CYLINDER)), rigid=True),
+    Figure("rod_slenderness", "slenderness of a cylinder's rod", "1", CYLINDER,
+           averaged(of_drive(lambda cycle, number: cycle.scene.cylinders[number].slenderness, CYLINDER)), AVERAGE,
+           rigid=True),
     Figure("rod_buckling", "buckling safety of a cylinder's rod", "1", CYLINDER, _rod_buckling, LEAST),
 )  # fmt: skip
 

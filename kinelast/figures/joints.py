@@ -146,13 +146,19 @@ def clearance_figures(output: Output | None) -> tuple[Figure, ...]:
 
 
 def _effects(cycle: Cycle, output: Output) -> tuple[Reals, Reals]:
+    """Return the displacements of the output by clearance: of a shared point the larger of all its links."""
     mechanism = cycle.scene.mechanism
-    link, names = mechanism.index[output.link], [name for name, _ in joint_words(mechanism)]
+    names = [name for name, _ in joint_words(mechanism)]
     numbers = numbers_with(cycle.scene, CLEARANCE)
     gaps: dict[int, Any] = {number: cycle.scene.bearings[names[number]].clearance for number in numbers}
     forces = {number: cycle.deflection.forces.force[number] for number in numbers}
-    point: Any = mechanism.links[link].points[output.point] if output.point else None
-    return clearance_effects(cycle.motion, gaps, forces, link, point)
+    ends: list[tuple[int, Any]] = [(mechanism.index[output.link], None)]
+    if output.point:
+        links = enumerate(mechanism.links)
+        ends = [(at, link.points[output.point]) for at, link in links if at and output.point in link.points]
+    effects = [clearance_effects(cycle.motion, gaps, forces, *end) for end in ends]
+    worst, pressed = (np.maximum.reduce(each) for each in zip(*effects, strict=True))
+    return worst, pressed
 
 
 def _fatigue(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:

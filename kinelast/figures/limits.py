@@ -12,7 +12,6 @@ import numpy as np
 
 from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.drives import CAM_NEEDS, cam_faults
 from kinelast.figures.entry import (
     BEAM,
     FIXED,
@@ -29,6 +28,7 @@ from kinelast.figures.entry import (
 )
 from kinelast.figures.errors import stiffness_error
 from kinelast.figures.peaks import Peak
+from kinelast.figures.ranges import needed_by_limits, refusals
 from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
 from kinelast.figures.results import Results, at_peak, figure, largest, results_in_full
 from kinelast.figures.trust import doubts
@@ -64,7 +64,7 @@ def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, An
     ----------
     figures
         By key, the magnitude of the figure of every item in its SI unit, shape (items, ...): items in the order of
-        `items_of`; a limit of a figure that is left out cannot be judged, nor any where a cam does not work.
+        `items_of`. A limit cannot be judged if its figure is left out or out of range, or if a cam does not work.
     errors
         Of the same shapes; where left out they are not counted, and no outcome is a verdict.
     """
@@ -73,8 +73,8 @@ def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, An
         values = figures[limit.figure][items] if items else np.full(1, np.nan)
         given = replace(limit, bound=of_designs(limit.bound))
         worst = severity(given, values, errors[limit.figure][items] if errors and items else 0.0).min(axis=0)
-        for _, at_fault in cam_faults(scene, figures):
-            worst = np.minimum(worst, np.where(at_fault, SEVERITY.index(UNKNOWN), SEVERITY.index(KEPT)))
+        for _, refused in refusals(scene, limit.figure, items, figures):
+            worst = np.minimum(worst, np.where(refused, SEVERITY.index(UNKNOWN), SEVERITY.index(KEPT)))
         yield worst
 
 
@@ -90,8 +90,7 @@ def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
 
 def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure]:
     """Whether all limits of a scene are kept, 1 or 0, and the least margin: no verdicts, as they know no errors."""
-    named = {limit.figure for limit in limits_of(scene)}
-    needed = named | {*(CAM_NEEDS if scene.cams else ())}
+    needed = {limit.figure for limit in limits_of(scene)} | needed_by_limits(scene)
     bounded = [figure for figure in figures if figure.key in needed]
 
     def kept(cycle: Cycle) -> Reals:
@@ -165,24 +164,27 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
         parts = peaks[item].error
         assert parts is not None
         problem = nearer(results, parts, abs(value - float(limit.bound)) / (abs(value) or 1.0))
-    return Judgement(limit, outcome, item, value, error, problem)
+    judged = Judgement(limit, outcome, item, value, error, problem)
+    return _or_refused(results, judged, key, [item for item, *_ in told])
+
+
+def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[int]) -> Judgement:
+    """The judgement, or "cannot be judged" if a formula is out of range or a cam does not work."""
+    if judged.outcome == BROKEN:
+        return judged
+    known = {other: [peak.value for peak in peaks] for other, peaks in results.figures.peaks.items() if peaks}
+    why = "; ".join(words for words, refused in refusals(results.scene, key, items, known) if refused)
+    return replace(judged, outcome=UNKNOWN, problem=why) if why else judged
 
 
 def _if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
-    """The judgements, with "cannot be judged" in place of those that faulty cams or unreliable figures do not allow.
-
-    A cam that does not work makes the figures those of another machine. A limit that is not kept stays not kept.
-    """
-    values = {key: [peak.value for peak in results.figures.peaks.get(key, [])] for key in CAM_NEEDS}
-    known = {key: peaks for key, peaks in values.items() if peaks}
-    faults = [words for words, at_fault in cam_faults(results.scene, known) if at_fault]
-    if not faults and any(judged.outcome == KEPT for judged in judgements):
-        faults = doubts(results)
-    if not faults:
+    """The judgements, with "cannot be judged" in place of "kept" if the figures are not reliable."""
+    kept = any(judged.outcome == KEPT for judged in judgements)
+    why = "; ".join(doubts(results)) if kept else ""
+    if not why:
         return tuple(judgements)
-    why = "; ".join(faults)
     return tuple(
-        judged if judged.outcome == BROKEN else replace(judged, outcome=UNKNOWN, problem=why) for judged in judgements
+        replace(judged, outcome=UNKNOWN, problem=why) if judged.outcome == KEPT else judged for judged in judgements
     )
 
 
@@ -267,7 +269,7 @@ def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judg
     value, error = _known(results, measure) if measure else (math.nan, math.nan)
     outcome = BROKEN if results.buckles and math.isnan(value) else SEVERITY[int(severity(limit, value, error))]
     problem = results.buckles or f"the error of {limit.figure} is not known" if outcome == UNKNOWN else ""
-    return Judgement(limit, outcome, 0, value, error, problem)
+    return _or_refused(results, Judgement(limit, outcome, 0, value, error, problem), limit.figure, [])
 
 
 def room(judged: Judgement, value: float, before: tuple[float, float] | None = None) -> float:
@@ -414,11 +416,13 @@ def _reserves(results: Results, link: str, beams: Sequence[int]) -> Iterator[tup
     limits = [(limit, bounded_items(results.scene, limit)) for limit in limits_of(results.scene)]
     asked = max((float(limit.bound) for limit, items in limits if limit.figure == "life" and {*items} & {*beams}),
                 default=None)  # fmt: skip
-    finite = asked is not None and any(math.isfinite(results.figures.peaks["life"][beam].value) for beam in beams)
+    finite = asked is not None and any(0 < results.figures.peaks["life"][beam].value < math.inf for beam in beams)
     for mode, (key, power) in RESERVES.items():
         if mode == "endurance" and finite and results.scene.fatigue and asked is not None:
             slope = float(results.scene.fatigue.strengths[beams[0]].slope)
-            yield from _reserve(results, "life", "life", 1.0 / slope, beams, asked)
+            by_life = _reserve(results, "life", "life", 1.0 / slope, beams, asked)
+            # a stress that is endured for ever is the most that any life asks for
+            yield max(*by_life, *_reserve(results, mode, key, power, beams, 1.0), key=lambda row: row[1]["value"])
         else:
             yield from _reserve(results, mode, key, power, beams, 1.0)
     of_modes = {key for key, _ in RESERVES.values()}

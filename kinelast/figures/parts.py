@@ -201,6 +201,7 @@ DRIVE_KEYS = {  # of the summary, and the figures that stand there
     "load_inertia": "load_inertia",
     "energy_fluctuation": "energy_fluctuation",
     "flywheel": "flywheel",
+    "flywheel_added": "flywheel_added",
 }
 
 
@@ -340,7 +341,7 @@ def life_figures(results: Results) -> dict[str, Any] | None:
             "mean": figure(fatigue.mean[beam], "Pa"),
             "along": figure(peak.xi * float(results.deflection.length[beam, 0]), "m"),
             "fibre": "left" if peak.row == 0 else "right",
-            "endurance_limit": figure(np.ravel(strength.endurance)[0], "Pa"),
+            "endurance_limit": figure(np.ravel(strength.limit)[0], "Pa"),
             "factors": {key: float(np.ravel(value)[0]) for key, value in scene.fatigue.factors[beam].items()},
         }
     return {"criterion": scene.fatigue.criterion, "links": rows}

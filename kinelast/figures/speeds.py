@@ -15,11 +15,11 @@ from elastic import Deflection
 from elastic.assessment import beyond_beam_theory
 from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, SpeedSearch, critical_speeds, prominences
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.drives import cam_faults
 from kinelast.figures.entry import BEAM, LEAST, Figure, Measure, bounded_items, items_of, magnitudes, measures_of
 from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors, stiffness_error
 from kinelast.figures.limits import SEVERITY, VERDICTS, severities
 from kinelast.figures.output import output_of
+from kinelast.figures.ranges import refusals
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.theory import damping_of
 from kinelast.scene.data import Scene
@@ -360,11 +360,13 @@ def _limit(
 
     def used(answers: SpeedMap, side: float = 1.0) -> Reals:
         values, errors = (_by_figure(scene, figures, each) for each in (answers.values, answers.errors))
-        each = (_used(limit, values.get(limit.figure), errors.get(limit.figure), item, side) for limit, item in rows)
-        shares = np.array(np.broadcast_arrays(*each))
-        for _, at_fault in cam_faults(scene, values):
-            shares = np.where(at_fault, np.nan, shares)
-        return shares
+        shares = []
+        for limit, item in rows:
+            share = _used(limit, values.get(limit.figure), errors.get(limit.figure), item, side)
+            for _, refused in refusals(scene, limit.figure, [item], values):
+                share = np.where(refused, np.nan, share)
+            shares.append(share)
+        return np.array(np.broadcast_arrays(*shares))
 
     fields = [SCANNED.get(limit.figure, 0) for limit, _ in rows]
     beams = [item if limit.of == BEAM else -1 for limit, item in rows]

@@ -17,6 +17,7 @@ from kinelast.figures.cycle import NOISE, WELL
 from kinelast.figures.drives import ACROSS
 from kinelast.figures.inputs import CAUTION, GOOD, OPEN, ORDER, POOR, Finding, cycle_findings, input_findings
 from kinelast.figures.parts import cam_rows, friction_figures
+from kinelast.figures.ranges import outside_ranges
 from kinelast.figures.results import Results, at_peak, worst_figure
 from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT
 from kinelast.scene.numbers import LEAST_TOLD, UNRELIABLE, error_percent, number, percent, quantity
@@ -64,6 +65,7 @@ def findings(results: Results) -> list[Finding]:
         _positions(results),
         *cycle_findings(results),
         *_cams(results),
+        *_ranges(results),
         *_friction(results),
         *_check(results),
         *_exceedances(results),
@@ -164,6 +166,14 @@ def _cams(results: Results) -> Iterator[Finding]:
             part = "throughout" if always else "in part of"
             text = f"The follower leaves the cam {name} {part} the run: a spring that gives {told} along the drive"
             yield Finding(CAUTION, CAMS, f"{text} holds it there; forces where it would pull are those of a groove.")
+
+
+def _ranges(results: Results) -> Iterator[Finding]:
+    """Yield a finding for each sizing formula that is used outside its range."""
+    values = {key: [abs(peak.value) for peak in peaks] for key, peaks in results.figures.peaks.items()}
+    for each, items in outside_ranges(results.scene, values):
+        found = ", ".join(f"{value:.3g} of {name}" for name, value in items.items())
+        yield Finding(CAUTION, "Sizing", f"{_sentence(each.words)}, and it is {found}: {each.outside}.")
 
 
 def _friction(results: Results) -> Iterator[Finding]:

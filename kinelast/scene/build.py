@@ -36,7 +36,10 @@ from kinelast.scene.sections import Material, SectionSource, making, materials_o
 from kinelast.scene.tables import BoundTable, FatigueTable, LinkFatigueTable
 from kinelast.scene.units import Quantity
 from machine.cams import CamPush
+from machine.joints import EDGE_RANGE, HOLE_RANGE
 from machine.life import (
+    SIZE_RANGE,
+    SURFACE_RANGE,
     FatigueStrength,
     FatigueTask,
     effective_diameter,
@@ -44,6 +47,7 @@ from machine.life import (
     size_factor,
     surface_factor,
 )
+from machine.ranges import Range
 from rigid import LineLoad, Link, Load, Mechanism, SegmentedLaw, TableLaw
 from rigid.analysis import Repetition, drives_repeat, mechanism_repeats
 from rigid.arrays import Real
@@ -288,7 +292,8 @@ def _eye_notch(
     section = body.sections[number].section
     factor = eye.notch or eye_of(eye).stress_concentration
     if np.isnan(factor).all():  # of some designs their life is not known
-        form = "the formula is for holes of 0.15 to 0.75 of the width, and an edge of no less than the width"
+        form = f"the formula is for a {HOLE_RANGE.quantity} of {HOLE_RANGE.bounds}"
+        form += f" and an {EDGE_RANGE.quantity} of {EDGE_RANGE.bounds}"
         raise fault(f"bearings.{point}.eye", "notch", f"the key is missing: {form}")
     if section.taper is not None or material is None:
         raise fault(f"bearings.{point}.eye", "link", "expected a beam of one section and a material")
@@ -312,12 +317,15 @@ def _strength(
     surface = asked.surface if given.surface is None else given.surface
     size = asked.size if given.size is None else given.size
     ultimate = real(stuff.ultimate)
+    if isinstance(surface, str):
+        require(SURFACE_RANGE.holds(real(stuff.E) / 1e9), "fatigue", "surface", _left(SURFACE_RANGE))
     factors: dict[str, Any] = {"reliability": reliability_factor(asked.reliability)}
     factors["surface"] = surface_factor(surface, ultimate) if isinstance(surface, str) else surface or 1.0
     factors["size"] = _size_factor(body.sections[number].section, made) if size is None else size
     whole = factors["reliability"] * factors["surface"] * factors["size"]
     limit = nan if stuff.yield_stress is None else real(stuff.yield_stress)
-    return FatigueStrength(ultimate, limit, real(stuff.endurance) * whole, stuff.slope, stuff.knee), factors
+    line = stuff.slope, stuff.knee, stuff.second_knee or nan, stuff.second_slope
+    return FatigueStrength(ultimate, limit, real(stuff.endurance) * whole, *line), factors
 
 
 def _size_factor(section: Section, made: SectionSource) -> Real:
@@ -327,7 +335,13 @@ def _size_factor(section: Section, made: SectionSource) -> Real:
     diameter = effective_diameter(2 * section.fibre * deep, section.width * wide, section.round)
     if np.isnan(diameter).any():
         raise fault("fatigue", "size", f'the section "{made.section}" does not tell its dimensions: give the factor')
+    require(SIZE_RANGE.holds(1e3 * diameter), "fatigue", "size", _left(SIZE_RANGE))
     return size_factor(diameter)
+
+
+def _left(formula: Range) -> str:
+    """Return the message for a quantity outside a formula's range."""
+    return f"{formula.words}: {formula.outside}"
 
 
 def _material(stuff: MaterialTable, name: str) -> Material:

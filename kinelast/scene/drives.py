@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
-from math import isclose, isfinite, pi
+from math import isclose, isfinite, nan, pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -649,10 +649,12 @@ def _touching(where: str, table: CamTable, scene: SceneTable) -> dict[str, Any]:
     if table.material is None:
         require_absent(where, table, ("follower_material",), "belongs beside material, that of the cam")
         return told
-    pairs = []
+    pairs: list[Any] = []
+    yields: list[Any] = []
     for key, name in (("material", table.material), ("follower_material", table.follower_material or table.material)):
         known = materials_of(scene, [name])
         known_name(where, key, name, known, "material")
         poisson = poisson_of(known[name], name)
         pairs += [real(known[name].E), POISSON if poisson is None else poisson]
-    return {**told, "modulus": contact_modulus(*pairs)}
+        yields.append(nan if (least := known[name].yield_stress) is None else real(least))
+    return {**told, "modulus": contact_modulus(*pairs), "yield_stress": np.fmin(yields[0], yields[1])}

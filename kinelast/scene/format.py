@@ -250,10 +250,13 @@ class MaterialTable(StrictTable, frozen=True, kw_only=True):
     #: beta of the law of Kelvin and Voigt, stress = E (strain + beta d strain/dt) [by `damping_ratio`]
     damping: Duration | None = None
     ultimate: Stress | None = None  #: tensile strength, where `[fatigue]` asks for it
-    #: amplitude of fully reversed stress that a smooth bar bears for ever, where `[fatigue]` asks for it
+    #: amplitude of fully reversed stress that a smooth bar bears up to the knee, where `[fatigue]` asks for it
     endurance: Stress | None = None
     slope: Annotated[float, Meta(gt=1)] = 5.0  #: exponent k of the S-N line
-    knee: Annotated[float, Meta(gt=0)] = 1e6  #: cycles at which the S-N line ends in the endurance limit
+    knee: Annotated[float, Meta(gt=0)] = 1e6  #: cycles at which the S-N line reaches `endurance`
+    #: cycles at which a second, flatter line ends in the endurance limit; aluminium and austenitic steel 1e8 [the knee]
+    second_knee: Annotated[float, Meta(gt=0)] | None = None
+    second_slope: Annotated[float, Meta(gt=1)] = 15.0  #: exponent of the second line
 
 
 class BeamTable(StrictTable, frozen=True, kw_only=True):

@@ -1,11 +1,12 @@
 """Cams: the profile that gives a follower its motion, its pressure angle and curvature, the contact and its stress."""
 
-from machine.cams.contact import contact_modulus, line_pressure
+from machine.cams.contact import HERTZ_RANGE, contact_modulus, line_pressure
 from machine.cams.courses import BOTH, INNER, OUTER, Cam, CamCourse, cam_course, cut_depth
 from machine.cams.push import CamPush
 
 __all__ = [
     "BOTH",
+    "HERTZ_RANGE",
     "INNER",
     "OUTER",
     "Cam",

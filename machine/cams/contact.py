@@ -6,11 +6,17 @@ from typing import Any
 
 import numpy as np
 
+from machine.ranges import Range
 from rigid.arrays import Real, Reals
+
+HERTZ_RANGE = Range(
+    "pressure of a cam", "pressure over yield stress", "Johnson, Contact Mechanics 1985, equation (6.4)", most=1.67,
+    outside="the softer body yields below its surface: take a harder material, or a wider contact",
+)  # fmt: skip
 
 
 def contact_modulus(first: Real, first_poisson: Real, second: Real, second_poisson: Real) -> Real:
-    """Modulus of the contact of two materials in plane strain, E* [Pa].
+    """Return the modulus E* of the contact of two materials in plane strain [Pa].
 
     1/E* = (1 - nu_1^2)/E_1 + (1 - nu_2^2)/E_2, of Young's moduli [Pa] and Poisson's ratios.
     """
@@ -19,22 +25,22 @@ def contact_modulus(first: Real, first_poisson: Real, second: Real, second_poiss
 
 
 def line_pressure(force: Any, width: Any, curvature: Any, modulus: Any) -> Reals:
-    """Greatest pressure between two cylinders [Pa], shape of the force; nan where they pull or do not touch.
+    """Return the greatest pressure between two cylinders [Pa], shape of the force; nan if they do not press.
 
     Parameters
     ----------
     force
-        That presses them together [N].
+        Compressive force [N].
     width
-        Along which they touch [m].
+        Length of the line of contact [m].
     curvature
-        The sum of their curvatures [1/m], that of a hollow one negative.
+        Sum of their curvatures [1/m], negative for a hollow one.
     modulus
-        E* [Pa], as of `contact_modulus`.
+        E* [Pa], see `contact_modulus`.
 
     References
     ----------
-    K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, equation (4.45).
+    K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, equation (4.45). Range: `HERTZ_RANGE`.
 
     Examples
     --------

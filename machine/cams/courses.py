@@ -46,7 +46,9 @@ class Cam:
     width
         Along which they touch [m]; nan where it is not known.
     modulus
-        E* of both materials [Pa]; nan where it is not known.
+        E* of both materials [Pa]; nan if unknown.
+    yield_stress
+        The lesser of both materials [Pa]; nan if unknown.
     """
 
     link: int
@@ -61,6 +63,7 @@ class Cam:
     flank: str = INNER
     width: Real = UNKNOWN
     modulus: Real = UNKNOWN
+    yield_stress: Real = UNKNOWN
 
     @property
     def designs(self) -> tuple[int, ...]:

@@ -12,8 +12,8 @@ from machine.drives.balance import (
     weight_effort,
     weight_influences,
 )
-from machine.drives.cylinders import Cylinder, buckling_safety, flow_rate, working_pressure
-from machine.drives.flywheels import energy_fluctuation, flywheel_inertia
+from machine.drives.cylinders import ROD_RANGE, Cylinder, buckling_safety, flow_rate, working_pressure
+from machine.drives.flywheels import UNEVENNESS_RANGE, added_inertia, energy_fluctuation, flywheel_inertia
 from machine.drives.motors import (
     Motor,
     available_torque,
@@ -24,9 +24,12 @@ from machine.drives.motors import (
 )
 
 __all__ = [
+    "ROD_RANGE",
+    "UNEVENNESS_RANGE",
     "Balance",
     "Cylinder",
     "Motor",
+    "added_inertia",
     "available_torque",
     "balanced",
     "buckling_safety",

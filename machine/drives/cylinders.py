@@ -7,9 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from machine.ranges import Range
 from rigid.arrays import Real, Reals
 
 UNKNOWN = float("nan")
+ROD_RANGE = Range(
+    "buckling safety of a rod", "slenderness", "Roloff/Matek 2007, section 8.5: Euler, steel E335", least=89.0,
+    outside="a thicker rod yields before it buckles: hold its stress against the yield stress too",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,27 +55,36 @@ class Cylinder:
 
     @property
     def buckling_load(self) -> Reals:
-        """Euler's, of the rod pinned at both ends [N]: pi^2 E I / l^2."""
+        """Euler's load of the rod pinned at both ends [N]: pi^2 E I / l^2. Range: `ROD_RANGE`."""
         return np.asarray(np.pi**2 * self.modulus * (np.pi * np.asarray(self.rod) ** 4 / 64) / np.square(self.length))
+
+    @property
+    def slenderness(self) -> Reals:
+        """Length of the rod over the radius of gyration of its section, 4 l / d."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(4.0 * np.asarray(self.length) / self.rod)
 
 
 def working_pressure(cylinder: Cylinder, force: Any) -> Reals:
-    """Pressure above that behind the piston [Pa]: of a push on the whole area, of a pull on that beside the rod.
+    """Return the pressure over that behind the piston [Pa]: the force over the piston, or over its ring in a pull.
 
-    `force` [N] is along the drive's coordinate, along which the rod comes out.
+    `force` [N] is along the drive's coordinate, which extends the rod. Range: any, static and without friction.
     """
     pressure: Reals = np.where(np.asarray(force) > 0, force / cylinder.area, -force / cylinder.annulus)
     return pressure
 
 
 def flow_rate(cylinder: Cylinder, rate: Any) -> Reals:
-    """Flow into the cylinder at a rate of its stroke [m^3/s], of magnitude: coming out fills the whole area."""
+    """Return the magnitude of the flow into the cylinder at a rate of its stroke [m^3/s].
+
+    The area times the rate, of an incompressible fluid without leakage, at any rate.
+    """
     flow: Reals = np.where(np.asarray(rate) > 0, rate * cylinder.area, -rate * cylinder.annulus)
     return flow
 
 
 def buckling_safety(cylinder: Cylinder, force: Any) -> Reals:
-    """Euler's load of the rod over its push; infinite where it pulls."""
+    """Return Euler's load of the rod over its push; infinite if it pulls. Range: `ROD_RANGE`."""
     push = np.maximum(force, 0.0)
     with np.errstate(divide="ignore"):
         safety: Reals = np.where(push > 0, cylinder.buckling_load / np.where(push > 0, push, 1.0), np.inf)

@@ -6,18 +6,24 @@ from typing import Any
 
 import numpy as np
 
+from machine.ranges import Range
 from rigid.arrays import Reals
+
+UNEVENNESS_RANGE = Range(
+    "inertia of a flywheel", "unevenness", "Norton, Design of Machinery, chapter 11: constant speed", most=0.1,
+    outside="the effort depends on the speed: integrate the motion under the mean effort",
+)  # fmt: skip
 
 
 def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
-    """Greatest less least energy stored over a cycle, where its mean effort is supplied all the time [J], shape (...).
+    """Return the greatest less the least energy stored over a cycle under a constant mean effort [J], shape (...).
 
     Parameters
     ----------
     effort
-        Of the drive over one cycle, whose end is not repeated [N m], shape (..., positions).
+        Effort of the drive over one cycle without its end [N m], shape (..., positions).
     coordinate
-        Of the drive [rad], shape (..., positions).
+        Coordinate of the drive [rad], shape (..., positions).
     travel
         Change of the coordinate in a cycle [rad].
 
@@ -36,12 +42,31 @@ def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
 
 
 def flywheel_inertia(fluctuation: Any, unevenness: Any, speed: Any) -> Reals:
-    """Inertia [kg m^2] with which the speed [rad/s] varies by a share of its mean, greatest less least.
+    """Return the total inertia with which the speed varies by a share of its mean, greatest less least [kg m^2].
 
-    Of the whole that turns with it, as the textbooks have it: the machine's own counts against it.
+    Total: flywheel, machine, motor and gear. To add, see `added_inertia`.
+
+    References
+    ----------
+    R. L. Norton, Design of Machinery, chapter 11. Range: `UNEVENNESS_RANGE`.
 
     >>> round(float(flywheel_inertia(583.1, 0.0133, 26.18)), 1)  # Khurmi, Theory of Machines: 400 kg at 0.4 m
     64.0
     """
     inertia: Reals = np.asarray(fluctuation) / (unevenness * np.square(speed))
     return inertia
+
+
+def added_inertia(total: Any, own: Any) -> Reals:
+    """Return the inertia to add to a machine for a total inertia, at least 0 [kg m^2], shape (...).
+
+    The least inertia of the machine counts. With one that varies, the speed stays within the allowed unevenness.
+
+    Parameters
+    ----------
+    total
+        As returned by `flywheel_inertia`, shape (...).
+    own
+        Inertia of links, motor and gear, reduced to the drive [kg m^2], shape (..., positions).
+    """
+    return np.asarray(np.maximum(np.asarray(total) - np.min(own, axis=-1), 0.0))

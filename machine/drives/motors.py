@@ -57,12 +57,15 @@ class Motor:
 
 
 def gear_effort(motor: Motor, effort: Any, rate: Any) -> Reals:
-    """Effort that the gear's input gives, before its ratio [N m or N]: losses added where it drives, else taken off.
+    """Return the effort at the gear's input, before its ratio [N m or N].
+
+    The efficiency divides the effort if the gear drives, and multiplies it if the load drives. Range: an efficiency
+    that is the same both ways, at any load and speed.
 
     Parameters
     ----------
     effort, rate
-        Of the drive without the rotor's inertia [N m or N], and its rate [rad/s or m/s], shape (..., positions).
+        Effort of the drive without the rotor's inertia [N m or N], and its rate, shape (..., positions).
     """
     drives = np.asarray(effort) * rate > 0
     through: Reals = np.where(drives, effort / motor.efficiency, effort * motor.efficiency)
@@ -70,12 +73,14 @@ def gear_effort(motor: Motor, effort: Any, rate: Any) -> Reals:
 
 
 def motor_torque(motor: Motor, effort: Any, rate: Any, acceleration: Any) -> Reals:
-    """Torque of the motor [N m], shape (..., positions): the load's through the gear, and that of rotor and gear.
+    """Return the torque of the motor [N m], shape (..., positions): of the load through the gear, and of the rotor.
+
+    Equation of motion of a stiff rotor and gear without backlash. Range: that of `gear_effort`.
 
     Parameters
     ----------
     effort, rate, acceleration
-        Of the drive's coordinate; the effort without the rotor's inertia.
+        Effort without the rotor's inertia, and rates of the drive's coordinate.
     """
     ratio = motor.gear_ratio
     torque: Reals = gear_effort(motor, effort, rate) / ratio + motor.inertia * ratio * acceleration
@@ -83,9 +88,10 @@ def motor_torque(motor: Motor, effort: Any, rate: Any, acceleration: Any) -> Rea
 
 
 def available_torque(motor: Motor, speed: Any) -> Reals:
-    """Greatest torque of the motor at a speed [rad/s], shape of the speed: the peak, and the line from stall to none.
+    """Return the greatest torque of the motor at a speed [rad/s], shape of the speed; nan if unknown.
 
-    nan where the motor tells neither.
+    The lesser of the peak torque and the line from stall to zero at the top speed: a model of the data sheet, of any
+    motor whose torque falls in proportion to its speed.
     """
     falling = motor.stall_torque * np.clip(1.0 - np.abs(speed) / motor.top_speed, 0.0, None)
     available: Reals = np.fmin(motor.peak_torque + np.zeros_like(falling), falling)
@@ -93,11 +99,11 @@ def available_torque(motor: Motor, speed: Any) -> Reals:
 
 
 def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, weight: Any = 1.0) -> Reals:
-    """Gear ratio for which the root mean square of the motor's torque is least, shape (...).
+    """Return the gear ratio with the least root mean square of the motor's torque, shape (...).
 
     The mean square is A / n^2 + 2 B + C n^2 with the mean squares A of the effort through the gear and C of the torque
-    that accelerates rotor and gear: n^4 = A / C. For a load of inertia alone n^2 is that over the motor's. Held below
-    the ratio at which the motor reaches its rated or its top speed, and at that where the drive does not accelerate.
+    that accelerates rotor and gear: n^4 = A / C. At most the ratio at which the motor reaches its rated or top speed;
+    that ratio if the drive does not accelerate. Range: an efficiency and a rotor that do not change with the ratio.
     """
     passed = mean(gear_effort(motor, effort, rate) ** 2, weight)
     own = mean((motor.inertia * np.asarray(acceleration)) ** 2, weight)
@@ -111,7 +117,9 @@ def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, 
 
 
 def inertia_matched_ratio(load: Any, motor: Any) -> Reals:
-    """Gear ratio that accelerates an inertia with the least torque: the root of the load's over the motor's.
+    """Return the gear ratio that accelerates an inertia with the least torque: the root of load over motor inertia.
+
+    Range: a load of constant inertia alone.
 
     >>> round(float(inertia_matched_ratio(0.09, 1e-4)), 9)
     30.0

@@ -1,11 +1,35 @@
 """Joints of a machine: the force they bear over the cycle, and the bearings, pins and eyes that they are made of."""
 
-from machine.joints.bearings import LIFE_FACTORS, Eye, Guide, JointParts, Pin, Plain, Rolling
+from machine.joints.bearings import (
+    EDGE_RANGE,
+    EYE_RANGE,
+    HOLE_RANGE,
+    LIFE_FACTORS,
+    LOAD_RANGE,
+    OVERLAP_RANGE,
+    PIN_RANGE,
+    SLIP_RANGE,
+    STATIC_RANGE,
+    Eye,
+    Guide,
+    JointParts,
+    Pin,
+    Plain,
+    Rolling,
+)
 from machine.joints.clearance import clearance_effects, contact_losses, knocks
 from machine.joints.courses import JointCourse, joint_course
 
 __all__ = [
+    "EDGE_RANGE",
+    "EYE_RANGE",
+    "HOLE_RANGE",
     "LIFE_FACTORS",
+    "LOAD_RANGE",
+    "OVERLAP_RANGE",
+    "PIN_RANGE",
+    "SLIP_RANGE",
+    "STATIC_RANGE",
     "Eye",
     "Guide",
     "JointCourse",

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from machine.joints.courses import JointCourse
+from machine.ranges import Range
 from rigid.arrays import Real, Reals, of_designs
 
 MILLION = 1e6
@@ -14,6 +15,37 @@ LIFE_FACTORS = {0.90: 1.0, 0.95: 0.64, 0.96: 0.55, 0.97: 0.47, 0.98: 0.37, 0.99:
 """a_1 of ISO 281:2007, table 12, by the share of bearings that reach the life."""
 EXPONENTS = {"ball": 3.0, "roller": 10.0 / 3.0}
 SOLID = 4.0 / 3.0  # greatest shear stress of a round section over the mean one
+BEARING_LIFE = "life of a rolling bearing"
+LOAD_RANGE = Range(
+    BEARING_LIFE, "equivalent load over C", "ISO 281:2007, least of C0 and 0.5 C", most=0.5,
+    outside="a larger load deforms the raceways: choose a larger bearing",
+)  # fmt: skip
+SLIP_RANGE = Range(
+    BEARING_LIFE, "equivalent load over C", "bearing makers' minimum load, balls 0.01, rollers 0.02", least=0.01,
+    outside="under a smaller load the elements slide: choose a smaller bearing, or preload it",
+)  # fmt: skip
+STATIC_RANGE = Range(
+    BEARING_LIFE, "C0 over the largest load", "ISO 76:2006", least=1.0,
+    outside="a larger load leaves dents in the raceways: choose a larger bearing",
+)  # fmt: skip
+OVERLAP_RANGE = Range(
+    BEARING_LIFE, "swing over that from element to element", "Harris and Kotzalas 2007, section 11.10", least=1.0,
+    outside="a smaller swing wears the raceways (false brinelling): choose a plain bearing",
+)  # fmt: skip
+PIN_RANGE = Range(
+    "stress of a pin", "yield stress over stress", "Roloff/Matek 2007, section 9.2.2: elastic beam", least=1.0,
+    outside="it is bent for good, and its stress is not that of the formula",
+)  # fmt: skip
+EYE_RANGE = Range(
+    "stress of an eye", "yield stress over stress", "Roloff/Matek 2007, section 9.2.2: elastic", least=1.0,
+    outside="it is stretched for good, and its stress is not that of the formula",
+)  # fmt: skip
+HOLE_RANGE = Range(
+    "notch factor of an eye", "hole over the width", "Roark's Formulas, 7th ed. 2002, table 17.1", 0.15, 0.75
+)
+EDGE_RANGE = Range(
+    "notch factor of an eye", "edge over the width", "Roark's Formulas, 7th ed. 2002, table 17.1", least=1.0
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +87,8 @@ class Rolling:
 
         References
         ----------
-        ISO 281:2007, equations (3), (9) and (27): L_nm = a_1 a_ISO (C/P)^p million revolutions.
+        ISO 281:2007, equations (3), (9) and (27): L_nm = a_1 a_ISO (C/P)^p million revolutions. Ranges: `LOAD_RANGE`,
+        `STATIC_RANGE`, `SLIP_RANGE`, and `OVERLAP_RANGE` if it swings.
         """
         with np.errstate(divide="ignore"):
             ratio = of_designs(self.dynamic) / self.equivalent_load(course)
@@ -63,10 +96,9 @@ class Rolling:
             return np.asarray(factor * ratio**self.exponent * MILLION)
 
     def life(self, course: JointCourse) -> Reals:
-        """Time that is reached [s], shape (...); infinite where nothing turns.
+        """Return the life [s], shape (...); infinite if nothing turns.
 
-        A bearing that swings is passed by as many revolutions as make up its way: the usual formula for amplitudes
-        that move each rolling element beyond the place of the next, see `overlap`.
+        The path of a swinging bearing counts as revolutions. Ranges: see `revolutions`.
 
         References
         ----------
@@ -77,21 +109,22 @@ class Rolling:
             return np.asarray(np.where(per_second > 0.0, self.revolutions(course) / per_second, np.inf))
 
     def static_safety(self, course: JointCourse) -> Reals:
-        """C0 over the largest load, shape (...) (ISO 76:2006)."""
+        """Return C0 over the largest load, shape (...) (ISO 76:2006, any load)."""
         with np.errstate(divide="ignore"):
             return np.asarray(of_designs(self.static) / course.size.max(axis=-1))
 
     def load_share(self, course: JointCourse) -> Reals:
-        """Equivalent load over C, shape (...): bearings roll without sliding from some 0.01 (balls) or 0.02 on."""
+        """Return the equivalent load over C, shape (...)."""
         return np.asarray(self.equivalent_load(course) / of_designs(self.dynamic))
 
     def overlap(self, course: JointCourse) -> Reals:
-        """Swing over that at which each rolling element comes to the place of the next, shape (...).
+        """Return the swing over the one that moves each rolling element to the place of the next, shape (...).
 
-        Elements move half as far as the ring, so that this is 4 pi / Z. Below 1 the lubricant is not renewed (false
-        brinelling), and the life is not that of the formula; far above 1 of a joint that turns on.
+        Elements move half as far as the ring: that swing is 4 pi / Z. Unknown (nan) without the number of elements,
+        or at rest.
         """
-        return np.asarray(course.swing * self.elements / (4.0 * np.pi))
+        turning = np.where(course.travel > 0.0, self.elements, np.nan)
+        return np.asarray(course.swing * turning / (4.0 * np.pi))
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +135,7 @@ class Plain:
     width: Real
 
     def pressure(self, course: JointCourse) -> Reals:
-        """Force over the projected area [Pa], shape (..., positions)."""
+        """Return the force over the projected area [Pa], shape (..., positions): a definition, for any load."""
         return np.asarray(np.abs(course.force) / (self.diameter * self.width))
 
     def speed(self, course: JointCourse) -> Reals:
@@ -110,7 +143,7 @@ class Plain:
         return np.asarray(np.abs(course.rate) * self.diameter / 2.0)
 
     def pressure_times_speed(self, course: JointCourse) -> Reals:
-        """Mean of p v over time [W/m^2], shape (...), by which it warms."""
+        """Return the mean of p v over time [W/m^2], shape (...): a definition; the maker's p v limit is for it."""
         product = course.size / (self.diameter * self.width) * np.nan_to_num(self.speed(course))
         return np.asarray((product * course.weight).sum(axis=-1) / (course.weight * course.known).sum(axis=-1))
 
@@ -135,7 +168,8 @@ class Guide:
 
         References
         ----------
-        Timoshenko, Strength of Materials, part I, 3rd ed. 1955, article 58, eccentric load on a rectangle.
+        Timoshenko, Strength of Materials, part I, 3rd ed. 1955, article 58, eccentric load on a rectangle. Range: any
+        eccentricity, as the block bears on both its sides.
         """
         even, ends = self._parts(course)
         return np.asarray(even + ends)
@@ -192,7 +226,8 @@ class Pin:
 
         References
         ----------
-        Muhs et al., Roloff/Matek Maschinenelemente, 18th ed. 2007, section 9.2.2, case 1 (without the gap).
+        Muhs et al., Roloff/Matek Maschinenelemente, 18th ed. 2007, section 9.2.2, case 1 (without the gap). Range:
+        `PIN_RANGE`.
         """
         lever = self.gap + self.eye / 2.0 if self.overhung else (self.eye + 2.0 * self.cheek + 4.0 * self.gap) / 8.0
         return np.asarray(32.0 * np.abs(course.force) * lever / (np.pi * np.power(self.diameter, 3)))
@@ -231,32 +266,32 @@ class Eye:
 
     @property
     def stress_concentration(self) -> Reals:
-        """Largest stress at the hole over that of the net section, the pin fitting closely and pulling along the plate.
-
-        A polynomial for holes of 0.15 to 0.75 of the width and an edge of no less than the width; nan of others, as of
-        eyes that are round about their hole.
+        """Largest stress at the hole over that of the net section, for a close fit and a pull along the plate.
 
         References
         ----------
         Young and Budynas, Roark's Formulas for Stress and Strain, 7th ed. 2002, table 17.1, round pin joint with
-        closely fitting pin, after Frocht and Hill 1940.
+        closely fitting pin, after Frocht and Hill 1940. Ranges: `HOLE_RANGE`, `EDGE_RANGE`; nan outside.
         """
         part = np.asarray(self.diameter / self.width)
         factor = np.polyval([-51.667, 89.762, -52.714, 12.882], part)
-        return np.where((part >= 0.15) & (part <= 0.75) & (self.edge >= self.width), factor, np.nan)
+        return np.where(HOLE_RANGE.holds(part) & EDGE_RANGE.holds(self.edge / self.width), factor, np.nan)
 
     def bearing(self, course: JointCourse) -> Reals:
-        """Bearing stress F/(d t) [Pa], shape (..., positions)."""
+        """Return the bearing stress F/(d t) [Pa], shape (..., positions). Range: `EYE_RANGE`."""
         return np.asarray(np.abs(course.force) / (self.diameter * self.thickness))
 
     def net(self, course: JointCourse) -> Reals:
-        """Tension in the net section F/((w - d) t) [Pa], shape (..., positions), as if all the force pulled there."""
+        """Return the tension of the net section F/((w - d) t) [Pa], shape (..., positions). Range: `EYE_RANGE`.
+
+        All the force counts, whatever its direction.
+        """
         return np.asarray(np.abs(course.force) / self.net_area)
 
     def tear_out(self, course: JointCourse) -> Reals:
-        """Shear stress in the two planes from the hole to the end, F/(2 t (e - d/2)) [Pa], shape (..., positions).
+        """Return the shear stress in the two planes from the hole to the end [Pa], shape (..., positions).
 
-        The shortest planes: along them from the hole's farthest point.
+        F/(2 t (e - d/2)), the shortest planes, from the farthest point of the hole. Range: `EYE_RANGE`.
         """
         return np.asarray(np.abs(course.force) / (2.0 * self.thickness * (self.edge - self.diameter / 2.0)))
 

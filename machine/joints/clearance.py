@@ -46,9 +46,10 @@ def knocks(lost: Flags, closed: bool) -> Integers:
 def clearance_effects(
     motion: Motion, clearances: Mapping[int, Reals], forces: Mapping[int, Complexes], link: int, point: complex | None
 ) -> tuple[Reals, Reals]:
-    """Displacement of an output by the clearance of joints, with rigid links, shape (..., positions) each.
+    """Return displacements of a point [m] or angle [rad] by the clearance of joints, shape (..., positions) each.
 
-    Of a point [m], or of the angle of a link [rad].
+    First order in the clearances, of rigid links: each pin displaces the output by its influence. Range: clearances and
+    displacements that are small against the links, away from dead points.
 
     Parameters
     ----------
@@ -57,12 +58,11 @@ def clearance_effects(
     forces
         On the child of each of these joints, in the ground's axes [N].
     link, point
-        Of the output, the point in the link's axes; None for its angle.
+        Link of the output, and the point in its axes; None for its angle.
 
     Returns
     -------
-    The most that there may be, every pin where it displaces the output most: the sum of the influences' magnitudes. And
-    that with every pin where its force presses it.
+    The worst displacement, the sum of the influences' magnitudes; and that with every pin where its force presses it.
     """
     rows, pressed = [], np.zeros(motion.columns, complex)
     for number, clearance in clearances.items():

@@ -3,7 +3,11 @@
 from machine.life.damage import cycles_of, damage
 from machine.life.endurance import (
     CRITERIA,
+    CYCLES_RANGE,
+    SIZE_RANGE,
+    SURFACE_RANGE,
     SURFACES,
+    YIELD_RANGE,
     FatigueStrength,
     effective_diameter,
     endurance_safety,
@@ -16,7 +20,11 @@ from machine.life.stresses import Fatigue, FatigueTask, fatigue
 
 __all__ = [
     "CRITERIA",
+    "CYCLES_RANGE",
+    "SIZE_RANGE",
     "SURFACES",
+    "SURFACE_RANGE",
+    "YIELD_RANGE",
     "Fatigue",
     "FatigueStrength",
     "FatigueTask",

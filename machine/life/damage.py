@@ -51,26 +51,25 @@ def reversals(courses: Any) -> Integers:
 
 
 def damage(course: Any, strength: FatigueStrength, criterion: str = "goodman") -> float:
-    """Miner's sum of one repetition of a stress: the share of the life that it takes.
+    """Return Miner's sum of one repetition of a stress: its share of the life.
 
-    Where no cycle is above the endurance limit there is none; where one is, the smaller ones damage too, by the slope
-    2 k - 1. A course of one plain cycle is taken as that.
+    Zero if no cycle exceeds the endurance limit. Otherwise the smaller cycles count too, see `FatigueStrength.cycles`.
 
     Parameters
     ----------
     course
         Stress [Pa], shape (positions,).
     strength
-        Of one design: numbers.
+        Strength of one design: numbers.
 
     References
     ----------
-    Miner, Cumulative damage in fatigue, Journal of Applied Mechanics 12 (1945) A159-A164.
+    Miner, Cumulative damage in fatigue, Journal of Applied Mechanics 12 (1945) A159-A164. Range: that of the S-N line.
     """
     values = np.asarray(course, float)
     most, least = float(values.max()), float(values.min())
     whole = float(equivalent_amplitude((most - least) / 2, (most + least) / 2, strength, criterion))
-    if not whole > strength.endurance:
+    if not whole > strength.limit:
         return 0.0
     if reversals(values) <= 2:
         return float(1.0 / strength.cycles(whole))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from machine.ranges import Range
 from rigid.arrays import Real, Reals
 
 GOODMAN, GERBER, SODERBERG = CRITERIA = ("goodman", "gerber", "soderberg")
@@ -18,8 +19,23 @@ SURFACES = {  # of steel: a and b of k_a = a (S_ut / MPa)^b
     "as-forged": (272.0, -0.995),
 }
 """Marin's factor of a steel's surface, k_a = a (S_ut / MPa)^b: a and b."""
-LEAST_SIZE, MIDDLE_SIZE, LARGEST_SIZE = 2.79e-3, 51e-3, 254e-3  # [m] between which the size factor is known
+LEAST_SIZE, MIDDLE_SIZE = 2.79, 51.0  # [mm] at which the formulas of the size factor begin
 SPREAD = 0.08  # standard deviation of endurance limits over their mean
+SHIGLEY = "Shigley's Mechanical Engineering Design, 9th ed. 2011"
+SURFACE_RANGE = Range(
+    "surface factor", "modulus in GPa", f"{SHIGLEY}, table 6-2: steel", 190.0, 220.0, "give the factor as a number"
+)
+SIZE_RANGE = Range(
+    "size factor", "diameter in mm", f"{SHIGLEY}, equation (6-20)", most=254.0, outside="give the factor"
+)
+CYCLES_RANGE = Range(
+    "S-N line", "number of runs", "FKM guideline, 6th ed. 2012, section 2.4: 10^4 cycles or more", least=1e4,
+    outside="the true life is known only by strains (low-cycle fatigue)",
+)  # fmt: skip
+YIELD_RANGE = Range(
+    "S-N line", "yield stress over stress", "FKM guideline, 6th ed. 2012, section 0.0: elastic stresses", least=1.0,
+    outside="the link is bent for good in the first cycle, and its life is not that of the formula",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,11 +45,19 @@ class FatigueStrength:
     Attributes
     ----------
     ultimate, yield_stress
-        Tensile and yield strength [Pa]; nan where not known.
+        Tensile and yield strength [Pa]; nan if unknown.
     endurance
-        Amplitude of fully reversed stress that the part bears for ever, its factors in it [Pa].
+        Amplitude of fully reversed stress at the knee, including the factors of the part [Pa].
     slope, knee
-        k and N_D of the S-N line N = N_D (endurance / amplitude)^k, which ends in the endurance limit at N_D cycles.
+        k and N_D of the S-N line N = N_D (endurance / amplitude)^k.
+    second_knee, second_slope
+        Cycles at which a second line ends that begins at the knee, and its exponent. Aluminium and austenitic steel
+        have 10^8 and 15; nan if the first knee is the last.
+
+    References
+    ----------
+    FKM guideline, Analytical Strength Assessment, 6th ed. 2012, section 2.4.3: type I (steel, cast iron) ends at the
+    knee, type II (aluminium, austenitic steel) at the second knee. Range: `CYCLES_RANGE`, `YIELD_RANGE`.
     """
 
     ultimate: Real
@@ -41,25 +65,35 @@ class FatigueStrength:
     endurance: Real
     slope: Real
     knee: Real
+    second_knee: Real = np.nan
+    second_slope: Real = 15.0
+
+    @property
+    def limit(self) -> Reals:
+        """Amplitude of fully reversed stress that the part bears for ever [Pa]."""
+        left = (self.knee / np.asarray(self.second_knee)) ** (1.0 / np.asarray(self.second_slope))
+        return np.asarray(self.endurance * np.where(np.isnan(left), 1.0, left))
 
     def cycles(self, amplitude: Any, below: bool = False) -> Reals:
-        """Cycles that a fully reversed stress amplitude [Pa] is borne for, infinite up to the endurance limit.
+        """Return the life in cycles under a fully reversed stress amplitude [Pa], infinite up to the endurance limit.
 
         Parameters
         ----------
         below
-            Whether amplitudes up to the limit damage too, by the slope 2 k - 1: in a spectrum of which others are
-            above it.
+            Count the damage of amplitudes up to the limit, as in a spectrum that exceeds it: by the slope 2 k - 1, or
+            by the second line continued.
 
         References
         ----------
-        Haibach, Betriebsfestigkeit, 3rd ed. 2006, section 3.2 (2 k - 1).
+        Haibach, Betriebsfestigkeit, 3rd ed. 2006, section 3.2 (2 k - 1); FKM guideline as above.
         """
+        size = np.asarray(amplitude, float)
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-            ratio = self.endurance / np.asarray(amplitude, float)
-            above: Reals = self.knee * ratio**self.slope
-            beyond = self.knee * ratio ** (2.0 * self.slope - 1.0) if below else np.inf
-            return np.where(ratio < 1.0, above, np.where(np.isnan(ratio), np.nan, beyond))
+            ratio = self.endurance / size
+            flat = np.where(np.isnan(self.second_knee), 2.0 * np.asarray(self.slope) - 1.0, self.second_slope)
+            lines = self.knee * ratio ** np.where(ratio < 1.0, self.slope, flat)
+            endless = (size <= self.limit) & (not below)
+            return np.where(endless, np.inf, lines)
 
     def of_mean(self, criterion: str) -> Real:
         """Strength that a steady stress is held against [Pa]: yield of Soderberg's line, else the ultimate."""
@@ -67,13 +101,14 @@ class FatigueStrength:
 
 
 def equivalent_amplitude(amplitude: Any, mean: Any, strength: FatigueStrength, criterion: str = GOODMAN) -> Reals:
-    """Amplitude of fully reversed stress that does the same damage as an amplitude about a mean stress [Pa].
+    """Return the amplitude of fully reversed stress that is as damaging as an amplitude about a mean stress [Pa].
 
-    A mean that presses counts as none. Infinite from the strength on.
+    A compressive mean counts as zero. Infinite if the mean reaches the strength.
 
     References
     ----------
-    Budynas and Nisbett, Shigley's Mechanical Engineering Design, 9th ed. 2011, section 6-12.
+    Budynas and Nisbett, Shigley's Mechanical Engineering Design, 9th ed. 2011, section 6-12. Range: stresses below the
+    strength.
     """
     share = np.maximum(mean, 0.0) / strength.of_mean(criterion)
     left = 1.0 - (share**2 if criterion == GERBER else share)
@@ -82,9 +117,9 @@ def equivalent_amplitude(amplitude: Any, mean: Any, strength: FatigueStrength, c
 
 
 def endurance_safety(amplitude: Any, mean: Any, strength: FatigueStrength, criterion: str = GOODMAN) -> Reals:
-    """Factor by which amplitude and mean may both grow until the endurance limit is reached.
+    """Return the factor by which amplitude and mean may both grow up to the endurance limit.
 
-    Infinite without stress. A mean that presses counts as none.
+    Infinite without stress. A compressive mean counts as zero.
 
     Parameters
     ----------
@@ -94,7 +129,7 @@ def endurance_safety(amplitude: Any, mean: Any, strength: FatigueStrength, crite
     References
     ----------
     Shigley's Mechanical Engineering Design, 9th ed. 2011, table 6-7 (Gerber) and equations (6-41), (6-46) for the
-    straight lines.
+    straight lines. Range: the peak stress below yield.
 
     Examples
     --------
@@ -104,7 +139,7 @@ def endurance_safety(amplitude: Any, mean: Any, strength: FatigueStrength, crite
     >>> float(endurance_safety(100e6, 100e6, strength))
     1.3333333333333333
     """
-    reversed_, steady = amplitude / strength.endurance, np.maximum(mean, 0.0) / strength.of_mean(criterion)
+    reversed_, steady = amplitude / strength.limit, np.maximum(mean, 0.0) / strength.of_mean(criterion)
     with np.errstate(divide="ignore", invalid="ignore"):
         if criterion != GERBER:
             return np.asarray(1.0 / (reversed_ + steady))
@@ -113,7 +148,7 @@ def endurance_safety(amplitude: Any, mean: Any, strength: FatigueStrength, crite
 
 
 def surface_factor(finish: str, ultimate: Any) -> Reals:
-    """Factor of the endurance limit by the surface of a steel part, at most 1.
+    """Return the factor of the endurance limit for the surface of a steel part, at most 1.
 
     Parameters
     ----------
@@ -124,7 +159,7 @@ def surface_factor(finish: str, ultimate: Any) -> Reals:
 
     References
     ----------
-    Shigley's Mechanical Engineering Design, 9th ed. 2011, equation (6-19) and table 6-2.
+    Shigley's Mechanical Engineering Design, 9th ed. 2011, equation (6-19) and table 6-2. Range: `SURFACE_RANGE`.
 
     Examples
     --------
@@ -138,28 +173,26 @@ def surface_factor(finish: str, ultimate: Any) -> Reals:
 
 
 def size_factor(diameter: Any) -> Reals:
-    """Factor of the endurance limit by size, of a rotating round bar in bending of that diameter [m], at most 1.
-
-    Beyond 254 mm, to where it was measured, that of 254 mm.
+    """Return the factor of the endurance limit for the diameter of a rotating bar in bending [m], at most 1.
 
     References
     ----------
-    Shigley's Mechanical Engineering Design, 9th ed. 2011, equation (6-20).
+    Shigley's Mechanical Engineering Design, 9th ed. 2011, equation (6-20). Range: `SIZE_RANGE`; nan beyond it.
     """
-    size = 1e3 * np.clip(diameter, LEAST_SIZE, LARGEST_SIZE)
-    factor = np.where(size <= 1e3 * MIDDLE_SIZE, (size / 7.62) ** -0.107, 1.51 * size**-0.157)
-    return np.asarray(np.minimum(factor, 1.0))
+    size = np.maximum(1e3 * np.asarray(diameter), LEAST_SIZE)
+    factor = np.where(size <= MIDDLE_SIZE, (size / 7.62) ** -0.107, 1.51 * size**-0.157)
+    return np.where(SIZE_RANGE.holds(size), np.minimum(factor, 1.0), np.nan)
 
 
 def effective_diameter(depth: Any, width: Any, rounded: bool) -> Reals:
-    """Diameter of a rotating round bar that has as much area at 95 % of the greatest stress, of one that does not turn.
+    """Return the diameter of the rotating bar that has the same area above 95 % of the largest stress [m].
 
     Parameters
     ----------
     depth, width
-        In and across the plane of bending [m]; a round section's width does not matter.
+        In and across the plane of bending [m]; the width of a round section is ignored.
     rounded
-        Whether the section is round, and not a rectangle, box or I in bending by its flanges.
+        True for a round section, false for a rectangle, box or I.
 
     References
     ----------
@@ -169,11 +202,12 @@ def effective_diameter(depth: Any, width: Any, rounded: bool) -> Reals:
 
 
 def reliability_factor(reliability: float) -> float:
-    """Factor of the mean endurance limit to that which a share of all parts has, 1 of half of them.
+    """Return the factor from the mean endurance limit to the one that a share of all parts has.
 
     References
     ----------
-    Shigley's Mechanical Engineering Design, 9th ed. 2011, equation (6-29) and table 6-5.
+    Shigley's Mechanical Engineering Design, 9th ed. 2011, equation (6-29) and table 6-5: normal distribution, 0.5 to
+    0.999999.
 
     Examples
     --------

@@ -64,8 +64,9 @@ class Fatigue:
     task
         Of which this is the answer.
     stresses, excess
-        In the left fibres and the right ones, without notches, shape (beams, ..., positions, stations) each; and the
-        equivalent amplitude over the endurance limit, shape (2, beams, ..., stations).
+        Stress of the left and right fibres without notches, shape (beams, ..., positions, stations) each; and the
+        equivalent amplitude over the endurance limit, shape (2, beams, ..., stations), infinite if the stress without
+        notches reaches the ultimate strength.
     """
 
     safety: Largest
@@ -77,13 +78,15 @@ class Fatigue:
 
     @cached_property
     def damage(self) -> Largest:
-        """Greatest Miner's sum of one repetition of the run, of every beam, and its place."""
+        """Greatest Miner's sum of one repetition of the run for each beam, and its place; infinite if it breaks."""
         excess = _places(self.excess)  # (beams, ..., places)
         shape = excess.shape[:-1]
         total, place = np.zeros(shape), np.zeros(shape, int)
         total[np.isnan(excess).any(axis=-1)] = np.nan
+        breaks = np.isposinf(excess).any(axis=-1) & ~np.isnan(total)
+        total[breaks], place[breaks] = np.inf, excess[breaks].argmax(axis=-1)
         factors = self.task.factors_along
-        for cell in zip(*np.nonzero((excess > 1.0).any(axis=-1) & ~np.isnan(total)), strict=True):
+        for cell in zip(*np.nonzero((excess > 1.0).any(axis=-1) & np.isfinite(total)), strict=True):
             strength = _of_design(self.task.strengths[cell[0]], cell[1:], shape[1:])
             along = factors[cell[0], cell[1] if len(cell) > 1 and factors.shape[1] > 1 else 0]
             courses = np.concatenate([side[cell] * along for side in self.stresses], axis=-1)
@@ -95,22 +98,24 @@ class Fatigue:
 def fatigue(bent: Deflection, task: FatigueTask) -> Fatigue:
     """Fatigue of the beams by the normal stress in their outer fibres.
 
-    Positions without stress are left out. The greatest cycle, from peak to valley, is the one that comes nearest to the
-    endurance limit by any of the criteria: a smaller cycle whose peak is no higher has a smaller equivalent amplitude.
+    Positions without stress are left out. The greatest cycle, from peak to valley, is the nearest to the endurance
+    limit by any criterion: a smaller cycle with a lower peak has a smaller equivalent amplitude.
     """
     strengths, criterion = task.strengths, task.criterion
     sides = sample(bent, "left", STATIONS), sample(bent, "right", STATIONS)
     least, most = (np.array(each) for each in zip(*map(_ends, sides), strict=True))
     notched = task.factors_along if least.ndim > 3 else task.factors_along[:, 0]
     amplitude, mean = notched * (most - least) / 2, notched * (most + least) / 2
+    peak = np.maximum(np.abs(least), np.abs(most))
     parts = [
         (endurance_safety(amplitude[:, k], mean[:, k], each, criterion),
-         equivalent_amplitude(amplitude[:, k], mean[:, k], each, criterion) / each.endurance)
+         np.where(peak[:, k] >= each.ultimate, np.inf,
+                  equivalent_amplitude(amplitude[:, k], mean[:, k], each, criterion) / each.limit))
         for k, each in enumerate(strengths)
     ]  # fmt: skip
     if not parts:
         none = np.zeros((0, *least.shape[2:-1]))
-        return Fatigue(Largest(none, -1), none, none, task, sides, least)
+        return Fatigue(Largest(none, np.zeros(none.shape, int)), none, none, task, sides, least)
     safety, excess = (np.stack(rows, axis=1) for rows in zip(*parts, strict=True))
     worst, index = _least_place(safety)
     xi, fibre = _place(index)
@@ -147,7 +152,7 @@ def _least_place(safety: Any) -> tuple[Reals, Any]:
 def _places(values: Reals) -> Reals:
     """Values of shape (2, beams, ..., stations) as (beams, ..., places)."""
     moved = np.moveaxis(values, 0, -2)
-    return moved.reshape(*moved.shape[:-2], -1)
+    return moved.reshape(*moved.shape[:-2], moved.shape[-2] * moved.shape[-1])
 
 
 def _taken(values: Reals, index: Integers) -> Reals:
@@ -166,7 +171,7 @@ def _greatest(courses: Any, excess: Any, strength: FatigueStrength, criterion: s
     A course has no more cycles than half its turning points, each no worse than the greatest: where that is less than
     the greatest sum so far, it is not counted.
     """
-    size = excess * strength.endurance
+    size = excess * strength.limit
     whole = np.where(excess > 1.0, 1.0 / strength.cycles(size), 0.0)
     bound = whole * np.maximum(reversals(courses) / 2.0, 1.0)
     best, place = 0.0, 0

@@ -1,0 +1,103 @@
+"""Checks of the sizing formulas' ranges: by which figures, and which limits cannot be judged outside."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kinelast.figures.drives import CAM_NEEDS, cam_faults
+from kinelast.figures.entry import CYLINDER, EYE, FATIGUED, PIN, PRESSED, ROLLING, UNEVEN, cams_with, items_of
+from kinelast.figures.registry import limits_of
+from kinelast.scene.data import Scene
+from machine.cams import HERTZ_RANGE
+from machine.drives import ROD_RANGE, UNEVENNESS_RANGE
+from machine.joints import EYE_RANGE, LOAD_RANGE, OVERLAP_RANGE, PIN_RANGE, SLIP_RANGE, STATIC_RANGE
+from machine.life import CYCLES_RANGE, YIELD_RANGE
+from machine.ranges import Range
+from rigid.arrays import Flags
+
+
+@dataclass(frozen=True)
+class RangeCheck:
+    """Check of a formula's range.
+
+    Attributes
+    ----------
+    range
+        The range.
+    of
+        Kind of the items, see `items_of`.
+    by
+        Key of the figure that is checked, with the same items.
+    refuses
+        Keys of figures with the same items whose limits cannot be judged outside.
+    quantity
+        From scene and values of the figure, shape (items, ...), to the checked quantity.
+    """
+
+    range: Range
+    of: str
+    by: str
+    refuses: tuple[str, ...] = ()
+    quantity: Callable[[Scene, Any], Any] = lambda _, values: values
+
+
+def _unevenness(scene: Scene, _: Any) -> Any:
+    return np.array([np.ravel(scene.unevenness[number])[0] for number in sorted(scene.unevenness)])
+
+
+def _over_yield(scene: Scene, pressures: Any) -> Any:
+    yields = [np.ravel(scene.cams[name].yield_stress)[0] for name in cams_with(scene, PRESSED)]
+    return pressures / np.array(yields)
+
+
+LIVES = "bearing_life", "bearing_revolutions"
+CHECKS = (
+    RangeCheck(LOAD_RANGE, ROLLING, "bearing_load_share", LIVES),
+    RangeCheck(STATIC_RANGE, ROLLING, "bearing_static_safety", LIVES),
+    RangeCheck(OVERLAP_RANGE, ROLLING, "bearing_overlap", LIVES),
+    RangeCheck(SLIP_RANGE, ROLLING, "bearing_load_share"),
+    RangeCheck(PIN_RANGE, PIN, "pin_safety"),
+    RangeCheck(EYE_RANGE, EYE, "eye_safety"),
+    RangeCheck(ROD_RANGE, CYLINDER, "rod_slenderness"),
+    RangeCheck(UNEVENNESS_RANGE, UNEVEN, "flywheel", quantity=_unevenness),
+    RangeCheck(HERTZ_RANGE, PRESSED, "cam_pressure", quantity=_over_yield),
+    RangeCheck(YIELD_RANGE, FATIGUED, "safety"),
+    RangeCheck(CYCLES_RANGE, FATIGUED, "life_cycles"),
+)
+
+
+def needed_by_limits(scene: Scene) -> set[str]:
+    """Return the keys of the figures that a judge of the scene's limits looks at besides the limited ones."""
+    limited = {limit.figure for limit in limits_of(scene)}
+    return {*(CAM_NEEDS if scene.cams else ()), *(check.by for check in CHECKS if limited & {*check.refuses})}
+
+
+def refusals(scene: Scene, figure: str, items: Sequence[int], figures: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield reasons why a limit cannot be judged, each with a flag of shape (...).
+
+    Parameters
+    ----------
+    figure, items
+        Key of the limited figure, and numbers of its items.
+    figures
+        Values of all items by key; see `needed_by_limits`.
+    """
+    yield from cam_faults(scene, figures)
+    for check in CHECKS:
+        if figure in check.refuses and check.by in figures:
+            inside = check.range.holds(check.quantity(scene, np.asarray(figures[check.by])))
+            yield check.range.words, ~inside[[*items]].all(axis=0)
+
+
+def outside_ranges(scene: Scene, figures: Mapping[str, Any]) -> Iterator[tuple[Range, dict[str, float]]]:
+    """Yield each range with items outside, and their quantities by name, from values of all items by key."""
+    for check in CHECKS:
+        names = items_of(scene, check.of)
+        values = check.quantity(scene, np.asarray(figures.get(check.by, []), float)) if names else np.zeros(0)
+        outside: Flags = ~check.range.holds(values)
+        if outside.any():
+            yield check.range, {names[item]: float(values[item]) for item in np.flatnonzero(outside)}
