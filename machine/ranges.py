@@ -1,4 +1,4 @@
-"""Ranges of sizing formulas: bounds of a quantity, their source, and what happens outside."""
+"""Ranges of sizing formulas: quantity, bounds, source, and consequence outside."""
 
 from __future__ import annotations
 

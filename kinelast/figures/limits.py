@@ -420,9 +420,7 @@ def _reserves(results: Results, link: str, beams: Sequence[int]) -> Iterator[tup
     for mode, (key, power) in RESERVES.items():
         if mode == "endurance" and finite and results.scene.fatigue and asked is not None:
             slope = float(results.scene.fatigue.strengths[beams[0]].slope)
-            by_life = _reserve(results, "life", "life", 1.0 / slope, beams, asked)
-            # a stress that is endured for ever is the most that any life asks for
-            yield max(*by_life, *_reserve(results, mode, key, power, beams, 1.0), key=lambda row: row[1]["value"])
+            yield from _reserve(results, "life", "life", 1.0 / slope, beams, asked)
         else:
             yield from _reserve(results, mode, key, power, beams, 1.0)
     of_modes = {key for key, _ in RESERVES.values()}

@@ -12,11 +12,11 @@ from kinelast.figures.drives import CAM_NEEDS, cam_faults
 from kinelast.figures.entry import CYLINDER, EYE, FATIGUED, PIN, PRESSED, ROLLING, UNEVEN, cams_with, items_of
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
+from machine import Range
 from machine.cams import HERTZ_RANGE
 from machine.drives import ROD_RANGE, UNEVENNESS_RANGE
 from machine.joints import EYE_RANGE, LOAD_RANGE, OVERLAP_RANGE, PIN_RANGE, SLIP_RANGE, STATIC_RANGE
 from machine.life import CYCLES_RANGE, YIELD_RANGE
-from machine.ranges import Range
 from rigid.arrays import Flags
 
 

@@ -35,6 +35,7 @@ from kinelast.scene.numbers import real, require, vector
 from kinelast.scene.sections import Material, SectionSource, making, materials_of, poisson_of
 from kinelast.scene.tables import BoundTable, FatigueTable, LinkFatigueTable
 from kinelast.scene.units import Quantity
+from machine import Range
 from machine.cams import CamPush
 from machine.joints import EDGE_RANGE, HOLE_RANGE
 from machine.life import (
@@ -47,7 +48,6 @@ from machine.life import (
     size_factor,
     surface_factor,
 )
-from machine.ranges import Range
 from rigid import LineLoad, Link, Load, Mechanism, SegmentedLaw, TableLaw
 from rigid.analysis import Repetition, drives_repeat, mechanism_repeats
 from rigid.arrays import Real

@@ -57,7 +57,7 @@ def flywheel_inertia(fluctuation: Any, unevenness: Any, speed: Any) -> Reals:
     return inertia
 
 
-def added_inertia(total: Any, own: Any) -> Reals:
+def added_inertia(total: Any, machine: Any) -> Reals:
     """Return the inertia to add to a machine for a total inertia, at least 0 [kg m^2], shape (...).
 
     The least inertia of the machine counts. With one that varies, the speed stays within the allowed unevenness.
@@ -66,7 +66,7 @@ def added_inertia(total: Any, own: Any) -> Reals:
     ----------
     total
         As returned by `flywheel_inertia`, shape (...).
-    own
+    machine
         Inertia of links, motor and gear, reduced to the drive [kg m^2], shape (..., positions).
     """
-    return np.asarray(np.maximum(np.asarray(total) - np.min(own, axis=-1), 0.0))
+    return np.asarray(np.maximum(np.asarray(total) - np.min(machine, axis=-1), 0.0))
