@@ -695,7 +695,9 @@ class TestCommand:
         monkeypatch.setitem(__import__("sys").modules, "uvicorn", None)
         monkeypatch.delitem(__import__("sys").modules, "live.server")
         assert main(["--live"]) == 2
-        assert capsys.readouterr().err == 'deflection-report: --live needs a server: pip install "starlette" "uvicorn"\n'
+        assert (
+            capsys.readouterr().err == 'deflection-report: --live needs a server: pip install "starlette" "uvicorn"\n'
+        )
 
     def test_without_the_packages_a_notebook_is_told_the_extra(self, monkeypatch):
         monkeypatch.setitem(__import__("sys").modules, "uvicorn", None)

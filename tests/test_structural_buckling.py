@@ -11,8 +11,7 @@ from mechanisms import cantilever, propped, steel_four_bar, still, supported
 
 from elastic import JointCompliance, Section, deflection
 from elastic.assessment import euler_ratio
-from elastic.assessment.buckling import buckling, buckling_factor
-from elastic.assessment.buckling_bound import buckling_bound
+from elastic.assessment.buckling import buckling_factor
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, Spring, motion
 
 EI = 3.0

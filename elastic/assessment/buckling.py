@@ -89,7 +89,7 @@ def buckling(deflection: Deflection, counted: Flags | bool = True, resolved: flo
             more = np.take_along_axis(found, at[None], 0)[0]
             position, ratio = np.where(more > ratio, some[at], position), np.fmax(more, ratio)
             order = order[~np.isin(order, some)]
-            some = order[: TOGETHER][bound[order[: TOGETHER]] > max(ratio.max(), resolved)]
+            some = order[:TOGETHER][bound[order[:TOGETHER]] > max(ratio.max(), resolved)]
     except np.linalg.LinAlgError:  # joints that hold rigidly what others hold too, or sizes of no machine
         return Buckling(np.full(links, np.nan), position)
     return Buckling(ratio, position)

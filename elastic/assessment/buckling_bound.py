@@ -37,7 +37,6 @@ from rigid.closures import displacements, joint_forces, self_stresses
 from rigid.constants import per_row
 from rigid.plane import ZERO, dot
 
-
 PointLoad = tuple[int, str, Columns, Columns]
 """Link's number, point's name, force in the ground's axes [N], complex, and moment [N m]."""
 
@@ -105,7 +104,9 @@ def _turned_points(deflection: Deflection) -> tuple[list[_Row], Reals]:
     """
     chosen, rows = chosen_points(deflection.motion.mechanism), []
     pairs: dict[frozenset[int], Any] = {}
-    effects = [effect for effect in point_effects(deflection, chosen) if not effect.elastic and np.any(effect.stiffness)]
+    effects = [
+        effect for effect in point_effects(deflection, chosen) if not effect.elastic and np.any(effect.stiffness)
+    ]
     for effect in effects:
         if effect.felt is effect.cause:
             rows.append(_Row(_loads_of(effect.felt, chosen), np.maximum(-effect.stiffness, 0.0)))
@@ -138,8 +139,10 @@ def _responses(deflection: Deflection, rows: Sequence[_Row]) -> Reals:
         loads = tuple((at, point, row.weight * force, row.weight * moment) for at, point, force, moment in row.loads)
         moved = _displaced(problem, loads, deflection.forces.flank, states)
         for other, felt in enumerate(rows):
-            work = (dot(force, move) + moment * turn
-                    for (*_, force, moment), (move, turn) in zip(felt.loads, map(moved, felt.loads), strict=True))
+            work = (
+                dot(force, move) + moment * turn
+                for (*_, force, moment), (move, turn) in zip(felt.loads, map(moved, felt.loads), strict=True)
+            )
             found[other, number] = sum(work, start=np.zeros(motion.columns))
     return found
 

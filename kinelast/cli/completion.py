@@ -45,7 +45,7 @@ def _options() -> list[tuple[str, str, Sequence[str], bool]]:
 
 def _bash(scenes: Sequence[str], in_zsh: bool) -> str:
     """For bash; zsh reads the same once it has loaded its functions for that."""
-    line = "        {}) COMPREPLY=($(compgen -W {} -- \"$word\")); return ;;"
+    line = '        {}) COMPREPLY=($(compgen -W {} -- "$word")); return ;;'
     options = _options()
     text = BASH.format(
         choices="\n".join(line.format(flag, _lines(words)) for flag, _, words, _ in options if words),

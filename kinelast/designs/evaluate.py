@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from kinelast.designs.base import Base, DesignRows, base_of, out_of_bounds, table_with
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import Figure
-from kinelast.scene.build import built
 from kinelast.figures.limits import BROKEN, VERDICTS
 from kinelast.figures.results import Results
+from kinelast.scene.build import built
 from kinelast.scene.data import Scene, scene_deflection, scene_motion
 from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import SceneError

@@ -81,7 +81,9 @@ def _angle_errors(cycle: Cycle) -> Largest:
     """Of every moving link, at that of its points where it is largest."""
     links = cycle.scene.mechanism.links[1:]
     best = [_angle_error(cycle, link.name) for link in links]
-    return Largest(*(np.array([getattr(one, part) for one in best]) for part in ("value", "position", "xi", "row", "gain")))
+    return Largest(
+        *(np.array([getattr(one, part) for one in best]) for part in ("value", "position", "xi", "row", "gain"))
+    )
 
 
 def _angle_error(cycle: Cycle, link: str) -> Largest:

@@ -156,7 +156,9 @@ class Results:
         beam = int(np.argmax(np.nan_to_num(sizes)))
         if not sizes[beam] >= 1.0:
             return ""
-        drive = self.run.peaks["buckling"][beam].drive if self.run else self._drive_at(self.cycle.pressed.position[beam])
+        drive = (
+            self.run.peaks["buckling"][beam].drive if self.run else self._drive_at(self.cycle.pressed.position[beam])
+        )
         where = [f"{name} at {coordinate(value, unit, self.scene.told_in)}"
                  for (name, _, unit, _), value in zip(self.drive_words, drive, strict=True)]  # fmt: skip
         link = self.mechanism.links[self.mechanism.beams[beam][0]].name
@@ -386,7 +388,9 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
     from kinelast.figures.theory import answer
 
     scene, bent = plain.scene, plain.deflection
-    times = bent.motion.time if plain.left_out or len(bent.motion.time) < 2 else scene.course.with_breaks(bent.motion.time)
+    times = (
+        bent.motion.time if plain.left_out or len(bent.motion.time) < 2 else scene.course.with_breaks(bent.motion.time)
+    )
     if len(times) == len(bent.motion.time):
         found = answer(scene, bent, theory, plain.period, theory.plain, progress)
         return replace(plain, deflection=found.deflection, answer=found)

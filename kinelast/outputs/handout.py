@@ -36,7 +36,9 @@ def assumptions(figures: Mapping[str, Any]) -> list[str]:
     run = figures["run"]
     if run["end"]["value"] > run["start"]["value"]:
         said.append(f"Computed at {run['positions']} positions from {size(run['start'])} to {size(run['end'])}.")
-    drives = [f"{name} {'' if row['steady'] else 'up to '}{size(row['speed'])}" for name, row in inputs["drives"].items()]
+    drives = [
+        f"{name} {'' if row['steady'] else 'up to '}{size(row['speed'])}" for name, row in inputs["drives"].items()
+    ]
     if drives:
         said.append(f"Drives keep to their motion exactly: {', '.join(drives)}.")
     pull = [f"{size(row)} in {way}" for way, row in inputs["gravity"].items() if row["value"]]

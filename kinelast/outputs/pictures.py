@@ -20,7 +20,7 @@ from kinelast.figures.results import Results
 from kinelast.outputs.charts import INK, SOFT, STYLE, axis, cycle_charts, cycle_maps, line_charts, svg_of
 from kinelast.outputs.positions import PROFILE
 from kinelast.outputs.sheet import MechanismAxes
-from kinelast.scene.data import Scene, scene_motion
+from kinelast.scene.data import Scene
 from kinelast.scene.numbers import number, quantity, round_down
 from kinelast.tasks.request import Request, RequestError
 from rigid import Posture, position_of

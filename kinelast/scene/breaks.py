@@ -81,7 +81,11 @@ def breaks_of(
     times = times[inside]
     times = times[np.diff(times, prepend=-end) > APART * aside]
     before, after = times - aside, times + aside
-    return Breaks(np.append(before, end - aside), np.append(after, aside), aside) if wraps else Breaks(before, after, aside)
+    return (
+        Breaks(np.append(before, end - aside), np.append(after, aside), aside)
+        if wraps
+        else Breaks(before, after, aside)
+    )
 
 
 def knots_of(laws: Iterable[Any], end: float) -> Reals:

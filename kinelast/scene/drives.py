@@ -29,7 +29,6 @@ from rigid import (
     LawError,
     Link,
     Mechanism,
-    Motion,
     PinDrive,
     Reals,
     RepeatedLaw,
