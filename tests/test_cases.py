@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 
 from kinelast.cli.command import main
+from kinelast.figures.cycle import Cycle
+from kinelast.figures.joints import clearance_figures
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 
@@ -241,6 +243,59 @@ class TestVerdicts:
         assert summary["reliability"]["level"] == "caution"
         assert abs(largest["value"]) == pytest.approx(0.0524e-3, rel=0.01)
         assert largest["error"] > 0.2 * abs(largest["value"])
+
+
+class TestFormulasOutsideTheirRange:
+    def test_a_link_beyond_its_ultimate_strength_breaks_in_the_first_cycle(self, answered):
+        """700 MPa of 600; yield is 355."""
+        status, said, summary = answered("life_above_strength")
+        assert status == 1
+        assert summary["acceptance"]["passed"] is False
+        assert summary["life"]["links"]["arm"]["cycles"]["value"] == 0.0
+        assert {each["heading"] for each in summary["trust"] if each["level"] == "caution"} >= {"Sizing"}
+
+    def test_aluminium_has_a_second_knee(self, answered):
+        """10^6 (87 MPa / 80 MPa)^15 cycles of one second; the limit at 10^8 cycles is 87 MPa / 100^(1/15)."""
+        status, _, summary = answered("life_of_aluminium")
+        row = summary["life"]["links"]["arm"]
+        assert status == 1
+        assert row["life"]["value"] == pytest.approx(1e6 * (87 / 80) ** 15, rel=3e-3)
+        assert row["endurance_limit"]["value"] == pytest.approx(87e6 / 100 ** (1 / 15), rel=1e-9)
+
+    @pytest.mark.parametrize(
+        ("name", "words"),
+        [
+            ("bearing_overloaded", "the equivalent load over C is at most 0.5"),
+            ("bearing_small_swing", "the swing over that from element to element is at least 1"),
+        ],
+    )
+    def test_the_life_of_a_bearing_outside_its_range_is_not_judged(self, name, words, answered):
+        """P/C is 0.79 by hand, (3 kg of 0.2 m at 62.8 rad/s)/3 kN; the swing 5 deg over 60."""
+        status, said, summary = answered(name)
+        assert status == 1
+        assert summary["acceptance"]["passed"] is None
+        assert words in summary["acceptance"]["problem"]
+        assert any(words in each["text"] for each in summary["trust"] if each["level"] == "caution")
+
+    @pytest.mark.parametrize("name", ["clearance_order_a", "clearance_order_b"])
+    def test_clearance_does_not_depend_on_the_order_of_the_links(self, name):
+        """Three pins along the rod, 20 um each, at the steepest rod: sin phi = 50/200."""
+        scene = scene_from_text((CASES / f"{name}.toml").read_text())
+        cycle = Cycle(scene, scene_motion(scene))
+        worst, _ = (cycle.of(each).value for each in clearance_figures(scene.output))
+        assert worst == pytest.approx(3 * 20e-6 / np.sqrt(1 - 0.25**2), rel=1e-4)
+
+    @pytest.mark.parametrize(("rotor", "added"), [("1e-3", 0.0040903), ("0", 0.0290903)])
+    def test_the_flywheel_to_add_is_less_by_the_machine(self, rotor, added, answered):
+        """2 m g r / (0.02 w^2) in all; of that 3 kg of 0.2 m, and the rotor 25 times over, turn already."""
+        _, _, summary = answered("flywheel", "--set", f"motors.m.rotor_inertia={rotor}")
+        row = summary["drives"]["arm"]
+        assert row["flywheel"]["value"] == pytest.approx(2 * 3 * 9.81 * 0.2 / (0.02 * (20 * np.pi) ** 2), rel=1e-4)
+        assert row["flywheel_added"]["value"] == pytest.approx(added, rel=1e-3)
+
+    def test_fatigue_of_links_without_beams_is_empty(self, answered):
+        status, _, summary = answered("crash_fatigue_without_beams")
+        assert (status, summary["life"]["links"]) == (0, {})
 
 
 class TestManners:
