@@ -248,7 +248,7 @@ class TestVerdicts:
 class TestFormulasOutsideTheirRange:
     def test_a_link_beyond_its_ultimate_strength_breaks_in_the_first_cycle(self, answered):
         """700 MPa of 600; yield is 355."""
-        status, said, summary = answered("life_above_strength")
+        status, _said, summary = answered("life_above_strength")
         assert status == 1
         assert summary["acceptance"]["passed"] is False
         assert summary["life"]["links"]["arm"]["cycles"]["value"] == 0.0
@@ -271,7 +271,7 @@ class TestFormulasOutsideTheirRange:
     )
     def test_the_life_of_a_bearing_outside_its_range_is_not_judged(self, name, words, answered):
         """P/C is 0.79 by hand, (3 kg of 0.2 m at 62.8 rad/s)/3 kN; the swing 5 deg over 60."""
-        status, said, summary = answered(name)
+        status, _said, summary = answered(name)
         assert status == 1
         assert summary["acceptance"]["passed"] is None
         assert words in summary["acceptance"]["problem"]
