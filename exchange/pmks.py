@@ -195,7 +195,9 @@ class _Reading:
         }
         weighed = bool(masses) or any(body.mass for body in self.links.values())
         if not weighed and any(part.whole for part in saved.parts):
-            self.notes.append("the file gives no masses: those of the assumed section and material count")
+            self.notes.append(
+                "the file gives no masses but PMKS+ defaults: those of the assumed section and material count"
+            )
         used = {point for body in self.links.values() for point in body.points}
         fixed = tuple(self.point[joint.key] for joint in saved.joints if joint.has(FIXED) and not joint.has(SLIDES))
         watched = (self.point[joint.key] for joint in saved.joints if joint.has(TRACED) and not joint.has(FIXED))
