@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from elastic.elastodynamics.time_grid import Grid, scheme
-from rigid.arrays import Numbers, Reals
+from rigid.arrays import Flags, Numbers, Reals
 
+RESOLVED = 2.0  # exponent of growth in an element of time, up to which the method follows it
 TOGETHER = 256  # elements solved at once, for the sake of memory
 
 
@@ -70,8 +71,12 @@ class Propagation:
 
     @cached_property
     def multipliers(self) -> Numbers:
-        """Floquet's multipliers: growth of free vibrations over the whole grid, complex, shape (2 r,)."""
-        return np.linalg.eigvals(self.whole[0])
+        """Floquet's multipliers: growth of free vibrations over the whole grid, complex, shape (2 r,).
+
+        Infinite where growth is too fast for an element: the method would damp it, see `outgrown`.
+        """
+        found = np.linalg.eigvals(self.whole[0])
+        return np.full_like(found, np.inf) if outgrown(self.grid.steps, self.equations).any() else found
 
     @cached_property
     def inverse(self) -> Reals | None:
@@ -156,7 +161,29 @@ def periodic_amplitudes(grid: Grid, equations: Equations) -> tuple[Numbers, Real
     h = grid.steps[:, None, None]
     at_start, rate = begin[..., None, :r, 0], begin[..., None, r : 2 * r, 0]
     x = at_start + h * radau.points[:, None] * rate + h**2 * (radau.twice @ x2)
-    return np.linalg.eigvals(whole), x.reshape(several, -1, r)
+    multipliers = np.linalg.eigvals(whole)
+    multipliers[outgrown(steps, equations).reshape(several, -1).any(axis=1)] = np.inf
+    return multipliers, x.reshape(several, -1, r)
+
+
+def outgrown(steps: Reals, equations: Equations) -> Flags:
+    """Whether free vibrations grow in an element by more than `RESOLVED`, at any of its points, shape (elements,).
+
+    By the equations as they stand at the point. Only a stiffness that is not positive lets them grow so fast.
+    """
+    count, r = len(steps), equations.load.shape[-1]
+    stiffness = equations.stiffness
+    soft = np.linalg.eigvalsh(stiffness + stiffness.swapaxes(-1, -2))[:, 0] < 0.0
+    rate = np.zeros(len(stiffness))
+    if soft.any():
+        mass, part = equations.mass[soft], np.zeros((np.count_nonzero(soft), 2 * r, 2 * r))
+        scale = 1e-12 * np.trace(mass, axis1=-2, axis2=-1)[:, None, None] / r  # of coordinates without mass
+        inverse = np.linalg.inv(mass + scale * np.eye(r))
+        part[:, :r, r:] = np.eye(r)
+        part[:, r:, :r], part[:, r:, r:] = -inverse @ stiffness[soft], -inverse @ equations.damping[soft]
+        rate[soft] = np.linalg.eigvals(part).real.max(axis=-1)
+    worst: Flags = (rate.reshape(count, -1) * steps[:, None] > RESOLVED).any(axis=1)
+    return worst
 
 
 def _parts(grid: Grid, equations: Equations) -> Iterator[tuple[slice, Any, Equations]]:

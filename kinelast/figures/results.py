@@ -187,18 +187,19 @@ class Results:
 
         growth, laws = vibrating.growth, self.scene.laws
         grows = f"by {percent(growth - 1)}" if growth < TWICE else f"{growth:.2g} times"
+        grows = f"grows {grows} a cycle" if math.isfinite(growth) else "grows faster than elements of time can follow"
         sole = laws[0].speed if len(laws) == 1 and isinstance(laws[0], ConstantSpeed) else None
         at = "at this speed" if sole is None else f"at {quantity(abs(float(sole)), 'rad/s', 3, self.scene.told_in)}"
         given = self.scene.course.at, self.period, self.scene.sections, self.scene.joints, vibrating.damping
         ratio = stable_below(*given) if math.isfinite(self.period) else math.nan
         if math.isnan(ratio):
-            return f"unstable {at}: vibration grows {grows} a cycle, and at lower speeds too"
+            return f"unstable {at}: vibration {grows}, and at lower speeds too"
         border = (
             percent(ratio) + " of it"
             if sole is None
             else quantity(ratio * abs(float(sole)), "rad/s", 3, self.scene.told_in)
         )
-        return f"unstable {at}: vibration grows {grows} a cycle; stable below {border}"
+        return f"unstable {at}: vibration {grows}; stable below {border}"
 
     @property
     def error_unknown(self) -> str:

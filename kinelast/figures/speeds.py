@@ -17,16 +17,17 @@ from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, S
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import BEAM, LEAST, Figure, Measure, bounded_items, items_of, magnitudes, measures_of
 from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors, stiffness_error
-from kinelast.figures.limits import SEVERITY, VERDICTS, severities
+from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS, severities
 from kinelast.figures.output import output_of
 from kinelast.figures.ranges import refusals
 from kinelast.figures.registry import figures_of, limits_of
+from kinelast.figures.results import Results
 from kinelast.figures.theory import damping_of
-from kinelast.scene.data import Scene
+from kinelast.scene.data import Scene, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import OUTPUT_ERROR, Limit
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
-from rigid import ConstantSpeed, MechanismError, Motion
+from rigid import ConstantSpeed, MechanismError, Motion, with_rates
 from rigid.arrays import Flags, Reals
 
 FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # that are told of every beam, and their figures
@@ -117,6 +118,8 @@ class Speeds:
     critical
         Speeds at which a low multiple of the drive's runs through the lowest natural frequencies, by that multiple:
         least and greatest over the cycle.
+    buckles
+        At every speed, which link buckles; empty where none does. Nothing is known of the links' bending then.
     """
 
     speed: Reals
@@ -130,12 +133,15 @@ class Speeds:
     peaks: tuple[SpeedPeak, ...]
     unstable: tuple[tuple[float, float], ...]
     critical: Mapping[int, tuple[float, float]]
+    buckles: Sequence[str] = ()
 
     @property
     def error(self) -> Reals:
         """Error of the worst of the largest deflection and stress, and of the output, as a share, shape (speeds,)."""
         read = [self.figures[key] for key in (*HEADLINE, OUTPUT_ERROR) if key in self.figures]
         read = [each for each in read if not np.isnan(each[1]).all()]  # as the stress where no depth is known
+        if not read:
+            return np.full(self.speed.shape, np.nan)
         shares = [np.divide(error, value, out=0.0 * error, where=~(value <= 0.0)) for _, value, error in read]
         return reduce(np.maximum, shares)
 
@@ -189,6 +195,9 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
     steady = answers.map()
+    buckles = _buckles(scene, steady.ratio)
+    gone = np.array([bool(words) for words in buckles])
+    steady = replace(steady, **{name: _without(getattr(steady, name), gone) for name in ("values", "errors")})
     values, plain = _by_figure(scene, figures, steady.values), _by_figure(scene, still, steady.quasi_static)
     told = replace(steady, values=np.moveaxis(_curves(values), -1, 0), quasi_static=np.moveaxis(_curves(plain), -1, 0))
     errors = _by_figure(scene, figures, steady.errors)
@@ -198,9 +207,14 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     }
     worst = [np.broadcast_to(each, steady.ratio.shape) for each in severities(scene, values, errors)]
     verdicts = [VERDICTS[SEVERITY[number]] for number in reduce(np.minimum, worst)] if worst else []
+    if gone.any():
+        before = verdicts or [""] * len(gone)
+        verdicts = [VERDICTS[BROKEN] if bad else verdict for bad, verdict in zip(gone, before, strict=True)]
     per_cycle = nominal * float(scene.run.cycle) / (2 * np.pi)  # speed of the drive over that of the cycle
     spans = critical_speeds(steady.omega * per_cycle).items()
     highest = None if not limits else limit.speed if limit else asked[1]
+    if highest is not None and (gone & (steady.ratio * nominal <= highest)).any():
+        limit, highest = None, float(max(steady.ratio[: int(gone.argmax())], default=0.0)) * nominal
     drawn, curves = search.between()
     speed, wanted = steady.ratio * nominal, np.isin(steady.ratio, ratios)
     speed[wanted] = np.linspace(*asked)
@@ -216,7 +230,24 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
         tuple(_peaks(told, search, nominal)),
         tuple((low * nominal, high * nominal) for low, high in unstable),
         {n: (low, high) for n, (low, high) in spans if low <= asked[1] and high >= asked[0]},
+        buckles,
     )
+
+
+def _buckles(scene: Scene, ratios: Reals) -> list[str]:
+    """Which link buckles at every speed, in words; empty where none does."""
+    if not scene.labels:
+        return [""] * len(ratios)
+    course, found = scene_motion(scene), []
+    for ratio in ratios:
+        moved = with_rates(course, ratio * course.drive_rate)
+        found.append(Results(scene, scene_deflection(scene, moved)).buckles)
+    return found
+
+
+def _without(values: Any, gone: Flags) -> Any:
+    """Values of speeds, the first axis, with nan at some."""
+    return np.where(gone.reshape(-1, *(1,) * (np.ndim(values) - 1)), np.nan, values)
 
 
 @dataclass

@@ -167,7 +167,7 @@ def theory_figures(results: Results) -> dict[str, Any]:
 def _vibrating(vibrating: Elastodynamic) -> dict[str, Any]:
     return {
         "damping": [figure(beta, "s") for beta in np.ravel(vibrating.damping.beams)],
-        "growth": vibrating.growth,
+        "growth": _share(vibrating.growth),
         "stable": vibrating.stable,
     }
 

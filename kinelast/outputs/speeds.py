@@ -227,10 +227,16 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
     if sum(bool(getattr(law, "speed", 0.0)) for law in scene.laws) > 1:
         name = drive_words(scene.mechanism)[leading_drive(scene)][0]
         yield f"speeds are those of {name}, the other drives keep their ratio to it"
+    beyond = [number for number, words in enumerate(result.buckles) if words]
+    if beyond:
+        first, last = told(result.speed[beyond[0]]), told(result.speed[beyond[-1]])
+        yield f"not acceptable from {first} to {last}: {result.buckles[beyond[-1]]}"
     if result.highest is not None:
         if not result.highest:
             words = "limits are too close to decide" if result.verdicts[0] == TOO_NEAR else "limits do not hold"
             yield f"{words} at the lowest speed, {told(result.speed[0])}"
+        elif result.limit is None and any(result.buckles):
+            yield f"all limits hold up to {told(result.highest)}, up to where no link buckles"
         elif result.limit is None:
             yield f"all limits hold up to {told(result.highest)}, the highest speed asked for"
         else:
@@ -248,7 +254,7 @@ def _error_words(result: Speeds, scene: Scene, told: Callable[[Any], str]) -> It
     """How many speeds are farther off than the accuracy; next to resonance, as the percentage is no figure there."""
     wanted = ACCURACY if scene.theory.accuracy is None else scene.theory.accuracy
     missed = np.flatnonzero(result.error > wanted)
-    if not len(missed):
+    if not len(missed) or np.isnan(result.error).all():
         return
     worst, useless = int(np.nanargmax(result.error)), result.error > USELESS
     first, at = (told(result.speed[number]) for number in (missed[0], worst))
