@@ -24,7 +24,8 @@ from kinelast.scene.numbers import UNRELIABLE, ToldIn, beside, coordinate, error
 from kinelast.tasks.task import Outcome
 
 OUTCOMES = {words: outcome for outcome, words in VERDICTS.items()}
-HEAD = (("scene", ""), ("state", ""), ("status", ""), ("accepted", ""), ("largest_deflection", "m"), ("beam", ""),
+HEAD = (("scene", ""), ("state", ""), ("status", ""), ("verdict", ""), ("decides", ""), ("used", "1"),
+        ("largest_deflection", "m"), ("beam", ""),
         ("largest_chord", "m"), ("bent_beam", ""), ("largest_stress", "Pa"), ("stressed_beam", ""), ("safety", "1"),
         ("output_error", "m"), ("output_error", "rad"), ("output", ""), ("condition", "1"), ("grade", ""),
         ("check", ""), ("message", ""))  # fmt: skip
@@ -43,12 +44,19 @@ def summary_row(outcome: Outcome, name: str) -> list[Any]:
     grade = figures["reliability"]["level"] if figures else ""
     passed = "" if check is None else "agrees" if check else "differs"
     chord, output = figures.get("largest_chord") or {}, figures.get("output") or {}
-    accepted = figures["acceptance"]["verdict"] if figures else ""
+    judged = figures["acceptance"]["verdict"] if figures else ""
+    decides, used = _decides(figures) if judged else ("", None)
     errors = [output.get("value") if output.get("unit") == unit else None for unit in ("m", "rad")]
-    cells = [name, outcome.state, outcome.status, accepted, deflection.get("value"), deflection.get("label"),
+    cells = [name, outcome.state, outcome.status, judged, decides, used, deflection.get("value"), deflection.get("label"),
              chord.get("value"), chord.get("label"), stress.get("value"), stress.get("label"), safety, *errors,
              output.get("name"), condition, grade, passed, "" if figures else outcome.line]  # fmt: skip
     return [plain(cell, 300) if isinstance(cell, str) else cell for cell in cells]
+
+
+def _decides(figures: Mapping[str, Any]) -> tuple[str, float | None]:
+    """The most used of the limits of the worst outcome, beside its figure, and the share of it that is used."""
+    worst = OUTCOMES[figures["acceptance"]["verdict"]]
+    return next((words, used) for words, used, outcome in limit_rows(figures) if outcome == worst)
 
 
 def write_batch(out: Path, rows: Mapping[str, Sequence[Any]], seconds: Mapping[str, float]) -> None:
@@ -105,7 +113,8 @@ def _marked(path: Path) -> bool:
 def headline(figures: Mapping[str, Any]) -> str:
     """Headline of a scene: its figures in one line."""
     if figures["buckles"]:
-        return f"{figures['acceptance']['verdict'].upper()}: {figures['buckles']}; there is no deflection, stress or safety factor"
+        verdict = figures["acceptance"]["verdict"].upper()
+        return f"{verdict}: {figures['buckles']}; there is no deflection, stress or safety factor"
     words = ["nothing bends: no link has beams" if not figures["links"] else "no position could be computed"]
     largest, accepted, told_in = figures["largest_deflection"], figures["acceptance"], figures["told_in"]
     if largest:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 INK, SOFT, RULE, GREY = "#1d2733", "#5d6b7a", "#e6eaee", 190
-DASHES = ((), (7.0, 3.0), (2.0, 2.5), (9.0, 3.0, 2.0, 3.0))
+DASHES = ((), (6.0, 3.0), (1.5, 2.5), (11.0, 3.0, 2.0, 3.0), (16.0, 4.0), (9.0, 2.0, 2.0, 2.0, 2.0, 2.0))
 WIDTH, HEIGHT = 6.1, 2.1  # inches
 ACROSS, BESIDE = 180, 14  # pixels, of a map and between two
 ROW, GAP, COLUMN, SPACE, EDGE, LETTER = 0.62, 0.24, 1.95, 0.105, 0.7, 0.085  # inches, of maps
@@ -201,7 +201,7 @@ def mosaic(fields: Sequence[Any]) -> Any:
 
 
 MAPPED = ((Kind.LOAD, Kind.FORCE), (Kind.DISPLACEMENT,), (Kind.STRESS,))  # a row of maps each
-MOST_MAPPED, MOST_CURVES = 16, 10
+MOST_MAPPED, MOST_CURVES = 16, 6
 ANGLE_STEPS = (1, 2, 5, 10, 15, 30, 60, 90, 180, 360)
 
 

@@ -10,11 +10,13 @@ const columns = head.map((name) => {
   const [, words, unit] = name.match(/^(.*?)(?: \[(.*)\])?$/), numeric = unit !== undefined;
   return { words: `${words.replace(/_/g, " ")}${unit === "rad" ? ", angle" : ""}`, unit: unit === "1" ? "" : unit, numeric };
 });
-// The verdicts and what went wrong stand beside the scene's name; a column that says nothing is left out.
-const message = head.length - 1, first = ["scene", "state", "message", "accepted", "grade"], last = ["took [s]", "status"];
+// One column says how a scene went: it failed, or its verdict, and how far to trust that; what says nothing is left out.
+const HIDDEN = ["state", "status", "grade"], [stateAt, verdictAt, gradeAt] = ["state", "verdict", "grade"].map((name) => head.indexOf(name));
+const wentWords = (cells) => (cells[stateAt] === "failed" ? "failed" : cells[verdictAt] || "no limits");
+const message = head.length - 1, first = ["scene", "verdict", "message", "decides", "used [1]"], last = ["took [s]"];
 const rank = (k) => (first.includes(head[k]) ? first.indexOf(head[k]) - first.length : last.indexOf(head[k]) + 1);
-const said = head.map((_, k) => k).sort((a, b) => rank(a) - rank(b)).filter((k) => k < 2 || rows.some((cells) => cells[k] !== ""));
-const figures = said.filter((k) => k > 1 && k !== message && !last.includes(head[k])), bare = (cells) => figures.every((k) => cells[k] === "");
+const said = head.map((_, k) => k).sort((a, b) => rank(a) - rank(b)).filter((k) => !HIDDEN.includes(head[k]) && (k === 0 || k === verdictAt || rows.some((cells) => cells[k] !== "")));
+const figures = said.filter((k) => k > 0 && k !== verdictAt && k !== message && !last.includes(head[k])), bare = (cells) => figures.every((k) => cells[k] === "");
 const order = said.filter((k) => k !== message || !figures.length || rows.some((cells) => cells[message] !== "" && !bare(cells)));
 const state = { by: 0, falling: false, shown: STEP, words: "" };
 const numberIn = (cell) => (cell === "" ? NaN : Number(cell));
@@ -30,10 +32,18 @@ function matching() {
 function cellOf(cells, k) {
   const { numeric, unit } = columns[k], text = cells[k];
   if (k === 0 && linked.has(text)) return h("a", { href: `${text.split("/").map(encodeURIComponent).join("/")}/report.html` }, text);
+  if (k === verdictAt) return wentOf(cells);
+  if (head[k] === "used [1]") return text === "" ? "" : `${number(100 * numberIn(text), 3)} %`;
   if (numeric && unit === "rad" && text !== "") return `${number((numberIn(text) * 180) / Math.PI)}°`;
   if (numeric) return text === "" ? "" : unit ? quantity(numberIn(text), unit) : number(numberIn(text));
-  const level = { failed: "poor", poor: "poor", differs: "poor", no: "poor", caution: "caution", good: "good", agrees: "good", yes: "good" }[text];
+  const level = { failed: "poor", poor: "poor", differs: "poor", caution: "caution", good: "good", agrees: "good", }[text];
   return level ? h("span", { class: level }, text) : text;
+}
+
+function wentOf(cells) {
+  const words = wentWords(cells), level = { failed: "poor", acceptable: "good", "not acceptable": "poor", "no limits": "open" }[words] ?? "caution";
+  const grade = cells[gradeAt] && cells[gradeAt] !== "good" ? h("span", { class: cells[gradeAt] }, `, figures: ${cells[gradeAt]}`) : null;
+  return [h("span", { class: level }, words), grade];
 }
 
 const body = h("tbody"), heads = columns.map(({ words }, k) => h("th", { scope: "col", class: columns[k].numeric ? "figure" : null, "aria-sort": "none" }, h("button", { type: "button", onclick: () => sort(k) }, words)));

@@ -16,6 +16,13 @@ function scatterSection() {
   const up = (value) => TALL - BOTTOM - ((value - spans[1][0]) / (spans[1][1] - spans[1][0])) * (TALL - BOTTOM - TOP);
   const at = (k) => [across(columnOf(state.x)[k]), up(columnOf(state.y)[k])];
 
+  // A design whose answer breaks a limit: in full where that was asked, else by its quasi-static figures.
+  const kept = data.figures.includes("limits_kept") ? columnOf("limits_kept") : null;
+  function breaks(k) {
+    const answer = data.answered[String(designOf(k))];
+    return answer?.verdict ? answer.verdict === "not acceptable" : kept !== null && kept[k] === 0;
+  }
+
   function widened([low, high]) { const room = 0.03 * (high - low); return [low - room, high + room]; }
 
   function draw() {
@@ -28,7 +35,7 @@ function scatterSection() {
     frame(pen);
     const size = COUNT > 3000 ? 3 : 5;
     pen.globalAlpha = COUNT > 500 ? 0.55 : 0.85;
-    for (const k of among) { const [x, y] = at(k); pen.fillStyle = paint(k); pen.fillRect(x - size / 2, y - size / 2, size, size); }
+    for (const k of [...among].sort((a, b) => breaks(b) - breaks(a))) { const [x, y] = at(k); pen.fillStyle = breaks(k) ? variable("--rule") : paint(k); pen.fillRect(x - size / 2, y - size / 2, size, size); }
     pen.globalAlpha = 1;
     pen.strokeStyle = variable("--amber"); pen.lineWidth = 1.8;
     pen.beginPath();
@@ -38,7 +45,7 @@ function scatterSection() {
     if (bestPlace !== null && isFinite(columnOf(state.x)[bestPlace] + columnOf(state.y)[bestPlace])) star(pen, at(bestPlace));
     if (state.colour) legend(pen);
     const left = COUNT - all.length;
-    told.textContent = `${among.length} design${among.length === 1 ? "" : "s"} drawn${left ? `, ${left} without these figures left out` : ""}${among.length < all.length ? `, ${all.length - among.length} outside the ranges chosen below` : ""}; ${front.length} on the front${bestPlace === null ? "" : "; the star is the best"}.`;
+    told.textContent = `${among.length} design${among.length === 1 ? "" : "s"} drawn${left ? `, ${left} without these figures left out` : ""}${among.length < all.length ? `, ${all.length - among.length} outside the ranges chosen below` : ""}; ${front.length} on the front${bestPlace === null ? "" : "; the star is the best"}${among.some(breaks) ? "; grey designs break a limit" : ""}.`;
     made.canvas.setAttribute("aria-label", `${axisWords(state.y)} against ${axisWords(state.x)}: ${told.textContent}`);
     mark();
   }
