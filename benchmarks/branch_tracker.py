@@ -175,7 +175,7 @@ def _second(q, t, v, crank, ends, arms, lines, M, B, K):  # type: ignore[no-unty
 
 
 @njit(cache=True)
-def _track(q, t, asked, crank, ends, arms, lines, turns, found):  # type: ignore[no-untyped-def]
+def _track(q, t, asked, crank, ends, arms, lines, turns, found):  # type: ignore[no-untyped-def]  # noqa: PLR0915
     """Follow to all angles asked, in order, one way; where it ends, how many steps, and how short the shortest was."""
     n = len(q)
     F, Ft = np.zeros(n), np.zeros(n)

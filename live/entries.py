@@ -9,6 +9,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
+from kinelast.scene.parsing import read_toml
 from live.parts import EditError, Tables, drawn, new_name, points_of
 from live.text import with_table, with_value, without
 from rigid import GROUND

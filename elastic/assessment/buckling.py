@@ -116,7 +116,8 @@ def buckling_factor(deflection: Deflection) -> Reals:
     except np.linalg.LinAlgError:
         return np.full(columns, np.nan)
     with np.errstate(divide="ignore"):
-        return 1.0 / ratio
+        factor: Reals = 1.0 / ratio
+    return factor
 
 
 class _Roots:
@@ -194,4 +195,5 @@ class _Roots:
                 at = self.chosen[next(iter((*effect.cause.shares, *effect.cause.ways)))][0]
                 along, cause = ((row(moved)[:, None] @ modes)[:, 0] for row in (effect.felt, effect.cause))
                 work[at] -= effect.stiffness[:, None] * along * cause
-        return work.argmax(axis=0)
+        most: Integers = work.argmax(axis=0)
+        return most

@@ -43,7 +43,7 @@ PointLoad = tuple[int, str, Columns, Columns]
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """A component of displacements, as the unit loads that work on it, the weight of its square, and whose chord it is."""
+    """A displacement component: the unit loads that work on it, the weight of its square, and the owner of its chord."""
 
     loads: tuple[PointLoad, ...]
     weight: Reals

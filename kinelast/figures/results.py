@@ -352,8 +352,8 @@ class Results:
         placed = [(one, peaks[WORST[one.kind]][one.beam or 0] if one.kind in WORST else None) for one in past]
         unknown = [one for one in enumerate(peaks["buckling"]) if math.isnan(one[1].value)][:1]
         words = "buckling: the load at which the mechanism buckles cannot be found"
-        return [*placed, *((Exceedance("axial force", None, None, math.nan, LIMITS["axial force"].watch, False, words), peak)
-                           for _, peak in unknown)]  # fmt: skip
+        cannot = Exceedance("axial force", None, None, math.nan, LIMITS["axial force"].watch, False, words)
+        return [*placed, *((cannot, peak) for _, peak in unknown)]
 
     @property
     def efforts(self) -> Reals:

@@ -175,8 +175,8 @@ def _draw_course(results: Results, axes: Axes, position: int) -> None:
 
 def _links(results: Results, position: int) -> Iterator[Any]:
     """Lines of all rigid links at a position: of beams, and around the points of links without any."""
-    for number, link in enumerate(results.mechanism.links[1:], 1):
-        spots = {point: position_of(results.motion, number, point)[position] for point in link.points}
+    for at, link in enumerate(results.mechanism.links[1:], 1):
+        spots = {point: position_of(results.motion, at, point)[position] for point in link.points}
         yield from (np.array([spots[beam.start], spots[beam.end]]) for beam in link.beams)
         if not link.beams and len(spots) > 1:
             yield np.array([*spots.values(), next(iter(spots.values()))])
@@ -251,15 +251,15 @@ def write_dxf(path: Path, results: Results) -> None:
     links, holes = motion.mechanism.links, {name: scale * each for name, each in _holes(scene).items()}
     paths: dict[str, list[complex]] = {}
     drawn: list[dict[str, complex]] = []
-    for number, link in enumerate(links):
-        course = {point: np.ravel(scale * position_of(motion, number, point)) for point in link.points}
+    for at, link in enumerate(links):
+        course = {point: np.ravel(scale * position_of(motion, at, point)) for point in link.points}
         drawn.append({point: complex(places[0]) for point, places in course.items()})
-        paths |= {point: places.tolist() for point, places in course.items() if number and np.ptp(places) != 0}
+        paths |= {point: places.tolist() for point, places in course.items() if at and np.ptp(places) != 0}
     beams: list[list[tuple[complex, complex, float, float]]] = [[] for _ in links]
-    for (number, beam), section in zip(motion.mechanism.beams, scene.sections, strict=True):
+    for (at, beam), section in zip(motion.mechanism.beams, scene.sections, strict=True):
         first = float(scale * section.fibre)
         last = first if section.taper is None else first * sum(section.taper.fibre)
-        beams[number].append((drawn[number][beam.start], drawn[number][beam.end], first, last))
+        beams[at].append((drawn[at][beam.start], drawn[at][beam.end], first, last))
     parts = [
         DrawnLink(link.name, places, own, {point: holes[point] for point in places if point in holes})
         for link, places, own in zip(links[1:], drawn[1:], beams[1:], strict=True)

@@ -26,8 +26,8 @@ from kinelast.scene.numbers import SI, ToldIn
 from rigid.arrays import Integers, Reals
 
 WEB = Path(__file__).parent / "web"
-SCRIPTS = ("numbers", "dom", "fold", "theme", "arrays", "scene", "motion", "tables", "instants", "names", "mechanism", "controls",
-           "charts", "curves", "speeds", "what_if", "sizing", "maps", "answer", "figures", "drives", "cams", "joints",
+SCRIPTS = ("numbers", "dom", "fold", "theme", "arrays", "scene", "motion", "tables", "instants", "names",
+           "mechanism", "controls", "charts", "curves", "speeds", "what_if", "sizing", "maps", "answer", "figures", "drives", "cams", "joints",
            "main")  # fmt: skip
 
 
