@@ -8,7 +8,7 @@ import pytest
 from mechanisms import linkage
 
 from kinelast.cli.command import main
-from rigid import Link, Mechanism, PinDrive, motion, motion_in_chunks
+from rigid import Link, Mechanism, PinDrive, Slider, motion, motion_in_chunks
 from rigid.analysis import ReachError, require_reach, stops
 from rigid.positions.knots import some, steps
 from rigid.positions.trace import Trace
@@ -263,3 +263,30 @@ def test_three_cranks_let_go_are_answered(tmp_path):
     (tmp_path / "cranks.toml").write_text(THREE_CRANKS)
     assert main([str(tmp_path / "cranks.toml"), "-o", str(tmp_path / "out")]) in (0, 1)
     assert (tmp_path / "out" / "cranks" / "summary.json").exists()
+
+
+class TestParallelLines:
+    """A block on two lines, one of which turns with the crank at a distance from its pivot."""
+
+    @staticmethod
+    def block(height):
+        """On a line 1 m beside the crank's pivot, and on one parallel to the x axis at a height [m]."""
+        links = Link("ground", {"O": 0}), Link("crank", {"O": 0, "A": 1}), Link("tool", {"P": 0, "T": 1})
+        sliders = Slider("guide", "tool", "ground", "P", 1j * height, 1), Slider("slot", "block", "crank", "P", 1j, 1)
+        place = (np.cos(1) * height - 1) / np.sin(1) + 1j * height
+        drawn = {"O": 0, "A": np.exp(1j), "P": place, "T": place + 1}
+        return Mechanism((*links, Link("block", {"P": 0})), (PinDrive("crank", "O"),), drawn, sliders)
+
+    @pytest.mark.parametrize("height", [2.0, 0.5])
+    def test_it_ends_where_they_become_parallel(self, height):
+        """x = (h cos a - 1) / sin a, infinite at 0 and 180 degrees."""
+        angle = 1 + np.linspace(0, 2.5, 40)
+        x = motion(self.block(height), angle).origin[2].real
+        expected = (height * np.cos(angle) - 1) / np.sin(angle)
+        np.testing.assert_allclose(x, np.where(angle < np.pi, expected, np.nan), rtol=1e-9)
+
+    def test_it_passes_where_they_coincide(self):
+        """x = -tan(a / 2) for h = 1: finite at 0, infinite at 180 degrees."""
+        angle = 1 - np.linspace(0, 5, 80)
+        x = motion(self.block(1.0), angle).origin[2].real
+        np.testing.assert_allclose(x, np.where(angle > -np.pi, -np.tan(angle / 2), np.nan), rtol=1e-6)

@@ -343,3 +343,51 @@ def test_every_case_has_a_test():
     for path in CASES.rglob("*.toml"):
         name = re.sub(r"^rod_in_", "", path.stem)
         assert f'"{name}' in text or f"/{name}" in text, path.name
+
+
+class TestThroughInfinity:
+    """A block on two guides that become parallel does not come back from the other side."""
+
+    @pytest.mark.parametrize(("name", "angle"), [("through_infinity", "180"), ("through_infinity_swing", "0")])
+    def test_the_drive_stops_where_guide_and_slot_are_parallel(self, name, angle, answered):
+        """The guide lies along the x axis, so that x = h / tan(angle of the crank)."""
+        status, said, summary = answered(name)
+        assert (status, summary) == (2, None)
+        assert f'it stops at "crank" at {angle} deg, where the joint "P" runs to infinity' in said
+
+
+class TestDoors:
+    """Inputs that no machine has, and files that no scene may name, are refused in one message."""
+
+    def test_a_place_farther_than_any_machine_is_refused(self, answered):
+        status, said, _ = answered("crash_far_point", "--speeds", "20 rad/s : 200 rad/s : 5", "--reachable")
+        assert status == 2
+        assert "[points] G x: expected a length" in said
+        assert "shorter than 10000 m" in said
+
+    def test_a_table_of_designs_outside_the_folder_is_not_opened(self, answered):
+        status, said, _ = answered("sweep_table_outside", "--sweep")
+        assert status == 2
+        assert "[sweep] table: expected a file beside the scene that ends in .csv" in said
+
+    @pytest.mark.parametrize("name", ["../designs.csv", "/tmp/designs.csv"])
+    def test_nor_is_one_above_the_folder(self, name, tmp_path, capsys):
+        text = (CASES / "sweep_table_outside.toml").read_text().replace("/etc/hostname", name)
+        (tmp_path / "in").mkdir()
+        (tmp_path / "in" / "scene.toml").write_text(text)
+        (tmp_path / "designs.csv").write_text("secret\n1\n")
+        assert main([str(tmp_path / "in" / "scene.toml"), "-o", str(tmp_path / "out"), "--sweep"]) == 2
+        said = capsys.readouterr()
+        assert f'[sweep] table: "{name}" is not beside the scene' in said.err + said.out
+        assert "secret" not in said.err + said.out
+
+    @pytest.mark.parametrize("line", ["KEY = 1", "[KEY]", "a = {KEY = 1}", '"x".KEY = 1'])
+    def test_a_key_of_very_many_parts_is_refused(self, line):
+        """In a process of its own: the parser would take half a minute for each of them."""
+        script = (
+            "from kinelast.scene.parsing import read_toml\n"
+            f"text = 'title = \"1.2.3\"\\n' + {line!r}.replace('KEY', 'a' + '.a' * 20_000)\n"
+            "try:\n    read_toml(text)\nexcept ValueError as error:\n    print(error)"
+        )
+        ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=5, check=True)
+        assert ran.stdout == "a key of more than 32 parts, as in a.b.c (at line 2, column 1)\n"

@@ -2,6 +2,7 @@
 
 import json
 import re
+import time
 from xml.etree import ElementTree
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import kinelast
 from exchange import ExchangeError, read, scene_text, written
+from exchange.dxf import DrawnLink, dxf_text
 from exchange.reading import of_text
 from kinelast.cli.command import main
 from kinelast.figures.results import Results
@@ -316,6 +318,14 @@ class TestDrawn:
         path = space.query('LWPOLYLINE[layer=="path B"]')[0]
         places = 1e3 * position_of(motion, scene.mechanism.index["coupler"], "B")
         np.testing.assert_allclose([complex(x, y) for x, y in path.get_points("xy")], places, atol=1e-6)
+
+    def test_the_same_links_are_the_same_bytes(self):
+        """At another time and with other random numbers, as in another run."""
+        pytest.importorskip("ezdxf")
+        link = DrawnLink("rod", {"A": 0j, "B": 100 + 0j}, [(0j, 100 + 0j, 5.0, 5.0)], {"A": 4.0})
+        first = dxf_text([link], {"A": 0j}, {"B": [100j, 100 + 0j]}, "mm")
+        time.sleep(0.01)
+        assert dxf_text([link], {"A": 0j}, {"B": [100j, 100 + 0j]}, "mm") == first
 
     def test_the_same_drawing_as_svg_has_its_true_size(self, tmp_path):
         scene = kinelast.load("pusher")

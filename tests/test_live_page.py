@@ -64,6 +64,9 @@ def test_a_joint_is_dragged_bends_is_answered_and_saved(driver, scene):
         hand.until("return document.body.dataset.ready")
         assert "largest deflection" in hand.run("return document.body.textContent")
         assert errors(hand) == []
+        injected = "const it = document.createElement('script'); it.textContent = 'window.ran = true';"
+        hand.run(f"{injected} document.head.append(it)")
+        assert hand.run("return window.ran") is None
 
 
 def test_the_page_follows_the_file_and_keeps_the_text_without_a_server(driver, scene):

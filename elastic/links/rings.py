@@ -11,7 +11,6 @@ from elastic.beams.compliance import Compliance
 from elastic.links.clamped_links import LinkResponse, clamped_response
 from elastic.links.configuration import Configuration, LinkLoads, NodeDisplacements, NodeLoads
 from elastic.links.free_body import add_load
-from rigid import MechanismError
 from rigid.arrays import Reals
 
 CLOSINGS = 2  # what round-off leaves open between beams of very different stiffness is closed again
@@ -30,10 +29,7 @@ def _with_redundants(configuration: Configuration, compliance: Compliance, loads
     for _ in range(CLOSINGS):
         nodes = clamped_response(configuration, compliance, loads).nodes
         openings = np.moveaxis(_openings(configuration, nodes), 0, -1)
-        try:
-            redundants = -np.linalg.solve(scaled, (openings * scale)[..., None])[..., 0] * scale
-        except np.linalg.LinAlgError:
-            raise _unsolvable(configuration) from None
+        redundants = -np.linalg.solve(scaled, (openings * scale)[..., None])[..., 0] * scale
         closed = dict(loads.nodes)
         for number, cut in enumerate(configuration.trees.cuts):
             along, across, moment = (redundants[..., 3 * number + row] for row in range(3))
@@ -42,13 +38,6 @@ def _with_redundants(configuration: Configuration, compliance: Compliance, loads
             add_load(closed, (cut.link, cut.node), -force, -moment)
         loads = replace(loads, nodes=closed)
     return loads
-
-
-def _unsolvable(configuration: Configuration) -> MechanismError:
-    """Return the error of rings whose beams differ so much in length or stiffness that round-off hides the others."""
-    names = list(dict.fromkeys(configuration.mechanism.links[cut.link].name for cut in configuration.trees.cuts))
-    told = ", ".join(f'"{name}"' for name in names)
-    return MechanismError(f"link {told}: the beams of its ring differ too much in length or stiffness", links=names)
 
 
 def _flexibility(configuration: Configuration, compliance: Compliance, q: VectorCoefficients) -> tuple[Matrices, Reals]:
