@@ -346,8 +346,10 @@ class Branch:
                 beyond = place > place[at] if place[at] >= self.path.begin else place < place[at]
                 sign[beyond & (row == row[at])] *= -1.0
         if (sign < 0).any():
+            ended = np.isnan(self.table["sine"][:, number])
             self.table["sign"][:, number] = sign
             self.set(self.table, number)
+            self._forget(number, ended)
 
     def _stop(self, number: int) -> None:
         """Let a dyad end, outward of the drawing, at the first knot at which it is open."""
