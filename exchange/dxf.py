@@ -56,7 +56,7 @@ class DrawnLink:
 @contextmanager
 def _fixed_dates() -> Iterator[None]:
     """Let ezdxf write fixed dates and identities, so that the same drawing gives the same bytes."""
-    from ezdxf import options
+    from ezdxf._options import options
 
     before = options.write_fixed_meta_data_for_testing
     options.write_fixed_meta_data_for_testing = True
