@@ -11,6 +11,7 @@ from scipy.stats import qmc
 
 from kinelast.designs.base import base_of, design_measures
 from kinelast.designs.evaluate import Designs, evaluate, evaluated
+from kinelast.designs.full_sample import FullColumn, full_columns
 from kinelast.designs.optimum import ACTIVE, Optimum, OptimumResult, optimum, optimum_beside
 from kinelast.designs.problem import OptimizationTask, Problem, optimization_task, tolerance_task
 from kinelast.designs.sensitivities import Sensitivities, sensitivities
@@ -18,6 +19,7 @@ from kinelast.designs.tolerances import (
     DESIGNS,
     REPEATS,
     SQUARES,
+    WHOLE,
     ToleranceResult,
     accuracy_figures,
     first_order,
@@ -186,22 +188,30 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
     limits = limits_of_items(built)
     full, bounded = full_answer(built, limits, known), list(dict.fromkeys(limit.figure for limit in limits))
     seen: list[Mapping[str, Any]] = []
+    complete: dict[str, FullColumn] = {}
     with np.errstate(all="ignore"):
         nominal = sensitivities(_figures_of(document, paths, figures), at, _scale(table, asked.variables))
         more = [name for name in bounded if name not in known]
         figures_of = _figures_of(document, paths, [*figures, *more], progress, "designs within tolerances")
 
+        def in_full(values: np.ndarray) -> FullAnswer:
+            progress("machines of the sample, answered in full", 0, 1)
+            chosen = document.with_values(dict(zip(paths, values.tolist(), strict=True)))
+            return full_answer(chosen.scene, limits, [*known, *more])
+
         def noted(values: np.ndarray) -> Designs:
             found = figures_of(values)
             seen.append(found.columns)
-            return found
+            plain = {name: found.columns[name] for name in dict.fromkeys([*known, *more])}
+            complete.update(full_columns(in_full, values, plain, np.array([each.half for each in asked.tolerances])))
+            better = {name: each.value for name, each in complete.items() if np.isfinite(each.value).any()}
+            return replace(found, columns={**found.columns, **better})
 
         sampled = scatter(noted, asked.tolerances, at, designs)
-        here = evaluate(document, [], np.zeros((1, 0)), bounded).columns
         shares = variance_shares(_figures_of(document, paths, figures, progress, "shares"), asked.tolerances, at)
     units = {**base.units, **{figure.key: str(figure.unit) for figure in accuracy if isinstance(figure, Figure)}}
     linear, count = first_order(nominal, asked.tolerances), REPEATS * points_for(designs)
-    share = kept_share(seen[0], full.judgements, _first(here)) if limits else None
+    share = kept_share(seen[0], full.judgements, complete, WHOLE) if limits else None
     return ToleranceResult(
         asked.variables, asked.tolerances, nominal, linear, sampled, shares, units, count, full, share
     )

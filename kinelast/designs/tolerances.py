@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -13,11 +13,12 @@ from scipy.stats import binomtest, norm, qmc, sobol_indices, uniform
 
 from elastic import displacement_of
 from elastic.assessment import angle_error
+from kinelast.designs.full_sample import FullColumn, kept_by
 from kinelast.designs.sensitivities import Figures, FiguresOf, Sensitivities
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import FIXED, SCENE, Figure, fixed, largest_of, whole
-from kinelast.figures.limits import UNKNOWN, FullAnswer, Judgement, room
-from kinelast.scene.limits import Output
+from kinelast.figures.limits import UNKNOWN, FullAnswer, Judgement
+from kinelast.scene.limits import OUTPUT_ERROR, Output
 from kinelast.scene.variables import Variable
 from rigid import Motion, position_of
 from rigid.arrays import Complexes, Numbers, Reals
@@ -172,23 +173,26 @@ class KeptShare:
     plain
         By quasi-static figures, errors not counted.
     in_full
-        With vibration and errors, as the full answer of the scene has them; nan where a limit cannot be judged.
+        By full answers of the machines, with their errors; nan where a limit cannot be judged.
     low, high
-        Between which that is with a confidence of 95 %, as so many were sampled (Clopper and Pearson 1934).
+        Between which that is with a confidence of 95 %, as so many were sampled (Clopper and Pearson 1934), and with
+        the error of the response surface.
+    beyond
+        Share of the machines whose whole error of the output, with that of their geometry, is beyond the limit of the
+        output's deflection; nan without such a limit.
     """
 
     plain: float
     in_full: float
     low: float
     high: float
+    beyond: float = math.nan
 
 
 def kept_share(
-    columns: Mapping[str, Reals], judgements: Sequence[Judgement], nominal: Mapping[str, float]
+    columns: Mapping[str, Reals], judgements: Sequence[Judgement], full: Mapping[str, FullColumn], output: str = ""
 ) -> KeptShare:
     """Share of sampled machines that keep all limits.
-
-    What the full answer changes of a figure is taken to go with it from one machine to the next.
 
     Parameters
     ----------
@@ -196,18 +200,21 @@ def kept_share(
         Quasi-static figures of the limits by name, shape (machines,).
     judgements
         Of the limits, by the full answer of the nominal machine.
-    nominal
-        Quasi-static figures of the nominal machine by name.
+    full
+        The same figures by full answers of the machines.
+    output
+        Name of the column of the whole error of the output, which its limit is compared with as well.
     """
     plain = np.logical_and.reduce([each.limit.kept(columns[each.limit.figure]) for each in judgements])
-    if any(each.outcome == UNKNOWN for each in judgements):
-        return KeptShare(float(plain.mean()), math.nan, math.nan, math.nan)
-    rows = [
-        (replace(each.limit, bound=room(each, nominal[each.limit.figure])), each.limit.figure) for each in judgements
-    ]
-    kept = np.logical_and.reduce([limit.kept(columns[name]) for limit, name in rows])
-    ends = binomtest(int(np.count_nonzero(kept)), len(kept)).proportion_ci(0.95, "exact")
-    return KeptShare(float(plain.mean()), float(kept.mean()), float(ends.low), float(ends.high))
+    bound = next((each.limit for each in judgements if each.limit.figure == OUTPUT_ERROR), None)
+    beyond = math.nan if bound is None or output not in columns else float(np.mean(~bound.kept(columns[output])))
+    known = all(np.isfinite(full[each.limit.figure].value).all() for each in judgements)
+    if not known or any(each.outcome == UNKNOWN for each in judgements):
+        return KeptShare(float(plain.mean()), math.nan, math.nan, math.nan, beyond)
+    rows = [(each.limit.kept, each.limit.least, full[each.limit.figure]) for each in judgements]
+    few, kept, many = (kept_by(rows, side) for side in (1.0, 0.0, -1.0))
+    low, high = (binomtest(int(np.count_nonzero(each)), len(each)).proportion_ci(0.95, "exact") for each in (few, many))
+    return KeptShare(float(plain.mean()), float(kept.mean()), float(low.low), float(high.high), beyond)
 
 
 def variance_shares(

@@ -42,6 +42,7 @@ SEVERITY = BROKEN, UNKNOWN, TOO_NEAR, KEPT
 VERDICTS = {KEPT: "acceptable", BROKEN: "not acceptable", TOO_NEAR: TOO_NEAR, UNKNOWN: UNKNOWN}
 PASSED = {KEPT: True, BROKEN: False}
 LIMITS_KEPT, LIMITS_MARGIN = "limits_kept", "limits_margin"
+ONE_POSITION = "only one position of the cycle is computed: ask for more --positions"
 SPARE = 1e-4  # share of a limit that is left besides the error, as that changes with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
 """Keys of figures of beams, and the fields that have their place."""
@@ -164,6 +165,8 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
         parts = peaks[item].error
         assert parts is not None
         problem = nearer(results, parts, abs(value - float(limit.bound)) / (abs(value) or 1.0))
+    if results.one_position and outcome != BROKEN and not exact:
+        outcome, problem = UNKNOWN, ONE_POSITION
     judged = Judgement(limit, outcome, item, value, error, problem)
     return _or_refused(results, judged, key, [item for item, *_ in told])
 

@@ -201,6 +201,18 @@ class Results:
         )
         return f"unstable {at}: vibration {grows}; stable below {border}"
 
+    @cached_property
+    def one_position(self) -> bool:
+        """Whether a single position of a run in which the drives move is computed."""
+        if len(self.motion.time) != 1 or self.left_out:
+            return False
+        return bool(np.any([np.ptp(part) for part in self._drives]))
+
+    @property
+    def _drives(self) -> Reals:
+        """Coordinates of the drives at some instants of the run, shape (drives, instants)."""
+        return self.scene.course.at(np.linspace(0.0, float(self.scene.run.duration), 4)[:-1]).drive
+
     @property
     def error_unknown(self) -> str:
         """Why nobody knows how far the figures are off; nothing where that is known, or nothing bends."""

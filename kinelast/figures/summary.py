@@ -68,6 +68,7 @@ def summary(results: Results) -> dict[str, Any]:
             **dict(zip(("positions", "singular", "ill_conditioned"), results.counts, strict=True)),
             "locked": results.figures.locked,
             "left_out": results.left_out,
+            "one_position": results.one_position,
             "interrupted": None if scene.course.interrupted is None else figure(scene.course.interrupted, "s"),
             "start": figure(results.figures.span[0], "s"),
             "end": figure(results.figures.span[1], "s"),

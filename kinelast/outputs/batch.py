@@ -136,6 +136,8 @@ def headline(figures: Mapping[str, Any]) -> str:
         words.append(f"near a dead point: {digits_left(condition)} digits left there")
     if figures["run"]["singular"]:
         words.append(f"{figures['run']['singular']} positions without figures, at dead points")
+    if figures["run"]["one_position"]:
+        words.append("at one position")
     if figures["run"]["locked"]:
         words.append(f"{figures['run']['locked']} positions that friction may lock")
     if figures["run"]["interrupted"]:

@@ -243,12 +243,15 @@ def _finite(value: float) -> float | None:
 def _kept_words(kept: KeptShare) -> str:
     """The share of the machines that keep all limits in words."""
     plain = f"{percent(kept.plain)} without"
+    beyond = "" if math.isnan(kept.beyond) else (
+        f"; the limit of the output is one of its deflection: with the error of their geometry {percent(kept.beyond)}"
+        " of the machines are beyond it"
+    )  # fmt: skip
+    plain += beyond
     if math.isnan(kept.in_full):
-        return f"all limits are kept by {plain} vibration and error; with them that cannot be judged"
+        return f"all limits are kept by {plain}; with vibration and error that cannot be judged"
     sure = f"with 95 % confidence {percent(kept.low)} to {percent(kept.high)}"
-    return (
-        f"all limits are kept by {percent(kept.in_full)} of the machines with vibration and error, {sure}; by {plain}"
-    )
+    return f"all limits are kept by {percent(kept.in_full)} of the machines with vibration and error, {sure}; by {plain}"
 
 
 def _told(name: str, sampled: Scatter, unit: str, told_in: ToldIn) -> str:

@@ -1,0 +1,103 @@
+"""Full answers of some sampled machines, and response surfaces that carry them to all of the sample."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import RBFInterpolator
+
+from kinelast.figures.limits import FullAnswer
+from rigid.arrays import Flags, Numbers, Reals
+
+ROUNDS = 8, 16, 32  # machines that are answered in full, until the surfaces are right
+SMOOTH = 0.002  # error of a surface, relative to its figure, that needs no more machines
+
+
+@dataclass(frozen=True)
+class FullColumn:
+    """A figure of sampled machines by their full answers.
+
+    Attributes
+    ----------
+    value
+        By the response surface, shape (machines,); nan if a full answer is not known.
+    error
+        Greatest error that a full answer states, relative to its figure.
+    surface
+        Error of the response surface, relative to the figure: twice the root mean square of what it misses of each
+        machine that is answered in full, found from the others.
+    """
+
+    value: Reals
+    error: float
+    surface: float
+
+
+def full_columns(
+    answer: Callable[[Reals], FullAnswer], machines: Reals, columns: Mapping[str, Reals], scale: Reals
+) -> dict[str, FullColumn]:
+    """Figures of sampled machines by full answers of some of them.
+
+    A surface is of the quotient of the full and the quasi-static figure.
+
+    Parameters
+    ----------
+    answer
+        From the numbers of a machine to its full answer.
+    machines, scale
+        Numbers of all machines, shape (machines, numbers), and the tolerance of each number.
+    columns
+        Quasi-static figures of all machines by name.
+    """
+    shares, found = machines / np.where(scale > 0.0, scale, 1.0), []
+    known: dict[str, FullColumn] = {}
+    for count in ROUNDS:
+        found += [answer(row) for row in machines[len(found) : count]]
+        known = {name: _column(shares, found, name, np.asarray(values, float)) for name, values in columns.items()}
+        if all(not each.surface > SMOOTH for each in known.values()):
+            break
+    return known
+
+
+def _column(shares: Reals, found: list[FullAnswer], name: str, plain: Reals) -> FullColumn:
+    pairs = np.array([each.figures.get(name, (np.nan, np.nan)) for each in found], float)
+    count = len(found)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(pairs[:, 0] == plain[:count], 1.0, pairs[:, 0] / plain[:count])
+        error = float(np.max(np.where(pairs[:, 1] == 0.0, 0.0, pairs[:, 1] / np.abs(pairs[:, 0]))))
+    if not np.isfinite(ratio).all():
+        return FullColumn(np.full(len(plain), np.nan), error, np.nan)
+    if np.ptp(ratio) == 0.0:
+        return FullColumn(ratio[0] * plain, error, 0.0)
+    rows, tried = np.arange(count), shares[:count]
+    missed = [float(_surface(tried[rows != k], ratio[rows != k])(tried[k : k + 1])[0] - ratio[k]) for k in rows]
+    off = 2.0 * float(np.sqrt(np.mean(np.square(missed))) / np.abs(ratio).mean())
+    return FullColumn(_surface(tried, ratio)(shares) * plain, error, off)
+
+
+def _surface(places: Reals, values: Reals) -> Callable[[Reals], Reals]:
+    """A surface through values: a linear one and cubic radial functions, or without the linear one if they are few."""
+    linear = len(places) > places.shape[1] + 1
+    surface: Callable[[Reals], Reals] = RBFInterpolator(
+        places, values, kernel="cubic" if linear else "linear", degree=1 if linear else 0
+    )
+    return surface
+
+
+def kept_by(limits: list[tuple[Callable[[Numbers], Flags], bool, FullColumn]], side: float) -> Flags:
+    """Whether machines keep all limits, shape (machines,).
+
+    Parameters
+    ----------
+    limits
+        Each as a test of figures, whether its bound is a least value, and the figures.
+    side
+        How many errors of the surface count, on the side of the bound.
+    """
+    kept = [
+        test(each.value * (1.0 + (-1.0 if least else 1.0) * (each.error + side * each.surface)))
+        for test, least, each in limits
+    ]
+    return np.asarray(np.logical_and.reduce(kept))
