@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import Deflection, sample
+from elastic import Deflection, marked, sample
 from kinelast.figures.cycle import Cycle, drive_words
 from kinelast.figures.entry import LEAST, Figure, bounded_items, items_of, magnitudes
 from kinelast.figures.limits import decisive
@@ -218,7 +218,10 @@ def _closing(scene: Scene, dragged: bool, memory: Memory) -> tuple[Answer, bytes
         cut = posture(moved, slice(0, count))
         moved = scene.course.at(times[:count]) if near is None else scene.course.near(times[:count], cut)
     require_tables(scene, moved)
-    cycle = Cycle(scene, moved, scene_deflection(scene, moved), sampled=True)
+    bent = scene_deflection(scene, moved)
+    buckles = Results(scene, bent).buckles
+    bent = marked(bent, np.ones(moved.columns, bool)) if buckles else bent
+    cycle = Cycle(scene, moved, bent, sampled=True)
     output = output_of(scene, cycle.deflection if dragged else None)
     chosen = [each for each in figures_of(output) if each.key in _wanted(scene)]
     told, data = picture(scene, cycle.deflection, cycle.efforts)
@@ -228,6 +231,7 @@ def _closing(scene: Scene, dragged: bool, memory: Memory) -> tuple[Answer, bytes
         "figures": figure_rows(scene, chosen, values),
         "limits": limit_rows(scene, values),
         "closes": closes,
+        "buckles": buckles,
         "theory": "quasi-static",
         "quick": True,
     }, data

@@ -49,6 +49,7 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
                 "quick": False,
                 "closes": {"all": True, "share": 1.0, "words": ""},
                 "error": theory["error"],
+                "buckles": figures["buckles"] or "",
                 "problem": theory["problem"],
                 "verdict": figures["acceptance"]["verdict"],
                 "limits": [_limit(row) for row in figures["acceptance"]["limits"]],

@@ -337,6 +337,67 @@ class TestManners:
         assert kibibytes < 800_000
 
 
+class TestBuckling:
+    """Euler: pi^2 EI/l^2 = 518 N of the rod; a quarter of it at the arm's free end."""
+
+    @pytest.mark.parametrize(
+        ("name", "link", "times"),
+        [
+            ("buckled_rod", "rod", 1.5 / (1 - 0.05**2 / 0.3**2) ** 0.5),
+            ("buckled_rod_elastic_crank", "rod", 1.5 / (1 - 0.05**2 / 0.3**2) ** 0.5),
+            ("free_arm_beyond_buckling", "arm", 1.8),
+        ],
+    )
+    def test_beyond_the_critical_load_nothing_else_is_said(self, name, link, times, answered):
+        """The rod bears more where the crank stands across its line."""
+        status, said, summary = answered(name)
+        assert status == 1
+        assert f"NOT ACCEPTABLE: {link} buckles" in said
+        assert float(re.search(r"the load is ([\d.]+) times critical", said)[1]) == pytest.approx(times, rel=0.002)
+        assert "stable below" not in said
+        assert (summary["largest_deflection"], summary["largest_stress"]) == (None, None)
+        known = {key: row["value"] for key, row in summary["figures"].items() if row["value"] is not None}
+        assert not known.keys() & {"deflection", "chord", "stress", "safety", "displacement", "output_error"}
+        assert known["buckling"] == pytest.approx(times, rel=0.002)
+        assert summary["breaks_first"][0]["governs"] == "buckling"
+        assert summary["breaks_first"][0]["reserve"]["value"] == pytest.approx(1 / times, rel=0.002)
+
+    @pytest.mark.parametrize(("part", "buckles"), [(0.96, False), (1.02, True)])
+    def test_the_ratio_is_that_of_the_ends_as_they_are(self, part, buckles, tmp_path, capsys):
+        """A quarter of Euler's load, which the report took for that between pins: 24 % told at 96 %."""
+        text = (CASES / "free_arm_beyond_buckling.toml").read_text()
+        (tmp_path / "arm.toml").write_text(text.replace("24871.40309074519", str(24871.40309074519 / 1.8 * part)))
+        assert main([str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out")]) == 1
+        assert ("arm buckles" in capsys.readouterr().out) is buckles
+        summary = json.loads((tmp_path / "out" / "arm" / "summary.json").read_text())
+        assert summary["figures"]["buckling"]["value"] == pytest.approx(part, rel=0.002)
+
+    def test_without_limits_it_is_not_acceptable_either(self, tmp_path, capsys):
+        text = (CASES / "buckled_rod.toml").read_text().split("[limits]")[0]
+        (tmp_path / "rod.toml").write_text(text)
+        assert main([str(tmp_path / "rod.toml"), "-o", str(tmp_path / "out")]) == 1
+        assert "NOT ACCEPTABLE: rod buckles" in capsys.readouterr().out
+
+    def test_designs_that_buckle_are_told_from_those_that_do_not(self, answered, tmp_path):
+        """Below a depth of 3.45 mm, by the third root of the load."""
+        _, said, _ = answered("buckled_sweep", "--sweep")
+        assert "2 keep all limits" in said
+        assert "smallest mass 0.2348 kg: no. 3 (sections.bar.depth 3.6 mm), acceptable" in said
+        assert "3 without figures: not acceptable: rod buckles" in said
+
+    def test_at_all_speeds(self, answered):
+        status, said, _ = answered("buckled_rod", "--speeds", "1 rad/s : 5 rad/s : 2")
+        assert status == 1
+        assert "not acceptable from 1 rad/s to 5 rad/s: rod buckles" in said
+        assert "hold up to" not in said
+
+    def test_a_load_that_follows_its_link_buckles_nothing(self, answered):
+        """1.8 times what buckles the arm where the force keeps its direction; Beck's column bears 8.1 times."""
+        status, _, summary = answered("follower_load")
+        assert status == 0
+        assert summary["figures"]["buckling"]["value"] == 0.0
+
+
 def test_every_case_has_a_test():
     """By its name in this file."""
     text = Path(__file__).read_text()

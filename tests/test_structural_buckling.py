@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mechanisms import cantilever, propped, steel_four_bar, still, supported
+from scipy.optimize import brentq
 
 from elastic import JointCompliance, Section, deflection
 from elastic.assessment import euler_ratio
-from elastic.assessment.buckling import buckling_factor
-from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, Spring, motion
+from elastic.assessment.buckling import buckling_factor, buckling_ratio
+from elastic.assessment.buckling_bound import buckling_bound
+from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, Spring, Weld, motion
 
 EI = 3.0
 SLENDER = Section(EA=1e9, EI=EI)
@@ -116,3 +118,87 @@ def test_of_joints_that_hold_the_same_place_twice_it_is_unknown():
     links, places = (Link("ground", {"O": 0.0}), arm, block), {"O": 0.0, "B": 2.0}
     mechanism = Mechanism(links, (PinDrive("arm", "O"),), places, (slot,))
     assert np.isnan(buckling_factor(deflection(still(mechanism), [SLENDER] * 2))).all()
+
+
+def half_portal(end, block="block"):
+    """Half a frame, its column clamped below: the middle of its beam slides along `end`, and turns if on a block."""
+    places = {"A": 0.0, "B": 1j, "M": 0.5 + 1j}
+    frame = Link("frame", places, (Beam("A", "B", 1.0), Beam("B", "M", 1.0)))
+    blocks = (Link("block", {"M": places["M"]}),) if block == "block" else ()
+    guide = Slider("guide", block, "ground", "M", places["M"], end)
+    links, held = (Link("ground", {"A": 0.0}), frame, *blocks), (Weld("A", "frame", "ground"),)
+    return Mechanism(links, (), places, (guide,), loads=(PointLoad("frame", "B", -1j),), welds=held)
+
+
+class TestFrames:
+    def test_a_portal_that_sways(self):
+        """u cot u = -6 for a frame as wide as high, clamped below: 7.38 EI/h^2, Timoshenko and Gere, section 2.4."""
+        u = brentq(lambda u: u / math.tan(u) + 6, 1.7, 3.1)
+        found = buckling_factor(deflection(still(half_portal(1.0)), [SLENDER] * 2))[0]
+        assert found == pytest.approx(u**2 * EI, rel=1e-5)
+        assert u**2 == pytest.approx(7.38, abs=0.005)
+
+    def test_a_portal_that_does_not_sway(self):
+        """The stability function s(u) is -2 h/l: halves that bend like mirror images hold each other by 2 EI/l."""
+
+        def stiffness(u):
+            return u * (math.sin(u) - u * math.cos(u)) / (2 - 2 * math.cos(u) - u * math.sin(u))
+
+        u = brentq(lambda u: stiffness(u) + 2, 4.6, 6.0)
+        found = buckling_factor(deflection(still(half_portal(1j, "frame")), [SLENDER] * 2))[0]
+        assert found == pytest.approx(u**2 * EI, rel=1e-4)
+
+    def test_a_column_held_sideways_alone(self):
+        """Its beam sinks freely: tan u = u."""
+        found = buckling_factor(deflection(still(half_portal(1j)), [SLENDER] * 2))[0]
+        assert found == pytest.approx(4.493409457909064**2 * EI, rel=1e-4)
+
+
+@pytest.mark.parametrize("soft", [0.05, 0.4, 4.0])
+def test_a_rod_between_soft_joints(soft):
+    """It turns on its joint at k l, or bends at pi^2 EI/l^2: the modes do not know of one another."""
+    press = PointLoad("beam", "P1", -1.0)
+    joints = {"P1": JointCompliance(translation=soft)}
+    found = factor(supported(divided(1), loads=(press,)), joints)
+    assert found == pytest.approx(min(1.5 / soft, math.pi**2 * EI / 1.5**2), rel=1e-5)
+
+
+def test_a_load_that_follows_its_link_has_no_static_buckling():
+    """Beck's column: dynamically 20.05 EI/l^2, of which statics knows nothing."""
+    for load in (1.0, 20.0, 40.0):
+        press = PointLoad("beam", "P1", -load * EI / 1.5**2, turning=True)
+        bent = deflection(still(cantilever(divided(1), loads=(press,))), [SLENDER])
+        assert buckling_factor(bent)[0] == math.inf
+        assert buckling_ratio(bent).largest == 0.0
+
+
+class TestBound:
+    @pytest.mark.parametrize("end", [1.0, 1j])
+    def test_is_above_what_it_bounds(self, end):
+        bent = deflection(still(half_portal(end)), [SLENDER] * 2)
+        share = 1 / buckling_factor(bent)[0]
+        assert share <= buckling_bound(bent)[0][0] < 3 * share
+
+    def test_of_a_rod_between_pins_is_its_load(self):
+        bent = deflection(still(supported(divided(1), loads=(PointLoad("beam", "P1", -1.0),))), [SLENDER])
+        assert buckling_bound(bent)[0][0] == pytest.approx(1.5**2 / (math.pi**2 * EI), rel=1e-6)
+
+    def test_of_a_mechanism_and_many_designs(self):
+        case = steel_four_bar(24)
+        moved = motion(case.mechanism, case.drive, 100.0)
+        bent = deflection(moved, case.sections)
+        of_all = buckling_bound(bent)[0]
+        assert (of_all >= 1 / buckling_factor(bent) - 1e-12).all()
+        one = case.sections[0]
+        wide = [Section(one.EA * np.ones((2, 1)), one.EI * np.array([[1.0], [0.5]])), *case.sections[1:]]
+        many = buckling_bound(deflection(moved, wide))[0]
+        np.testing.assert_allclose(many[0], of_all, rtol=1e-9)
+        assert (many[1] >= many[0]).all()
+
+    def test_the_largest_of_all_positions_is_found_by_few(self):
+        case = steel_four_bar(72)
+        bent = deflection(motion(case.mechanism, case.drive, 100.0), case.sections)
+        found = buckling_ratio(bent, resolved=0.0)
+        every = 1 / buckling_factor(bent)
+        assert found.largest == pytest.approx(every.max(), rel=1e-12)
+        assert found.position[found.link] == every.argmax()

@@ -15,7 +15,8 @@ from answers_table import SLOTTED
 from scene_texts import FOUR_BAR, edited
 
 from elastic import deflection, sample
-from elastic.elastodynamics import buckling_factor, transient
+from elastic.assessment import buckling
+from elastic.elastodynamics import transient
 from kinelast import read_scene, scene_from_text, shipped_scenes
 from kinelast.cli.command import main
 from kinelast.figures.checks import nearer, nonlinear_check, solid_check
@@ -597,7 +598,7 @@ def test_a_rod_buckles_however_it_is_divided(points, beams, force, level):
     """Euler: pi^2 EI/l^2 = 123 N; less than a tenth of it, a quarter, and more than half."""
     text = PRESSED.replace("{points}", points).replace("{beams}", beams).replace("{force}", str(force))
     found = [one for one, _ in computed(scene_from_text(text), Request()).exceedances if one.kind == "axial force"]
-    assert [one.severe for one in found] == ([] if level is None else [level])
+    assert {one.severe for one in found} == (set() if level is None else {level})
     if found:
         assert found[0].figure == pytest.approx(force / (np.pi**2 * 2 / 0.4**2), rel=0.03)
 
@@ -608,13 +609,12 @@ def test_a_buckling_load_that_cannot_be_found_is_told(monkeypatch):
     def none(*_):
         raise np.linalg.LinAlgError("Matrix is not positive definite")
 
-    monkeypatch.setattr("elastic.elastodynamics.structural_buckling._least_factor", none)
+    monkeypatch.setattr(buckling._Roots, "of_links", none)
     text = BENT.replace("{points}", DIVIDED[0]).replace("{beams}", DIVIDED[1]).replace("{force}", "5")
     results = computed(scene_from_text(text), Request())
-    assert np.isnan(buckling_factor(results.quasi_static)).all()
     (told,) = (finding for finding in findings(results) if finding.heading == "Not judged")
     assert told.level == "open"
-    assert "the load at which the mechanism buckles, its links taken whole, cannot be found" in told.text
+    assert "the load at which the mechanism buckles cannot be found" in told.text
     assert "Euler's load" not in " ".join(finding.text for finding in findings(results) if finding.level == "good")
     assert [one["figure"] for one in exceedance_figures(results)] == [None]
 
@@ -626,8 +626,8 @@ def test_a_divided_rod_buckles_in_a_long_run_too(tmp_path, monkeypatch):
     (tmp_path / "rod.toml").write_text(text)
     main([str(tmp_path / "rod.toml"), "--quiet", "-o", str(tmp_path / "out")])
     summary = json.loads((tmp_path / "out" / "rod" / "summary.json").read_text())
-    found = [one for one in summary["cautions"] if one["kind"] == "axial force" and one["label"] is None]
-    assert [one["severe"] for one in found] == [True]
+    found = [one for one in summary["cautions"] if one["kind"] == "axial force"]
+    assert {one["severe"] for one in found} == {True}
     assert found[0]["figure"] == pytest.approx(100 / (np.pi**2 * 2 / 0.4**2), rel=0.03)
     assert summary["theory"]["name"] == "elastodynamic"
     assert summary["theory"]["without_vibration"] is not None

@@ -60,7 +60,7 @@ class Buckling:
         return float(self.ratio.max())
 
 
-def buckling(deflection: Deflection, counted: Flags | bool = True, resolved: float = RESOLVED) -> Buckling:
+def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolved: float = RESOLVED) -> Buckling:
     """Load over critical load of one design, the largest over the positions.
 
     A safe bound of all positions tells at which ones the eigenvalues have to be found: until no other can be larger.
@@ -185,7 +185,7 @@ class _Roots:
         return np.take_along_axis(values, order, -1), back @ modes
 
     def _working(self, felt: GeometricStiffness, moved: Displacements, modes: Reals) -> Integers:
-        """Number of the link whose forces do most of the work in modes, shape (positions, modes)."""
+        """Link with the most work of its forces in each mode, by number, shape (positions, modes)."""
         mechanism = self.motion.mechanism
         work = np.zeros((len(mechanism.links), len(modes), modes.shape[-1]))
         for beam, (at, _) in enumerate(mechanism.beams):

@@ -37,13 +37,14 @@ from rigid.closures import displacements, joint_forces, self_stresses
 from rigid.constants import per_row
 from rigid.plane import ZERO, dot
 
+
 PointLoad = tuple[int, str, Columns, Columns]
 """Link's number, point's name, force in the ground's axes [N], complex, and moment [N m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """A displacement component: the unit loads that work on it, the weight of its square, and the owner of its chord."""
+    """A component of displacements: its unit loads, the weight of its square, and the beams of which it turns the chord."""
 
     loads: tuple[PointLoad, ...]
     weight: Reals
@@ -134,7 +135,7 @@ def _responses(deflection: Deflection, rows: Sequence[_Row]) -> Reals:
     motion, sections = deflection.motion, deflection.sections
     problem = problem_of(motion, sections, deflection.joints).unloaded
     states = self_stresses(motion.closures, deflection.forces.flank)
-    found = np.empty((len(rows), len(rows), *motion.columns))
+    responses = np.empty((len(rows), len(rows), *motion.columns))
     for number, row in enumerate(rows):
         loads = tuple((at, point, row.weight * force, row.weight * moment) for at, point, force, moment in row.loads)
         moved = _displaced(problem, loads, deflection.forces.flank, states)
@@ -143,8 +144,8 @@ def _responses(deflection: Deflection, rows: Sequence[_Row]) -> Reals:
                 dot(force, move) + moment * turn
                 for (*_, force, moment), (move, turn) in zip(felt.loads, map(moved, felt.loads), strict=True)
             )
-            found[other, number] = sum(work, start=np.zeros(motion.columns))
-    return found
+            responses[other, number] = sum(work, start=np.zeros(motion.columns))
+    return responses
 
 
 def _displaced(
@@ -171,11 +172,11 @@ def _displaced(
         at, point, *_ = load
         angle = np.imag(turning[at])
         if point.startswith(UNDER):
-            own, arm = under_blocks(problem, response, rails[_number(load)]), motion.places[_number(load)].arm(at)
+            bent, arm = under_blocks(problem, response, rails[_number(load)]), motion.places[_number(load)].arm(at)
         else:
-            own = response.nodes.get((at, point), STILL)
+            bent = response.nodes.get((at, point), STILL)
             arm = motion.direction[at] * motion.mechanism.links[at].points[point]
-        return shifts[at] + 1j * angle * arm + own[0], angle + own[1]
+        return shifts[at] + 1j * angle * arm + bent[0], angle + bent[1]
 
     return moved
 

@@ -24,7 +24,7 @@ from elastic import (
     reference_deflection,
     sample,
 )
-from elastic.assessment import PathDeviation, buckling, buckling_bound, euler_ratio, path_deviation
+from elastic.assessment import PathDeviation, buckling_bound, buckling_ratio, euler_ratio, path_deviation
 from elastic.beams import designs_of
 from kinelast.scene.data import Scene, scene_deflection
 from kinelast.scene.drives import drive_names
@@ -285,7 +285,7 @@ def _pressed(cycle: Cycle) -> Largest:
     bent = bent.unmarked or bent
     alone = len(cycle.columns) == 1
     if alone and not too_many_beams(scene.mechanism):
-        found = buckling(bent, cycle.counted)
+        found = buckling_ratio(bent, cycle.counted)
         return Largest(found.ratio[owners], found.position[owners])
     of_all, of_spans = buckling_bound(bent)
     of_all, of_spans = (np.where(cycle.counted & np.isfinite(of_all), each, 0.0) for each in (of_all, of_spans))

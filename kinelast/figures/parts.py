@@ -118,14 +118,14 @@ def _load(load: Any) -> Iterator[tuple[str, Any]]:
 
 
 def strength_figures(results: Results) -> dict[str, dict[str, Any]]:
-    """Per beam: swing of the normal stress, safety, compression over Euler's load, slenderness."""
+    """Per beam: swing of the normal stress, safety, load over critical load, slenderness."""
     run = results.figures
     return {
         label: {
             "stress_range": _swing(run.swings[:, beam], float(results.deflection.length[beam, 0])),
             "yield_stress": figure(float(results.deflection.sections[beam].yield_stress), "Pa"),
             "safety_factor": figure(run.peaks["safety"][beam].value, "1", **error_of(run.peaks["safety"][beam])),
-            "euler_ratio": largest(results, run.peaks["buckling"][beam], "1"),
+            "buckling": largest(results, run.peaks["buckling"][beam], "1"),
             "slenderness": figure(results.slenderness[beam], "1"),
         }
         for beam, label in enumerate(results.scene.labels)

@@ -238,11 +238,11 @@ def _buckles(scene: Scene, ratios: Reals) -> list[str]:
     """Which link buckles at every speed, in words; empty where none does."""
     if not scene.labels:
         return [""] * len(ratios)
-    course, found = scene_motion(scene), []
+    course, sentences = scene_motion(scene), []
     for ratio in ratios:
         moved = with_rates(course, ratio * course.drive_rate)
-        found.append(Results(scene, scene_deflection(scene, moved)).buckles)
-    return found
+        sentences.append(Results(scene, scene_deflection(scene, moved)).buckles)
+    return sentences
 
 
 def _without(values: Any, gone: Flags) -> Any:

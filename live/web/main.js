@@ -79,8 +79,10 @@ function show() {
   bar.value = view.position;
   $("instant").textContent = picture ? instant() : "";
   const notClosing = picture && !stale && !picture.closes.all;
-  $("closes").hidden = !(notClosing || stale);
-  if (notClosing) $("closes").textContent = `Closes over ${Math.round(100 * picture.closes.share)} % of the positions: ${picture.closes.words}. Dashed: the last position that closed; figures are of those up to it.`;
+  const buckles = picture && !stale && picture.buckles;
+  $("closes").hidden = !(notClosing || stale || buckles);
+  if (buckles) $("closes").textContent = `Not acceptable: ${buckles}.`;
+  else if (notClosing) $("closes").textContent = `Closes over ${Math.round(100 * picture.closes.share)} % of the positions: ${picture.closes.words}. Dashed: the last position that closed; figures are of those up to it.`;
   else if (stale) $("closes").textContent = "The text does not move as it stands: pale is the last mechanism that did.";
   if (!picture) { $("tiles").replaceChildren(); $("theory").textContent = ""; $("colours").textContent = ""; return; }
   $("theory").textContent = theoryWords(picture);

@@ -28,8 +28,8 @@ function strengthSection() {
       { name: "yield stress", unit: "Pa", of: (each) => value(each.yield_stress), digits: 3 },
       { name: "stress range", unit: "Pa", of: (each) => value(each.stress_range) },
       { name: "where", text: (each) => (each.stress_range.value ? `${placeWords(each.label, each.stress_range)}, ${each.stress_range.fibre} fibre` : "") },
-      { name: "Euler [%]", of: (each) => 100 * (value(each.euler_ratio) ?? NaN), digits: 2 },
-      where("at", (each) => each.euler_ratio),
+      { name: "load / critical [%]", of: (each) => 100 * (value(each.buckling) ?? NaN), digits: 2 },
+      where("at", (each) => each.buckling),
       { name: "slenderness", of: (each) => value(each.slenderness), digits: 3 },
     ], "Strength of the links"));
 }
