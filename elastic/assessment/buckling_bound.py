@@ -37,7 +37,6 @@ from rigid.closures import displacements, joint_forces, self_stresses
 from rigid.constants import per_row
 from rigid.plane import ZERO, dot
 
-
 PointLoad = tuple[int, str, Columns, Columns]
 """Link's number, point's name, force in the ground's axes [N], complex, and moment [N m]."""
 

@@ -251,7 +251,9 @@ def _kept_words(kept: KeptShare) -> str:
     if math.isnan(kept.in_full):
         return f"all limits are kept by {plain}; with vibration and error that cannot be judged"
     sure = f"with 95 % confidence {percent(kept.low)} to {percent(kept.high)}"
-    return f"all limits are kept by {percent(kept.in_full)} of the machines with vibration and error, {sure}; by {plain}"
+    return (
+        f"all limits are kept by {percent(kept.in_full)} of the machines with vibration and error, {sure}; by {plain}"
+    )
 
 
 def _told(name: str, sampled: Scatter, unit: str, told_in: ToldIn) -> str:
