@@ -60,7 +60,9 @@ def test_the_picture_is_seen_at_once_and_hears_the_keys(driver, steel):
     for width, above in ((390, 760), (1280, 460)):
         page = Page(driver, steel, width)
         assert page.run("return document.getElementById('stage').getBoundingClientRect().top") < above
-    assert "displacements drawn × 10" in page.run("return document.querySelector('.mechanism .scale').textContent")
+    assert re.search(
+        r"displacements drawn . 10\b", page.run("return document.querySelector('.mechanism .scale').textContent")
+    )
     page.run("kinelast.showPosition(10)")
     driver.switch_to.active_element.send_keys(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT)
     assert page.run("return kinelast.instant.position") == 12

@@ -21,7 +21,8 @@ from kinelast.outputs.charts import INK, SOFT, STYLE, axis, cycle_charts, cycle_
 from kinelast.outputs.positions import PROFILE
 from kinelast.outputs.sheet import MechanismAxes
 from kinelast.scene.data import Scene
-from kinelast.scene.numbers import number, quantity, round_down
+from kinelast.scene.numbers import number as written
+from kinelast.scene.numbers import quantity, round_down
 from kinelast.tasks.request import Request, RequestError
 from rigid import Posture, position_of
 from rigid.kinetostatics import beam_directions
@@ -216,7 +217,7 @@ def _draw_scale(axes: Axes, corner: complex, width: float, factor: float | None)
     tick = 0.006 * width
     x, y = corner.real, corner.imag
     axes.plot([x, x, x + length, x + length], [y + tick, y, y, y + tick], color=INK, linewidth=0.9)
-    enlarged = "" if factor is None else f"; displacements drawn × {number(factor)}"
+    enlarged = "" if factor is None else f"; displacements drawn \N{MULTIPLICATION SIGN} {written(factor)}"
     axes.text(x + length + tick, y, quantity(length, "m") + enlarged, color=SOFT)
 
 

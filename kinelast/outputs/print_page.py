@@ -99,7 +99,7 @@ def _foot(figures: Mapping[str, Any]) -> Iterator[Paragraph]:
     if rows:
         yield Paragraph("Limits and how much of them is used", 10, weight="bold", above=GAP)
     for words, used, outcome in rows[:MOST_LIMITS]:
-        share = "  –  " if used is None else f"{number(100 * used, 3)} %"
+        share = "?" if used is None else f"{number(100 * used, 3)} %"
         yield Paragraph(f"{share}  {words}: {outcome}", colour={KEPT: INK, BROKEN: RED}.get(outcome, AMBER))
     if len(rows) > MOST_LIMITS:
         yield Paragraph(f"{len(rows) - MOST_LIMITS} more, each used less.", colour=SOFT)

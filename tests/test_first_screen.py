@@ -1,0 +1,132 @@
+"""What is seen of the page at once, on one sheet of paper, and of each chart."""
+
+import base64
+import io
+import json
+import re
+
+import pytest
+from browser import Page
+from scene_texts import PARALLELOGRAM
+
+from kinelast.cli.command import main
+from kinelast.tasks.task import shipped_scenes
+
+SCREENS = [(1366, 768), (390, 844)]
+DECIDE = ["#acceptance", "#trusted", "#stage", ".deciding .tile:last-child"]
+BOXES = """
+    return arguments[0].map((name) => document.querySelector(name).getBoundingClientRect())
+        .map(({ left, top, right, bottom }) => [left, top, right, bottom]);"""
+HEADS = "return Array.from(document.querySelectorAll('.deciding h3'), (head) => head.textContent)"
+MANY_LIMITS = "pusher"
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("screens")
+    (folder / "bars.toml").write_text(PARALLELOGRAM)
+    scenes = ["steel_four_bar", MANY_LIMITS, "andrews_squeezer", "flap_plates", str(folder / "bars.toml")]
+    assert main([*scenes, "--positions", "24", "--print", "--quiet", "-o", str(folder)]) in (0, 1)
+    return folder
+
+
+@pytest.mark.parametrize("name", ["steel_four_bar", MANY_LIMITS, "andrews_squeezer", "flap_plates", "bars"])
+@pytest.mark.parametrize("size", SCREENS)
+def test_what_decides_is_seen_without_scrolling(name, size, driver, out):
+    page = Page(driver, out / name / "report.html", size[0], folded=True, height=size[1])
+    for left, top, right, bottom in page.run(BOXES, DECIDE):
+        assert 0 <= left < right <= size[0]
+        assert 0 <= top < bottom <= size[1]
+    if size[0] > 1000:
+        assert page.run("return document.documentElement.scrollHeight") < 3000
+
+
+def test_the_figures_that_decide_are_in_their_order(driver, out):
+    page = Page(driver, out / MANY_LIMITS / "report.html", folded=True)
+    limits = json.loads((out / MANY_LIMITS / "summary.json").read_text())["acceptance"]["limits"]
+    most = max(limits, key=lambda limit: limit["used"] or 0)
+    heads = page.run(HEADS)
+    assert heads == [f"Decides: {most['name']}", "Stress and safety", "Error of the output", "Drive of crank"]
+    assert f"{100 * most['used']:.1f} % used" in page.run("return document.querySelector('.deciding').textContent")
+
+
+def test_a_link_opens_what_is_folded(driver, out):
+    page = Page(driver, out / "steel_four_bar" / "report.html", folded=True)
+    fold = "return document.querySelector('#curves > .fold').open"
+    assert not page.run(fold)
+    page.run("document.querySelector('nav a[href=\"#curves\"]').click()")
+    assert page.run(fold)
+
+
+@pytest.mark.parametrize("name", ["steel_four_bar", MANY_LIMITS, "flap_plates"])
+def test_the_page_is_one_sheet_and_so_is_the_file_to_print(name, driver, out):
+    from pypdf import PdfReader
+
+    page = Page(driver, out / name / "report.html", folded=True)
+    printed = page.driver.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True})["data"]
+    for file in (io.BytesIO(base64.b64decode(printed)), out / name / "report.pdf"):
+        pages = PdfReader(file).pages
+        assert len(pages) == 1
+        words = re.sub(r"\s+", " ", pages[0].extract_text())
+        for heading in ("Assumptions", "Checked", "displacements drawn"):
+            assert heading in words
+        if name == MANY_LIMITS:
+            assert "transmission angle" in words
+            assert re.search(r"8[89]\.?\d* %", words)
+
+
+def test_a_chart_draws_six_curves_that_differ_in_colour_and_in_dashes(driver, out):
+    page = Page(driver, out / "flap_plates" / "report.html")
+    shown = """
+        return Array.from(document.querySelectorAll('#curves .chart'), (chart) => [
+            Array.from(chart.querySelectorAll('.legend button[aria-pressed=true] line'),
+                (line) => [line.getAttribute('stroke'), line.getAttribute('stroke-dasharray')]),
+            chart.querySelectorAll('.legend button').length, chart.querySelector('.left-out')?.textContent ?? ""])"""
+    charts = page.run(shown)
+    assert any(count > 6 for _, count, _ in charts)
+    for styles, count, left_out in charts:
+        assert len(styles) == min(count, 6)
+        for kind in zip(*styles, strict=True):
+            assert len(set(kind)) == len(styles)
+        assert (count > 6) == left_out.startswith(f"6 of {count} drawn")
+
+
+CROSSED = """
+    const names = [...document.querySelectorAll('.mechanism .names text')].filter((text) => text.getAttribute('display') !== 'none');
+    const boxes = names.map((text) => text.getBBox());
+    return [names.length, boxes.flatMap((box, k) => [...document.querySelectorAll('.mechanism .link[d]:not([d=""])')].filter((path) => {
+        const long = path.getTotalLength();
+        return Array.from({ length: 200 }, (_, n) => path.getPointAtLength((n * long) / 199)).some(({ x, y }) =>
+            x > box.x + 2 && x < box.x + box.width - 2 && y > box.y + 4 && y < box.y + box.height - 4);
+    }).map(() => names[k].textContent))]"""  # noqa: E501
+
+
+@pytest.mark.parametrize("name", ["steel_four_bar", MANY_LIMITS, "flap_plates"])
+def test_names_lie_on_no_link(name, driver, out):
+    page = Page(driver, out / name / "report.html")
+    for position in range(0, 24, 5):
+        page.run("kinelast.showPosition(arguments[0])", position)
+        count, crossed = page.run(CROSSED)
+        assert count > 3
+        assert crossed == []
+
+
+def test_designs_of_the_index_have_one_verdict_and_one_limit(driver, out):
+    page = Page(driver, out / "index.html")
+    heads = page.run("return Array.from(document.querySelectorAll('thead th'), (head) => head.innerText.trim())")
+    assert [head.split()[0] for head in heads[:4]] == ["scene", "verdict", "decides", "used"]
+    row = page.run(
+        "return Array.from([...document.querySelectorAll('tbody tr')]"
+        f".find((row) => row.cells[0].innerText === '{MANY_LIMITS}').cells, (cell) => cell.innerText)"
+    )
+    assert row[1].startswith("acceptable")
+    assert row[2].startswith("transmission angle")
+    assert row[3].endswith(" %")
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_a_shell_is_told_all_options(shell, capsys):
+    assert main(["--completion", shell]) == 0
+    told = capsys.readouterr().out
+    for word in ("theory", "geometrically-exact", "print", "kinelast", *shipped_scenes()):
+        assert word in told
