@@ -48,8 +48,9 @@ def summary_row(outcome: Outcome, name: str) -> list[Any]:
     decides, used = _decides(figures) if judged else ("", None)
     errors = [output.get("value") if output.get("unit") == unit else None for unit in ("m", "rad")]
     cells = [name, outcome.state, outcome.status, judged, decides, used,
-             deflection.get("value"), deflection.get("label"), chord.get("value"), chord.get("label"), stress.get("value"), stress.get("label"), safety, *errors,
-             output.get("name"), condition, grade, passed, "" if figures else outcome.line]  # fmt: skip
+             deflection.get("value"), deflection.get("label"), chord.get("value"), chord.get("label"),
+             stress.get("value"), stress.get("label"), safety, *errors, output.get("name"), condition, grade, passed,
+             "" if figures else outcome.line]  # fmt: skip
     return [plain(cell, 300) if isinstance(cell, str) else cell for cell in cells]
 
 

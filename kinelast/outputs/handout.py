@@ -1,4 +1,4 @@
-"""The words of a one-page print that no figure tells: what was assumed, and how the answer was checked."""
+"""Sentences of the one-page print besides its figures: assumptions, and how the answer was checked."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def handout(figures: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def assumptions(figures: Mapping[str, Any]) -> list[str]:
-    """Sentences on the theory, the drives, the loads, the materials, and what was left out."""
+    """Sentences on the theory, the drives, the loads, the materials, and effects left out."""
     inputs, output, told_in = figures["inputs"], figures["output"] or {}, figures["told_in"]
 
     def size(row: Mapping[str, Any]) -> str:

@@ -93,7 +93,7 @@ def _head(figures: Mapping[str, Any]) -> Iterator[Paragraph]:
 
 
 def _foot(figures: Mapping[str, Any]) -> Iterator[Paragraph]:
-    """Figures that decide, limits, assumptions, checks, and what it was made from."""
+    """Figures that decide, limits, assumptions, checks, and the scene's hash."""
     yield from (Paragraph(words) for words in _figures(figures))
     rows = limit_rows(figures)
     if rows:
