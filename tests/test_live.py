@@ -3,6 +3,7 @@
 import http.client
 import json
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -635,6 +636,28 @@ class TestServer:
                 assert client.post(f"/wrong{path}", body).status == 403
                 assert client.get(f"/secret{path}").status == 405
         assert (tmp_path / "one.toml").read_text() == STEEL
+
+    def test_a_report_runs_its_own_scripts_alone(self, tmp_path):
+        """In a browser: test_live_page."""
+        with served(tmp_path) as (client, live):
+            live.reports["one"] = b"<script>alert()</script>"
+            policy = client.get("/secret/report/one").headers["content-security-policy"]
+        assert "default-src 'none'" in policy
+        [scripts] = [part for part in policy.split("; ") if part.startswith("script-src")]
+        assert re.fullmatch(r"script-src( 'sha256-[A-Za-z0-9+/]{43}=')+", scripts)
+
+    @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
+    def test_a_pipe_in_the_place_of_the_file_is_not_read_nor_overwritten(self, tmp_path):
+        """In a process of its own, which would wait for ever for who writes into the pipe."""
+        os.mkfifo(tmp_path / "one.toml")
+        script = (
+            "import sys; from pathlib import Path; from live.file import ChangedError, SceneFile\n"
+            "file = SceneFile(Path(sys.argv[1])); print(file.digest())\n"
+            "try: file.write('a = 1', 'known')\nexcept ChangedError: print('kept')"
+        )
+        command = [sys.executable, "-c", script, str(tmp_path / "one.toml")]
+        ran = subprocess.run(command, capture_output=True, text=True, timeout=20, check=True)
+        assert ran.stdout.split() == ["unreadable", "kept"]
 
     def test_the_page_asks_for_nothing_from_elsewhere(self, tmp_path):
         with served(tmp_path) as (client, _):

@@ -43,7 +43,7 @@ PointLoad = tuple[int, str, Columns, Columns]
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """A component of displacements: its unit loads, the weight of its square, and the beams of which it turns the chord."""
+    """A displacement component: its unit loads, the weight of its square, the beams whose chord it turns."""
 
     loads: tuple[PointLoad, ...]
     weight: Reals

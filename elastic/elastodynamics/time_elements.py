@@ -173,7 +173,8 @@ def outgrown(steps: Reals, equations: Equations) -> Flags:
     """
     count, r = len(steps), equations.load.shape[-1]
     stiffness = equations.stiffness
-    soft: Flags = np.linalg.eigvalsh(stiffness + stiffness.swapaxes(-1, -2))[:, 0] < 0.0
+    least: Reals = np.linalg.eigvalsh(stiffness + stiffness.swapaxes(-1, -2))[:, 0]
+    soft = least < 0.0
     rate = np.zeros(len(stiffness))
     if soft.any():
         mass, part = equations.mass[soft], np.zeros((np.count_nonzero(soft), 2 * r, 2 * r))

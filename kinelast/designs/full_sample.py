@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import RBFInterpolator
 
 from kinelast.figures.limits import FullAnswer
-from rigid.arrays import Flags, Numbers, Reals
+from rigid.arrays import Flags, Reals
 
 ROUNDS = 8, 16, 32  # machines that are answered in full, until the surfaces are right
 SMOOTH = 0.002  # error of a surface, relative to its figure, that needs no more machines
@@ -51,7 +52,8 @@ def full_columns(
     columns
         Quasi-static figures of all machines by name.
     """
-    shares, found = machines / np.where(scale > 0.0, scale, 1.0), []
+    shares = machines / np.where(scale > 0.0, scale, 1.0)
+    found: list[FullAnswer] = []
     known: dict[str, FullColumn] = {}
     for count in ROUNDS:
         found += [answer(row) for row in machines[len(found) : count]]
@@ -86,7 +88,7 @@ def _surface(places: Reals, values: Reals) -> Callable[[Reals], Reals]:
     return surface
 
 
-def kept_by(limits: list[tuple[Callable[[Numbers], Flags], bool, FullColumn]], side: float) -> Flags:
+def kept_by(limits: Sequence[tuple[Callable[[Any], Flags], bool, FullColumn]], side: float) -> Flags:
     """Whether machines keep all limits, shape (machines,).
 
     Parameters

@@ -6,7 +6,7 @@ The tables are summary.csv, summary.parquet where pyarrow is installed, and inde
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -132,19 +132,7 @@ def headline(figures: Mapping[str, Any]) -> str:
         words.append(
             f"stress {quantity(stress['value'], 'Pa', 3, told_in)}{_error(stress)} ({stress['member']}{_safe(safety)})"
         )
-    condition = figures["run"]["largest_condition"]["value"]
-    if condition is not None and condition > WELL:
-        words.append(f"near a dead point: {digits_left(condition)} digits left there")
-    if figures["run"]["singular"]:
-        words.append(f"{figures['run']['singular']} positions without figures, at dead points")
-    if figures["run"]["one_position"]:
-        words.append("at one position")
-    if figures["run"]["locked"]:
-        words.append(f"{figures['run']['locked']} positions that friction may lock")
-    if figures["run"]["interrupted"]:
-        words.append(f"PARTIAL: interrupted at {quantity(figures['run']['interrupted']['value'], 's')}")
-    elif figures["run"]["left_out"]:
-        words.append(f"{figures['run']['left_out']} positions out of reach")
+    words += _run(figures["run"])
     if figures["check"]:
         words.append(check_words(figures["check"]))
     words += _theory(figures)
@@ -156,6 +144,23 @@ def headline(figures: Mapping[str, Any]) -> str:
     if level != GOOD:
         words.append(f"{LEVELS[level]}: {', '.join(reasons)}")
     return "; ".join(words)
+
+
+def _run(run: Mapping[str, Any]) -> Iterator[str]:
+    """Positions of a run that are missing or in doubt."""
+    condition = run["largest_condition"]["value"]
+    if condition is not None and condition > WELL:
+        yield f"near a dead point: {digits_left(condition)} digits left there"
+    if run["singular"]:
+        yield f"{run['singular']} positions without figures, at dead points"
+    if run["one_position"]:
+        yield "at one position"
+    if run["locked"]:
+        yield f"{run['locked']} positions that friction may lock"
+    if run["interrupted"]:
+        yield f"PARTIAL: interrupted at {quantity(run['interrupted']['value'], 's')}"
+    elif run["left_out"]:
+        yield f"{run['left_out']} positions out of reach"
 
 
 def _error(row: Mapping[str, Any]) -> str:

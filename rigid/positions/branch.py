@@ -376,7 +376,8 @@ class Branch:
         slides = table[f"free{number}"][:, ~np.array(self.structure.groups[number].angles)]
         jump = np.abs(slides[at + 1] - slides[at]).max(axis=1, initial=0.0)
         at = at[~(jump <= MAX_JUMP * self.mechanism.size)]
-        return np.where(place[at + 1] > self.path.begin, at + 1, at)
+        knots: Integers = np.where(place[at + 1] > self.path.begin, at + 1, at)
+        return knots
 
     def _touches(self, number: int) -> list[int]:
         """Knots nearest to where the sine of a dyad comes to zero and goes on.
