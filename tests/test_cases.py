@@ -298,6 +298,63 @@ class TestFormulasOutsideTheirRange:
         assert (status, summary["life"]["links"]) == (0, {})
 
 
+class TestErrorsOfPositions:
+    @pytest.mark.parametrize(
+        ("name", "positions", "key", "right"),
+        [("rigid_figure", "7", "load_inertia", 0.002329), ("rigid_machine", "4", "flywheel", 0.1491)],
+    )
+    def test_few_positions_break_the_limit_that_many_break(self, name, positions, key, right, answered):
+        """At 360 positions the figures were those here."""
+        status, said, summary = answered(name, "--positions", positions)
+        assert status == 1
+        assert "NOT ACCEPTABLE" in said
+        found = summary["figures"][key]
+        assert found["value"] == pytest.approx(right, rel=1e-3)
+        assert 0.0 < found["error"] < 1e-3 * right
+
+    @pytest.mark.parametrize("positions", ["359", "360"])
+    def test_a_jump_within_a_segment_is_seen_from_one_side_at_a_time(self, positions, answered):
+        """By exudyn 335.6 um; 395.9 at 360 positions before."""
+        _, _, summary = answered("acceleration_jump", "--positions", positions)
+        assert abs(summary["figures"]["deflection"]["value"]) == pytest.approx(335.6e-6, rel=2e-3)
+
+    def test_a_short_pulse_of_a_load_is_answered(self, answered):
+        """225.6 um by the case, 227.2 with all modes of finer links; 220 before.
+
+        At its peak, which no position meets, the load of 3 kN is in B almost whole.
+        """
+        _, _, summary = answered("load_pulse")
+        assert abs(summary["figures"]["deflection"]["value"]) == pytest.approx(226.4e-6, rel=5e-3)
+        forces = {row["joint"]: row["force"]["value"] for row in summary["joints"]}
+        assert forces["B"] > 2000.0
+
+    def test_one_position_is_no_verdict_on_the_cycle(self, answered):
+        status, said, _ = answered("one_position")
+        assert status == 1
+        assert worded(said, "one_position").startswith("CANNOT BE JUDGED: deflection 111.1")
+        assert "at one position" in said
+
+
+class TestTolerances:
+    @pytest.mark.slow
+    def test_machines_that_vibrate_are_answered_in_full(self, answered):
+        """49 full runs: 75.5 % keep the limit; the deflection is 881 to 1311 um."""
+        _, _, summary = answered("tolerances_vibrating", "--tolerances")
+        kept = summary["tolerances"]["limits_kept"]
+        assert kept["low"] < 0.755 < kept["high"]
+        assert kept["high"] - kept["low"] < 0.2
+        row = next(each for each in summary["tolerances"]["figures"] if each["name"] == "deflection")
+        assert row["sampled"]["low"] == pytest.approx(881e-6, rel=0.01)
+        assert row["sampled"]["high"] == pytest.approx(1311e-6, rel=0.03)
+
+    @pytest.mark.slow
+    def test_the_share_beyond_the_limit_with_the_error_of_geometry_is_in_the_same_sentence(self, answered):
+        _, said, summary = answered("gripper_tolerances", "--tolerances", "--samples", "128")
+        [line] = [line for line in said.splitlines() if "all limits are kept by" in line]
+        assert "with the error of their geometry 46 % of the machines are beyond it" in line
+        assert 0.3 < summary["tolerances"]["limits_kept"]["beyond"] < 0.6
+
+
 class TestManners:
     def test_a_distribution_that_is_none_is_one_message(self, answered):
         status, said, _ = answered("tolerance_distribution_typo")

@@ -342,7 +342,7 @@ def test_a_slider_has_the_pressure_of_its_eccentric_load():
     peaks = results.figures.peaks
     assert abs(peaks["bearing_pressure"][0].value) == pytest.approx(pressure.max(), rel=1e-9)
     speed = np.abs(cycle.joint(names.index("guide")).rate)
-    assert peaks["bearing_speed"][0].value == pytest.approx(speed.max(), rel=1e-12)
+    assert speed.max() <= peaks["bearing_speed"][0].value <= 1.01 * speed.max()  # found between the positions too
     told = summary(results)
     assert [row["kind"] for row in told["acceptance"]["limits"]] == ["bearing_pressure", "bearing_pv"]
     assert [row["on"] for row in told["acceptance"]["limits"]] == ["guide", "guide"]

@@ -12,6 +12,7 @@ from kinelast import scene_from_dict, shipped_scenes
 from kinelast.cli.command import main
 from kinelast.designs import evaluate, with_value
 from kinelast.designs.base import base_of
+from kinelast.figures.peaks import run_figures
 from kinelast.runs import computed
 from kinelast.scene.document import document_from_dict
 from kinelast.tasks.request import Request
@@ -313,7 +314,7 @@ class TestScene:
     def test_figures_of_a_slider_crank(self, tmp_path):
         status, summary = figures_of(PUSHED, tmp_path)
         crank, rod, offset, mass, speed = 0.06, np.hypot(0.18, 0.04), 0.02, 4.0, 4 * np.pi
-        angle = turn(720, np.pi / 2)
+        angle = turn(1440, np.pi / 2)  # 720 positions, and the instants between them
         height = crank * np.sin(angle) - offset
         reach = np.sqrt(rod**2 - height**2)
         rate = -crank * np.sin(angle) - height * crank * np.cos(angle) / reach
@@ -423,7 +424,7 @@ positions = 721
             own = tables
             for path, value in zip(paths, design, strict=True):
                 own = with_value(own, path, value)
-            peaks = computed(scene_from_dict(own), Request()).figures.peaks
+            peaks = run_figures(computed(scene_from_dict(own), Request()).cycle, None).peaks
             for key in keys:
                 alone = abs(peaks[key.partition(".")[0]][0].value)
                 assert found.columns[key][row] == pytest.approx(alone, rel=1e-12), key

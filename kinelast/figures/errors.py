@@ -25,6 +25,7 @@ MEASURED, BODIES = "motion, as measured", "beam theory, as measured"  # by check
 NOT_OF_MOTION = (BEAM_THEORY, ROUND_OFF, BETWEEN)  # parts that no theory of motion changes
 BY_MOTION = (VIBRATION, LARGE)  # each from the answer with those before it to that with it: their signs count
 SEARCHED = LARGEST, LEAST, MOST  # reductions that find a place in the cycle
+QUARTER = 4.0  # ratio in which the error of an average falls with half as long steps
 ONE_POSITION = "there is no instant beside it to compare with"
 RIGID_HEADLINE = "drive_effort", "joint_force"  # figures of a mechanism of rigid links by which it is graded
 HEADLINE = NAMES["w"], NAMES["mises"]  # figures of which every report tells the greatest
@@ -219,7 +220,8 @@ def figure_errors(
 def _of_motion(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[FigureError]:
     """Errors of a figure of the rigid motion, which is found at the closer instants, by what lies between these.
 
-    Of a largest or least value that is the gain of a parabola there, of others the change by every second instant.
+    Of a largest or least value that is the gain of a parabola there, of others the change by every second instant,
+    and a quarter of that by every fourth, as the first may be small by chance.
     """
     cycle = closer or answer
     found = cycle.of(figure)
@@ -228,7 +230,11 @@ def _of_motion(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[Figu
     if closer is None:
         return [FigureError({}, ONE_POSITION) for _ in found.value]
     searched = figure.over in SEARCHED and not figure.whole
-    off = found.gain if searched else np.abs(_difference(found.value, cycle.coarser.of(figure).value))
+    off = found.gain
+    if not searched:
+        coarser, coarsest = (each.of(figure).value for each in (cycle.coarser, cycle.coarser.coarser))
+        before = np.abs(_difference(coarser, coarsest)) / QUARTER
+        off = np.abs(_difference(found.value, coarser)) + before
     off = np.broadcast_to(np.nan_to_num(off, nan=np.inf), np.shape(found.value))
     rounded = _round_off(cycle, figure) * np.where(np.isfinite(found.value), np.abs(found.value), 0.0)
     pairs = zip(off.tolist(), np.broadcast_to(rounded, np.shape(off)).tolist(), strict=True)

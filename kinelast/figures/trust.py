@@ -67,6 +67,7 @@ def findings(results: Results) -> list[Finding]:
         *_cams(results),
         *_ranges(results),
         *_friction(results),
+        *_formulas(results),
         *_check(results),
         *_exceedances(results),
         *_within(results),
@@ -197,6 +198,19 @@ def _friction(results: Results) -> Iterator[Finding]:
     yield Finding(CAUTION if locked else GOOD, heading, text)
 
 
+def _formulas(results: Results) -> Iterator[Finding]:
+    """What the errors of figures by sizing formulas and coefficients do not cover."""
+    scene = results.scene
+    given = {
+        "the life formula and its strengths": scene.fatigue is not None,
+        "bearing formulas and catalogue ratings": bool(scene.bearings),
+        "friction coefficients": bool(scene.mechanism.friction),
+    }
+    if names := [name for name, there in given.items() if there]:
+        text = f"± is the error of the calculation. It does not cover {', '.join(names)}."
+        yield Finding(GOOD, "Formulas", text)
+
+
 def _told(told: Mapping[str, Any]) -> str:
     return "an unknown power" if told["value"] is None else quantity(told["value"], told["unit"])
 
@@ -234,10 +248,12 @@ def _theory(results: Results) -> Iterator[Finding]:
         how = f"{answer.theory.capitalize()}: the links vibrate{damping}, and {felt}. Without vibration"
         how += f" and large displacement the answer would be {percent(answer.missed)} off."
     worst, wanted = results.worst, ACCURACY if answer.accuracy is None else answer.accuracy
+    if not results.scene.labels:
+        how = "No link bends: the figures are those of the rigid motion."
     if results.error_unknown:
         text = f"{how} How far the figures are off is not known."
     elif worst is None:
-        text = f"{how} Nothing bends."
+        text = f"{how} Nothing bends." if results.scene.labels else how
     else:
         parts = worst_figure(results)
         of = f" of {parts['on']}" if parts["on"] else ""

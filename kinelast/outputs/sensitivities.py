@@ -15,6 +15,7 @@ from kinelast.designs.problem import PER_CENT, TOLERANCE, Step
 from kinelast.designs.sensitivities import Sensitivities
 from kinelast.designs.tolerances import GEOMETRIC, WHOLE, KeptShare, Scatter, ToleranceResult
 from kinelast.outputs.table import Table
+from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.numbers import SI, ToldIn, number, percent, quantity
 from kinelast.scene.variables import Variable
 from rigid.arrays import Reals
@@ -224,6 +225,8 @@ def tolerance_figures(result: ToleranceResult, told_in: ToldIn = SI) -> dict[str
     figures = [_figure(result, row, name) for row, name in enumerate(result.nominal.figures)]
     names = [name for name in (GEOMETRIC, WHOLE) if name in result.sampled] or result.nominal.figures[:TOLD]
     words = [_told(name, result.sampled[name], result.units[name], told_in) for name in names]
+    if result.answer.theory != QUASI_STATIC:
+        words = [f"{word} ({QUASI_STATIC})" if name == WHOLE else word for name, word in zip(names, words, strict=True)]
     kept = None if result.kept is None else {key: _finite(each) for key, each in asdict(result.kept).items()}
     words += [] if result.kept is None else [_kept_words(result.kept)]
     return {

@@ -1,0 +1,104 @@
+"""Claim: a figure at few positions and at sixteen times as many differs by less than its stated errors."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from kinelast import shipped_scenes
+from kinelast.figures.results import answered
+from kinelast.runs import computed
+from kinelast.scene.data import Theory
+from kinelast.scene.document import read_document, scene_from_text
+from kinelast.tasks.request import Request
+
+FEW, TIMES = 24, 16
+ROUND_OFF = 1e-9  # least difference that counts, relative to the greatest figure of a key
+NOTHING = 1e-12  # in any unit: means that are zero
+WITHIN = 1.1  # stated errors are found at 21 places along the beams, figures at all
+NOT_COUNTED = {"condition", "contact_losses"}  # of positions themselves; a number of knocks
+
+DRAWN = """
+title = "drawn"
+[sections.bar]
+shape = "rectangle"
+depth = "{depth} mm"
+width = "12 mm"
+[points]
+O = [0.0, 0.0]
+A = [{crank}, 0.0]
+B = [{x}, {y}]
+D = [0.35, 0.0]
+[links.ground]
+points = ["O", "D"]
+[links.crank]
+points = ["O", "A"]
+{made}
+[links.coupler]
+points = ["A", "B"]
+{made}
+[links.rocker]
+points = ["D", "B"]
+{made}
+[[drives]]
+link = "crank"
+speed = 20.0
+motor = "m"
+unevenness = "2 %"
+[motors.m]
+gear_ratio = 5
+efficiency = "80 %"
+rotor_inertia = "1e-4 kg m^2"
+[bearings.D]
+clearance = "20 um"
+rolling = {{C = "10 kN", C0 = "5 kN", elements = 9}}
+plain = {{diameter = "20 mm", width = "15 mm"}}
+pin = {{diameter = "10 mm", eye = "12 mm", cheek = "6 mm", gap = "0.5 mm", yield = "300 MPa"}}
+[run]
+output = "rocker.angle"
+gravity = [0.0, -9.81]
+"""
+SHIPPED = "steel_four_bar", "offset_slider_crank", "quick_return", "pusher", "drs_push_up"
+
+
+def drawn(seed: int, rigid: bool) -> str:
+    """A crank-rocker of three bars or of three rigid links with a mass each."""
+    random = np.random.default_rng(seed)
+    while True:
+        crank, coupler, rocker = random.uniform([0.04, 0.2, 0.15], [0.1, 0.4, 0.35])
+        short, *others, long = sorted([0.35, crank, coupler, rocker])
+        if short == crank and short + long < 0.9 * sum(others):
+            break
+    base = 0.35 - crank
+    x = (coupler**2 - rocker**2 + base**2) / (2 * base)
+    made = 'rigid = true\nmass = "1 kg"\ncenter = [0.05, 0.01]' if rigid else 'section = "bar"\nmaterial = "S235"'
+    y = math.sqrt(coupler**2 - x**2)
+    return DRAWN.format(crank=crank, x=crank + x, y=y, depth=random.integers(8, 20), made=made)
+
+
+def figures(text_or_name: str, positions: int):
+    """Value and error of every item of every figure of a quasi-static answer."""
+    if "\n" in text_or_name:
+        scene = scene_from_text(text_or_name.replace("[run]", f"[run]\npositions = {positions}"))
+    else:
+        scene = read_document(shipped_scenes()[text_or_name]).with_positions(positions).scene
+    results = answered(computed(scene, Request(theory="quasi-static")), Theory("quasi-static"), judged=True)
+    peaks = results.figures.peaks
+    return {key: [(abs(each.value), each.error) for each in rows] for key, rows in peaks.items()}
+
+
+@pytest.mark.parametrize("name", [*SHIPPED, *((seed, rigid) for seed in range(3) for rigid in (False, True))], ids=str)
+def test_a_figure_at_few_positions_is_off_by_no_more_than_it_says(name):
+    text = name if isinstance(name, str) else drawn(*name)
+    few, many = (figures(text, count) for count in (FEW, TIMES * FEW))
+    compared = 0
+    for key in few.keys() - NOT_COUNTED:
+        scale = max((value for value, _ in many[key] if math.isfinite(value)), default=0.0)
+        for (value, error), (other, own) in zip(few[key], many[key], strict=True):
+            if math.isfinite(value) and math.isfinite(other):
+                stated = sum(abs(part) for each in (error, own) for part in each.parts.values())
+                assert abs(value - other) <= WITHIN * stated + ROUND_OFF * scale + NOTHING, key
+                compared += 1
+    assert compared > 40
