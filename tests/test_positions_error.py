@@ -15,7 +15,7 @@ from kinelast.scene.document import read_document, scene_from_text
 from kinelast.tasks.request import Request
 
 FEW, TIMES = 24, 16
-ROUND_OFF = 1e-9  # least difference that counts, relative to the greatest figure of a key
+ROUND_OFF = 1e-6  # least difference that counts, relative to the greatest figure of a key: swings are off so little
 NOTHING = 1e-12  # in any unit: means that are zero
 WITHIN = 1.1  # stated errors are found at 21 places along the beams, figures at all
 NOT_COUNTED = {"condition", "contact_losses"}  # of positions themselves; a number of knocks
