@@ -7,6 +7,7 @@ import pytest
 from figure_table import Table
 from scipy.stats import binom, norm
 
+from kinelast.designs.full_sample import FullColumn
 from kinelast.designs.sensitivities import sensitivities
 from kinelast.designs.tolerances import Tolerance, first_order, kept_share, scatter, variance_shares
 from kinelast.figures.limits import Judgement
@@ -107,11 +108,15 @@ def test_the_share_that_keeps_a_limit_by_hand():
     figures = {"deflection": np.linspace(0.9, 1.1, 2001), "safety": np.full(2001, 3.0)}
     limits = Limit("deflection", 1.05), Limit("safety", 2.0, least=True)
     judged = [Judgement(limits[0], "kept", 0, 1.02, 0.005, ""), Judgement(limits[1], "kept", 0, 2.9, 0.01, "")]
-    found = kept_share(figures, judged, {"deflection": 1.0, "safety": 3.0})
+    full = {
+        "deflection": FullColumn(1.02 * figures["deflection"], 0.005 / 1.02, 0.0),
+        "safety": FullColumn(figures["safety"] - 0.1, 0.01 / 2.9, 0.0),
+    }
+    found = kept_share(figures, judged, full)
     assert found.plain == pytest.approx(0.75, abs=1e-3)
     assert found.in_full == pytest.approx((1.05 / 1.025 - 0.9) / 0.2, abs=2e-3)
     many = round(2001 * found.in_full)
     assert binom.sf(many - 1, 2001, found.low) == pytest.approx(0.025, rel=1e-6)
     assert binom.cdf(many, 2001, found.high) == pytest.approx(0.025, rel=1e-6)
     judged[1] = Judgement(limits[1], "cannot be judged", 0, 2.9, math.nan, "")
-    assert math.isnan(kept_share(figures, judged, {"deflection": 1.0, "safety": 3.0}).in_full)
+    assert math.isnan(kept_share(figures, judged, full).in_full)

@@ -217,11 +217,11 @@ def first_grid(model: Model, start: float, duration: float, breaks: Reals | None
 
     if model.cycle is None or len(model.structure.mechanism.beams) == 0 or _jumps_nowhere(model, even):
         return even
-    found = jumps(forces, even.nodes)
-    found = found[_apart(found, known, near)]
-    edges = np.sort(np.append(even.edges, found))
+    jumped = jumps(forces, even.nodes)
+    jumped = jumped[_apart(jumped, known, near)]
+    edges = np.sort(np.append(even.edges, jumped))
     far = np.append(True, np.diff(edges) > near)
-    return Grid(edges[far | np.isin(edges, known)]) if len(found) else even
+    return Grid(edges[far | np.isin(edges, known)]) if len(jumped) else even
 
 
 def _with_breaks(edges: Reals, breaks: Reals, near: float) -> Reals:

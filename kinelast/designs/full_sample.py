@@ -53,19 +53,19 @@ def full_columns(
         Quasi-static figures of all machines by name.
     """
     shares = machines / np.where(scale > 0.0, scale, 1.0)
-    found: list[FullAnswer] = []
+    answers: list[FullAnswer] = []
     known: dict[str, FullColumn] = {}
     for count in ROUNDS:
-        found += [answer(row) for row in machines[len(found) : count]]
-        known = {name: _column(shares, found, name, np.asarray(values, float)) for name, values in columns.items()}
+        answers += [answer(row) for row in machines[len(answers) : count]]
+        known = {name: _column(shares, answers, name, np.asarray(values, float)) for name, values in columns.items()}
         if all(not each.surface > SMOOTH for each in known.values()):
             break
     return known
 
 
-def _column(shares: Reals, found: list[FullAnswer], name: str, plain: Reals) -> FullColumn:
-    pairs = np.array([each.figures.get(name, (np.nan, np.nan)) for each in found], float)
-    count = len(found)
+def _column(shares: Reals, answers: list[FullAnswer], name: str, plain: Reals) -> FullColumn:
+    pairs = np.array([each.figures.get(name, (np.nan, np.nan)) for each in answers], float)
+    count = len(answers)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(pairs[:, 0] == plain[:count], 1.0, pairs[:, 0] / plain[:count])
         error = float(np.max(np.where(pairs[:, 1] == 0.0, 0.0, pairs[:, 1] / np.abs(pairs[:, 0]))))

@@ -200,12 +200,12 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
             return full_answer(chosen.scene, limits, [*known, *more])
 
         def noted(values: np.ndarray) -> Designs:
-            found = figures_of(values)
-            seen.append(found.columns)
-            plain = {name: found.columns[name] for name in dict.fromkeys([*known, *more])}
+            sample = figures_of(values)
+            seen.append(sample.columns)
+            plain = {name: sample.columns[name] for name in dict.fromkeys([*known, *more])}
             complete.update(full_columns(in_full, values, plain, np.array([each.half for each in asked.tolerances])))
             better = {name: each.value for name, each in complete.items() if np.isfinite(each.value).any()}
-            return replace(found, columns={**found.columns, **better})
+            return replace(sample, columns={**sample.columns, **better})
 
         sampled = scatter(noted, asked.tolerances, at, designs)
         shares = variance_shares(_figures_of(document, paths, figures, progress, "shares"), asked.tolerances, at)

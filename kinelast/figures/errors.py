@@ -218,25 +218,25 @@ def figure_errors(
 
 
 def _of_motion(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[FigureError]:
-    """Errors of a figure of the rigid motion, which is found at the closer instants, by what lies between these.
+    """Errors of a figure of the rigid motion by what lies between the closer instants.
 
     Of a largest or least value that is the gain of a parabola there, of others the change by every second instant,
     and a quarter of that by every fourth, as the first may be small by chance.
     """
     cycle = closer or answer
-    found = cycle.of(figure)
+    peak = cycle.of(figure)
     if figure.exact:
-        return [FigureError() for _ in found.value]
+        return [FigureError() for _ in peak.value]
     if closer is None:
-        return [FigureError({}, ONE_POSITION) for _ in found.value]
+        return [FigureError({}, ONE_POSITION) for _ in peak.value]
     searched = figure.over in SEARCHED and not figure.whole
-    off = found.gain
+    off = peak.gain
     if not searched:
         coarser, coarsest = (each.of(figure).value for each in (cycle.coarser, cycle.coarser.coarser))
         before = np.abs(_difference(coarser, coarsest)) / QUARTER
-        off = np.abs(_difference(found.value, coarser)) + before
-    off = np.broadcast_to(np.nan_to_num(off, nan=np.inf), np.shape(found.value))
-    rounded = _round_off(cycle, figure) * np.where(np.isfinite(found.value), np.abs(found.value), 0.0)
+        off = np.abs(_difference(peak.value, coarser)) + before
+    off = np.broadcast_to(np.nan_to_num(off, nan=np.inf), np.shape(peak.value))
+    rounded = _round_off(cycle, figure) * np.where(np.isfinite(peak.value), np.abs(peak.value), 0.0)
     pairs = zip(off.tolist(), np.broadcast_to(rounded, np.shape(off)).tolist(), strict=True)
     return [FigureError({BETWEEN: between, ROUND_OFF: lost}) for between, lost in pairs]
 

@@ -199,7 +199,7 @@ def _friction(results: Results) -> Iterator[Finding]:
 
 
 def _formulas(results: Results) -> Iterator[Finding]:
-    """What the errors of figures by sizing formulas and coefficients do not cover."""
+    """Scope of the errors of figures by sizing formulas and coefficients."""
     scene = results.scene
     given = {
         "the life formula and its strengths": scene.fatigue is not None,

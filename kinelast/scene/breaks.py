@@ -70,12 +70,12 @@ def breaks_of(
     aside, laws = ASIDE * end, [*laws]
     efforts = (law.effort.law for law in laws if hasattr(law, "effort"))
     factors = [*efforts, *(getattr(load.load if isinstance(load, Resistance) else load, "law", None) for load in loads)]
-    found = [time for law in laws if not hasattr(law, "effort") for time in _jumps(law, end, aside)]
+    instants = [time for law in laws if not hasattr(law, "effort") for time in _jumps(law, end, aside)]
     curves = [factor for factor in factors if getattr(factor, "breaks", ())]
     if curves:
         seen = motion_at(np.linspace(0.0, end, LOOKED_AT))
-        found += [time for curve in curves for time in _passed(curve, seen, motion_at)]
-    times = np.sort(np.mod(found, end) if turn else np.array(found, float))
+        instants += [time for curve in curves for time in _passed(curve, seen, motion_at)]
+    times = np.sort(np.mod(instants, end) if turn else np.array(instants, float))
     inside = (times > APART * aside) & (times < end - APART * aside)
     wraps = turn and not inside.all()
     times = times[inside]
