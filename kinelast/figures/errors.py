@@ -218,7 +218,7 @@ def figure_errors(
 
 
 def _of_motion(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[FigureError]:
-    """Errors of a figure of the rigid motion by what lies between the closer instants.
+    """Position errors of a figure of the rigid motion, of every item.
 
     Of a largest or least value that is the gain of a parabola there, of others the change by every second instant,
     and a quarter of that by every fourth, as the first may be small by chance.
