@@ -116,8 +116,7 @@ def buckling_factor(deflection: Deflection) -> Reals:
     except np.linalg.LinAlgError:
         return np.full(columns, np.nan)
     with np.errstate(divide="ignore"):
-        factor: Reals = 1.0 / ratio
-    return factor
+        return np.asarray(1.0 / ratio)
 
 
 class _Roots:
@@ -195,5 +194,4 @@ class _Roots:
                 at = self.chosen[next(iter((*effect.cause.shares, *effect.cause.ways)))][0]
                 along, cause = ((row(moved)[:, None] @ modes)[:, 0] for row in (effect.felt, effect.cause))
                 work[at] -= effect.stiffness[:, None] * along * cause
-        most: Integers = work.argmax(axis=0)
-        return most
+        return np.asarray(work.argmax(axis=0))

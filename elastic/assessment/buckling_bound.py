@@ -43,7 +43,7 @@ PointLoad = tuple[int, str, Columns, Columns]
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """A displacement component: its unit loads, the weight of its square, the beams whose chord it turns."""
+    """A component of displacements: unit loads, weight of its square, and beams with this chord."""
 
     loads: tuple[PointLoad, ...]
     weight: Reals

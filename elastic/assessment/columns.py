@@ -118,7 +118,7 @@ def least_shear_rigidity(section: Section) -> float | Reals:
     if section.taper is None:
         return section.kGA
     xi = np.linspace(0.0, 1.0, POINTS + 1)
-    least: Reals = section.kGA * np.polynomial.polynomial.polyval(xi, section.taper.kGA).min()
+    least: float | Reals = section.kGA * np.polynomial.polynomial.polyval(xi, section.taper.kGA).min()
     return least
 
 

@@ -183,8 +183,7 @@ def outgrown(steps: Reals, equations: Equations) -> Flags:
         part[:, :r, r:] = np.eye(r)
         part[:, r:, :r], part[:, r:, r:] = -inverse @ stiffness[soft], -inverse @ equations.damping[soft]
         rate[soft] = np.linalg.eigvals(part).real.max(axis=-1)
-    worst: Flags = (rate.reshape(count, -1) * steps[:, None] > RESOLVED).any(axis=1)
-    return worst
+    return np.asarray((rate.reshape(count, -1) * steps[:, None] > RESOLVED).any(axis=1), bool)
 
 
 def _parts(grid: Grid, equations: Equations) -> Iterator[tuple[slice, Any, Equations]]:

@@ -73,6 +73,14 @@ class Base:
         return self.document.scene
 
     @cached_property
+    def pressed_at(self) -> Integers:
+        """Positions at which designs are screened for buckling: even ones, and the worst of the scene."""
+        times = self.scene.course.times()
+        cycle = Cycle(self.scene, self.scene.course.at(times))
+        even = np.linspace(0, len(times) - 1, min(EVEN, len(times))).round().astype(int)
+        return np.unique([*even, *np.ravel(cycle.pressed.position)])
+
+    @cached_property
     def fields(self) -> frozenset[str]:
         """Fields that the figures take."""
         return frozenset(key for measure in self.measures for key in measure.figure.fields)

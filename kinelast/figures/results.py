@@ -362,10 +362,10 @@ class Results:
         fields = {key: Extreme(sizes[name], sizes[name]) for key, name in (("w", "deflection"), ("mises", "stress"))}
         past = exceedances(self.cycle.well_conditioned, known={**fields, "euler_ratio": sizes["buckling"]})
         placed = [(one, peaks[WORST[one.kind]][one.beam or 0] if one.kind in WORST else None) for one in past]
-        unknown = [one for one in enumerate(peaks["buckling"]) if math.isnan(one[1].value)][:1]
-        words = "buckling: the load at which the mechanism buckles cannot be found"
-        cannot = Exceedance("axial force", None, None, math.nan, LIMITS["axial force"].watch, False, words)
-        return [*placed, *((cannot, peak) for _, peak in unknown)]
+        if not any(math.isnan(peak.value) for peak in peaks["buckling"]):
+            return placed
+        words, bound = "buckling: the load at which the mechanism buckles cannot be found", LIMITS["axial force"].watch
+        return [*placed, (Exceedance("axial force", None, None, math.nan, bound, False, words), None)]
 
     @property
     def efforts(self) -> Reals:

@@ -34,7 +34,7 @@ TOLD_FROM = 0.01  # of an error, its parts that are told
 WITHIN = {
     "slenderness": "beam theory leaves out less than {:.0f} % of the deflection of any link",
     "deflection": "none deflects by more than {:.0f} % of its length",
-    "axial force": "none is pressed with more than {:.0f} % of Euler's load",
+    "axial force": "none is pressed with more than {:.0f} % of the load at which it buckles",
     "yield": "none is stressed to more than {:.0f} % of its yield stress",
 }
 IN_THE_ERROR = {  # what an answer's own error holds, so that it is no doubt of its own

@@ -114,8 +114,8 @@ def _marked(path: Path) -> bool:
 def headline(figures: Mapping[str, Any]) -> str:
     """Headline of a scene: its figures in one line."""
     if figures["buckles"]:
-        verdict = figures["acceptance"]["verdict"].upper()
-        return f"{verdict}: {figures['buckles']}; there is no deflection, stress or safety factor"
+        words = figures["acceptance"]["verdict"].upper()
+        return f"{words}: {figures['buckles']}; there is no deflection, stress or safety factor"
     words = ["nothing bends: no link has beams" if not figures["links"] else "no position could be computed"]
     largest, accepted, told_in = figures["largest_deflection"], figures["acceptance"], figures["told_in"]
     if largest:

@@ -257,7 +257,7 @@ class LoadTable(StrictTable, frozen=True, kw_only=True):
     #: along a beam, `[x, y]` at the second of its points, linear between [as `start`]
     end: tuple[ForcePerLength, ForcePerLength] | None = None
     #: `"fixed"`: x and y are those of the drawing; `"turning"`: those of the link, or of the beam from its first to
-    #: its second point as named here
+    #: its second point as named here; of an elastic link they follow the section that bends, as of Beck's column
     axes: Literal["fixed", "turning"] = "fixed"
     #: of a load at a point: `"one way"`, it acts only while its point moves against it, as on a pump's piston; `"both
     #: ways"`, it is turned round so that it always resists, as on a blade [acts always]
@@ -292,7 +292,8 @@ class LinkLimitsTable(StrictTable, frozen=True, kw_only=True):
     #: largest deflection of a link from the line through its own displaced ends: bending alone [none]
     chord: Size | None = None
     safety: Factor | None = None  #: least of yield stress over von Mises stress [none]
-    buckling: Factor | None = None  #: largest compression over Euler's load of a beam [none]
+    #: largest load over the critical load, the joints as they are; from 1 on the mechanism buckles [none]
+    buckling: Factor | None = None
     endurance: Factor | None = None  #: least safety against endurance, where there is `[fatigue]` [none]
     life: Duration | None = None  #: least time until a link breaks, where there is `[fatigue]` [none]
 
