@@ -195,10 +195,13 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
     steady = answers.map()
-    buckles = _buckles(scene, steady.ratio)
+    loaded = _loaded(scene, steady.ratio)
+    buckles = [each.buckles for each in loaded]
     gone = np.array([bool(words) for words in buckles])
     steady = replace(steady, **{name: _without(getattr(steady, name), gone) for name in ("values", "errors")})
     values, plain = _by_figure(scene, figures, steady.values), _by_figure(scene, still, steady.quasi_static)
+    if "buckling" in values:
+        values["buckling"] = np.stack([each.cycle.pressed.value for each in loaded], axis=-1)
     told = replace(steady, values=np.moveaxis(_curves(values), -1, 0), quasi_static=np.moveaxis(_curves(plain), -1, 0))
     errors = _by_figure(scene, figures, steady.errors)
     measures = {
@@ -234,15 +237,11 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     )
 
 
-def _buckles(scene: Scene, ratios: Reals) -> list[str]:
-    """Which link buckles at every speed, in words; empty where none does."""
-    if not scene.labels:
-        return [""] * len(ratios)
-    course, sentences = scene_motion(scene), []
-    for ratio in ratios:
-        moved = with_rates(course, ratio * course.drive_rate)
-        sentences.append(Results(scene, scene_deflection(scene, moved)).buckles)
-    return sentences
+def _loaded(scene: Scene, ratios: Reals) -> list[Results]:
+    """The results without vibration at every speed, which tell the load over the critical load."""
+    course = scene_motion(scene)
+    moved = (with_rates(course, ratio * course.drive_rate) for ratio in ratios)
+    return [Results(scene, scene_deflection(scene, each)) for each in moved]
 
 
 def _without(values: Any, gone: Flags) -> Any:
