@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from elastic.elastodynamics import Damping, elastodynamic, stable_below
 from kinelast.cli.command import main
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.joints import clearance_figures
@@ -447,6 +448,15 @@ class TestBuckling:
         assert status == 1
         assert "not acceptable from 1 rad/s to 5 rad/s: rod buckles" in said
         assert "hold up to" not in said
+
+    def test_growth_that_elements_of_time_cannot_follow_is_not_damped_away(self):
+        """The method damps it: 3e-13 a cycle was told, and stable below 2.91 rad/s."""
+        scene = scene_from_text((CASES / "buckled_rod_elastic_crank.toml").read_text())
+        moved, given = scene_motion(scene), (scene.course.at, float(scene.run.cycle), scene.sections, scene.joints)
+        found = elastodynamic(moved, *given, Damping(np.full(2, np.nan), ratio=0.02))
+        assert found.growth == np.inf
+        assert not found.stable
+        assert np.isnan(stable_below(*given, found.damping))
 
     def test_a_load_that_follows_its_link_buckles_nothing(self, answered):
         """1.8 times what buckles the arm where the force keeps its direction; Beck's column bears 8.1 times."""

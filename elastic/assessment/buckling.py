@@ -14,6 +14,7 @@ Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., section 2.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -156,14 +157,19 @@ class _Roots:
 
     def _moved(self, some: Integers) -> Displacements:
         """Displacements per unit of the coordinates of unit stiffness, at some positions."""
+        if trees_of(self.motion.mechanism).rails:  # where blocks are is told of all positions
+            return self._everywhere[some]
         carried = replace(self.carried, shift=self.carried.shift[..., some], angle=self.carried.angle[..., some],
                           work=self.carried.work[some])  # fmt: skip
         basis = own_basis(self.structure, carried, self.basis)
-        if trees_of(self.motion.mechanism).rails:  # where blocks are is told of all positions
-            basis = own_basis(self.structure, self.carried, self.basis)
-            return unit_displacements(self.structure, self.motion, self.carried, basis, self.chosen)[some]
         motion = replace(self.motion, direction=self.motion.direction[:, some])
         return unit_displacements(self.structure, motion, carried, basis, self.chosen)
+
+    @cached_property
+    def _everywhere(self) -> Displacements:
+        """Displacements per unit of the coordinates of unit stiffness, at all positions."""
+        basis = own_basis(self.structure, self.carried, self.basis)
+        return unit_displacements(self.structure, self.motion, self.carried, basis, self.chosen)
 
     def _solved(self, felt: GeometricStiffness, moved: Displacements, pressing: Reals) -> tuple[Reals, Reals]:
         """Loads over critical loads, rising, and their modes, shape (positions, n), (positions, n, n); 0 of no mode."""
