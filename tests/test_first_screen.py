@@ -130,3 +130,10 @@ def test_a_shell_is_told_all_options(shell, capsys):
     told = capsys.readouterr().out
     for word in ("theory", "geometrically-exact", "print", "kinelast", *shipped_scenes()):
         assert word in told
+
+
+@pytest.mark.parametrize("width", [360, 1100, 1280])
+def test_no_figure_reaches_into_the_picture(width, driver, out):
+    page = Page(driver, out / "steel_four_bar" / "report.html", width, folded=True)
+    wide = "return Array.from(document.querySelectorAll('.tiles'), (each) => each.scrollWidth - each.clientWidth)"
+    assert page.run(wide) == [0, 0]
