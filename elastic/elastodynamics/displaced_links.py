@@ -21,6 +21,7 @@ from elastic.elastodynamics.displaced_points import Turned, point_loads
 from elastic.elastodynamics.displacements import Displacements
 from elastic.elastodynamics.elastic_structure import ElasticStructure
 from elastic.elastodynamics.equations_of_motion import mass_rows, masses
+from elastic.elastodynamics.foreshortening import Foreshortening
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.strains import rigidities
 from elastic.elastodynamics.vibration_loads import (
@@ -53,6 +54,8 @@ class Displaced:
         P: section force in the axes of the beams' rigid places [N], complex, shape (nodes, beams, Gauss points).
     joints, moments
         Joint forces in the ground's axes [N], complex, and moments [N m], shape (nodes, joints).
+    shortened, amplitudes
+        Foreshortening of the beams and its amplitudes, shape (nodes, k); None if `residual` holds it.
     """
 
     vibration: Vibration
@@ -61,13 +64,18 @@ class Displaced:
     force: Complexes
     joints: Complexes
     moments: Reals
+    shortened: Foreshortening | None = None
+    amplitudes: Reals | None = None
 
     @cached_property
     def moved(self) -> Displacements:
         """All displacements, of one kind."""
         terms = self.vibration.problem.terms
         followed: Displacements = terms.kinematics.unit @ terms.grid.at_nodes(self.history[0])[..., None]
-        return followed + self.residual.moved
+        moved = followed + self.residual.moved
+        if self.shortened is None or self.amplitudes is None:
+            return moved
+        return moved + self.shortened.unit @ self.amplitudes[..., None]
 
     @property
     def accelerations(self) -> Complexes:
@@ -75,7 +83,10 @@ class Displaced:
         terms = self.vibration.problem.terms
         kinds = terms.kinematics
         rows = mass_rows(kinds.structure, self.vibration.motion, kinds.chosen, self.residual.moved)
-        return terms.accelerations(self.history) + terms.grid.derivative(rows[1:, :, 0], 2)
+        total = terms.accelerations(self.history) + terms.grid.derivative(rows[1:, :, 0], 2)
+        if self.shortened is None or self.amplitudes is None:
+            return total
+        return total + self.shortened.accelerations(self.history, self.residual.moved, self.amplitudes)
 
     @property
     def viscous(self) -> Reals:

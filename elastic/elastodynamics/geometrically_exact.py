@@ -8,8 +8,9 @@ from dataclasses import replace
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.displaced_links import Displaced
 from elastic.elastodynamics.displaced_points import require_known
-from elastic.elastodynamics.exact_steps import Settled, exact_deflection, first_steps, settled_links
+from elastic.elastodynamics.exact_steps import exact_deflection, first_steps, settled_links
 from elastic.elastodynamics.reduced_vibration import Vibration
+from elastic.elastodynamics.settled import Settled
 from elastic.elastodynamics.solution import (
     MOST_NUMBERS,
     ROUNDS,

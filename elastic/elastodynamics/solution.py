@@ -15,10 +15,11 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
 from elastic.elastodynamics.equations_of_motion import kinematics, masses, motion_terms
-from elastic.elastodynamics.exact_steps import Settled, Sliding, exact_deflection, with_friction
+from elastic.elastodynamics.exact_steps import exact_deflection, with_friction
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
 from elastic.elastodynamics.reduction import CLOSELY, LOADED, CycleModes, cycle_of, near_modes, reduced_basis
+from elastic.elastodynamics.settled import Settled, Sliding
 from elastic.elastodynamics.strains import Damping, given_forces
 from elastic.elastodynamics.time_grid import Grid, jumps
 from elastic.elastodynamics.vibration_loads import resampled

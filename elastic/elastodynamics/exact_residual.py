@@ -1,0 +1,208 @@
+"""Residual of the exact equations of displaced links, and the step that an operator of motion makes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics.correction import displacements_of, inertia_load
+from elastic.elastodynamics.displaced_links import Displaced, ExactLoads
+from elastic.elastodynamics.displacements import Displacements
+from elastic.elastodynamics.reduced_vibration import Vibration
+from elastic.elastodynamics.samples import along_beams
+from elastic.elastodynamics.strains import given_forces, rigidities, strain_rows
+from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled
+from elastic.solution import Deflection, deflection
+from rigid.arrays import Complexes, Numbers, Reals
+from rigid.kinematics import stacked
+
+Response = Callable[[Reals], tuple[Reals, Reals, Reals]]  # from a load to the history that it makes
+
+
+@dataclass(frozen=True, eq=False)
+class Loaded:
+    """Quasi-static answer at the nodes of a grid in the terms of a residual.
+
+    Attributes
+    ----------
+    force, joints, moments
+        As of `Displaced`, the force without its couples.
+    strained
+        Forces of the strains, as of `given_forces`.
+    moved
+        Displacements, of one kind.
+    """
+
+    force: Complexes
+    joints: Complexes
+    moments: Reals
+    strained: Reals
+    moved: Displacements
+
+    def without(self, other: Loaded, share: float) -> Loaded:
+        """Return the same less a share of another one."""
+        return Loaded(
+            self.force - share * other.force,
+            self.joints - share * other.joints,
+            self.moments - share * other.moments,
+            self.strained - share * other.strained,
+            self.moved - other.moved @ np.array([[share]]),
+        )
+
+
+def loaded(vibration: Vibration, bent: Deflection) -> Loaded:
+    """Return a deflection at the nodes of a vibration's grid in the terms of a residual."""
+    structure = vibration.problem.terms.kinematics.structure
+    N, V = (along_beams(bent, name, structure.xi) for name in ("N", "V"))
+    count = (len(N),)
+    moments = [bent.forces.without_friction(number)[1] for number in range(len(bent.forces.moment))]
+    joints, held = stacked(bent.forces.force, count, complex).T, stacked(moments, count, float).T
+    return Loaded(N - 1j * V, joints, held, given_forces(structure, bent), displacements_of(vibration, bent))
+
+
+@dataclass(frozen=True, eq=False)
+class Unbalanced:
+    """Displaced links with the answer under their loads, which differs from them until they are in balance.
+
+    Attributes
+    ----------
+    now
+        The links.
+    bent
+        Quasi-static answer under their loads.
+    found
+        That answer in the terms of a residual, its forces with the couples of turned sections.
+    """
+
+    now: Displaced
+    bent: Deflection
+    found: Loaded
+
+    @cached_property
+    def change(self) -> Displacements:
+        """Residual: the answer's displacements less those of the links."""
+        return self.found.moved - self.now.moved
+
+    @cached_property
+    def strained(self) -> Reals:
+        """Residual of the forces of strains, shape (nodes, rows); 0 of soft joints."""
+        now, structure = self.now, self.now.vibration.problem.terms.kinematics.structure
+        more = self.found.strained - self.made_by(now.vibration.problem.terms.grid.at_nodes(now.history[0]))
+        more -= now.residual.forces
+        more[:, more.shape[1] - len(structure.soft) :] = 0.0
+        return more
+
+    @cached_property
+    def _strains(self) -> tuple[Reals, Reals]:
+        kinds = self.now.vibration.problem.terms.kinematics
+        return strain_rows(kinds.structure, kinds.basis), rigidities(kinds.structure)
+
+    def made_by(self, amounts: Reals) -> Reals:
+        """Return the forces that amounts of the elastic coordinates make by their strains."""
+        strains, stiff = self._strains
+        forces: Reals = stiff * (strains @ amounts[..., None])[..., 0]
+        return forces
+
+    @cached_property
+    def push(self) -> Reals:
+        """Residual as a load on the elastic coordinates, shape (nodes, r)."""
+        push: Reals = (self._strains[0].swapaxes(-1, -2) @ self.strained[..., None])[..., 0]
+        return push
+
+    @cached_property
+    def static(self) -> Reals:
+        """Amounts of the elastic coordinates that this load makes without inertia, shape (nodes, r)."""
+        strains, stiff = self._strains
+        found: Any = np.linalg.solve((strains.swapaxes(-1, -2) * stiff) @ strains, self.push[..., None])
+        return np.asarray(found[..., 0], float)
+
+
+def unbalanced(now: Displaced, loads: ExactLoads, still: Loaded | None = None, share: float = 1.0) -> Unbalanced:
+    """Return the residual of displaced links under their own loads.
+
+    Parameters
+    ----------
+    still
+        Answer of the rigid motion's loads, of which only a `share` acts; None if they act in full.
+    """
+    linear = now.vibration
+    grid, plain = linear.problem.terms.grid, linear.quasi_static
+    added = resampled(replace(loads.added, section=None), grid.at_nodes)
+    bent = deflection(plain.motion, plain.sections, plain.joints, added)
+    found = loaded(linear, bent)
+    if still is not None and share != 1.0:
+        found = found.without(still, 1.0 - share)
+    return Unbalanced(now, bent, replace(found, force=found.force + grid.at_nodes(loads.residual)))
+
+
+def stepped(found: Unbalanced, operator: Vibration, response: Response, fastest: float) -> Displaced:
+    """Return the links after a step that takes the residual away by linear equations of motion.
+
+    Parameters
+    ----------
+    operator
+        Equations of motion, of which the inertia of displacements beside the coordinates is taken.
+    response
+        Response of their coordinates to a load.
+    fastest
+        As for `exact_steps.settled_links`.
+    """
+    now = found.now
+    grid, unit = now.vibration.problem.terms.grid, now.vibration.problem.terms.kinematics.unit
+    besides = ResidualResponse(
+        found.change - unit @ found.static[..., None], found.strained - found.made_by(found.static)
+    ).smoothed(grid, fastest)
+    moving = response(found.push[1:] + inertia_load(operator, besides))
+    x, x1, x2 = (part + added for part, added in zip(now.history, moving, strict=True))
+    residual, answer = now.residual + besides, found.found
+    after = replace(
+        now, history=(x, x1, x2), residual=residual, force=answer.force, joints=answer.joints, moments=answer.moments
+    )
+    return shortened(after)
+
+
+def shortened(now: Displaced) -> Displaced:
+    """Return displaced links with the foreshortening that belongs to their rotations, if they have one."""
+    if now.shortened is None:
+        return now
+    return replace(now, amplitudes=now.shortened.amplitudes(now.history[0], now.residual.moved, now.amplitudes))
+
+
+def begin(linear: Vibration) -> Displaced:
+    """Return the linear answer as displaced links."""
+    terms = linear.problem.terms
+    residual = linear.residual
+    if residual is None:
+        nothing = terms.kinematics.unit @ np.zeros((terms.kinematics.unit.angle.shape[-1], 1))
+        residual = ResidualResponse(
+            nothing, np.zeros((len(nothing.angle), len(rigidities(terms.kinematics.structure))))
+        )
+    found = loaded(linear, linear.deflection)
+    return Displaced(linear, linear.history, residual, found.force, found.joints, found.moments)
+
+
+def mixed(before: Sequence[tuple[Displaced, Complexes]]) -> Displaced:
+    """Return the sum of the last steps' answers with the weights that make the sum of their changes least."""
+    changes = np.array([np.ravel(change).view(float) for _, change in before])
+    shares = np.linalg.lstsq(np.diff(changes, axis=0).T, changes[-1], rcond=None)[0]
+    return summed([after for after, _ in before], np.diff(shares, prepend=0.0, append=1.0))
+
+
+def summed(parts: Sequence[Displaced], weights: Reals) -> Displaced:
+    """Return a sum of displaced links with weights that add up to one."""
+
+    def total(*values: Any) -> Numbers:
+        weighted: Numbers = sum(weight * value for weight, value in zip(weights, values, strict=True))
+        return weighted
+
+    x, x1, x2 = (total(*each) for each in zip(*(part.history for part in parts), strict=True))
+    moved = Displacements(*map(total, *(vars(part.residual.moved).values() for part in parts)))
+    residual = ResidualResponse(moved, total(*(part.residual.forces for part in parts)))
+    held = (total(*each) for each in zip(*((part.force, part.joints, part.moments) for part in parts), strict=True))
+    force, joints, moments = held
+    last = parts[-1]
+    return shortened(replace(last, history=(x, x1, x2), residual=residual, force=force, joints=joints, moments=moments))
