@@ -206,3 +206,25 @@ def summed(parts: Sequence[Displaced], weights: Reals) -> Displaced:
     force, joints, moments = held
     last = parts[-1]
     return shortened(replace(last, history=(x, x1, x2), residual=residual, force=force, joints=joints, moments=moments))
+
+
+def carried_over(now: Displaced, linear: Vibration, turned: Reals) -> Displaced:
+    """Return displaced links in another discretization of the same elastic coordinates.
+
+    Parameters
+    ----------
+    linear
+        Vibration in that discretization.
+    turned
+        Amounts of its coordinates per unit of those of `now`, shape (new r, r).
+    """
+    grid = linear.problem.terms.grid
+    sampler = now.vibration.problem.terms.grid.sampler(grid.nodes[1:])
+
+    def sampled(values: Any) -> Any:
+        return grid.at_nodes(sampler(values[1:]))
+
+    x, x1, x2 = (sampler(part) @ turned.T for part in now.history)
+    moved = Displacements(*map(sampled, vars(now.residual.moved).values()))
+    residual = ResidualResponse(moved, sampled(now.residual.forces))
+    return Displaced(linear, (x, x1, x2), residual, sampled(now.force), sampled(now.joints), sampled(now.moments))

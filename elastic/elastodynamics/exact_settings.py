@@ -32,6 +32,8 @@ class ExactSettings:
         Newton's method begins with the best of the other steps if these leave less open than this share.
     max_newton_ratio, min_newton_reuse
         A step this many times as large as the one before ends the method; one below the other ratio keeps the operator.
+    newton_fastest
+        Share of the angular frequency up to which the other steps take inertia beside the coordinates: they mix more.
     balance, max_balances
         Share of the largest force to which section forces of turned beams are in balance; rounds to get there.
     first_load_share, min_load_step, load_step_growth
@@ -59,6 +61,7 @@ class ExactSettings:
     newton_from: float = 0.3
     max_newton_ratio: float = 1.5
     min_newton_reuse: float = 0.2
+    newton_fastest: float = 0.5
     balance: float = 1e-3
     max_balances: int = 4
     first_load_share: float = 0.5

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.displaced_links import Displaced
 from elastic.elastodynamics.displaced_points import require_known
+from elastic.elastodynamics.exact_residual import carried_over
 from elastic.elastodynamics.exact_steps import exact_deflection, first_steps, settled_links
+from elastic.elastodynamics.newton import newly_shortened
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.settled import Settled
 from elastic.elastodynamics.solution import (
@@ -96,8 +99,11 @@ def discretized_finer(
         found, left = corrected(finer, tolerance)
         after = replace(answer, vibration=found)
     else:
-        now = begun.exact.displaced if begun and begun.exact else None
-        settled = settled_links(finer, tolerance, answer.discretization.wider().fastest, begun=now)
+        wider = answer.discretization.wider()
+        now = _carried(answer.exact.displaced, finer, answer.discretization, wider)
+        if now is None:
+            now = begun.exact.displaced if begun and begun.exact else None
+        settled = settled_links(finer, tolerance, wider.fastest, begun=now)
         after, left = replace(answer, vibration=finer, exact=settled), settled.open
     return deflection_at(after, answer.quasi_static.motion), left
 
@@ -145,7 +151,8 @@ def geometrically_exact(
     if vibration is None or discretization is None or not _bends(linear):
         return linear
     require_known(vibration.motion)
-    best: Elastodynamic | None = None
+    best: Any = None
+    made_finer = False
     now, before, made = begun.displaced if begun else None, math.inf, begun.steps if begun else 0
     for _ in range(ROUNDS):
         exact = settled_links(vibration, tolerance, discretization.fastest, begun=now)
@@ -155,13 +162,20 @@ def geometrically_exact(
         found = _settled(linear, exact, vibration, discretization, in_elements)
         best = found if best is None or _off(found) < _off(best) else best
         few = tolerance < exact.open < FALL * before
-        grid = finer or vibration.problem.terms.grid
-        discretization, before = discretization.wider() if few else discretization, exact.open
-        if not (few or finer) or exact.open > LOST or numbers_of(discretization, grid) > MOST_NUMBERS:
+        coarse, grid = discretization, finer or vibration.problem.terms.grid
+        lost = exact.open > LOST
+        if (lost and (made_finer or now is not None)) or best is not found:
             break
-        vibration, now = resolved_in_time(discretization, grid, tolerance)[0], None
-    assert best is not None
-    assert best.exact is not None
+        if lost:
+            discretization, grid = halved(discretization, vibration.problem.terms.grid)
+            made_finer = True
+        elif few:
+            discretization = discretization.wider()
+        before = exact.open
+        if not (few or finer or lost) or numbers_of(discretization, grid) > MOST_NUMBERS:
+            break
+        vibration = resolved_in_time(discretization, grid, tolerance)[0]
+        now = None if lost else _carried(exact.displaced, vibration, coarse, discretization)
     return replace(best, deflection=_at_positions(best.exact.displaced, linear))
 
 
@@ -179,6 +193,15 @@ def _settled(
         discretization=discretization,
         exact=exact,
     )
+
+
+def _carried(
+    known: Displaced, vibration: Vibration, before: Discretization, now: Discretization
+) -> Displaced | None:
+    """Links that Newton's method found, in another discretization; None where other steps found them."""
+    if known.shortened is None or vibration.motion.mechanism.friction:
+        return None
+    return newly_shortened(carried_over(known, vibration, now.per_coordinate_of(before)))
 
 
 def _off(found: Elastodynamic) -> float:

@@ -47,10 +47,10 @@ def settled_by_newton(linear: Vibration, tolerance: float, fastest: float, near:
         Links to begin with. Without them, or if the method leads away from them, the loads grow from nothing.
     """
     with np.errstate(over="ignore", invalid="ignore"):
-        still = loaded(linear, linear.quasi_static)
+        still, fastest = loaded(linear, linear.quasi_static), SETTINGS.newton_fastest * fastest
         if near is not None:
             found = _at_share(_with_foreshortening(near), 1.0, still, tolerance, fastest)
-            if found is not None and found.change_share < SETTINGS.part_tolerance:
+            if found is not None and (found.change_share < SETTINGS.part_tolerance or near.shortened is not None):
                 return found
         return _loaded_in_steps(_with_foreshortening(begin(linear)), still, tolerance, fastest)
 
@@ -59,9 +59,7 @@ def _with_foreshortening(now: Displaced) -> Displaced:
     """The same links with their foreshortening apart from the displacements beside the coordinates."""
     if now.shortened is not None:
         return now
-    shape = foreshortening(now.vibration)
-    amplitudes = shape.amplitudes(now.history[0], now.residual.moved)
-    return replace(now, shortened=shape, amplitudes=amplitudes, residual=_scaled(now, 0.0).residual)
+    return newly_shortened(replace(now, residual=_scaled(now, 0.0).residual))
 
 
 def _scaled(now: Displaced, share: float) -> Displaced:
@@ -81,11 +79,11 @@ def _loaded_in_steps(first: Displaced, still: Loaded, tolerance: float, fastest:
         guess = _scaled(first, following) if before is None else _extended(before, (share, now), following)
         enough = tolerance if following == 1.0 else SETTINGS.part_tolerance
         found = _at_share(guess, following, still, enough, fastest)
+        if found is not None and following == 1.0 and found.open < SETTINGS.newton_from:
+            return found
         if found is None or not found.change_share < SETTINGS.part_tolerance:
             step /= 2
             continue
-        if following == 1.0:
-            return found
         before, share, now = (share, now), following, found.displaced
         if found.steps <= SETTINGS.quick_steps:
             step *= SETTINGS.load_step_growth
@@ -141,6 +139,12 @@ def _in_balance(now: Displaced, share: float, still: Loaded) -> Unbalanced:
             break
         now = replace(now, force=answer.force, joints=answer.joints, moments=answer.moments)
     return found
+
+
+def newly_shortened(now: Displaced) -> Displaced:
+    """Return links that were carried over to another grid with their foreshortening there."""
+    shape = foreshortening(now.vibration)
+    return replace(now, shortened=shape, amplitudes=shape.amplitudes(now.history[0], now.residual.moved))
 
 
 def tangent(now: Displaced, bent: Deflection) -> Vibration:

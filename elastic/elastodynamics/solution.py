@@ -464,6 +464,11 @@ class Discretization:
         assert self.model.cycle is not None
         return reduced_basis(self.model.cycle, self.modes, self.besides, self.closer)
 
+    def per_coordinate_of(self, other: Discretization) -> Reals:
+        """Amounts of its coordinates per unit of another one's, nearest in energy of strain, shape (r, other's r)."""
+        pushed = self.basis.T @ self.model.structure.stiffness
+        return np.asarray(np.linalg.solve(pushed @ self.basis, pushed @ other.basis), float)
+
     @property
     def left_out(self) -> float:
         """Lowest natural frequency of which the mode is not let vibrate by itself [rad/s]."""
