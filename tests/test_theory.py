@@ -444,6 +444,14 @@ class TestFurtherChecks:
         (line,) = _theory({"theory": without, "nonlinear_check": told, "solid_check": None})
         assert line.endswith(("6 % apart, itself up to 0.1 % off)") if passed is None else " % apart)")
 
+    @pytest.mark.parametrize(("estimate", "told"), [(0.9, "agrees"), (3.9, "cannot tell")])
+    def test_a_stated_error_larger_than_the_answer_agrees_with_nothing(self, estimate, told):
+        found = NonlinearCheck(4, 48, 360, {"bar": 0.8}, {"bar": 0.8}, {"bar": 1e-3}, estimate, 8e-4, 2e-4)
+        assert found.passed is (True if told == "agrees" else None)
+        without = {"error": None, "problem": "", "reached": None}
+        (line,) = _theory({"theory": without, "nonlinear_check": nonlinear_figures(found), "solid_check": None})
+        assert line.startswith(f"nonlinear check {told}")
+
     def test_a_check_that_cannot_be_made_is_a_line_in_a_report(self, tmp_path, capsys):
         """The report is there all the same, says why, and the status is not that of a check that agrees."""
         rubbing = edited(FOUR_BAR, ('"100 rad/s"', '"30 rad/s"')) + '[joints.A]\nfriction = 0.1\nradius = "5 mm"\n'

@@ -7,7 +7,7 @@ from elastic.elastodynamics.geometrically_exact import (
     with_large_displacement,
 )
 from elastic.elastodynamics.reduced_vibration import Vibration
-from elastic.elastodynamics.solution import Elastodynamic, deflection_at, worth_halving
+from elastic.elastodynamics.solution import Elastodynamic, deflection_at, has_dry_friction, worth_halving
 from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap, critical_speeds, speed_map, stable_below
 from elastic.elastodynamics.speed_scan import Resonance
 from elastic.elastodynamics.speed_search import Bounded, SpeedSearch, prominences
@@ -32,6 +32,7 @@ __all__ = [
     "elastodynamic",
     "finer_vibration",
     "geometrically_exact",
+    "has_dry_friction",
     "large_displacement_error",
     "prominences",
     "speed_map",

@@ -22,6 +22,7 @@ from elastic.elastodynamics.solution import (
     Elastodynamic,
     deflection_at,
     halved,
+    has_dry_friction,
     numbers_of,
     resolved_in_time,
     time_error,
@@ -199,7 +200,7 @@ def _carried(
     known: Displaced, vibration: Vibration, before: Discretization, now: Discretization
 ) -> Displaced | None:
     """Links that Newton's method found, in another discretization; None where other steps found them."""
-    if known.shortened is None or vibration.motion.mechanism.friction:
+    if known.shortened is None or has_dry_friction(vibration.motion.mechanism):
         return None
     return newly_shortened(carried_over(known, vibration, now.per_coordinate_of(before)))
 

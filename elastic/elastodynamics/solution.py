@@ -262,7 +262,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
     lowest = float(model.cycle.omega.min())
     discretization = replace(first_discretization(model, tolerance), start=start)
     best: Any = None
-    for _ in range(RUBBED if motion.mechanism.friction else ROUNDS):
+    for _ in range(RUBBED if has_dry_friction(motion.mechanism) else ROUNDS):
         solved, reduced, grid, in_elements = resolved_in_time(discretization, grid, tolerance)
         off = reduced + in_elements
         if best is None or off < best[0]:  # more coordinates may settle less, where loads jump
@@ -323,7 +323,7 @@ def resolved_in_time(
 ) -> tuple[Vibration, float, Grid, float]:
     """The vibration in elements of time as short as it takes, with its errors by coordinates and by elements."""
     resolved: Any = None
-    rubs, loose = bool(discretization.model.structure.mechanism.friction), COARSE
+    rubs, loose = has_dry_friction(discretization.model.structure.mechanism), COARSE
     least, in_vain = math.inf, 0
     sliding: Sliding = ()
     while True:
@@ -361,7 +361,12 @@ def halved(discretization: Discretization, grid: Grid) -> tuple[Discretization, 
 
 def worth_halving(mechanism: Mechanism, elements: int) -> bool:
     """Whether a discretization of so many elements of time is worth the time that a finer one takes."""
-    return not mechanism.friction and elements <= MOST_HALVED
+    return not has_dry_friction(mechanism) and elements <= MOST_HALVED
+
+
+def has_dry_friction(mechanism: Mechanism) -> bool:
+    """Return whether a joint has Coulomb's friction: the linear equations hold viscous friction from the start."""
+    return any(bool(np.any(each.coefficient)) for each in mechanism.friction.values())
 
 
 def bounded(answer: Vibration) -> Vibration:

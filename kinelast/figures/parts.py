@@ -384,6 +384,7 @@ def nonlinear_figures(check: NonlinearCheck | NotMade | None) -> dict[str, Any] 
         "passed": check.passed,
         "largest": check.largest,
         "too_close_to_decide": check.near,
+        "cannot_tell": check.cannot_tell,
         "elements": check.elements,
         "steps": check.steps,
         "positions": check.positions,

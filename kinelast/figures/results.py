@@ -97,6 +97,11 @@ class NonlinearCheck:
         return abs(self._beyond) < self.error
 
     @property
+    def cannot_tell(self) -> bool:
+        """Whether the stated error is larger than the answer, so that any difference would agree with it."""
+        return self.estimate > 1.0
+
+    @property
     def _beyond(self) -> float:
         """By how much the difference of the worst beam is more than may be found; negative where it is less."""
         off = ((each, self.estimate + self.besides.get(label, 0.0)) for label, each in self.difference.items())
@@ -104,8 +109,8 @@ class NonlinearCheck:
 
     @property
     def passed(self) -> bool | None:
-        """Whether the answer is as near as it said; None where it said nothing, or that is too close to decide."""
-        if math.isnan(self.estimate) or self.near:
+        """Whether the answer is as near as it said; None without an estimate, or if the check cannot tell."""
+        if math.isnan(self.estimate) or self.near or self.cannot_tell:
             return None
         return self._beyond <= 0.0
 

@@ -21,6 +21,7 @@ from elastic.elastodynamics import (
     elastodynamic,
     finer_vibration,
     geometrically_exact,
+    has_dry_friction,
     large_displacement_error,
     transient,
     with_large_displacement,
@@ -220,7 +221,7 @@ def answer(
         if not named and linear.stable and linear.time_error + linear.reduction_error > max(wanted, ACCURACY):
             fine = (
                 "friction sticks too hard to be settled"
-                if scene.mechanism.friction
+                if has_dry_friction(scene.mechanism)
                 else "it is too fine to be resolved"
             )
             raise SceneError(scene.path, "run", "theory", f"vibration cannot be answered: {fine}")
@@ -303,7 +304,7 @@ class _Rungs:
             yield self._answer(GEOMETRICALLY_EXACT, found, stepped, *left)
         self._tell("geometrically exact")
         try:
-            begun = None if self.scene.mechanism.friction else stepped.exact
+            begun = None if has_dry_friction(self.scene.mechanism) else stepped.exact
             exact = geometrically_exact(linear, tolerance, begun)
         except MechanismError as error:
             if asked == GEOMETRICALLY_EXACT:

@@ -269,6 +269,9 @@ def further_checks(figures: Mapping[str, Any]) -> list[str]:
             if figures[key].get("too_close_to_decide"):
                 outcome = " TOO CLOSE TO DECIDE"
                 more += f", itself up to {percent(sum(figures[key]['own_errors'].values()))} off"
+            if figures[key].get("cannot_tell"):
+                words.append(f"{name} cannot tell: the stated error is larger than the answer")
+                continue
             words.append(f"{name}{outcome} ({percent(figures[key]['largest'])} apart{more})")
     return words
 

@@ -344,7 +344,9 @@ def _differs(figures: Mapping[str, Any]) -> bool:
     checks = [figures.get(name) for name in ("check", "nonlinear_check", "solid_check")]
     made = [check for check in checks if check is not None]
     failed = any(
-        check.get("passed") is False or check.get("problem") or check.get("too_close_to_decide") for check in made
+        check.get("passed") is False
+        or any(check.get(reason) for reason in ("problem", "too_close_to_decide", "cannot_tell"))
+        for check in made
     )
     best = figures.get("optimum", {"feasible": True, "verdict": ""})
     infeasible = not best["feasible"] or bool(best["verdict"] and not best["passed"])

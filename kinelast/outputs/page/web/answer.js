@@ -163,6 +163,7 @@ function tiles() {
   }
   if (nonlinear) {
     const [value, note, level] = nonlinear.problem ? ["cannot be made", nonlinear.problem, "caution"]
+      : nonlinear.cannot_tell ? ["cannot tell", "the stated error is larger than the answer", "caution"]
       : nonlinear.too_close_to_decide ? ["too close to decide", `${share(nonlinear.largest)} apart where ${share(nonlinear.estimate)} is said; the check itself may be ${share(nonlinear.own_errors.mesh + nonlinear.own_errors.step)} off`, "caution"]
       : nonlinear.passed === false ? ["differs", `${share(nonlinear.largest)} apart where ${share(nonlinear.estimate)} is said`, "poor"]
       : [`${share(nonlinear.largest)} apart`, `finite elements that vibrate and move as far as they will, ${nonlinear.elements} a beam`, "good"];
