@@ -1,5 +1,6 @@
 """Vibration of the moving links: steady state, transient, stability, about the rigid motion."""
 
+from elastic.elastodynamics.exact_steps import has_dry_friction
 from elastic.elastodynamics.geometrically_exact import (
     discretized_finer,
     finer_vibration,
@@ -7,7 +8,7 @@ from elastic.elastodynamics.geometrically_exact import (
     with_large_displacement,
 )
 from elastic.elastodynamics.reduced_vibration import Vibration
-from elastic.elastodynamics.solution import Elastodynamic, deflection_at, has_dry_friction, worth_halving
+from elastic.elastodynamics.solution import Elastodynamic, deflection_at, worth_halving
 from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap, critical_speeds, speed_map, stable_below
 from elastic.elastodynamics.speed_scan import Resonance
 from elastic.elastodynamics.speed_search import Bounded, SpeedSearch, prominences

@@ -29,6 +29,7 @@ from elastic.elastodynamics.settled import Settled, Sliding, places_of
 from elastic.elastodynamics.time_elements import Equations, propagation
 from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
 from elastic.solution import Deflection, deflection
+from rigid import Mechanism
 from rigid.arrays import Complexes, Reals
 from rigid.kinetostatics import friction_per_rate
 
@@ -80,7 +81,7 @@ def settled_links(
             return found
         begun = None
     best = _by_linear_steps(linear, tolerance, fastest, loads_of, sliding, begun)
-    if best.open <= tolerance or loads_of is not exact_loads:
+    if best.open <= tolerance or loads_of is not exact_loads or has_dry_friction(linear.motion.mechanism):
         return best
     near = best.displaced if best.open < SETTINGS.newton_from else None
     found = settled_by_newton(linear, tolerance, fastest, near)
@@ -100,7 +101,7 @@ def _by_linear_steps(
     response: Response = partial(linear.under, often=begun is None)
     before: list[tuple[Displaced, Complexes]] = []
     best: Settled | None = None
-    hard, blunt, rubs = False, 1.0, bool(linear.motion.mechanism.friction)
+    hard, blunt, rubs = False, 1.0, has_dry_friction(linear.motion.mechanism)
     for count in range(1, (SETTINGS.max_steps_with_friction if rubs else SETTINGS.max_steps) + 1):
         loads = loads_of(now)
         loads = _rubbed(loads, sliding if sliding and count == 1 else loads.added.sliding, blunt)
@@ -125,6 +126,11 @@ def _by_linear_steps(
         now = mixed(before)
     assert best is not None
     return best
+
+
+def has_dry_friction(mechanism: Mechanism) -> bool:
+    """Return whether a joint has Coulomb's friction: the linear equations hold viscous friction from the start."""
+    return any(bool(np.any(each.coefficient)) for each in mechanism.friction.values())
 
 
 def _rubbed(loads: ExactLoads, sliding: Sliding, blunt: float) -> ExactLoads:

@@ -10,7 +10,7 @@ from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.displaced_links import Displaced
 from elastic.elastodynamics.displaced_points import require_known
 from elastic.elastodynamics.exact_residual import carried_over
-from elastic.elastodynamics.exact_steps import exact_deflection, first_steps, settled_links
+from elastic.elastodynamics.exact_steps import exact_deflection, first_steps, has_dry_friction, settled_links
 from elastic.elastodynamics.newton import newly_shortened
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.settled import Settled
@@ -22,7 +22,6 @@ from elastic.elastodynamics.solution import (
     Elastodynamic,
     deflection_at,
     halved,
-    has_dry_friction,
     numbers_of,
     resolved_in_time,
     time_error,
@@ -33,6 +32,7 @@ from elastic.solution import Deflection
 BESIDE = 4.0  # times as much as of the coordinates do elements leave open of what lies beside them, at most
 
 FALL = 0.7  # of what steps leave open, to which more coordinates are to bring it: else there were enough
+MAX_COMPLETE = 60  # coordinates, up to which all of them are taken if steps lead nowhere in a part of them
 LOST = 0.1  # of the displacements, beyond which steps leave open what nothing finer settles
 
 
@@ -165,11 +165,12 @@ def geometrically_exact(
         few = tolerance < exact.open < FALL * before
         coarse, grid = discretization, finer or vibration.problem.terms.grid
         lost = exact.open > LOST
-        if (lost and (made_finer or now is not None)) or best is not found:
+        carried = now is not None and now.shortened is not None
+        if (lost and (made_finer or carried)) or best is not found:
             break
         if lost:
             discretization, grid = halved(discretization, vibration.problem.terms.grid)
-            made_finer = True
+            discretization, made_finer = discretization.complete(MAX_COMPLETE), True
         elif few:
             discretization = discretization.wider()
         before = exact.open

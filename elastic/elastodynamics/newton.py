@@ -166,6 +166,7 @@ def tangent(now: Displaced, bent: Deflection) -> Vibration:
     posed = problem(motion_terms(moving, terms.grid, terms.damping), bent, linear.problem.speed)
     pull = (np.exp(-1j * phi) * now.force).real * kinds.structure.weights
     felt, equations = replace(posed.felt, pull=pull), posed.equations
-    stiffness = equations.stiffness + (felt.stiffness(unit, unit) - posed.felt.stiffness(unit, unit))[1:]
+    turned = replace(unit, slope=unit.phi)  # a slope is no rotation where the foreshortening goes across
+    stiffness = equations.stiffness + (felt.stiffness(turned, turned) - posed.felt.stiffness(unit, unit))[1:]
     posed = replace(posed, felt=felt, equations=replace(equations, stiffness=stiffness))
     return replace(linear, problem=posed, propagation=propagation(terms.grid, posed.equations))

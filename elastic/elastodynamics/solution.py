@@ -15,7 +15,7 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
 from elastic.elastodynamics.equations_of_motion import kinematics, masses, motion_terms
-from elastic.elastodynamics.exact_steps import exact_deflection, with_friction
+from elastic.elastodynamics.exact_steps import exact_deflection, has_dry_friction, with_friction
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
 from elastic.elastodynamics.reduction import CLOSELY, LOADED, CycleModes, cycle_of, near_modes, reduced_basis
@@ -364,11 +364,6 @@ def worth_halving(mechanism: Mechanism, elements: int) -> bool:
     return not has_dry_friction(mechanism) and elements <= MOST_HALVED
 
 
-def has_dry_friction(mechanism: Mechanism) -> bool:
-    """Return whether a joint has Coulomb's friction: the linear equations hold viscous friction from the start."""
-    return any(bool(np.any(each.coefficient)) for each in mechanism.friction.values())
-
-
 def bounded(answer: Vibration) -> Vibration:
     """A vibration, checked to be finite.
 
@@ -495,6 +490,11 @@ class Discretization:
     def wider(self) -> Discretization:
         """The same with twice as many modes of its elastic coordinates, and shapes of loads followed closely."""
         return replace(self, modes=min(2 * self.modes, len(self.model.structure.stiffness)), closer=CLOSELY)
+
+    def complete(self, most: int) -> Discretization:
+        """Return the same with all modes of its elastic coordinates, if these are `most` or fewer."""
+        count = len(self.model.structure.stiffness)
+        return replace(self, modes=count) if count <= most else self
 
     def finer(self, error: float, most: float = math.inf) -> Discretization | None:
         """More coordinates, or shorter elements where these gain nothing; None where neither does.

@@ -74,6 +74,8 @@ NO_MORE = 0.1  # largest change of deflections by the last step to the exact ans
 MAX_ROTATION = 4.0  # [rad] rotation of a section beyond which no vibration is computed
 MAX_REFINED = 10_000  # positions, above which no instants between them are examined
 SAME = 1e-9  # share by which moments at rest may differ by round-off
+MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] of a drive over the whole run
+MAX_CHANGE_PER_TRAVEL = 10.0  # share of the largest moment by which moments of a machine at rest change per travel
 UNSTABLE = "the links have no steady state, their vibration grows"
 
 
@@ -204,8 +206,8 @@ def answer(
     if not scene.labels:
         return rungs.rigid()
     rests = not named and _rests(plain)
-    if not named and np.nanmax(cycle_maxima(plain, ["phi"])["phi"].value, initial=0.0) > MAX_ROTATION:
-        return rungs.at_rest() if rests else rungs.unknown("vibration is not looked at where links turn by so much")
+    if not named and not rests and np.nanmax(cycle_maxima(plain, ["phi"])["phi"].value, initial=0.0) > MAX_ROTATION:
+        return rungs.unknown("vibration is not looked at where links turn by so much")
     aim = wanted if named or FINE * wanted >= TOLERANCE else max(wanted, BESIDES * rungs.held_back)
     tolerance = min(TOLERANCE, FINE * aim) if named else max(FINE * aim, FINEST)
     if scene.mechanism.friction:
@@ -489,10 +491,12 @@ def _share_by_motion(graded: GradedFigure) -> float:
 
 
 def _rests(plain: Deflection) -> bool:
-    """Whether nothing moves, and the loads do not change."""
-    moments = plain.amplitudes.M
-    same = np.ptp(moments, axis=-1) <= SAME * np.abs(moments).max(axis=-1)
-    return not np.any(plain.motion.drive_rate) and bool(same.all())
+    """Return whether no drive travels any way to speak of, and the loads do not change."""
+    moments, motion = plain.amplitudes.M, plain.motion
+    travel = np.abs(motion.drive_rate).max(initial=0.0) * np.ptp(motion.time)
+    largest = np.abs(moments).max(axis=-1)
+    same = np.ptp(moments, axis=-1) <= SAME * largest + MAX_CHANGE_PER_TRAVEL * travel * largest.max(initial=0.0)
+    return bool(travel <= MAX_TRAVEL_AT_REST and same.all())
 
 
 def _held(scene: Scene, motion: Motion) -> tuple[MotionAt, float]:
