@@ -519,3 +519,46 @@ class TestDoors:
         )
         ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=5, check=True)
         assert ran.stdout == "a key of more than 32 parts, as in a.b.c (at line 2, column 1)\n"
+
+
+class TestLargeDisplacement:
+    """References by exudyn's geometrically exact beams, which share nothing with the program."""
+
+    def test_a_frame_at_rest_bent_by_its_own_length(self, answered):
+        """exudyn, 128 elements: the tip moves by (0.8592, -0.9141) m; the deflection of the upright is the first."""
+        status, _, summary = answered("large_deflection_at_rest")
+        assert status == 0
+        assert summary["theory"]["name"] == "geometrically-exact"
+        assert abs(summary["largest_deflection"]["value"]) == pytest.approx(0.8592, abs=3e-4)
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("accuracy", ["5 %", "0.5 %"])
+    def test_a_finer_accuracy_is_no_worse(self, accuracy, answered):
+        """exudyn: 59.6 mm."""
+        _, _, summary = answered("finer_is_worse", "--accuracy", accuracy)
+        off = abs(abs(summary["largest_deflection"]["value"]) / 0.0596 - 1)
+        assert off < 0.012
+        assert off < summary["theory"]["error"] < 0.1
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize(("accuracy", "stated"), [("5 %", 0.5), ("0.5 %", 0.15)])
+    def test_viscous_pins_have_an_answer_at_any_accuracy(self, accuracy, stated, answered):
+        """Without one at 5 %, and 10.49 m ± 979 % at 0.5 %, before. The links are 0.07 to 0.26 m long."""
+        _, _, summary = answered("viscous_pins", "--accuracy", accuracy)
+        assert summary["theory"]["name"] == "geometrically-exact"
+        assert summary["theory"]["error"] < stated
+        assert 0.04 < abs(summary["largest_deflection"]["value"]) < 0.06
+
+    @pytest.mark.slow
+    def test_dry_friction_in_a_slider_crank_is_answered_or_refused_in_words(self, answered):
+        status, said, summary = answered("crash_coulomb", "--accuracy", "5 %")
+        assert status in (0, 1)
+        assert summary["theory"]["error"] is None or summary["theory"]["error"] > 0.05
+        assert "Error" not in said
+
+    @pytest.mark.slow
+    def test_steps_that_stalled_settle(self, answered):
+        """Stated before: 451 % of 77 mm."""
+        _, _, summary = answered("check_cannot_tell")
+        assert summary["theory"]["error"] < 0.4
+        assert abs(summary["largest_deflection"]["value"]) < 0.03

@@ -197,9 +197,7 @@ def _settled(
     )
 
 
-def _carried(
-    known: Displaced, vibration: Vibration, before: Discretization, now: Discretization
-) -> Displaced | None:
+def _carried(known: Displaced, vibration: Vibration, before: Discretization, now: Discretization) -> Displaced | None:
     """Links that Newton's method found, in another discretization; None where other steps found them."""
     if known.shortened is None or has_dry_friction(vibration.motion.mechanism):
         return None
