@@ -178,7 +178,8 @@ def geometrically_exact(
             break
         vibration = resolved_in_time(discretization, grid, tolerance)[0]
         now = None if lost else _carried(exact.displaced, vibration, coarse, discretization)
-    return replace(best, deflection=_at_positions(best.exact.displaced, linear))
+    answer: Elastodynamic = replace(best, deflection=_at_positions(best.exact.displaced, linear))
+    return answer
 
 
 def _settled(

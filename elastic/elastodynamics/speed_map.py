@@ -12,10 +12,11 @@ import numpy as np
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.equations_of_motion import MotionTerms, Problem, kinematics, motion_terms, problem
-from elastic.elastodynamics.exact_steps import Settled, exact_deflection, with_friction
+from elastic.elastodynamics.exact_steps import exact_deflection, with_friction
 from elastic.elastodynamics.geometrically_exact import steps_to_exact
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
+from elastic.elastodynamics.settled import Settled
 from elastic.elastodynamics.solution import (
     NEUTRAL,
     ROUNDS,
