@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import Figure, Measure, chosen, measures_of
 from kinelast.figures.limits import limits_kept
 from kinelast.figures.output import output_of
@@ -38,6 +39,7 @@ TABLES_ON_AXIS = (
     "sliders",
     "slots",
 )
+EVEN = 16  # positions at which designs are looked at for buckling, besides the worst ones of the scene
 FLOATS = ("poisson", "strain")  # plain numbers of a file that can be arrays
 
 

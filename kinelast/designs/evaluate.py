@@ -26,6 +26,7 @@ from rigid.positions import select_designs
 
 BLOCK = 4096  # designs that are built at once
 KNOTS = 64  # at which a turn is looked at at least where its positions are far apart
+SAFE = 2.0  # times the load over the critical load at some positions, that it may be between them
 WIDE = 2  # times the columns of a motion go together: the greatest values are searched in many steps of few columns
 
 
@@ -218,8 +219,7 @@ def _answered(base: Base, scene: Scene, group: DesignRows) -> Iterator[Part]:
         figures[measure.name] = np.atleast_1d(value)[counted], np.atleast_1d(place)[counted]
     reason = np.array(np.broadcast_to(np.atleast_1d(_reasons(cycle))[counted], len(rows)))
     if scene.labels and not all(measure.figure.rigid for measure in base.measures):
-        pressed = np.atleast_1d(cycle.pressed.value.max(axis=0, initial=0.0))[counted]
-        for at in np.flatnonzero((np.broadcast_to(pressed, len(rows)) >= 1.0) & (reason == "")):
+        for at in np.flatnonzero((reason == "") & (SAFE * _pressed(base, cycle)[counted] >= 1.0)):
             reason[at] = _buckles(base, group.values[at])
     yield Part(rows, reason, figures)
 
@@ -249,6 +249,13 @@ def _reasons(cycle: Cycle) -> Words:
     lost = ~(cycle.condition <= SINGULAR) if bent is None else bent.lost
     reason[(reason == "") & lost.all(axis=-1)] = "singular at every position"
     return reason
+
+
+def _pressed(base: Base, cycle: Cycle) -> Reals:
+    """Load over critical load at most at some positions, shape (designs,)."""
+    if len(cycle.columns) > 1:
+        cycle = Cycle(cycle.scene, cycle.scene.course.at(cycle.scene.course.times()[..., base.pressed_at]))
+    return np.atleast_1d(cycle.pressed.value.max(axis=0, initial=0.0))
 
 
 def _buckles(base: Base, values: Reals) -> str:
