@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -131,9 +132,25 @@ def movie(
     chosen = spread(drawable(deflection, diagram_named(diagram)), frames)
     if path.suffix.lower() == ".png":
         return stills(deflection, diagram, chosen, path, style, on_frame)
+    style = replace(style or Style(), pace=pace_words(deflection.motion.time, chosen, rate))
     with closing(_frames(deflection, diagram, chosen, style, on_frame)) as images, _complete(path) as unfinished:
         _write(unfinished, images, rate)
     return (path,)
+
+
+def pace_words(time: Any, chosen: Sequence[int], rate: float) -> str:
+    """How much slower or faster than the machine a film runs; empty where its instants are not known.
+
+    >>> pace_words(np.linspace(0.0, 0.1, 51), range(51), 25.0)
+    'slow motion 1 : 20'
+    """
+    lasts = float(time[chosen[-1]] - time[chosen[0]])
+    if lasts <= 0.0 or np.array_equal(time, np.arange(len(time))):
+        return ""
+    slower = (len(chosen) - 1) / rate / lasts
+    if 0.95 < slower < 1.05:
+        return "in real time"
+    return f"slow motion 1 : {slower:.2g}" if slower > 1 else f"{1 / slower:.2g} times as fast as the machine"
 
 
 def spread(possible: Any, frames: int | None) -> list[int]:

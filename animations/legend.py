@@ -36,6 +36,7 @@ def headings(diagram: Diagram, scales: Scales, style: Style, longest: int) -> li
     if diagram is not MOTION:
         kind += f" {times(scales.exaggeration)}, displacement" if diagram is SHAPE else ","
         kind += f" at most {quantity(scales.peak, diagram.unit)} over the positions"
+    kind += f"; {style.pace}" if style.pace else ""
     drives = min(0.03 * unit, 0.4 * width / (LETTER * max(longest, 1)))
     room = width - 4 * left - LETTER * drives * longest
     lines = [Words(" ", width - left + 1j * (height - 0.42 * HEAD * unit), drives, 1)]

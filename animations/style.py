@@ -32,6 +32,8 @@ class Style:
         arrows of the drives, the paths of the points, the deformed shape over a diagram.
     background
         A colour's name or "#rrggbb"; on a dark one lines are light.
+    pace
+        How fast it runs beside the machine, in words; `movie` says it.
     scale
         Length that one unit of the field is drawn with [m]; None: the largest ordinate is 17 % of the mechanism's size.
     exaggeration
@@ -41,6 +43,7 @@ class Style:
     """
 
     title: str = ""
+    pace: str = ""
     size: tuple[int, int] = (1280, 720)
     look: str = "plain"
     show: tuple[str, ...] = ("names", "peak", "drives")

@@ -244,7 +244,7 @@ def test_the_table_of_a_batch_is_dark_by_a_button_and_light_on_paper(driver, tmp
     page.run("document.getElementById('theme').click()")
     assert page.run(theme) == "light"
     heads = page.run("return Array.from(document.querySelectorAll('thead th'), (head) => head.innerText.trim())")
-    assert [head.split()[0] for head in heads[:4]] == ["scene", "state", "accepted", "grade"]
+    assert [head.split()[0] for head in heads[:4]] == ["scene", "verdict", "decides", "used"]
     assert len(set(heads)) == len(heads)
     at = next(k for k, head in enumerate(heads) if head.endswith("angle"))
     cell = "return document.querySelectorAll('tbody tr')[1].cells[arguments[0]].innerText"

@@ -1,5 +1,5 @@
 // Two columns against one another: every design a dot, the trade-off front a line; hover, click, choose the axes.
-const LEFT = 74, BOTTOM = 46, TOP = 14, RIGHT = 16, TALL = 440, NEAR = 12;
+const LEFT = 74, BOTTOM = 46, TOP = 14, RIGHT = 16, TALL = 440, NEAR = 12, BREAKS = "#9aa3ad";
 
 function scatterSection() {
   const part = section("tradeoff", "Trade-off", "One against the other", soft("Every dot is a design. On the front, the line, none is better in one of both without being worse in the other. Hover for its values, click to choose it; ← and → go along the front."));
@@ -35,7 +35,7 @@ function scatterSection() {
     frame(pen);
     const size = COUNT > 3000 ? 3 : 5;
     pen.globalAlpha = COUNT > 500 ? 0.55 : 0.85;
-    for (const k of [...among].sort((a, b) => breaks(b) - breaks(a))) { const [x, y] = at(k); pen.fillStyle = breaks(k) ? variable("--rule") : paint(k); pen.fillRect(x - size / 2, y - size / 2, size, size); }
+    for (const k of [...among].sort((a, b) => breaks(b) - breaks(a))) { const [x, y] = at(k); pen.fillStyle = breaks(k) ? BREAKS : paint(k); pen.fillRect(x - size / 2, y - size / 2, size, size); }
     pen.globalAlpha = 1;
     pen.strokeStyle = variable("--amber"); pen.lineWidth = 1.8;
     pen.beginPath();
