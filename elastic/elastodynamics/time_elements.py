@@ -173,7 +173,7 @@ def outgrown(steps: Reals, equations: Equations) -> Flags:
     """
     count, r = len(steps), equations.load.shape[-1]
     stiffness = equations.stiffness
-    least: Reals = np.linalg.eigvalsh(stiffness + stiffness.swapaxes(-1, -2))[:, 0]
+    least = np.asarray(np.linalg.eigvalsh(stiffness + stiffness.swapaxes(-1, -2)), float)[:, 0]
     soft = least < 0.0
     rate = np.zeros(len(stiffness))
     if soft.any():
