@@ -59,7 +59,7 @@ def cycle_maxima(
     >>> turning = Mechanism((Link("ground", {"O": 0}), rod), (PinDrive("rod", "O"),), {"O": 0, "A": 1})
     >>> bent = deflection(motion(turning, [0.0, 0.1], [[1.0, 2.0]]), [Section(1.0, 1.0)])
     >>> cycle_maxima(bent, ["N"])["N"]
-    Largest(value=array([2.]), position=array([1]), xi=nan, row=0)
+    Largest(value=array([2.]), position=array([1]), xi=nan, row=0, gain=0.0)
     """
     return {key: _maximum(deflection, key, counted, period) for key in fields}
 

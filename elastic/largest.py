@@ -52,7 +52,7 @@ def largest(values: Any, counted: Any = None, xi: Any = None) -> Largest:
     Examples
     --------
     >>> largest([[1.0, -3.0, 2.0]])
-    Largest(value=array([-3.]), position=array([1]), xi=nan, row=0)
+    Largest(value=array([-3.]), position=array([1]), xi=nan, row=0, gain=0.0)
     """
     values = np.asarray(values)
     values = np.abs(values) if np.iscomplexobj(values) else values

@@ -105,9 +105,9 @@ class TestDeadPoints:
 
     @pytest.mark.parametrize("distance", TO_CHANGE_POINT)
     def test_slides_nearly_parallel(self, distance):
-        """Two lines at an angle, s its sine."""
+        """Two lines at an angle, s its sine; behind parallel lines the block cannot be reached."""
         for case, drive in (
-            (tangent(), np.array([[1.3 + distance]])),
+            (tangent(), np.array([[1.3 - distance]])),
             (scotch_yoke(slant=0.1 - 0.35 + distance), scotch_yoke().drive[:, 3:4]),
         ):
             course = motion(case.mechanism, drive, 7.0, -3.0)

@@ -139,7 +139,7 @@ def unbalanced(now: Displaced, loads: ExactLoads, still: Loaded | None = None, s
     return Unbalanced(now, bent, replace(found, force=found.force + grid.at_nodes(loads.residual)))
 
 
-def stepped(found: Unbalanced, operator: Vibration, response: Response, fastest: float) -> Displaced:
+def stepped(step: Unbalanced, operator: Vibration, response: Response, fastest: float) -> Displaced:
     """Return the links after a step that takes the residual away by linear equations of motion.
 
     Parameters
@@ -151,14 +151,14 @@ def stepped(found: Unbalanced, operator: Vibration, response: Response, fastest:
     fastest
         As for `exact_steps.settled_links`.
     """
-    now = found.now
+    now = step.now
     grid, unit = now.vibration.problem.terms.grid, now.vibration.problem.terms.kinematics.unit
     besides = ResidualResponse(
-        found.change - unit @ found.static[..., None], found.strained - found.made_by(found.static)
+        step.change - unit @ step.static[..., None], step.strained - step.made_by(step.static)
     ).smoothed(grid, fastest)
-    moving = response(found.push[1:] + inertia_load(operator, besides))
+    moving = response(step.push[1:] + inertia_load(operator, besides))
     x, x1, x2 = (part + added for part, added in zip(now.history, moving, strict=True))
-    residual, answer = now.residual + besides, found.found
+    residual, answer = now.residual + besides, step.found
     after = replace(
         now, history=(x, x1, x2), residual=residual, force=answer.force, joints=answer.joints, moments=answer.moments
     )

@@ -76,16 +76,16 @@ def settled_links(
         Links that steps begin with, on the same grid; without it they begin with the linear answer.
     """
     if begun is not None and begun.shortened is not None:
-        found = settled_by_newton(linear, tolerance, fastest, begun)
-        if found is not None:
-            return found
+        settled = settled_by_newton(linear, tolerance, fastest, begun)
+        if settled is not None:
+            return settled
         begun = None
     best = _by_linear_steps(linear, tolerance, fastest, loads_of, sliding, begun)
     if best.open <= tolerance or loads_of is not exact_loads or has_dry_friction(linear.motion.mechanism):
         return best
     near = best.displaced if best.open < SETTINGS.newton_from else None
-    found = settled_by_newton(linear, tolerance, fastest, near)
-    return found if found is not None and found.open < best.open else best
+    settled = settled_by_newton(linear, tolerance, fastest, near)
+    return settled if settled is not None and settled.open < best.open else best
 
 
 def _by_linear_steps(
@@ -107,11 +107,11 @@ def _by_linear_steps(
         loads = _rubbed(loads, sliding if sliding and count == 1 else loads.added.sliding, blunt)
         after, residual, bent = _step(now, response, loads, fastest)
         change = places_of(after.moved) - places_of(now.moved)
-        found = Settled(now, change, residual, count, loads.added.sliding if hard else ())
+        settled = Settled(now, change, residual, count, loads.added.sliding if hard else ())
         size = float(np.abs(change).max(initial=0.0))
-        if best and not hard and not found.open < SETTINGS.max_growth * best.open:
+        if best and not hard and not settled.open < SETTINGS.max_growth * best.open:
             break
-        best = found if best is None or found.open < best.open or blunt > 1.0 else best
+        best = settled if best is None or settled.open < best.open or blunt > 1.0 else best
         if (best.open <= tolerance and blunt <= 1.0) or not np.isfinite(size):
             break
         if not rubs and count % SETTINGS.patience == 0:

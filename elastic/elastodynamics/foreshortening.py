@@ -65,15 +65,15 @@ class Foreshortening:
             Amplitudes to begin with.
         """
         given = self._rotation(self.turned, self.grid.at_nodes(history)) + _sections(besides)[..., 0]
-        found = np.zeros((len(given), len(self.along))) if begun is None else begun
+        values = np.zeros((len(given), len(self.along))) if begun is None else begun
         for _ in range(MAX_ROUNDS):
-            phi = given + self._rotation(self.own, found)
-            lacking = (np.cos(phi) - 1) @ self.along.T + (np.sin(phi) - phi) @ self.across.T - found
-            if not np.abs(lacking).max(initial=0.0) > ROUND_OFF * np.abs(found).max(initial=0.0):
+            phi = given + self._rotation(self.own, values)
+            lacking = (np.cos(phi) - 1) @ self.along.T + (np.sin(phi) - phi) @ self.across.T - values
+            if not np.abs(lacking).max(initial=0.0) > ROUND_OFF * np.abs(values).max(initial=0.0):
                 break
             change: Any = np.linalg.solve(self._feedback(phi, self.own), lacking[..., None])
-            found = found + change[..., 0]
-        return found
+            values = values + change[..., 0]
+        return values
 
     def accelerations(
         self, history: tuple[Reals, Reals, Reals], besides: Displacements, amplitudes: Reals
@@ -83,16 +83,16 @@ class Foreshortening:
         Parameters as of `amplitudes`, with the rates and accelerations of the elastic coordinates.
         """
         x, x1, x2 = history
-        grid, turned, own = self.grid, self.turned[1:], self.own[1:]
+        grid, turned, parts = self.grid, self.turned[1:], self.own[1:]
         beside = _sections(besides)[1:, :, 0]
         here = amplitudes[1:]
-        phi = self._rotation(turned, x) + beside + self._rotation(own, here)
+        phi = self._rotation(turned, x) + beside + self._rotation(parts, here)
         rate = self._rotation(turned, x1) + self._rotation(self._turned_rate, x) + grid.derivative(beside, 1)
         rate += self._rotation(self._own_rate, here)
         second = self._rotation(turned, x2) + grid.rates_times(self.turned, (2 * x1, x)) + grid.derivative(beside, 2)
-        per_rotation, feedback = self._per_rotation(phi), self._feedback(phi, own)
+        per_rotation, feedback = self._per_rotation(phi), self._feedback(phi, parts)
         first: Any = np.linalg.solve(feedback, per_rotation @ rate[..., None])[..., 0]
-        rate = rate + self._rotation(own, first)
+        rate = rate + self._rotation(parts, first)
         second += grid.rates_times(self.own, (2 * first, here))
         curved = -np.cos(phi) * rate**2 @ self.along.T - np.sin(phi) * rate**2 @ self.across.T
         right = (per_rotation @ second[..., None])[..., 0] + curved

@@ -160,13 +160,13 @@ def geometrically_exact(
         exact = replace(exact, steps=(made := made + exact.steps))
         moving = replace(vibration, history=exact.displaced.history)
         in_elements, finer = time_error(moving, discretization.resolved)
-        found = _settled(linear, exact, vibration, discretization, in_elements)
-        best = found if best is None or _off(found) < _off(best) else best
+        answer_now = _settled(linear, exact, vibration, discretization, in_elements)
+        best = answer_now if best is None or _off(answer_now) < _off(best) else best
         few = tolerance < exact.open < FALL * before
         coarse, grid = discretization, finer or vibration.problem.terms.grid
         lost = exact.open > LOST
         carried = now is not None and now.shortened is not None
-        if (lost and (made_finer or carried)) or best is not found:
+        if (lost and (made_finer or carried)) or best is not answer_now:
             break
         if lost:
             discretization, grid = halved(discretization, vibration.problem.terms.grid)

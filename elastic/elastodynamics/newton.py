@@ -78,14 +78,14 @@ def _loaded_in_steps(first: Displaced, still: Loaded, tolerance: float, fastest:
         following = min(1.0, share + step)
         guess = _scaled(first, following) if before is None else _extended(before, (share, now), following)
         enough = tolerance if following == 1.0 else SETTINGS.part_tolerance
-        found = _at_share(guess, following, still, enough, fastest)
-        if found is not None and following == 1.0 and found.open < SETTINGS.newton_from:
-            return found
-        if found is None or not found.change_share < SETTINGS.part_tolerance:
+        settled = _at_share(guess, following, still, enough, fastest)
+        if settled is not None and following == 1.0 and settled.open < SETTINGS.newton_from:
+            return settled
+        if settled is None or not settled.change_share < SETTINGS.part_tolerance:
             step /= 2
             continue
-        before, share, now = (share, now), following, found.displaced
-        if found.steps <= SETTINGS.quick_steps:
+        before, share, now = (share, now), following, settled.displaced
+        if settled.steps <= SETTINGS.quick_steps:
             step *= SETTINGS.load_step_growth
     return None
 
@@ -104,14 +104,14 @@ def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, f
     best: Settled | None = None
     for count in range(1, SETTINGS.max_newton_steps + 1):
         try:
-            found = _in_balance(now, share, still)
+            settled_now = _in_balance(now, share, still)
             if operator is None:
-                operator, before = tangent(found.now, found.bent), []
-            after = stepped(found, operator, partial(operator.under, often=True), fastest)
+                operator, before = tangent(settled_now.now, settled_now.bent), []
+            after = stepped(settled_now, operator, partial(operator.under, often=True), fastest)
         except np.linalg.LinAlgError:
             break
-        change = places_of(after.moved) - places_of(found.now.moved)
-        settled = Settled(found.now, change, places_of(found.change), count)
+        change = places_of(after.moved) - places_of(settled_now.now.moved)
+        settled = Settled(settled_now.now, change, places_of(settled_now.change), count)
         size = float(np.abs(change).max(initial=0.0))
         best = settled if best is None or settled.open < best.open else best
         done = settled.open if share == 1.0 else settled.change_share
@@ -130,15 +130,15 @@ def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, f
 
 
 def _in_balance(now: Displaced, share: float, still: Loaded) -> Unbalanced:
-    """Residual of links whose section forces are in balance where the links are."""
+    """Residual of links with section forces in balance at their displaced places."""
     for _ in range(SETTINGS.max_balances):
-        found = unbalanced(now, exact_loads(now), still, share)
-        answer = found.found
+        solution = unbalanced(now, exact_loads(now), still, share)
+        answer = solution.found
         off = float(np.abs(answer.force - now.force).max(initial=0.0))
         if off <= SETTINGS.balance * float(np.abs(answer.force).max(initial=TINY)):
             break
         now = replace(now, force=answer.force, joints=answer.joints, moments=answer.moments)
-    return found
+    return solution
 
 
 def newly_shortened(now: Displaced) -> Displaced:

@@ -335,17 +335,17 @@ class _Rungs:
         large = {LARGE: float(rotation**2 + pressed)}
         return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, large)
 
-    def _worth_measuring(self, found: Elastodynamic, wanted: float) -> bool:
+    def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
         """Whether the discretization error is too large to be stated by its bound, and a finer one is affordable.
 
         After a start, links ring in axial modes that the bound does not cover: there it is always measured.
         """
-        bound = found.time_error + found.reduction_error
-        if found.vibration is not None and not found.vibration.cyclic:
+        bound = answer.time_error + answer.reduction_error
+        if answer.vibration is not None and not answer.vibration.cyclic:
             bound = math.inf
         if any("N" in figure.units(self.scene) for figure in self._limited):
-            bound = max(bound, found.axial_error)
-        return bound > RESOLVED * wanted and worth_halving(self.scene.mechanism, found.elements)
+            bound = max(bound, answer.axial_error)
+        return bound > RESOLVED * wanted and worth_halving(self.scene.mechanism, answer.elements)
 
     @cached_property
     def _limited(self) -> list[Figure]:

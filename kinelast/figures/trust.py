@@ -96,13 +96,13 @@ def reliability(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
 
 
 def unreliable_figures(rows: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Figures whose error exceeds `UNRELIABLE` of their value, the least certain first: `name`, `on`, `share`."""
-    found = [
+    """Figures with an error beyond `UNRELIABLE` of their value, the least certain first: `name`, `on`, `share`."""
+    marked = [
         {"name": row["name"], "on": row.get("on"), "share": abs(row["error"] / row["value"])}
         for row in rows.values()
         if row.get("error") and row["value"] and abs(row["error"]) > UNRELIABLE * abs(row["value"])
     ]
-    return sorted(found, key=lambda each: -each["share"])
+    return sorted(marked, key=lambda each: -each["share"])
 
 
 def digits_left(condition: float) -> int:
