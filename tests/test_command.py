@@ -171,7 +171,7 @@ def test_a_bad_scene_does_not_stop_the_others(arm, tmp_path, capsys):
     assert said.out.startswith("arm: ")
     assert said.err.splitlines()[-1].startswith("1 done, 1 failed, 0 skipped, ")
     written = {entry.name for entry in (tmp_path / "out").iterdir()}
-    assert written - {"summary.parquet"} == {"arm", "index.html", "summary.csv"}
+    assert written == {"arm", "index.html", "summary.csv"}
     rows = {row["scene"]: row for row in rows_of(tmp_path / "out" / "summary.csv")}
     assert (rows["arm"]["state"], rows["bad"]["state"], rows["bad"]["status"]) == ("done", "failed", "2")
     stress = 7850 * (50.0 * 0.2) ** 2 / 2
@@ -730,13 +730,17 @@ def test_what_an_integration_reached_is_written_on_request(tmp_path, capsys):
     assert run["left_out"] > 0
 
 
-def test_the_table_of_a_batch_is_written_as_parquet_too(arm, tmp_path):
+def test_the_table_of_a_batch_is_written_as_parquet_where_asked_for_and_then_kept_up_to_date(arm, tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
     bad = tmp_path / "bad.toml"
     bad.write_text("title = 3")
     call = [str(arm), str(bad), "-o", str(tmp_path / "out"), "--quiet"]
     assert main(call) == 2
+    assert not (tmp_path / "out" / "summary.parquet").exists()
+    assert main([*call, "--tables", "parquet"]) == 2
+    written = (tmp_path / "out" / "summary.parquet").stat().st_mtime_ns
     assert main(call) == 2
+    assert (tmp_path / "out" / "summary.parquet").stat().st_mtime_ns > written
     table = parquet.read_table(tmp_path / "out" / "summary.parquet").to_pydict()
     rows = rows_of(tmp_path / "out" / "summary.csv")
     assert list(table) == list(rows[0])

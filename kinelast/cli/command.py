@@ -376,18 +376,25 @@ def _run(request: Request, batch: Batch) -> int:
     except (KeyboardInterrupt, StoppedError) as stop:
         with ignored_interrupts():
             status = _stopped(stop, f" after {len(outcomes)} of {len(tasks)} scenes")
-            _close(outcomes, len(tasks), len(problems), batch, begin)
+            _close(outcomes, len(tasks), len(problems), batch, begin, request.tables)
         return status
-    _close(outcomes, len(tasks), len(problems), batch, begin)
+    _close(outcomes, len(tasks), len(problems), batch, begin, request.tables)
     return status
 
 
-def _close(outcomes: Sequence[tuple[Task, Outcome]], tasks: int, refused: int, batch: Batch, begin: float) -> None:
-    """Say how all scenes went, where there are several reports."""
+def _close(
+    outcomes: Sequence[tuple[Task, Outcome]],
+    tasks: int,
+    refused: int,
+    batch: Batch,
+    begin: float,
+    others: Sequence[str],
+) -> None:
+    """Say how all scenes went, where there are several reports; their table also in `others` of the formats."""
     if tasks + refused < 2 or batch.structure or batch.sweep or batch.design is not None:
         return
     if outcomes:
-        _summarize(outcomes, batch.out)
+        _summarize(outcomes, batch.out, others)
     states = Counter(outcome.state for _, outcome in outcomes)
     states[FAILED] += refused
     if not batch.quiet:
@@ -411,8 +418,8 @@ def _named_once(line: str, task: Task) -> str:
     return line.removeprefix(head) if line.startswith(f"{head}{plain(str(task.path), 600)}: ") else line
 
 
-def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path) -> None:
-    """A table of all scenes."""
+def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path, others: Sequence[str]) -> None:
+    """A table of all scenes, also in `others` of the formats."""
     from dataclasses import replace
 
     from kinelast.outputs.batch import summary_row, write_batch
@@ -424,6 +431,6 @@ def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path) -> None:
     try:
         out.mkdir(parents=True, exist_ok=True)
         seconds = {name: outcome.seconds for name, (_, outcome) in zip(rows, outcomes, strict=True)}
-        write_batch(out, {row[0]: row for row in rows.values()}, seconds)
+        write_batch(out, {row[0]: row for row in rows.values()}, seconds, others)
     except (RequestError, OSError, ValueError) as error:
         say(f"deflection-report: summary of all scenes: {error}", sys.stderr)

@@ -1,6 +1,6 @@
 """A scene in one line: its headline on the terminal, and its row in the tables of all scenes of a batch.
 
-The tables are summary.csv, summary.parquet where pyarrow is installed, and index.html.
+The tables are summary.csv, index.html, and summary.parquet where that is asked for.
 """
 
 from __future__ import annotations
@@ -60,13 +60,17 @@ def _decides(figures: Mapping[str, Any]) -> tuple[str, float | None]:
     return next((words, used) for words, used, outcome in limit_rows(figures) if outcome == worst)
 
 
-def write_batch(out: Path, rows: Mapping[str, Sequence[Any]], seconds: Mapping[str, float]) -> None:
+def write_batch(
+    out: Path, rows: Mapping[str, Sequence[Any]], seconds: Mapping[str, float], others: Sequence[str] = ()
+) -> None:
     """Write a row a scene, instead of older rows of these, beside the rows of others that still have their folders.
 
     Parameters
     ----------
     rows, seconds
         By the names of the scenes' folders in `out`: see `summary_row`, and how long each took.
+    others
+        Other formats of tables, of which Parquet is written. An older Parquet table follows the new rows unasked.
 
     Raises
     ------
@@ -86,8 +90,8 @@ def write_batch(out: Path, rows: Mapping[str, Sequence[Any]], seconds: Mapping[s
     whole = csv_rows(path)[1:]
     index = out / "index.html"
     rewritten(index, lambda: MARK in index.read_bytes(), lambda: index_page(out, head, whole, seconds))
-    if find_spec("pyarrow"):
-        parquet = out / "summary.parquet"
+    parquet = out / "summary.parquet"
+    if "parquet" in others or (parquet.exists() and find_spec("pyarrow")):
         about = {"kinelast": "summary"}
         rewritten(parquet, lambda: _marked(parquet), lambda: parquet_bytes(_table(list(map(_read, whole))), about))
 
