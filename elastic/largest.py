@@ -58,15 +58,16 @@ def largest(values: Any, counted: Any = None, xi: Any = None) -> Largest:
     values = np.abs(values) if np.iscomplexobj(values) else values
     size = np.abs(values)
     at = size.argmax(axis=-1)
-    most = _taken(size, at)
-    if counted is not None or not np.isfinite(most).all():
-        good = np.isfinite(size) if counted is None else np.isfinite(size) & counted
-        size = np.where(good, size, -1.0)
-        at = size.argmax(axis=-1)
-        most = _taken(size, at)
+    most = taken(size, at)
+    if counted is None and np.isfinite(most).all():
+        return Largest(taken(values, at)[()], at, np.nan if xi is None else taken(xi, at)[()])
+    good = np.isfinite(size) if counted is None else np.isfinite(size) & counted
+    size = np.where(good, size, -1.0)
+    at = size.argmax(axis=-1)
+    most = taken(size, at)
     known = most >= 0.0
-    value = np.where(known, _taken(values, at), np.nan)[()]
-    place = np.nan if xi is None else np.where(known, _taken(xi, at), np.nan)[()]
+    value = np.where(known, taken(values, at), np.nan)[()]
+    place = np.nan if xi is None else np.where(known, taken(xi, at), np.nan)[()]
     return Largest(value, np.where(known, at, -1)[()], place)
 
 
@@ -113,6 +114,8 @@ def peak_gain(size: Reals, position: Any, time: Reals, period: float = np.nan) -
     return np.where(known, more, 0.0)
 
 
-def _taken(values: Any, at: Integers) -> Numbers:
-    taken: Numbers = np.take_along_axis(values, at[..., None], -1)[..., 0]
-    return taken
+def taken(values: Numbers, at: Integers) -> Numbers:
+    """Values at one place of the last axis for every row, faster than `take_along_axis`."""
+    flat = values.reshape(-1, values.shape[-1])
+    picked: Numbers = flat[np.arange(len(flat)), at.ravel()].reshape(at.shape)
+    return picked

@@ -180,11 +180,15 @@ class Cycle:
 
     def rows(self, values: Any) -> Numbers:
         """Values of several items with all columns, shape (items, ..., positions)."""
-        wide = [np.broadcast_to(each, self.columns) for each in values]
+        columns = self.columns
+        wide = [each if np.shape(each) == columns else np.broadcast_to(each, columns) for each in values]
         return np.array(wide) if wide else np.zeros((0, *self.columns))
 
     def along(self, key: str) -> Largest:
         """Largest magnitude of a field along every beam over the positions that count, shape (beams, ...)."""
+        return self.once(Cycle._along, key)
+
+    def _along(self, key: str) -> Largest:
         if self.sampled:
             return self.largest(greatest_along(sample(self.deflection, key, STATIONS)))
         if self.tabled:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -147,26 +147,31 @@ def _magnitude(found: Largest, over: str) -> Any:
 
 def items_of(scene: Scene, of: str) -> list[str]:
     """Names of the items that a figure is of."""
-    mechanism = scene.mechanism
-    names: dict[str, Callable[[], Iterable[str]]] = {
-        SCENE: lambda: [""],
-        STOPPING: lambda: [""] * scene.course.stops,
-        FRICTION: lambda: [""] * bool(rubbing_joints(mechanism)),
-        BEAM: lambda: scene.labels,
-        LINK: lambda: [link.name for link in mechanism.links[1:]],
-        POINT: lambda: [name for name, _ in points_of(mechanism)],
-        JOINT: lambda: [name for name, _ in joint_words(mechanism)],
-        RUBBING: lambda: [joint_words(mechanism)[number][0] for number, _ in rubbing_joints(mechanism)],
-        DRIVE: lambda: drive_names(mechanism),
-        MOTOR: lambda: [name for number, name in enumerate(drive_names(mechanism)) if number in scene.motors],
-        CYLINDER: lambda: [name for number, name in enumerate(drive_names(mechanism)) if number in scene.cylinders],
-        **{part: partial(joints_with, scene, part) for part in (BEARING, ROLLING, PLAIN, PIN, EYE, CLEARANCE)},
-        **{kind: partial(cams_with, scene, kind) for kind in (CAM, ROLLED, FACED, HELD, PRESSED)},
-        CLEARANCES: lambda: [""] * bool(joints_with(scene, CLEARANCE)),
-        FATIGUED: lambda: scene.labels if scene.fatigue else (),
-        UNEVEN: lambda: [name for number, name in enumerate(drive_names(mechanism)) if number in scene.unevenness],
-    }
-    return [*names[of]()]
+    return [*ITEMS[of](scene)]
+
+
+def _drives_with(scene: Scene, numbers: Container[int]) -> list[str]:
+    return [name for number, name in enumerate(drive_names(scene.mechanism)) if number in numbers]
+
+
+def _rubbing(scene: Scene) -> list[str]:
+    names = joint_words(scene.mechanism)
+    return [names[number][0] for number, _ in rubbing_joints(scene.mechanism)]
+
+
+CAMS: Mapping[str, Callable[[Cam], bool]] = {  # by kind, whether a cam is of it
+    CAM: lambda _: True,
+    ROLLED: lambda cam: cam.roller is not None,
+    FACED: lambda cam: cam.face is not None,
+    HELD: lambda cam: cam.flank != BOTH,
+    PRESSED: lambda cam: (
+        not (
+            np.isnan(cam.width).any()
+            or np.isnan(cam.modulus).any()
+            or (cam.roller is not None and np.equal(cam.radius, 0.0).all())
+        )
+    ),
+}
 
 
 def cams_with(scene: Scene, kind: str) -> list[str]:
@@ -174,20 +179,7 @@ def cams_with(scene: Scene, kind: str) -> list[str]:
 
     A knife edge has none.
     """
-    kinds: dict[str, Callable[[Cam], bool]] = {
-        CAM: lambda _: True,
-        ROLLED: lambda cam: cam.roller is not None,
-        FACED: lambda cam: cam.face is not None,
-        HELD: lambda cam: cam.flank != BOTH,
-        PRESSED: lambda cam: (
-            not (
-                np.isnan(cam.width).any()
-                or np.isnan(cam.modulus).any()
-                or (cam.roller is not None and np.equal(cam.radius, 0.0).all())
-            )
-        ),
-    }
-    return [name for name, cam in scene.cams.items() if kinds[kind](cam)]
+    return [name for name, cam in scene.cams.items() if CAMS[kind](cam)]
 
 
 def joints_with(scene: Scene, part: str) -> list[str]:
@@ -203,6 +195,27 @@ def has_part(scene: Scene, joint: str, part: str) -> bool:
     if part == BEARING:
         return joint not in scene.mechanism.slider_points
     return getattr(parts, part) is not None
+
+
+ITEMS: Mapping[str, Callable[[Scene], Iterable[str]]] = {
+    SCENE: lambda _: ("",),
+    STOPPING: lambda scene: [""] * scene.course.stops,
+    FRICTION: lambda scene: [""] * bool(rubbing_joints(scene.mechanism)),
+    BEAM: lambda scene: scene.labels,
+    LINK: lambda scene: (link.name for link in scene.mechanism.links[1:]),
+    POINT: lambda scene: (name for name, _ in points_of(scene.mechanism)),
+    JOINT: lambda scene: (name for name, _ in joint_words(scene.mechanism)),
+    RUBBING: _rubbing,
+    DRIVE: lambda scene: drive_names(scene.mechanism),
+    MOTOR: lambda scene: _drives_with(scene, scene.motors),
+    CYLINDER: lambda scene: _drives_with(scene, scene.cylinders),
+    UNEVEN: lambda scene: _drives_with(scene, scene.unevenness),
+    **{part: partial(joints_with, part=part) for part in (BEARING, ROLLING, PLAIN, PIN, EYE, CLEARANCE)},
+    **{kind: partial(cams_with, kind=kind) for kind in CAMS},
+    CLEARANCES: lambda scene: [""] * bool(joints_with(scene, CLEARANCE)),
+    FATIGUED: lambda scene: scene.labels if scene.fatigue else (),
+}
+"""By kind of item, the names of those of a scene."""
 
 
 def bounded_items(scene: Scene, limit: Limit) -> list[int]:

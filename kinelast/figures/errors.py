@@ -271,9 +271,8 @@ def _of_items(
     parts[BEAM_THEORY] = np.abs(_difference(bodies[figure.key], here))
     parts[BETWEEN] = np.abs(_difference(closer[figure.key], here))
     parts[ROUND_OFF] = _round_off(answer, figure) * base
-    return [
-        FigureError({name: float(part[item]) for name, part in parts.items()}, off.unknown) for item in range(len(here))
-    ]
+    rows = zip(*(part.tolist() for part in parts.values()), strict=True)
+    return [FigureError(dict(zip(parts, row, strict=True)), off.unknown) for row in rows]
 
 
 def stiffness_error(sizes: Iterable[float], errors: Iterable[FigureError]) -> float:

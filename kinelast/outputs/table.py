@@ -110,13 +110,12 @@ def csv_bytes(table: Table, head: bool = True) -> bytes:
 
 
 def _lines(columns: Sequence[Column]) -> Iterable[bytes]:
-    """The rows of CSV; row by row where there are but real numbers, which is quicker."""
+    """The rows of CSV; all in one where there are but real numbers, which is quicker."""
     if all(column.is_finite and column.values.dtype.kind == "f" for column in columns):
         import msgspec
 
-        encode = msgspec.json.Encoder().encode
-        lines = (encode(row)[1:-1] for row in np.array([column.values for column in columns]).T.tolist())
-        return (line.replace(b"null", b"") for line in lines)
+        rows = np.array([column.values for column in columns]).T.tolist()
+        return [msgspec.json.encode(rows)[2:-2].replace(b"],[", b"\n").replace(b"null", b"")] if rows else []
     return map(b",".join, zip(*map(_cells, columns), strict=True))
 
 
