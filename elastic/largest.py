@@ -102,7 +102,7 @@ def peak_gain(size: Reals, position: Any, time: Reals, period: float = np.nan) -
     """
     count, at = len(time), np.maximum(position, 0)
     places = (at - 1) % count, at, (at + 1) % count
-    before, here, after = (_taken(size, np.asarray(place)) for place in places)
+    before, here, after = (taken(size, np.broadcast_to(place, size.shape[:-1])) for place in places)
     with np.errstate(invalid="ignore", divide="ignore"):
         left, right = time[places[1]] - time[places[0]], time[places[2]] - time[places[1]]
         left, right = (np.where(step < 0.0, step + period, step) for step in (left, right))
