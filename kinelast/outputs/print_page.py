@@ -82,7 +82,7 @@ def _write(figure: Any, paragraphs: list[Paragraph], top: float) -> float:
 
 def _head(figures: Mapping[str, Any]) -> Iterator[Paragraph]:
     """Title and verdict."""
-    scene, accepted, trust = figures["scene"], figures["acceptance"], figures["verdict"]
+    scene, accepted, trust = figures["scene"], figures["acceptance"], figures["reliability"]
     yield Paragraph(scene["title"], 15, weight="bold", most=MOST_LINES)
     yield Paragraph(scene["source"], 7.5, SOFT, most=MOST_LINES)
     colour = {True: GREEN, False: RED}.get(accepted["passed"], AMBER if accepted["verdict"] else INK)
