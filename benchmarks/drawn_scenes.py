@@ -57,6 +57,7 @@ WORDS: dict[str, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {  
     "fields": ((), (), ()),
     "stations": (("3", "11"), ("2",), ("1", "10002", "x")),
     "checks": (("1", "2", "4", "nonlinear", "solid", "2,solid"), ("1",), ("0", "5000", "1,2", "x", "")),
+    "handout": ((), (), ()),
     "stills": ((), (), ()),
     "dxf": ((), (), ()),
     "mesh": ((), (), ()),
@@ -86,6 +87,7 @@ WORDS: dict[str, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {  
     "resume": ((), (), ()),
     "quiet": ((), (), ()),
     "list": ((), (), ()),
+    "completion": (("bash", "zsh", "fish"), ("bash",), ("sh", "")),
     "version": ((), (), ()),
 }
 RARE = {"animate": 8, "stills": 4, "jobs": 6, "checks": 3, "scheduler": 4, "optimize": 3, "list": 4, "version": 8}

@@ -49,7 +49,7 @@ def imported(program):
         ("import rigid", {"numpy", "rigid"}),
         ("import elastic", {"numpy", "rigid", "elastic"}),
         (CANTILEVER, {"numpy", "rigid", "elastic"}),
-        ("import machine", {"machine"}),
+        ("import machine", {"numpy", "rigid", "machine"}),
         ("import fem_check", {"numpy", "rigid", "elastic", "fem_check"}),
         ("import animations", {"numpy", "rigid", "elastic", "animations"}),
         ("import exchange", {"numpy", "exchange"}),
@@ -80,9 +80,9 @@ import kinelast.figures.theory as theory
 def told(when):
     print(when, *(each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"))
 solved = theory.elastodynamic
-def watched(*given):
+def watched(*given, **named):
     told("within")
-    return solved(*given)
+    return solved(*given, **named)
 theory.elastodynamic = watched
 told("before")
 kinelast.deflection(kinelast.load("steel_four_bar"))

@@ -55,7 +55,9 @@ def summary_row(outcome: Outcome, name: str) -> list[Any]:
 
 
 def _decides(figures: Mapping[str, Any]) -> tuple[str, float | None]:
-    """The most used of the limits of the worst outcome, beside its figure, and the share of it that is used."""
+    """The most used limit of the worst outcome beside its figure, and its used share; or that a link buckles."""
+    if figures["buckles"]:
+        return figures["buckles"], None
     worst = OUTCOMES[figures["acceptance"]["verdict"]]
     return next((words, used) for words, used, outcome in limit_rows(figures) if outcome == worst)
 
@@ -118,8 +120,7 @@ def _marked(path: Path) -> bool:
 def headline(figures: Mapping[str, Any]) -> str:
     """Headline of a scene: its figures in one line."""
     if figures["buckles"]:
-        words = figures["acceptance"]["verdict"].upper()
-        return f"{words}: {figures['buckles']}; there is no deflection, stress or safety factor"
+        return f"{_verdict(figures)}; there is no deflection, stress or safety factor"
     words = ["nothing bends: no link has beams" if not figures["links"] else "no position could be computed"]
     largest, accepted, told_in = figures["largest_deflection"], figures["acceptance"], figures["told_in"]
     if largest:
@@ -177,8 +178,10 @@ def _error(row: Mapping[str, Any]) -> str:
 
 
 def _verdict(figures: Mapping[str, Any]) -> str:
-    """The verdict on the limits, with those that decide it."""
+    """The verdict on the limits, with those that decide it, or that a link buckles."""
     accepted, told_in = figures["acceptance"], figures["told_in"]
+    if figures["buckles"]:
+        return f"{accepted['verdict'].upper()}: {figures['buckles']}"
     lasts, verdict = figures["run"]["end"]["value"] - figures["run"]["start"]["value"], accepted["verdict"]
     if accepted["passed"]:
         nearest, among = max(accepted["limits"], key=lambda row: row["used"] or 0.0), len(accepted["limits"])

@@ -132,7 +132,7 @@ def _figures(figures: Mapping[str, Any]) -> Iterator[str]:
         yield f"Largest stress {size(stress)} in {stress['member']}; its safety against yield {told}."
     if moved := figures["largest_deflection"]:
         yield f"Largest deflection {size({**moved, 'value': abs(moved['value'])})} of {moved['member']}."
-    if output := figures["output"]:
+    if (output := figures["output"]) and output["value"] is not None:
         yield f"Error of the output, {output['kind']} {output['name']}: {size(output)}."
     for name, drive in figures["drives"].items():
         if drive["effort"]["value"] is not None:

@@ -46,7 +46,7 @@ function acceptance() {
   const nearest = mostUsed(limits);
   const weak = deciding.length ? "" : yielding();
   const level = passed === false || weak ? "poor" : passed ? "good" : verdict ? "caution" : "open";
-  const words = weak ? weak : passed ? `Acceptable: ${limits.length === 1 ? "the limit of the scene is" : `all ${limits.length} limits of the scene are`} kept${limits.length > 1 ? `; the nearest: ${limitWords(nearest)}` : ""}.` : verdict ? `${verdict[0].toUpperCase()}${verdict.slice(1)}: ${[fewWords(deciding), problem].filter(Boolean).join(": ")}.` : "No limits are set.";
+  const words = passed ? `Acceptable: ${limits.length === 1 ? "the limit of the scene is" : `all ${limits.length} limits of the scene are`} kept${limits.length > 1 ? `; the nearest: ${limitWords(nearest)}` : ""}.${weak && ` But ${weak}`}` : weak ? weak : verdict ? `${verdict[0].toUpperCase()}${verdict.slice(1)}: ${[fewWords(deciding), problem].filter(Boolean).join(": ")}.` : "No limits are set.";
   const note = !verdict && !weak ? h("span", { class: "soft" }, " A scene may set them under [limits], and the answer will be yes or no.") : null;
   return h("div", { class: `verdict ${level}`, id: "acceptance" }, h("p", {}, h("b", {}, words), note));
 }
@@ -101,12 +101,23 @@ function yielding() {
   return least && least[1].safety_factor.value < 1 ? `${least[0]} yields: safety ${number(least[1].safety_factor.value, 3)}.` : "";
 }
 
+// How far to trust the figures; "reliable" never stands beside a figure that is in doubt, or a link that yields.
 function trustLine() {
-  const { level, reasons, unreliable } = summary.reliability;
-  const marked = unreliable.slice(0, 4).map((each) => `${each.name}${each.on ? ` of ${each.on}` : ""} ± ${share(each.share)}`);
-  if (unreliable.length > 4) marked.push(`${unreliable.length - 4} more`);
-  const words = [level === "good" ? (marked.length ? "Reliable" : TRUST_WORDS.good) : `${TRUST_WORDS[level]}: ${reasons.join(", ")}`, marked.length ? `${level === "good" ? "except" : "unreliable"}: ${marked.join(", ")}` : ""].filter(Boolean).join(level === "good" ? " " : "; ");
-  return h("div", { class: `verdict ${marked.length && level === "good" ? "caution" : level}`, id: "trusted" }, h("p", {}, h("b", {}, `${words}.`), " ", h("a", { href: "#trust" }, "Why?")));
+  const { level, reasons } = summary.reliability, doubted = doubtedFigures().join(", ");
+  const besides = doubted && `; unreliable: ${doubted}`;
+  const [words, shown] = level !== "good" ? [`${TRUST_WORDS[level]}: ${reasons.join(", ")}${besides}`, level]
+    : yielding() ? [`Reliable only below yield: every link is taken as elastic${besides}`, "caution"]
+    : doubted ? [`Reliable except: ${doubted}`, "caution"]
+    : [TRUST_WORDS.good, level];
+  return h("div", { class: `verdict ${shown}`, id: "trusted" }, h("p", {}, h("b", {}, `${words}.`), " ", h("a", { href: "#trust" }, "Why?")));
+}
+
+const FEW_DOUBTED = 4; // that the line names
+function doubtedFigures() {
+  const of = (on) => (on ? ` of ${on}` : ""), unjudged = summary.acceptance.limits.filter((limit) => limit.outcome === "cannot be judged");
+  const large = summary.reliability.unreliable.map((each) => `${each.name} (${each.on ? `${each.on}: ` : ""}± ${share(each.share)})`);
+  const all = [...unjudged.map((limit) => limitName(limit) + of(limit.found.label || limit.on)), ...large], more = all.length - FEW_DOUBTED;
+  return more > 0 ? [...all.slice(0, FEW_DOUBTED), `${more} more`] : all;
 }
 
 function tile(heading, figure, words, { level = "", means = null, at = null } = {}) {
@@ -176,7 +187,7 @@ function tiles() {
 
 // The limit that decides and how much of it is used; where none is set, the link with the least reserve.
 function decidingTile() {
-  const { limits } = summary.acceptance, limit = mostUsed(decidingLimits()) ?? mostUsed(limits), [first] = summary.breaks_first;
+  const { limits } = summary.acceptance, limit = summary.buckles ? null : mostUsed(decidingLimits()) ?? mostUsed(limits), [first] = summary.breaks_first;
   if (limit) {
     const { found, least, on, used, outcome } = limit, of = found.label || on;
     const level = { kept: "good", "not kept": "poor" }[outcome] ?? "caution";
@@ -186,7 +197,7 @@ function decidingTile() {
   }
   if (!first) return null;
   const { link, governs, reserve } = first, level = reserve.value < 1 ? "poor" : reserve.value < 1.5 ? "caution" : "good";
-  const means = "no limit is set: the factor that is left until the first link yields, breaks, buckles or passes its limit";
+  const means = "the factor that is left until the first link yields, breaks, buckles or passes its limit";
   const where = whereWords(spotOf(governs, reserve));
   return tile(`Breaks first: ${link}`, `reserve ${reserveWords(reserve)}`, `${MODES[governs]}, ${where}`, { level, means });
 }

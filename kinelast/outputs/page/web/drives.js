@@ -4,7 +4,7 @@ const speedWords = (figure) => (figure.unit === "rad/s" ? rpmWords(figure) : fig
 
 function drivesSection() {
   const rows = Object.entries(summary.drives).map(([name, drive]) => ({ name, drive }));
-  const column = (name, key, means, words = figureWords) => ({ name, means, text: (each) => (each.drive[key] ? words(each.drive[key]) + errorWords(each.drive[key]) : "") });
+  const column = (name, key, means, words = figureWords) => ({ name, means, wraps: true, text: (each) => (each.drive[key] ? unbroken(words(each.drive[key]) + errorWords(each.drive[key])).replace("\u00a0(", " (") : "") });
   const motored = rows.filter(({ drive }) => drive.motor), pressed = rows.filter(({ drive }) => drive.cylinder), grid = h("div", { class: "charts" });
   section("drives", "Drives", "What drives it", soft("Effort along the coordinate, with that of the motor's inertia; averages over the time of the run."),
     table(rows, [{ name: "Drive", text: (each) => each.name }, column("largest effort", "effort"), where("at", (each) => each.drive.effort), column("root mean square", "rms", "of the effort: what heats a motor"), column("mean", "mean"), column("speed", "speed", "", speedWords), column("largest power", "power"), column("mean power", "mean_power")], "Drives"),

@@ -9,8 +9,7 @@ function extremesSection() {
     return { name: field === "chord" ? name : `${symbol.replace("_v", "ᵥ")}, ${name}`, means, unit, of: (each) => value(each.peaks[field]), signed: false };
   };
   const link = { name: "Link", text: (each) => each.label };
-  const whole = (words) => words.replaceAll(" ", "\u00a0");
-  const place = (field) => ({ name: "where", wraps: true, text: (each) => (each.peaks[field].value ? `${whole(placeWords(each.label, each.peaks[field]))}, ${whole(atWords(each.peaks[field]))}` : "") });
+  const place = (field) => ({ name: "where", wraps: true, text: (each) => (each.peaks[field].value ? `${unbroken(placeWords(each.label, each.peaks[field]))}, ${unbroken(atWords(each.peaks[field]))}` : "") });
   const pairs = (fields) => fields.flatMap((field, k) => [{ ...columns(field), worst: k === 0 }, place(field)]);
   section("extremes", "Extremes", "Largest values over the cycle", soft("Largest magnitude along each link with its sign, exact along it, ", summary.made_from.options.refine ? "searched between the positions too" : "at the positions of the run", ". Where: the point or the distance from the link's first point, and the drive's coordinate. Displacements are measured from the rigid position; the ", jargon("chord", CHORD), " is the line through a link's own ends. Click a heading to sort."),
     table(rows, [link, ...pairs(["w", "chord", "u", "phi"])], "Displacements"),

@@ -48,7 +48,7 @@ const suited = (() => {
   for (const { link, point } of movingPoints) for (let i = 0; i < N; i++) if (counted(i)) largest = Math.max(largest, size(displacementOf(link, point, i)) || 0);
   return largest > 1e-12 * extent ? roundDown((DEFORMED_SHARE * extent) / largest) : 0;
 })();
-view.factor = Math.max(1, suited); // the first picture shows how it deflects
+view.factor = suited && Math.max(1, suited); // the first picture shows how it deflects, if that is known
 
 const largestForce = (() => {
   let largest = 0;
@@ -73,6 +73,10 @@ function drawMechanism(holder, tip) {
       pen = "L";
     }
     return text;
+  };
+  const closedLine = (places) => {
+    const open = line(places);
+    return open && places.length > 1 ? `${open}Z` : "";
   };
 
   // The whole mechanism is seen at once: of the first screen it takes what the verdict above and what stands below leave.
@@ -202,9 +206,8 @@ function drawMechanism(holder, tip) {
       parts.ring.setAttribute("visibility", view.spot && isFinite(x + y) ? "visible" : "hidden");
     }
     for (const { k, rigid, line: path } of parts.bare) {
-      const drawn = ring(k, i, factor), still = ring(k, i, 0);
-      path.setAttribute("d", drawn.length > 1 ? `${line(drawn)}Z` : "");
-      rigid.setAttribute("d", still.length > 1 ? `${line(still)}Z` : "");
+      path.setAttribute("d", closedLine(ring(k, i, factor)));
+      rigid.setAttribute("d", closedLine(ring(k, i, 0)));
     }
     for (const { slider, rail, block } of parts.sliders) drawSlider(slider, rail, block, i);
     for (const { point, link, circle } of parts.pins) {
@@ -301,8 +304,7 @@ function drawMechanism(holder, tip) {
       feet.push(foot);
       tops.push(plus(foot, scaled(high * FIELDS[field].value(beam, i, n / STATIONS), across)));
     }
-    const body = line([...feet, ...tops.reverse()]);
-    path.setAttribute("d", body ? `${body}Z` : "");
+    path.setAttribute("d", closedLine([...feet, ...tops.reverse()]));
   }
 
   // Points come before links where there is no room for all names.

@@ -1,6 +1,7 @@
 // Tables that sort by any column, with one unit a column and the worst row marked.
 
-// Columns: {name, unit, means, of: row -> number, words: row -> text, text: row -> text, worst, wraps: only after a comma}
+// Columns: {name, unit, means, of: row -> number, words: row -> text, text: row -> text, worst, wraps: only where a space is not unbroken}
+const unbroken = (words) => words.replaceAll(" ", "\u00a0");
 function table(rows, columns, caption) {
   const shown = columns.map((column) => {
     if (!column.of) return { ...column, head: column.name, cell: column.text };
