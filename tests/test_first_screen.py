@@ -1,9 +1,11 @@
 """What is seen of the page at once, on one sheet of paper, and of each chart."""
 
 import base64
+import csv
 import io
 import json
 import re
+from pathlib import Path
 
 import pytest
 from browser import Page
@@ -19,18 +21,21 @@ BOXES = """
         .map(({ left, top, right, bottom }) => [left, top, right, bottom]);"""
 HEADS = "return Array.from(document.querySelectorAll('.deciding h3'), (head) => head.textContent)"
 MANY_LIMITS = "pusher"
+NAMES = ["steel_four_bar", MANY_LIMITS, "andrews_squeezer", "flap_plates", "bars", "buckled", "drs_push_up"]
 
 
 @pytest.fixture(scope="module")
 def out(tmp_path_factory):
     folder = tmp_path_factory.mktemp("screens")
-    (folder / "bars.toml").write_text(PARALLELOGRAM)
-    scenes = ["steel_four_bar", MANY_LIMITS, "andrews_squeezer", "flap_plates", str(folder / "bars.toml")]
-    assert main([*scenes, "--positions", "24", "--print", "--quiet", "-o", str(folder)]) in (0, 1)
+    buckled = Path(__file__).parent / "data" / "cases" / "buckled_rod.toml"
+    for name, text in {"bars": PARALLELOGRAM, "buckled": buckled.read_text().partition("[limits]")[0]}.items():
+        (folder / f"{name}.toml").write_text(text)
+    scenes = [name if name in shipped_scenes() else str(folder / f"{name}.toml") for name in NAMES]
+    assert main([*scenes, "--print", "--quiet", "-o", str(folder)]) in (0, 1)
     return folder
 
 
-@pytest.mark.parametrize("name", ["steel_four_bar", MANY_LIMITS, "andrews_squeezer", "flap_plates", "bars"])
+@pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("size", SCREENS)
 def test_what_decides_is_seen_without_scrolling(name, size, driver, out):
     page = Page(driver, out / name / "report.html", size[0], folded=True, height=size[1])
@@ -50,6 +55,37 @@ def test_the_figures_that_decide_are_in_their_order(driver, out):
     assert f"{100 * most['used']:.1f} % used" in page.run("return document.querySelector('.deciding').textContent")
 
 
+@pytest.mark.parametrize(
+    ("name", "verdict", "trust", "first"),
+    [
+        ("steel_four_bar", "No limits are set.", "All figures are reliable.", "Breaks first: crank"),
+        ("drs_push_up", "rod yields: safety 0.1", "Reliable only below yield", "Breaks first: rod"),
+        ("buckled", "Not acceptable: rod buckles, ", "Not reliable: buckling.", "Breaks first: rod"),
+        (MANY_LIMITS, "Acceptable: all ", "Reliable except: ", "Decides: transmission angle"),
+    ],
+)
+def test_reliable_never_stands_beside_its_contrary(name, verdict, trust, first, driver, out):
+    page = Page(driver, out / name / "report.html", folded=True)
+    said = page.run("return ['acceptance', 'trusted'].map((name) => document.getElementById(name).innerText)")
+    assert said[0].startswith(verdict)
+    assert said[1].startswith(trust)
+    assert page.run(HEADS)[0] == first
+    assert page.logs() == []
+
+
+def test_a_mechanism_that_buckles_is_drawn_as_rigid_links(driver, out):
+    page = Page(driver, out / "buckled" / "report.html", folded=True)
+    lines = page.run(
+        "return Array.from(document.querySelectorAll('.mechanism .link'), (each) => each.getAttribute('d'))"
+    )
+    assert len(lines) == 3
+    assert lines.count("") == 1, "the piston is a point"
+    with (out / "summary.csv").open() as file:
+        (row,) = (row for row in csv.DictReader(file) if row["scene"] == "buckled")
+    assert (row["verdict"], row["used [1]"]) == ("not acceptable", "")
+    assert row["decides"].startswith("rod buckles, ")
+
+
 def test_a_link_opens_what_is_folded(driver, out):
     page = Page(driver, out / "steel_four_bar" / "report.html", folded=True)
     fold = "return document.querySelector('#curves > .fold').open"
@@ -58,7 +94,7 @@ def test_a_link_opens_what_is_folded(driver, out):
     assert page.run(fold)
 
 
-@pytest.mark.parametrize("name", ["steel_four_bar", MANY_LIMITS, "flap_plates"])
+@pytest.mark.parametrize("name", ["steel_four_bar", MANY_LIMITS, "flap_plates", "buckled"])
 def test_the_page_is_one_sheet_and_so_is_the_file_to_print(name, driver, out):
     from pypdf import PdfReader
 
@@ -68,7 +104,7 @@ def test_the_page_is_one_sheet_and_so_is_the_file_to_print(name, driver, out):
         pages = PdfReader(file).pages
         assert len(pages) == 1
         words = re.sub(r"\s+", " ", pages[0].extract_text())
-        for heading in ("Assumptions", "Checked", "displacements drawn"):
+        for heading in ("Assumptions", "Checked", "mm" if name == "buckled" else "displacements drawn"):
             assert heading in words
         if name == MANY_LIMITS:
             assert "transmission angle" in words

@@ -120,7 +120,8 @@ def _marked(path: Path) -> bool:
 def headline(figures: Mapping[str, Any]) -> str:
     """Headline of a scene: its figures in one line."""
     if figures["buckles"]:
-        return f"{_verdict(figures)}; there is no deflection, stress or safety factor"
+        filmed = "; filmed is the motion" if figures["made_from"]["options"]["animate"] else ""
+        return f"{_verdict(figures)}; there is no deflection, stress or safety factor{filmed}"
     words = ["nothing bends: no link has beams" if not figures["links"] else "no position could be computed"]
     largest, accepted, told_in = figures["largest_deflection"], figures["acceptance"], figures["told_in"]
     if largest:

@@ -91,7 +91,7 @@ def _draw_all(results: Results, sheet: MechanismAxes, position: int, factor: flo
     _draw_bent(results, sheet.axes, sheet, position, factor)
     sheet.draw_joints()
     left, right = sheet.axes.get_xlim()
-    _draw_scale(sheet.axes, corner, right - left, factor if results.scene.labels else None)
+    _draw_scale(sheet.axes, corner, right - left, factor if results.scene.labels and factor else None)
 
 
 def telling_position(results: Results) -> int:
@@ -132,17 +132,24 @@ def _extent(results: Results) -> tuple[complex, complex]:
 
 
 def exaggeration(results: Results, size: float) -> float:
-    """Round factor that makes the largest displacement of the cycle well visible."""
+    """Round factor that makes the largest displacement of the cycle well visible; 0 where none is known."""
+    if results.buckles:
+        return 0.0
     moved = [results.extremes[field].value for field in ("u", "w")] + [*results.displacements.values()]
     largest = max(float(np.nanmax(np.where(results.counted, np.abs(values), 0.0), initial=0.0)) for values in moved)
     return round_down(SHARE * size / largest) if largest > 1e-12 * size else 1.0
 
 
+def _enlarged(values: Any, factor: float) -> Any:
+    """Displacements times a factor; none where it is 0, whatever is not known of them."""
+    return factor * values if factor else np.zeros_like(values)
+
+
 def _posture(results: Results, position: int, factor: float) -> Posture:
     """The links' axes at a position, as they are carried by the displacements."""
     motion, bent = results.motion, results.deflection
-    turned: Any = np.exp(1j * factor * bent.angle[:, position])
-    carried = motion.origin[:, position] + factor * bent.shift[:, position]
+    turned: Any = np.exp(1j * _enlarged(bent.angle[:, position], factor))
+    carried = motion.origin[:, position] + _enlarged(bent.shift[:, position], factor)
     return Posture(results.mechanism, carried, motion.direction[:, position] * turned)
 
 
@@ -150,7 +157,7 @@ def _displaced(results: Results, position: int, factor: float) -> dict[tuple[str
     """Where the moving points are drawn."""
     return {
         (link.name, point): complex(position_of(results.motion, number, point)[position])
-        + factor * complex(results.displacements.get(point, np.zeros(position + 1))[position])
+        + complex(_enlarged(results.displacements.get(point, np.zeros(position + 1))[position], factor))
         for number, link in enumerate(results.mechanism.links)
         for point in link.points
         if number
@@ -191,7 +198,7 @@ def _draw_bent(results: Results, axes: Axes, sheet: MechanismAxes, position: int
         lines = []
         for beam in link.beams:
             start = complex(position_of(results.motion, at, beam.start)[position])
-            bent = results.deflection.length[number] * STATIONS + factor * (along[number] + 1j * across[number])
+            bent = results.deflection.length[number] * STATIONS + _enlarged(along[number] + 1j * across[number], factor)
             lines.append(start + directions[number] * bent)
             number += 1
         corners = np.array([sheet.places[link.name, point] for point in link.points])

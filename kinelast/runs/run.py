@@ -333,8 +333,8 @@ def _drawings(
     if request.mesh:
         yield "mesh", meshes
     films = request.animate
-    if films and not results.scene.labels:
-        films = ("motion",)  # nothing is drawn along links without beams
+    if films and (results.buckles or not results.scene.labels):
+        films = ("motion",)  # nothing is drawn along links that buckle, or have no beams
     for diagram in films:
         yield f"{diagram}.{request.picture}", partial(film, diagram)
 

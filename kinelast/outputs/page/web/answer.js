@@ -112,7 +112,7 @@ function trustLine() {
   return h("div", { class: `verdict ${shown}`, id: "trusted" }, h("p", {}, h("b", {}, `${words}.`), " ", h("a", { href: "#trust" }, "Why?")));
 }
 
-const FEW_DOUBTED = 4; // that the line names
+const FEW_DOUBTED = 2; // that the line names
 function doubtedFigures() {
   const of = (on) => (on ? ` of ${on}` : ""), unjudged = summary.acceptance.limits.filter((limit) => limit.outcome === "cannot be judged");
   const large = summary.reliability.unreliable.map((each) => `${each.name} (${each.on ? `${each.on}: ` : ""}± ${share(each.share)})`);
