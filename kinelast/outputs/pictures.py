@@ -141,7 +141,7 @@ def exaggeration(results: Results, size: float) -> float:
 
 
 def _enlarged(values: Any, factor: float) -> Any:
-    """Displacements times a factor; none where it is 0, whatever is not known of them."""
+    """Displacements times a factor; zeros, not nan, for a factor of 0."""
     return factor * values if factor else np.zeros_like(values)
 
 
