@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import xml.etree.ElementTree as ET
 from contextlib import redirect_stdout, suppress
 from pathlib import Path
@@ -133,6 +134,19 @@ def test_an_optimum_that_no_design_in_reach_attains_is_no_success(scene, tmp_pat
     told = capsys.readouterr().out
     assert f"NOT all limits can be kept: at best deflection.rocker is {value}, " in told
     assert " % too much for at most 1 µm" in told
+
+
+def test_the_report_of_a_scene_with_an_optimum_shows_the_optimum(scene, tmp_path):
+    main([str(scene()), "--optimize", "-o", str(tmp_path / "out")])
+    main([str(tmp_path / "out" / "four" / "optimum.toml"), "-o", str(tmp_path / "out")])
+    start, own = (json.loads((tmp_path / "out" / name / "summary.json").read_text()) for name in ("four", "optimum"))
+    page = (tmp_path / "out" / "four" / "report.html").read_text(encoding="utf-8")
+    shown = json.loads(re.search(r'<script type="application/json" id="scene">(.*?)</script>', page, re.DOTALL)[1])
+    for key in ("largest_deflection", "largest_stress", "acceptance"):
+        assert shown["summary"][key] == own[key] != start[key]
+    assert shown["summary"]["optimum"] == start["optimum"]
+    assert shown["summary"]["scene"]["title"].endswith(", best design")
+    assert 'depth = "6 mm"' not in shown["text"]
 
 
 @pytest.mark.slow

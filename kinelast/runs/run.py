@@ -52,6 +52,9 @@ from kinelast.tasks.task import (
     missing_package,
 )
 
+STUDIES = "sensitivities", "tolerances", "optimum"
+"""Studies of a scene's designs."""
+
 
 def try_scene(request: Request, resume: bool, task: Task, progress: Progress = SILENT) -> Outcome:
     """Compute a scene and write its folder; every fault becomes the outcome.
@@ -213,11 +216,27 @@ def _finish(
         from kinelast.outputs.studies import write_studies
 
         figures.update(write_studies(part, document, request, progress.within(document.name)))
+    shown = _optimum(document, figures, told, request, progress) if request.optimize else (results, figures)
     failed = figures["failed"] = {}
-    for name, draw in _drawings(part, results, figures, request, progress):
+    for name, draw in _drawings(part, results, shown, request, progress):
         with _kept_apart(name, failed):
             draw()
     return seal(part, figures, place)
+
+
+def _optimum(
+    document: Document, figures: Mapping[str, Any], told: Mapping[str, Any], request: Request, progress: Progress
+) -> tuple[Results, dict[str, Any]]:
+    """The best design's results and figures, with the studies of the scene's designs, for its report."""
+    from kinelast.figures.summary import summary
+
+    best = document.with_values({row["path"]: row["value"] for row in figures["optimum"]["variables"]}, "best design")
+    if is_long(best.scene, best.scene.run.positions):
+        best = best.with_positions(SHOWN)
+    units = request.units or best.scene.report_units
+    results = computed(replace(best.scene, report_units=units), request, progress)
+    studies = {name: figures[name] for name in ("kinelast", *STUDIES) if name in figures}
+    return results, {**summary(results), **told, **studies}
 
 
 def _speeds(
@@ -244,7 +263,7 @@ def _told(task: Task, figures: dict[str, Any]) -> Outcome:
         line += f"; of an earlier state of the scene: {plain(', '.join(older[:3]), MESSAGE)}"
     for words in limit_lines(figures):
         line += f"\n{task.name}: {words}"
-    for study in ("balance", "speeds", "sensitivities", "tolerances", "optimum"):
+    for study in ("balance", "speeds", *STUDIES):
         for words in figures.get(study, {}).get("words", ()):
             line += f"\n{task.name}: {words}"
     failed = figures["failed"]
@@ -272,18 +291,21 @@ def _kept_apart(name: str, failed: dict[str, str]) -> Iterator[None]:
 def _drawings(
     part: Path,
     results: Results,
-    figures: dict[str, Any],
+    shown: tuple[Results, dict[str, Any]],
     request: Request,
     progress: Progress,
 ) -> Iterator[tuple[str, Callable[[], Any]]]:
-    """Names of the drawings of a scene, and the functions that make them."""
+    """Names of the drawings of a scene, and the functions that make them.
+
+    `shown` are the results and figures of the page and of its print: those of an optimum where one is asked for.
+    """
     name = results.scene.name
 
     def report() -> None:
         from kinelast.outputs.handout import handout as words_of
         from kinelast.outputs.page import report_page
 
-        page = report_page(results, figures, headline(figures), words_of(figures))
+        page = report_page(*shown, headline(shown[1]), words_of(shown[1]))
         (part / "report.html").write_bytes(page)
 
     def stills() -> None:
@@ -319,7 +341,7 @@ def _drawings(
     def handout() -> None:
         from kinelast.outputs.print_page import write_page
 
-        write_page(part / "report.pdf", results, figures)
+        write_page(part / "report.pdf", *shown)
 
     yield "report.html", report
     if request.handout:
