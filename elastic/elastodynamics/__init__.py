@@ -7,6 +7,7 @@ from elastic.elastodynamics.geometrically_exact import (
     geometrically_exact,
     with_large_displacement,
 )
+from elastic.elastodynamics.natural_modes import NaturalModes, natural_modes
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.solution import Elastodynamic, deflection_at, worth_halving
 from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap, critical_speeds, speed_map, stable_below
@@ -21,6 +22,7 @@ __all__ = [
     "Bounded",
     "Damping",
     "Elastodynamic",
+    "NaturalModes",
     "Resonance",
     "SpeedAnswers",
     "SpeedMap",
@@ -35,6 +37,7 @@ __all__ = [
     "geometrically_exact",
     "has_dry_friction",
     "large_displacement_error",
+    "natural_modes",
     "prominences",
     "speed_map",
     "stable_below",

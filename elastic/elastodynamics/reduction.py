@@ -12,9 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastic.elastodynamics.displacements import own_basis, rigid_body_modes, unit_displacements
 from elastic.elastodynamics.elastic_structure import ElasticStructure
-from elastic.elastodynamics.equations_of_motion import mass_rows, masses
+from elastic.elastodynamics.equations_of_motion import Kinematics, kinematics, masses
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.strains import given_forces, strain_rows
 from elastic.solution import Deflection
@@ -54,22 +53,32 @@ class CycleModes:
     bent: Reals
 
 
-def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Deflection]) -> CycleModes:
-    """Modes of a structure over some positions of its cycle, and how it is bent by the loads of some deflections."""
+def unstrained_basis(structure: ElasticStructure) -> Reals:
+    """Basis of the elastic coordinates in which the stiffness is the unit matrix, shape (n, n)."""
     stiffness = structure.stiffness
     scale = 1.0 / np.sqrt(np.diagonal(stiffness))
-    unstrained = (np.linalg.inv(np.linalg.cholesky(stiffness * scale[:, None] * scale)) * scale).T
-    carried, chosen = rigid_body_modes(structure, motion), chosen_points(structure.mechanism)
-    basis = own_basis(structure, carried, unstrained)
-    moved = unit_displacements(structure, motion, carried, basis, chosen)
-    rows = np.sqrt(masses(structure))[:, None] * mass_rows(structure, motion, chosen, moved)
-    reduced_mass = (np.conj(rows).swapaxes(-1, -2) @ rows).real
+    unstrained: Reals = (np.linalg.inv(np.linalg.cholesky(stiffness * scale[:, None] * scale)) * scale).T
+    return unstrained
+
+
+def mass_of(kinds: Kinematics) -> Reals:
+    """Mass matrix of the displacements of a basis at every position, shape (positions, r, r)."""
+    rows = np.sqrt(masses(kinds.structure))[:, None] * kinds.rows
+    mass: Reals = (np.conj(rows).swapaxes(-1, -2) @ rows).real
+    return mass
+
+
+def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Deflection]) -> CycleModes:
+    """Modes of a structure over some positions of its cycle, and how it is bent by the loads of some deflections."""
+    unstrained = unstrained_basis(structure)
+    kinds = kinematics(structure, motion, unstrained, chosen_points(structure.mechanism))
+    reduced_mass = mass_of(kinds)
     values, modes = np.linalg.eigh(reduced_mass.mean(axis=0))
     values = values[::-1]
     greatest = np.linalg.eigvalsh(reduced_mass)[:, -1]
     with np.errstate(divide="ignore"):
         omega = np.where(greatest > MASSLESS * values[0], 1.0 / np.sqrt(np.maximum(greatest, 0.0)), np.inf)
-    strains = strain_rows(structure, basis).swapaxes(-1, -2)
+    strains = strain_rows(structure, kinds.basis).swapaxes(-1, -2)
     bent = [(strains @ given_forces(structure, one)[..., None])[..., 0].T for one in loaded]
     return CycleModes(unstrained, reduced_mass, omega, values, modes[:, ::-1], np.concatenate(bent, axis=1))
 

@@ -1,0 +1,140 @@
+"""Natural modes of the whole mechanism at single positions: frequencies, damping ratios and shapes, drives held."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastic.beams.compliance import designs_of
+from elastic.beams.section import JointCompliance, Section
+from elastic.elastodynamics.elastic_structure import elastic_structure
+from elastic.elastodynamics.equations_of_motion import kinematics
+from elastic.elastodynamics.point_effects import chosen_points
+from elastic.elastodynamics.reduction import mass_of, unstrained_basis
+from elastic.elastodynamics.strains import Damping, rigidities, strain_rows
+from elastic.elastodynamics.time_grid import interpolation
+from elastic.vibration import natural_frequencies
+from rigid import Motion
+from rigid.arrays import Complexes, Reals
+
+STATIONS = 101
+REFINEMENTS = (4, 8, 12)  # polynomials along every beam, one after the other
+SETTLED = 1e-3  # share of a frequency that the last refinement may change, and that a shape may be off
+
+
+@dataclass(frozen=True, eq=False)
+class NaturalModes:
+    """Lowest natural modes at the positions of a motion.
+
+    Attributes
+    ----------
+    omega
+        Natural frequency [rad/s] by `natural_frequencies`, shape (modes, positions): nan at singular positions,
+        infinite beyond the last mode.
+    damping
+        Damping ratio [1], same shape.
+    displacement
+        Displacement of the beams from their rigid places in the ground's axes, complex, shape (modes, beams, positions,
+        stations). The stations are evenly spaced from end to end. The largest displacement of each mode is 1.
+    shape_error
+        Largest share by which the frequency of a shape (its Rayleigh quotient) differs from `omega`. It is about the
+        square of the error of the shape. It exceeds `settled` if a block slides on an elastic beam.
+    """
+
+    omega: Reals
+    damping: Reals
+    displacement: Complexes
+    shape_error: float
+
+
+def natural_modes(
+    motion: Motion,
+    sections: Sequence[Section],
+    modes: int = 3,
+    joints: Mapping[str, JointCompliance] | None = None,
+    damping: Damping | None = None,
+    settled: float = SETTLED,
+    stations: int = STATIONS,
+) -> NaturalModes:
+    """Return frequencies, damping ratios and shapes of small vibrations about the rigid links, drives held.
+
+    Gravity, axial forces, springs and the accelerations of the motion do not change the stiffness. A damping ratio is
+    omega/2 times the mean of beta, weighted by the strain energy of the mode. This is exact if all beta are equal, and
+    otherwise the first order for light damping.
+
+    Parameters
+    ----------
+    motion
+        At the positions asked for, of one design.
+    sections
+        One per beam, in the order of `Mechanism.beams`.
+    joints
+        Compliances of joints by name.
+    damping
+        Kelvin-Voigt damping. The default is 1 % at the lowest frequency.
+    settled
+        Target of the refinement: its last change of a frequency, and `shape_error`.
+
+    Raises
+    ------
+    ValueError
+        The motion or the sections have several designs.
+
+    Examples
+    --------
+    A cantilever of 1 m with EI = 1 N m^2 and 1 kg/m: 1.8751^2 rad/s.
+
+    >>> from elastic import Section
+    >>> from rigid import Beam, Link, Mechanism, PinDrive, motion
+    >>> arm = Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A", 1.0),))
+    >>> held = Mechanism((Link("ground", {"O": 0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 1})
+    >>> found = natural_modes(motion(held, [0.0]), [Section(1e6, 1.0)])
+    >>> print(found.omega[0].round(3), found.damping[0].round(3))
+    [3.516] [0.01]
+    """
+    if len(motion.columns) != 1 or designs_of(tuple(sections)):
+        raise ValueError("natural modes need a motion and sections of one design")
+    shape = modes, len(sections), *motion.columns
+    given = Damping(np.full(len(sections), math.nan)) if damping is None else damping
+    omega = natural_frequencies(motion, sections, modes, motion.columns[-1], joints, settled).omega
+    if not (np.isfinite(omega).any() and len(sections)):
+        return NaturalModes(omega, omega * np.nan, np.full((*shape, stations), np.nan, complex), 0.0)
+    for inner in REFINEMENTS:
+        found = _with_shapes(motion, sections, joints or {}, omega, given, inner, stations)
+        if found.shape_error < settled:
+            break
+    return found
+
+
+def _with_shapes(
+    motion: Motion,
+    sections: Sequence[Section],
+    joints: Mapping[str, JointCompliance],
+    omega: Reals,
+    damping: Damping,
+    inner: int,
+    stations: int,
+) -> NaturalModes:
+    """Shapes of known frequencies, with `inner` polynomials along every beam."""
+    structure, good = elastic_structure(motion.mechanism, sections, joints, inner), np.isfinite(omega[0])
+    kinds = kinematics(structure, motion, unstrained_basis(structure), chosen_points(structure.mechanism))
+    values, vectors = np.linalg.eigh(np.where(good[:, None, None], mass_of(kinds), 0.0))
+    count = min(len(omega), vectors.shape[-1])
+    values, vectors = values[:, ::-1][:, :count].T, vectors[:, :, ::-1][:, :, :count]
+    moving = np.isfinite(omega[:count]) & (values > 0)
+    off = 1.0 / (np.sqrt(values[moving]) * omega[:count][moving]) - 1.0
+    energy = (strain_rows(structure, kinds.basis) @ vectors) ** 2 * rigidities(structure)[:, None]
+    beta = damping.settled(float(omega[0, good].min())).per_row(structure)
+    moved = np.einsum("pbxn,pnm->mbpx", kinds.unit.beams, vectors)
+    moved = moved @ interpolation(structure.xi, np.linspace(0.0, 1.0, stations)).T
+    with np.errstate(invalid="ignore"):  # singular positions
+        mean = np.einsum("r,prm->mp", beta, energy) / energy.sum(axis=1).T
+        moved /= np.abs(moved).max(axis=(1, 3), keepdims=True)
+    ratio = np.full(omega.shape, np.nan)
+    displacement = np.full((len(omega), *moved.shape[1:]), np.nan, complex)
+    ratio[:count] = np.where(moving, mean * omega[:count] / 2, np.nan)
+    displacement[:count] = np.where(moving[:, None, :, None], moved, np.nan)
+    return NaturalModes(omega, ratio, displacement, float(np.abs(off).max(initial=0.0)))
