@@ -54,11 +54,13 @@ def test_the_damping_of_a_beam_and_a_joint_counts_by_their_energy():
     soft, m, beta = 0.02, 3.0, (1e-3, 5e-3)
     flexibility = np.array([LENGTH**3 / 3 / EI, soft * LENGTH**2])
     mechanism = cantilever({"A": 0, "B": LENGTH}, lumps=(Lump("B", m),))
-    found = modes_of(mechanism, [Section(EA=math.inf, EI=EI)], modes=1, joints={"A": JointCompliance(rotation=soft)},
+    found = modes_of(mechanism, [Section(EA=math.inf, EI=EI)], modes=2, joints={"A": JointCompliance(rotation=soft)},
                      damping=Damping(np.array(beta[:1]), beta[1]))  # fmt: skip
     omega = 1 / math.sqrt(m * flexibility.sum())
     assert found.omega[0, 0] == pytest.approx(omega, rel=1e-9)
     assert found.damping[0, 0] == pytest.approx(omega / 2 * (flexibility @ beta) / flexibility.sum(), rel=1e-9)
+    assert np.isinf(found.omega[1, 0])  # no other mode has mass
+    assert np.isnan([found.damping[1, 0], *found.displacement[1, 0, 0]]).all()
 
 
 def test_a_rigid_link_is_carried():
