@@ -22,6 +22,7 @@ from animations import DIAGRAMS
 from elastic import FIELDS, coefficients, extremes, sample
 from kinelast import (
     SceneError,
+    answer,
     deflection,
     load,
     motion,
@@ -32,6 +33,9 @@ from kinelast import (
     to_pandas,
     to_xarray,
 )
+from kinelast.figures.summary import summary
+from kinelast.notebook.values import Value
+from kinelast.outputs.sealed import json_bytes
 
 DOCS = Path(__file__).parents[1] / "docs"
 NOTEBOOK = DOCS / "first_steps.ipynb"
@@ -176,6 +180,33 @@ class TestWords:
         assert sample(bent, "axial-force").shape == (1, 3, 101)
         with pytest.raises(ValueError, match=r'no field "moment": choose from q_x.*bending-moment'):
             sample(bent, "moment")
+
+
+class TestFigures:
+    """Figures of an answer: by name, and printed as a number with its unit."""
+
+    def test_by_name_without_the_table(self, arm):
+        figures = answer(arm).figures
+        assert float(figures["mass"]) == pytest.approx(MASS * LENGTH)
+        assert figures["mass"] is figures["figures"]["mass"]
+        assert figures["run"]["positions"] == len(motion(arm).time)
+        with pytest.raises(KeyError, match=r'no figure .*"mas.*did you mean .*"mass'):
+            figures["mas"]
+
+    def test_a_value_prints_as_a_number_and_a_unit(self, arm):
+        """7850 kg/m^3 * 60 mm^2 * 200 mm = 0.0942 kg; at 50 rad/s the bar pulls with m w^2 l/2 = 23.55 N."""
+        for shown in (answer(arm), report(arm)):
+            assert f"{shown.figures['mass']}" == repr(shown.figures["mass"]) == "0.0942 kg"
+            assert repr(shown.figures["peaks"]["arm"]["N"]).startswith("23.55 N")
+            assert "'value'" not in repr(shown.figures)
+        assert repr(Value({"value": 0.0254, "unit": "m", "error": 0.000254}, {"m": (1 / 0.0254, "in")})) == "1 in ± 1 %"
+        assert repr(Value({"value": None, "unit": "m"}, {})) == "–"
+
+    def test_figures_are_still_the_data_of_summary_json(self, arm):
+        solved = answer(arm)
+        plain = summary(solved.results)
+        for read in (json.loads(json.dumps(solved.figures)), json.loads(json_bytes(solved.figures))):
+            assert {key: read[key] for key in plain} == json.loads(json.dumps(plain))
 
 
 class TestTables:

@@ -29,6 +29,7 @@ from kinelast.notebook import (
     scene_of,
     unknown_name,
 )
+from kinelast.notebook.values import Figures, figures_of
 from kinelast.outputs.batch import headline
 from kinelast.outputs.handout import handout
 from kinelast.outputs.page import report_page
@@ -168,10 +169,11 @@ class Answer:
         return self.results.error
 
     @cached_property
-    def figures(self) -> dict[str, Any]:
-        """All figures, as in summary.json."""
+    def figures(self) -> Figures:
+        """All figures, as in summary.json; those of its table `figures` also directly by name."""
         made = made_from(self.scene.text.encode(), self.request, {})
-        return {"kinelast": __version__, **summary(self.results), "made_from": made}
+        whole = {"kinelast": __version__, **summary(self.results), "made_from": made}
+        return figures_of(whole, self.scene.told_in)
 
     @property
     def headline(self) -> str:
@@ -306,7 +308,7 @@ class Report:
 
     name: str
     headline: str
-    figures: dict[str, Any]
+    figures: Figures
     page: bytes
 
     def __repr__(self) -> str:

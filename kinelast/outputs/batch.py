@@ -131,13 +131,12 @@ def headline(figures: Mapping[str, Any]) -> str:
         )
         size = quantity(abs(largest["value"]), largest["unit"], told_in=told_in)
         where = ", ".join((largest["member"], f"{place} along it", *drives))
-        words = [f"largest deflection {size}{_error(largest)} ({where})"]
+        words = [f"largest deflection {size}{error_words(largest)} ({where})"]
     stress = figures["largest_stress"]
     if stress:
         safety = figures["strength"][stress["label"]]["safety_factor"]["value"]
-        words.append(
-            f"stress {quantity(stress['value'], 'Pa', 3, told_in)}{_error(stress)} ({stress['member']}{_safe(safety)})"
-        )
+        size = quantity(stress["value"], "Pa", 3, told_in)
+        words.append(f"stress {size}{error_words(stress)} ({stress['member']}{_safe(safety)})")
     words += _run(figures["run"])
     if figures["check"]:
         words.append(check_words(figures["check"]))
@@ -169,9 +168,9 @@ def _run(run: Mapping[str, Any]) -> Iterator[str]:
         yield f"{run['left_out']} positions out of reach"
 
 
-def _error(row: Mapping[str, Any]) -> str:
-    """The error of a figure as a share of it, behind it; nothing where it is not known, or there is none."""
-    if not row["error"] or not row["value"]:
+def error_words(row: Mapping[str, Any]) -> str:
+    """Return the relative error of a figure as a suffix of its value, empty if it is unknown or zero."""
+    if not row.get("error") or not row["value"]:
         return ""
     share = abs(row["error"] / row["value"])
     marks = [" measured" if row.get("error_measured") else "", " (unreliable)" if share > UNRELIABLE else ""]
@@ -233,7 +232,7 @@ def _beside_limit(row: Mapping[str, Any], told_in: ToldIn, lasts: float) -> str:
     size, allowed = beside(math.inf if endless else value["value"], bound, limit["unit"], told_in)
     if endless:
         size = f"not settled within the {quantity(lasts, 's')} computed" if row["kind"] == "settling" else "endless"
-    return f"{_called(row)} {size}{_error(value)}, {'at least' if row['least'] else 'allowed'} {allowed}"
+    return f"{_called(row)} {size}{error_words(value)}, {'at least' if row['least'] else 'allowed'} {allowed}"
 
 
 def _called(row: Mapping[str, Any]) -> str:

@@ -1,0 +1,54 @@
+"""Figures of an answer that print as a number with its unit, and that are found by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from kinelast.outputs.batch import error_words
+from kinelast.scene.error import likely
+from kinelast.scene.numbers import ToldIn, quantity
+
+
+class Value(dict[str, Any]):
+    """A number with its unit and error in SI units, as in summary.json. It prints in the units of the scene.
+
+    >>> Value({"value": 0.0016, "unit": "m", "error": 2e-6, "on": "crank"}, {})
+    1.6 mm ± 0.12 %
+    """
+
+    def __init__(self, entries: Mapping[str, Any], told_in: ToldIn) -> None:
+        super().__init__(entries)
+        self._told_in = told_in
+
+    def __repr__(self) -> str:
+        return quantity(float(self), self["unit"], told_in=self._told_in) + error_words(self)
+
+    def __float__(self) -> float:
+        """Return the number in its SI unit, nan if unknown."""
+        return math.nan if self["value"] is None else float(self["value"])
+
+
+class Figures(dict[str, Any]):
+    """The entries of summary.json. `figures["mass"]` finds the figure of that name in `figures["figures"]` too."""
+
+    def __missing__(self, name: str) -> Any:
+        figures = super().get("figures", {})
+        if name in figures:
+            return figures[name]
+        raise KeyError(f'there is no figure "{name}"{likely(name, [*figures, *self])}')
+
+
+def figures_of(summary: Mapping[str, Any], told_in: ToldIn) -> Figures:
+    """Return a summary with a `Value` for every number that has a unit."""
+    return Figures({key: _valued(entry, told_in) for key, entry in summary.items()})
+
+
+def _valued(entry: Any, told_in: ToldIn) -> Any:
+    if isinstance(entry, list):
+        return [_valued(each, told_in) for each in entry]
+    if not isinstance(entry, Mapping):
+        return entry
+    whole = {key: _valued(each, told_in) for key, each in entry.items()}
+    return Value(whole, told_in) if {"value", "unit"} <= whole.keys() else whole
