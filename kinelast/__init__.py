@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from kinelast.notebook import deflection, load, motion, to_pandas, to_xarray
     from kinelast.notebook.inline import answer, film, live, picture, report
+    from kinelast.notebook.modes import natural_frequencies
     from kinelast.scene.course import Run
     from kinelast.scene.data import Scene, scene_motion, scene_motion_at, scene_times
     from kinelast.scene.document import Document, read_document, read_scene, scene_from_dict, scene_from_text
@@ -27,6 +28,7 @@ __all__ = [
     "live",
     "load",
     "motion",
+    "natural_frequencies",
     "picture",
     "read_document",
     "read_scene",
@@ -49,6 +51,7 @@ __version__ = "0.1.0"
 
 _HOME = {
     "notebook.inline": ("answer", "film", "live", "picture", "report"),
+    "notebook.modes": ("natural_frequencies",),
     "notebook": ("deflection", "load", "motion", "to_pandas", "to_xarray"),
     "scene.course": ("Run",),
     "scene.data": ("Scene", "scene_motion", "scene_motion_at", "scene_times"),

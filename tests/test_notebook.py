@@ -26,6 +26,7 @@ from kinelast import (
     deflection,
     load,
     motion,
+    natural_frequencies,
     picture,
     report,
     scene_from_text,
@@ -130,7 +131,10 @@ class TestNames:
         np.testing.assert_allclose(beam.N, np.tile(pull, (5, 1)), rtol=1e-12, atol=1e-9)
         stretch = MASS * SPEED**2 * (LENGTH**2 * beam.x - beam.x**3 / 3) / (2 * EA)
         np.testing.assert_allclose(beam.u, np.tile(stretch, (5, 1)), rtol=1e-12, atol=1e-18)
-        assert set(dir(beam)) == {"x", *FIELDS}
+        way = np.exp(1j * SPEED * motion(arm, 5).time)[:, None]
+        np.testing.assert_allclose(beam.line, way * beam.x, rtol=0, atol=1e-15)
+        np.testing.assert_allclose(beam.displacement, way * stretch, rtol=0, atol=1e-18)
+        assert set(dir(beam)) == {"x", "line", "displacement", *FIELDS}
 
     def test_unknown_names_are_told_with_those_there_are(self, arm):
         bent = deflection(arm, 3)
@@ -180,6 +184,37 @@ class TestWords:
         assert sample(bent, "axial-force").shape == (1, 3, 101)
         with pytest.raises(ValueError, match=r'no field "moment": choose from q_x.*bending-moment'):
             sample(bent, "moment")
+
+
+class TestModes:
+    """Natural frequencies of a scene."""
+
+    BETA = 2e-5  # [s] of the damped steel
+
+    def test_an_arm(self):
+        """Clamped at its drive: omega = 1.8751^2 sqrt(EI/m l^4), damping ratio beta omega/2."""
+        scene = scene_from_text(ARM.replace("density", f"damping = {self.BETA}\ndensity"), "arm")
+        found = natural_frequencies(scene, modes=2, positions=3)
+        omega = np.array([1.87510407, 4.69409113]) ** 2 * np.sqrt(EA * 0.006**2 / 12 / (MASS * LENGTH**4))
+        ratio = found.omega / omega[:, None]
+        assert ((ratio > 1 - 6e-3) & (ratio < 1)).all()  # shear and rotary inertia lower them
+        np.testing.assert_allclose(found.frequency, found.omega / (2 * np.pi), rtol=1e-15)
+        np.testing.assert_allclose(found.damping, self.BETA * found.omega / 2, rtol=1e-9)
+        along = np.exp(1j * SPEED * found.motion.time)
+        shapes, line = found["arm"].displacement, found["arm"].line
+        np.testing.assert_allclose(line[:, -1], LENGTH * along, atol=1e-15)
+        np.testing.assert_allclose(np.abs((shapes[..., -1] * np.conj(along)).imag), 1.0, rtol=1e-9)
+        assert shapes.shape == (2, 3, 101)
+        told = "at least 125.2 Hz, 781.6 Hz at 3 positions; damping ratio from 0.79 %"
+        assert repr(found) == f'NaturalFrequencies("arm": {told})'
+
+    def test_what_cannot_be(self, arm):
+        with pytest.raises(ValueError, match="modes: expected 1 or more"):
+            natural_frequencies(arm, modes=0)
+        with pytest.raises(KeyError, match="choose from arm"):
+            natural_frequencies(arm, positions=1)["rod"]
+        with pytest.raises(ValueError, match="no link has a section"):
+            natural_frequencies(load("andrews_driven"))
 
 
 class TestFigures:

@@ -93,11 +93,31 @@ class BeamFields:
             raise AttributeError(f'there is no field "{key}": choose from {", ".join(FIELDS)}')
         return sample(self._deflection, key, STATIONS)[self._beam]
 
+    @property
+    def line(self) -> Complexes:
+        """Axis of the rigid beam [m], complex, shape (positions, stations)."""
+        return rigid_line(self._deflection.motion, self._beam)
+
+    @property
+    def displacement(self) -> Complexes:
+        """Displacement of the axis in the ground's axes [m], complex, shape (positions, stations)."""
+        along = self.line[:, -1:] - self.line[:, :1]
+        moved: Complexes = along / np.abs(along) * (self.u + 1j * self.w)
+        return moved
+
     def __dir__(self) -> list[str]:
-        return ["x", *FIELDS]
+        return ["x", "line", "displacement", *FIELDS]
 
     def __repr__(self) -> str:
         return f"BeamFields({self._label}, {self.x[-1]:.6g} m: {', '.join(FIELDS)})"
+
+
+def rigid_line(course: Motion, beam: int) -> Complexes:
+    """Return the axis of a rigid beam at every position [m], complex, shape (positions, stations)."""
+    at, ends = course.mechanism.beams[beam]
+    start, end = (np.broadcast_to(position_of(course, at, name), course.columns) for name in (ends.start, ends.end))
+    line: Complexes = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, STATIONS)
+    return line
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

@@ -1,0 +1,120 @@
+"""Natural frequencies, damping ratios and mode shapes of a scene, by the names of its beams."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastic.elastodynamics import NaturalModes, natural_modes
+from kinelast.figures.cycle import too_many_beams
+from kinelast.figures.theory import damping_of
+from kinelast.notebook import STATIONS, SceneMotion, motion, rigid_line, scene_of, unknown_name
+from kinelast.scene.data import Scene
+from kinelast.scene.document import Document
+from kinelast.scene.numbers import percent, quantity
+from kinelast.tasks.progress import one_thread
+from rigid.arrays import Complexes, Reals
+
+MODES, POSITIONS = 3, 24
+
+
+@dataclass(frozen=True, eq=False)
+class ModeShapes:
+    """Shapes of one beam at 101 stations, evenly spaced from end to end.
+
+    Attributes
+    ----------
+    line
+        Axis of the rigid beam [m], complex, shape (positions, stations).
+    displacement
+        Displacement from there, complex, shape (modes, positions, stations). The largest one of each mode is 1, over
+        all beams.
+    """
+
+    line: Complexes
+    displacement: Complexes
+
+    def __repr__(self) -> str:
+        modes, positions, _ = self.displacement.shape
+        return f"ModeShapes({modes} modes, {positions} positions: line [m], displacement [1])"
+
+
+@dataclass(frozen=True, eq=False)
+class NaturalFrequencies:
+    """Natural frequencies of a scene, its drives held. `solved["coupler"]` gives the mode shapes of a beam.
+
+    Attributes
+    ----------
+    motion
+        Motion at the positions of the frequencies.
+    modes
+        Modes by `elastic.elastodynamics.natural_modes`, with `shape_error`.
+    """
+
+    motion: SceneMotion
+    modes: NaturalModes
+
+    @property
+    def omega(self) -> Reals:
+        """Natural frequencies [rad/s], rising, shape (modes, positions)."""
+        return self.modes.omega
+
+    @property
+    def frequency(self) -> Reals:
+        """Natural frequencies [Hz], shape (modes, positions)."""
+        return self.omega / math.tau
+
+    @property
+    def damping(self) -> Reals:
+        """Damping ratios, shape (modes, positions)."""
+        return self.modes.damping
+
+    def __getitem__(self, label: str) -> ModeShapes:
+        if label not in self.keys():
+            raise KeyError(unknown_name(label, self))
+        beam = self.keys().index(label)
+        return ModeShapes(rigid_line(self.motion, beam), self.modes.displacement[:, beam])
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self.keys()
+
+    def keys(self) -> list[str]:
+        """Names of the beams."""
+        return [*self.motion.scene.labels]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return self.keys()
+
+    def __repr__(self) -> str:
+        lowest = [quantity(float(np.nanmin(row)), "Hz") for row in self.frequency if np.isfinite(row).any()]
+        damped = f"; damping ratio from {percent(float(np.nanmin(self.damping)))}" if lowest else ""
+        told = f"at least {', '.join(lowest)}" if lowest else "no mode"
+        return f'NaturalFrequencies("{self.motion.scene.name}": {told} at {len(self.motion.time)} positions{damped})'
+
+
+@one_thread()
+def natural_frequencies(scene: Scene | Document, modes: int = MODES, positions: int = POSITIONS) -> NaturalFrequencies:
+    """Return natural frequencies, damping ratios and mode shapes at evenly spaced positions, drives held.
+
+    The damping is that of the scene: `damping` of its materials, else `damping_ratio` at the lowest frequency.
+
+    Raises
+    ------
+    SceneError
+        The drives ask for positions out of reach.
+    TypeError, ValueError
+        The argument is no scene. A number is not positive. The scene has no beams, or too many.
+    """
+    given = scene_of(scene)
+    if modes < 1:
+        raise ValueError(f"modes: expected 1 or more, got {modes}")
+    if not given.labels:
+        raise ValueError("no link has a section: expected beams that can vibrate")
+    if many := too_many_beams(given.mechanism):
+        raise ValueError(many)
+    moved = motion(given, positions)
+    solved = natural_modes(moved, given.sections, modes, given.joints, damping_of(given), stations=STATIONS)
+    return NaturalFrequencies(moved, solved)
