@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kinelast.notebook import deflection, load, motion, to_pandas, to_xarray
+    from kinelast.notebook import deflection, load, motion, to_pandas, to_xarray, with_loads
     from kinelast.notebook.inline import answer, film, live, picture, report
     from kinelast.notebook.modes import natural_frequencies
     from kinelast.scene.course import Run
@@ -44,6 +44,7 @@ __all__ = [
     "structure_from_text",
     "to_pandas",
     "to_xarray",
+    "with_loads",
 ]
 
 __version__ = "0.1.0"
@@ -52,7 +53,7 @@ __version__ = "0.1.0"
 _HOME = {
     "notebook.inline": ("answer", "film", "live", "picture", "report"),
     "notebook.modes": ("natural_frequencies",),
-    "notebook": ("deflection", "load", "motion", "to_pandas", "to_xarray"),
+    "notebook": ("deflection", "load", "motion", "to_pandas", "to_xarray", "with_loads"),
     "scene.course": ("Run",),
     "scene.data": ("Scene", "scene_motion", "scene_motion_at", "scene_times"),
     "scene.document": ("Document", "read_document", "read_scene", "scene_from_dict", "scene_from_text"),

@@ -33,10 +33,12 @@ from kinelast import (
     scene_motion,
     to_pandas,
     to_xarray,
+    with_loads,
 )
 from kinelast.figures.summary import summary
 from kinelast.notebook.values import Value
 from kinelast.outputs.sealed import json_bytes
+from rigid import MechanismError, PointLoad
 
 DOCS = Path(__file__).parents[1] / "docs"
 NOTEBOOK = DOCS / "first_steps.ipynb"
@@ -135,6 +137,16 @@ class TestNames:
         np.testing.assert_allclose(beam.line, way * beam.x, rtol=0, atol=1e-15)
         np.testing.assert_allclose(beam.displacement, way * stretch, rtol=0, atol=1e-18)
         assert set(dir(beam)) == {"x", "line", "displacement", *FIELDS}
+
+    def test_own_loads(self, arm):
+        """A force across the tip that grows with the angle bends the root by its moment; the scene stays as it was."""
+        push = PointLoad("arm", "A", 10j, turning=True, law=lambda moved: np.unwrap(np.angle(moved.direction[1])))
+        scenes = with_loads(arm, push), arm
+        pushed, plain = (answer(each, "quasi-static", positions=5).beams.arm.M[:, 0] for each in scenes)
+        np.testing.assert_allclose(np.abs(pushed - plain), 10 * LENGTH * SPEED * motion(arm, 5).time, atol=1e-12)
+        assert not with_loads(arm, push).text
+        with pytest.raises(MechanismError, match="Z"):
+            with_loads(arm, PointLoad("arm", "Z", 10j))
 
     def test_unknown_names_are_told_with_those_there_are(self, arm):
         bent = deflection(arm, 3)

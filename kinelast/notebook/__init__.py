@@ -21,7 +21,7 @@ from kinelast.scene.error import MissingFileError, likely
 from kinelast.tasks import Option, OptionError
 from kinelast.tasks.request import Request, options_of
 from kinelast.tasks.task import scene_paths
-from rigid import Mechanism, Motion, acceleration_of, position_of, velocity_of
+from rigid import Load, Mechanism, Motion, acceleration_of, position_of, velocity_of
 from rigid.arrays import Complexes, Reals
 
 STATIONS = 101
@@ -51,6 +51,24 @@ def load(scene: str | Path) -> Scene:
     if len(paths) != 1:
         raise ValueError(f'"{scene}" holds {len(paths)} scenes: name one of them')
     return read_scene(paths[0])
+
+
+def with_loads(scene: Scene | Document, *loads: Load) -> Scene:
+    """Return a scene with more loads. The copy has no text, since its file does not hold them.
+
+    Parameters
+    ----------
+    loads
+        As `rigid.PointLoad` and `rigid.LineLoad`; `law` is a function of the motion, shape (positions,).
+
+    Raises
+    ------
+    MechanismError
+        A load is at a link or a point that does not exist.
+    """
+    given = scene_of(scene)
+    mechanism = replace(given.mechanism, loads=(*given.mechanism.loads, *loads))
+    return replace(given, course=replace(given.course, mechanism=mechanism), text="")
 
 
 @dataclass(frozen=True)
