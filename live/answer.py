@@ -34,7 +34,7 @@ from live.edit import BARE
 from live.mistakes import mistakes_of
 from live.parts import cylinders_of, drawn, points_of
 from live.text import line_of, places
-from rigid import MechanismError, Motion, Reals, law_peaks, position_of, posture, reachable
+from rigid import GROUND, MechanismError, Motion, Reals, law_peaks, position_of, posture, reachable
 
 POSITIONS, FRAMES = 72, 120  # of a quick answer, and at most of the picture of a whole one
 STATIONS = np.linspace(0.0, 1.0, 9)
@@ -63,7 +63,7 @@ def quick_answer(
     """The quasi-static answer to a text at few positions, as plain data, and the numbers of its picture.
 
     Files that the text names are read from a `folder`, where there is one. Every mistake is part of the answer; nothing
-    is raised.
+    is raised. A sheet without points and moving links has no picture, and no mistakes.
     """
     answer: Answer = {"mistakes": [], "sheet": None, "numbers": None, "picture": None}
     data = b""
@@ -72,6 +72,8 @@ def quick_answer(
         answer["sheet"] = sheet(tables)
         if with_numbers:
             answer["sheet"]["tables"] = tables
+        if answer["sheet"]["empty"]:
+            return answer, data
         document = replace(document_from_dict(tables, name, read=beside(folder)), source=text)
         if with_numbers:
             answer["numbers"] = offered(document, text)
@@ -126,6 +128,7 @@ def sheet(tables: Mapping[str, Any]) -> Answer:
     known: Answer = {kind: named(kind) for kind in ("links", "sliders", "cylinders")}
     known |= {kind: listed(kind) for kind in ("drives", "gears")}
     return {
+        "empty": not tables.get("points") and {link["name"] for link in links} <= {GROUND} and not known["sliders"],
         "points": {name: [place.real, place.imag] for name, place in drawn(tables).items()},
         "links": links,
         "slots": {**named("slots"), **{k: {**v, "point": v.get("through")} for k, v in named("sliders").items()}},

@@ -76,9 +76,26 @@ def edited(text: str, change: Mapping[str, Any], folder: Path | None = None) -> 
     if do is None:
         raise EditError(f"there is no edit {change.get('do')!r}")
     try:
-        return do(text, _tables(text), {**change, "folder": folder})
+        text, change = _joined(text, {**change, "folder": folder})
+        return do(text, _tables(text), change)
     except (KeyError, TypeError, IndexError) as error:
         raise EditError(f"the edit does not fit the scene: {error}") from None
+
+
+def _joined(text: str, change: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """A text in which every place on a link that an edit draws to is a point of that link; and the edit of the points.
+
+    Such a place is {link, between, share}, as `add_to_link` takes it.
+    """
+    for key in {"points", "from", "to"} & change.keys():
+        ends = change[key] if key == "points" else [change[key]]
+        for at, end in enumerate(ends):
+            if isinstance(end, Mapping):
+                before = drawn(_tables(text))
+                text = add_to_link(text, _tables(text), {**end, "folder": change["folder"]})
+                ends = [*ends[:at], *(drawn(_tables(text)).keys() - before.keys()), *ends[at + 1 :]]
+        change[key] = ends if key == "points" else ends[0]
+    return text, change
 
 
 @lru_cache(maxsize=4)

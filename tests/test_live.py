@@ -160,6 +160,21 @@ class TestEdits:
         back["points"].pop("C", None)
         assert {key: value for key, value in back.items() if value} == tomllib.loads(STEEL)
 
+    def test_a_link_drawn_onto_the_middle_of_another_is_joined_there(self):
+        """A rocker stands on the rod's middle: a four-bar A B D E, whose coupler goes on to C."""
+        place = {"link": "link_2", "between": ["B", "C"], "share": 0.5}
+        text = made({"do": "link", "points": [[0, 0], [0, 0.1]]}, {"do": "link", "points": ["B", [0.4, 0.2]]},
+                    {"do": "link", "points": [[0.25, 0], place]}, {"do": "fix", "point": "A"},
+                    {"do": "fix", "point": "E"}, {"do": "drive", "link": "link_1"})  # fmt: skip
+        tables = tomllib.loads(text)
+        assert tables["points"]["D"] == [0.2, 0.15]
+        assert tables["links"]["link_2"]["points"] == ["B", "C", "D"]
+        assert tables["links"]["link_3"]["points"] == ["E", "D"]
+        answer, data = quick_answer(text)
+        assert answer["mistakes"] == []
+        at = points_of_picture(answer, data)
+        assert np.allclose(2 * at["D"], at["B"] + at["C"], atol=1e-6)
+
     def test_a_wiper_from_the_empty_sheet(self):
         text = EMPTY
         for change in (
@@ -500,6 +515,15 @@ class TestAnswers:
         first = text.splitlines().index('"joint_forc.A" = 2') + 1
         assert [each["line"] for each in told] == [first, first + 1]
         assert 'did you mean "joint_force.A"' in told[0]["message"]
+
+    @pytest.mark.parametrize("text", [EMPTY, "", "[points]\n\n[links.ground]\npoints = []\n"])
+    def test_an_empty_sheet_is_no_mistake(self, text):
+        answer, _ = quick_answer(text, with_numbers=True)
+        assert answer["sheet"]["empty"]
+        assert (answer["mistakes"], answer["picture"]) == ([], None)
+        drawn = quick_answer(edited(EMPTY, {"do": "link", "points": [[0, 0], [0.1, 0]]}))[0]
+        assert drawn["mistakes"]
+        assert not drawn["sheet"]["empty"]
 
     def test_limits_are_judged(self):
         answer, _ = quick_answer(f'{STEEL}\n[limits]\ndeflection = "1 mm"\nsafety = 1.2\n')

@@ -3,6 +3,7 @@
 import json
 import threading
 import time
+import tomllib
 from contextlib import contextmanager
 from functools import partial
 from http.server import BaseHTTPRequestHandler, SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -120,6 +121,60 @@ def test_a_slider_crank_is_drawn_from_the_empty_sheet(driver, tmp_path):
         hand.until("return live.state.whole > 0")
         assert hand.run("return document.getElementById('mistakes').children.length") == 0
         assert errors(hand) == []
+
+
+def test_the_empty_sheet_has_a_hint_and_a_link_is_joined_to_the_middle_of_another(driver, tmp_path):
+    path = tmp_path / "new.toml"
+    path.write_text(EMPTY)
+    with live_page.editing(path) as live:
+        maker = live_machines.Maker(live_page.Hand(driver, live.address))
+        hand = maker.hand
+        assert hand.run("return document.getElementById('empty').checkVisibility()")
+        assert hand.run("return document.querySelectorAll('#mistakes li, .notice:not([hidden])').length") == 0
+        assert accessibility_faults(hand) == []
+        maker.drag((0, 0.1), (0.2, 0.1))  # the tool of an empty sheet is the link
+        assert not hand.run("return document.getElementById('empty').checkVisibility()")
+        maker.drag((0.15, 0), (0.105, 0.101))
+        links = tomllib.loads(hand.text)["links"]
+        assert links["link_1"]["points"] == ["A", "B", "C"]
+        assert links["link_2"]["points"] == ["D", "C"]
+        assert tomllib.loads(hand.text)["points"]["C"] == [0.1, 0.1]
+        for _ in range(2):
+            maker.until_changed(lambda: maker.button("#undo"))
+        assert hand.text == EMPTY
+        hand.until("return document.getElementById('empty').checkVisibility()")
+        assert hand.run("return document.querySelectorAll('#mistakes li, .notice:not([hidden])').length") == 0
+        assert errors(hand) == []
+
+
+def test_ctrl_z_takes_back_what_is_typed_into_a_field_then_the_scene(driver, scene):
+    from selenium.webdriver import Keys
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    def back():
+        ActionChains(driver).key_down(Keys.CONTROL).send_keys("z").key_up(Keys.CONTROL).perform()
+
+    with live_page.editing(scene) as live:
+        maker = live_machines.Maker(live_page.Hand(driver, live.address))
+        hand, value = maker.hand, "return document.getElementById('value').value"
+        maker.until_changed(lambda: hand.run("live.edit({do: 'move', point: 'B', to: [0.25, 0.25]})"))
+        moved = hand.text
+        maker.choose("#number", "links.crank.length")
+        before = hand.run(value)
+        maker.button("#value")
+        ActionChains(driver).send_keys("77 mm").perform()
+        assert hand.run(value) != before
+        back()
+        assert (hand.run(value), hand.text) == (before, moved)
+        maker.until_changed(lambda: maker.write("#value", "77 mm"))
+        assert hand.run(value) == "77 mm"
+        maker.until_changed(back)
+        hand.until(f"return document.getElementById('value').value === {before!r}")
+        assert hand.text == moved
+        hand.run("const it = document.getElementById('text'); it.focus(); it.setSelectionRange(0, 0)")
+        ActionChains(driver).send_keys("# note\n").perform()
+        back()  # at once: letters that were typed in a row are one step
+        assert hand.text == moved
 
 
 def test_a_four_bar_is_drawn_answered_and_saved_by_keys_alone(driver, tmp_path):

@@ -19,6 +19,8 @@ function take(answer, job) {
   if (!job.typed) text.show(answer.text, Boolean(job.edits?.length));
   text.tellMistakes(answer.mistakes);
   if (answer.sheet) { view.sheet = answer.sheet; state.tables = answer.sheet.tables ?? state.tables; }
+  $("empty").hidden = !view.sheet?.empty;
+  if (view.sheet?.empty) view.picture = null;
   if (answer.picture) { view.picture = answer.picture; view.stale = false; } else view.stale = Boolean(view.picture);
   if (answer.numbers) { state.numbers = answer.numbers; listNumbers(); }
   if (!job.drag) { if (answer.picture) rescale(); listParts(); }
@@ -184,7 +186,7 @@ function listEntries() {
 }
 function showEntry() {
   const [path, kind] = placeOfChosen(), key = $("key").value;
-  $("entry").value = key ? written(tableAt([...path, key])) : "";
+  hold($("entry"), key ? written(tableAt([...path, key])) : "");
   $("words").textContent = (key && state.keys[kind]?.find(([each]) => each === key)?.[1]) || "";
 }
 function enter() {
@@ -220,7 +222,7 @@ function fillInspector(box) {
   for (const key of ["section", "material"]) {
     const label = document.createElement("label"), input = document.createElement("input");
     input.setAttribute("list", `${key}s`);
-    input.value = link[key] ?? "";
+    hold(input, link[key] ?? "");
     input.size = key === "section" ? 12 : 9;
     input.onchange = () => edit({ do: "put", path: ["links", link.name, key], value: input.value });
     label.append(key === "section" ? "Section " : "Material ", input);
@@ -234,7 +236,7 @@ const opposite = (by) => (String(by).startsWith("-") ? String(by).slice(1) : `-$
 function inspectDrive(at, box) {
   const { law, speed, slider, effort, motion } = view.sheet.drives[at], [first, second] = law ?? [];
   if (effort !== undefined || (law && (law.length > 2 || !CURVES.includes(first.curve) || typeof first.by !== "string" || (second && (second.curve !== first.curve || second.duration !== first.duration || String(second.by) !== opposite(first.by)))))) { box.append("Motion: as the text says"); return; }
-  const curve = document.createElement("select"), field = (value, size) => Object.assign(document.createElement("input"), { value, size }), labelled = (words, input) => { const label = document.createElement("label"); label.append(words, input); return label; };
+  const curve = document.createElement("select"), field = (value, size) => Object.assign(hold(document.createElement("input"), value), { size }), labelled = (words, input) => { const label = document.createElement("label"); label.append(words, input); return label; };
   curve.append(...CURVES.map((name) => new Option(name, name)));
   curve.value = motion ? SPLINE : law ? first.curve : CONSTANT;
   if (motion || box.dataset.spline === String(at)) return inspectSpline(at, box, curve, labelled);
@@ -246,7 +248,7 @@ function inspectDrive(at, box) {
 }
 // Times and coordinates as a CSV file has them: typed, or taken from one.
 function inspectSpline(at, box, curve, labelled) {
-  const { motion, slider } = view.sheet.drives[at], area = Object.assign(document.createElement("textarea"), { className: "points", rows: 5, value: Array.isArray(motion) ? motion.map((row) => row.join(", ")).join("\n") : `time [s], ${slider ? "way [mm]" : "angle [deg]"}\n0, 0\n0.25, 30\n0.5, 0\n0.75, -30\n1, 0` }), file = Object.assign(document.createElement("input"), { type: "file", accept: ".csv,text/csv,text/plain" });
+  const { motion, slider } = view.sheet.drives[at], area = hold(Object.assign(document.createElement("textarea"), { className: "points", rows: 5 }), Array.isArray(motion) ? motion.map((row) => row.join(", ")).join("\n") : `time [s], ${slider ? "way [mm]" : "angle [deg]"}\n0, 0\n0.25, 30\n0.5, 0\n0.75, -30\n1, 0`), file = Object.assign(document.createElement("input"), { type: "file", accept: ".csv,text/csv,text/plain" });
   const tell = () => edit({ do: "law", drive: at, curve: SPLINE, points: area.value });
   curve.value = SPLINE;
   const beside = typeof motion === "string";
@@ -280,15 +282,15 @@ const number = () => state.numbers.find(({ path }) => path === $("number").value
 function showNumber() {
   const now = number(), slider = $("slider");
   slider.disabled = !now;
-  if (!now) { $("value").value = ""; return; }
+  if (!now) { hold($("value"), ""); return; }
   if (!state.dragging) slider.value = now.high > now.low ? Math.round((1000 * (now.value - now.low)) / (now.high - now.low)) : 500;
-  $("value").value = quantity(now.value, now.unit, 5);
+  hold($("value"), quantity(now.value, now.unit, 5));
 }
 function slide() {
   const now = state.range;
   if (!now) return;
   const raw = now.low + ((now.high - now.low) * $("slider").value) / 1000, value = now.whole ? Math.round(raw) : Number(raw.toPrecision(4));
-  $("value").value = quantity(value, now.unit, 5);
+  hold($("value"), quantity(value, now.unit, 5));
   drag({ do: "set", path: now.path, value });
 }
 
@@ -396,6 +398,7 @@ async function start() {
   let kept = null;
   try { kept = localStorage.getItem(KEY()); } catch { /* a browser that keeps nothing */ }
   await ask({ text: told.text, numbers: true });
+  if (view.sheet?.empty) tools.take("link");
   fit();
   show();
   settle(50);
@@ -433,12 +436,23 @@ function wire() {
   document.addEventListener("keydown", (event) => {
     if (event.target === document.body) tools.keys(event); // without a click
     if (!(event.ctrlKey || event.metaKey)) return;
-    const act = { s: save, z: () => travel(event.shiftKey ? text.redo() : text.undo()), y: () => travel(text.redo()) }[event.key.toLowerCase()];
-    const writes = event.target.tagName === "INPUT" && event.target.type === "text"; // it undoes its own
-    if (act && (event.key.toLowerCase() === "s" || !(writes || ["file", "number"].includes(event.target.type)))) { event.preventDefault(); act(); }
+    const act = { s: save, z: () => travel(event.shiftKey ? text.redo() : text.undo()), y: () => travel(text.redo()) };
+    const key = event.key.toLowerCase(), field = event.target;
+    if (!act[key]) return;
+    event.preventDefault();
+    if (key !== "s" && typed(field)) field.value = field.defaultValue; else act[key]();
   });
+  // A value that is again what it was is none that was typed.
+  document.addEventListener("change", (event) => {
+    if (isField(event.target) && !typed(event.target)) event.stopPropagation();
+  }, true);
   new ResizeObserver(() => { measure(); text.measure(); show(); }).observe($("svg"));
 }
+// Fields of a value, beside the text of the scene; and whether one holds letters that are not in the scene yet.
+const isField = ({ tagName, type, id }) =>
+  (tagName === "INPUT" && ["text", "number"].includes(type)) || (tagName === "TEXTAREA" && id !== "text");
+const typed = (field) => isField(field) && field.value !== field.defaultValue;
+const hold = (field, value) => Object.assign(field, { defaultValue: value, value });
 function trace() {
   if (!view.trace) return;
   Object.assign(view.trace, { width: Number($("tracewidth").value) || 1, left: Number($("traceleft").value), bottom: Number($("tracebottom").value), opacity: 1 - Number($("tracefaint").value) });

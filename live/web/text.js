@@ -43,6 +43,7 @@ export function keep(before) {
 export function undo() { return step(past, future); }
 export function redo() { return step(future, past); }
 function step(from, to) {
+  finish();
   if (!from.length) return null;
   to.push(current);
   show(from.pop(), true);
@@ -107,16 +108,23 @@ function draw() {
   gutter.scrollTop = area.scrollTop;
 }
 
+// Letters typed in a row are one step of undo, which ends by a pause or by undo itself.
+let before = null, timer = 0;
+function finish() {
+  clearTimeout(timer);
+  if (before !== null) keep(before);
+  before = null;
+}
+
 export function onInput(listener) {
   area.addEventListener("scroll", draw);
-  let before = null, timer = 0;
   area.addEventListener("input", () => {
     before ??= current;
     changed = [];
     current = area.value;
     draw();
     clearTimeout(timer);
-    timer = setTimeout(() => { keep(before); before = null; }, 500);
+    timer = setTimeout(finish, 500);
     listener();
   });
 }

@@ -7,7 +7,7 @@ export const TOOLS = [
   ["link", "Link", "l", "Drag from point to point, or click twice; a click on nothing makes the point"],
   ["plate", "Plate", "p", "Click the points of a plate, and the first once more; Enter ends an open one"],
   ["trace", "Trace", "t", "Click a link where a point of it is to be, or drag to its place beside the link; on a point: a pin"],
-  ["fix", "Fix", "g", "Click a point that is to stand on the ground, or no longer"],
+  ["fix", "Support", "g", "Click a point that is to stand on the ground, or no longer"],
   ["slot", "Slot", "s", "Click a point that is to slide in the link under it, or on the ground along x, or no longer; drag from it: along that line"],
   ["weld", "Weld", "w", "Click a point at which its links are joined rigidly, or no longer"],
   ["spring", "Spring", "k", "Drag from a point to another"],
@@ -86,7 +86,16 @@ function snapped(screen, except) {
 
 // A point of the scene under the pointer, or else a place: edits take either.
 const picked = (screen) => pointUnder(screen) ?? snapped(screen);
-const placed = (each) => (typeof each === "string" ? pointNow(each) : each);
+const JOINED = 8, MIDDLE = 0.06; // pixels from a link, and of its length from its middle
+// What a new link is drawn to: a point, a place on a link, which becomes a point of it, or a free place.
+function joint(screen) {
+  const point = pointUnder(screen), on = point ? null : linkUnder(screen, JOINED);
+  if (!on?.link) return point ?? snapped(screen);
+  view.guides = [];
+  return { link: on.link, between: on.ends, share: !exact && Math.abs(on.t - 0.5) < MIDDLE ? 0.5 : on.t };
+}
+const placed = (each) =>
+  typeof each === "string" ? pointNow(each) : each.link ? onLink({ ends: each.between, t: each.share }) : each;
 
 function down(event) {
   if (event.button > 0 || !view.sheet) return;
@@ -104,7 +113,7 @@ function pressed(screen, touch, id) {
     else gesture.kind = "pan";
   } else if (tool === "link" || tool === "spring" || tool === "cylinder" || tool === "load") {
     gesture.kind = "line";
-    if (!clicks.length) { const first = picked(screen); if (tool !== "load" || typeof first === "string") clicks = [first]; }
+    if (!clicks.length) { const first = joint(screen); if (tool !== "load" || typeof first === "string") clicks = [first]; }
     else gesture.second = true;
   } else if (tool === "slot" && point) Object.assign(gesture, { kind: "slot", point, on: linkUnder(screen, 11, point)?.link });
   else if (tool === "trace" && link?.link) { Object.assign(gesture, { kind: "trace", link }); actions.position(0); }
@@ -122,7 +131,7 @@ function moved(event) {
   if (gesture && gesture.id !== event.pointerId) return;
   if (gesture && event.pointerType === "mouse" && !event.buttons) return up(event); // let go elsewhere
   if (clicks.length && (!gesture || gesture.kind === "line" || tool === "plate")) {
-    view.preview = [...clicks.map(placed), placed(tool === "load" ? toPlane(screen) : picked(screen))];
+    view.preview = [...clicks.map(placed), placed(tool === "load" ? toPlane(screen) : joint(screen))];
     draw();
   }
   if (!gesture) { svg.style.cursor = pointUnder(screen) || linkUnder(screen) ? "pointer" : tool === "move" ? "grab" : "crosshair"; return; }
@@ -181,7 +190,7 @@ function cancel() {
 
 function line(done, screen) {
   if (!clicks.length || (!done.moved && !done.second)) return; // the first click of two
-  const first = clicks[0], last = tool === "load" ? toPlane(screen) : picked(screen);
+  const first = clicks[0], last = tool === "load" ? toPlane(screen) : joint(screen);
   clear();
   if (tool === "load") {
     const from = toScreen(pointNow(first));
@@ -195,7 +204,7 @@ function line(done, screen) {
 
 function click(screen) {
   if (tool === "plate") {
-    const next = picked(screen), ends = clicks.length > 2 && near(clicks[0], screen);
+    const next = joint(screen), ends = clicks.length > 2 && near(clicks[0], screen);
     if (ends) return plate(true);
     clicks.push(next);
     view.preview = clicks.map(placed);
