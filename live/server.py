@@ -26,6 +26,7 @@ from starlette.routing import Route
 
 from kinelast.scene.error import MissingFileError, SceneError
 from kinelast.scene.sections import library_entries
+from kinelast.scene.text import PAGES, file_text
 from kinelast.tasks.task import shipped_scenes
 from live.answer import Memory, packed, quick_answer
 from live.edit import EMPTY, edited
@@ -33,6 +34,7 @@ from live.entries import keys
 from live.file import ChangedError, SceneFile
 from live.full import Worker
 from live.parts import EditError
+from live.share import LANDING, MARK, POLICY, linked
 
 HOST = "127.0.0.1"
 FIRST_PORT, PORTS = 49152, 16000
@@ -151,6 +153,7 @@ def _scene(live: Live, request: Request, given: Any) -> Response:
             "sections": [name for name, _ in library_entries("sections")],
             "materials": [name for name, _ in library_entries("materials")],
             "keys": keys(),
+            "opens": f"http://{HOST}:{wished_port('None')}/",
         }
     )
 
@@ -239,33 +242,49 @@ def application(live: Live) -> Starlette:
         ("/full", _full, "POST"),
         ("/save", _save, "POST"),
     )
+
+    async def landing(request: Request) -> Response:
+        if request.headers.get("host") not in live.hosts:
+            return Response("this is not the address of the editor", 403)
+        return Response(LANDING, media_type="text/html", headers={**SAFE, "Content-Security-Policy": POLICY})
+
     return Starlette(
-        routes=[
-            Route(f"/{{token}}{path}", _guarded(live, handler), methods=[method]) for path, handler, method in routes
-        ]
+        routes=[Route("/", landing)]
+        + [Route(f"/{{token}}{path}", _guarded(live, handler), methods=[method]) for path, handler, method in routes]
     )
 
 
 def scene_file(argument: str | None) -> tuple[SceneFile, str]:
-    """The file of an argument, there or to be, and its scene's name; a shipped one is to be in the working folder."""
+    """The file of an argument, there or to be, and its scene's name; a shipped one is to be in the working folder.
+
+    The scene that a report or a link carries has no file.
+    """
     if argument is None:
         return SceneFile(None, EMPTY), "scene"
+    if MARK in argument:
+        return SceneFile(None, linked(argument)), "scene"
     shipped = shipped_scenes()
     path = Path(argument)
+    if path.suffix in PAGES and path.is_file():
+        return SceneFile(None, file_text(path)), path.stem
     if argument in shipped and not path.is_file():
         text = shipped[argument].read_text(encoding="utf-8")
         return SceneFile(Path.cwd() / f"{argument}.toml", text), argument
     if path.suffix != ".toml" or not path.absolute().parent.is_dir():
         raise MissingFileError(
-            argument, "", "", "expected a .toml file, there or to be, or a shipped scene, see --list"
+            argument, "", "", "expected a .toml file, there or to be, a report, or a shipped scene, see --list"
         )
     return SceneFile(path.absolute(), EMPTY), path.stem
 
 
+def wished_port(name: str) -> int:
+    """The port at which a file is served where that is free; the empty sheet has the same on every computer."""
+    return FIRST_PORT + int(sha256(name.encode()).hexdigest(), 16) % PORTS
+
+
 def bound_socket(name: str) -> socket.socket:
     """A socket on the loopback address: at the same port for the same file, so that the browser keeps its text."""
-    wish = FIRST_PORT + int(sha256(name.encode()).hexdigest(), 16) % PORTS
-    for port in (wish, 0):
+    for port in (wished_port(name), 0):
         bound = socket.socket(
             socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP
         )  # named: asyncio then sends at once

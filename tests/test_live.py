@@ -1,5 +1,6 @@
 """Claims about the live editor: edits change nothing else of a text; the server serves, and writes, nothing else."""
 
+import base64
 import http.client
 import json
 import os
@@ -9,6 +10,7 @@ import subprocess
 import sys
 import threading
 import tomllib
+import zlib
 from contextlib import contextmanager
 from types import SimpleNamespace
 
@@ -16,15 +18,17 @@ import numpy as np
 import pytest
 
 import kinelast
-from kinelast import deflection, scene_from_dict, scene_from_text
+from kinelast import deflection, read_document, scene_from_dict, scene_from_text
 from kinelast.cli.command import main
 from kinelast.scene.course import CourseByLaws
+from kinelast.scene.error import SceneError
 from kinelast.tasks.task import shipped_scenes
 from live.answer import Memory, quick_answer
 from live.edit import EMPTY, edited, start_of
 from live.entries import keys, typed
 from live.file import ChangedError, SceneFile
 from live.parts import EditError
+from live.share import MARK, fragment, linked
 from live.text import as_toml, places, with_value, without
 
 server = pytest.importorskip("live.server", reason="the extra live is not installed")
@@ -584,6 +588,37 @@ class TestFile:
             file.write(STEEL, "missing")
 
 
+class TestShared:
+    """A scene handed on in a link, or in its report."""
+
+    def test_a_link_opens_as_the_text_that_it_carries(self):
+        text = STEEL + '# "größer" than before\n'
+        link = "http://127.0.0.1:50000/" + fragment(text)
+        assert re.fullmatch(r"[\w/:.#=-]+", link)
+        file, _ = server.scene_file(link)
+        assert (file.path, file.read()[0]) == (None, text)
+
+    def test_what_is_no_whole_link_is_refused(self):
+        bomb = MARK + base64.urlsafe_b64encode(zlib.compress(bytes(5_000_000))).decode()
+        for link in (fragment(STEEL)[:-9], MARK, MARK + "?", bomb):
+            with pytest.raises(SceneError, match="no scene that can be read"):
+                linked(link)
+
+    def test_a_report_is_answered_and_edited_as_its_scene(self, tmp_path, capsys):
+        scene, page = tmp_path / "mine.toml", tmp_path / "one" / "mine" / "report.html"
+        scene.write_text(STEEL.replace("positions = 360", "positions = 36 # <b>few</b>"))
+        main([str(scene), "-o", str(tmp_path / "one")])
+        main([str(page), "-o", str(tmp_path / "two")])
+        first, second = capsys.readouterr().out.splitlines()
+        assert second.partition(" -> ")[0] == first.partition(" -> ")[0].replace("mine", "report")
+        assert read_document(page).text() == scene.read_text()
+        assert server.scene_file(str(page))[0].read()[0] == scene.read_text()
+        empty = tmp_path / "other.html"
+        empty.write_text("<!doctype html><title>Other</title>")
+        with pytest.raises(SceneError, match="the page carries no scene"):
+            read_document(empty)
+
+
 class NoWorker:
     """In place of the process that gives whole answers."""
 
@@ -669,6 +704,13 @@ class TestServer:
         assert "default-src 'none'" in policy
         [scripts] = [part for part in policy.split("; ") if part.startswith("script-src")]
         assert re.fullmatch(r"script-src( 'sha256-[A-Za-z0-9+/]{43}=')+", scripts)
+
+    def test_a_link_leads_to_a_page_without_the_token(self, tmp_path):
+        with served(tmp_path) as (client, live):
+            response = client.get("/")
+            assert response.status == 200
+            assert live.token.encode() not in response.content
+            assert client.get("/", headers={"Host": "evil.example"}).status == 403
 
     @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
     def test_a_pipe_in_the_place_of_the_file_is_not_read_nor_overwritten(self, tmp_path):

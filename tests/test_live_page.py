@@ -15,6 +15,7 @@ import kinelast
 from kinelast.tasks.task import shipped_scenes
 from live.edit import EMPTY
 from live.file import SceneFile
+from live.share import fragment, linked
 
 pytest.importorskip("uvicorn", reason="the extra live is not installed")
 live_page, live_machines = (pytest.importorskip(name) for name in ("live_page", "live_machines"))
@@ -175,6 +176,44 @@ def test_ctrl_z_takes_back_what_is_typed_into_a_field_then_the_scene(driver, sce
         ActionChains(driver).send_keys("# note\n").perform()
         back()  # at once: letters that were typed in a row are one step
         assert hand.text == moved
+
+
+def test_a_link_and_a_report_open_in_another_editor(driver, scene, tmp_path):
+    text = scene.read_text().replace("100 rad/s", "90 rad/s") + '# "größer"\n'
+    scene.write_text(text)
+    with live_page.editing(scene) as live:
+        hand = live_page.Hand(driver, live.address)
+        hand.run("navigator.clipboard.writeText = async () => { throw new Error() }")
+        hand.run("document.getElementById('share').click()")
+        link = hand.until("return document.querySelector('#notice input')?.value")
+        assert linked(link) == text
+    other = tmp_path / "other.toml"
+    other.write_text(EMPTY)
+    with live_page.editing(other) as live:
+        hand = live_page.Hand(driver, live.address)
+        hand.driver.get("about:blank")
+        hand.driver.get(f"http://127.0.0.1:{live.port}/{link[link.index('#') :]}")  # the address without the token
+        hand.until(f"return window.live?.text() === {json.dumps(text)}")
+        assert hand.run("return location.pathname + location.hash") == "/secret/"
+        assert other.read_text() == EMPTY
+        hand.until("return live.state.whole > 0")
+        again = EMPTY.replace("New", "Another")  # something is drawn: it is not taken unasked
+        pasted = (
+            "const clipboardData = new DataTransfer(); clipboardData.setData('text/plain', arguments[0]); "
+            "document.dispatchEvent(new ClipboardEvent('paste', { clipboardData, bubbles: true, cancelable: true }))"
+        )
+        hand.run(pasted, "http://127.0.0.1:1/" + fragment(again))
+        hand.until("return document.querySelector('#notice button')")
+        assert hand.text == text
+        hand.run("document.querySelector('#notice button').click()")
+        hand.until(f"return live.text() === {json.dumps(again)}")
+        carried = (
+            "const [page, done] = arguments; "
+            "import(`${location.pathname}web/share.js`).then((it) => done(it.carried(page)))"
+        )
+        page = kinelast.report(kinelast.scene_from_text(text)).page.decode()
+        assert driver.execute_async_script(carried, page) == text
+        assert errors(hand) == []
 
 
 def test_a_four_bar_is_drawn_answered_and_saved_by_keys_alone(driver, tmp_path):

@@ -23,6 +23,8 @@ from kinelast.scene.units import FORM, TYPESET, Quantity, written_like
 from kinelast.scene.variables import Place, in_file, place_of, value_at
 
 LARGEST_FILE = 4_000_000  # bytes: a table of 100,000 entries
+LARGEST_PAGE = 64_000_000  # bytes of a report
+PAGES = ".html", ".htm"
 
 
 def file_bytes(path: Path) -> bytes:
@@ -31,24 +33,43 @@ def file_bytes(path: Path) -> bytes:
         if not stat.S_ISREG(path.stat().st_mode):
             raise OSError("a folder, a pipe or a device is no scene")
         with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
+            largest = LARGEST_PAGE if path.suffix.lower() in PAGES else LARGEST_FILE
+            content = file.read(largest + 1)
     except FileNotFoundError:
         raise MissingFileError(str(path), "", "", "there is no such file") from None
     except (OSError, ValueError) as error:  # a name that holds a null character is a ValueError
         problem = getattr(error, "strerror", None) or str(error)
         raise SceneError(str(path), "", "", f"not readable: {problem}") from None
-    if len(content) > LARGEST_FILE:
-        raise SceneError(str(path), "", "", f"larger than {LARGEST_FILE // 1_000_000} MB: too large for a scene")
+    if len(content) > largest:
+        raise SceneError(str(path), "", "", f"larger than {largest // 1_000_000} MB: too large for a scene")
     return content
 
 
 def decoded(content: bytes, path: str) -> str:
-    """The text in a file's bytes; SceneError where they are none."""
+    """The text in a file's bytes, of a report the scene that it carries; SceneError where there is none."""
+    if content[:15].lower() == b"<!doctype html>":
+        return _carried(content, path)
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         raise SceneError(path, "", "", f"not a text in UTF-8 at line {line}: save it in UTF-8") from None
+
+
+def _carried(page: bytes, path: str) -> str:
+    """The text of the scene that a report carries among its data."""
+    data = re.search(rb'<script type="application/json" id="scene">(.*?)</script>', page, re.DOTALL)
+    with suppress(msgspec.DecodeError):
+        text = msgspec.json.decode(data[1] if data else b"{}", type=_Carried).text
+        if text:
+            return text
+    raise SceneError(path, "", "", "the page carries no scene: give the report.html of one, or its .toml file")
+
+
+class _Carried(Struct):
+    """What is read of a report's data."""
+
+    text: str = ""
 
 
 def file_text(path: Path) -> str:

@@ -231,7 +231,7 @@ class Batch:
 
     scenes: tuple[str, ...] = option(
         SCENE,
-        "a scene file (.toml), a folder or pattern of such, a shipped scene",
+        "a scene file (.toml), a folder or pattern of such, a shipped scene, a report (.html)",
         "SCENE",
         flags=("scenes",),
         many=True,

@@ -1,6 +1,7 @@
 // The page of the live editor: what is asked of the server, when, and what of its answers is shown where.
 import * as text from "./text.js";
 import * as talk from "./talk.js";
+import * as share from "./share.js";
 import * as tools from "./tools.js";
 import { draw, drawGrid, fit, measure, quantity, rescale, view } from "./drawing.js";
 const $ = (id) => document.getElementById(id);
@@ -359,6 +360,64 @@ function download() {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 
+// --- a scene handed on
+
+async function copyLink() {
+  const link = state.opens + (await share.fragment(text.text()));
+  const told = "opens in an editor: with deflection-report --live by a click, in any other by pasting it on its page";
+  try {
+    await navigator.clipboard.writeText(link);
+    notice(`The link is copied. It ${told}.`, true);
+  } catch {
+    const field = Object.assign(document.createElement("input"), { type: "text", value: link, readOnly: true, size: 30 });
+    field.setAttribute("aria-label", "Link to this scene");
+    notice(`Copy this link. It ${told}. `, true);
+    $("notice").append(field);
+    field.select();
+  }
+}
+
+// A scene that comes from outside is taken at once where nothing is drawn, else when it is asked for.
+async function offer(found) {
+  try {
+    const whole = await found, before = text.text();
+    if (whole === null || whole === before) return;
+    const get = () => replaceBy(whole, before);
+    if (view.sheet?.empty) return await get();
+    notice("A scene was handed to this page.", false, ["Take it", get], ["Leave it", () => hush(true)]);
+  } catch (error) { notice(`No scene could be read there: ${error.message}.`, true); }
+}
+async function replaceBy(whole, before = text.text()) {
+  Object.assign(view, { picture: null, position: 0 });
+  await changed(whole);
+  text.keep(before);
+  fit();
+  show();
+}
+function takeFragment() {
+  if (!location.hash) return;
+  const { hash, pathname } = location;
+  history.replaceState(null, "", pathname);
+  offer(share.linked(hash));
+}
+function wireShare() {
+  $("share").onclick = copyLink;
+  window.addEventListener("hashchange", takeFragment);
+  document.addEventListener("paste", (event) => {
+    const link = event.clipboardData?.getData("text") ?? "";
+    if (!link.includes("#scene=")) return;
+    event.preventDefault();
+    offer(share.linked(link));
+  });
+  document.addEventListener("dragover", (event) => event.preventDefault());
+  document.addEventListener("drop", (event) => {
+    const file = event.dataTransfer?.files[0];
+    if (!file) return;
+    event.preventDefault();
+    offer(file.text().then(share.carried));
+  });
+}
+
 // The file's text as it is now: taken where nothing here would be lost, or where that is asked for.
 async function follow(forced = false) {
   const told = await talk.scene();
@@ -386,7 +445,8 @@ async function watch() {
 async function start() {
   const told = await talk.scene();
   if (told.problem) return notice(told.problem);
-  Object.assign(state, { digest: told.digest, saved: told.digest === "missing" ? null : told.text, path: told.path, name: told.name, shipped: told.shipped });
+  Object.assign(state, { digest: told.digest, saved: told.digest === "missing" ? null : told.text, path: told.path, name: told.name, shipped: told.shipped, opens: told.opens });
+  try { localStorage.setItem("live path", location.pathname); } catch { /* a browser that keeps nothing */ }
   $("name").textContent = told.name;
   $("name").title = told.path ?? "";
   state.keys = told.keys;
@@ -404,6 +464,7 @@ async function start() {
   settle(50);
   if (kept !== null && kept !== told.text) notice("This browser has kept a text that was not saved.", false, ["Take it", () => { const before = text.text(); changed(kept).then(() => text.keep(before)); }], ["Forget it", keepInBrowser]);
   wire();
+  takeFragment();
   watch();
   document.body.dataset.ready = "yes";
 }
@@ -429,7 +490,12 @@ function wire() {
   $("slider").oninput = () => { if (state.dragging === null) { state.dragging = text.text(); state.range = number(); } slide(); };
   $("value").onchange = () => { const now = number(); if (!now) return; state.held = now.path; edit({ do: "set", path: now.path, value: $("value").value }).then(() => { state.held = null; showNumber(); }); };
   $("slider").onchange = () => { if (state.dragging !== null) drop(); };
-  $("begin").onchange = () => { const whole = state.shipped[$("begin").value], before = text.text(); $("begin").value = ""; if (whole !== undefined) { view.picture = null; view.position = 0; changed(whole).then(() => { text.keep(before); fit(); show(); }); } };
+  $("begin").onchange = () => {
+    const whole = state.shipped[$("begin").value];
+    $("begin").value = "";
+    if (whole !== undefined) replaceBy(whole);
+  };
+  wireShare();
   for (const id of ["tracewidth", "traceleft", "tracebottom", "tracefaint"]) $(id).oninput = trace;
   $("picture").onchange = () => { const [file] = $("picture").files; if (!file) return; const image = new Image(); image.onload = () => { view.trace = { address: image.src, ratio: image.naturalHeight / image.naturalWidth }; trace(); }; image.src = URL.createObjectURL(file); };
   talk.onReach((reached) => { keepInBrowser(); if (reached) hush(true); else notice("No server any more: the command has ended, or this computer slept. The text is kept in this browser; start the command again with the same file, or download it.", false, ["Download", download]); });

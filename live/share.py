@@ -1,0 +1,48 @@
+"""A scene carried in a link, and the page that opens such a link in an editor."""
+
+from __future__ import annotations
+
+import zlib
+from base64 import b64encode, urlsafe_b64decode, urlsafe_b64encode
+from hashlib import sha256
+
+from kinelast.scene.error import SceneError
+from kinelast.scene.text import LARGEST_FILE, decoded
+
+MARK = "#scene="
+
+
+def fragment(text: str) -> str:
+    """The fragment of a link that carries a text, as `web/share.js` writes it.
+
+    Examples
+    --------
+    >>> linked("http://127.0.0.1/" + fragment("[points]"))
+    '[points]'
+    """
+    return MARK + urlsafe_b64encode(zlib.compress(text.encode())).decode().rstrip("=")
+
+
+def linked(link: str) -> str:
+    """The text that a link carries; SceneError where it cannot be read."""
+    letters = link.partition(MARK)[2].strip()
+    try:
+        inflate = zlib.decompressobj()
+        content = inflate.decompress(urlsafe_b64decode(letters + "=" * (-len(letters) % 4)), LARGEST_FILE)
+    except (ValueError, zlib.error):
+        content = b""
+    if not content or not inflate.eof:
+        raise SceneError("", "", "", "the link carries no scene that can be read: copy it whole")
+    return decoded(content, "")
+
+
+SCRIPT = r"""
+const path = localStorage.getItem("live path") ?? "";
+if (/^\/[\w-]+\/$/.test(path)) location.replace(path + location.hash);
+"""
+WORDS = """This is an editor of mechanisms. Open the address that the command printed,
+then paste the link on its page."""
+LANDING = f'<!doctype html><html lang="en"><title>Live scene</title><p>{WORDS}</p><script>{SCRIPT}</script></html>'
+"""Where a link leads: a browser that had the editor open goes on to it, others are told what to do. It has no token."""
+HASH = b64encode(sha256(SCRIPT.encode()).digest()).decode()
+POLICY = f"default-src 'none'; script-src 'sha256-{HASH}'; frame-ancestors 'none'"

@@ -1,0 +1,35 @@
+// A scene carried in a link's fragment, in a report, or in a file: the text that it holds.
+const MARK = "#scene=", LARGEST = 4e6; // letters of a scene
+
+const flow = (bytes, through) => new Blob([bytes]).stream().pipeThrough(through);
+
+// The fragment of a link that carries a text: compressed, in letters that may stand in an address.
+export async function fragment(text) {
+  const bytes = new Uint8Array(await new Response(flow(text, new CompressionStream("deflate"))).arrayBuffer());
+  let letters = "";
+  for (const byte of bytes) letters += String.fromCharCode(byte);
+  return MARK + btoa(letters).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
+}
+
+// The text that a link carries; null where it carries none.
+export async function linked(link) {
+  const letters = link.split(MARK)[1]?.trim();
+  if (!letters) return null;
+  const bytes = Uint8Array.from(atob(letters.replaceAll("-", "+").replaceAll("_", "/")), (each) => each.charCodeAt(0));
+  const reader = flow(bytes, new DecompressionStream("deflate")).pipeThrough(new TextDecoderStream()).getReader();
+  let text = "";
+  for (let part = await reader.read(); !part.done; part = await reader.read()) {
+    text += part.value;
+    if (text.length > LARGEST) throw new Error("too large for a scene");
+  }
+  return text;
+}
+
+// The text of a scene's file, or of the scene that a report carries.
+export function carried(content) {
+  if (!/^\s*<!doctype html/i.test(content)) return content;
+  const data = new DOMParser().parseFromString(content, "text/html").getElementById("scene");
+  const { text } = JSON.parse(data?.textContent ?? "{}");
+  if (!text) throw new Error("the page carries no scene");
+  return text;
+}
