@@ -67,7 +67,7 @@ def _carried(page: bytes, path: str) -> str:
 
 
 class _Carried(Struct):
-    """What is read of a report's data."""
+    """The scene in a report's data."""
 
     text: str = ""
 
