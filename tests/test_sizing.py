@@ -159,7 +159,7 @@ class TestSensitivities:
         tables["links"]["rocker"]["section"] = "other"
         both = evaluate(tables, [], np.zeros((1, 0)), ["stress.crank", "stress.rocker"]).columns
         assert both["stress.crank"][0] > both["stress.rocker"][0]
-        ratio = np.linspace(0.1, 1.0, 2)
+        ratio = np.array([0.25, 1.0])  # at a fifth the rocker buckles
 
         def apart(depth):
             found = evaluate(tables, ["sections.other.depth"], [[depth]], ["stress.crank", "stress.rocker"]).columns

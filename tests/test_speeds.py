@@ -146,7 +146,7 @@ def test_next_to_resonance_a_percentage_is_no_figure():
     speed = np.array([100.0, 110.0, 120.0, 130.0])
     peak = SpeedPeak(121.0, "w", 0, 1.0, Resonance(5, 1, 0, True))
     fields = dict.fromkeys(field.name for field in dataclasses.fields(Speeds))
-    given = Speeds(**{**fields, "speed": speed, "unstable": (), "peaks": (peak,)})
+    given = Speeds(**{**fields, "speed": speed, "unstable": (), "peaks": (peak,), "buckles": ()})
 
     def told(*error):
         rows = {"stress": (None, np.ones(4), np.array(error))}

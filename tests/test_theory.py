@@ -145,8 +145,9 @@ def test_a_law_that_begins_with_a_jump_of_the_acceleration_finds_links_at_rest(t
 
 
 def test_a_parametric_resonance_is_told():
-    """Far beyond what any machine does: free vibrations grow by some fifteen times a turn."""
-    results = results_at("900 rad/s")
+    """Free vibrations of links that are hardly damped grow by half a turn, short of the load at which one buckles."""
+    results = results_at("660 rad/s", "damping_ratio = 0.001")
+    assert not results.buckles
     assert not results.answer.vibrating.stable
     assert results.answer.missed == math.inf
     assert any("parametric resonance" in finding.text and finding.level == "poor" for finding in findings(results))
@@ -294,8 +295,8 @@ def test_round_off_where_nothing_bends_is_no_error():
 
 
 def test_links_that_turn_by_radians_are_not_let_vibrate():
-    """A bar of a millionth of the rigidity: the small rotations of linear theory come to more than a turn."""
-    soft = edited(FOUR_BAR, ("210 GPa", "2.1 MPa"))
+    """A pulled bar of a thousandth of the rigidity: the small rotations of linear theory come to more than a turn."""
+    soft = edited(RAISED, ("210 GPa", "210 MPa"))
     found = computed(scene_from_text(soft), Request()).answer
     assert found.theory == QUASI_STATIC
     assert "turn by so much" in found.unknown

@@ -227,7 +227,7 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
     if sum(bool(getattr(law, "speed", 0.0)) for law in scene.laws) > 1:
         name = drive_words(scene.mechanism)[leading_drive(scene)][0]
         yield f"speeds are those of {name}, the other drives keep their ratio to it"
-    beyond = [number for number, words in enumerate(result.buckles or ()) if words]
+    beyond = [number for number, words in enumerate(result.buckles) if words]
     if beyond:
         first, last = told(result.speed[beyond[0]]), told(result.speed[beyond[-1]])
         yield f"not acceptable from {first} to {last}: {result.buckles[beyond[-1]]}"
