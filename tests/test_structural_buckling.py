@@ -12,8 +12,10 @@ from scipy.optimize import brentq
 
 from elastic import JointCompliance, Section, deflection
 from elastic.assessment import euler_ratio
-from elastic.assessment.buckling import buckling_factor, buckling_ratio
+from elastic.assessment.buckling import RESOLVED, buckling_factor, buckling_ratio
 from elastic.assessment.buckling_bound import buckling_bound
+from kinelast import read_scene, shipped_scenes
+from kinelast.scene.data import scene_deflection
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, Spring, Weld, motion
 
 EI = 3.0
@@ -198,7 +200,19 @@ class TestBound:
     def test_the_largest_of_all_positions_is_found_by_few(self):
         case = steel_four_bar(72)
         bent = deflection(motion(case.mechanism, case.drive, 100.0), case.sections)
-        found = buckling_ratio(bent, resolved=0.0)
         every = 1 / buckling_factor(bent)
-        assert found.largest == pytest.approx(every.max(), rel=1e-12)
-        assert found.position[found.link] == every.argmax()
+        for found in (buckling_ratio(bent, resolved=0.0), buckling_ratio(bent)):
+            assert found.largest == pytest.approx(every.max(), rel=1e-12)
+            assert found.position[found.link] == every.argmax()
+        assert every.max() < RESOLVED
+
+    @pytest.mark.parametrize("name", ["steel_four_bar", "offset_slider_crank", "pusher"])
+    def test_of_every_link_the_largest_is_found_by_few(self, name):
+        """Positions looked at one by one tell it of each link, however small."""
+        scene = read_scene(shipped_scenes()[name])
+        time = scene.course.times(120)
+        found, *single = (
+            buckling_ratio(scene_deflection(scene, scene.course.at(each))) for each in (time, *time[:, None])
+        )
+        every = np.array([each.ratio for each in single])
+        np.testing.assert_allclose(found.ratio, every.max(axis=0), rtol=1e-6, atol=1e-12)

@@ -30,7 +30,8 @@ from rigid.arrays import Flags, Integers
 
 INNER = 4  # polynomials along a beam
 REAL = 1e-9  # imaginary part of a real root, relative to the largest root
-RESOLVED = 0.2  # load over critical load, below which only the positions of the greatest bounds are looked at
+RESOLVED = 0.2  # load over critical load, up to which not every position that may have a larger one is looked at
+EVEN = 13  # positions that are looked at in any case
 TOGETHER = 8  # positions that are looked at together
 
 
@@ -64,36 +65,62 @@ class Buckling:
 def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolved: float = RESOLVED) -> Buckling:
     """Load over critical load of one design, the largest over the positions.
 
-    A safe bound of all positions tells at which ones the eigenvalues have to be found: until no other can be larger.
+    A safe bound of all positions tells at which ones the eigenvalues have to be found, until no other position can have
+    a larger one than `resolved`. Smaller ones are found at `EVEN` positions and at those of the greatest bounds, and
+    every link's largest is followed from there to the largest of its neighbourhood.
 
     Parameters
     ----------
     counted
         Which positions count, shape (positions,).
     resolved
-        Ratio below which not the largest is found, but that of some positions with the greatest bounds.
+        Ratio above which the largest of all positions is found.
     """
     of_all, of_spans = buckling_bound(deflection)
     bound = np.where(counted, np.nan_to_num(of_all), 0.0)
+    pressed = np.flatnonzero(bound)
+    bound, own = bound[pressed], np.nan_to_num(of_spans[:, pressed])
     links = len(deflection.motion.mechanism.links)
-    ratio, position = np.zeros(links), np.zeros(links, int)
-    order = np.argsort(-bound)[: np.count_nonzero(bound)]
-    if not len(order):
-        return Buckling(ratio, position)
-    own = np.where(counted, np.nan_to_num(of_spans), 0.0)
-    some = np.unique([order[0], *own.argmax(axis=-1)[own.any(axis=-1)]])
+    found = np.full((links, len(pressed)), np.nan)
+    if not len(pressed):
+        return Buckling(np.zeros(links), np.zeros(links, int))
+    even = np.linspace(0, len(pressed) - 1, EVEN).round().astype(int)
+    some = np.unique([*even, bound.argmax(), *own.argmax(axis=-1)])
     try:
         roots = _Roots(deflection)
         while len(some):
-            found = roots.of_links(some)
-            at = found.argmax(axis=0)
-            more = np.take_along_axis(found, at[None], 0)[0]
-            position, ratio = np.where(more > ratio, some[at], position), np.fmax(more, ratio)
-            order = order[~np.isin(order, some)]
-            some = order[:TOGETHER][bound[order[:TOGETHER]] > max(ratio.max(), resolved)]
+            found[:, some] = np.nan_to_num(roots.of_links(pressed[some])).T
+            some = _unseen(found, bound, resolved)
     except np.linalg.LinAlgError:  # joints that hold rigidly what others hold too, or sizes of no machine
-        return Buckling(np.full(links, np.nan), position)
-    return Buckling(ratio, position)
+        return Buckling(np.full(links, np.nan), np.zeros(links, int))
+    best = np.nanargmax(found, axis=1)
+    return Buckling(np.nanmax(found, axis=1), pressed[best])
+
+
+def _unseen(found: Reals, bound: Reals, resolved: float) -> Integers:
+    """Next positions: with the greatest bounds above the ratio that is resolved; else beside every link's largest.
+
+    These are where the parabola through the largest and its neighbours is highest, and in the end the next ones to it.
+    """
+    seen = ~np.isnan(found[0])
+    above = np.flatnonzero(~seen & (bound > max(np.nanmax(found), resolved)))
+    if len(above):
+        return above[np.argsort(-bound[above])[:TOGETHER]]
+    known, rows = np.flatnonzero(seen), np.flatnonzero(np.nanmax(found, axis=1) > 0.0)
+    if not len(rows):
+        return rows
+    here = np.nanargmax(found[rows], axis=1)
+    at = np.searchsorted(known, here)
+    left, right = known[np.maximum(at - 1, 0)], known[np.minimum(at + 1, len(known) - 1)]
+    with np.errstate(invalid="ignore"):
+        rise = (found[rows, here] - found[rows, left]) / (here - left)
+        fall = (found[rows, here] - found[rows, right]) / (right - here)
+        top = (left + here + rise * (right - left) / (rise + fall)) / 2.0
+    top = np.where(np.isfinite(top), top, here).round().astype(int)
+    beside = here[seen[top]]
+    some = np.unique([*top, *np.maximum(beside - 1, 0), *np.minimum(beside + 1, len(seen) - 1)])
+    unseen: Integers = some[~seen[some]]
+    return unseen
 
 
 def buckling_factor(deflection: Deflection) -> Reals:
