@@ -79,42 +79,42 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
     of_all, of_spans = buckling_bound(deflection)
     bound = np.where(counted, np.nan_to_num(of_all), 0.0)
     pressed = np.flatnonzero(bound)
-    bound, own = bound[pressed], np.nan_to_num(of_spans[:, pressed])
+    bound, spans = bound[pressed], np.nan_to_num(of_spans[:, pressed])
     links = len(deflection.motion.mechanism.links)
-    found = np.full((links, len(pressed)), np.nan)
+    ratios = np.full((links, len(pressed)), np.nan)
     if not len(pressed):
         return Buckling(np.zeros(links), np.zeros(links, int))
     even = np.linspace(0, len(pressed) - 1, EVEN).round().astype(int)
-    some = np.unique([*even, bound.argmax(), *own.argmax(axis=-1)])
+    some = np.unique([*even, bound.argmax(), *spans.argmax(axis=-1)])
     try:
         roots = _Roots(deflection)
         while len(some):
-            found[:, some] = np.nan_to_num(roots.of_links(pressed[some])).T
-            some = _unseen(found, bound, resolved)
+            ratios[:, some] = np.nan_to_num(roots.of_links(pressed[some])).T
+            some = _unseen(ratios, bound, resolved)
     except np.linalg.LinAlgError:  # joints that hold rigidly what others hold too, or sizes of no machine
         return Buckling(np.full(links, np.nan), np.zeros(links, int))
-    best = np.nanargmax(found, axis=1)
-    return Buckling(np.nanmax(found, axis=1), pressed[best])
+    best = np.nanargmax(ratios, axis=1)
+    return Buckling(np.nanmax(ratios, axis=1), pressed[best])
 
 
-def _unseen(found: Reals, bound: Reals, resolved: float) -> Integers:
+def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
     """Next positions: with the greatest bounds above the ratio that is resolved; else beside every link's largest.
 
     These are where the parabola through the largest and its neighbours is highest, and in the end the next ones to it.
     """
-    seen = ~np.isnan(found[0])
-    above = np.flatnonzero(~seen & (bound > max(np.nanmax(found), resolved)))
+    seen = ~np.isnan(ratios[0])
+    above = np.flatnonzero(~seen & (bound > max(np.nanmax(ratios), resolved)))
     if len(above):
         return above[np.argsort(-bound[above])[:TOGETHER]]
-    known, rows = np.flatnonzero(seen), np.flatnonzero(np.nanmax(found, axis=1) > 0.0)
+    known, rows = np.flatnonzero(seen), np.flatnonzero(np.nanmax(ratios, axis=1) > 0.0)
     if not len(rows):
         return rows
-    here = np.nanargmax(found[rows], axis=1)
+    here = np.nanargmax(ratios[rows], axis=1)
     at = np.searchsorted(known, here)
     left, right = known[np.maximum(at - 1, 0)], known[np.minimum(at + 1, len(known) - 1)]
     with np.errstate(invalid="ignore"):
-        rise = (found[rows, here] - found[rows, left]) / (here - left)
-        fall = (found[rows, here] - found[rows, right]) / (right - here)
+        rise = (ratios[rows, here] - ratios[rows, left]) / (here - left)
+        fall = (ratios[rows, here] - ratios[rows, right]) / (right - here)
         top = (left + here + rise * (right - left) / (rise + fall)) / 2.0
     top = np.where(np.isfinite(top), top, here).round().astype(int)
     beside = here[seen[top]]
