@@ -98,8 +98,13 @@ class TestDocs:
                 assert names["bent"]["coupler"].w.shape == (360, 101)
         assert len(snippets) >= 7
         assert names["told"].figures["check"]["passed"]
-        thin, thick = (float(line.split()[2]) for line in capsys.readouterr().out.splitlines()[:2])
+        printed = capsys.readouterr().out.splitlines()
+        assert printed[0].startswith("0.3062 kg 309.9 MPa ± ")
+        thin, thick = (float(line.split()[2]) for line in printed if line.startswith(("6 mm", "8 mm")))
         assert 6 / 8 * thin < thick < thin  # of bending as 1/depth, of tension the same
+        lowest = natural_frequencies(load("steel_four_bar")).omega[0].min()
+        assert names["found"].omega.min() == lowest == pytest.approx(674.7, rel=1e-2)  # summary.json, at 12 positions
+        assert len(names["axes"].lines) == 6
         assert names["solved"].joints.B.force.rocker.shape == (90,)
 
     @pytest.mark.slow
