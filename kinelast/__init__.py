@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kinelast.notebook import deflection, load, motion, to_pandas, to_xarray, with_loads
-    from kinelast.notebook.inline import answer, film, live, picture, report
+    from kinelast.notebook import deflection, load, motion, with_loads
+    from kinelast.notebook.inline import answer, live, report
     from kinelast.notebook.modes import natural_frequencies
+    from kinelast.notebook.pictures import film, picture
+    from kinelast.notebook.tables import to_pandas, to_xarray
     from kinelast.scene.course import Run
     from kinelast.scene.data import Scene, scene_motion, scene_motion_at, scene_times
     from kinelast.scene.document import Document, read_document, read_scene, scene_from_dict, scene_from_text
@@ -51,9 +53,11 @@ __version__ = "0.1.0"
 """Version of the program, as a wheel bears it too."""
 
 _HOME = {
-    "notebook.inline": ("answer", "film", "live", "picture", "report"),
+    "notebook.inline": ("answer", "live", "report"),
     "notebook.modes": ("natural_frequencies",),
-    "notebook": ("deflection", "load", "motion", "to_pandas", "to_xarray", "with_loads"),
+    "notebook.pictures": ("film", "picture"),
+    "notebook.tables": ("to_pandas", "to_xarray"),
+    "notebook": ("deflection", "load", "motion", "with_loads"),
     "scene.course": ("Run",),
     "scene.data": ("Scene", "scene_motion", "scene_motion_at", "scene_times"),
     "scene.document": ("Document", "read_document", "read_scene", "scene_from_dict", "scene_from_text"),

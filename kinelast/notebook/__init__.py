@@ -11,9 +11,6 @@ from typing import Any
 import numpy as np
 
 from elastic import FIELDS, Deflection, sample
-from kinelast.figures.cycle import drive_words
-from kinelast.figures.results import Results
-from kinelast.outputs.positions import motion_columns, motion_table, position_table
 from kinelast.runs import computed
 from kinelast.scene.data import Scene, scene_motion
 from kinelast.scene.document import Document, read_scene
@@ -44,7 +41,7 @@ def load(scene: str | Path) -> Scene:
     Scene("steel_four_bar": 4 links, 3 beams, 1 drive, 360 positions)
     """
     if not isinstance(scene, str | Path):
-        raise TypeError(f"expected the name of a scene or the path of its file, got {_shown(scene)}")
+        raise TypeError(f"expected the name of a scene or the path of its file, got {shown(scene)}")
     paths, problems = scene_paths([str(scene)])
     if problems:
         raise MissingFileError("", "", "", problems[0])
@@ -268,8 +265,8 @@ def scene_of(given: object) -> Scene:
         return given.scene
     if isinstance(given, Scene):
         return given
-    advice = f"; load({_shown(given)}) reads it" if isinstance(given, str | Path) else ""
-    raise TypeError(f'expected a scene, as of load("steel_four_bar"), got {_shown(given)}{advice}')
+    advice = f"; load({shown(given)}) reads it" if isinstance(given, str | Path) else ""
+    raise TypeError(f'expected a scene, as of load("steel_four_bar"), got {shown(given)}{advice}')
 
 
 def request_of(**asked: Any) -> Request:
@@ -300,116 +297,7 @@ def _near(text: str, option: Option) -> str:
     return hint if hint.startswith("; did") else ""
 
 
-def _shown(given: object) -> str:
+def shown(given: object) -> str:
     """An argument as a message shows it: short."""
     text = repr(given)
     return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}... (a {type(given).__name__})"
-
-
-ALONG = 21  # stations of a table, unless told
-POINT = {"": ("position", "m"), "v": ("velocity", "m/s"), "a": ("acceleration", "m/s^2")}
-LINK = {"angle": "rad", "angular_velocity": "rad/s", "angular_acceleration": "rad/s^2"}
-
-
-def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
-    """A table of a row a position, its index the time; every column's name ends in its unit.
-
-    Of a motion: drives, links, points and joints, as in motion.csv. Of a deflection: the columns of positions.csv.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        pandas is not installed.
-    """
-    _require_result(result)
-    pandas = _module("pandas")
-    if isinstance(result, SceneDeflection):
-        table = position_table(_in_si(result))
-        columns = {column.heading: column.values for column in table.columns}
-    else:
-        wide = result.columns
-        columns = {
-            f"{name} [{unit}]": np.broadcast_to(values, wide) for name, (values, unit) in motion_columns(result).items()
-        }
-    time = columns.pop("time [s]")
-    return pandas.DataFrame(columns, index=pandas.Index(time, name="time [s]"))
-
-
-def to_xarray(result: SceneMotion | SceneDeflection, stations: int = ALONG) -> Any:
-    """A data set with coordinates, and units in its variables' attributes.
-
-    Of a motion: of points over positions x, y and their derivatives, of links over positions angles and their
-    derivatives. Of a deflection: every main field over beams, positions and so many `stations`, and the columns of
-    motion.csv by their names over the positions: efforts and powers of drives, forces of joints and on the ground.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        xarray is not installed.
-    """
-    _require_result(result)
-    xarray = _module("xarray")
-    if isinstance(result, SceneMotion):
-        data, names = _kinematics(result)
-        coordinates = {"point": names[0], "link": names[1], **_shared(result)}
-    else:
-        data, coordinates = _fields(result, stations)
-    return xarray.Dataset(data, coordinates, attrs={"title": result.scene.title})
-
-
-def _fields(bent: SceneDeflection, stations: int) -> tuple[dict[str, Any], dict[str, Any]]:
-    xi = np.linspace(0.0, 1.0, stations)
-    axes = ("beam", "position", "station")
-    data: dict[str, Any] = {
-        key: (axes, sample(bent, key, xi), {"units": each.unit, "long_name": each.name})
-        for key, each in FIELDS.items()
-        if each.main
-    }
-    columns = {column.name: column for column in motion_table(_in_si(bent)).columns if column.name != "time"}
-    data |= {name: ("position", column.values, {"units": column.unit}) for name, column in columns.items()}
-    along = (("beam", "station"), bent.length.reshape(-1, 1) * xi, {"units": "m", "long_name": "way along the beam"})
-    share = ("station", xi, {"units": "1", "long_name": "share of the length"})
-    return data, {"beam": list(bent.scene.labels), "xi": share, "x": along, **_shared(bent.motion)}
-
-
-def _in_si(bent: SceneDeflection) -> Results:
-    """Its results, told in SI units."""
-    return Results(replace(bent.scene, report_units="SI"), bent)
-
-
-def _kinematics(course: Any) -> tuple[dict[str, Any], tuple[list[str], list[str]]]:
-    points = point_names(course.mechanism)
-    links = list(course.mechanism.index)
-    data: dict[str, Any] = {}
-    for prefix, (name, unit) in POINT.items():
-        values = np.array([np.broadcast_to(getattr(course[point], name), course.columns) for point in points])
-        for axis, part in (("x", values.real), ("y", values.imag)):
-            data[prefix + axis] = (("point", "position"), part, {"units": unit, "long_name": f"{name} along {axis}"})
-    angle = np.unwrap(np.angle(course.direction))
-    for (name, unit), values in zip(
-        LINK.items(), (angle, course.angular_velocity, course.angular_acceleration), strict=True
-    ):
-        data[name] = (("link", "position"), values, {"units": unit, "long_name": name.replace("_", " ")})
-    return data, (points, links)
-
-
-def _shared(course: Any) -> dict[str, Any]:
-    """Coordinates along the positions: time, and the coordinate of every drive."""
-    found: dict[str, Any] = {"time": ("position", course.time, {"units": "s"})}
-    for (name, kind, unit, _), values in zip(drive_words(course.mechanism), course.drive, strict=True):
-        found[f"{name}_{kind}"] = ("position", values, {"units": unit, "long_name": f"{kind} of the drive {name}"})
-    return found
-
-
-def _require_result(result: object) -> None:
-    if not isinstance(result, SceneMotion | SceneDeflection):
-        raise TypeError(f"expected a motion or a deflection of a scene, got {_shown(result)}")
-
-
-def _module(name: str) -> Any:
-    from importlib import import_module
-
-    try:
-        return import_module(name)
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(f"{name} is not installed: pip install {name}", name=name) from error

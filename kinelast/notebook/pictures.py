@@ -1,0 +1,98 @@
+"""Pictures and films of a deflection that a notebook shows below the cell."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from kinelast.notebook import SceneDeflection
+
+SIZE = (960, 540)  # [pixels] of a picture or a film
+
+
+@dataclass(frozen=True)
+class Still:
+    """A picture: its subject, and its bytes as PNG."""
+
+    shows: str
+    png: bytes
+
+    def __repr__(self) -> str:
+        return f"Still({self.shows})"
+
+    def _repr_png_(self) -> bytes:
+        return self.png
+
+
+@dataclass(frozen=True)
+class Film:
+    """A film: its subject, and its bytes as MP4."""
+
+    shows: str
+    mp4: bytes
+
+    def __repr__(self) -> str:
+        return f"Film({self.shows})"
+
+    def _repr_html_(self) -> str:
+        source = f"data:video/mp4;base64,{b64encode(self.mp4).decode()}"
+        return f'<video controls loop muted style="max-width:100%" src="{source}"></video>'
+
+
+def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 0, **style: Any) -> Still:
+    """A diagram of a deflection at one of its positions.
+
+    Parameters
+    ----------
+    diagram
+        A name as on the command line, or a field's key; of a scene without beams "motion".
+    style
+        Of `animations.Style`, as `look="solid"` or `show=("names", "paths")`.
+
+    Raises
+    ------
+    ValueError
+        There is no such diagram or position.
+    TypeError
+        What is given is no deflection of a scene.
+    RenderingUnavailable
+        This machine has no OpenGL.
+    """
+    _require_deflection(bent)
+    from PIL import Image
+
+    from animations import Picture, diagram_named, drawable, off_screen
+
+    possible = drawable(bent, diagram_named(diagram))
+    if position not in possible:
+        raise ValueError(f"position {position} is not among those that can be drawn, {possible[0]} to {possible[-1]}")
+    with off_screen(), Picture(bent, diagram, _style(bent, style)) as drawn:
+        image = drawn.show(position)
+    file = BytesIO()
+    Image.fromarray(image).save(file, "PNG")
+    return Still(f"{diagram} of {bent.scene.name} at position {position}", file.getvalue())
+
+
+def film(bent: SceneDeflection, diagram: str = "deflection", frames: int | None = None, **style: Any) -> Film:
+    """A film of a deflection over its positions; the parameters and errors are those of `picture`."""
+    _require_deflection(bent)
+    from animations import movie
+
+    with TemporaryDirectory() as folder:
+        (path,) = movie(bent, diagram, Path(folder) / "film.mp4", frames, _style(bent, style))
+        return Film(f"{diagram} of {bent.scene.name}", path.read_bytes())
+
+
+def _require_deflection(bent: object) -> None:
+    if not isinstance(bent, SceneDeflection):
+        raise TypeError(f"expected a deflection, as of deflection(scene) or answer(scene).deflection, got {bent!r:.60}")
+
+
+def _style(bent: SceneDeflection, asked: dict[str, Any]) -> Any:
+    from animations import Style
+
+    return Style(**{"title": bent.scene.title, "outlines": bent.scene.outlines, "size": SIZE, **asked})
