@@ -1,4 +1,4 @@
-"""Motion and deflection of a scene that know its names, and as tables of pandas and data sets of xarray."""
+"""Motion and deflection of a scene, with points, links and beams by name."""
 
 from __future__ import annotations
 
@@ -21,19 +21,21 @@ from kinelast.tasks.task import scene_paths
 from rigid import Load, Mechanism, Motion, acceleration_of, position_of, velocity_of
 from rigid.arrays import Complexes, Reals
 
-STATIONS = 101
-LONGEST_SHOWN = 60  # letters of an argument in a message
+STATIONS = 101  # per beam, evenly spaced from end to end
+MAX_SHOWN = 60  # letters of an argument in a message
 
 
 def load(scene: str | Path) -> Scene:
-    """The scene in a file, or a shipped one by its name.
+    """Return the scene of a file, or a shipped scene by its name.
 
     Raises
     ------
     SceneError
-        The file holds a mistake.
-    FileNotFoundError, ValueError
-        There is no such file or scene; or more than one.
+        The file has a mistake.
+    FileNotFoundError
+        No file or scene has this name.
+    ValueError
+        The folder holds several scenes.
 
     Examples
     --------
@@ -70,32 +72,33 @@ def with_loads(scene: Scene | Document, *loads: Load) -> Scene:
 
 @dataclass(frozen=True)
 class PointMotion:
-    """A point over the cycle: place [m], velocity [m/s] and acceleration [m/s^2], complex, shape (positions,)."""
+    """Position [m], velocity [m/s] and acceleration [m/s^2] of a point, complex, shape (positions,)."""
 
     position: Complexes
     velocity: Complexes
     acceleration: Complexes
 
     def __repr__(self) -> str:
-        return f"PointMotion({len(self.position)} positions: position, velocity, acceleration)"
+        return f"PointMotion({len(self.position)} positions: position [m], velocity [m/s], acceleration [m/s^2])"
 
 
 @dataclass(frozen=True)
 class LinkMotion:
-    """A link over the cycle: angle [rad], without jumps, angular velocity and acceleration, shape (positions,)."""
+    """Angle [rad], without jumps, angular velocity [rad/s] and acceleration [rad/s^2] of a link, shape (positions,)."""
 
     angle: Reals
     angular_velocity: Reals
     angular_acceleration: Reals
 
     def __repr__(self) -> str:
-        return f"LinkMotion({len(self.angle)} positions: angle, angular_velocity, angular_acceleration)"
+        fields = "angle [rad], angular_velocity [rad/s], angular_acceleration [rad/s^2]"
+        return f"LinkMotion({len(self.angle)} positions: {fields})"
 
 
 class BeamFields:
-    """The fields along a beam by their keys, `w`, `M` and so on, at 101 stations: shape (positions, stations).
+    """Fields along a beam by their keys, such as `w` and `M`, at 101 stations, shape (positions, stations).
 
-    `x` is the way of the stations along the beam [m], shape (stations,).
+    `x` is the distance of the stations from the start of the beam [m], shape (stations,).
     """
 
     def __init__(self, deflection: SceneDeflection, label: str, beam: int) -> None:
@@ -103,7 +106,7 @@ class BeamFields:
         self.x = np.linspace(0.0, 1.0, STATIONS) * float(deflection.length[beam, 0])
 
     def __getattr__(self, key: str) -> Any:
-        """A field at all positions and stations."""
+        """Return a field at all positions and stations."""
         if key not in FIELDS:
             raise AttributeError(f'there is no field "{key}": choose from {", ".join(FIELDS)}')
         return sample(self._deflection, key, STATIONS)[self._beam]
@@ -137,7 +140,7 @@ def rigid_line(course: Motion, beam: int) -> Complexes:
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class SceneMotion(Motion):
-    """A motion that finds its points and links by name, as in `motion["B"].position`; points first."""
+    """Motion with points and links by name: `motion["B"].position`. A point comes before a link of the same name."""
 
     scene: Scene
 
@@ -162,22 +165,22 @@ class SceneMotion(Motion):
         raise KeyError(unknown_name(name, self))
 
     def link(self, name: str) -> LinkMotion:
-        """The motion of a link, also where a point has its name."""
+        """Return the motion of a link, even if a point has the same name."""
         number = self.mechanism.index[name]
         angle = np.unwrap(np.angle(self.direction[number]))
         return LinkMotion(angle, self.angular_velocity[number], self.angular_acceleration[number])
 
     def __repr__(self) -> str:
-        return f'Motion("{self.scene.name}": {_told(self)})'
+        return f'Motion("{self.scene.name}": {_extent(self)})'
 
     def _repr_html_(self) -> str:
         names = {"points": point_names(self.mechanism), "links": [*self.mechanism.index][1:]}
-        return _html(self.scene, f"motion, {_told(self)}", names)
+        return _html(self.scene, f"motion, {_extent(self)}", names)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class SceneDeflection(Deflection):
-    """A deflection that finds its beams by name, as in `deflection["coupler"].w`."""
+    """Deflection with beams by name: `deflection["coupler"].w`."""
 
     scene: Scene
 
@@ -197,41 +200,41 @@ class SceneDeflection(Deflection):
         return BeamFields(self, label, self.scene.labels.index(label))
 
     def __repr__(self) -> str:
-        return f'Deflection("{self.scene.name}": {len(self.sections)} beams, {_told(self.motion)})'
+        return f'Deflection("{self.scene.name}": {len(self.sections)} beams, {_extent(self.motion)})'
 
     def _repr_html_(self) -> str:
-        told = f"deflection, {len(self.sections)} beams, {_told(self.motion)}"
-        return _html(self.scene, told, {"beams": self.scene.labels, "fields": FIELDS})
+        words = f"deflection, {len(self.sections)} beams, {_extent(self.motion)}"
+        return _html(self.scene, words, {"beams": self.scene.labels, "fields": FIELDS})
 
 
 def motion(scene: Scene | Document, positions: int | None = None) -> SceneMotion:
-    """The motion of a scene over its run; `positions` overrides how many.
+    """Return the motion of a scene over its run. `positions` overrides their number.
 
     Raises
     ------
     SceneError
-        The drives ask for positions that cannot be reached.
+        The drives ask for positions out of reach.
     TypeError, ValueError
-        What is given is no scene, or no number of positions.
+        The argument is no scene, or no number of positions.
     """
     given, asked = scene_of(scene), request_of(positions=positions)
     return _motion(given, scene_motion(given, asked.positions))
 
 
 def deflection(scene: Scene | Document, positions: int | None = None) -> SceneDeflection:
-    """The deflection of a scene over its run, by the theory that it asks for; `positions` overrides how many.
+    """Return the deflection of a scene over its run, by the theory it asks for. `positions` overrides their number.
 
     Raises
     ------
     SceneError
-        As `motion`; a block leaves its beam; vibration is asked for and cannot be answered.
+        The drives ask for positions out of reach, a block leaves its beam, or vibration has no solution.
     """
     given = scene_of(scene)
     return named_deflection(given, computed(given, request_of(positions=positions)).deflection)
 
 
 def named_deflection(scene: Scene, bent: Deflection) -> SceneDeflection:
-    """The same deflection, with the names of its scene."""
+    """Return a deflection that knows its scene."""
     parts = {each.name: getattr(bent, each.name) for each in fields(bent)}
     return SceneDeflection(**{**parts, "motion": _motion(scene, bent.motion)}, scene=scene)
 
@@ -240,27 +243,27 @@ def _motion(scene: Scene, course: Motion) -> SceneMotion:
     return SceneMotion(**{each.name: getattr(course, each.name) for each in fields(course)}, scene=scene)
 
 
-def _told(course: Motion) -> str:
+def _extent(course: Motion) -> str:
     return f"{len(course.time)} positions in {course.time[-1] - course.time[0]:.4g} s"
 
 
-def _html(scene: Scene, told: str, names: Mapping[str, Iterable[str]]) -> str:
+def _html(scene: Scene, words: str, names: Mapping[str, Iterable[str]]) -> str:
     rows = "".join(f"<br>{kind}: <code>{escape(', '.join(each))}</code>" for kind, each in names.items())
-    return f"<p><b>{escape(scene.title)}</b>: {escape(told)}{rows}</p>"
+    return f"<p><b>{escape(scene.title)}</b>: {escape(words)}{rows}</p>"
 
 
 def point_names(mechanism: Mechanism) -> list[str]:
-    """Names of all points, each once."""
+    """Return the names of all points, each once."""
     return [*dict.fromkeys(point for link in mechanism.links for point in link.points)]
 
 
 def unknown_name(name: object, known: Iterable[str]) -> str:
-    """The message on a name that there is not, with those that there are."""
+    """Return the message about an unknown name, with all known names."""
     return f'there is no "{name}": choose from {", ".join(known)}'
 
 
 def scene_of(given: object) -> Scene:
-    """A scene, or that of a document; TypeError of anything else."""
+    """Return a scene, or the scene of a document. Raise TypeError for anything else."""
     if isinstance(given, Document):
         return given.scene
     if isinstance(given, Scene):
@@ -270,12 +273,12 @@ def scene_of(given: object) -> Scene:
 
 
 def request_of(**asked: Any) -> Request:
-    """The request of options by their names, those that are None left out; in words, as the command has them, or not.
+    """Return the request of options by name, without those that are None. A value may be a text, as in the command.
 
     Raises
     ------
     ValueError
-        An option has a value that it cannot have.
+        An option does not accept its value.
     """
     known, given = options_of(Request), {}
     for name, value in asked.items():
@@ -292,12 +295,12 @@ def request_of(**asked: Any) -> Request:
 
 
 def _near(text: str, option: Option) -> str:
-    """The nearest choice, where there is one near."""
+    """Return a hint at the most similar choice, or an empty text."""
     hint = likely(text, option.choices)
     return hint if hint.startswith("; did") else ""
 
 
 def shown(given: object) -> str:
-    """An argument as a message shows it: short."""
+    """Return the representation of an argument, shortened for a message."""
     text = repr(given)
-    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}... (a {type(given).__name__})"
+    return text if len(text) <= MAX_SHOWN else f"{text[:MAX_SHOWN]}... (a {type(given).__name__})"

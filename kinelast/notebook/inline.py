@@ -1,4 +1,4 @@
-"""Answers, pictures, films and the page as objects that a notebook shows where they stand."""
+"""Answers and reports that a notebook shows below the cell, and the editor in a frame."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ FRAME = "width:100%;height:48em;border:1px solid #ccd"
 
 
 class ByName(Mapping[str, T]):
-    """Parts of an answer by their names, as items and as attributes, both of which complete by the tab key."""
+    """Parts of an answer by name, as items and as attributes. The tab key completes both."""
 
     def __init__(self, names: Iterable[str], part: Callable[[str], T]) -> None:
         self._names, self._part = tuple(names), part
@@ -77,36 +77,37 @@ class ByName(Mapping[str, T]):
 
 @dataclass(frozen=True, repr=False)
 class AnsweredPoint(PointMotion):
-    """A point of rigid links, and how far it is displaced from there [m], complex, shape (positions,)."""
+    """Rigid motion of a point, and its displacement from there [m], complex, shape (positions,)."""
 
     displacement: Complexes
 
     def __repr__(self) -> str:
-        return f"AnsweredPoint({len(self.position)} positions: position, velocity, acceleration, displacement)"
+        fields = "position [m], velocity [m/s], acceleration [m/s^2], displacement [m]"
+        return f"AnsweredPoint({len(self.position)} positions: {fields})"
 
 
 @dataclass(frozen=True, repr=False)
 class AnsweredJoint:
-    """A joint: its force and moment on each of its links, as in motion.csv, shape (positions,).
+    """Force and moment of a joint on each link, as in motion.csv, shape (positions,).
 
     Attributes
     ----------
     force
-        By link [N], complex, in the ground's axes.
+        Force by link [N], complex, in the ground's axes.
     moment
-        By link [N m]; 0 of a joint that lets them turn.
+        Moment by link [N m]; 0 if the joint lets its links turn.
     """
 
     force: ByName[Complexes]
     moment: ByName[Reals]
 
     def __repr__(self) -> str:
-        return f"AnsweredJoint(force and moment on {', '.join(self.force)})"
+        return f"AnsweredJoint(force [N] and moment [N m] on {', '.join(self.force)})"
 
 
 @dataclass(frozen=True, repr=False)
 class AnsweredDrive:
-    """A drive: coordinate [rad or m], rate, acceleration, effort [N m or N] and power [W], shape (positions,)."""
+    """Coordinate [rad or m], rate, acceleration, effort [N m or N] and power [W] of a drive, shape (positions,)."""
 
     coordinate: Reals
     rate: Reals
@@ -115,23 +116,23 @@ class AnsweredDrive:
 
     @property
     def power(self) -> Reals:
-        """Power that it gives to the mechanism [W]."""
+        """Power from the drive to the mechanism [W]."""
         return self.effort * self.rate
 
     def __repr__(self) -> str:
-        return f"AnsweredDrive({len(self.coordinate)} positions: coordinate, rate, acceleration, effort, power)"
+        return f"AnsweredDrive({len(self.coordinate)} positions: coordinate, rate, acceleration, effort, power [W])"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Answer:
-    """A scene answered: its parts by name, and its figures with their errors.
+    """Answer to a scene: its parts by name, and its figures with their errors.
 
     Attributes
     ----------
     scene, motion, deflection
-        The scene, its motion, and the deflection by the theory that was taken.
+        The scene, the rigid motion, and the deflection by the selected theory.
     figures
-        As in summary.json.
+        Entries of summary.json.
     """
 
     results: Results
@@ -144,36 +145,36 @@ class Answer:
 
     @cached_property
     def deflection(self) -> SceneDeflection:
-        """Deflection of the links, by name."""
+        """Deflection of the links, with beams by name."""
         return named_deflection(self.scene, self.results.deflection)
 
     @property
     def motion(self) -> SceneMotion:
-        """Motion of the rigid links, by name."""
+        """Motion of the rigid links, with points and links by name."""
         course = self.deflection.motion
         assert isinstance(course, SceneMotion)
         return course
 
     @property
     def theory(self) -> str:
-        """The theory that was taken."""
+        """Name of the selected theory."""
         return self.results.answer.theory if self.results.answer else QUASI_STATIC
 
     @property
     def error(self) -> float:
-        """Of the worst of the figures that are read, as a share; nan where it is not known."""
+        """Largest relative error of the graded figures, nan if unknown."""
         return self.results.error
 
     @cached_property
     def figures(self) -> Figures:
-        """All figures, as in summary.json; those of its table `figures` also directly by name."""
+        """Entries of summary.json. Each entry of the table `figures` is also found directly by name."""
         made = made_from(self.scene.text.encode(), self.request, {})
         whole = {"kinelast": __version__, **summary(self.results), "made_from": made}
         return figures_of(whole, self.scene.told_in)
 
     @property
     def headline(self) -> str:
-        """The line that the command prints."""
+        """Line that the command prints."""
         return headline(self.figures)
 
     @property
@@ -231,8 +232,8 @@ class Answer:
 
     def _repr_html_(self) -> str:
         rows = {kind: getattr(self, kind) for kind in ("points", "links", "beams", "joints", "drives")}
-        told = "".join(f"<br>{kind}: <code>{escape(', '.join(names))}</code>" for kind, names in rows.items())
-        return f"<p><b>{escape(self.scene.title)}</b>: {escape(self.headline)}{told}</p>"
+        parts = "".join(f"<br>{kind}: <code>{escape(', '.join(names))}</code>" for kind, names in rows.items())
+        return f"<p><b>{escape(self.scene.title)}</b>: {escape(self.headline)}{parts}</p>"
 
 
 def answer(
@@ -241,23 +242,23 @@ def answer(
     accuracy: float | str | None = None,
     positions: int | None = None,
 ) -> Answer:
-    """The answer to a scene.
+    """Return the answer to a scene.
 
     Parameters
     ----------
     theory
-        "quasi-static", "elastodynamic" or "geometrically-exact", instead of the scene's own.
+        "quasi-static", "elastodynamic" or "geometrically-exact". The default is the choice of the scene.
     accuracy
-        How far the answer may be off, as in 0.02 or "2 %": takes the cheapest theory that gets there.
+        Largest accepted error, such as 0.02 or "2 %". It selects the cheapest theory that reaches it.
     positions
-        Overrides how many.
+        Number of positions. The default is that of the scene.
 
     Raises
     ------
     SceneError
-        As `kinelast.deflection`.
+        The scene has no answer, as for `kinelast.deflection`.
     TypeError, ValueError
-        What is given is no scene; an option cannot have that value, or not both of theory and accuracy.
+        The argument is no scene, an option does not accept its value, or both theory and accuracy are given.
     """
     return _answer(scene, theory=theory, accuracy=accuracy, positions=positions)
 
@@ -271,7 +272,7 @@ def _answer(scene: Scene | Document, **asked: Any) -> Answer:
 
 @dataclass(frozen=True)
 class Report:
-    """The report of `deflection-report` on a scene: the answer in one line, all figures, and the page."""
+    """Report of `deflection-report` on a scene: headline, figures and page."""
 
     name: str
     headline: str
@@ -282,7 +283,7 @@ class Report:
         return f'Report("{self.name}": {self.headline})'
 
     def _repr_html_(self) -> str:
-        """The headline and, in a frame of its own, the page, which asks for nothing."""
+        """Return the headline and the page in a frame. The page loads no other file."""
         page = escape(self.page.decode())
         frame = f'<iframe sandbox="allow-scripts allow-downloads" style="{FRAME}" srcdoc="{page}"></iframe>'
         return f"<p><b>{escape(self.name)}</b>: {escape(self.headline)}</p>{frame}"
@@ -295,47 +296,47 @@ def report(
     accuracy: float | str | None = None,
     theory: str | None = None,
 ) -> Report:
-    """The report on a scene, by the theory that the scene asks for.
+    """Return the report on a scene.
 
     Parameters
     ----------
     positions
-        Overrides how many.
+        Number of positions. The default is that of the scene.
     check
-        Compare with finite elements, so many to a beam.
+        Number of finite elements per beam for a comparison. The default is no comparison.
     accuracy, theory
-        As of `answer`.
+        Options of `answer`.
 
     Raises
     ------
     SceneError, TypeError, ValueError
-        As `answer`.
+        The errors of `answer`.
     """
     elements = None if check is None else f"{check}"
-    told = _answer(scene, positions=positions, checks=elements, accuracy=accuracy, theory=theory)
-    page = report_page(told.results, told.figures, told.headline, handout(told.figures))
-    return Report(told.scene.name, told.headline, told.figures, page)
+    solved = _answer(scene, positions=positions, checks=elements, accuracy=accuracy, theory=theory)
+    page = report_page(solved.results, solved.figures, solved.headline, handout(solved.figures))
+    return Report(solved.scene.name, solved.headline, solved.figures, page)
 
 
 def live(scene: Scene | Document | str | Path | None = None) -> Any:
-    """The live editor of a scene, shown where a notebook shows it: drawn, dragged and answered in a frame.
+    """Return the live editor of a scene, which a notebook shows in a frame.
 
-    It is the page of `deflection-report --live`, served by the kernel to browsers on the same computer alone. What is
-    saved there is `.text` and `.scene` of what is returned; `.widget` is the same for a kernel on another computer; in
-    a script `.wait()` serves the page until it is interrupted.
+    The kernel serves the page of `deflection-report --live` to browsers on the same computer. `.text` and `.scene`
+    return the saved scene. `.widget` is the editor for a kernel on another computer. In a script, `.wait()` serves the
+    page until an interrupt.
 
     Parameters
     ----------
     scene
-        A scene, whose text is kept in a file that goes with the kernel; a file or a shipped scene by its name, as of
-        `--live`; or None for an empty sheet, which can be downloaded alone.
+        A scene, a file, or the name of a shipped scene. The text of a scene is kept in a file until the kernel ends.
+        None opens an empty sheet; the browser can only download it.
 
     Raises
     ------
     ModuleNotFoundError
         Starlette or uvicorn is not installed.
     FileNotFoundError
-        There is neither such a file nor such a scene.
+        No file or scene has this name.
     ValueError
         The scene has no text.
     """

@@ -1,4 +1,4 @@
-"""Natural frequencies, damping ratios and mode shapes of a scene, by the names of its beams."""
+"""Natural frequencies, damping ratios and mode shapes of a scene, by beam."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class ModeShapes:
 
 @dataclass(frozen=True, eq=False)
 class NaturalFrequencies:
-    """Natural frequencies of a scene, its drives held. `solved["coupler"]` gives the mode shapes of a beam.
+    """Natural frequencies of a scene with the drives held. `solved["coupler"]` gives the mode shapes of a beam.
 
     Attributes
     ----------
@@ -91,15 +91,15 @@ class NaturalFrequencies:
     def __repr__(self) -> str:
         lowest = [quantity(float(np.nanmin(row)), "Hz") for row in self.frequency if np.isfinite(row).any()]
         damped = f"; damping ratio from {percent(float(np.nanmin(self.damping)))}" if lowest else ""
-        told = f"at least {', '.join(lowest)}" if lowest else "no mode"
-        return f'NaturalFrequencies("{self.motion.scene.name}": {told} at {len(self.motion.time)} positions{damped})'
+        words = f"at least {', '.join(lowest)}" if lowest else "no mode"
+        return f'NaturalFrequencies("{self.motion.scene.name}": {words} at {len(self.motion.time)} positions{damped})'
 
 
 @one_thread()
 def natural_frequencies(scene: Scene | Document, modes: int = MODES, positions: int = POSITIONS) -> NaturalFrequencies:
     """Return natural frequencies, damping ratios and mode shapes at evenly spaced positions, drives held.
 
-    The damping is that of the scene: `damping` of its materials, else `damping_ratio` at the lowest frequency.
+    The scene sets the damping: `damping` of the materials, else `damping_ratio` at the lowest frequency.
 
     Raises
     ------

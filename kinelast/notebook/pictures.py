@@ -16,7 +16,7 @@ SIZE = (960, 540)  # [pixels] of a picture or a film
 
 @dataclass(frozen=True)
 class Still:
-    """A picture: its subject, and its bytes as PNG."""
+    """Subject of a picture, and its bytes as PNG."""
 
     shows: str
     png: bytes
@@ -30,7 +30,7 @@ class Still:
 
 @dataclass(frozen=True)
 class Film:
-    """A film: its subject, and its bytes as MP4."""
+    """Subject of a film, and its bytes as MP4."""
 
     shows: str
     mp4: bytes
@@ -44,21 +44,21 @@ class Film:
 
 
 def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 0, **style: Any) -> Still:
-    """A diagram of a deflection at one of its positions.
+    """Return a picture of a diagram at one position of a deflection.
 
     Parameters
     ----------
     diagram
-        A name as on the command line, or a field's key; of a scene without beams "motion".
+        A name of the command line, or the key of a field. A scene without beams needs "motion".
     style
-        Of `animations.Style`, as `look="solid"` or `show=("names", "paths")`.
+        Settings of `animations.Style`, such as `look="solid"` or `show=("names", "paths")`.
 
     Raises
     ------
     ValueError
-        There is no such diagram or position.
+        The diagram or the position does not exist.
     TypeError
-        What is given is no deflection of a scene.
+        The argument is no deflection of a scene.
     RenderingUnavailable
         This machine has no OpenGL.
     """
@@ -78,7 +78,7 @@ def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 
 
 
 def film(bent: SceneDeflection, diagram: str = "deflection", frames: int | None = None, **style: Any) -> Film:
-    """A film of a deflection over its positions; the parameters and errors are those of `picture`."""
+    """Return a film of a deflection. It has the parameters and errors of `picture`."""
     _require_deflection(bent)
     from animations import movie
 

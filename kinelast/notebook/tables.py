@@ -13,15 +13,15 @@ from kinelast.figures.results import Results
 from kinelast.notebook import SceneDeflection, SceneMotion, point_names, shown
 from kinelast.outputs.positions import motion_columns, motion_table, position_table
 
-ALONG = 21  # stations of a table, unless told
+STATIONS = 21  # default number of stations along a beam
 POINT = {"": ("position", "m"), "v": ("velocity", "m/s"), "a": ("acceleration", "m/s^2")}
 LINK = {"angle": "rad", "angular_velocity": "rad/s", "angular_acceleration": "rad/s^2"}
 
 
 def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
-    """A table of a row a position, its index the time; every column's name ends in its unit.
+    """Return a table with one row per position and the time as index. Each column name ends in its unit.
 
-    Of a motion: drives, links, points and joints, as in motion.csv. Of a deflection: the columns of positions.csv.
+    A motion gives drives, links, points and joints, as in motion.csv. A deflection gives the columns of positions.csv.
 
     Raises
     ------
@@ -42,12 +42,13 @@ def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
     return pandas.DataFrame(columns, index=pandas.Index(time, name="time [s]"))
 
 
-def to_xarray(result: SceneMotion | SceneDeflection, stations: int = ALONG) -> Any:
-    """A data set with coordinates, and units in its variables' attributes.
+def to_xarray(result: SceneMotion | SceneDeflection, stations: int = STATIONS) -> Any:
+    """Return a data set with coordinates. Each variable has its unit as an attribute.
 
-    Of a motion: of points over positions x, y and their derivatives, of links over positions angles and their
-    derivatives. Of a deflection: every main field over beams, positions and so many `stations`, and the columns of
-    motion.csv by their names over the positions: efforts and powers of drives, forces of joints and on the ground.
+    A motion gives x, y of the points and angles of the links, with their derivatives, over the positions.
+
+    A deflection gives each main field over beams, positions and stations, and the columns of motion.csv over the
+    positions: efforts and powers of drives, forces of joints and on the ground.
 
     Raises
     ------
@@ -80,7 +81,7 @@ def _fields(bent: SceneDeflection, stations: int) -> tuple[dict[str, Any], dict[
 
 
 def _in_si(bent: SceneDeflection) -> Results:
-    """Its results, told in SI units."""
+    """Return the results of a deflection in SI units."""
     return Results(replace(bent.scene, report_units="SI"), bent)
 
 
@@ -101,7 +102,7 @@ def _kinematics(course: Any) -> tuple[dict[str, Any], tuple[list[str], list[str]
 
 
 def _shared(course: Any) -> dict[str, Any]:
-    """Coordinates along the positions: time, and the coordinate of every drive."""
+    """Return the coordinates along the positions: time and the coordinate of each drive."""
     found: dict[str, Any] = {"time": ("position", course.time, {"units": "s"})}
     for (name, kind, unit, _), values in zip(drive_words(course.mechanism), course.drive, strict=True):
         found[f"{name}_{kind}"] = ("position", values, {"units": unit, "long_name": f"{kind} of the drive {name}"})

@@ -1,4 +1,4 @@
-"""Figures of an answer that print as a number with its unit, and that are found by name."""
+"""Figures of an answer by name, printed as a number with its unit."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Value(dict[str, Any]):
 
 
 class Figures(dict[str, Any]):
-    """The entries of summary.json. `figures["mass"]` finds the figure of that name in `figures["figures"]` too."""
+    """Entries of summary.json. `figures["mass"]` also finds the figure of that name in `figures["figures"]`."""
 
     def __missing__(self, name: str) -> Any:
         figures = super().get("figures", {})
