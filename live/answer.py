@@ -20,6 +20,8 @@ from kinelast.figures.output import output_of
 from kinelast.figures.ranges import needed_by_limits, refusals
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import Results
+from kinelast.outputs.positions import motion_table, position_table
+from kinelast.outputs.table import Column
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection
 from kinelast.scene.document import Document, document_from_dict
 from kinelast.scene.drives import DriveEffort
@@ -59,6 +61,7 @@ def quick_answer(
     dragged: bool = False,
     memory: Memory | None = None,
     folder: Path | None = None,
+    graph: str = "",
 ) -> tuple[Answer, bytes]:
     """The quasi-static answer to a text at few positions, as plain data, and the numbers of its picture.
 
@@ -79,7 +82,7 @@ def quick_answer(
             answer["numbers"] = offered(document, text)
         with np.errstate(all="ignore"):
             scene = document.with_positions(min(POSITIONS, document.table.run.positions)).scene
-            answer["picture"], data = _closing(scene, dragged, memory or Memory())
+            answer["picture"], data = _closing(scene, dragged, memory or Memory(), graph)
     except (SceneError, MechanismError, ValueError) as error:
         answer["mistakes"] = mistakes_of(error, text, beside(folder))
     except Exception as error:  # the page goes on with the next text
@@ -196,7 +199,7 @@ def _range(document: Document, path: str, base: float) -> tuple[float, float]:
     return min(base / 2, base * 2), max(base / 2, base * 2)
 
 
-def _closing(scene: Scene, dragged: bool, memory: Memory) -> tuple[Answer, bytes]:
+def _closing(scene: Scene, dragged: bool, memory: Memory, graph: str) -> tuple[Answer, bytes]:
     """The picture of a scene up to where it closes, and how far that is.
 
     While a point is dragged, that is told to a position: to find it exactly takes longer than all the rest.
@@ -227,7 +230,8 @@ def _closing(scene: Scene, dragged: bool, memory: Memory) -> tuple[Answer, bytes
     cycle = Cycle(scene, moved, bent, sampled=True)
     output = output_of(scene, cycle.deflection if dragged else None)
     chosen = [each for each in figures_of(output) if each.key in _wanted(scene)]
-    told, data = picture(scene, cycle.deflection, cycle.efforts)
+    columns = columns_of(Results(scene, cycle.deflection), graph) if graph or not dragged else ()
+    told, data = picture(scene, cycle.deflection, cycle.efforts, columns)
     values = magnitudes(cycle, chosen)
     return {
         **told,
@@ -312,7 +316,7 @@ def whole_picture(results: Results) -> tuple[Answer, bytes]:
     scene, peaks = results.scene, results.figures.peaks
     chosen = [each for each in results.figures.figures if each.key in _wanted(scene)]
     values = {each.key: np.array([abs(peak.value) for peak in peaks[each.key]]) for each in chosen}
-    told, data = picture(scene, results.deflection, results.efforts, FRAMES)
+    told, data = picture(scene, results.deflection, results.efforts, columns_of(results), FRAMES)
     rows = figure_rows(scene, chosen, values)
     for row in rows:
         error = peaks[row["key"]][row.pop("item")].error
@@ -324,11 +328,23 @@ def _wanted(scene: Scene) -> set[str]:
     return {*SHOWN, *(limit.figure for limit in limits_of(scene)), *needed_by_limits(scene)}
 
 
-def picture(scene: Scene, bent: Deflection, efforts: Any, most: int = POSITIONS) -> tuple[Answer, bytes]:
+def columns_of(results: Results, graph: str = "") -> list[Column]:
+    """What can be drawn over the positions: the columns of positions.csv and motion.csv, or the one that is named."""
+    tables = position_table(results), motion_table(results)
+    known = {column.name: column for table in tables for column in table.columns}
+    return [column for name, column in known.items() if (name == graph if graph else name != "time")]
+
+
+def picture(
+    scene: Scene, bent: Deflection, efforts: Any, columns: Sequence[Column], most: int = POSITIONS
+) -> tuple[Answer, bytes]:
     """The mechanism as it moves and bends: its parts as plain data, and their numbers as float32 in a row."""
     taken = slice(None, None, -(-len(bent.motion.time) // most))
     arrays: dict[str, Any] = {"time": bent.motion.time[taken], "drive": bent.motion.drive[..., taken]}
     arrays["effort"] = np.asarray(efforts)[..., taken]
+    arrays["columns"] = np.array([column.values[taken] for column in columns]).reshape(
+        len(columns), len(arrays["time"])
+    )
     points = _points(bent.motion)
     arrays["points"] = _pairs([place[taken] for place in points.values()])
     if scene.labels:
@@ -344,6 +360,7 @@ def picture(scene: Scene, bent: Deflection, efforts: Any, most: int = POSITIONS)
         "of": len(bent.motion.time),
         "turn": scene.run.turn,
         "points": list(points),
+        "columns": [{"name": column.name, "unit": column.unit} for column in columns],
         "beams": [
             {"label": label, "link": scene.mechanism.links[at].name, "from": beam.start, "to": beam.end}
             for label, (at, beam) in zip(scene.labels, scene.mechanism.beams, strict=True)

@@ -173,7 +173,7 @@ def _answer(live: Live, request: Request, given: Any) -> Response:
     except (EditError, ValueError) as error:
         text, told["refused"] = given["text"], str(error)
     asked = bool(given.get("numbers")), bool(given.get("dragged"))
-    answer, data = quick_answer(text, live.name, *asked, live.memory, live.file.folder)
+    answer, data = quick_answer(text, live.name, *asked, live.memory, live.file.folder, str(given.get("graph") or ""))
     return Response(packed({**answer, **told, "text": text}, data), media_type="application/octet-stream")
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from live.server import WEB, Live, asked
 
-PAGE = "page.html", "live.css", "text.js", "talk.js", "drawing.js", "share.js", "tools.js", "main.js"
+PAGE = "page.html", "live.css", "text.js", "talk.js", "drawing.js", "share.js", "graph.js", "tools.js", "main.js"
 
 
 def widget_of(live: Live) -> Any:

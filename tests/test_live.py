@@ -442,6 +442,25 @@ class TestAnswers:
         assert told["deflection"] == pytest.approx(np.abs(sample(bent, "w")).max(), rel=1e-3)
         assert told["stress"] == pytest.approx(sample(bent, "mises").max(), rel=1e-3)
 
+    def test_a_graph_is_the_figure_over_the_positions(self):
+        """B's rocker: its path is a circle about D by 250.6 mm; the drive's work over a turn is nothing."""
+        answer, data = quick_answer(STEEL)
+        picture = answer["picture"]
+
+        def course(picture, data, name):
+            names = [column["name"] for column in picture["columns"]]
+            at, shape = picture["arrays"]["columns"]
+            return np.frombuffer(data, "<f4")[at : at + np.prod(shape)].reshape(shape)[names.index(name)]
+
+        radius = np.hypot(course(picture, data, "B.x") - 0.35, course(picture, data, "B.y"))
+        assert np.allclose(radius, np.hypot(0.07, 0.24), atol=1e-6)
+        effort = course(picture, data, "crank.effort")
+        assert abs(effort.mean()) < 1e-3 * abs(effort).max()
+        dragged, data = quick_answer(STEEL, dragged=True, graph="crank.effort")
+        assert dragged["picture"]["columns"] == [{"name": "crank.effort", "unit": "N m"}]
+        assert np.allclose(course(dragged["picture"], data, "crank.effort"), effort, rtol=1e-4)
+        assert quick_answer(STEEL, dragged=True)[0]["picture"]["columns"] == []
+
     def test_what_does_not_close_says_how_far_it_goes(self):
         answer, data = quick_answer(CLOSING)
         closes = answer["picture"]["closes"]

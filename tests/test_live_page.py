@@ -216,6 +216,48 @@ def test_a_link_and_a_report_open_in_another_editor(driver, scene, tmp_path):
         assert errors(hand) == []
 
 
+def test_a_figure_is_drawn_and_sizes_are_told_while_a_point_is_dragged(driver, scene):
+    curve = "return document.getElementById('curve').getAttribute('d')"
+    with live_page.editing(scene) as live:
+        maker = live_machines.Maker(live_page.Hand(driver, live.address))
+        hand = maker.hand
+        hand.until("return live.state.whole > 0")
+        maker.write("[aria-label='Search in the list Graph']", "b.y")
+        assert hand.run("return document.getElementById('figure').value") == "B.y"
+        before = hand.run(curve)
+        assert before.count("L") > 60
+        start = hand.at(0.28, 0.24)
+        hand.press(start)
+        hand.move([[start[0] - 6 * k, start[1] + 4 * k] for k in range(1, 11)])
+        hand.until("return live.text().includes('B = [0.23, 0.21]')")
+        hand.until(f"return document.getElementById('curve').getAttribute('d') !== {before!r}")
+        assert hand.run("return live.view.picture.columns.map(({ name }) => name)") == ["B.y"]
+        hand.until("return document.getElementById('graphed').textContent.startsWith('210 mm here')")
+        told = hand.run("return [...document.querySelectorAll('#layer-sizes text')].map((each) => each.textContent)")
+        assert told == ["247 mm, 58.24°", "241.9 mm, 119.7°"]  # by Pythagoras: A at (100, 0), D at (350, 0)
+        hand.release([start[0] - 60, start[1] + 40])
+        assert accessibility_faults(hand) == []
+        assert errors(hand) == []
+
+
+def test_tools_needed_first_come_first_and_long_lists_are_searched(driver, scene):
+    with live_page.editing(scene) as live:
+        maker = live_machines.Maker(live_page.Hand(driver, live.address))
+        hand = maker.hand
+        hand.until("return live.state.whole > 0")
+        first = "return [...document.querySelectorAll('#tools button')].map((each) => each.textContent)"
+        assert hand.run(first) == ["Move", "Link", "Support", "Drive", "Force"]
+        assert hand.run("return document.getElementById('section').checkVisibility()")
+
+        maker.choose("#chosen", "link crank")
+        maker.write("[aria-label='Search in the list Entry']", "rig")
+        assert hand.run("return document.getElementById('key').value") == "rigid"
+        maker.write("[aria-label='Search in the list Number']", "rocker")
+        assert hand.run("return document.getElementById('number').value") == "links.rocker.length"
+        maker.until_changed(lambda: maker.write("[aria-label='Search in the list Begin with']", "offset_slider"))
+        assert errors(hand) == []
+
+
 def test_a_four_bar_is_drawn_answered_and_saved_by_keys_alone(driver, tmp_path):
     """No pointer: L and the arrows draw the links, N goes to their ends to fix them, D and Enter drive the first."""
     from selenium.webdriver import Keys

@@ -2,7 +2,7 @@
 const $ = (id) => document.getElementById(id);
 const svg = $("svg"), NS = "http://www.w3.org/2000/svg", STOPS = [[33, 102, 172], [217, 183, 74], [178, 24, 43]];
 export const view = {
-  x: 0, y: 0, scale: 400, factor: 1, most: 0, position: 0, sheet: null, picture: null, stale: false, chosen: null, preview: null, guides: [], cursor: null, paths: true, trace: null, width: 1, height: 1,
+  x: 0, y: 0, scale: 400, factor: 1, most: 0, position: 0, sheet: null, picture: null, stale: false, chosen: null, preview: null, guides: [], cursor: null, paths: true, sizes: false, trace: null, width: 1, height: 1,
 };
 
 // The stage's size, read once: reading it while marks change would lay the page out anew each time.
@@ -72,7 +72,7 @@ const colour = (share) => {
 };
 
 const px = (place) => { const [x, y] = toScreen(place); return `${x.toFixed(1)},${y.toFixed(1)}`; };
-const layers = Object.fromEntries(["grid", "trace", "paths", "chosen", "drawn", "rigid", "last", "bent", "symbols", "names", "guides", "pins"].map((name) => {
+const layers = Object.fromEntries(["grid", "trace", "paths", "chosen", "drawn", "rigid", "last", "bent", "symbols", "names", "sizes", "guides", "pins"].map((name) => {
   const layer = document.createElementNS(NS, "g");
   layer.setAttribute("class", name === "grid" ? "grid" : "");
   layer.id = `layer-${name}`;
@@ -178,7 +178,23 @@ export function draw() {
   fill("bent", bent);
   fill("last", last);
   symbols(sheet, place);
+  fill("sizes", sizes(sheet, place));
   fill("guides", [...view.guides.map((d) => ["path", { class: "guide", d }]), ...(view.preview ? [["path", { class: "preview", d: `M${view.preview.map(px).join("L")}` }]] : []), ...(view.cursor ? [["path", { class: "cursor", d: crosshair(toScreen(view.cursor)) }]] : [])]);
+}
+
+// Lengths and angles: of the chosen link, of the links at the chosen point, of all where wished; and of what is drawn.
+function sizes(sheet, place) {
+  const { chosen, preview } = view;
+  const wished = ({ name, points }) =>
+    view.sizes || (chosen?.kind === "link" && chosen.name === name) || (chosen?.kind === "point" && points.includes(chosen.name));
+  const links = sheet.links.filter((link) => link.name !== "ground" && !inCylinder(link.name) && wished(link));
+  const lines = links.flatMap((link) => loop(link).map((ends) => ends.map(place)));
+  if (preview?.length > 1) lines.push(preview.slice(-2));
+  return lines.filter(([a, b]) => a && b).map(([a, b]) => {
+    const [dx, dy] = [b[0] - a[0], b[1] - a[1]], [x, y] = toScreen([(a[0] + b[0]) / 2, (a[1] + b[1]) / 2]);
+    const words = `${quantity(Math.hypot(dx, dy), "m", 4)}, ${quantity(Math.atan2(dy, dx), "rad", 3)}`;
+    return ["text", { class: "size", x: x.toFixed(1), y: (y - 8).toFixed(1), "text-anchor": "middle" }, words];
+  });
 }
 
 const crosshair = ([x, y]) => `M${x - 22},${y}h16m12,0h16M${x},${y - 22}v16m0,12v16`;

@@ -1,6 +1,7 @@
 // The page of the live editor: what is asked of the server, when, and what of its answers is shown where.
 import * as text from "./text.js";
 import * as talk from "./talk.js";
+import { drawGraph, figure, listFigures, searchable } from "./graph.js";
 import * as share from "./share.js";
 import * as tools from "./tools.js";
 import { draw, drawGrid, fit, measure, quantity, rescale, view } from "./drawing.js";
@@ -77,6 +78,8 @@ function show() {
   const { picture, stale } = view;
   drawGrid();
   draw();
+  listFigures();
+  drawGraph();
   const bar = $("position");
   bar.max = Math.max(0, (picture?.positions ?? 1) - 1);
   bar.value = view.position;
@@ -120,6 +123,7 @@ function position(k) {
   $("position").value = view.position;
   $("instant").textContent = view.picture ? instant() : "";
   draw();
+  drawGraph();
 }
 
 function play(on = state.playing === null) {
@@ -181,6 +185,7 @@ const written = (value) => (typeof value === "string" ? value : Array.isArray(va
 function listEntries() {
   const list = $("key"), before = list.value, [path, kind] = placeOfChosen(), found = tableAt(path), table = path.length && found && typeof found === "object" && !Array.isArray(found) ? found : {}, known = path.length ? state.keys[kind] ?? [] : [], more = known.filter(([key]) => !(key in table));
   list.replaceChildren(...Object.keys(table).map((key) => new Option(key, key)), ...more.map(([key]) => new Option(`+ ${key}`, key)));
+  for (const option of list.options) option.title = known.find(([key]) => key === option.value)?.[1] ?? "";
   list.disabled = $("entry").disabled = !list.options.length;
   if ([...list.options].some(({ value }) => value === before)) list.value = before;
   showEntry();
@@ -303,7 +308,7 @@ function grab() {
   if (view.position) position(0);
 }
 function drag(change, stamp) {
-  if (state.dragging !== null) ask({ text: state.dragging, edits: [change], drag: true, stamp });
+  if (state.dragging !== null) ask({ text: state.dragging, edits: [change], drag: true, graph: figure(), stamp });
 }
 function drop() {
   const before = state.dragging;
@@ -453,7 +458,7 @@ async function start() {
   $("add").append(...ADDED.map(([kind, words]) => new Option(words, kind)));
   for (const kind of ["sections", "materials"]) $(kind).replaceChildren(...told[kind].map((name) => new Option(name)));
   $("begin").append(...Object.keys(told.shipped).map((name) => new Option(name, name)));
-  tools.begin({ choose, grab, drag, drop, edit, remove, position, play });
+  tools.begin({ choose, grab, drag, drop, edit, remove, delete: remove, position, play });
   text.begin(told.text);
   let kept = null;
   try { kept = localStorage.getItem(KEY()); } catch { /* a browser that keeps nothing */ }
@@ -496,6 +501,10 @@ function wire() {
     if (whole !== undefined) replaceBy(whole);
   };
   wireShare();
+  const lists = { begin: "Begin with", chosen: "Chosen", key: "Entry", number: "Number", figure: "Graph" };
+  for (const [id, words] of Object.entries(lists)) searchable($(id), words);
+  $("figure").onchange = () => drawGraph();
+  $("sizes").onchange = () => { view.sizes = $("sizes").checked; draw(); };
   for (const id of ["tracewidth", "traceleft", "tracebottom", "tracefaint"]) $(id).oninput = trace;
   $("picture").onchange = () => { const [file] = $("picture").files; if (!file) return; const image = new Image(); image.onload = () => { view.trace = { address: image.src, ratio: image.naturalHeight / image.naturalWidth }; trace(); }; image.src = URL.createObjectURL(file); };
   talk.onReach((reached) => { keepInBrowser(); if (reached) hush(true); else notice("No server any more: the command has ended, or this computer slept. The text is kept in this browser; start the command again with the same file, or download it.", false, ["Download", download]); });

@@ -50,7 +50,8 @@ async function next() {
   waiting = null;
   busy = true;
   try {
-    const response = await request("answer", { text: job.text, edits: job.edits ?? [], numbers: job.numbers ?? false, dragged: job.drag ?? false, number: job.number });
+    const { text, edits = [], numbers = false, drag = false, graph, number } = job;
+    const response = await request("answer", { text, edits, numbers, dragged: drag, graph, number });
     const content = response.ok ? await response.arrayBuffer() : await response.text();
     if (waiting) next(); else busy = false; // the server computes the next while this one is drawn
     if (!response.ok) { job.failed?.(content); return; }

@@ -5,30 +5,33 @@ const svg = $("svg");
 export const TOOLS = [
   ["move", "Move", "v", "Drag a point to change the mechanism, a link to move it; arrows move the chosen point"],
   ["link", "Link", "l", "Drag from point to point, or click twice; a click on nothing makes the point"],
+  ["fix", "Support", "g", "Click a point that is to stand on the ground, or no longer"],
+  ["drive", "Drive", "d", "Click the link that is turned about its pin, or the point that is pushed along its slot, or no longer"],
+  ["load", "Force", "f", "Drag from the point where a force acts: 1 N to a pixel"],
   ["plate", "Plate", "p", "Click the points of a plate, and the first once more; Enter ends an open one"],
   ["trace", "Trace", "t", "Click a link where a point of it is to be, or drag to its place beside the link; on a point: a pin"],
-  ["fix", "Support", "g", "Click a point that is to stand on the ground, or no longer"],
   ["slot", "Slot", "s", "Click a point that is to slide in the link under it, or on the ground along x, or no longer; drag from it: along that line"],
   ["weld", "Weld", "w", "Click a point at which its links are joined rigidly, or no longer"],
   ["spring", "Spring", "k", "Drag from a point to another"],
   ["mass", "Mass", "m", "Click a point that is to carry a mass, or no longer"],
-  ["load", "Force", "f", "Drag from the point where a force acts: 1 N to a pixel"],
-  ["drive", "Drive", "d", "Click the link that is turned about its pin, or the point that is pushed along its slot, or no longer"],
   ["cylinder", "Cylinder", "c", "Drag from its foot to the point that it pushes"],
   ["gear", "Gear", "r", "Click the link that drives, then the one that follows: wheels that mesh from outside, or no longer; a point in a slot is a rack"],
 ];
+const FIRST = 5; // tools that are needed first, before the others
 let tool = "move", gesture = null, clicks = [], driver = null, actions = null, exact = false, visited = -1;
 
 export function begin(given) {
   actions = given;
-  $("tools").replaceChildren(...TOOLS.map(([name, words, key, hint]) => {
+  const buttons = TOOLS.map(([name, words, key, hint]) => {
     const button = document.createElement("button");
-    button.textContent = words;
-    button.title = `${hint} (${key.toUpperCase()})`;
+    Object.assign(button, { textContent: words, title: `${hint} (${key.toUpperCase()})`, onclick: () => take(name) });
     button.dataset.tool = name;
-    button.onclick = () => take(name);
     return button;
-  }), Object.assign(document.createElement("button"), { id: "delete", textContent: "Delete", title: "Take away the chosen part (Del)", onclick: () => actions.remove() }));
+  });
+  const act = (id, words, title) =>
+    Object.assign(document.createElement("button"), { id, textContent: words, title, onclick: () => actions[id]() });
+  $("tools").replaceChildren(...buttons.slice(0, FIRST));
+  $("moretools").replaceChildren(...buttons.slice(FIRST), act("delete", "Delete", "Take away the chosen part (Del)"));
   take("move");
   svg.addEventListener("pointerdown", down);
   svg.addEventListener("pointermove", moved);
