@@ -27,7 +27,6 @@ from kinelast.scene.document import Document, document_from_dict
 from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit, tolerance
-from kinelast.scene.numbers import quantity
 from kinelast.scene.parsing import is_chain, read_toml
 from kinelast.scene.text import beside
 from kinelast.scene.variables import numbers, place_of
@@ -37,6 +36,7 @@ from live.mistakes import mistakes_of
 from live.parts import cylinders_of, drawn, points_of
 from live.text import line_of, places
 from rigid import GROUND, MechanismError, Motion, Reals, law_peaks, position_of, posture, reachable
+from rigid.reach import opening_joint, reach_words
 
 POSITIONS, FRAMES = 72, 120  # of a quick answer, and at most of the picture of a whole one
 STATIONS = np.linspace(0.0, 1.0, 9)
@@ -302,13 +302,9 @@ def _reach_words(scene: Scene, moved: Motion) -> str:
 
 
 def _stop_words(scene: Scene, moved: Motion, count: int) -> str:
-    """Coordinates of the drives at the last position that closes, after so many."""
-    rows = zip(drive_words(scene.mechanism), moved.drive[:, count - 1], strict=True)
-    places = (
-        f'"{name}" at {math.degrees(value):.4g} deg' if unit == "rad" else f'"{name}" at {quantity(float(value), unit)}'
-        for (name, _, unit, _), value in rows
-    )
-    return f"it stops behind {' and '.join(places)}"
+    """The same to a position: the last of so many that closes stands for the place where the motion stops."""
+    ends = [(moved.drive[:, count - 1], opening_joint(moved, slice(count, count + 1)))]
+    return reach_words(moved, ends, scene.told_in.get("m", (1.0, "m")))
 
 
 def whole_picture(results: Results) -> tuple[Answer, bytes]:

@@ -80,19 +80,31 @@ def require_reach(course: Motion, lengths: tuple[float, str] = METRES) -> None:
     if not closes.any():
         _require_start(course, lengths)
     ends = stops(course)
-    limits = "; ".join(
-        f'{_coordinates(course, place, lengths)}, where the joint "{joint}" '
-        f"{'runs to infinity' if _runs_to_infinity(course, place) else 'opens'}"
-        for place, joint in ends
-    )
-    share = np.count_nonzero(~closes) / closes.size
     raise ReachError(
-        f"the drive cannot go all the way, {share:.0%} of the positions are out of reach: it stops at {limits}",
+        reach_words(course, ends, lengths),
         kind="reach",
         joints=[joint for _, joint in ends],
         drives=range(len(course.drive)),
         positions=np.flatnonzero(~closes.reshape(-1, course.columns[-1]).all(axis=0)).tolist(),
     )
+
+
+def reach_words(course: Motion, ends: list[tuple[Reals, str]], lengths: tuple[float, str] = METRES) -> str:
+    """How much of a motion is out of reach, and where it stops.
+
+    Parameters
+    ----------
+    ends
+        As of `stops`.
+    """
+    limits = "; ".join(
+        f'{_coordinates(course, place, lengths)}, where the joint "{joint}" '
+        f"{'runs to infinity' if _runs_to_infinity(course, place) else 'opens'}"
+        for place, joint in ends
+    )
+    closes = reachable(course)
+    share = np.count_nonzero(~closes) / closes.size
+    return f"the drive cannot go all the way, {share:.0%} of the positions are out of reach: it stops at {limits}"
 
 
 def _require_start(course: Motion, lengths: tuple[float, str]) -> None:

@@ -479,8 +479,10 @@ class TestAnswers:
         assert told == [(0.2, 0.3, 19), pytest.approx((0.0059, 0.0061, 13)), (0.005, 0.02, 14)]
 
     def test_while_it_is_dragged_the_last_position_that_closes_is_told(self):
-        closes = quick_answer(CLOSING, dragged=True)[0]["picture"]["closes"]
-        assert closes["words"] == 'it stops behind "crank" at 80 deg'  # of 72 positions, 5 deg apart
+        told = [quick_answer(CLOSING, dragged=dragged)[0]["picture"]["closes"]["words"] for dragged in (False, True)]
+        assert re.findall(r"[\d.]+ deg", " ".join(told)) == ["81.7868 deg", "80 deg"]  # of 72 positions, 5 deg apart
+        assert told[0] == told[1].replace("80 deg", "81.7868 deg")
+        assert 'where the joint "B" opens' in told[0]
 
     @pytest.mark.parametrize(
         ("name", "point", "places"),

@@ -74,6 +74,9 @@ const theoryWords = ({ theory, quick, error, problem }) => `${theory}${quick ? `
 
 // --- what is shown
 
+const stopWords = (words) =>
+  `${words[0].toUpperCase()}${words.slice(1)}. Dashed: the last position that closes; figures are of those up to it.`;
+
 function show() {
   const { picture, stale } = view;
   drawGrid();
@@ -88,7 +91,7 @@ function show() {
   const buckles = picture && !stale && picture.buckles;
   $("closes").hidden = !(notClosing || stale || buckles);
   if (buckles) $("closes").textContent = `Not acceptable: ${buckles}.`;
-  else if (notClosing) $("closes").textContent = `Closes over ${Math.round(100 * picture.closes.share)} % of the positions: ${picture.closes.words}. Dashed: the last position that closed; figures are of those up to it.`;
+  else if (notClosing) $("closes").textContent = stopWords(picture.closes.words);
   else if (stale) $("closes").textContent = "The text does not move as it stands: pale is the last mechanism that did.";
   if (!picture) { $("tiles").replaceChildren(); $("theory").textContent = ""; $("colours").textContent = ""; return; }
   $("theory").textContent = theoryWords(picture);
