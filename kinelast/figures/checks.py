@@ -17,7 +17,7 @@ from kinelast.figures.errors import BEAM_THEORY, BETWEEN, BODIES, LITTLE, ROUND_
 from kinelast.figures.registry import NAMES
 from kinelast.figures.results import NonlinearCheck, NotMade, allowed_difference
 from kinelast.scene.course import CourseByLaws
-from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
+from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.limits import OUTPUT_ERROR
 from kinelast.scene.numbers import percent
 
@@ -34,6 +34,7 @@ TELLING = 0.2  # of the estimate, that the check may be off by to take its place
 UNTOLD = 0.005  # that it may be off by where nothing is allowed or forbidden
 LEAST_ASKED = 1e-4  # accuracy
 LEAST_GRANTED, MOST_GRANTED = 0.005, 0.1  # of the momentum of vibrating links: beyond, nothing is learnt
+GRANTED_PER_ACCURACY = 0.2  # of the momentum, relative to the accuracy that the solver's tolerance follows
 POSITIONS = 360  # of a run where nothing is asked; up to which the least is granted
 
 
@@ -207,8 +208,9 @@ def _hollow(results: Results) -> bool:
 def momentum_balances(results: Results) -> dict[str, Balance]:
     """Newton's laws for the whole machine, of the quasi-static answer and of links that vibrate, by theory.
 
-    Of vibrating links as much is granted as the answer is off in time, in its coordinates and by large displacement,
-    and `LEAST_GRANTED` for differences between elements of time, which grow with the square of the positions.
+    The allowed difference of vibrating links is the answer's error in time, in its coordinates and by large
+    displacement; at least `LEAST_GRANTED`, for differences across time elements, which grow with the square of the
+    number of positions, and at least a share of the accuracy.
     """
     from elastic.elastodynamics import deflection_at
     from fem_check import balance
@@ -217,7 +219,8 @@ def momentum_balances(results: Results) -> dict[str, Balance]:
     course, answer = scene.course, results.answer
     balances = {QUASI_STATIC: balance(results.quasi_static, course.near, course.span)}
     if answer is not None and results.vibrates and answer.vibrating is not None:
-        off = answer.by_motion
+        wanted = ACCURACY if answer.accuracy is None else answer.accuracy
+        off = max(answer.by_motion, GRANTED_PER_ACCURACY * wanted)
         granted = max(LEAST_GRANTED * max(1.0, len(results.motion.time) / POSITIONS) ** 2, off)
         if granted <= MOST_GRANTED:
             cycle = results.period if math.isfinite(results.period) else None
