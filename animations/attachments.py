@@ -1,4 +1,4 @@
-"""Attachments of the links: springs, and the pitch circles of gears."""
+"""Springs and the pitch circles of gears."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ CIRCLE = np.exp(2j * np.pi * np.arange(61) / 60)
 
 
 def attachment_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0) -> list[FlatShape]:
-    """Springs as zigzags, wheels as circles with a spoke.
+    """Draw springs as zigzags and gear wheels as circles with a spoke.
 
     Parameters
     ----------
     size
         Diameter of a pin [m].
     exaggeration
-        They move with the displacements, so many times as much.
+        Scale factor of the displacements of their ends.
     """
     mechanism = deflection.motion.mechanism
     shapes = [_spring(deflection, load, size, exaggeration) for load in mechanism.loads if isinstance(load, Spring)]
@@ -52,14 +52,14 @@ def _spring(deflection: Deflection, spring: Spring, size: float, exaggeration: f
 
 
 def _wheels(deflection: Deflection, gear: Gear) -> Iterator[tuple[PinDrive | SliderDrive, float]]:
-    """The wheels of a gear that has teeth, and the radii of their pitch circles [m]."""
+    """Yield both wheels of a toothed gear with their pitch radii [m]."""
     driver, follower, ratio = gear.driver, gear.follower, gear.ratio
     if gear.pressure_angle is None or not (driver.turns and follower.turns) or ratio == 1:
         return
     places = [position_of(deflection.motion, drive.links[0], drive.joint) for drive in (driver, follower)]
     apart = np.abs(places[1] - places[0])
     if not np.ptp(apart[np.isfinite(apart)]) <= 1e-6 * np.nanmax(apart):
-        return  # no link carries both
+        return  # no single link carries both wheels, so they are not drawn
     radius = abs(float(pitch_reach(np.nanmax(apart), ratio)))
     yield driver, abs(ratio) * radius
     yield follower, radius

@@ -1,4 +1,4 @@
-"""The fields that can be drawn, and numbers as they are written beside a drawing."""
+"""Diagrams that can be drawn, and the format of numbers in drawings."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 @dataclass(frozen=True)
 class Diagram:
-    """A field drawn across the links: title, symbol, unit, key in `elastic.FIELDS`, and whether it may be negative.
+    """Field drawn across the links.
 
-    The deformed shape and the bare motion have no field.
+    `field` is a key of `elastic.FIELDS`, or None for the deformed shape and for the bare motion. `signed`: the field
+    can be negative.
     """
 
     title: str
@@ -34,16 +35,16 @@ DIAGRAMS = {
     field.slug: Diagram(field.title, field.symbol, field.unit.replace(" ", "·"), field.key, field.signed)
     for field in FIELDS.values()
 } | {"shape": SHAPE, "motion": MOTION}
-"""Diagrams of pictures and films, by the names that the command takes."""
+"""Diagrams by name, as given on the command line."""
 
 
 def diagram_named(name: str) -> Diagram:
-    """The diagram of a name or of a field's key.
+    """Look up a diagram by its name or by its field's key.
 
     Raises
     ------
     ValueError
-        There is none; the message lists those there are.
+        The name is unknown; the message lists the known names.
     """
     if name in FIELDS:
         name = FIELDS[name].slug
@@ -53,7 +54,7 @@ def diagram_named(name: str) -> Diagram:
 
 
 def peak(deflection: Deflection, diagram: Diagram) -> float:
-    """Greatest absolute value of a diagram over all beams and positions; of the shape, greatest displacement [m]."""
+    """Largest absolute value of a diagram [field unit], or displacement of the shape [m]."""
     if diagram is MOTION:
         return 0.0
     if diagram.field is None:
@@ -66,7 +67,7 @@ def peak(deflection: Deflection, diagram: Diagram) -> float:
 
 
 def round_below(value: float) -> float:
-    """The greatest of 1, 2, 5 times a power of ten that is not above a positive value.
+    """Round a positive value down to 1, 2 or 5 times a power of ten.
 
     >>> round_below(0.43), round_below(12.0), round_below(2.0)
     (0.2, 10.0, 2.0)
@@ -77,7 +78,9 @@ def round_below(value: float) -> float:
 
 
 def steady(greatest: float, unit: str) -> Callable[[float], str]:
-    """How to write values up to a greatest one, all with the same prefix and decimals, so that films stay calm.
+    """Formatter with one prefix and number of decimals for all values up to `greatest`.
+
+    Films use it, so that the text keeps its width.
 
     >>> written = steady(0.0627, "s")
     >>> written(0.0005), written(0.0627)
@@ -88,14 +91,14 @@ def steady(greatest: float, unit: str) -> Callable[[float], str]:
     decimals = 2 - (len(str(int(size))) - 1) if size else 0
 
     def text(value: float) -> str:
-        rounded = round(value / 10.0**exponent, decimals) + 0.0  # no "-0"
+        rounded = round(value / 10.0**exponent, decimals) + 0.0  # avoid "-0"
         return f"{rounded:.{decimals}f} {PREFIXES[exponent]}{unit}"
 
     return text
 
 
 def quantity(value: float, unit: str, digits: int = 3) -> str:
-    """A value with its unit, the prefix such that one to three figures stand before the point.
+    """Format a value with its unit and an SI prefix.
 
     >>> quantity(2.5e-4, "m"), quantity(0.0, "N"), quantity(-1500.0, "N/m")
     ('250 µm', '0 N', '-1.5 kN/m')
@@ -106,7 +109,7 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
 
 
 def times(exaggeration: float) -> str:
-    """An exaggeration as it is written.
+    """Format an exaggeration factor.
 
     >>> times(2e6).split(), times(0.5)
     (['×', '2', '000', '000'], '× 0.5')
@@ -115,5 +118,5 @@ def times(exaggeration: float) -> str:
 
 
 def _exponent(size: float) -> int:
-    """The power of ten, a multiple of three, that a value's prefix stands for."""
+    """Exponent of the SI prefix for a value, a multiple of three."""
     return min(max(3 * math.floor(math.log10(size) / 3 + 1e-12), -12), 9) if size else 0

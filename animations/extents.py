@@ -1,4 +1,4 @@
-"""How far solid links reach at every position, and the layers in which none goes through another."""
+"""Extents of solid links at every position, for the choice of layers."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from animations.diagrams import STATIONS
 from animations.layers import Stack, layers, reach, stacked
 from animations.layout import Scales
 from animations.shapes import Complexes, carried, hull, moved_beams
-from animations.solid_mechanism import AXLE, EYE, block, rail, sections_of, thicknesses
+from animations.solid_mechanism import AXLE_RADIUS, EYE_RADIUS, block, rail, sections_of, thicknesses
 from animations.style import Style
 from animations.symbols import moved_place
 from elastic import Deflection
 from rigid import Reals
 
-PARTS = 6  # of a beam, each taken as its hull
+PARTS = 6  # number of convex pieces that approximate a bent beam
 
 
 def stack_of(deflection: Deflection, scales: Scales, style: Style, positions: Any) -> Stack:
-    """The layers of the links, such that none goes through another at some positions."""
+    """Assign layers so that no solid link passes through another."""
     found = layers(_links(deflection, scales, style, positions), _pins(deflection, scales, positions))
     return stacked(found, thicknesses(deflection, scales))
 
 
 def _links(deflection: Deflection, scales: Scales, style: Style, positions: Any) -> list[list[Reals]]:
-    """How far the parts of every link reach, see `reach`."""
+    """Extents of the parts of each link, see `reach`."""
     motion, pin, moved = deflection.motion, scales.pin, scales.exaggeration
     links = motion.mechanism.links
     bodies: list[list[Reals]] = [[] for _ in links]
@@ -45,7 +45,7 @@ def _links(deflection: Deflection, scales: Scales, style: Style, positions: Any)
             bodies[at].append(reach(bent[:, beam, one : other + 1], float(section.depth.max()) / 2))
     for at, link in enumerate(links[1:], 1):
         for point in link.points:
-            bodies[at].append(reach(moved_place(deflection, at, point, moved)[positions, None], EYE * pin))
+            bodies[at].append(reach(moved_place(deflection, at, point, moved)[positions, None], EYE_RADIUS * pin))
         if not link.beams and len(link.points) > 1:
             add(at, hull(np.array(list(link.points.values()), complex)), 0.5 * pin)
         if link.name in style.outlines:
@@ -64,17 +64,17 @@ def _links(deflection: Deflection, scales: Scales, style: Style, positions: Any)
 
 
 def _pins(deflection: Deflection, scales: Scales, positions: Any) -> list[tuple[set[int], Reals]]:
-    """Links that an axle or a block joins, and how far this reaches, see `reach`."""
+    """Sets of links joined by an axle or block, with its extent, see `reach`."""
     motion = deflection.motion
     joined: dict[str, set[int]] = {}
     axles: dict[str, Reals] = {}
     for joint in motion.structure.joints:
         if joint.turns:
             place = moved_place(deflection, joint.child, joint.name, scales.exaggeration)[positions, None]
-            axles[joint.name] = reach(place, AXLE * scales.pin)
+            axles[joint.name] = reach(place, AXLE_RADIUS * scales.pin)
         elif joint.parent:
             axles[joint.name] = reach(block(deflection, motion.mechanism.slider(joint.name), scales)[positions], 0.0)
         else:
-            continue  # its block stands on the rail
+            continue  # the block slides on the ground's rail
         joined.setdefault(joint.name, set()).update((joint.parent, joint.child))
     return [(joined[name], axles[name]) for name in axles]

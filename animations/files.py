@@ -1,4 +1,4 @@
-"""Pictures and films as files."""
+"""Export of pictures and films to files."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from elastic import Deflection
 MOVIES = (".mp4", ".gif", ".png")
 FRAMES = 120
 RATE = 25.0
-"""Frames of a film shown in a second, unless another rate is asked for."""
+"""Default frame rate of a film [1/s]."""
 CODECS: dict[str, dict[str, Any]] = {
     ".mp4": {
         "codec": "libx264",
         "quality": 8,
-        "output_params": ["-preset", "veryfast"],  # half the time of "medium", and files of the same size
+        "output_params": ["-preset", "veryfast"],  # half the time of "medium" for files of the same size
     },
-    ".gif": {  # colours of the first frames, whose legend has them all: those of all frames fill the memory
+    ".gif": {  # palette of the first frames, which include the legend: a palette of all frames exhausts the memory
         "codec": "gif",
         "pix_fmt_out": "pal8",
         "quality": None,
-        "bitrate": "1M",  # else one is guessed, which this codec has no use for
+        "bitrate": "1M",  # avoid a guessed bit rate: the codec ignores it
         "output_params": [
             "-filter_complex",
             "[0:v]split[a][b];[a]trim=end_frame=8,palettegen[p];[b][p]paletteuse=dither=none:diff_mode=rectangle",
@@ -51,18 +51,18 @@ def stills(
     style: Style | None = None,
     on_frame: Progress | None = None,
 ) -> tuple[Path, ...]:
-    """A picture at each of some positions.
+    """Write a picture of each of the given positions.
 
     Parameters
     ----------
     diagram
         One of `DIAGRAMS`.
     positions
-        Their numbers.
+        Position numbers.
     path
-        A .png file. Where there are several positions, each file's name ends in its position's number.
+        A .png file. If there are several positions, each file name ends in the position number.
     on_frame
-        Called with the number of pictures done and to be done after each.
+        Called after each picture with the numbers of pictures done and in total.
 
     Returns
     -------
@@ -71,9 +71,9 @@ def stills(
     Raises
     ------
     ValueError
-        A position that there is not or that is singular, a diagram or a file type that there is not.
+        A position is unknown or singular, or the diagram or file type is unknown.
     RenderingUnavailable
-        This machine has no OpenGL.
+        The machine has no OpenGL.
     """
     path = _of_type(path, (".png",))
     possible = drawable(deflection, diagram_named(diagram))
@@ -102,7 +102,7 @@ def movie(
     on_frame: Progress | None = None,
     rate: float = RATE,
 ) -> tuple[Path, ...]:
-    """A film of a diagram over all positions.
+    """Write a film of a diagram over all positions.
 
     Parameters
     ----------
@@ -111,11 +111,11 @@ def movie(
     path
         A .mp4 or .gif file, or .png for numbered stills.
     frames
-        How many positions are shown, spread evenly over those that can be drawn; None: all, 120 at most.
+        Number of evenly spread positions; None: every drawable position, up to 120 frames.
     on_frame
-        Called with the number of frames done and to be done after each.
+        Called after each frame with the numbers of frames done and in total.
     rate
-        Frames a second.
+        Frames per second.
 
     Returns
     -------
@@ -124,9 +124,9 @@ def movie(
     Raises
     ------
     ValueError
-        More frames than positions, a diagram or a file type that there is not.
+        More frames than positions, or an unknown diagram or file type.
     RenderingUnavailable
-        This machine has no OpenGL.
+        The machine has no OpenGL.
     """
     path = _of_type(path, MOVIES)
     chosen = spread(drawable(deflection, diagram_named(diagram)), frames)
@@ -139,7 +139,7 @@ def movie(
 
 
 def pace_words(time: Any, chosen: Sequence[int], rate: float) -> str:
-    """How much slower or faster than the machine a film runs; empty where its instants are not known.
+    """Describe the film's speed relative to the machine; "" if the times are unknown.
 
     >>> pace_words(np.linspace(0.0, 0.1, 51), range(51), 25.0)
     'slow motion 1 : 20'
@@ -154,7 +154,7 @@ def pace_words(time: Any, chosen: Sequence[int], rate: float) -> str:
 
 
 def spread(possible: Any, frames: int | None) -> list[int]:
-    """Some of the possible positions, evenly.
+    """Choose evenly spread positions.
 
     >>> spread([0, 1, 2, 4, 5, 6], 3)
     [0, 2, 5]
@@ -170,7 +170,7 @@ def spread(possible: Any, frames: int | None) -> list[int]:
 def _frames(
     deflection: Deflection, diagram: str, positions: Sequence[int], style: Style | None, on_frame: Progress | None
 ) -> Generator[Any, None, None]:
-    """Images, one by one."""
+    """Yield the images of the given positions."""
     with off_screen(), Picture(deflection, diagram, style or Style()) as picture:
         for done, position in enumerate(positions, 1):
             yield picture.show(position)
@@ -187,7 +187,7 @@ def _of_type(path: str | Path, types: tuple[str, ...]) -> Path:
 
 @contextmanager
 def _complete(path: Path) -> Iterator[Path]:
-    """A name beside `path` to write to, which becomes `path` only if all goes well."""
+    """Temporary name next to `path`, renamed to `path` on success."""
     unfinished = path.with_name(f".{path.stem}.part{path.suffix.lower()}")
     try:
         yield unfinished
@@ -204,7 +204,7 @@ def _save(path: Path, image: Any) -> None:
 
 
 def _write(path: Path, images: Iterator[Any], rate: float) -> None:
-    """A film by ffmpeg, frame by frame."""
+    """Write a film through ffmpeg, frame by frame."""
     from imageio_ffmpeg import write_frames
 
     first = next(images)

@@ -1,4 +1,4 @@
-"""Labels that move with the mechanism: names of points and links, and the value at the peak of every position."""
+"""Moving labels: names of points and links, and the peak value."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from animations.style import Style
 from animations.symbols import moved_place
 from elastic import Deflection, sample
 
-SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 2, 0, 4, 5, 7, 6]))  # of its place, where a name may stand
-AWAY = (0.25, 1.0)  # from what it names, in heights of letters
-BEYOND = np.exp(0.25j * np.pi * np.array([0, 1, -1, 4, 3, -3, 2, -2]))  # the ordinate, or where a value hides least
-DOT = 0.35  # radius of the dot at the peak, of a pin's diameter
-# As bad as so many heights of a letter of a line hidden, one pixel wide: a name farther off, over another, nearer to
-# another point than its own, partly outside.
-FARTHER, OVER, WRONG, OUT = 1.0, 25.0, 25.0, 50.0
+SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 2, 0, 4, 5, 7, 6]))  # candidate directions of a name from its point
+NAME_GAPS = (0.25, 1.0)  # distances between a name and its point, in letter heights
+PEAK_SIDES = np.exp(0.25j * np.pi * np.array([0, 1, -1, 4, 3, -3, 2, -2]))  # directions from the ordinate's end
+DOT_RADIUS = 0.35  # radius of the peak dot, relative to a pin's diameter
+# Penalties of a label's place, in letter heights of hidden line one pixel wide: farther from its point, over another
+# label, nearer to another point, partly outside.
+FARTHER_COST, OVERLAP_COST, WRONG_POINT_COST, OUTSIDE_COST = 1.0, 25.0, 25.0, 50.0
 
 
 def name_labels(
     deflection: Deflection, scales: Scales, view: View, style: Style, ink: Ink, moved: float
 ) -> list[Label]:
-    """Names of points and links as the style asks for them, each on that side of its place where it hides least.
+    """Place the requested names of points and links where they hide least.
 
     Parameters
     ----------
     ink
-        Everything drawn, at some positions.
+        Everything drawn, at a sample of positions.
     moved
-        The exaggeration of the places.
+        Exaggeration of the displacements.
     """
     height = 0.026 * style.unit
     labels: list[Label] = []
@@ -45,23 +45,23 @@ def name_labels(
     for text, place, pin, is_point in named:
         anchor = view.flat(place)
         half = half_of(text, height)
-        away = [0.5 * pin * scales.pin * view.pixels + share * height for share in AWAY]
+        away = [0.5 * pin * scales.pin * view.pixels + share * height for share in NAME_GAPS]
         ways = np.concatenate([_reach(SIDES, half) + SIDES * each for each in away])
         there = anchor + ways[:, None]
-        cost = ink.hidden(there, half) / height + FARTHER * (np.arange(len(ways)) >= len(SIDES))
-        cost += OUT * np.mean(np.abs(kept_inside(there, half, style) - there) > 0, axis=1)
+        cost = ink.hidden(there, half) / height + FARTHER_COST * (np.arange(len(ways)) >= len(SIDES))
+        cost += OUTSIDE_COST * np.mean(np.abs(kept_inside(there, half, style) - there) > 0, axis=1)
         if is_point:
             nearest = np.min(np.abs(there - points[:, None]), axis=0)
-            cost += WRONG * np.mean(nearest < (1 - 1e-9) * np.abs(there - anchor), axis=1)
+            cost += WRONG_POINT_COST * np.mean(nearest < (1 - 1e-9) * np.abs(there - anchor), axis=1)
         for other in labels:
-            cost += OVER * np.mean(within(there - other.middle, half + other.half), axis=1)
+            cost += OVERLAP_COST * np.mean(within(there - other.middle, half + other.half), axis=1)
         best = kept_inside(there[int(np.argmin(cost))], half, style)
         labels.append(Label(text, best, height, "ink" if is_point else "soft", half))
     return labels
 
 
 def _named(deflection: Deflection, style: Style, moved: float) -> Iterator[tuple[str, Complexes, bool, bool]]:
-    """Names, their places [m] at all positions, whether a pin is to be left free, and whether a point's or a link's."""
+    """Yield name, place [m], whether to clear a pin, and whether it is a point."""
     links = deflection.motion.mechanism.links
     if "names" in style.show:
         points = {name: number for number, link in reversed(list(enumerate(links))) for name in link.points}
@@ -74,7 +74,7 @@ def _named(deflection: Deflection, style: Style, moved: float) -> Iterator[tuple
 
 
 def _reach(way: Complexes, half: complex) -> Complexes:
-    """From the nearest corner or side of a text that stands in a direction to its middle [pixels]."""
+    """Offset from the edge of a text box to its middle, in a direction [pixels]."""
     reach: Complexes = way.real * half.real + 1j * way.imag * half.imag
     return reach
 
@@ -89,18 +89,18 @@ def peak_label(
     marks: Sequence[FlatShape] = (),
     stack: Stack | None = None,
 ) -> tuple[Complexes, Label]:
-    """The value of largest magnitude of every position, of those at 49 stations of every beam.
+    """Label the value of largest magnitude at each position, from 49 stations per beam.
 
     Parameters
     ----------
     names, marks
-        Labels, and lines, that it is not to hide where this can be helped.
+        Labels and lines to avoid if possible.
     stack
-        Of links that are drawn solid.
+        Layers of the links, if they are drawn solid.
 
     Returns
     -------
-    Where it is drawn [m], complex, shape (positions,), and its label.
+    Its place [m], complex, shape (positions,), and the label.
     """
     if diagram is SHAPE:
         values = np.abs(sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS))
@@ -122,8 +122,8 @@ def peak_label(
     written = steady(scales.peak, diagram.unit)
     text, height = [written(float(each)) for each in value], 0.03 * style.unit
     half = half_of(max(text, key=len), height)
-    ways = aside * BEYOND[:, None]
-    off = (DOT * scales.pin + depth / 2) * view.pixels + 0.2 * height
+    ways = aside * PEAK_SIDES[:, None]
+    off = (DOT_RADIUS * scales.pin + depth / 2) * view.pixels + 0.2 * height
     corner = ways / np.maximum(np.abs(ways.real), np.abs(ways.imag))
     middles = view.flat(place) + _reach(corner, half) + ways * off
     hides: Any = 1.0 * (np.abs(kept_inside(middles, half, style) - middles) > 0)

@@ -1,4 +1,4 @@
-"""Which solid link stands before which: no two that are ever seen over each other share a layer."""
+"""Layers of solid links, so that overlapping links never share one."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from numpy.typing import NDArray
 from animations.shapes import Complexes
 from rigid import Reals
 
-APART = 1.2  # thicknesses from one layer to the next
-SIDES = np.exp(2j * np.pi * np.arange(64) / 64)  # from which a body's extent is taken
-PIERCED = 3.0  # layers that an axle may be longer to spare a link it would go through
+LAYER_PITCH = 1.2  # distance of neighbouring layers, relative to their thickness
+SIDES = np.exp(2j * np.pi * np.arange(64) / 64)  # directions in which extents are measured
+PIERCING_COST = 3.0  # longer axle, in layers, that is accepted to avoid passing through an unrelated link
 
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """Where links stand across the plane of motion.
+    """Positions of the links across the plane of motion.
 
     Attributes
     ----------
     layer
-        The number of every link's layer; the ground's, behind all, is -1.
+        Layer number of each link; the ground, behind all others, has -1.
     middle, thick
-        z of every link's middle, and the thickness of its layer [m].
+        z of each link's mid-plane and thickness of its layer [m].
     """
 
     layer: Sequence[int]
@@ -36,12 +36,12 @@ class Stack:
 
 
 def stacked(layer_of: Sequence[int], thick: Sequence[float]) -> Stack:
-    """Stack of layers as thick as their thickest link; the ground's, behind all, is as thick as the one before it."""
+    """Stack layers as thick as their thickest link; the ground copies the first layer."""
     of_layer = [0.0] * (max(layer_of) + 1)
     for layer, each in zip(layer_of[1:], thick[1:], strict=True):
         of_layer[layer] = max(of_layer[layer], each)
     of_layer = [of_layer[0], *of_layer]
-    steps = APART * (np.array(of_layer[:-1]) + np.array(of_layer[1:])) / 2
+    steps = LAYER_PITCH * (np.array(of_layer[:-1]) + np.array(of_layer[1:])) / 2
     heights = np.concatenate([[0.0], np.cumsum(steps)])
     heights -= (heights[1] + heights[-1]) / 2
     middle = [float(heights[layer + 1]) for layer in layer_of]
@@ -49,17 +49,17 @@ def stacked(layer_of: Sequence[int], thick: Sequence[float]) -> Stack:
 
 
 def layers(bodies: Sequence[Sequence[Reals]], pins: Sequence[tuple[set[int], Reals]]) -> list[int]:
-    """The layer of every link, counted from the ground's, which is -1.
+    """Assign a layer to each link; the ground has layer -1.
 
-    Links whose bodies meet are in different layers; of the layers that allow it, axles are short and go through few
-    links that they do not join. Found by changing one link or two layers at a time, as long as that is for the better.
+    Links whose bodies overlap get different layers. Among the valid layers, axles are kept short and pass through few
+    links that they do not join. A local search changes one link or swaps two layers while this reduces the cost.
 
     Parameters
     ----------
     bodies
-        How far the parts of every link reach, see `reach`; of the ground none.
+        Extents of the parts of each link, see `reach`; empty for the ground.
     pins
-        Sets of links that an axle joins, and how far it reaches.
+        Sets of links joined by an axle, with the axle's extent.
     """
     links = range(len(bodies))
     meeting = [(a, b) for a, b in combinations(links, 2) if meet(bodies[a], bodies[b])]
@@ -73,7 +73,7 @@ def layers(bodies: Sequence[Sequence[Reals]], pins: Sequence[tuple[set[int], Rea
         for members, others in pierced:
             levels = [assigned[member] for member in members]
             low, high = min(levels), max(levels)
-            total += high - low + PIERCED * sum(low < assigned[other] < high for other in others)
+            total += high - low + PIERCING_COST * sum(low < assigned[other] < high for other in others)
         return total
 
     best = [-1, *[0] * (len(bodies) - 1)]
@@ -88,13 +88,13 @@ def layers(bodies: Sequence[Sequence[Reals]], pins: Sequence[tuple[set[int], Rea
 
 
 def _without_gaps(assigned: Sequence[int]) -> list[int]:
-    """Layers numbered by their order alone."""
+    """Renumber the layers without gaps."""
     taken = sorted(set(assigned))
     return [taken.index(layer) - 1 for layer in assigned]
 
 
 def reach(points: Complexes, radius: float) -> Reals:
-    """How far points reach to each of `SIDES`, with a margin about them [m].
+    """Extent of points in each direction of `SIDES`, plus a margin [m].
 
     Parameters
     ----------
@@ -110,14 +110,14 @@ def reach(points: Complexes, radius: float) -> Reals:
 
 
 def meet(some: Sequence[Reals], others: Sequence[Reals]) -> bool:
-    """Whether the hull of a part of one body and of a part of another have a point in common at any position."""
+    """Whether the convex hulls of two bodies' parts overlap at any position."""
     if not some or not others:
         return False
-    near = _over(np.max(some, axis=0), np.max(others, axis=0))  # the wholes' hulls: most pairs are told apart by these
+    near = _over(np.max(some, axis=0), np.max(others, axis=0))  # whole bodies first: excludes most pairs
     return bool(near.any()) and any(bool(_over(one[near], other[near]).any()) for one in some for other in others)
 
 
 def _over(one: Reals, other: Reals) -> NDArray[Any]:
-    """Whether two hulls lie over each other, at every position: no line to one of the sides parts them."""
+    """Whether two hulls overlap at each position: no direction of `SIDES` separates them."""
     over: NDArray[Any] = np.all(one + np.roll(other, len(SIDES) // 2, axis=-1) > 0, axis=-1)
     return over

@@ -1,4 +1,4 @@
-"""Scales and view of a picture: chosen once for all positions, so that nothing jumps."""
+"""Scales and view of a picture, fixed for all positions."""
 
 from __future__ import annotations
 
@@ -16,29 +16,30 @@ from animations.style import Style
 from elastic import Deflection, sample
 from rigid import Reals, position_of
 
-TALLEST = 0.17  # greatest ordinate, of the mechanism's size
-FARTHEST = 0.10  # greatest displacement in an automatic exaggeration
-PIN, LEAST_PIN, SHARE = 0.026, 0.009, 0.4  # a pin's diameter, at least, and of the shortest link
-HEAD, FOOT, MARGIN = 0.12, 0.095, 0.03  # of `Style.unit`: kept for words, for the legend, and empty
-TILT, YAW = np.radians(28.0), np.radians(-18.0)  # from which solid links are seen: from above, and from the left
+MAX_ORDINATE = 0.17  # largest ordinate, relative to the mechanism's size
+MAX_DISPLACEMENT = 0.10  # largest displacement with automatic exaggeration, relative to the mechanism's size
+# pin diameter and its minimum, relative to the mechanism's size; its maximum, relative to the shortest link
+PIN_SIZE, MIN_PIN_SIZE, MAX_PIN_SHARE = 0.026, 0.009, 0.4
+HEAD, FOOT, MARGIN = 0.12, 0.095, 0.03  # heights of title and legend, and margin, relative to `Style.unit`
+TILT, YAW = np.radians(28.0), np.radians(-18.0)  # view direction of solid links: from above and from the left
 
 
 @dataclass(frozen=True, eq=False)
 class Scales:
-    """Scales of one diagram of one mechanism.
+    """Scales of a diagram.
 
     Attributes
     ----------
     peak
-        Greatest absolute value of the diagram over the cycle, in its unit.
+        Largest absolute value of the diagram over the cycle [its unit].
     scale
-        Length of an ordinate of one unit [m].
+        Ordinate length per unit of the field [m].
     exaggeration
-        Of the deformed shape.
+        Scale factor of the displacements.
     pin
         Diameter of a pin [m].
     size
-        Of all places that the mechanism takes: the greater of width and height [m].
+        Larger of width and height of the area that the mechanism sweeps [m].
     """
 
     peak: float
@@ -50,14 +51,14 @@ class Scales:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """From the mechanism's places to pixels.
+    """Transform from mechanism coordinates to pixels.
 
     Attributes
     ----------
     corner, pixels
-        Lower left corner of the picture [m], as it is seen, and pixels a metre.
+        Lower left corner of the picture in view coordinates [m], and pixels per metre.
     turn
-        Rotation from x, y and out of the plane to right, up and towards the eye, shape (3, 3).
+        Rotation from (x, y, z) to (right, up, towards the viewer), shape (3, 3).
     """
 
     corner: complex
@@ -65,22 +66,22 @@ class View:
     turn: Reals
 
     def flat(self, points: Complexes) -> Complexes:
-        """Pixels of points in the plane of motion [m], complex."""
+        """Project points of the plane of motion [m] to pixels, complex."""
         return (_seen(points, self.turn) - self.corner) * self.pixels
 
     def aside(self, z: float) -> complex:
-        """Shift of a point of the plane [m] to where one at z above it is seen."""
+        """In-plane shift [m] that looks the same as a shift by z."""
         right, up = np.linalg.solve(self.turn[:2, :2], self.turn[:2, 2] * z)
         return complex(right, up)
 
     def solid(self, points: Reals) -> Reals:
-        """Pixels of points in space [m], shape (points, 3)."""
+        """Project points in space [m], shape (points, 3), to pixels."""
         moved: Reals = (points @ self.turn.T - [self.corner.real, self.corner.imag, 0.0]) * self.pixels
         return moved
 
 
 def turn_of(look: str) -> Reals:
-    """The rotation from which a look is seen, see `View.turn`."""
+    """View rotation of a look, see `View.turn`."""
     if look == "plain":
         return np.eye(3)
     c, s = np.cos((TILT, YAW)), np.sin((TILT, YAW))
@@ -90,12 +91,12 @@ def turn_of(look: str) -> Reals:
 
 
 def drawable(deflection: Deflection, diagram: Diagram) -> NDArray[np.intp]:
-    """Numbers of the positions that can be drawn: those that are neither singular nor out of reach.
+    """Numbers of the positions that can be drawn, neither singular nor unreachable.
 
     Raises
     ------
     ValueError
-        Several designs at once, no such position, or a diagram along links of which none has beams.
+        Several designs at once, no drawable position, or a diagram without any beam.
     """
     motion = deflection.motion
     if len(motion.columns) != 1:
@@ -118,12 +119,12 @@ def drawable(deflection: Deflection, diagram: Diagram) -> NDArray[np.intp]:
 
 
 def scales_of(deflection: Deflection, diagram: Diagram, style: Style) -> Scales:
-    """Scales that suit every position.
+    """Choose scales that suit every position.
 
     Raises
     ------
     ValueError
-        As `drawable`; the mechanism has no extent.
+        See `drawable`; also if the mechanism has no extent.
     """
     skeleton = _skeleton(deflection)[:, drawable(deflection, diagram)]
     size = float(max(np.ptp(skeleton.real), np.ptp(skeleton.imag)))
@@ -131,17 +132,17 @@ def scales_of(deflection: Deflection, diagram: Diagram, style: Style) -> Scales:
         raise ValueError("the mechanism has no extent: there is nothing to draw")
     greatest = peak(deflection, diagram)
     ordinates = diagram.field is not None and style.look == "plain"
-    scale = style.scale or TALLEST * size / greatest if greatest and ordinates else 0.0
+    scale = style.scale or MAX_ORDINATE * size / greatest if greatest and ordinates else 0.0
     exaggeration = 0.0
     if diagram is not MOTION and (not ordinates or "deformed" in style.show):
         moved = greatest if diagram is SHAPE else peak(deflection, SHAPE)
-        exaggeration = style.exaggeration or (max(1.0, round_below(FARTHEST * size / moved)) if moved else 1.0)
-    pin = min(PIN * size, max(LEAST_PIN * size, SHARE * _shortest(deflection)))
+        exaggeration = style.exaggeration or (max(1.0, round_below(MAX_DISPLACEMENT * size / moved)) if moved else 1.0)
+    pin = min(PIN_SIZE * size, max(MIN_PIN_SIZE * size, MAX_PIN_SHARE * _shortest(deflection)))
     return Scales(greatest, scale, exaggeration, pin, size)
 
 
 def view_of(places: Iterable[Complexes], style: Style, turn: Reals) -> View:
-    """The view in which all places, as they are seen [m], fill the room between head and foot."""
+    """Fit all places, in view coordinates [m], between title and legend."""
     seen = list(places)
     (left, right), (low, high) = (
         (min(part.min() for part in parts), max(part.max() for part in parts))
@@ -157,7 +158,7 @@ def view_of(places: Iterable[Complexes], style: Style, turn: Reals) -> View:
 
 
 def seen_solid(points: Reals, turn: Reals) -> Complexes:
-    """Points in space [m], shape (points, 3), as they are seen."""
+    """Project points in space, shape (points, 3), to view coordinates [m]."""
     moved = points @ turn.T
     seen: Complexes = moved[:, 0] + 1j * moved[:, 1]
     return seen
@@ -169,14 +170,14 @@ def _seen(points: Complexes, turn: Reals) -> Complexes:
 
 
 def _skeleton(deflection: Deflection) -> Complexes:
-    """Places of all points of all links, shape (points, positions)."""
+    """Positions of all points of all links, shape (points, positions)."""
     motion = deflection.motion
     links = enumerate(motion.mechanism.links)
     return np.array([position_of(motion, at, name) for at, link in links for name in link.points])
 
 
 def _shortest(deflection: Deflection) -> float:
-    """Shortest distance of two points of a moving link [m]; infinite where none has two."""
+    """Shortest distance between two points of a moving link [m], or infinity."""
     links = deflection.motion.mechanism.links[1:]
     ways = (abs(complex(one - other)) for link in links for one, other in combinations(link.points.values(), 2))
     return min((way for way in ways if way), default=np.inf)

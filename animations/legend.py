@@ -1,4 +1,4 @@
-"""Words and measures around a mechanism: title, scales, meaning of the colours, coordinates of the drives."""
+"""Title, scales, colour legend and drive coordinates around a mechanism."""
 
 from __future__ import annotations
 
@@ -9,17 +9,20 @@ import numpy as np
 
 from animations.diagrams import MOTION, SHAPE, Diagram, quantity, round_below, steady, times
 from animations.layout import FOOT, HEAD, MARGIN, Scales, View
-from animations.shapes import BENT, INK, NEGATIVE, POSITIVE, QUIET, SHEER, Complexes, FlatShape
+from animations.shapes import BENT, FILL_OPACITY, INK, NEGATIVE, POSITIVE, QUIET, Complexes, FlatShape
 from animations.style import Style
 from elastic import Deflection
 
-LETTER = 0.62  # width of a letter against its height, on average
-LEAST = 7.0  # height of letters that can be read [pixels]
+LETTER_WIDTH = 0.62  # average letter width, relative to its height
+MIN_LETTER_HEIGHT = 7.0  # [pixels] smallest readable letter height
 
 
 @dataclass(frozen=True)
 class Words:
-    """A line of text at a place in pixels from the lower left; `side` -1 starts there, +1 ends there, 0 is centred."""
+    """Line of text at a place in pixels from the lower left.
+
+    `side` aligns it: -1 starts there, 0 is centred, +1 ends there.
+    """
 
     text: str
     at: complex
@@ -29,7 +32,7 @@ class Words:
 
 
 def headings(diagram: Diagram, scales: Scales, style: Style, longest: int) -> list[Words]:
-    """Title and name of the diagram, top left, and the place of the drives' words, of so many letters, top right."""
+    """Title and diagram name, top left, and room for the drives' text, top right."""
     (width, height), unit = style.size, style.unit
     left = MARGIN * unit
     kind = f"{diagram.title} {diagram.symbol}".strip()
@@ -37,18 +40,18 @@ def headings(diagram: Diagram, scales: Scales, style: Style, longest: int) -> li
         kind += f" {times(scales.exaggeration)}, displacement" if diagram is SHAPE else ","
         kind += f" at most {quantity(scales.peak, diagram.unit)} over the positions"
     kind += f"; {style.pace}" if style.pace else ""
-    drives = min(0.03 * unit, 0.4 * width / (LETTER * max(longest, 1)))
-    room = width - 4 * left - LETTER * drives * longest
+    drives = min(0.03 * unit, 0.4 * width / (LETTER_WIDTH * max(longest, 1)))
+    room = width - 4 * left - LETTER_WIDTH * drives * longest
     lines = [Words(" ", width - left + 1j * (height - 0.42 * HEAD * unit), drives, 1)]
     rows = (style.title, 0.42, 0.036, INK, room), (kind, 0.82, 0.028, "soft", width - 2 * left)
     for text, y, size, ink, space in rows:
-        fitting = space / (LETTER * max(len(text), 1))
+        fitting = space / (LETTER_WIDTH * max(len(text), 1))
         lines.append(Words(text, left + 1j * (height - y * HEAD * unit), min(size * unit, fitting), ink=ink))
     return lines
 
 
 def drive_words(deflection: Deflection) -> Callable[[int], str]:
-    """Text that tells where the drives stand and the time of a position."""
+    """Formatter of the drive coordinates and the time of a position."""
     motion = deflection.motion
     counted = np.array_equal(motion.time, np.arange(len(motion.time)))
     time = steady(np.abs(motion.time).max(), "s")
@@ -66,14 +69,14 @@ def drive_words(deflection: Deflection) -> Callable[[int], str]:
 
 
 def _within_turn(angle: float) -> float:
-    """Degrees from 0 to below 360; an angle that would be written as 360.0 is none."""
+    """Angle in degrees, from 0 to below 360 after rounding to one decimal."""
     within = float(np.degrees(angle)) % 360.0
     return 0.0 if within >= 359.95 else within
 
 
 @dataclass(frozen=True)
 class Legend:
-    """Measures, words, and opposite corners of the bar of colours in pixels, where there is one."""
+    """Scale bars, text, and the corners of the colour bar [pixels], if any."""
 
     shapes: list[FlatShape]
     words: list[Words]
@@ -81,9 +84,9 @@ class Legend:
 
 
 def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend:
-    """Measures along the bottom, in pixels: the ordinates' scale, the meaning of the colours, a length."""
+    """Legend along the bottom: ordinate scale, meaning of the colours, length scale."""
     unit = style.unit
-    letter, middle = max(0.026 * unit, LEAST), 0.5j * FOOT * unit
+    letter, middle = max(0.026 * unit, MIN_LETTER_HEIGHT), 0.5j * FOOT * unit
     shapes, words = _length(view, style.size[0] - MARGIN * unit, middle.imag, letter)
     left = MARGIN * unit
 
@@ -91,7 +94,7 @@ def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend
         nonlocal left
         shapes.extend(drawn)
         words.append(Words(text, left + size + 0.6 * letter + middle, letter))
-        left += size + (2.0 + LETTER * len(text)) * letter
+        left += size + (2.0 + LETTER_WIDTH * len(text)) * letter
 
     ends = left + middle + np.array([0.0, 2.2 * letter])
     if style.look == "solid":
@@ -125,9 +128,9 @@ def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend
 
 
 def _length(view: View, right: float, middle: float, letter: float) -> tuple[list[FlatShape], list[Words]]:
-    """A length of the mechanism, at the right, its measure over it."""
+    """Length scale at the right, labelled."""
     start, end = view.flat(np.array([0j, 1.0]))
-    metre = float(abs(end - start))  # a horizontal one, which is shorter where it is seen from a side
+    metre = float(abs(end - start))  # length of a horizontal metre, foreshortened in a rotated view
     value = round_below(9.0 * letter / metre)
     ends = np.array([right - value * metre, right]) + 1j * (middle - 0.5 * letter)
     words = Words(quantity(value, "m"), ends.mean() + 1.15j * letter, letter, 0)
@@ -135,7 +138,7 @@ def _length(view: View, right: float, middle: float, letter: float) -> tuple[lis
 
 
 def _bar(ends: Complexes, tick: float) -> FlatShape:
-    """A measured line with a tick at either end."""
+    """Scale bar with a tick at each end."""
     across = 1j * (ends[1] - ends[0]) / abs(ends[1] - ends[0]) * tick
     points = np.concatenate([ends, ends + across, ends - across])
     lines = (np.array([0, 1]), np.array([2, 4]), np.array([3, 5]))
@@ -147,8 +150,8 @@ def _stroke(ends: Complexes, width: float, ink: str = INK) -> FlatShape:
 
 
 def _patch(corners: Complexes, fill: str) -> FlatShape:
-    """A field of a colour as it is in diagrams."""
+    """Colour sample with the opacity of the diagrams."""
     ring = np.arange(4)
     return FlatShape(
-        "fill", lambda position: corners, (ring,), (np.append(ring, 0),), fill=fill, width=1.0, opacity=SHEER
+        "fill", lambda position: corners, (ring,), (np.append(ring, 0),), fill=fill, width=1.0, opacity=FILL_OPACITY
     )

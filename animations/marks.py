@@ -1,4 +1,4 @@
-"""Marks beside the links: the directions of the drives, and the paths of the points."""
+"""Drive arrows and the paths of the points."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from animations.symbols import moved_place
 from elastic import Deflection
 from rigid.arrays import Integers
 
-ARC = np.linspace(0.45, 2.0, 25)  # [rad] from the driven link on
-WAY = np.linspace(-1.7, 1.7, 25)  # [pins] along a slide
-HEAD = np.array([1.0, -0.45 + 0.6j, -0.45 - 0.6j])  # of an arrow that points to the right
-CLOSED = 1.5  # strides between the ends of a path up to which they are joined
+ARC = np.linspace(0.45, 2.0, 25)  # [rad] from the driven link
+WAY = np.linspace(-1.7, 1.7, 25)  # along a slide, in pin diameters
+HEAD = np.array([1.0, -0.45 + 0.6j, -0.45 - 0.6j])  # arrow head that points to the right
+MAX_CLOSING_GAP = 1.5  # largest gap between the ends of a closed path, relative to the longest step
 
 
 def drive_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0) -> list[FlatShape]:
-    """An arrow at every drive, the way that it goes at the moment; none while it stands.
+    """Draw an arrow at each drive in its current sense; no arrow at rest.
 
     Parameters
     ----------
     size
         Diameter of a pin [m].
     exaggeration
-        The arrows move with the displacements, so many times as much.
+        Scale factor of the displacements of the arrows.
     """
     motion = deflection.motion
     shapes = []
@@ -47,12 +47,12 @@ def _sliding(deflection: Deflection, drive: Any, size: float, exaggeration: floa
     joint = next(each for each in motion.structure.joints if each.name == drive.joint and not each.turns)
     place = moved_place(deflection, joint.block, joint.point(joint.block) or "", exaggeration)
     along = joint.along(motion)
-    upwards = np.where(along.real >= 0, 1j, -1j)  # the ground is hatched below
+    upwards = np.where(along.real >= 0, 1j, -1j)  # above the line: the ground's hatching is below
     return lambda position, sense: place[position] + size * along[position] * (1.5 * upwards[position] + sense * WAY)
 
 
 def _arrow(line: Callable[[int, float], Complexes], sense: Sequence[float], size: float) -> FlatShape:
-    """A line with a head at its end, all points one where it goes neither way."""
+    """Line with a head at its end; collapsed to a point if the drive rests."""
 
     def place(position: int) -> Complexes:
         shaft = line(position, sense[position])
@@ -65,7 +65,7 @@ def _arrow(line: Callable[[int, float], Complexes], sense: Sequence[float], size
 
 
 def path_shapes(deflection: Deflection, positions: Integers, exaggeration: float = 0.0) -> list[FlatShape]:
-    """The paths of all points that move, over some positions, displaced so many times as much."""
+    """Draw the paths of all moving points, with exaggerated displacements."""
     motion = deflection.motion
     seen, shapes = set(motion.mechanism.links[0].points), []
     for link in motion.mechanism.links[1:]:
@@ -79,6 +79,6 @@ def _path(places: Complexes) -> list[FlatShape]:
     strides = np.abs(np.diff(places))
     if not strides.any():
         return []
-    round_trip = abs(places[-1] - places[0]) <= CLOSED * strides.max()
+    round_trip = abs(places[-1] - places[0]) <= MAX_CLOSING_GAP * strides.max()
     points = np.append(places, places[0]) if round_trip else places
     return [FlatShape("guide", lambda position: points, lines=(np.arange(len(points)),), ink="accent", width=1.0)]

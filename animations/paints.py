@@ -1,4 +1,4 @@
-"""Colours by their names, for light and for dark backgrounds."""
+"""Named colours for light and dark backgrounds."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ LIGHT = {"ink": "#22262e", "soft": "#4a515c", "fine": "#5d6675", "quiet": "#9aa1
 DARK = {"ink": "#e9ebef", "soft": "#bcc3cc", "fine": "#98a1ad", "quiet": "#79828e", "body": "#333a44",
         "metal": "#8b93a0", "iron": "#6b7380", "bent": "#4fd1a1", "accent": "#ff8a80", "positive": "#5aa9ee",
         "negative": "#f27a4d"}  # fmt: skip
-HALF = 0.45  # luminance below which a background is dark
+MAX_DARK_LUMINANCE = 0.45  # largest luminance of a dark background
 
 
 def paints(background: str) -> Mapping[str, Colour]:
-    """The colours to draw with on a background, which is one of them under the name "paper".
+    """Colours for a background; "paper" is the background itself.
 
     Parameters
     ----------
     background
-        A name, as "white", or "#rrggbb".
+        A colour name, such as "white", or "#rrggbb".
 
     Raises
     ------
     ValueError
-        There is no such colour.
+        The colour is unknown.
     """
     paper = colour(background)
-    dark = 0.2126 * paper[0] + 0.7152 * paper[1] + 0.0722 * paper[2] < HALF
+    dark = 0.2126 * paper[0] + 0.7152 * paper[1] + 0.0722 * paper[2] < MAX_DARK_LUMINANCE
     return {"paper": paper, **{name: colour(value) for name, value in (DARK if dark else LIGHT).items()}}
 
 
 def colour(name: str) -> Colour:
-    """A colour of a name or "#rrggbb".
+    """Convert a colour name or "#rrggbb" to red, green, blue.
 
     >>> colour("#ff0000"), colour("white")
     ((1.0, 0.0, 0.0), (1.0, 1.0, 1.0))
@@ -42,7 +42,7 @@ def colour(name: str) -> Colour:
     Raises
     ------
     ValueError
-        There is none.
+        The colour is unknown.
     """
     from PIL import ImageColor
 

@@ -1,4 +1,4 @@
-"""A mechanism on an off-screen canvas: built once, then only its points move."""
+"""Picture of a mechanism, built once and then updated for each position."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from animations.attachments import attachment_shapes
 from animations.canvas import Canvas, move
 from animations.diagrams import MOTION, SHAPE, Diagram, diagram_named
 from animations.extents import stack_of
-from animations.labels import DOT, name_labels, peak_label
+from animations.labels import DOT_RADIUS, name_labels, peak_label
 from animations.layers import Stack
 from animations.layout import Scales, View, drawable, scales_of, seen_solid, turn_of, view_of
 from animations.legend import Words, drive_words, headings, legend
@@ -35,31 +35,31 @@ from elastic import Deflection
 from rigid import Reals
 from rigid.arrays import Integers
 
-LOOKED_AT = 120  # positions by which view and labels are chosen
-SOME, FEW = 40, 12  # of these for solid bodies and for labels
-ARROW = 0.016  # of the mechanism's size, half the radius of a drive's arrow at least
+MAX_SAMPLES = 120  # largest number of positions used to choose the view and the labels
+MAX_SOLID_SAMPLES, MAX_LABEL_SAMPLES = 40, 12  # of these, the numbers used for solid bodies and for labels
+MIN_ARROW_SIZE = 0.016  # smallest size of a drive's arrow, relative to the mechanism's size
 
 
 class Picture:
-    """A diagram of a mechanism, to be shown at one position after another.
+    """Picture of a diagram, shown at one position after another.
 
     Make it inside `rendering.off_screen`, and close it or use it in a `with` statement.
 
     Attributes
     ----------
     scales, view
-        Chosen for all positions.
+        The same for all positions.
     shapes, meshes
-        Flat shapes, and the mesh that draws each of them; the same mesh for all positions.
+        Flat shapes and their meshes, reused for all positions.
     bodies, solids
-        Solid shapes, and their meshes.
+        Solid bodies and their meshes.
     """
 
     def __init__(self, deflection: Deflection, name: str, style: Style) -> None:
         diagram = diagram_named(name)
         self.scales = scales_of(deflection, diagram, style)
         possible = drawable(deflection, diagram)
-        looked_at = possible[:: -(-len(possible) // LOOKED_AT)]
+        looked_at = possible[:: -(-len(possible) // MAX_SAMPLES)]
         self.shapes = shapes_of(deflection, diagram, self.scales, style)
         self.bodies, stack = [], None
         if style.look == "solid":
@@ -90,7 +90,7 @@ class Picture:
         self._canvas.close()
 
     def show(self, position: int) -> Any:
-        """Move everything to a position; returns the picture, uint8, shape (height, width, 3)."""
+        """Move everything to a position and return the image, uint8, (height, width, 3)."""
         for shape, mesh in zip(self.shapes, self.meshes, strict=True):
             move(mesh, self.view.flat(shape.place(position)))
         for body, mesh in zip(self.bodies, self.solids, strict=True):
@@ -110,15 +110,15 @@ class Picture:
         return self._canvas.image()
 
     def _placed(self, body: SolidShape, position: int) -> tuple[Reals, Reals]:
-        """Points of a body in pixels, and its normals as they are seen."""
+        """Points [pixels] and normals of a body in view coordinates."""
         points, normals = body.place(position)
         return self.view.solid(points), normals @ self.view.turn.T
 
     def _labelled(
         self, deflection: Deflection, diagram: Diagram, style: Style, looked_at: Integers, stack: Stack | None
     ) -> list[Label]:
-        """Labels that move; adds a dot at the peak to the shapes."""
-        some = looked_at[:: -(-len(looked_at) // FEW)]
+        """Create the moving labels; also adds a dot at the peak to the shapes."""
+        some = looked_at[:: -(-len(looked_at) // MAX_LABEL_SAMPLES)]
         moved = self.scales.exaggeration if diagram is SHAPE or stack else 0.0
         ink = ink_of(self.shapes, self.bodies, self.view, [int(position) for position in some], 0.008 * style.unit)
         names = name_labels(deflection, self.scales, self.view, style, ink, moved)
@@ -126,11 +126,11 @@ class Picture:
             return without_overlaps(names)
         marks = [shape for shape in self.shapes if shape.level == "mark"]
         place, label = peak_label(deflection, diagram, self.scales, self.view, style, names, marks, stack)
-        self.shapes.append(_dot(place, DOT * self.scales.pin))
+        self.shapes.append(_dot(place, DOT_RADIUS * self.scales.pin))
         return without_overlaps([label, *names])
 
     def _write_around(self, deflection: Deflection, diagram: Diagram, style: Style, signed: bool) -> None:
-        """Head and foot."""
+        """Write the title and the legend."""
         self._drive_words = drive_words(deflection)
         longest = max(len(self._drive_words(position)) for position in range(len(deflection.motion.time)))
         drive, *lines = headings(diagram, self.scales, style, longest)
@@ -145,10 +145,12 @@ class Picture:
 
 
 def shapes_of(deflection: Deflection, diagram: Diagram, scales: Scales, style: Style) -> list[FlatShape]:
-    """All that moves in a picture and is flat."""
+    """All flat shapes that move."""
     whole = diagram in (SHAPE, MOTION)
     moved = scales.exaggeration if whole or style.look == "solid" else 0.0
-    shapes = drive_shapes(deflection, max(scales.pin, ARROW * scales.size), moved) if "drives" in style.show else []
+    shapes = (
+        drive_shapes(deflection, max(scales.pin, MIN_ARROW_SIZE * scales.size), moved) if "drives" in style.show else []
+    )
     if "paths" in style.show:
         shapes += path_shapes(deflection, drawable(deflection, diagram), moved)
     if style.look == "plain":
@@ -164,11 +166,11 @@ def shapes_of(deflection: Deflection, diagram: Diagram, scales: Scales, style: S
 
 
 def view_for(shapes: list[FlatShape], bodies: list[SolidShape], positions: Any, style: Style) -> View:
-    """The view in which all that moves is seen at some positions."""
+    """View that shows all moving shapes at the given positions."""
     turn = turn_of(style.look)
     unscaled = View(0j, 1.0, turn)
     flat = (unscaled.flat(shape.place(position)) for shape in shapes for position in positions)
-    some = positions[:: -(-len(positions) // SOME)]
+    some = positions[:: -(-len(positions) // MAX_SOLID_SAMPLES)]
     solid = (seen_solid(body.place(position)[0], turn) for body in bodies for position in some)
     return view_of([*flat, *solid], style, turn)
 

@@ -1,4 +1,4 @@
-"""Places of texts that move with the drawing: how much of it they hide, and which are left out where two would meet."""
+"""Placement of moving labels: cost of hidden parts, and overlaps."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from animations.layout import FOOT, HEAD, View
-from animations.legend import LETTER
+from animations.legend import LETTER_WIDTH
 from animations.shapes import Complexes, FlatShape
 from animations.solid import SolidShape
 from animations.style import Style
 from rigid import Reals
 from rigid.arrays import Flags
 
-SPOT = 0.35  # steps of a line, one pixel wide, that are as bad to hide as a point of a body: most are at eyes and axles
+POINT_COST = 0.35  # cost of hiding a point of a body, in steps of a line one pixel wide: most are at eyes and axles
 
 
 @dataclass(frozen=True, eq=False)
 class Label:
-    """A text, one for all positions or one for each, and its middle at every position in pixels, complex.
+    """Text, constant or per position, and its middle [pixels], complex.
 
     Attributes
     ----------
     half
-        Half its width and height [pixels].
+        Half width and half height [pixels].
     shown
-        Whether it is seen, at every position; None: always.
+        Visible at each position; None: always.
     """
 
     text: str | Sequence[str]
@@ -40,30 +40,30 @@ class Label:
     shown: NDArray[Any] | None = None
 
     def at(self, position: int) -> str:
-        """Its text at a position; nothing where it is left out."""
+        """Text at a position, or "" if hidden."""
         if self.shown is not None and not self.shown[position]:
             return ""
         return self.text if isinstance(self.text, str) else self.text[position]
 
 
 def half_of(text: str, height: float) -> complex:
-    """Half the width and the height of a text [pixels]."""
-    return complex(0.5 * LETTER * len(text) + 0.15, 0.6) * height
+    """Half width and half height of a text [pixels]."""
+    return complex(0.5 * LETTER_WIDTH * len(text) + 0.15, 0.6) * height
 
 
 def within(way: Complexes, half: Any) -> Flags:
-    """Whether something so far from the middle of a box lies in it."""
+    """Whether an offset from the middle of a box is inside it."""
     inside: Flags = (np.abs(way.real) < half.real) & (np.abs(way.imag) < half.imag)
     return inside
 
 
 def meeting(one: Label, other: Label) -> Flags:
-    """Whether two labels lie over each other, at every position."""
+    """Whether two labels overlap, at each position."""
     return within(one.middle - other.middle, one.half + other.half)
 
 
 def without_overlaps(labels: Sequence[Label]) -> list[Label]:
-    """The same labels, each left out where it would lie over one before it that is seen."""
+    """Hide each label at positions with an overlap of an earlier, visible one."""
     kept: list[Label] = []
     for label in labels:
         free = np.ones(len(label.middle), bool)
@@ -74,7 +74,7 @@ def without_overlaps(labels: Sequence[Label]) -> list[Label]:
 
 
 def kept_inside(middle: Complexes, half: complex, style: Style) -> Complexes:
-    """Middles moved so that a text stays between the sides, head and foot [pixels]."""
+    """Shift the middles so that a text stays between margins, title and legend [pixels]."""
     (width, height), unit = style.size, style.unit
     inside: Complexes = np.clip(middle.real, half.real, width - half.real) + 1j * np.clip(
         middle.imag, FOOT * unit + half.imag, height - HEAD * unit - half.imag
@@ -84,14 +84,14 @@ def kept_inside(middle: Complexes, half: complex, style: Style) -> Complexes:
 
 @dataclass(frozen=True, eq=False)
 class Ink:
-    """Everything drawn at some positions, in small pieces.
+    """Everything drawn at a sample of positions, in small pieces.
 
     Attributes
     ----------
     positions
-        Their numbers.
+        Position numbers.
     places, areas
-        Middles [pixels], complex, and areas of the pieces, an array each for every position: length [pixels] times
+        Middles [pixels], complex, and areas of the pieces, one array per position. An area is length [pixels] times
         `FlatShape.width`.
     """
 
@@ -100,12 +100,12 @@ class Ink:
     areas: list[Reals]
 
     def hidden(self, middle: Complexes, half: complex) -> Reals:
-        """Drawn area under texts of one size, a mean over the positions.
+        """Area hidden by texts of equal size, averaged over the positions.
 
         Parameters
         ----------
         middle
-            Of texts at all positions of the mechanism, shape (texts, positions).
+            Middles of the texts at all positions of the mechanism, shape (texts, positions).
         """
         total = np.zeros(len(middle))
         for position, places, areas in zip(self.positions, self.places, self.areas, strict=True):
@@ -119,7 +119,7 @@ class Ink:
 def ink_of(
     shapes: Sequence[FlatShape], bodies: Sequence[SolidShape], view: View, positions: Sequence[int], step: float
 ) -> Ink:
-    """The lines of shapes, in pieces not longer than a step [pixels], and the points of bodies."""
+    """Split lines into pieces up to `step` long [pixels], and add bodies' points."""
     pairs, widths, first = [np.zeros((0, 2), int)], [np.zeros(0)], 0
     for shape in shapes:
         for line in shape.lines:
@@ -137,5 +137,5 @@ def ink_of(
         share = (np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[piece]
         solid = np.concatenate([np.zeros((0, 3)), *(view.solid(body.place(position)[0]) for body in bodies)])
         places.append(np.append(points[start][piece] + share * vector[piece], solid[:, 0] + 1j * solid[:, 1]))
-        areas.append(np.append((np.abs(vector) * width / count)[piece], np.full(len(solid), SPOT * step)))
+        areas.append(np.append((np.abs(vector) * width / count)[piece], np.full(len(solid), POINT_COST * step)))
     return Ink(list(positions), places, areas)

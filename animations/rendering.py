@@ -1,6 +1,6 @@
-"""Whether this machine can render, found out where it does no harm.
+"""Test in a child process whether this machine can render.
 
-Without OpenGL, VTK does not raise: it ends the process. So one empty window is rendered in a child process first.
+Without OpenGL, VTK ends the process instead of raising an error.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ window.Render()
 """
 
 
-class RenderingUnavailable(RuntimeError):  # noqa: N818 - what it says, not whose fault it is
-    """No picture can be drawn on this machine; the message names the library to install."""
+class RenderingUnavailable(RuntimeError):  # noqa: N818 - names the condition, not an error
+    """Rendering is impossible on this machine; the message names the library to install."""
 
 
 @cache
 def probe() -> str | None:
-    """Kind of window to render in, tried in a child process, once in the life of this one.
+    """Find a kind of window that renders, in a child process, once per process.
 
     Returns
     -------
-    Class name of VTK's window, or None where VTK's own choice is the one that works.
+    VTK class name of the window, or None for VTK's default.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def probe() -> str | None:
     """
     chosen: tuple[str | None, ...] = (None,)
     if sys.platform.startswith("linux") and WINDOW not in os.environ:
-        chosen = (*OFF_SCREEN, None)  # these need no display, and a display that is named need not exist
+        chosen = (*OFF_SCREEN, None)  # these need no display; the display named in the environment may not exist
     for window in chosen:
         if _renders(window):
             return window
@@ -68,7 +68,7 @@ def _renders(window: str | None) -> bool:
 
 @contextmanager
 def off_screen() -> Iterator[None]:
-    """While it lasts, windows are made of the kind that `probe` found, and VTK's errors raise at its end.
+    """Use the windows found by `probe`, and raise VTK's errors at the end.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""Shapes to draw, as points that move and cells that do not: plain numbers, before any graphics.
+"""Flat shapes as moving points and fixed cells, independent of the graphics.
 
-Every shape places its points at one position of the mechanism, in the plane of the motion [m].
+Each shape computes its points in the plane of motion at a position [m].
 """
 
 from __future__ import annotations
@@ -20,30 +20,30 @@ from rigid.kinetostatics import beam_directions
 Complexes = NDArray[np.complexfloating[Any, Any]]
 Cells = tuple[Any, ...]  # arrays of point numbers, one per polygon or polyline
 
-INK, QUIET, BODY, FINE, BENT = "ink", "quiet", "body", "fine", "bent"  # of `paints`
+INK, QUIET, BODY, FINE, BENT = "ink", "quiet", "body", "fine", "bent"  # keys of `paints`
 POSITIVE, NEGATIVE, PAPER = "positive", "negative", "paper"
-SHEER = 0.55  # opacity of diagrams: where they lie over each other their colours mix
+FILL_OPACITY = 0.55  # opacity of diagrams, so that overlapping ones mix their colours
 LEVELS = ("outline", "guide", "fill", "ordinate", "link", "curve", "ground", "block", "pin", "mark")
 
 
 @dataclass(frozen=True, eq=False)
 class FlatShape:
-    """Points and the polygons and polylines between them.
+    """Points, and polygons and polylines between them.
 
     Attributes
     ----------
     level
-        One of `LEVELS`: what lies over what.
+        One of `LEVELS`, from back to front.
     place
         Points at a position: position -> complex [m], shape (points,).
     faces, lines
         Point numbers of filled polygons and of polylines.
     fill, ink
-        Names of their colours, see `paints`.
+        Colour names, see `paints`.
     width
-        Of the lines, in pixels of a picture whose `Style.unit` is 720.
+        Line width [pixels] in a picture with `Style.unit` of 720.
     opacity
-        Of the fill.
+        Opacity of the fill.
     """
 
     level: str
@@ -58,21 +58,21 @@ class FlatShape:
 
 @dataclass(frozen=True, eq=False)
 class BeamPlaces:
-    """The rigid places of all beams: `start` [m] and unit vectors `along`, complex, shape (beams, positions)."""
+    """Undeformed beams: `start` [m] and unit vectors `along`, complex, (beams, positions)."""
 
     start: Complexes
     along: Complexes
     length: Reals
 
     def points(self, position: int, stations: Reals = STATIONS) -> Complexes:
-        """Shape (beams, stations)."""
+        """Points of the axes at a position [m], shape (beams, stations)."""
         way = self.along[:, position] * self.length
         result: Complexes = self.start[:, position, None] + way[:, None] * stations
         return result
 
 
 def beams(deflection: Deflection) -> BeamPlaces:
-    """Where the beams of a mechanism are at all positions."""
+    """Undeformed positions of all beams."""
     motion = deflection.motion
     start = [position_of(motion, at, beam.start) for at, beam in motion.mechanism.beams]
     shape = (len(start), *motion.columns)
@@ -80,22 +80,22 @@ def beams(deflection: Deflection) -> BeamPlaces:
 
 
 def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int = 4) -> list[FlatShape]:
-    """A field drawn across every beam: filled by sign, outlined, with ordinates.
+    """Draw a field across each beam: filled by sign, outlined, with ordinates.
 
     Parameters
     ----------
     scale
-        Length of an ordinate of one unit of the field [m]; positive ones point along the beam's y'.
+        Ordinate length per unit of the field [m]; positive ordinates point along the beam's y'.
     hatch
-        Every which station has its ordinate drawn.
+        Draw every `hatch`-th ordinate.
 
     Returns
     -------
-    The positive fill, the negative fill, the ordinates, the outline. The points of each: the beams' axes, then the ends
-    of the ordinates, beam by beam.
+    Positive fill, negative fill, ordinates, outline. The points of each are the beams' axes, then the ends of the
+    ordinates, beam by beam.
     """
     place, values = beams(deflection), sample(deflection, field, STATIONS)
-    values = np.where(np.isfinite(values).any(axis=(1, 2), keepdims=True), values, 0.0)  # a beam it is not known of
+    values = np.where(np.isfinite(values).any(axis=(1, 2), keepdims=True), values, 0.0)  # zero if unknown
     count = len(place.length)
 
     def ends(position: int, part: Callable[[Reals], Reals]) -> Complexes:
@@ -105,7 +105,7 @@ def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int 
         return np.concatenate([axis.ravel(), tips.ravel()])
 
     def filled(paint: str, place: Callable[[int], Complexes]) -> FlatShape:
-        return FlatShape("fill", place, tuple(corners), fill=paint, opacity=SHEER)
+        return FlatShape("fill", place, tuple(corners), fill=paint, opacity=FILL_OPACITY)
 
     numbers = np.arange(count * len(STATIONS)).reshape(count, len(STATIONS))
     tops = numbers + numbers.size
@@ -123,7 +123,7 @@ def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int 
 
 
 def moved_beams(deflection: Deflection, exaggeration: float) -> Callable[[int], Complexes]:
-    """Axes of the beams at 49 stations with their displacements exaggerated [m], complex, shape (beams, stations)."""
+    """Deformed axes at 49 stations, exaggerated [m], complex, (beams, stations)."""
     place = beams(deflection)
     moved = sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS)
     return lambda position: place.points(position) + exaggeration * place.along[:, position, None] * moved[:, position]
@@ -132,7 +132,7 @@ def moved_beams(deflection: Deflection, exaggeration: float) -> Callable[[int], 
 def deformed_shapes(
     deflection: Deflection, exaggeration: float, ink: str = BENT, width: float = 3.0
 ) -> list[FlatShape]:
-    """The mechanism with its displacements exaggerated: beams bent, links without beams carried."""
+    """Draw the deformed mechanism, exaggerated; links without beams move rigidly."""
     axes, count = moved_beams(deflection, exaggeration), len(deflection.sections)
     lines = tuple(np.arange(count * len(STATIONS)).reshape(count, len(STATIONS)))
     shapes = [FlatShape("curve", lambda position: axes(position).ravel(), lines=lines, ink=ink, width=width)]
@@ -146,7 +146,7 @@ def deformed_shapes(
 
 
 def link_shapes(deflection: Deflection, radius: float, ink: str = INK) -> list[FlatShape]:
-    """The links at their rigid places: elastic beams as lines, rigid ones as bodies of a given radius [m]."""
+    """Draw undeformed links: elastic beams as lines, rigid ones as bodies of a radius [m]."""
     place, mechanism = beams(deflection), deflection.motion.mechanism
     rigid = [bool(np.all(np.isinf(section.EA)) and np.all(np.isinf(section.EI))) for section in deflection.sections]
     slender = [k for k, stiff in enumerate(rigid) if not stiff]
@@ -167,12 +167,12 @@ def link_shapes(deflection: Deflection, radius: float, ink: str = INK) -> list[F
 
 
 def outline_shapes(deflection: Deflection, outlines: Mapping[str, Sequence[complex]]) -> list[FlatShape]:
-    """Bodies of links, given by their corners in the links' own axes [m].
+    """Draw the outlines of links, given by corners in the links' axes [m].
 
     Raises
     ------
     ValueError
-        An outline of a link that there is not, or of fewer than three corners.
+        An outline names an unknown link or has fewer than three corners.
     """
     shapes = []
     for name, corners in outlines.items():
@@ -191,7 +191,7 @@ def _moving_links(deflection: Deflection) -> Iterable[tuple[int, Link]]:
 
 
 def carried(deflection: Deflection, at: int, local: Complexes, exaggeration: float) -> Callable[[int], Complexes]:
-    """Points of a link's axes, displaced with these by so many times as much."""
+    """Points fixed to a link, with the link's exaggerated displacement."""
     motion = deflection.motion
 
     def place(position: int) -> Complexes:
@@ -219,7 +219,7 @@ def _circle(corners: int) -> Complexes:
 
 
 def hull(points: Complexes) -> Complexes:
-    """Convex hull, counter-clockwise: of the points sorted from left to right, the lower and the upper chain."""
+    """Convex hull, counter-clockwise, by the monotone chain algorithm."""
     ordered = sorted({(float(z.real), float(z.imag)) for z in points})
     chains = []
     for way in (ordered, ordered[::-1]):

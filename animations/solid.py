@@ -1,6 +1,6 @@
-"""Solid bodies as points in space that move and polygons that do not: prisms, and beams of their cross-section.
+"""Solid bodies as moving points and fixed polygons: prisms and beams.
 
-Space is the plane of motion and z towards the viewer [m].
+Coordinates are the plane of motion and z towards the viewer [m].
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from elastic import Section, Taper
 from rigid import Reals
 from rigid.arrays import Integers
 
-ROUND = 24  # corners of a circle
+CIRCLE_CORNERS = 24  # corners of a circle
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +32,9 @@ class SolidShape:
     fill
         Name of the colour, see `paints`.
     opacity
-        1 where nothing shines through.
+        1 is opaque.
     values
-        Of a field at the points at a position, which colours them; None of a body of one colour.
+        Values of a field at the points at a position, to colour them; None: one colour.
     """
 
     place: Callable[[int], tuple[Reals, Reals]]
@@ -53,7 +53,7 @@ def prism(
     opacity: float = 1.0,
     smooth: bool = False,
 ) -> SolidShape:
-    """A polygon in the plane, at a position, that reaches from one z to another; `smooth` for a curve's."""
+    """Extrude a polygon of the plane between two z; `smooth` for curved outlines."""
     ring = np.arange(corners)
     after = np.roll(ring, -1)
     sides = 2 * corners + 4 * ring[:, None] + np.arange(4)
@@ -61,7 +61,7 @@ def prism(
     def at(position: int) -> tuple[Reals, Reals]:
         points = place(position)
         if np.sum((np.conj(points) * points[after]).imag) < 0:
-            points = points[::-1]  # counter-clockwise: which side of a face is lit goes by its corners
+            points = points[::-1]  # counter-clockwise, so that faces are lit from outside
         way = points[after] - points
         out = -1j * way / np.maximum(np.abs(way), 1e-300)
         first = second = out
@@ -83,14 +83,14 @@ def prism(
 
 
 def _along(taper: Sequence[float]) -> Reals:
-    """A polynomial of a taper at the stations."""
+    """Evaluate a taper polynomial at the stations."""
     values: Reals = np.polynomial.polynomial.polyval(STATIONS, np.array(taper)) * np.ones(len(STATIONS))
     return values
 
 
 @dataclass(frozen=True, eq=False)
 class CrossSections:
-    """Cross-sections of a beam at its stations: depth in the plane of motion and width across it [m], round or not."""
+    """Depth in the plane and width across it [m] at a beam's stations; round or not."""
 
     depth: Reals
     width: Reals
@@ -98,9 +98,9 @@ class CrossSections:
 
 
 def cross_sections(section: Section, thin: float) -> CrossSections:
-    """The cross-sections of a beam; of one of unknown dimensions a round one of a diameter `thin` [m].
+    """Cross-sections of a beam; round with diameter `thin` [m] if dimensions are unknown.
 
-    Of unknown width it is drawn as a rectangle of the same area and depth.
+    If only the width is unknown, draw a rectangle of the same area and depth.
     """
     fibre, area, width = (float(np.ravel(value)[0]) for value in (section.fibre, section.area, section.width))
     if not np.isfinite(fibre):
@@ -117,16 +117,16 @@ def beam_bodies(
     layers: Sequence[float],
     values: Callable[[int], Reals] | None,
 ) -> SolidShape:
-    """All beams as one body.
+    """Build one body of all beams.
 
     Parameters
     ----------
     axes
         Their axes at 49 stations [m], complex, shape (beams, stations).
     layers
-        z of every axis [m].
+        z of each axis [m].
     values
-        Of a field at the stations, shape (beams, stations).
+        Values of a field at the stations at a position, shape (beams, stations).
     """
     rings = [_ring(each.round) for each in sections]
     counts = [len(y) for y, *_ in rings]
@@ -154,15 +154,20 @@ def beam_bodies(
 
 
 def _ring(is_round: bool) -> tuple[Reals, Reals, Complexes, Integers]:
-    """A section of depth and width 1: y, z, normal y + i z of its points, and pairs of neighbours."""
+    """Unit section: y, z and normal y + i z of its points, and neighbouring pairs."""
     if is_round:
-        turn = np.exp(2j * np.pi * np.arange(ROUND) / ROUND)
-        return turn.real / 2, turn.imag / 2, turn, np.stack([np.arange(ROUND), np.roll(np.arange(ROUND), -1)], -1)
+        turn = np.exp(2j * np.pi * np.arange(CIRCLE_CORNERS) / CIRCLE_CORNERS)
+        return (
+            turn.real / 2,
+            turn.imag / 2,
+            turn,
+            np.stack([np.arange(CIRCLE_CORNERS), np.roll(np.arange(CIRCLE_CORNERS), -1)], -1),
+        )
     y = np.array([0.5, 0.5, 0.5, -0.5, -0.5, -0.5, -0.5, 0.5])
     z = np.array([-0.5, 0.5, 0.5, 0.5, 0.5, -0.5, -0.5, -0.5])
     return y, z, np.repeat([1.0, 1j, -1.0, -1j], 2), np.arange(8).reshape(4, 2)
 
 
 def spatial(plane: Complexes, z: Reals) -> Reals:
-    """Points of the plane and their z as points in space, shape (points, 3)."""
+    """Combine points of the plane with z, shape (points, 3)."""
     return np.stack([plane.real.ravel(), plane.imag.ravel(), np.ravel(z)], -1)

@@ -1,4 +1,4 @@
-"""A mechanism as solid bodies: links that are joined stand one behind the other, on axles; the ground behind all."""
+"""A mechanism as solid bodies: links in layers on axles, the ground behind."""
 
 from __future__ import annotations
 
@@ -11,24 +11,28 @@ from animations.diagrams import STATIONS, Diagram
 from animations.layers import Stack
 from animations.layout import Scales
 from animations.shapes import Complexes, carried, hull, moved_beams
-from animations.solid import ROUND, CrossSections, SolidShape, beam_bodies, cross_sections, prism
+from animations.solid import CIRCLE_CORNERS, CrossSections, SolidShape, beam_bodies, cross_sections, prism
 from animations.style import Style
 from animations.symbols import BLOCK, PEDESTAL, moved_place, slide, under
 from elastic import Deflection, sample
 from rigid import Reals, Slider
 
-CIRCLE = np.exp(2j * np.pi * np.arange(ROUND) / ROUND)
-THIN = 0.55  # of a pin's diameter, where a section's dimensions are not known
-LESS, HEAD, WIDER = 0.55, 0.58, 0.65  # thicknesses of a layer that axles, their heads and rails reach from its middle
-EYE, AXLE = 0.62, 0.34  # radii at the ends of links and of axles, of a pin's diameter
-SHEER = 0.4  # opacity of outlines
-GREYS = "metal", "iron"  # of rigid bodies in one layer and the next, which are told apart by them
+CIRCLE = np.exp(2j * np.pi * np.arange(CIRCLE_CORNERS) / CIRCLE_CORNERS)
+DEFAULT_THICKNESS = 0.55  # thickness of links with unknown dimensions, relative to a pin's diameter
+AXLE_REACH, HEAD_REACH, RAIL_REACH = (
+    0.55,
+    0.58,
+    0.65,
+)  # [layer thicknesses] reach of axles, heads and rails from the mid-plane
+EYE_RADIUS, AXLE_RADIUS = 0.62, 0.34  # radii of link ends and of axles, relative to a pin's diameter
+OUTLINE_OPACITY = 0.4  # opacity of outlines
+GREYS = "metal", "iron"  # alternating colours of rigid bodies in neighbouring layers
 
 
 def mechanism_bodies(
     deflection: Deflection, diagram: Diagram, scales: Scales, style: Style, stack: Stack
 ) -> list[SolidShape]:
-    """Links, joints and ground as bodies; beams in the colours of the diagram's field, or of the displacement."""
+    """Build links, joints and ground; the diagram's field or the displacement colours beams."""
     links = deflection.motion.mechanism.links
     sections = sections_of(deflection, scales)
     owners = [at for at, _ in deflection.motion.mechanism.beams]
@@ -40,13 +44,13 @@ def mechanism_bodies(
     for at, (link, z) in enumerate(zip(links, stack.middle, strict=True)):
         if link.name in style.outlines:
             outline = np.array(style.outlines[link.name], complex)
-            half = 0.52 * THIN * scales.pin
-            bodies.append(_slab(deflection, at, scales.exaggeration, z, half, outline, "", "quiet", SHEER))
+            half = 0.52 * DEFAULT_THICKNESS * scales.pin
+            bodies.append(_slab(deflection, at, scales.exaggeration, z, half, outline, "", "quiet", OUTLINE_OPACITY))
     for at, (link, thick) in enumerate(zip(links, thicknesses(deflection, scales), strict=True)):
         if at == 0:
             continue
         place = partial(_slab, deflection, at, scales.exaggeration, stack.middle[at], 0.52 * thick)
-        bodies += [place(EYE * scales.pin * CIRCLE, point, smooth=True) for point in link.points]
+        bodies += [place(EYE_RADIUS * scales.pin * CIRCLE, point, smooth=True) for point in link.points]
         if not link.beams and len(link.points) > 1:
             corners = np.array(list(link.points.values()), complex)
             fill = GREYS[stack.layer[at] % 2]
@@ -56,19 +60,19 @@ def mechanism_bodies(
 
 def sections_of(deflection: Deflection, scales: Scales) -> list[CrossSections]:
     """Cross-sections of every beam, as drawn."""
-    return [cross_sections(section, THIN * scales.pin) for section in deflection.sections]
+    return [cross_sections(section, DEFAULT_THICKNESS * scales.pin) for section in deflection.sections]
 
 
 def thicknesses(deflection: Deflection, scales: Scales) -> list[float]:
-    """How far every link reaches across the plane of motion [m]: as its widest beam, at least as a rigid body."""
-    thick = [THIN * scales.pin] * len(deflection.motion.mechanism.links)
+    """Thickness of each link [m]: that of its widest beam, or of a rigid body."""
+    thick = [DEFAULT_THICKNESS * scales.pin] * len(deflection.motion.mechanism.links)
     for (at, _), section in zip(deflection.motion.mechanism.beams, sections_of(deflection, scales), strict=True):
         thick[at] = max(thick[at], float(section.width.max()))
     return thick
 
 
 def _values(deflection: Deflection, diagram: Diagram) -> Callable[[int], Reals]:
-    """The field at the stations of the beams at a position, shape (beams, stations)."""
+    """Values of the field by position, shape (beams, stations)."""
     if diagram.field is None:
         values = np.abs(sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS))
     else:
@@ -88,7 +92,7 @@ def _slab(
     opacity: float = 1.0,
     smooth: bool = False,
 ) -> SolidShape:
-    """A flat body of a link about z: corners in its axes, or from one of its points."""
+    """Flat body of a link about z; corners in its axes or relative to a point."""
     if about:
         middle, direction = moved_place(deflection, at, about, exaggeration), deflection.motion.direction[at]
         return prism(lambda p: middle[p] + direction[p] * local, len(local), z - half, z + half, fill, opacity, smooth)
@@ -96,7 +100,7 @@ def _slab(
 
 
 def _joints(deflection: Deflection, scales: Scales, stack: Stack) -> list[SolidShape]:
-    """Axles through the links that they join, square at welds, pedestals on the ground, blocks and their rails."""
+    """Build axles (square at welds), pedestals on the ground, blocks and rails."""
     motion, pin = deflection.motion, scales.pin
     joined: dict[str, set[int]] = {}
     bodies: list[SolidShape] = []
@@ -107,11 +111,13 @@ def _joints(deflection: Deflection, scales: Scales, stack: Stack) -> list[SolidS
         joined.setdefault(joint.name, set()).update((joint.parent, joint.child))
     for name, links in joined.items():
         middle = moved_place(deflection, max(links), name, scales.exaggeration)
-        low, high = _between(stack, links, LESS, HEAD)
+        low, high = _between(stack, links, AXLE_REACH, HEAD_REACH)
         if name in motion.mechanism.welded_points:
-            bodies.append(prism(partial(_square, middle, AXLE * pin), 4, low, high, "soft"))
+            bodies.append(prism(partial(_square, middle, AXLE_RADIUS * pin), 4, low, high, "soft"))
         else:
-            bodies.append(prism(partial(_round, middle, AXLE * pin), ROUND, low, high, "soft", smooth=True))
+            bodies.append(
+                prism(partial(_round, middle, AXLE_RADIUS * pin), CIRCLE_CORNERS, low, high, "soft", smooth=True)
+            )
         if 0 in links:
             corners = complex(motion.mechanism.links[0].points[name]) + pin * PEDESTAL
             foot = _between(stack, {0}, 0.5, 0.5)
@@ -120,7 +126,7 @@ def _joints(deflection: Deflection, scales: Scales, stack: Stack) -> list[SolidS
 
 
 def _between(stack: Stack, links: Collection[int], below: float, above: float) -> tuple[float, float]:
-    """From the hindmost to the foremost of some links and so many of their thicknesses beyond their middles [m]."""
+    """Range of z of some links, extended by a number of their thicknesses [m]."""
     low = min(stack.middle[at] - below * stack.thick[at] for at in links)
     return low, max(stack.middle[at] + above * stack.thick[at] for at in links)
 
@@ -145,7 +151,7 @@ def block(deflection: Deflection, slider: Slider, scales: Scales) -> Complexes:
 
 
 def rail(deflection: Deflection, slider: Slider, pin: float) -> Complexes:
-    """Corners of the rail on the ground that a block slides along [m]."""
+    """Corners of the ground's rail under a block [m]."""
     start, end = slide(deflection, slider, pin)
     way = under(end - start)
     corners: Complexes = np.array([start, end, end + 0.5 * pin * way, start + 0.5 * pin * way]) + 0.8 * pin * way
@@ -153,14 +159,14 @@ def rail(deflection: Deflection, slider: Slider, pin: float) -> Complexes:
 
 
 def _slider(deflection: Deflection, slider: Slider, scales: Scales, stack: Stack) -> list[SolidShape]:
-    """A block about the link that carries it, or on a rail on the ground."""
+    """Block on the link that guides it, or on a rail on the ground."""
     pin, motion = scales.pin, deflection.motion
     on, at = motion.mechanism.index[slider.on], motion.mechanism.index[slider.link]
     corners = block(deflection, slider, scales)
-    box = prism(lambda p: corners[p], 4, *_between(stack, {on, at} - {0}, LESS, LESS))
-    if on:  # a thin bar, within the beam where there is one
+    box = prism(lambda p: corners[p], 4, *_between(stack, {on, at} - {0}, AXLE_REACH, AXLE_REACH))
+    if on:  # a thin bar, inside the beam if there is one
         start, end = slide(deflection, slider, pin)
         bar = np.array([start, end])[[0, 1, 1, 0]] + 0.1j * pin * slider.direction * np.array([-1, -1, 1, 1])
         return [box, _slab(deflection, on, scales.exaggeration, stack.middle[on], 0.05 * stack.thick[on], bar)]
     under_it = rail(deflection, slider, pin)
-    return [box, prism(lambda _: under_it, 4, *_between(stack, {at}, WIDER, WIDER), "quiet")]
+    return [box, prism(lambda _: under_it, 4, *_between(stack, {at}, RAIL_REACH, RAIL_REACH), "quiet")]

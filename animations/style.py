@@ -1,4 +1,4 @@
-"""Style of a picture: the choices of its maker."""
+"""Style of a picture."""
 
 from __future__ import annotations
 
@@ -9,37 +9,37 @@ from animations.paints import colour
 
 LOOKS = ("plain", "solid")
 """Looks of the links: lines, or shaded bodies."""
-NARROW = 0.62  # of a picture's width: what its letters go with where it is higher
+MAX_ASPECT = 0.62  # largest ratio of height to width used for the size of letters
 SHOWN = ("names", "links", "peak", "drives", "paths", "deformed")
-"""Parts of a picture that may be shown or left out."""
+"""Optional parts of a picture."""
 
 
 @dataclass(frozen=True)
 class Style:
-    """How a picture is made.
+    """Choices for a picture.
 
     Attributes
     ----------
     title
-        Over the picture.
+        Heading of the picture.
     size
-        Width and height in pixels, even, as films need.
+        Width and height in pixels; both even, as films require.
     look
         "plain": diagrams across links drawn as lines; "solid": links as shaded bodies, deformed and coloured by the
         field.
     show
-        Additions, of `SHOWN`: names of the points, names of the links, the value at the peak of every position,
-        arrows of the drives, the paths of the points, the deformed shape over a diagram.
+        Additions from `SHOWN`: point names, link names, the peak value at each position, drive arrows, point paths,
+        the deformed shape over a diagram.
     background
-        A colour's name or "#rrggbb"; on a dark one lines are light.
+        A colour name or "#rrggbb"; lines are light on a dark background.
     pace
-        How fast it runs beside the machine, in words; `movie` says it.
+        Speed relative to the machine, in words; set by `movie`.
     scale
-        Length that one unit of the field is drawn with [m]; None: the largest ordinate is 17 % of the mechanism's size.
+        Drawn length of one unit of the field [m]; None: the largest ordinate is 17 % of the mechanism's size.
     exaggeration
-        Of the deformed shape; None: a round number that makes the largest displacement about a tenth of the mechanism.
+        Scale factor of displacements; None: a round number, so that the largest is about a tenth of the mechanism.
     outlines
-        Corners of links' bodies in the links' own axes [m], complex, by the links' names.
+        Corners of the links' bodies in the links' axes [m], complex, by link name.
     """
 
     title: str = ""
@@ -53,7 +53,7 @@ class Style:
     outlines: Mapping[str, Sequence[complex]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse choices that no picture can be made with."""
+        """Raise ValueError for an invalid choice."""
         if min(self.size) < 160 or self.size[0] % 2 or self.size[1] % 2:
             raise ValueError(f"picture size {self.size[0]} x {self.size[1]}: both must be even, 160 at least")
         if self.exaggeration is not None and not self.exaggeration > 0:
@@ -69,5 +69,5 @@ class Style:
 
     @property
     def unit(self) -> float:
-        """Unit of letters, margins and lines [pixels]: the height, or less of a picture that is narrow."""
-        return min(float(self.size[1]), NARROW * self.size[0])
+        """Unit of letters, margins and lines [pixels]: the height, limited for tall pictures."""
+        return min(float(self.size[1]), MAX_ASPECT * self.size[0])

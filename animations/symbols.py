@@ -1,4 +1,4 @@
-"""The usual symbols: pins, welds, the ground, sliding blocks and their rails."""
+"""Standard symbols: pins, welds, ground, sliding blocks and rails."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from elastic import Deflection, displacement_of
 from rigid import Slider, position_of
 from rigid.arrays import Integers
 
-PEDESTAL = np.array([0.0, -0.95 - 1.6j, 0.95 - 1.6j])  # under a pin, in its diameters
-BLOCK = np.array([-1.25 - 0.8j, 1.25 - 0.8j, 1.25 + 0.8j, -1.25 + 0.8j])  # about a slider's point
+PEDESTAL = np.array([0.0, -0.95 - 1.6j, 0.95 - 1.6j])  # triangle under a pin, in pin diameters
+BLOCK = np.array([-1.25 - 0.8j, 1.25 - 0.8j, 1.25 + 0.8j, -1.25 + 0.8j])  # a slider's block
 
 
 def symbol_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0) -> list[FlatShape]:
-    """Symbols of all joints.
+    """Draw the symbols of all joints.
 
     Parameters
     ----------
     size
-        Diameter of a pin [m]; the other symbols go with it.
+        Diameter of a pin [m], which scales all symbols.
     exaggeration
-        The symbols move with the displacements, so many times as much.
+        Scale factor of the displacements of the symbols.
     """
     shapes: list[FlatShape] = []
     seen: dict[str, bool] = {}
@@ -42,7 +42,7 @@ def symbol_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0
 
 
 def moved_place(deflection: Deflection, link: str | int, point: str, exaggeration: float) -> Complexes:
-    """Place of a link's point at all positions, displacement exaggerated."""
+    """Positions of a link's point, with exaggerated displacement."""
     place: Complexes = position_of(deflection.motion, link, point)
     if exaggeration:
         place = place + exaggeration * displacement_of(deflection, link, point)
@@ -67,7 +67,7 @@ def _weld(place: Complexes, size: float) -> FlatShape:
 
 
 def _ground(place: complex, size: float) -> list[FlatShape]:
-    """A triangle under a pin, on a hatched base."""
+    """Triangle under a pin on a hatched base."""
     corners = place + size * PEDESTAL
     triangle = FlatShape("ground", _still(corners), (np.arange(3),), (np.array([0, 1, 2, 0]),), fill=PAPER)
     base = _hatched(place + size * (-1.5 - 1.6j), place + size * (1.5 - 1.6j), size, -1j)
@@ -76,7 +76,7 @@ def _ground(place: complex, size: float) -> list[FlatShape]:
 
 
 def _hatched(start: complex, end: complex, size: float, side: complex) -> tuple[Complexes, tuple[Integers, ...]]:
-    """A line and strokes on one side of it, about half a pin apart."""
+    """Line hatched on one side, with strokes about half a pin apart."""
     along = (end - start) / abs(end - start)
     count = max(2, round(abs(end - start) / (0.55 * size)))
     tops = start + (end - start) * (np.arange(count) + 0.7) / count
@@ -87,7 +87,7 @@ def _hatched(start: complex, end: complex, size: float, side: complex) -> tuple[
 
 
 def slide(deflection: Deflection, slider: Slider, size: float) -> tuple[complex, complex]:
-    """Ends of the line that a slider's point goes along, and a little more, in the axes of its owner [m]."""
+    """Ends of a slider's path, slightly extended, in the axes of its owner [m]."""
     motion = deflection.motion
     on = motion.mechanism.index[slider.on]
     place = position_of(motion, slider.link, slider.point)
@@ -100,13 +100,13 @@ def slide(deflection: Deflection, slider: Slider, size: float) -> tuple[complex,
 
 
 def under(way: complex) -> complex:
-    """Unit vector across a line on the ground: below it, or left of a vertical one."""
+    """Unit normal of a line on the ground: downwards, or left of a vertical line."""
     side = 1j * way / abs(way)
     return -side if (round(side.imag, 9), side.real) > (0.0, 0.0) else side
 
 
 def _slider(deflection: Deflection, slider: Slider, size: float, exaggeration: float) -> list[FlatShape]:
-    """A block at the slider's point and the line it slides along, as long as the slide of the cycle."""
+    """Block at the slider's point, and the line of its path over the cycle."""
     motion = deflection.motion
     on = motion.mechanism.index[slider.on]
     start, end = slide(deflection, slider, size)

@@ -29,7 +29,7 @@ from animations.layout import FOOT, HEAD, drawable, scales_of
 from animations.legend import drive_words, legend
 from animations.paints import paints
 from animations.picture import shapes_of, view_for
-from animations.shapes import NEGATIVE, POSITIVE, SHEER, diagram_shapes
+from animations.shapes import FILL_OPACITY, NEGATIVE, POSITIVE, diagram_shapes
 from elastic import RIGID, Section, deflection
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, SliderDrive, motion
 
@@ -90,11 +90,11 @@ def cantilever(angles, speed=3.0):
 
 
 def over(background, *names):
-    """Colour of diagrams' paints over each other and a background, each covers SHEER of what it lies on."""
+    """Colour of diagrams' paints over each other and a background, each covers FILL_OPACITY of what it lies on."""
     known = paints(background)
     colour = np.array(known["paper"])
     for name in names:
-        colour = (1 - SHEER) * colour + SHEER * np.array(known[name])
+        colour = (1 - FILL_OPACITY) * colour + FILL_OPACITY * np.array(known[name])
     return colour
 
 
