@@ -1,7 +1,7 @@
-"""The deflection of moving mechanisms asked again of scikit-fem, the difference, and meshes for ParaView.
+"""Independent check of mechanism deflection by finite elements (scikit-fem), and meshes for ParaView.
 
-It takes the motion, the masses, the loads and the sections; loads, statics and displacements it finds for itself. The
-room `fem_check.nonlinear` takes not even the motion.
+The check reuses motion, masses, loads and sections of a mechanism; it recomputes distributed loads, statics and
+displacements. `fem_check.nonlinear` also recomputes the motion.
 """
 
 from fem_check.balance import Balance, balance

@@ -1,4 +1,4 @@
-"""The moving, bending beams and plane bodies as series of VTU files for ParaView."""
+"""Series of VTU files of the moving, deformed beams and plane bodies for ParaView."""
 
 from __future__ import annotations
 
@@ -19,25 +19,24 @@ from rigid.arrays import Complexes, Integers
 def write_vtu_series(
     answer: Deflection | Solution, folder: Path | str, name: str = "beams", stations: Sequence[float] | None = None
 ) -> Path:
-    """One VTU file per position and a .pvd file that lists them by time.
+    """Write one VTU file per position and a .pvd file that lists them by time.
 
-    The points are those of the unbent beams; `displacement` [m] leads from them to the bent ones (the "Warp By Vector"
-    filter of ParaView exaggerates it), `deformed` is where it leads. The main fields of `elastic.FIELDS` lie
-    beside them by their keys, of finite elements N, V, M, u, w, phi. The cell data `beam` is the number in
-    `Mechanism.beams`.
-    Positions without an answer are left out.
+    Points are those of the undeformed beams. `displacement` [m] leads from them to the deformed ones (exaggerate it by
+    ParaView's "Warp By Vector" filter); `deformed` is the deformed position. Further point data are the main fields of
+    `elastic.FIELDS` by key, or N, V, M, u, w, phi of finite elements. The cell data `beam` is the number in
+    `Mechanism.beams`. Positions without an answer are skipped.
 
     Parameters
     ----------
     answer
-        Closed forms or finite elements, of one design.
+        Closed forms or finite elements of one design.
     folder
-        Made where it is missing.
+        Created if missing.
     name
-        Of the files: `name.pvd`, `name_0000.vtu` and so on.
+        Prefix of the file names: `name.pvd`, `name_0000.vtu` and so on.
     stations
-        xi = x'/l of the points of every beam where `answer` is a Deflection, 21 equal steps unless said; a Solution is
-        written at its nodes.
+        xi = x'/l of the points of each beam of a Deflection, by default 21 equally spaced; a Solution is written at its
+        nodes.
 
     Returns
     -------
@@ -46,7 +45,7 @@ def write_vtu_series(
     Raises
     ------
     ValueError
-        Several designs; stations given for a Solution.
+        Several designs, or stations given for a Solution.
     """
     motion = answer.motion
     if len(motion.columns) > 1:
@@ -71,19 +70,20 @@ def write_vtu_series(
 
 
 def write_solid_vtu_series(answer: SolidSolution, folder: Path | str, name: str = "solid") -> Path:
-    """One VTU file per position of all links that are plane bodies, and a .pvd file that lists them by time.
+    """Write one VTU file per position of all plane bodies, and a .pvd file of their times.
 
-    Quadrilaterals in place; `displacement` [m] leads from them to the bent ones, each link's from the line through two
-    of its pins. The cell data `link` is the number in `Mechanism.links`. Positions without an answer are left out.
+    Quadrilaterals at their undeformed position. `displacement` [m] leads to the deformed ones, measured from the line
+    through two pins of each link. The cell data `link` is the number in `Mechanism.links`. Positions without an answer
+    are skipped.
 
     Parameters
     ----------
     answer
-        Of `solve_solid`.
+        Result of `solve_solid`.
     folder
-        Made where it is missing.
+        Created if missing.
     name
-        Of the files: `name.pvd`, `name_0000.vtu` and so on.
+        Prefix of the file names: `name.pvd`, `name_0000.vtu` and so on.
 
     Returns
     -------
@@ -117,7 +117,7 @@ def write_solid_vtu_series(answer: SolidSolution, folder: Path | str, name: str 
 
 
 def _sampled(answer: Deflection | Solution, stations: Sequence[float] | None) -> tuple[Reals, dict[str, Reals]]:
-    """Stations and the fields at them, each of shape (beams, positions, stations)."""
+    """Sample the fields at stations, shape (beams, positions, stations)."""
     if isinstance(answer, Deflection):
         xi = np.linspace(0.0, 1.0, 21) if stations is None else np.asarray(stations, float)
         return xi, {key: sample(answer, key, xi) for key, field in FIELDS.items() if field.main}
@@ -127,7 +127,7 @@ def _sampled(answer: Deflection | Solution, stations: Sequence[float] | None) ->
 
 
 def _places(answer: Deflection | Solution) -> tuple[Complexes, Complexes]:
-    """Starts of the unbent beams and the ways to their ends [m], complex, shape (beams, positions)."""
+    """Starts of undeformed beams and vectors to their ends [m], complex, (beams, positions)."""
     motion = answer.motion
     beams = motion.mechanism.beams
     starts = [position_of(motion, at, beam.start) for at, beam in beams]
@@ -137,13 +137,13 @@ def _places(answer: Deflection | Solution) -> tuple[Complexes, Complexes]:
 
 
 def _cells(beams: int, stations: int) -> tuple[Integers, Integers]:
-    """Lines between neighbouring points, and the number of the beam each is of."""
+    """Lines between neighbouring points, and the beam number of each."""
     first = (np.arange(beams)[:, None] * stations + np.arange(stations - 1)).ravel()
     return np.column_stack((first, first + 1)), np.repeat(np.arange(beams), stations - 1)
 
 
 def _space(plane: Any) -> Reals:
-    """Vectors of the plane in space, shape (n, 3)."""
+    """Convert vectors of the plane to space, shape (n, 3)."""
     flat = np.ravel(plane)
     return np.column_stack((flat.real, flat.imag, np.zeros(len(flat))))
 
@@ -159,7 +159,7 @@ def _write(
 
 
 def _collection(path: Path, files: Sequence[tuple[float, str]]) -> Path:
-    """The .pvd file: which VTU file shows which instant."""
+    """Write the .pvd file, which lists the VTU files by time."""
     root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
     collection = ElementTree.SubElement(root, "Collection")
     for time, file in files:

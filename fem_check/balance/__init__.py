@@ -1,4 +1,4 @@
-"""Newton's and Euler's laws for the whole mechanism, by differences in time of where its masses are."""
+"""Check of Newton's and Euler's laws for the whole mechanism by finite differences."""
 
 from fem_check.balance.balance import Balance, balance
 

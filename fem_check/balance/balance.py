@@ -1,9 +1,9 @@
-"""Newton's and Euler's laws for the whole mechanism, by differences in time of where its masses are.
+"""Newton's and Euler's laws for the whole mechanism, by finite differences in time.
 
-What the finite elements share with the answer that they check is the motion with its accelerations. Here neither is
-believed: joints have to close, velocities have to be the rate of the places, and the momentum of all masses has to
-change as gravity, the given loads and the ground make it. Of `rigid` only the mechanism, the places and velocities of
-its links and the forces on the ground are read. Derivation: docs/validity.md, "Momentum".
+The finite element check shares the motion and its accelerations with the answer. This check does not: joints must
+close, velocities must equal the rates of the positions, and the momentum of all masses must change as gravity, the
+given loads and the ground forces require. From `rigid` it reads only the mechanism, positions, velocities and ground
+forces. Derivation: docs/validity.md, "Momentum".
 """
 
 from __future__ import annotations
@@ -25,21 +25,23 @@ from rigid.plane import cross
 
 @dataclass(frozen=True)
 class Balance:
-    """Residuals of the joints and of Newton's and Euler's laws, as shares of their largest part over the positions.
+    """Relative residuals of the joints and of Newton's and Euler's laws.
+
+    Each is relative to the largest contribution over the positions.
 
     Attributes
     ----------
     opening
-        Largest distance of points that a joint holds together, of the mechanism's size.
+        Largest gap of a joint, relative to the mechanism's size.
     velocity
-        Largest difference of velocities of masses from the rate of their places.
+        Largest difference between velocities of masses and rates of their positions.
     force, moment
-        Largest difference of the rate of momentum from the forces that act, of the force on the ground; likewise the
-        moments about the origin of coordinates.
+        Largest difference between the rate of momentum and the acting forces including the ground force; the same for
+        moments about the centre of the links.
     compared
-        Number of positions that differences in time tell of: none at a kink of a law, or where friction locks.
+        Number of compared positions. Kinks of a law and positions where friction locks are excluded.
     granted
-        Share up to which the balance is kept.
+        Largest accepted residual.
     """
 
     opening: float
@@ -51,12 +53,12 @@ class Balance:
 
     @property
     def largest(self) -> float:
-        """The largest share."""
+        """Largest residual."""
         return max(self.opening, self.velocity, self.force, self.moment)
 
     @property
     def passed(self) -> bool:
-        """Whether positions were compared, and all shares are granted."""
+        """Whether positions were compared and no residual exceeds `granted`."""
         return self.compared > 0 and self.largest <= self.granted
 
 
@@ -69,28 +71,28 @@ def balance(
     exact: bool = False,
     transient: Transient | None = None,
 ) -> Balance:
-    """Balance of the rate of momentum of all masses and the forces of an answer.
+    """Compare the rate of momentum of all masses with the forces of an answer.
 
     Parameters
     ----------
     deflection
-        The answer, at (positions,).
+        The answer, columns (positions,).
     motion_near
-        The rigid motion at some times [s] where the links are near a given posture: differences are made of it.
+        Rigid motion at some times [s] near a given posture, for the finite differences.
     span
-        Times between which there is a motion [s].
+        Time interval with a known motion [s].
     cycle
-        Its period [s] where the links vibrate: their displacement has momentum too, whose rate is found from even
-        positions of a whole cycle; where these are too few, nothing is compared. None for a quasi-static answer, which
-        leaves that momentum out.
+        Period [s] of vibrating links. Their displacement adds momentum, differentiated over equally spaced positions of
+        the whole cycle; if these are too few, no position is compared. None for a quasi-static answer, without that
+        momentum.
     granted
-        Where the links vibrate, as much as the answer may be off in time and in its coordinates.
+        Largest accepted residual; for vibrating links, the error of the answer in time and in its coordinates.
     exact
-        Displacements of any size are in the answer; else
-        their products are left out, as linear elastodynamics leaves them out.
+        Whether the answer includes displacements of any size; otherwise their products are omitted, as in linear
+        elastodynamics.
     transient
-        Of links that vibrate and do not come back: the rate of what their displacement adds is found by differences
-        in time too, at positions far enough from where it is not smooth.
+        Vibrating links without a periodic state: their momentum is also differentiated in time, at positions far enough
+        from discontinuities.
     """
     motion = deflection.motion
     masses = masses_of(motion.mechanism)
@@ -125,7 +127,7 @@ def balance(
 
 
 def _centre(motion: Motion) -> complex:
-    """A place amid the links, about which moments are taken [m], complex."""
+    """Mean position of the links, the reference point of moments [m], complex."""
     return (
         complex(np.mean(motion.origin, where=np.isfinite(motion.origin))) if np.isfinite(motion.origin).any() else 0.0
     )
@@ -137,6 +139,6 @@ def _largest(values: Any, known: Any) -> float:
 
 
 def _share(difference: Any, scale: float, known: Any) -> float:
-    """Largest difference as a share of a scale; zero where there is no difference."""
+    """Largest difference relative to a scale; zero without a difference."""
     apart = _largest(difference, known)
     return apart / scale if apart else 0.0

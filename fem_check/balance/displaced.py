@@ -1,4 +1,4 @@
-"""Rate of the momentum of displaced points, less the moments of the forces that go with them."""
+"""Rate of the momentum of displaced masses, minus the moments of their forces."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from rigid.plane import cross
 
 SECOND_EIGHTH = (8 / 5, -1 / 5, 8 / 315, -1 / 560)
 SECOND_SIXTH = (3 / 2, -3 / 20, 1 / 90, 0.0)
-"""Central differences of second derivatives, of the eighth and the sixth order; of the middle less twice their sum."""
-WITHIN = 0.025
-"""Step of the differences of a vibration, as a share of the element of time in which it is a polynomial."""
+"""Central differences of second derivatives, orders eight and six, without the middle's weight."""
+STEP_SHARE = 0.025
+"""Step of the differences of a vibration, relative to its time element, a polynomial."""
 
 Transient = tuple[Callable[[Motion], Deflection], Reals]
-"""Deflection of vibrating links at any positions, and the times between which it is smooth [s], shape (edges,)."""
+"""Deflection of vibrating links at any positions; boundaries of its smooth intervals [s], (edges,)."""
 
 
 def of_displacements(
     deflection: Deflection, masses: Masses, centre: complex, cycle: float, exact: bool
 ) -> tuple[Complexes, Reals]:
-    """Rate of the momentum that vibration adds [N], and of the angular momentum less the moments that it adds [N m].
+    """Rates of momentum [N] and angular momentum [N m] that vibration adds.
 
-    A point displaced by s, moving with v, has m s' more momentum, and m (r x s' + s x (v + s')) more angular momentum,
-    of which s x s' is of second order; a force f that goes with it has the moment s x f more.
+    A point displaced by s that moves with v has the additional momentum m s' and angular momentum
+    m (r x s' + s x (v + s')), where s x s' is of second order. Its force f adds the moment s x f, subtracted here.
     """
     motion = deflection.motion
     arm, velocity = places(motion, masses) - centre, velocities(motion, masses)
@@ -53,14 +53,14 @@ def of_transient(
     granted: float,
     exact: bool,
 ) -> tuple[Complexes, Reals]:
-    """The same by differences in time, nan at positions that they do not tell of.
+    """Rates of the added momentum by finite differences; nan if unresolved.
 
-    The angular momentum's rate is m (r x s'' + s x (a + s'')), with s x s'' of second order.
+    The rate of angular momentum is m (r x s'' + s x (a + s'')), where s x s'' is of second order.
     """
     motion, (near, edges) = deflection.motion, transient
     count = len(EIGHTH)
     element = np.clip(np.searchsorted(edges, motion.time, side="right") - 1, 0, len(edges) - 2)
-    step = WITHIN * np.diff(edges)[element]
+    step = STEP_SHARE * np.diff(edges)[element]
     inside = (motion.time - count * step >= edges[element]) & (motion.time + count * step <= edges[element + 1])
     unknown = np.full(motion.columns, np.nan)
     if not inside.any():
@@ -77,23 +77,23 @@ def of_transient(
     momentum, resolved = ((masses.mass * change[0]).sum(axis=0) for change in (good, rough))
     spin = cross(arm, good[0]) + cross(middle[0], acceleration + exact * good[0])
     turning = (masses.mass * spin + masses.inertia * good[1].real).sum(axis=0)
-    told = np.abs(momentum - resolved) <= granted / 10 * np.abs(momentum).max()
+    converged = np.abs(momentum - resolved) <= granted / 10 * np.abs(momentum).max()
     force, moment = unknown.astype(complex), unknown.copy()
-    force[inside] = np.where(told, momentum, np.nan)
+    force[inside] = np.where(converged, momentum, np.nan)
     moment[inside] = turning
     return force, moment - shifted(deflection, masses, displacements(deflection)[0])
 
 
 def rate_of(values: Numbers, cycle: float) -> Complexes:
-    """Rate of a periodic function, complex, from even positions of its cycle; the last axis is time."""
+    """Rate of a periodic function, complex, from equally spaced positions; last axis: time."""
     count = values.shape[-1]
     waves = np.fft.fftfreq(count, 1 / count)
-    waves[np.abs(waves) == count / 2] = 0.0  # of the highest wave no phase is known
+    waves[np.abs(waves) == count / 2] = 0.0  # the phase of the highest wave is unknown
     return np.fft.ifft(2j * np.pi / cycle * waves * np.fft.fft(values))
 
 
 def unresolved(values: Any) -> float:
-    """Share of the waves among the highest third that positions tell of: too few positions leave much there."""
+    """Share of the highest third of the spectrum, large if positions are too few."""
     waves = np.abs(np.fft.fft(values))
     count = len(waves)
     highest = np.abs(np.fft.fftfreq(count, 1 / count)) >= count / 3

@@ -1,4 +1,4 @@
-"""Forces and moments that act on a whole mechanism, and how far its joints are open."""
+"""Resultant forces and moments on a whole mechanism, and gaps of its joints."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rigid.plane import cross
 
 
 def openings(motion: Motion) -> Reals:
-    """How far joints are open [m], shape (joints, positions): pins, and blocks off their lines or turned on them."""
+    """Gaps of joints [m], (joints, positions): pins, welds, and blocks off their lines or rotated."""
     mechanism = motion.mechanism
     names = sorted({name for link in mechanism.links for name in link.points})
     rows = [np.zeros(motion.columns)]
@@ -42,13 +42,13 @@ def openings(motion: Motion) -> Reals:
 
 
 def ground_moment(deflection: Deflection, centre: Complex) -> Reals:
-    """Moment of the mechanism on the ground about a place [N m], shape (positions,)."""
+    """Moment of the mechanism on the ground about a point [N m], shape (positions,)."""
     moment: Reals = deflection.forces.ground_moment - cross(centre, deflection.forces.ground_force)
     return moment
 
 
 def applied(motion: Motion, masses: Masses, centre: Complex) -> tuple[Complexes, Reals]:
-    """Gravity and all given loads, those on the ground too: force [N], complex, and moment about a place [N m]."""
+    """Resultant of gravity and all given loads: force [N], complex, and moment [N m]."""
     weight = masses.mass * (motion.mechanism.gravity + 0j)
     force = np.zeros(motion.columns, complex) + weight.sum()
     moment = cross(places(motion, masses) - centre, weight).sum(axis=0)
@@ -64,7 +64,7 @@ def _point_load(motion: Motion, load: Any) -> Sequence[tuple[Any, Any, Any]]:
 
 
 def _line_load(motion: Motion, load: LineLoad) -> Sequence[tuple[Any, Any, Any]]:
-    """The load of short pieces of a beam."""
+    """Point forces of a line load at the Gauss points of its beam."""
     at = motion.mechanism.index[load.link]
     link = motion.mechanism.links[at]
     beam = link.beams[load.beam]
@@ -82,14 +82,14 @@ def _line_load(motion: Motion, load: LineLoad) -> Sequence[tuple[Any, Any, Any]]
 
 
 def shifted(deflection: Deflection, masses: Masses, moved: Complexes) -> Reals:
-    """Moment that gravity and the forces have more because they go with displaced points [N m]."""
+    """Additional moment of gravity and forces because their points are displaced [N m]."""
     motion = deflection.motion
     pushed: Reals = cross(moved, masses.mass * (motion.mechanism.gravity + 0j)).sum(axis=0)
     for load in motion.mechanism.loads:
         for link, point, force, _ in load.forces(motion) if isinstance(load, PointLoad) else ():
             pushed = pushed + cross(displacement_of(deflection, link, point), force)
     for joint, force in zip(motion.structure.joints, deflection.forces.force, strict=True):
-        if joint.parent == 0 and not joint.turns:  # what slides on the ground bears on another place of it
+        if joint.parent == 0 and not joint.turns:  # a block displaced on the ground shifts its ground force
             pushed = pushed + cross(displacement_of(deflection, joint.child, _sliding_point(motion, joint.name)), force)
     return pushed
 

@@ -1,4 +1,4 @@
-"""Moving masses of a mechanism as points: places, velocities and, of links that bend, displacements."""
+"""Moving masses as points: positions, velocities and elastic displacements."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from elastic import Deflection, displacement_of, rotation_of, sample
 from rigid import Mechanism, Motion
 from rigid.arrays import Complexes, Integers, Reals
 
-GAUSS = 8  # places along a beam
+GAUSS_POINTS = 8  # Gauss points along a beam
 
 
 @dataclass(frozen=True, eq=False)
 class Masses:
-    """All moving masses as points; every array of shape (masses, 1) but `link`.
+    """All moving masses as points; arrays of shape (masses, 1) except `link`.
 
     Attributes
     ----------
     link
         Number of the link, shape (masses,).
     place
-        In the link's axes [m], complex.
+        Position in the link's axes [m], complex.
     mass, inertia
-        [kg], and about the point itself [kg m^2]: of beams that of their sections.
+        Mass [kg] and rotary inertia about the point [kg m^2]; for beams, the sections' rotary inertia.
     """
 
     link: Integers
@@ -35,7 +35,7 @@ class Masses:
 
 
 def masses_of(mechanism: Mechanism) -> Masses:
-    """Gauss's points of the beams, beam by beam, then the centres of the lumps."""
+    """Gauss points of the beams, beam by beam, then the centres of the lumps."""
     rows: list[tuple[int, Any, Any, Any]] = []
     for at, beam in mechanism.beams:
         points = mechanism.links[at].points
@@ -57,24 +57,24 @@ def masses_of(mechanism: Mechanism) -> Masses:
 
 
 def gauss() -> tuple[Reals, Reals]:
-    """Gauss's points and weights from 0 to 1."""
-    points, weights = np.polynomial.legendre.leggauss(GAUSS)
+    """Gauss points and weights on [0, 1]."""
+    points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     return (points + 1) / 2, weights / 2
 
 
 def places(motion: Motion, masses: Masses) -> Complexes:
-    """Places of the masses [m], complex, shape (masses, positions)."""
+    """Positions of the masses [m], complex, shape (masses, positions)."""
     return motion.origin[masses.link] + motion.direction[masses.link] * masses.place
 
 
 def velocities(motion: Motion, masses: Masses) -> Complexes:
-    """Velocities of the masses as the motion tells them [m/s], complex, shape (masses, positions)."""
+    """Velocities of the masses from the motion [m/s], complex, shape (masses, positions)."""
     turning = 1j * motion.angular_velocity[masses.link] * motion.direction[masses.link]
     return motion.velocity[masses.link] + turning * masses.place
 
 
 def displacements(deflection: Deflection) -> tuple[Complexes, Reals]:
-    """Displacements [m], complex, and rotations [rad] of the masses, in their order, shape (masses, positions)."""
+    """Displacements [m], complex, and rotations [rad], shape (masses, positions)."""
     motion = deflection.motion
     mechanism = motion.mechanism
     u, w, phi = (sample(deflection, field, gauss()[0]) for field in ("u", "w", "phi"))

@@ -1,4 +1,4 @@
-"""Rates in time of where masses are, by differences over short steps before and after a position."""
+"""Rates of the positions of masses by central differences in time."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from rigid import Motion, Posture, posture
 from rigid.arrays import Complexes, Reals
 
 GRANTED = 1e-6
-"""Imbalance granted, as a share of the largest force or moment on the ground, velocity or size."""
+"""Largest accepted residual, relative to the largest ground force or moment, velocity or size."""
 STEP = 0.01
-"""Step of the differences, as a share of the time in which the fastest link turns by a radian."""
+"""Step of the differences, relative to the time in which the fastest link turns by 1 rad."""
 EIGHTH = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 SIXTH = (3 / 4, -3 / 20, 1 / 60, 0.0)
-"""Central differences of the eighth and the sixth order: by what they differ the better one is known."""
+"""Central differences of orders eight and six; their difference estimates the error."""
 
 MotionNear = Callable[[Reals, Posture], Motion]
 
 
 @dataclass(frozen=True, eq=False)
 class Rates:
-    """Velocities and accelerations of the masses [m/s, m/s^2], complex, and angular accelerations [1/s^2].
+    """Velocities [m/s], accelerations [m/s^2], complex, and angular accelerations [1/s^2].
 
-    Shape (masses, positions); `known` where the differences tell them.
+    Shape (masses, positions); `known` marks positions with resolved differences.
     """
 
     velocity: Any
@@ -37,11 +37,11 @@ class Rates:
 
 
 def rates_of(motion: Motion, masses: Masses, motion_near: MotionNear, span: tuple[float, float]) -> Rates:
-    """Differences over a few short steps before and after every position."""
+    """Differentiate over a few short steps before and after each position."""
     step = STEP * _pace(motion)
     far = len(EIGHTH) * step
     inside = (motion.time - far >= span[0]) & (motion.time + far <= span[1])
-    if not inside.any():  # a run shorter than the steps
+    if not inside.any():  # the run is shorter than the steps
         unknown = np.full((len(masses.mass), *motion.columns), np.nan)
         return Rates(unknown + 0j, unknown + 0j, unknown, inside)
     time, here = motion.time[inside], posture(motion, inside)
@@ -59,12 +59,12 @@ def rates_of(motion: Motion, masses: Masses, motion_near: MotionNear, span: tupl
 
 
 def _carried(motion: Motion, masses: Masses) -> Complexes:
-    """Places and velocities of the masses and the angular velocities of their links, shape (3, masses, positions)."""
+    """Positions and velocities of the masses and their angular velocities, (3, masses, positions)."""
     return np.array([places(motion, masses), velocities(motion, masses), motion.angular_velocity[masses.link]])
 
 
 def _pace(motion: Motion) -> float:
-    """Time in which the fastest link turns by a radian, or goes its own mechanism's length [s]."""
+    """Shortest time of a 1 rad rotation or a displacement by the mechanism's size [s]."""
     known = np.isfinite(motion.velocity)
     turns = np.abs(motion.angular_velocity).max(initial=0.0, where=known)
     goes = np.abs(motion.velocity).max(initial=0.0, where=known)
@@ -74,7 +74,7 @@ def _pace(motion: Motion) -> float:
 
 
 def size_of(motion: Motion, known: Any) -> float:
-    """Width or height of all that the points of the links reach [m], whichever is larger."""
+    """Larger of width and height of the area that the links' points reach [m]."""
     points = [motion.origin[at] + motion.direction[at] * point
               for at, link in enumerate(motion.mechanism.links) for point in link.points.values()]  # fmt: skip
     reached = np.array(points)[:, known]

@@ -1,4 +1,4 @@
-"""Lengths, compliances and loads of all beams, and the displacements of their ends as multiples of a unit beam's."""
+"""Lengths, compliances and loads of all beams, as multiples of unit beams."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ class LoadedBeams:
     Attributes
     ----------
     length, axis
-        [m] and unit vector of x' in the ground's axes.
+        [m], and unit vector of x' in the ground's axes.
     stretch, bend, shear, strain
         1/EA, 1/EI, 1/kGA at the start, and free strain.
     along, across
-        q_x, and q_y followed by the moments per length over the length [N/m], at the unit beams' stations, shapes
+        q_x; and q_y followed by the moments per length divided by the length [N/m], at the unit beams' stations. Shapes
         (stations, beams, ..., positions) and (2 stations, beams, ..., positions).
     units
-        Per beam, what it is a multiple of.
+        Unit beam of each beam.
     blocks
-        Blocks of sliders on beams.
+        Slider blocks on beams.
     """
 
     length: Reals
@@ -51,20 +51,20 @@ class LoadedBeams:
 
     @cached_property
     def kinds(self) -> list[tuple[UnitBeam, Any]]:
-        """The unit beams and the numbers of the beams that are multiples of each; a slice where that is all of them."""
+        """Unit beams, each with the numbers of its beams, or a slice for all."""
         units = {id(unit): unit for unit in self.units}
         if len(units) == 1:
             return [(self.units[0], slice(None))]
         return [(unit, [k for k, own in enumerate(self.units) if own is unit]) for unit in units.values()]
 
     def per_beam(self, values: Any) -> Reals:
-        """A function of every beam's unit beam, shape (n, beams, 1, ...)."""
+        """Evaluate a function of each beam's unit beam, shape (n, beams, 1, ...)."""
         found = {id(unit): values(unit) for unit in self.units}
         table = np.array([found[id(unit)] for unit in self.units])
         return np.moveaxis(table, 0, 1).reshape(*table.shape[1:], len(table), *[1] * (self.length.ndim - 1))
 
     def numbered(self, number: int) -> LoadedBeams:
-        """One of the beams, rows of shape (..., positions)."""
+        """Select one beam, rows of shape (..., positions)."""
         rows = ("length", "axis", "stretch", "bend", "shear", "strain")
         own = {name: getattr(self, name)[number] for name in rows}
         return replace(
@@ -77,18 +77,19 @@ class LoadedBeams:
         )
 
     def coupling(self, size: float, u: Reals, w: Reals, phi: Reals, slide: Reals) -> Reals:
-        """Flexibility of a beam: displacement of one place per load on another, from that of the unit beam.
+        """Flexibility of a beam at a place, scaled from the unit beam.
 
         Parameters
         ----------
         size
-            [m], what rotations are multiplied and moments divided by.
+            Scale of rotations and moments [m]: rotations are multiplied and moments divided by it.
         u, w, phi, slide
-            As of `UnitBeam`, under a force along; a force and a moment across; the same; a force across.
+            See `UnitBeam`. u: under an axial force; w, phi: under a transverse force and a moment; slide: under a
+            transverse force.
 
         Returns
         -------
-        Along, across and turned, per load along, across and turning, shape (3, 3, ...) [m/N].
+        Axial and transverse displacement and rotation per axial and transverse force and moment, (3, 3, ...) [m/N].
         """
         matrix = np.zeros((3, 3, *self.length.shape))
         matrix[0, 0] = self.length * self.stretch * u
@@ -100,7 +101,7 @@ class LoadedBeams:
         return matrix
 
     def bent(self, size: float, xi: Columns, u: Reals, w: Reals, phi: Reals, slide: Reals) -> Reals:
-        """Displacement of a place by the distributed loads and the free strain, shape (3, ...) [m]."""
+        """Displacement by the distributed loads and the free strain, shape (3, ...) [m]."""
         along, across = self.along, self.across
         displacement = np.empty((3, *self.length.shape))
         displacement[0] = self.length**2 * self.stretch * _sum(u, along) + self.length * self.strain * xi
@@ -117,14 +118,14 @@ def _sum(unit: Reals, load: Reals) -> Reals:
 
 
 def over_designs(motion: Motion, sections: Sequence[Section]) -> Motion:
-    """The motion, repeated for every design of the sections."""
+    """Repeat the motion for every design of the sections."""
     properties = [np.shape(value) for part in sections for value in (part.EA, part.EI, part.kGA, part.strain)]
     columns = np.broadcast_shapes(motion.columns, *properties)
     return motion if columns == motion.columns else repeated(motion, columns)
 
 
 def beams_of(frame: Frame, sections: Sequence[Section], elements: int) -> LoadedBeams:
-    """Length, direction, compliance and load of all beams."""
+    """Compute length, direction, compliance and load of all beams."""
     motion, columns = frame.motion, frame.motion.columns
     bodies = frame.bodies[: len(sections)]
     tapers = (taper for _, beam in motion.mechanism.beams for taper in (beam.mass_taper, beam.rotary_taper))

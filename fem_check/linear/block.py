@@ -1,7 +1,7 @@
-"""A slider's block on a beam: the element under it is divided there, at every position anew.
+"""Slider blocks on beams: subdivide the element under the block at each position.
 
-Assembled and condensed here, not by scikit-fem: that would take one mesh and one matrix a position; the two parts of
-one element are a few numbers, and all positions go through at once. The tests divide the element in scikit-fem's mesh.
+Assembly and condensation are vectorised over positions here. scikit-fem would need a mesh and a matrix per position;
+the tests subdivide the element in scikit-fem's mesh.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from fem_check.linear.lines import Line
 from fem_check.linear.unit_beam import UnitBeam
 from rigid.arrays import Reals
 
-NEAREST = 1e-14  # distance from a node, in lengths of an element, at which it is divided at least
+MIN_NODE_DISTANCE = 1e-14  # smallest distance of a block from a node, relative to the element's length
 
 
 class Divided:
-    """The element of a line under a block, as two elements that meet there; the dofs between its ends are condensed.
+    """Element under a block, split in two at the block, with inner dofs condensed.
 
-    Shapes are written (...) for the columns, m for the dofs of a node; values are those of elements of length 1.
+    Shapes use (...) for the columns and m for the dofs of a node. Values are those of elements of length 1.
 
     Attributes
     ----------
     number
-        Of the element, shape (...).
+        Element number, shape (...).
     place
-        Of the block in it, from 0 to 1.
+        Position of the block in the element, from 0 to 1.
     carry
         Displacement of the block per displacement of the element's ends, shape (..., m, 2 m).
     """
@@ -36,7 +36,7 @@ class Divided:
         self.line, m, columns = line, line.kind.nodal, np.shape(xi)
         xi = np.where(np.isfinite(xi), xi, 0.5)
         self.number = np.clip(np.floor(xi * line.elements), 0, line.elements - 1).astype(int)
-        self.place = np.clip(xi * line.elements - self.number, NEAREST, 1.0 - NEAREST)
+        self.place = np.clip(xi * line.elements - self.number, MIN_NODE_DISTANCE, 1.0 - MIN_NODE_DISTANCE)
         between = [3 * m + k for k in range(len(line.kind.shape) - 2 * m)]
         start, end, here = (list(range(k * m, k * m + m)) for k in (0, 1, 2))
         size = 3 * m + 2 * len(between)
@@ -57,7 +57,7 @@ class Divided:
         self.carry = self._carried(-self.soft @ matrix[..., inner, ends])
 
     def _carried(self, carry: Any) -> Reals:
-        """The same with the share of the nearer end from a rigid motion, which it would lose to round-off."""
+        """Correct the nearer end's share by a rigid motion, to limit round-off."""
         m, rigid = self.line.kind.nodal, self.line.kind.rigid
         by_start, by_end = carry[..., :m], carry[..., m:]
         from_start = np.concatenate((rigid(self.place) - by_end @ rigid(1.0), by_end), axis=-1)
@@ -65,13 +65,13 @@ class Divided:
         return np.where(self.place[..., None, None] < 0.5, from_start, from_end)
 
     def _along(self, low: Reals, length: Reals) -> Reals:
-        """Quadrature points of a part of the element, as xi of the line, shape (..., points)."""
+        """Quadrature points of a part of the element, as xi of the line, (..., points)."""
         inside = low[..., None] + length[..., None] * self.line.kind.points
         xi: Reals = (self.number[..., None] + inside) / self.line.elements
         return xi
 
     def of_nodes(self, values: Reals) -> Reals:
-        """Displacement of the block that nodal values bring, shape (m, loads, nodes) or (m, loads, ..., nodes)."""
+        """Block displacement from nodal values (m, loads, nodes) or (m, loads, ..., nodes)."""
         moving = values.ndim > 3
         m = len(values)
         ends = []
@@ -84,7 +84,7 @@ class Divided:
         return found.reshape(m, *found.shape[1:])
 
     def of_spread(self, load_at: Any, couples: bool = False) -> Reals:
-        """Displacement of the block by loads or couples along the element, its ends held, shape (m, loads, ...)."""
+        """Block displacement by loads or couples along the clamped element, (m, loads, ...)."""
         kind, m = self.line.kind, self.line.kind.nodal
         total: Any = 0.0
         for low, length, dofs in self.parts:
@@ -99,7 +99,7 @@ class Divided:
         return moved
 
     def of_point(self, other: Divided) -> Reals:
-        """Displacement of the block by a unit on each dof of one on its element, the ends held, shape (m, m, ...)."""
+        """Block displacement by unit loads of a block on the same clamped element, (m, m, ...)."""
         if other is self:
             return np.moveaxis(self.soft[..., : self.line.kind.nodal], (-2, -1), (0, 1))
         kind, m = self.line.kind, self.line.kind.nodal
@@ -118,7 +118,7 @@ class Divided:
         return moved
 
     def pushed(self) -> tuple[Reals, Reals]:
-        """Nodal values and forces on the elements under a unit on each dof of the block.
+        """Nodal values and element forces under unit loads of the block.
 
         Returns
         -------
@@ -136,17 +136,17 @@ class Divided:
 
 
 class BlockResponse:
-    """A block on a beam: the unit beam's response to loads on it, and its displacement by those on the unit beam.
+    """Unit beam's response to loads of a block, and the block's displacement.
 
     Attributes
     ----------
     beam, xi
-        Number of the beam and where the block is on it, shape (...).
+        Beam number and position of the block on it, shape (...).
     w, phi, u, slide
         Displacement of the block under the loads of `UnitBeam`, shape (loads, ...).
     nodes
-        u, w, phi, slide, N, V, M at the nodes under a force along for u and N, a force and a moment across for w, phi,
-        V, M, a force across for slide, shape (loads, ..., nodes).
+        u, w, phi, slide, N, V, M at the nodes, shape (loads, ..., nodes). Loads: an axial force for u and N; a
+        transverse force and a moment for w, phi, V and M; a transverse force for slide.
     """
 
     def __init__(self, beam: int, xi: Reals, unit: UnitBeam) -> None:
@@ -186,7 +186,7 @@ class BlockResponse:
         }
 
     def under(self, other: BlockResponse) -> tuple[Reals, Reals, Reals, Reals]:
-        """u, w, phi, slide of this block under unit loads of one on the same beam, shape (loads, ...)."""
+        """u, w, phi, slide of this block under unit loads of another on its beam, (loads, ...)."""
         n = float(self.unit.bending.elements)
         scale = np.array([n**-3, n**-2]).reshape(2, *[1] * np.ndim(self.xi))
         given = np.array((other.nodes["w"], other.nodes["phi"] / n))
@@ -197,5 +197,5 @@ class BlockResponse:
 
 
 def _at_nodes(starts: Reals, ends: Reals) -> Reals:
-    """A section force at the nodes: at the start of every element, and at the end of the last."""
+    """Section force at the nodes: at each element's start and at the last one's end."""
     return np.concatenate((starts, ends[..., -1:]), axis=-1)

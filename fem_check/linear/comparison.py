@@ -1,4 +1,4 @@
-"""How far the closed forms and the finite elements differ, and where most."""
+"""Comparison of closed forms with finite elements."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from rigid import Reals
 from rigid.arrays import Columns
 
 TOLERANCE = 1e-8
-"""Granted to beams without taper, whose nodal values are exact: room for round-off in ill-conditioned positions."""
-COARSEST = 1e-3
-"""What is granted at most to elements of tapered beams, whose nodal values are exact to the fourth order only."""
-STEEPNESS = 250.0
-"""Divides the fourth power of how much rigidities change over an element; of that errors were a seventh to a half."""
-FLOOR = 1e-6
-"""A field that stays below this part of its companions counts as zero, and is measured against that part of them."""
-AT_NODE = 1e-9
-"""How near to a node, in lengths of the beam, a block may be for the section forces that jump there to be compared."""
+"""Tolerance for beams without taper: their nodal values are exact except for round-off."""
+MAX_TOLERANCE = 1e-3
+"""Largest tolerance for tapered beams, with nodal values of fourth order."""
+TAPER_DIVISOR = 250.0
+"""Divisor of the fourth power of the rigidity change per element; errors were 1/7 to 1/2 of this."""
+MIN_REFERENCE = 1e-6
+"""Smallest reference of a field's relative difference, relative to the related fields."""
+MIN_NODE_DISTANCE = 1e-9
+"""Distance of a block from a node, in beam lengths, below which jumping section forces are skipped."""
 
 
 @dataclass(frozen=True)
 class Worst:
-    """Where a field differs most.
+    """Largest difference of a field.
 
-    `beam`, `xi` and `position` (or (design, position)) say where; `difference` [units of the field] is absolute,
-    `relative` against `scale`, the field's greatest magnitude over all beams, nodes and positions.
+    `beam`, `xi` and `position` (or (design, position)) locate it. `difference` [units of the field] is absolute;
+    `relative` refers to `scale`, the field's largest magnitude over all beams, nodes and positions.
     """
 
     field: str
@@ -48,18 +48,18 @@ class Comparison:
     Attributes
     ----------
     worst
-        Per field, in the order of `elastic.PRIMARY`.
+        Largest difference of each field, in the order of `elastic.PRIMARY`.
     relative
-        Greatest difference of every field and beam over the cycle, against the field's greatest magnitude over the
-        cycle on any beam, shape (6, beams): what passes or fails.
+        Largest difference per field and beam over the cycle, relative to the field's largest magnitude on any beam,
+        shape (6, beams). It decides `passed`.
     own
-        The same against the field's greatest magnitude on that beam alone, which asks more of a beam that bends little.
+        The same relative to the field's largest magnitude on that beam, a stricter measure for stiff beams.
     compared
-        Number of positions at which both sides have an answer (all, where no beam asks for one). Where one side has an
-        answer and the other has none, the difference is infinite. Positions where a slider's block is beyond its beam
-        are left out, and so are N, V, M at a node that a block is at.
+        Number of positions with an answer on both sides (all positions if there are no beams). If only one side has an
+        answer, the difference is infinite. Excluded are positions with a slider's block beyond its beam, and
+        N, V, M at a node under a block.
     tolerance
-        On `relative`.
+        Largest accepted value of `relative`.
     """
 
     worst: tuple[Worst, ...]
@@ -75,27 +75,26 @@ class Comparison:
 
     @property
     def passed(self) -> bool:
-        """Whether something was compared and no field differs by more than the tolerance."""
+        """Whether positions were compared and no field exceeds the tolerance."""
         return self.compared > 0 and bool((self.relative <= self.tolerance).all())
 
 
 def compare(deflection: Deflection, solution: Solution, tolerance: float | None = None) -> Comparison:
-    """Difference of closed forms and finite elements at the nodes, field by field and beam by beam.
+    """Compare closed forms and finite elements at the nodes, by field and beam.
 
     Parameters
     ----------
     tolerance
-        `TOLERANCE` unless said, and where beams taper what so many elements may leave: 1/elements^4, more where they
-        taper steeply.
+        Default `TOLERANCE`; for tapered beams the discretisation error 1/elements^4, more for steep tapers.
 
     Raises
     ------
     ValueError
-        The two are not of as many beams and positions.
+        Numbers of beams or positions differ.
     """
-    asked = (len(deflection.sections), *deflection.motion.columns)
-    if asked != solution.w.shape[:-1]:
-        raise ValueError(f"a deflection of {asked} beams and positions, a solution of {solution.w.shape[:-1]}")
+    expected = (len(deflection.sections), *deflection.motion.columns)
+    if expected != solution.w.shape[:-1]:
+        raise ValueError(f"a deflection of {expected} beams and positions, a solution of {solution.w.shape[:-1]}")
     if tolerance is None:
         tolerance = _granted([section.taper for section in solution.sections if section.taper], solution.elements)
     values = np.array([sample(deflection, field, solution.xi) for field in PRIMARY])
@@ -124,7 +123,7 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float | None 
 
 
 def _granted(tapers: Sequence[Taper], elements: int) -> float:
-    """Tolerance for beams that taper so, cut into so many elements."""
+    """Tolerance for tapered beams with this number of elements."""
     if not tapers:
         return TOLERANCE
     xi = np.linspace(0.0, 1.0, 65)
@@ -132,24 +131,24 @@ def _granted(tapers: Sequence[Taper], elements: int) -> float:
     for taper in tapers:
         for along in (np.polynomial.Polynomial(taper.EA), np.polynomial.Polynomial(taper.EI)):
             steepest = max(steepest, float(np.abs(along.deriv()(xi) / along(xi)).max()))
-    left = max(1.0, steepest**4 / STEEPNESS) * elements**-4.0
-    return float(max(TOLERANCE, min(COARSEST, left)))
+    left = max(1.0, steepest**4 / TAPER_DIVISOR) * elements**-4.0
+    return float(max(TOLERANCE, min(MAX_TOLERANCE, left)))
 
 
 def _leave_out(deflection: Deflection, xi: Reals, values: Reals, checked: Reals) -> None:
-    """Mark values left out: at positions lost to round-off or with blocks beyond beams, forces that jump at a node."""
+    """Exclude ill-conditioned positions, blocks beyond beams, and jumping section forces."""
     for array in (values, checked):
         array[:, :, deflection.lost] = np.nan
     for block in deflection.blocks:
         lost = np.isnan(block.xi)
-        jump = (np.abs(xi - np.asarray(block.xi)[..., None]) <= AT_NODE) & np.asarray(block.here)[..., None]
+        jump = (np.abs(xi - np.asarray(block.xi)[..., None]) <= MIN_NODE_DISTANCE) & np.asarray(block.here)[..., None]
         for array in (values, checked):
             array[:, :, lost] = np.nan
             array[:3, block.beam][:, jump] = np.nan
 
 
 class _Floor:
-    """Least base of relative differences: `FLOOR` of the fields that forces and displacements would make."""
+    """Lower bounds of the reference magnitudes, from related forces and displacements."""
 
     def __init__(self, deflection: Deflection) -> None:
         self.length = np.array([np.max(value) for value in deflection.length])
@@ -159,35 +158,37 @@ class _Floor:
         )
 
     def lifted(self, greatest: Reals) -> Reals:
-        """Greatest magnitudes of the six fields on every beam, shape (6, beams), lifted to the floor."""
+        """Raise the magnitudes of the six fields on each beam to the floor, (6, beams)."""
         return _lifted(greatest, self.length, self.stretch * self.length, self.bend * self.length**3)
 
     def lifted_over_all(self, greatest: Reals) -> Reals:
-        """The same over all beams, shape (6,): the longest and the softest set the floor."""
+        """Raise the magnitudes over all beams to the floor of the longest, softest beam, (6,)."""
         soft = ((row * self.length**power).max(initial=0.0) for row, power in ((self.stretch, 1), (self.bend, 3)))
         return _lifted(greatest, self.length.max(initial=0.0), *soft)
 
 
 def _lifted(greatest: Reals, length: Columns, stretched: Columns, bent: Columns) -> Reals:
-    """Greatest magnitudes, lifted to `FLOOR` of those that the others would make on a beam of such a size."""
+    """Raise magnitudes to `MIN_REFERENCE` times those of related fields on a beam of this size."""
     force, moved = greatest[:2].max(axis=0), greatest[3:5].max(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         force = np.maximum(force, np.nan_to_num(greatest[2] / length))
         size_u, size_w = np.maximum(moved, force * stretched), np.maximum(moved, force * bent)
         turned = np.nan_to_num(size_w / length)
-    lifted: Reals = np.maximum(greatest, FLOOR * np.array([force, force, force * length, size_u, size_w, turned]))
+    lifted: Reals = np.maximum(
+        greatest, MIN_REFERENCE * np.array([force, force, force * length, size_u, size_w, turned])
+    )
     return lifted
 
 
 def _ratio(difference: Reals, scale: Reals) -> Reals:
-    """Difference over scale; zero where both are."""
+    """Difference divided by scale; zero without a difference."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio: Reals = np.where(difference == 0.0, 0.0, difference / scale)
     return ratio
 
 
 def _worst(field: str, difference: Reals, scale: float, xi: Reals) -> Worst:
-    """Place of the greatest difference, from an array of shape (beams, ..., positions, nodes)."""
+    """Locate the largest difference in an array (beams, ..., positions, nodes)."""
     beam, *position, node = (int(number) for number in np.unravel_index(np.argmax(difference), difference.shape))
     value = float(difference[beam, *position, node])
     where = position[0] if len(position) == 1 else tuple(position)

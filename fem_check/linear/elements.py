@@ -1,8 +1,8 @@
-"""The two kinds of elements that beams are made of, by tables of one element of length 1.
+"""Tables of the two element types of beams, for an element of length 1.
 
-The element lies at the origin: scikit-fem builds its Hermite element from powers of the coordinate, which loses digits
-far from there. Where a slider's block stands, and nodes that move with it, ask for other elements at every position,
-thousands at once; tables give those together, where scikit-fem would take a `Basis` a position.
+The element starts at the origin: scikit-fem builds its Hermite element from powers of the coordinate, which lose
+digits far from it. Slider blocks and moving nodes need different elements at each position. The tables evaluate
+thousands at once; scikit-fem would need a `Basis` per position.
 """
 
 from __future__ import annotations
@@ -15,29 +15,29 @@ import numpy as np
 
 from rigid import Reals
 
-QUADRATURE = 13  # degree that is integrated exactly: rigidities may be of the eleventh, loads of the tenth
+QUADRATURE_DEGREE = 13  # degree of exact integration: rigidities up to degree 11, loads up to degree 10
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ElementKind:
-    """A kind of element, of length 1.
+    """Element type, of length 1.
 
     Attributes
     ----------
     element, form
-        scikit-fem's class (its Hermite elements keep what belongs to one mesh), and the weak form of the stiffness.
+        scikit-fem's element class (its Hermite elements store mesh data), and the weak form of the stiffness.
     nodal
-        How many dofs a node has; those of both end nodes come first.
+        Number of dofs per node; the dofs of both end nodes come first.
     order
-        The stiffness goes with the length to the power -order.
+        The stiffness scales with length to the power -order.
     turns
-        Per dof, 1 where it is a slope times the length, 0 where it is a displacement.
+        Per dof: 1 for a slope times the length, 0 for a displacement.
     opens
-        Deformations per dof, shape (2, dofs), and `opened`, the dofs that they are when all others are zero.
+        Deformations per dof, shape (2, dofs); `opened` are the dofs equal to them if all others are zero.
     whole
-        Multiple of the prismatic stiffness that is integer.
+        Factor that makes the prismatic stiffness integer.
     shape, strain, points, weights
-        Shape functions and what resists, curvature or strain, at the points of the quadrature, shape (dofs, points).
+        Shape functions, and curvature or strain, at the quadrature points, shape (dofs, points).
     """
 
     element: type
@@ -57,9 +57,9 @@ class ElementKind:
         return f"ElementKind({self.element.__name__})"
 
     def stiffness(self, rigidity: Reals, length: Any = 1.0) -> Reals:
-        """Stiffness of elements of some length and rigidity at their points.
+        """Stiffness matrices for given lengths and rigidities.
 
-        As scikit-fem's `form.elemental(basis, rigidity=...)`, of elements in arrays of any shape at once.
+        Equals scikit-fem's `form.elemental(basis, rigidity=...)`, vectorised over elements.
 
         Parameters
         ----------
@@ -79,7 +79,7 @@ class ElementKind:
         return scaled
 
     def rigid(self, distance: Any) -> Reals:
-        """Motion of a node per motion of another at `distance` before it, no deformation between: (..., m, m)."""
+        """Rigid-body motion of a node per motion of another, `distance` before it, (..., m, m)."""
         matrix = np.zeros((*np.shape(distance), self.nodal, self.nodal))
         matrix[...] = np.eye(self.nodal)
         for slope in np.flatnonzero(self.turns[: self.nodal]):
@@ -96,7 +96,7 @@ def basis_of_one(element: type, quadrature: Any = None) -> Any:
     """scikit-fem's basis on the element from 0 to 1."""
     from skfem import Basis, MeshLine
 
-    given = {"intorder": QUADRATURE} if quadrature is None else {"quadrature": quadrature}
+    given = {"intorder": QUADRATURE_DEGREE} if quadrature is None else {"quadrature": quadrature}
     return Basis(MeshLine(np.array([[0.0, 1.0]])), element(), **given)
 
 
@@ -106,7 +106,7 @@ def _values(field: Any) -> Reals:
 
 @lru_cache(maxsize=1)
 def hermite() -> ElementKind:
-    """Cubic elements of beams that bend: dofs w, slope, w, slope."""
+    """Cubic elements for bending: dofs w, slope, w, slope."""
     from skfem import ElementLineHermite
 
     from fem_check.linear.forms import bending
@@ -117,7 +117,7 @@ def hermite() -> ElementKind:
 
 @lru_cache(maxsize=1)
 def quadratic() -> ElementKind:
-    """Quadratic Lagrange elements in stretching or shear: dofs start, end, middle."""
+    """Quadratic Lagrange elements for tension and shear: dofs start, end, middle."""
     from skfem import ElementLineP2
 
     from fem_check.linear.forms import stretching

@@ -1,8 +1,7 @@
-"""Equilibrium and compatibility of the frame: forces in the constraints and displacements of the bodies.
+"""Equilibrium and compatibility of the frame: constraint forces and body displacements.
 
-Not one constrained finite element matrix a position, which scikit-fem would assemble and `condense`: the beams come in
-by the flexibility of their ends. That solves all positions in one call, and keeps the round-off of a fine mesh out. The
-tests assemble that matrix (tests/fem_direct.py) and compare.
+The beams enter by the flexibility of their ends, which solves all positions in one call and avoids the round-off of a
+fine mesh. The tests compare with the full matrix, assembled and condensed by scikit-fem (tests/fem_direct.py).
 """
 
 from __future__ import annotations
@@ -24,10 +23,10 @@ from rigid.plane import cross
 
 @dataclass(frozen=True, eq=False)
 class Wrenches:
-    """Wrenches on the bodies of a unit multiplier of every constraint, and last of the loads.
+    """Wrenches on the bodies by unit multipliers of the constraints; last row: loads.
 
-    Forces [N], and moments over `size` [N]: `total` about the start of every body in the ground's axes, shape
-    (..., positions, rows + 1, bodies, 3); `spots` the part that acts at the frame's spots, in the beams' own axes,
+    Forces [N], and moments divided by `size` [N]. `total`: about the start of each body in the ground's axes, shape
+    (..., positions, rows + 1, bodies, 3). `spots`: the part that acts at the frame's spots, in the beams' own axes,
     shape (..., positions, rows + 1, spots, 3).
     """
 
@@ -42,7 +41,7 @@ def wrenches_of(
     beams: LoadedBeams,
     more: Sequence[tuple[FramePlace | None, Columns, Columns]] = (),
 ) -> Wrenches:
-    """Wrenches on the bodies of every constraint and of all loads; `more` loads: place, force [N], and moment [N m]."""
+    """Wrenches of all constraints and loads; `more` loads: place, force [N], moment [N m]."""
     columns = frame.motion.columns
     total = np.zeros((*columns, len(rows) + 1, len(frame.bodies), 3))
     spots = np.zeros((*columns, len(rows) + 1, len(frame.spots), 3))
@@ -74,7 +73,7 @@ def wrenches_of(
 
 
 def _resultants(beams: LoadedBeams) -> tuple[Complexes, Reals]:
-    """Resultants of the distributed loads about the starts of the beams: force in the ground's axes and moment."""
+    """Resultants of distributed loads about the beams' starts: force and moment."""
     if not beams.units:
         return beams.length * beams.axis, beams.length
     along, across, turn = (
@@ -89,7 +88,7 @@ def _resultants(beams: LoadedBeams) -> tuple[Complexes, Reals]:
 
 
 def balanced(motion: Motion, rows: Sequence[Row], beams: LoadedBeams, wrenches: Wrenches) -> tuple[Reals, Reals]:
-    """Solution of the frame: multipliers of all constraints, displacement and rotation of all bodies.
+    """Solve the frame for constraint multipliers and body displacements.
 
     Returns
     -------
@@ -112,18 +111,18 @@ def balanced(motion: Motion, rows: Sequence[Row], beams: LoadedBeams, wrenches: 
 
 
 class _System:
-    """The linear system of the frame: gaps of the constraints and balance of the bodies.
+    """Linear system of the frame: constraint gaps and body equilibrium.
 
-    Gaps are in units of the softest place's.
+    Gaps are scaled by the largest compliance.
 
     Attributes
     ----------
     unit
         [m/N].
     soft
-        Of the rows, shape (rows,).
+        Compliance of the constraints, shape (rows,).
     known
-        Resultants on the bodies of a unit of every row, and of the loads, shape (..., positions, rows + 1, freedoms).
+        Resultants on the bodies by unit multipliers and by the loads, shape (..., positions, rows + 1, freedoms).
     """
 
     def __init__(self, columns: tuple[int, ...], rows: Sequence[Row], beams: LoadedBeams, wrenches: Wrenches) -> None:
@@ -143,7 +142,7 @@ class _System:
             self._given[..., number] -= row.wanted * ((size if row.turns else 1.0) / self.unit)
 
     def opened(self, loads: Reals) -> Reals:
-        """Gaps of all rows, (..., loads, rows), under loads on the spots, (..., loads, spots, 3)."""
+        """Constraint gaps (..., loads, rows) under loads on the spots (..., loads, spots, 3)."""
         moved = np.zeros_like(loads)
         ends = self._ends.shape[-3]
         moved[..., :ends, :] = np.einsum("...rki,...kij->...rkj", loads[..., :ends, :], self._ends)
@@ -152,9 +151,9 @@ class _System:
         return moved.reshape(*loads.shape[:-2], self._flat.shape[-1]) @ np.swapaxes(self._flat, -1, -2)
 
     def left(self, solved: Reals | None) -> Reals:
-        """Residual of the gaps and the balance, negated; None stands for no multipliers and displacements yet.
+        """Negative residual of gaps and equilibrium; for None, of the zero solution.
 
-        Asked of the beams one by one: the sums in the matrix lose how little stiff beams give way beside soft ones.
+        Evaluated beam by beam: sums in the matrix lose the small compliance of stiff beams next to soft ones.
         """
         count = len(self.soft)
         loads = self._spots[..., -1:, :, :]
@@ -169,7 +168,7 @@ class _System:
 
 
 def _ends(beams: LoadedBeams, size: float) -> tuple[Reals, Reals]:
-    """Flexibility of the beams' ends, and their displacement by distributed loads and free strain.
+    """Flexibility of the beams' ends, and their displacement by distributed loads and strain.
 
     Returns
     -------
@@ -194,14 +193,14 @@ def _ends(beams: LoadedBeams, size: float) -> tuple[Reals, Reals]:
 
 
 def _couplings(beams: LoadedBeams, size: float) -> Iterator[tuple[int, int, Any]]:
-    """Places that blocks are or move: number of the loaded spot, of the moved one, shape (..., positions, 3, 3)."""
+    """Yield block couplings: loaded spot, moved spot, flexibility (..., positions, 3, 3)."""
     ends = len(beams.length)
     for number, block in enumerate(beams.blocks, ends):
         beam = beams.numbered(block.beam)
         lost = np.where(np.isnan(block.xi), np.nan, 0.0)
         under_end = beam.coupling(size, block.u[-1], block.w[-2:], block.phi[-2:], block.slide[-1]) + lost
         yield block.beam, number, np.moveaxis(under_end, (0, 1), (-2, -1))
-        yield number, block.beam, np.moveaxis(under_end, (1, 0), (-2, -1))  # Maxwell
+        yield number, block.beam, np.moveaxis(under_end, (1, 0), (-2, -1))  # by Maxwell's reciprocity
         for other_number, other in enumerate(beams.blocks, ends):
             if other.beam == block.beam:
                 u, w, phi, slide = block.under(other)
@@ -210,7 +209,7 @@ def _couplings(beams: LoadedBeams, size: float) -> Iterator[tuple[int, int, Any]
 
 
 def _block_bent(beams: LoadedBeams, size: float) -> Reals:
-    """Displacements of the blocks by distributed loads and free strain, shape (..., positions, blocks, 3)."""
+    """Block displacements by distributed loads and free strain, (..., positions, blocks, 3)."""
     bent = [
         beams.numbered(block.beam).bent(size, block.xi, block.u[:-1], block.w[:-2], block.phi[:-2], block.slide[:-1])
         for block in beams.blocks
@@ -219,7 +218,7 @@ def _block_bent(beams: LoadedBeams, size: float) -> Reals:
 
 
 def _solved(matrix: Reals, right: Reals, regular: Flags) -> Reals:
-    """Solutions, nan where a position is singular."""
+    """Solve the regular positions; nan at singular ones."""
     good = regular & np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(right).all(axis=-1)
     solution = np.full_like(right, np.nan)
     try:

@@ -14,7 +14,7 @@ from rigid import Reals
 
 
 def fields_of(beams: LoadedBeams, spots: Reals, carried: Reals) -> dict[str, Reals]:
-    """N, V, M, u, w, phi at the nodes: unit responses times their loads, and the motion of the beam's axes.
+    """Compute N, V, M, u, w, phi at the nodes from unit responses and body motion.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def _add_kind(
     across: Reals,
     shape: tuple[int, ...],
 ) -> None:
-    """Add the responses of the beams that are multiples of one unit beam."""
+    """Add the responses of all beams that share a unit beam."""
     unit, numbers = kind
     along, across, length = along[numbers], across[numbers], beams.length[numbers][..., None]
     stretch, bend, shear = (row[numbers][..., None] for row in (beams.stretch, beams.bend, beams.shear))
@@ -75,7 +75,7 @@ def _add_kind(
 
 
 def _add_block(fields: dict[str, Reals], beams: LoadedBeams, block: BlockResponse, load: Reals) -> None:
-    """Add the response of a beam to the block on it."""
+    """Add the response of a beam to its block."""
     k = block.beam
     length, stretch, bend, shear = (row[k][..., None] for row in (beams.length, beams.stretch, beams.bend, beams.shear))
     along, force, moment = (np.where(np.isnan(block.xi), np.nan, part)[..., None] for part in load)

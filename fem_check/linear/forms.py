@@ -10,23 +10,23 @@ from skfem.helpers import dd, ddot, dot, grad
 
 @BilinearForm
 def bending(w: Any, v: Any, given: Any) -> Any:
-    """Work of the moments of w on the curvatures of v, `rigidity` EI."""
+    """Virtual work of the bending moments of w on the curvatures of v; `rigidity` is EI."""
     return given.rigidity * ddot(dd(w), dd(v))
 
 
 @BilinearForm
 def stretching(u: Any, v: Any, given: Any) -> Any:
-    """Work of the axial forces of u on the strains of v, `rigidity` EA; with kGA, of shear forces on shear strains."""
+    """Virtual work of axial forces on strains (EA), or of shear forces on shear strains (kGA)."""
     return given.rigidity * dot(grad(u), grad(v))
 
 
 @LinearForm
 def pushed(v: Any, given: Any) -> Any:
-    """Work of a force per length, `load`, on v."""
+    """Virtual work of a force per length, `load`, on v."""
     return given.load * v
 
 
 @LinearForm
 def twisted(v: Any, given: Any) -> Any:
-    """Work of a moment per length, `load`, on the slope of v."""
+    """Virtual work of a moment per length, `load`, on the slope of v."""
     return given.load * grad(v)[0]

@@ -1,4 +1,4 @@
-"""A mechanism as bodies: every beam is one, clamped to its own axes at its start; and where their points are."""
+"""Mechanism as bodies: each beam is a body clamped to its own axes at its start."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 from rigid import Link, MechanismError, Motion, Slider, position_of
 from rigid.arrays import Columns, Complexes
 
-LINED_UP = 1e-9  # sine of the angle, and distance over length, to which a beam lies along a slider's line
-REACHED = 1e-12  # how far beyond a beam's end, in its lengths, a block counts as on it
+MAX_MISALIGNMENT = 1e-9  # largest sine of the angle, plus offset relative to length, of a beam on a slider's line
+MAX_OVERSHOOT = 1e-12  # [beam lengths] largest overshoot of a block that counts as on the beam
 
 
 @dataclass(frozen=True, eq=False)
 class FrameBody:
-    """A beam, or a moving link without beams.
+    """Beam, or moving link without beams.
 
-    `start` is its reference point and `way` leads from there to its other end, in the link's axes [m]; a link without
-    beams has its own origin for the one and nothing for the other.
+    `start` is the reference point and `way` the vector to the other end, in the link's axes [m]. A link without beams
+    has its origin as start and no `way`.
     """
 
     link: int
@@ -29,7 +29,7 @@ class FrameBody:
 
 @dataclass(frozen=True, eq=False)
 class FramePlace:
-    """A point of a body: its start, or one of the frame's `spots`, and the arm from there in the ground's axes [m]."""
+    """Point of a body: its start or one of `spots`, plus an arm in the ground's axes [m]."""
 
     body: int
     spot: int | None = None
@@ -37,25 +37,24 @@ class FramePlace:
 
 
 Side = FramePlace | None | tuple[tuple[FramePlace, Any], ...]
-"""Where a joint is on a link: a place, None for the ground, or places on one of which it is: 1 there, 0 elsewhere."""
+"""Location of a joint on a link: a place, None (ground), or places with weights 1 (active) and 0."""
 
 
 class Frame:
-    """Bodies of a mechanism and the places of its points; the beams come first, in the order of `Mechanism.beams`.
+    """Bodies of a mechanism and the places of its points; beams first, as in `Mechanism.beams`.
 
     Attributes
     ----------
     bodies
-        Beams, then links without.
+        Beams, then links without beams.
     spots
-        Where beams are moved by more than their axes: beam and xi, shape () or (..., positions). First the end of every
-        beam, then the blocks of sliders on beams; nan where one is beyond its beam.
+        Points of beams displaced by bending: beam and xi, shape () or (..., positions). First the end of each beam,
+        then slider blocks on beams; nan if a block is beyond its beam.
 
     Raises
     ------
     MechanismError
-        The beams of a link do not hang together, or none carries a slider; asked for the place of a point that none of
-        them reaches.
+        The beams of a link are not connected, no beam carries a slider, or no beam reaches a requested point.
     """
 
     def __init__(self, motion: Motion) -> None:
@@ -79,7 +78,7 @@ class Frame:
         self.sides = {slider.name: self._sides(slider) for slider in motion.mechanism.sliders}
 
     def place(self, at: int, point: str) -> FramePlace | None:
-        """A link's point that carries something: an end of a beam, or any point of a link without beams."""
+        """Place of a link's loaded point: a beam end, or any point of a rigid link."""
         if (at, point) in self.ends:
             return self.ends[at, point][0]
         link = self.motion.mechanism.links[at]
@@ -90,16 +89,16 @@ class Frame:
         return self._carried(at, self.motion.direction[at] * link.points[point])
 
     def along(self, slider: Slider) -> Complexes:
-        """Unit vector of a slider's line, in the ground's axes."""
+        """Unit vector of a slider's line in the ground's axes."""
         line: Complexes = self.motion.direction[self.motion.mechanism.index[slider.on]] * slider.direction
         return line
 
     def _carried(self, at: int, arm: Complexes) -> FramePlace | None:
-        """Place on a link without beams; `arm` from the origin of the link's axes, in the ground's."""
+        """Place on a link without beams; `arm` from the link's origin in the ground's axes."""
         return FramePlace(self.root[at], arm=arm) if at else None
 
     def _sides(self, slider: Slider) -> tuple[Side, FramePlace | None]:
-        """Where the point is now: on the owner of the line, and on the link that slides."""
+        """Current places of a slider's point on the guiding and on the sliding link."""
         motion = self.motion
         owner, link = (motion.mechanism.index[name] for name in (slider.on, slider.link))
         arm = position_of(motion, link, slider.point) - motion.origin[owner]
@@ -110,7 +109,7 @@ class Frame:
         for number in self._rails(slider, owner):
             body = self.bodies[number]
             xi = ((arm / motion.direction[owner] - body.start) / body.way).real
-            on_beam = (xi >= -REACHED) & (xi <= 1 + REACHED) & np.logical_not(carried)
+            on_beam = (xi >= -MAX_OVERSHOOT) & (xi <= 1 + MAX_OVERSHOOT) & np.logical_not(carried)
             carried = carried | on_beam
             if np.any(on_beam) or not candidates:
                 candidates.append((number, np.clip(xi, 0.0, 1.0), on_beam))
@@ -125,14 +124,14 @@ class Frame:
         return tuple(zip(places, shares, strict=True)), self.place(link, slider.point)
 
     def _rails(self, slider: Slider, owner: int) -> list[int]:
-        """The beams of a link that lie along a slider's line."""
+        """Beams of a link along a slider's line."""
         line, rails = slider.direction, []
         for number, body in enumerate(self.bodies):
             if body.link == owner:
                 size = np.abs(body.way)
                 aside = np.abs((np.conj(line) * body.way).imag) / size
                 off = np.abs((np.conj(line) * (slider.origin - body.start)).imag) / size
-                if np.max(aside + off) <= LINED_UP:
+                if np.max(aside + off) <= MAX_MISALIGNMENT:
                     rails.append(number)
         if not rails:
             raise MechanismError(f'slider "{slider.name}": no beam of "{slider.on}" lies along its line to carry it')
@@ -140,14 +139,14 @@ class Frame:
 
 
 def parts_on(side: Side, force: Columns, moment: Any) -> tuple[tuple[FramePlace | None, Columns, Columns], ...]:
-    """A force and a moment on a side of a joint, as those on places."""
+    """Distribute a force and a moment over the places of a joint's side."""
     if isinstance(side, tuple):
         return tuple((place, share * force, share * moment) for place, share in side)
     return ((side, force, moment),)
 
 
 def _refuse_pieces(link: Link) -> None:
-    """Raise where the beams of a link are not all reached from the first."""
+    """Raise MechanismError if the beams of a link are not connected."""
     waiting = [{beam.start, beam.end} for beam in link.beams]
     reached = set(waiting[0]) if waiting else set()
     for _ in link.beams:

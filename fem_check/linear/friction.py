@@ -1,4 +1,4 @@
-"""Friction in the joints as loads on the bodies, from the forces of the frame's own constraints: written anew."""
+"""Joint friction as loads on the bodies, computed from the frame's own constraint forces."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from fem_check.linear.ties import Tie
 from rigid import Friction, Slider, velocity_of
 from rigid.arrays import Reals
 
-SAME = 1e-13  # share of the greatest force by which the efforts may still change
-STILL = 1e-9  # share of the greatest speed below which a joint is at rest
+MAX_CHANGE = 1e-13  # largest change of converged efforts, relative to the largest force
+REST_SPEED = 1e-9  # speed of a joint at rest, relative to the largest speed
 
 Load = tuple[FramePlace | None, Any, Any]
 
 
 @dataclass(frozen=True, eq=False)
 class Rubbing:
-    """Friction as far as it is known: efforts on the moving side of every joint, by its name.
+    """Current estimate of joint friction: efforts on the moving side, by joint name.
 
-    `unsettled` where the last round changed them, bool, shape (..., positions).
+    `unsettled`: whether the last iteration changed them, bool, shape (..., positions).
     """
 
     frame: Frame
@@ -32,18 +32,18 @@ class Rubbing:
 
     @property
     def settled(self) -> bool:
-        """Whether the last round changed nothing."""
+        """Whether the last iteration changed no effort."""
         return not self.frame.motion.mechanism.friction or not np.any(self.unsettled)
 
     @property
     def known(self) -> Rubbing:
-        """The same with nan where it is not settled."""
+        """Copy with nan at positions that have not converged."""
         efforts = {name: np.where(self.unsettled, np.nan, effort) for name, effort in (self.efforts or {}).items()}
         return replace(self, efforts=efforts)
 
     @property
     def loads(self) -> Sequence[Load]:
-        """Place, force [N], complex, and moment [N m] of the friction on both sides of every joint."""
+        """Place, force [N], complex, and moment [N m] of friction on both sides of each joint."""
         return tuple(load for name, effort in (self.efforts or {}).items() for load in self._loads(name, effort))
 
     def _loads(self, name: str, effort: Reals) -> Iterator[Load]:
@@ -58,7 +58,7 @@ class Rubbing:
             yield from parts_on(owner, -effort * self.frame.along(slider), 0.0)
 
     def after(self, held: Sequence[Tie], multipliers: Reals, size: float) -> Rubbing:
-        """The friction that forces of the constraints, which they were found with, cause."""
+        """Update the friction from the constraint forces it was applied with."""
         friction = self.frame.motion.mechanism.friction
         efforts, row = {}, 0
         for tie in held:
@@ -69,11 +69,11 @@ class Rubbing:
         known = self.efforts or {}
         greatest = np.abs(multipliers).max(axis=-1, initial=0.0) * max(size, 1.0)
         changes = [np.abs(effort - known.get(name, 0.0)) for name, effort in efforts.items()]
-        unsettled = np.max(changes, axis=0) > SAME * greatest if changes else np.False_
+        unsettled = np.max(changes, axis=0) > MAX_CHANGE * greatest if changes else np.False_
         return replace(self, efforts=efforts, unsettled=unsettled)
 
     def _effort(self, tie: Tie, friction: Friction, multipliers: Reals, size: float) -> Reals:
-        """Effort on the second link of a pin, or on a slider's block, from its two multipliers."""
+        """Effort on the second link of a pin or on a slider's block, from its multipliers."""
         motion, slider = self.frame.motion, _slider(self.frame, tie.name)
         part, across = (multipliers[..., k] * (size if row.turns else 1.0) for k, row in enumerate(tie.rows))
         omega = motion.angular_velocity
@@ -85,12 +85,12 @@ class Rubbing:
         else:
             rate, press = self._slide(slider), np.maximum(np.abs(part), 2 * np.abs(across) / friction.length)
             fastest = np.max([np.abs(velocity_of(motion, link.name, point)) for link, point in points], axis=0)
-        moves = np.where(np.abs(rate) > STILL * fastest, np.sign(rate), 0.0)
+        moves = np.where(np.abs(rate) > REST_SPEED * fastest, np.sign(rate), 0.0)
         effort: Reals = -friction.coefficient * press * moves - friction.viscosity * rate
         return effort
 
     def _slide(self, slider: Slider) -> Reals:
-        """Rate at which the block slides along the line [m/s]."""
+        """Sliding velocity of the block along the line [m/s]."""
         motion = self.frame.motion
         owner = motion.mechanism.index[slider.on]
         line = self.frame.along(slider)

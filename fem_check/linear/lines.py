@@ -1,12 +1,13 @@
-"""Lines of equal finite elements, clamped at their first node: the model of every beam.
+"""Rows of equal finite elements, clamped at the first node, which model each beam.
 
-scikit-fem numbers, integrates, assembles and condenses. Two things are done here, both for round-off, which in a plain
-assembly grows with the fourth power of the elements (docs/validity.md). Every element is integrated where
-scikit-fem is exact, from 0 to 1: the `Basis` takes the numbering of the row, and a mesh whose elements lie one upon
-the other. And what a solution leaves is computed from stiffnesses that oppose two deformations, those that are left of
-the element's freedoms when it cannot move as a whole: a rigid motion costs no energy, and where the rigidity does not
-change along the line they are small integers (along the beam, thirds of them), whose products with displacements can be
-had without round-off.
+scikit-fem numbers, integrates, assembles and condenses. Two measures here limit round-off, which grows with the fourth
+power of the number of elements in a plain assembly (docs/validity.md):
+
+- Each element is integrated on [0, 1], where scikit-fem is exact. The `Basis` has the numbering of the row and a mesh
+  of coincident elements.
+- Residuals use the stiffness against the two deformations of an element, because rigid motion costs no energy. For
+  constant rigidity these stiffnesses are small integers (thirds in tension), so their products with displacements are
+  exact.
 """
 
 from __future__ import annotations
@@ -16,21 +17,21 @@ from typing import Any
 
 import numpy as np
 
-from fem_check.linear.elements import QUADRATURE, ElementKind
+from fem_check.linear.elements import QUADRATURE_DEGREE, ElementKind
 from rigid import Reals
 
 PRISMATIC = (1.0,)
-REFINEMENTS = 3  # rounds: each gains the digits that the factorisation leaves, four at a thousand elements
-EXACT_BITS = 44  # of a nodal value: 53 less those of a stiffness and of the sum of a row
+REFINEMENTS = 3  # rounds of refinement; each gains the digits left by the factorisation, four at a thousand elements
+EXACT_BITS = 44  # bits of a nodal value: 53 minus those of a stiffness and of a row sum
 
 
 class Line:
-    """Equal elements of length 1 in a row, clamped at the first node.
+    """Row of equal elements of length 1, clamped at the first node.
 
     Parameters
     ----------
     kind, elements
-        Of what, and how many.
+        Element type and number of elements.
     rigidity
         Polynomial in xi, from 0 at the first node to 1 at the last.
     """
@@ -46,28 +47,28 @@ class Line:
 
     @cached_property
     def basis(self) -> Any:
-        """scikit-fem's basis: numbered as a row, every element from 0 to 1."""
+        """scikit-fem's basis: numbered as a row, with each element on [0, 1]."""
         from skfem import Basis, MeshLine
 
         cells = np.arange(2 * self.elements).reshape(-1, 2)
         alike = MeshLine(np.tile([0.0, 1.0], self.elements)[None], np.ascontiguousarray(cells.T))
-        return Basis(alike, self.kind.element(), intorder=QUADRATURE, dofs=self._numbering)
+        return Basis(alike, self.kind.element(), intorder=QUADRATURE_DEGREE, dofs=self._numbering)
 
     @cached_property
     def _rigid_at(self) -> Reals:
-        """Rigidity at all points of quadrature, shape (elements, points)."""
+        """Rigidity at all quadrature points, shape (elements, points)."""
         return np.asarray(np.polynomial.polynomial.polyval(self.xi, self.rigidity), float)
 
     @cached_property
     def resists(self) -> Reals:
-        """Stiffness of every element against its two deformations, (elements, 2, 2); integers of a prismatic line."""
+        """Element stiffness against the two deformations, (elements, 2, 2); integer if prismatic."""
         local = self.kind.form.elemental(self.basis, rigidity=self._rigid_at).tolocal()
         resists: Reals = self.kind.whole * local[:, self.kind.opened][:, :, self.kind.opened]
         return np.round(resists) if self.rigidity == PRISMATIC else resists
 
     @cached_property
     def _factor(self) -> Any:
-        """Factors of the matrix, clamped: kept, unlike those of scikit-fem's `solve`, for all loads and refinements."""
+        """Factorised clamped matrix, kept for all loads and refinements."""
         from scipy.sparse.linalg import splu
         from skfem import condense
 
@@ -76,14 +77,14 @@ class Line:
         return splu(inner.tocsc(), diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
     def spread(self, functions: Reals, couples: bool = False) -> Reals:
-        """Work of distributed loads on the shape functions of every element.
+        """Virtual work of distributed loads on the shape functions of each element.
 
         Parameters
         ----------
         functions
-            The loads at `xi`, shape (loads, elements, points).
+            Loads at `xi`, shape (loads, elements, points).
         couples
-            Whether they are moments per length, which work on slopes.
+            Whether the loads are moments per length, which work on slopes.
 
         Returns
         -------
@@ -95,18 +96,17 @@ class Line:
         return np.array([form.elemental(self.basis, load=load).tolocal() for load in functions])
 
     def respond(self, spread: Reals, nodal: Reals) -> tuple[Reals, Reals]:
-        """Values at the nodes and forces on the elements under loads along them and at the dofs.
+        """Nodal values and element forces under distributed and nodal loads.
 
-        Solved to round-off of the result: what is left after a solution is computed exactly, or as nearly as tapered
-        stiffnesses allow, solved for again, and the correction kept apart, because forces are small differences of
-        large displacements.
+        Iterative refinement to round-off of the result. The residual is exact for prismatic lines and nearly so for
+        tapered ones. Corrections are kept separate, because forces are small differences of large displacements.
 
         Parameters
         ----------
         spread
-            On the dofs of the elements, shape (loads, elements, dofs of an element).
+            Loads on the dofs of the elements, shape (loads, elements, dofs of an element).
         nodal
-            On the dofs of the line, shape (dofs, more loads).
+            Loads on the dofs of the line, shape (dofs, more loads).
 
         Returns
         -------
@@ -134,7 +134,7 @@ class Line:
 
     @cached_property
     def influence(self) -> tuple[Reals, Reals]:
-        """Response to a unit at every dof of a node, as by `respond`; zero at the clamped node."""
+        """Responses to unit loads on each nodal dof, see `respond`; zero at the clamp."""
         ends = self.kind.nodal * (self.elements + 1)
         unit = np.eye(self.size)[:, :ends]
         unit[: self.kind.nodal] = 0.0
@@ -142,7 +142,7 @@ class Line:
 
 
 def _halves(values: Reals) -> tuple[Reals, Reals]:
-    """Two parts of the values, column by column, with products with the stiffnesses that add up without round-off."""
+    """Split values by column so that their products with stiffnesses sum without round-off."""
     _, exponent = np.frexp(np.abs(values).max(axis=0))
     coarse = np.ldexp(np.rint(np.ldexp(values, EXACT_BITS - exponent)), exponent - EXACT_BITS)
     return coarse, values - coarse

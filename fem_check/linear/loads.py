@@ -1,4 +1,4 @@
-"""Distributed and concentrated loads of the bodies, from the acceleration of their points."""
+"""Distributed and concentrated loads of the bodies, including inertia."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from rigid.plane import cross
 
 
 def distributed(frame: Frame, stations: Reals) -> Complexes:
-    """Load per length of every beam at stations along it, in the beam's own axes.
+    """Load per length of each beam at stations, in the beam's own axes.
 
-    Inertia and weight, `m' (g - a)` with a the acceleration of the beam's point there, and the line loads.
+    Inertia and weight, `m' (g - a)` with the local acceleration a, plus the line loads.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def distributed(frame: Frame, stations: Reals) -> Complexes:
 
 
 def couples(frame: Frame, stations: Reals) -> Reals:
-    """Moment per length on every beam by the inertia of its sections, which turn with their link, at stations.
+    """Moment per length on each beam by the rotary inertia of its sections.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def couples(frame: Frame, stations: Reals) -> Reals:
 
 
 def concentrated(frame: Frame) -> Iterator[tuple[FramePlace, Any, Any]]:
-    """Inertia and weight of the lumps, and the loads given at points: place, force [N], complex, and moment [N m]."""
+    """Yield lump inertia, weights and point loads: place, force [N], complex, moment [N m]."""
     motion, mechanism = frame.motion, frame.motion.mechanism
     for at, link in enumerate(mechanism.links):
         for lump in link.lumps:

@@ -1,6 +1,6 @@
-"""Where the teeth of gears touch, and which forces a unit effort of theirs puts on follower and driver.
+"""Contact points of gear teeth, and the forces of a unit tooth effort on both wheels.
 
-Pitch points and lines of action are found anew, from pitch radii, so that the one checks the other.
+Pitch points and lines of action are computed independently, from pitch radii.
 """
 
 from __future__ import annotations
@@ -15,15 +15,16 @@ from rigid import Gear, PinDrive, SliderDrive, position_of
 from rigid.arrays import Columns, Complexes
 
 Flanks = Mapping[int, Any]
-"""By the number of a gear: which flank is loaded, the sign of the effort along the coordinate of its follower."""
+"""Loaded flank of each gear, by number: sign of the effort along the follower's coordinate."""
 End = PinDrive | SliderDrive
 MeshParts = tuple[tuple[FramePlace | None, Any, Any], ...]
 
 
 def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
-    """Place, force and moment on follower and driver at their joints, per effort along the follower's coordinate.
+    """Tooth force on follower and driver per unit effort along the follower's coordinate.
 
-    None where they have no pitch point: no teeth, no link that carries both, ratio 1, one axis, or no wheel.
+    Returns place, force and moment for both, or None without a pitch point: no teeth, no common carrier, ratio 1,
+    coincident axes, or no wheel.
     """
     mechanism = frame.motion.mechanism
     carriers = {*mechanism.ends(gear.follower)} & {*mechanism.ends(gear.driver)}
@@ -33,7 +34,7 @@ def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
     follower, follows = _body(frame, gear.follower, carrier)
     driver, led = _body(frame, gear.driver, carrier)
     hubs = _point(frame, gear.driver, driver), _point(frame, gear.follower, follower)
-    # The rate is that of the follower per motion of the driver, both as seen from the carrier.
+    # relative to the carrier: rate of the follower per motion of the driver
     geometry = _pitch_point(frame, gear, gear.ratio * follows * led, *hubs)
     if geometry is None:
         return None
@@ -51,12 +52,12 @@ def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
 def _pitch_point(
     frame: Frame, gear: Gear, rate: float, follower: Complexes, driver: Complexes
 ) -> tuple[Complexes, Complexes, Complexes] | None:
-    """Pitch point [m], unit tangent of a positive effort on the follower, and where the flanks push it."""
+    """Pitch point [m], tangent of a positive effort on the follower, and flank normal."""
     racks = [end for end in (gear.driver, gear.follower) if not end.turns]
     if not racks:
         return _of_wheels(rate, follower, driver)
     line = frame.along(frame.motion.mechanism.slider(racks[0].joint))
-    if gear.driver.turns:  # the wheel's rim goes with the rack
+    if gear.driver.turns:  # the wheel's rim moves with the rack
         radius = -1j * rate * line
         return follower + radius, line, radius / np.abs(radius)
     if gear.follower.turns:
@@ -70,22 +71,22 @@ def _of_wheels(rate: float, follower: Complexes, driver: Complexes) -> tuple[Com
     if rate == 1 or not np.any(distance):
         return None
     towards = (driver - follower) / distance
-    radius = distance / np.abs(1 - rate)  # of the follower's pitch circle
+    radius = distance / np.abs(1 - rate)  # radius of the follower's pitch circle
     if rate < 0:
         return driver - radius * towards, -1j * towards, towards
-    if rate < 1:  # the follower is a ring, pushed the way its pinion is not
+    if rate < 1:  # the follower is a ring: its flank normal is opposite
         return driver - radius * towards, -1j * towards, -towards
     return driver + radius * towards, 1j * towards, -towards
 
 
 def _body(frame: Frame, end: End, carrier: int) -> tuple[int, int]:
-    """The link with the teeth, and the sign with which its motion on the carrier is the coordinate of the end."""
+    """Link with the teeth, and the sign of its motion relative to the coordinate."""
     on, link = frame.motion.mechanism.ends(end)
     return (link, 1) if on == carrier else (on, -1)
 
 
 def _point(frame: Frame, end: End, body: int) -> Complexes:
-    """Where a body has its joint [m], complex."""
+    """Position of a body's joint [m], complex."""
     mechanism = frame.motion.mechanism
     if end.turns:
         return position_of(frame.motion, body, end.joint)

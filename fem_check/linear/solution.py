@@ -1,4 +1,4 @@
-"""The whole mechanism as one frame of finite elements, at every position."""
+"""Finite element solution of the whole mechanism at every position."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from fem_check.linear.unit_beam import unit_beam
 from rigid import Motion, Reals
 from rigid.arrays import Numbers
 
-ROUNDS = 100  # of friction from forces and forces from friction
-FLANKS = 4  # rounds until the teeth of gears are loaded on the flanks that they were taken to touch with
-UNLOADED = 1e-10  # share of the greatest force or moment at a position, below which an effort loads no flank
+MAX_ROUNDS = 100  # largest number of friction iterations
+MAX_FLANK_ROUNDS = 4  # largest number of iterations for the loaded flanks of gear teeth
+MIN_EFFORT = 1e-10  # effort that loads no flank, relative to the largest force or moment at the position
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TieForce:
     """Force and moment of a weld, joint or drive on its child.
 
-    `force` [N], complex, and `moment` about the point where they meet [N m], shape (..., positions).
+    `force` [N], complex, and `moment` about their common point [N m], shape (..., positions).
     """
 
     name: str
@@ -47,22 +47,22 @@ class Solution:
     Attributes
     ----------
     motion, sections, elements
-        Of the problem; `elements` to every beam.
+        Input of the problem; `elements` per beam.
     xi
-        Nodes of every beam, x'/l, shape (elements + 1,).
+        Nodes of each beam, x'/l, shape (elements + 1,).
     N, V, M
         Axial force (tension positive) [N], shear force [N] and bending moment [N m] at the nodes, from the end forces
         of the elements, shape (beams, ..., positions, nodes), beams in the order of `Mechanism.beams`.
     u, w, phi
         Longitudinal and transverse displacement [m] and slope [rad] from the rigid position, in the beam's own axes.
     ties
-        Forces in welds, pins, sliders and drives.
+        Forces of welds, pins, sliders and drives.
     efforts
-        Moment [N m] or force [N] of every drive along its coordinate, shape (drives, ..., positions).
+        Moment [N m] or force [N] of each drive along its coordinate, shape (drives, ..., positions).
     flanks
-        Which flanks of the gears' teeth are loaded.
+        Loaded flanks of the gears' teeth.
     friction
-        Place, force [N], complex, and moment [N m] of the friction on both sides of every joint.
+        Place, force [N], complex, and moment [N m] of friction on both sides of each joint.
     """
 
     motion: Motion
@@ -92,21 +92,21 @@ def solve(
 ) -> Solution:
     """Section forces and displacements of all beams at all positions by finite elements.
 
-    Friction of the joints is found from the forces of the frame, which it changes, round and round; nan where that does
-    not settle. Hermite elements across and quadratic ones along every beam and for what shear adds; welds and joints as
-    constraints, drives locked; a slider's block divides the element of the beam it is on. Loads and statics are found
-    anew from the motion; statically indeterminate mechanisms come out as any other.
+    Each beam has Hermite elements for bending and quadratic elements for tension and shear. Welds and joints are
+    constraints, drives are locked, and a slider's block subdivides the element under it. Friction is iterated with the
+    constraint forces; nan if this does not converge. Loads and statics are recomputed from the motion. Statically
+    indeterminate mechanisms need no special treatment.
 
     Parameters
     ----------
     motion
-        Of a mechanism whose links are beams, or rigid where they have none.
+        Motion of a mechanism; links without beams are rigid.
     sections
         One per beam, in the order of `Mechanism.beams`; infinite rigidities are rigid.
     elements
-        To every beam.
+        Number of elements per beam.
     joints
-        By name, the joints that give way or do not fit.
+        Compliance and misfit of joints, by name.
 
     Returns
     -------
@@ -115,10 +115,9 @@ def solve(
     Raises
     ------
     ValueError
-        The sections are not one per beam, there is no element, or no joint of a name.
+        The sections do not match the beams, there is no element, or a joint name is unknown.
     MechanismError
-        The beams of a link do not hang together, do not reach a point that carries something, or none of them lies
-        under the slider that they carry.
+        The beams of a link are not connected, do not reach a loaded point, or do not carry a slider.
 
     Examples
     --------
@@ -140,7 +139,7 @@ def solve(
         beams = beams_of(frame, sections, elements)
         flanks: Flanks = {}
         friction = Rubbing(frame)
-        for _ in range(ROUNDS if motion.mechanism.friction else FLANKS):
+        for _ in range(MAX_ROUNDS if motion.mechanism.friction else MAX_FLANK_ROUNDS):
             held = list(ties(frame, joints or {}, flanks))
             rows = [row for tie in held for row in tie.rows]
             wrenches = wrenches_of(frame, rows, beams, friction.loads)
@@ -173,21 +172,21 @@ def solve(
 
 
 def _loaded_flanks(held: Sequence[Tie], multipliers: Reals) -> Flanks:
-    """Flanks of the gears' teeth that the multipliers load."""
+    """Flanks of the gear teeth loaded by the multipliers."""
     gears = [tie.gear for tie in held for _ in tie.rows]
     greatest = np.abs(multipliers).max(axis=-1, initial=0.0)
     loaded = {}
     for row, gear in enumerate(gears):
         if gear is not None:
             effort = multipliers[..., row]
-            loaded[gear] = np.where(np.abs(effort) > UNLOADED * greatest, np.sign(effort), 0.0)
+            loaded[gear] = np.where(np.abs(effort) > MIN_EFFORT * greatest, np.sign(effort), 0.0)
     return loaded
 
 
 def _tie_forces(
     motion: Motion, held: Sequence[Tie], multipliers: Reals, size: float
 ) -> tuple[tuple[TieForce, ...], Reals]:
-    """Multipliers gathered to forces and moments, and the drives' efforts."""
+    """Convert multipliers to joint forces and moments, and to drive efforts."""
     forces, number = [], 0
     efforts = np.full((len(motion.mechanism.drives), *motion.columns), np.nan)
     for tie in held:

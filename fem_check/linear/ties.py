@@ -1,4 +1,4 @@
-"""Constraints between the bodies: welds of beams, pins, sliders, locked drives and gears."""
+"""Constraints between bodies: welds, pins, sliders, locked drives and gears."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from rigid.arrays import Columns
 from rigid.joints import Joint
 
 Part = tuple[FramePlace | None, Any, Any]
-"""A place (None: the ground), and the force, complex, and the moment that the row's multiplier exerts there."""
+"""Place (None: ground), with force, complex, and moment of the row's unit multiplier."""
 Sides = tuple[Side, FramePlace | None]
 
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """A scalar constraint on displacements.
+    """Scalar constraint on displacements.
 
-    Those of its parts, each times force or moment, add up to `wanted` - `soft` multiplier. The child comes first. Where
-    the row `turns`, its multiplier is a moment [N m] and what it holds an angle; elsewhere a force and a displacement.
+    The sum of the parts' displacements times force or moment equals `wanted` - `soft` multiplier. The child comes
+    first. If the row `turns`, it constrains an angle by a moment [N m]; otherwise a displacement by a force.
     """
 
     parts: tuple[Part, ...]
@@ -36,7 +36,7 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class Tie:
-    """The constraints of a weld, joint, drive or gear, by name.
+    """Constraints of a weld, joint, drive or gear, by name.
 
     `drive` is the number of the drive, `gear` that of a gear with teeth.
     """
@@ -48,22 +48,22 @@ class Tie:
 
 
 def ties(frame: Frame, joints: Mapping[str, JointCompliance], flanks: Flanks) -> Iterator[Tie]:
-    """All constraints: welds of the beams, pins, sliders, locked drives and gears.
+    """Yield all constraints: welds of beams, pins, sliders, locked drives and gears.
 
     Parameters
     ----------
     joints
-        By name, those that give way or do not fit.
+        Compliance and misfit of joints, by name.
     flanks
-        Of the gears' teeth that are loaded; 0 of those that it leaves out.
+        Loaded flanks of gear teeth; 0 for a missing gear.
 
     Raises
     ------
     ValueError
-        One of them is no joint of the mechanism, or several.
+        A joint name is unknown or ambiguous.
     """
     mechanism = frame.motion.mechanism
-    _require_told(mechanism, joints)
+    _require_joints(mechanism, joints)
     for (_, point), (hub, *others) in frame.ends.items():
         yield from (Tie(point, (*_held((hub, other)), _not_turned((hub, other)))) for other in others)
     soft = _Soft(mechanism, joints)
@@ -84,14 +84,14 @@ def ties(frame: Frame, joints: Mapping[str, JointCompliance], flanks: Flanks) ->
         parts = tooth_forces(frame, gear, flanks.get(number, 0.0))
         if parts is None:
             _, _, led = _coordinate(frame, gear.driver)
-            asked = tuple((place, -gear.ratio * force, -gear.ratio * moment) for place, force, moment in led.parts)
-            yield Tie(name, (replace(made, parts=row.parts + asked),))
+            driven = tuple((place, -gear.ratio * force, -gear.ratio * moment) for place, force, moment in led.parts)
+            yield Tie(name, (replace(made, parts=row.parts + driven),))
         else:
             yield Tie(name, (replace(made, parts=parts),), gear=number)
 
 
 def _moved(sides: Sides, direction: Columns) -> Row:
-    """No displacement of the child from the parent along a unit vector."""
+    """Prevent displacement of the child from the parent along a unit vector."""
     parent, child = sides
     return Row(((child, direction, 0.0), *parts_on(parent, -direction, 0.0)))
 
@@ -106,7 +106,7 @@ def _not_turned(sides: Sides) -> Row:
 
 
 def _coordinate(frame: Frame, drive: PinDrive | SliderDrive) -> tuple[str, tuple[int, int], Row]:
-    """Name, links and row of a coordinate that a drive or a gear holds."""
+    """Name, links and constraint row of a drive's or gear's coordinate."""
     mechanism = frame.motion.mechanism
     name, (parent, child) = drive.joint, mechanism.ends(drive)
     if drive.turns:
@@ -115,9 +115,9 @@ def _coordinate(frame: Frame, drive: PinDrive | SliderDrive) -> tuple[str, tuple
 
 
 def _pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int, bool]]:
-    """Pins and welds by the points that links share: name, parent and child, and whether these are welded.
+    """Yield pins and welds: name, parent, child, and whether they are welded.
 
-    The parent is the first of the links, or one before the child that it is welded to.
+    The parent is the first link at the point, or an earlier link that the child is welded to.
     """
     index = mechanism.index
     welds = {(weld.point, frozenset((index[weld.on], index[weld.link]))) for weld in mechanism.welds}
@@ -131,8 +131,8 @@ def _pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int, bool]]:
             yield point, (fast or links)[0], at, bool(fast)
 
 
-def _require_told(mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> None:
-    """Raise where a name is no joint's, or that of several between which it does not tell."""
+def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> None:
+    """Raise ValueError if a joint name is unknown or ambiguous."""
     names = [joint.name for joint in structure(mechanism).joints]
     for name in joints:
         count = names.count(name)
@@ -142,13 +142,13 @@ def _require_told(mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -
 
 
 class _Soft:
-    """Rows of joints that give way or do not fit."""
+    """Rows of joints with compliance or misfit."""
 
     def __init__(self, mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> None:
         self.mechanism, self.joints = mechanism, joints
 
     def made(self, name: str, parent: int, child: int, rows: tuple[Row, ...]) -> tuple[Row, ...]:
-        """The rows with the compliance and the lack of fit of the joint of that name between the two links."""
+        """Apply the compliance and misfit of a joint to its rows."""
         if name not in self.joints:
             return rows
         compliance = self.joints[name]

@@ -1,4 +1,4 @@
-"""A cantilever of length 1 and rigidities 1 at its start, in scikit-fem: all beams of one taper are multiples of it."""
+"""Cantilever of unit length and unit rigidities at its start, by scikit-fem."""
 
 from __future__ import annotations
 
@@ -13,38 +13,38 @@ from fem_check.linear.elements import hermite, quadratic
 from fem_check.linear.lines import Line
 from rigid import Reals
 
-DEGREE = 3  # of distributed loads at least: what inertia makes where the mass per length is of the second degree
+DEGREE = 3  # smallest degree of distributed loads: inertia for a mass per length of degree 2
 Key = tuple[tuple[float, ...], ...]
 
 
 def stations_of(degree: int) -> Reals:
-    """Where along a beam its distributed load is given; the unit loads are the polynomials through these."""
+    """Stations of the distributed load; unit loads are their Lagrange polynomials."""
     return (1.0 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2
 
 
 @dataclass(frozen=True, eq=False)
 class UnitBeam:
-    """Response of a beam clamped at its start to unit loads, at its nodes.
+    """Response of a cantilever to unit loads, at its nodes.
 
-    Shear adds to the deflection a part of its own, whose slope is the shear strain: Timoshenko's energy is
-    `EI (w_bending'')^2 + kGA w_shear'^2`, and elements of either part cannot lock.
+    Shear has its own deflection, whose slope is the shear strain. Timoshenko's energy is then
+    `EI (w_bending'')^2 + kGA w_shear'^2`, and neither part of the elements can lock.
 
     Attributes
     ----------
     xi
         Nodes, shape (nodes,).
     stations
-        Where distributed loads are given, shape (stations,).
+        Stations of distributed loads, shape (stations,).
     w, phi, V, M
-        Under a transverse load that is 1 at one of `stations` and 0 at the others, then under a moment per length
-        likewise, then under a force and a moment at the end, shape (2 stations + 2, nodes); rigid in shear.
+        Without shear, shape (2 stations + 2, nodes). Loads: transverse, 1 at one of `stations` and 0 at the others; the
+        same as moments per length; a force and a moment at the end.
     u, N
-        Under a longitudinal load likewise, then under a force at the end, shape (stations + 1, nodes).
+        Under the same axial loads, then under a force at the end, shape (stations + 1, nodes).
     slide
-        Part of shear in w under transverse loads and moments per length likewise, which bring none, then under a force
-        at the end, shape (2 stations + 1, nodes).
+        Shear part of w under transverse loads, moments per length (zero), and a force at the end, shape
+        (2 stations + 1, nodes).
     bending, stretching, sliding
-        The elements.
+        Rows of elements.
     """
 
     xi: Reals
@@ -61,21 +61,21 @@ class UnitBeam:
     sliding: Line
 
     def load_at(self, xi: Reals) -> Reals:
-        """The unit loads at places along the beam, shape (stations, ...)."""
+        """Unit loads at places along the beam, shape (stations, ...)."""
         return np.array([_lagrange(self.stations, k, xi) for k in range(len(self.stations))])
 
 
 def unit_beam(elements: int, degree: int = DEGREE, taper: Taper | None = None) -> UnitBeam:
-    """Cantilever of some equal elements: Hermite where it bends, quadratic where it stretches and shears.
+    """Cantilever of equal elements: Hermite for bending, quadratic for tension and shear.
 
     Parameters
     ----------
     elements
-        How many.
+        Number of elements.
     degree
-        Of the distributed loads.
+        Degree of the distributed loads.
     taper
-        How rigidities change along the beam.
+        Variation of the rigidities along the beam.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def _unit_beam(elements: int, degree: int, tapers: Key) -> UnitBeam:
 
 
 def _along(line: Line, loads: Reals) -> tuple[Reals, Reals]:
-    """Displacements and forces at the nodes of a stretched line under loads along it and a force at its end."""
+    """Nodal displacements and forces in tension under distributed loads and an end force."""
     n = float(line.elements)
     tip = np.zeros((line.size, 1))
     tip[line.dofs[-1, 1]] = 1 / n
@@ -136,7 +136,7 @@ def _along(line: Line, loads: Reals) -> tuple[Reals, Reals]:
 
 
 def _lagrange(stations: Reals, k: int, xi: Any) -> Reals:
-    """The polynomial that is 1 at one station and 0 at the others."""
+    """Lagrange polynomial, 1 at one station and 0 at the others."""
     value = np.ones(np.shape(xi))
     for other in np.delete(stations, k):
         value = value * ((xi - other) / (stations[k] - other))
@@ -144,5 +144,5 @@ def _lagrange(stations: Reals, k: int, xi: Any) -> Reals:
 
 
 def _at_nodes(starts: Reals, ends: Reals) -> Reals:
-    """A section force at the nodes: at the start of every element, and at the end of the last."""
+    """Section force at the nodes: at each element's start and at the last one's end."""
     return np.concatenate((starts, ends[:, -1:]), axis=1)

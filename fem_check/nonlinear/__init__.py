@@ -1,6 +1,6 @@
-"""The whole elastic mechanism in absolute coordinates: displacements of any size, inertia of the bent links.
+"""Independent nonlinear analysis in absolute coordinates: large displacements, inertia of the deformed links.
 
-It shares no computation with `rigid` and `elastic`: of them it takes the mechanism, the sections and nothing else.
+It shares no computation with `rigid` and `elastic`, only the definitions of mechanism and sections.
 """
 
 from fem_check.nonlinear.equilibrium import nonlinear_equilibrium

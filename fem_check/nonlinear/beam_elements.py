@@ -1,12 +1,12 @@
-"""Planar beam elements of large displacements: strains, forces, tangents; and how compliant a piece of beam is.
+"""Planar beam elements for large displacements: strains, forces and tangents.
 
-An element has two nodes with place and rotation. It measures what its own axes, turned by the mean rotation of its
-nodes, see: how much longer and how much askew the line through its nodes is, and by how much one node is turned from
-the other (Reissner, On one-dimensional finite-strain beam theory: the plane problem, ZAMP 23 (1972) 795-804, with one
-point as in Simo and Vu-Quoc, Computer Methods in Applied Mechanics and Engineering 58 (1986) 79-116). The compliance
-is that of the exact solution of a straight piece under end forces, so that nothing locks and linear statics are exact
-at the nodes (residual bending flexibility, MacNeal, Computers and Structures 8 (1978) 175-183). A bent piece is longer
-than its chord by h turn^2 / 24, which the stretch takes into account.
+An element has two nodes with position and rotation. Its axes turn with the mean rotation of its nodes. In these axes it
+measures stretch and shear of the chord, and the relative rotation of its nodes (Reissner, On one-dimensional
+finite-strain beam theory: the plane problem, ZAMP 23 (1972) 795-804, with one point as in Simo and Vu-Quoc, Computer
+Methods in Applied Mechanics and Engineering 58 (1986) 79-116). The compliance is that of the exact solution of a
+straight piece under end forces, so the elements do not lock and linear statics are exact at the nodes (residual bending
+flexibility, MacNeal, Computers and Structures 8 (1978) 175-183). A bent piece is longer than its chord by
+h turn^2 / 24, which the stretch includes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from rigid.arrays import Complexes, Integers
 
 GAUSS = np.polynomial.legendre.leggauss(8)
 ENDS = np.array([[-1, 0, 0, 1, 0, 0], [0, -1, 0, 0, 1, 0], [0, 0, 0.5, 0, 0, 0.5], [0, 0, -1, 0, 0, 1]], float)
-"""From x, y and rotation of the two nodes to difference of place, mean rotation and turn."""
+"""From x, y, rotation of both nodes to difference of position, mean and relative rotation."""
 
 Powers = np.polynomial.polynomial.polyval
 
@@ -33,15 +33,15 @@ class Elements:
     Attributes
     ----------
     nodes
-        Numbers of start and end, (elements, 2).
+        Numbers of the start and end nodes, (elements, 2).
     axis
         Unit vector of x' in the axes of the link, complex.
     length
         h [m].
     free
-        Stretch when nothing pulls [m].
+        Unloaded stretch [m].
     stiffness
-        From stretch, askew and turn to N, Q and M, (elements, 3, 3); Q = -V.
+        From stretch, shear and relative rotation to N, Q and M, (elements, 3, 3); Q = -V.
     damping
         beta of the Kelvin-Voigt law, stress = E (strain + beta d strain/dt) [s].
     """
@@ -55,11 +55,10 @@ class Elements:
 
 
 def element_stiffness(section: Section, length: float, first: float, last: float) -> Reals:
-    """From stretch, askew and turn of the piece of a beam between two xi to N, Q and M in its middle, shape (3, 3).
+    """Stiffness of a piece of a beam between two xi, shape (3, 3).
 
-    EA and EI are finite.
-
-    The inverse of what N, Q and M move when the piece is in balance: a moment M - Q x, x from its middle.
+    It maps stretch, shear and relative rotation to N, Q and M in the middle. EA and EI must be finite. It is the
+    inverse of the flexibility of a piece in equilibrium, with moment M - Q x at x from the middle.
     """
     taper = section.taper or Taper()
     places, weights = (GAUSS[0] + 1) / 2, GAUSS[1] / 2
@@ -78,22 +77,22 @@ def element_stiffness(section: Section, length: float, first: float, last: float
 
 @dataclass(frozen=True, eq=False)
 class ElementState:
-    """Of all elements at some instants.
+    """State of all elements at some instants.
 
     Attributes
     ----------
     resultants
-        N, Q and M in the middle, along and across the element's own axes, shape (instants, elements, 3).
+        N, Q and M in the middle, in the element's axes, shape (instants, elements, 3).
     axis
-        Unit vector of these axes in the ground's, shape (instants, elements).
+        Unit vector of these axes in the ground's axes, shape (instants, elements).
     force
-        On x, y and rotation of both nodes, what holds the element as it is, shape (instants, elements, 6).
+        Internal force on x, y and rotation of both nodes, shape (instants, elements, 6).
     stiffness, damping
-        Derivatives of the force by place and by velocity, shape (instants, elements, 6, 6); empty unless asked for.
+        Derivatives of the force by position and by velocity, shape (instants, elements, 6, 6); empty without tangent.
     power
-        What the damping turns into heat [W], and `energy`, what is stored [J], shape (instants, elements).
+        Dissipated power [W]; `energy`: stored energy [J], shape (instants, elements).
     slope
-        Derivatives of stretch, askew and turn by x, y and rotation of both nodes, shape (instants, elements, 3, 6).
+        Derivatives of stretch, shear and relative rotation by the node coordinates, shape (instants, elements, 3, 6).
     """
 
     resultants: Reals
@@ -107,16 +106,16 @@ class ElementState:
 
 
 def element_state(elements: Elements, q: Reals, v: Reals, tangent: bool, assumed: Reals | None = None) -> ElementState:
-    """Forces and tangents of all elements.
+    """Compute forces and tangents of all elements.
 
     Parameters
     ----------
     q, v
-        x, y and rotation of every node and their rates, shape (instants, nodes, 3).
+        x, y and rotation of each node and their rates, shape (instants, nodes, 3).
     tangent
-        Whether the derivatives are wanted.
+        Whether to compute the derivatives.
     assumed
-        Resultants whose turning makes the geometric part of the tangent, in place of the present ones: see `predicted`.
+        Resultants for the geometric stiffness instead of the current ones, see `predicted`.
     """
     p, rate = (_differences(elements, values) for values in (q, v))
     back = np.conj(elements.axis * np.exp(1j * p[..., 2]))
@@ -140,16 +139,16 @@ def element_state(elements: Elements, q: Reals, v: Reals, tangent: bool, assumed
 
 
 def predicted(elements: Elements, state: ElementState, change: Reals, change_of_rate: Reals) -> Reals:
-    """Resultants that a step of Newton's method expects, shape (instants, elements, 3).
+    """Predict the resultants after a step of Newton's method, (instants, elements, 3).
 
-    Straight ahead, a node that goes round another stretches what is between them, and the force of that stretch spoils
-    the next tangent; the expected one does not (Magisano, Leonetti and Garcea, Computer Methods in Applied Mechanics
-    and Engineering 313 (2017) 986-1005).
+    In the current tangent, a node that rotates about another stretches the element between them, and this spurious
+    force spoils the next tangent. The predicted resultants exclude it (Magisano, Leonetti and Garcea, Computer Methods
+    in Applied Mechanics and Engineering 313 (2017) 986-1005).
 
     Parameters
     ----------
     change, change_of_rate
-        Of x, y and rotation of all nodes, (instants, nodes, 3).
+        Changes of x, y and rotation of all nodes and of their rates, (instants, nodes, 3).
     """
     total: Reals = state.resultants.copy()
     for values, beta in ((change, 1.0), (change_of_rate, elements.damping[:, None])):
@@ -160,7 +159,7 @@ def predicted(elements: Elements, state: ElementState, change: Reals, change_of_
 
 
 def _differences(elements: Elements, values: Reals) -> Reals:
-    """Difference of place, mean rotation and turn, shape (instants, elements, 4)."""
+    """Difference of position, mean and relative rotation, (instants, elements, 4)."""
     start, end = values[:, elements.nodes[:, 0]], values[:, elements.nodes[:, 1]]
     between, mean = end - start, (end[..., 2] + start[..., 2]) / 2
     return np.stack([between[..., 0], between[..., 1], mean, between[..., 2]], axis=-1)
@@ -169,7 +168,7 @@ def _differences(elements: Elements, values: Reals) -> Reals:
 def _tangents(
     elements: Elements, back: Complexes, chord: Complexes, B: Reals, held: Reals, rate: Reals
 ) -> tuple[Reals, Reals]:
-    """Derivatives of the forces by place and by velocity."""
+    """Derivatives of the forces by position and by velocity."""
     H = np.zeros((*chord.shape, 3, 4, 4))
     H[..., 0, 0, 2] = H[..., 0, 2, 0] = back.imag
     H[..., 0, 1, 2] = H[..., 0, 2, 1] = back.real

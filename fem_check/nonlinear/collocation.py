@@ -1,11 +1,10 @@
-"""Motion over many steps of time at once, by Radau's collocation: a period that closes, or a course from a start.
+"""Radau collocation over many time steps: a closed period, or a motion from a start.
 
-Every step has three instants at which the equations of motion and the conditions hold, the last at its end; between
-them the coordinates are cubics (Radau IIA: Hairer and Wanner, Solving Ordinary Differential Equations II, Springer
-1996, section IV.5 and, for conditions on places, VII.4). What vibrates too fast for the steps dies out in them.
-Newton's method is for all instants of all steps; its linear systems are condensed to what passes from step to step, the
-places and velocities, and solved exactly (Ascher, Mattheij and Russell, Numerical Solution of Boundary Value Problems,
-SIAM 1995, section 7.2).
+The equations of motion and constraints hold at three instants of each step, the last at its end; the coordinates are
+cubics in time (Radau IIA: Hairer and Wanner, Solving Ordinary Differential Equations II, Springer 1996, section IV.5
+and, for constraints on positions, VII.4). Vibrations too fast for the steps are damped out. Newton's method treats all
+instants together. Its linear systems are condensed to the positions and velocities between steps and solved exactly
+(Ascher, Mattheij and Russell, Numerical Solution of Boundary Value Problems, SIAM 1995, section 7.2).
 """
 
 from __future__ import annotations
@@ -21,19 +20,19 @@ from fem_check.nonlinear.system import State, System, Tangents
 from rigid import Reals
 
 Progress = Callable[[float, str], None]
-SETTLED = 1e-6
-"""Newton's method ends where a step is so much of the largest deflection."""
-LEAST = 1e-3
-"""Deflections below this share of the mechanism's size count as this."""
-STEPS = 30
-PATIENCE, HOPELESS = 12, 0.05
-"""After so many steps that still change so much, Newton's method is given up."""
-LONGEST = 0.5
+TOLERANCE = 1e-6
+"""Largest last change of Newton's method, relative to the largest deflection."""
+MIN_DEFLECTION = 1e-3
+"""Smallest reference deflection, relative to the mechanism's size."""
+MAX_STEPS = 30
+MIN_STEPS, MAX_LATE_CHANGE = 12, 0.05
+"""Give up after MIN_STEPS if the relative change still exceeds MAX_LATE_CHANGE."""
+MAX_CHANGE = 0.5
 STAGES = 3
 
 
 def radau(stages: int) -> tuple[Reals, Reals]:
-    """Instants of a step, as shares of it, and from values there less that at its start to rates, of a step of 1.
+    """Radau instants on [0, 1], and the matrix from value differences to rates.
 
     Examples
     --------
@@ -66,9 +65,9 @@ class CollocatedMotion:
 
     Attributes
     ----------
-    first
+    Coordinates at the start of each step, (steps, coordinates).
         Coordinates at the start of every step, (steps, coordinates).
-    q, v, a, pulls
+    Coordinates, rates, accelerations and multipliers at the instants of each step, (steps, stages, ...).
         Coordinates, rates and multipliers at the instants of every step, (steps, stages, ...).
     """
 
@@ -81,16 +80,16 @@ class CollocatedMotion:
     steps: int
 
     def at(self, time: Reals) -> Reals:
-        """Coordinates at any instants between the edges, (instants, coordinates)."""
+        """Interpolate the coordinates at any instants, (instants, coordinates)."""
         return _between(self.edges, np.concatenate([self.first[:, None], self.q], axis=1), NODES, time)
 
     def pulls_at(self, time: Reals) -> Reals:
-        """Multipliers there, (instants, conditions)."""
+        """Interpolate the multipliers, (instants, constraints)."""
         return _between(self.edges, self.pulls, PLACES, time)
 
 
 def _between(edges: Reals, values: Reals, nodes: Reals, time: Reals) -> Reals:
-    """Values by the polynomials of the steps."""
+    """Interpolate by the polynomials of the steps."""
     step = np.clip(np.searchsorted(edges, time, side="left") - 1, 0, len(edges) - 2)
     share = (time - edges[step]) / np.diff(edges)[step]
     power = np.arange(len(nodes))
@@ -100,7 +99,7 @@ def _between(edges: Reals, values: Reals, nodes: Reals, time: Reals) -> Reals:
 
 
 class Collocation:
-    """The equations of all steps between given edges [s]."""
+    """Equations of all steps between given edges [s]."""
 
     def __init__(self, system: System, edges: Reals, start: Beginning | None) -> None:
         self.system, self.edges, self.start = system, edges, start
@@ -124,15 +123,17 @@ class Collocation:
     def solved(
         self,
         guess: tuple[Reals, Reals] | None = None,
-        settled: float = SETTLED,
+        settled: float = TOLERANCE,
         progress: Progress | None = None,
     ) -> CollocatedMotion:
-        """Newton's method from a guess: displacement from the rigid places and multipliers, (instants, ...).
+        """Solve by Newton's method.
+
+        `guess`: displacements from the rigid positions and multipliers, (instants, ...).
 
         Raises
         ------
         DoesNotCloseError
-            It finds no motion.
+            Newton's method does not converge.
         """
         system, free = self.system, self.system.free
         q, pulls = self.rigid.copy(), np.zeros((len(self.time), len(self.gap)))
@@ -141,22 +142,22 @@ class Collocation:
             pulls = guess[1].copy()
         system.prescribe(q, self.drives)
         fading, assumed, before = 1.0, None, np.inf
-        for step in range(STEPS):
+        for step in range(MAX_STEPS):
             first, v, a = self.rates(q)
-            lacking, tangents, state = self._equations(q, v, a, pulls, assumed)
-            change = self._newton_step(tangents, lacking)
+            residual, tangents, state = self._equations(q, v, a, pulls, assumed)
+            change = self._newton_step(tangents, residual)
             moved = change[:, : len(free)]
-            share = min(1.0, LONGEST / max(np.abs(moved).max(initial=0.0), 1e-300))
+            share = min(1.0, MAX_CHANGE / max(np.abs(moved).max(initial=0.0), 1e-300))
             made = np.zeros_like(q)
             made[:, free] = share * moved * self.unit
             assumed = system.predicted(state, made, self._rates_of_change(made))
             q = q + made
             pulls = pulls + share * change[:, len(free) :] * self.energy / self.gap
             largest = np.abs((q - self.rigid)[:, free] / self.unit).max(initial=0.0)
-            fading = share * np.abs(moved).max(initial=0.0) / max(largest, LEAST)
+            fading = share * np.abs(moved).max(initial=0.0) / max(largest, MIN_DEFLECTION)
             if progress:
                 progress(min(0.99, (step + 1) / 10), f"Newton's step {step + 1}: changes {fading:.1e}")
-            if not np.isfinite(fading) or largest > 1e3 or (step >= PATIENCE and fading > HOPELESS):
+            if not np.isfinite(fading) or largest > 1e3 or (step >= MIN_STEPS and fading > MAX_LATE_CHANGE):
                 break
             if share == 1.0 and (fading < settled or (before < 1.0 and fading**2 < settled * before and fading < 1e-2)):
                 first, v, a = self.rates(q)
@@ -168,7 +169,7 @@ class Collocation:
         )
 
     def rates(self, q: Reals) -> tuple[Reals, Reals, Reals]:
-        """Coordinates at the starts of the steps, and rates and accelerations at all instants."""
+        """Coordinates at the starts of steps, and rates and accelerations at all instants."""
         if self.start is None:
             first = q[-1] - self.turned
             return self._derivatives(q, first, None)
@@ -191,25 +192,25 @@ class Collocation:
     def _equations(
         self, q: Reals, v: Reals, a: Reals, pulls: Reals, assumed: Reals | None
     ) -> tuple[Reals, Tangents, State]:
-        """Scaled residual, (instants, free + conditions), and scaled tangents."""
+        """Scaled residual, (instants, free + constraints), and scaled tangents."""
         total, state, tangents = self.system.residual(q, v, a, pulls, self.drives, self.factor, assumed=assumed)
         assert tangents is not None
         unit, energy = self.unit, self.energy
-        lacking = np.concatenate([total[:, self.system.free] * unit / energy, state.open / self.gap], axis=1)
+        residual = np.concatenate([total[:, self.system.free] * unit / energy, state.open / self.gap], axis=1)
         both = unit[:, None] * unit / energy
         K, C, M = (both * matrix for matrix in (tangents.stiffness, tangents.damping, tangents.mass))
-        return lacking, Tangents(K, C, M, tangents.rows * unit / self.gap[:, None]), state
+        return residual, Tangents(K, C, M, tangents.rows * unit / self.gap[:, None]), state
 
-    def _newton_step(self, tangents: Tangents, lacking: Reals) -> Reals:
-        """Changes of scaled coordinates and multipliers, (instants, free + conditions)."""
+    def _newton_step(self, tangents: Tangents, residual: Reals) -> Reals:
+        """Changes of scaled coordinates and multipliers, (instants, free + constraints)."""
         count, free = self.shape[0], len(self.unit)
-        size = lacking.shape[1]
+        size = residual.shape[1]
         known = np.empty((count, STAGES * size, 1 + 2 * free))
         for few in np.array_split(np.arange(count), max(1, count * (STAGES * size) ** 2 // 2_000_000)):
-            known[few] = self._step_responses(tangents, lacking, few)
+            known[few] = self._step_responses(tangents, residual, few)
         last = known[:, (STAGES - 1) * size : (STAGES - 1) * size + free]
         stages = known.reshape(count, STAGES, size, -1)[:, :, :free]
-        # velocity at the end of a step, of places at its instants and its start
+        # end velocity of a step from positions at its instants and its start
         speed = np.einsum("j,kjmc->kmc", RATES[-1], stages)
         speed[:, :, 1 : 1 + free] -= RATES[-1].sum() * np.eye(free)
         speed /= self.h[:, None, None]
@@ -218,9 +219,9 @@ class Collocation:
         change = known[:, :, 0] + (known[:, :, 1:] @ starts[:, :, None])[:, :, 0]
         return change.reshape(count * STAGES, size)
 
-    def _step_responses(self, tangents: Tangents, lacking: Reals, few: Any) -> Reals:
-        """Changes within steps by the residual, and per change of place and velocity at the start of the step."""
-        free, size = len(self.unit), lacking.shape[1]
+    def _step_responses(self, tangents: Tangents, residual: Reals, few: Any) -> Reals:
+        """Changes within steps due to the residual and to changes at the steps' starts."""
+        free, size = len(self.unit), residual.shape[1]
         rows = (few[:, None] * STAGES + np.arange(STAGES)).ravel()
         K, C, M, G = (
             part[rows].reshape(len(few), STAGES, *part.shape[1:])
@@ -239,7 +240,7 @@ class Collocation:
             by_place = RATES[i].sum() / h[:, 0] * C[:, i] + twice[i].sum() / h[:, 0] ** 2 * M[:, i]
             right[:, i, :free, 1 : 1 + free] = by_place
             right[:, i, :free, 1 + free :] = RATES[i].sum() / h[:, 0] * M[:, i]
-        right[..., 0] = -lacking[rows].reshape(len(few), STAGES, size)
+        right[..., 0] = -residual[rows].reshape(len(few), STAGES, size)
         flat = STAGES * size
         try:
             return np.asarray(
@@ -249,7 +250,7 @@ class Collocation:
             raise DoesNotCloseError("the equations of a step are singular: something is held by nothing") from None
 
     def _starts(self, passed: Reals) -> Reals:
-        """Changes of places and velocities at the starts of all steps, (steps, 2 free)."""
+        """Changes of positions and velocities at the starts of all steps, (steps, 2 free)."""
         count, both = passed.shape[:2]
         here = np.zeros(both)
         if self.start is None:

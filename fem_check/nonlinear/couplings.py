@@ -1,7 +1,7 @@
-"""Couplings of two nodes: gaps of pins and sliders, coordinates of drives and gears, springs.
+"""Couplings of two nodes: gaps of pins and sliders, drive and gear coordinates, springs.
 
-All of them are functions c of place and rotation of two nodes, the first of which may be the ground's. A multiplier, a
-spring or a damper acts along the gradient of its c: a moment where c is an angle, a force where it is a length.
+Each is a function c of position and rotation of two nodes; the first node can be the ground. A multiplier, spring or
+damper acts along the gradient of c: a moment for an angle, a force for a length.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from rigid import Reals
 
 
 class CouplingKind(IntEnum):
-    """Kinds of c: parts of the gap between two points, the angle, the gap seen from the first node, the distance."""
+    """Kinds of c: components of the gap, in ground or parent axes; angle; distance."""
 
     X = 0
     Y = 1
@@ -28,17 +28,17 @@ class CouplingKind(IntEnum):
 
 @dataclass(frozen=True)
 class NodeCoupling:
-    """A function c of two nodes.
+    """Function c of two nodes.
 
     Attributes
     ----------
-    kind
+    See `CouplingKind`.
         Of `CouplingKind`.
-    parent, child
+    Numbers of the nodes.
         Numbers of the nodes.
-    at_parent, at_child
+    The two points, relative to the nodes in the axes of their links [m].
         The two points, from the nodes in the axes of their links [m].
-    line
+    Unit vector for ALONG and ACROSS in the axes of the parent's link.
         Unit vector of ALONG and ACROSS in the axes of the parent's link.
     """
 
@@ -52,7 +52,7 @@ class NodeCoupling:
 
 @dataclass(frozen=True, eq=False)
 class CouplingState:
-    """Values of c, (instants, couplings), and derivatives by x, y, rotation of both nodes, (..., 6) and (..., 6, 6)."""
+    """Values (instants, couplings), first (..., 6) and second (..., 6, 6) derivatives of c."""
 
     value: Reals
     gradient: Reals
@@ -60,7 +60,7 @@ class CouplingState:
 
 
 def coupling_state(couplings: tuple[NodeCoupling, ...], q: Reals) -> CouplingState:
-    """All couplings for nodes at q, shape (instants, nodes, 3)."""
+    """Evaluate all couplings for nodes at q, shape (instants, nodes, 3)."""
     shape = (len(q), len(couplings))
     value, gradient, second = np.zeros(shape), np.zeros((*shape, 6)), np.zeros((*shape, 6, 6))
     for number, own in enumerate(couplings):
@@ -74,7 +74,7 @@ def _turn(own: NodeCoupling, q: Reals) -> tuple[Reals, Reals, Any]:
 
 
 def _gap(coupling: NodeCoupling, q: Reals) -> tuple[Reals, Reals, Reals]:
-    """The gap u of the two points, or u seen from the parent's line, as a complex number; then the part that counts."""
+    """Gap between the points, in ground or parent axes, reduced to the coupling's component."""
     (zp, ep), (zc, ec) = (
         (q[:, node, 0] + 1j * q[:, node, 1], np.exp(1j * q[:, node, 2])) for node in (coupling.parent, coupling.child)
     )

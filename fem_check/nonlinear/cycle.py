@@ -1,9 +1,9 @@
-"""Periodic motion by collocation: all positions of the cycle at once, differentiated by the interpolating Fourier sum.
+"""Periodic motion by Fourier collocation of all positions of the cycle at once.
 
-Newton's method; its linear systems by GMRES, preconditioned by the same equations with second differences in time,
-which are block tridiagonal but for the corner and are factored exactly. Trefethen, Spectral Methods in MATLAB, SIAM
-2000, chapter 3, has the differentiation matrices; Canuto et al., Spectral Methods in Fluid Dynamics, Springer 1988,
-chapter 5, the preconditioning by differences.
+Newton's method solves its linear systems by GMRES. The preconditioner uses second differences in time, which give a
+cyclic block tridiagonal matrix with an exact factorisation. Differentiation matrices: Trefethen, Spectral Methods in
+MATLAB, SIAM 2000, chapter 3. Preconditioning by differences: Canuto et al., Spectral Methods in Fluid Dynamics,
+Springer 1988, chapter 5.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from fem_check.nonlinear.system import State, System, Tangents
 from rigid import Reals
 
 Progress = Callable[[float, str], None]
-SETTLED = 1e-6
-"""Newton's method ends where a step is so much of the largest deflection."""
-LEAST = 1e-3
-"""Deflections below this share of the mechanism's size count as this."""
-STEPS = 40
-LONGEST = 0.5
-KRYLOV = 120
+TOLERANCE = 1e-6
+"""Largest last change of Newton's method, relative to the largest deflection."""
+MIN_DEFLECTION = 1e-3
+"""Smallest reference deflection, relative to the mechanism's size."""
+MAX_STEPS = 40
+MAX_CHANGE = 0.5
+MAX_DIRECTIONS = 120
 
 
 @dataclass(frozen=True, eq=False)
 class Period:
-    """A period: instants [s], coordinates and their rates, multipliers, and the state of the elements with them."""
+    """Period: instants [s], coordinates, rates, multipliers and element state."""
 
     time: Reals
     rigid: Reals
@@ -45,7 +45,7 @@ class Period:
 
 
 def fourier_matrices(count: int, period: float) -> tuple[Reals, Reals]:
-    """First and second derivative of the trigonometric interpolant at equal distances, (count, count).
+    """First and second derivative of the trigonometric interpolant, (count, count).
 
     Examples
     --------
@@ -65,19 +65,19 @@ def fourier_matrices(count: int, period: float) -> tuple[Reals, Reals]:
 
 
 def cycle(system: System, period: float, count: int, progress: Progress | None = None) -> Period:
-    """The periodic motion of a system at `count` instants of a period, from its start.
+    """Compute the periodic motion of a system at `count` instants of a period.
 
     Raises
     ------
     DoesNotCloseError
-        The rigid motion is not periodic, or Newton's method finds no periodic motion.
+        The rigid motion is not periodic, or Newton's method does not converge.
     """
     solver = Collocation(system, period, count)
     return solver.solved(progress or (lambda share, words: None))
 
 
 class Collocation:
-    """The equations of a whole period."""
+    """Equations of a whole period."""
 
     def __init__(self, system: System, period: float, count: int) -> None:
         self.system, self.period, self.count = system, period, count
@@ -100,35 +100,35 @@ class Collocation:
         self.gap = np.array([1.0 if kind == 2 else size for kind in kinds])
 
     def solved(self, progress: Progress) -> Period:
-        """Newton's method from the rigid places."""
+        """Solve by Newton's method from the rigid positions."""
         q = self.rigid.copy()
         self.system.prescribe(q, self.drives)
         free, fading = self.system.free, 1.0
-        lacking, tangents, state, total = self._equations(q, None)
-        for step in range(STEPS):
-            change = self._newton_step(tangents, lacking, min(1e-2, max(1e-4, 0.1 * fading)))
+        residual, tangents, state, total = self._equations(q, None)
+        for step in range(MAX_STEPS):
+            change = self._newton_step(tangents, residual, min(1e-2, max(1e-4, 0.1 * fading)))
             moved = change[:, : len(free)] * self.unit
-            share = min(1.0, LONGEST / max(np.abs(moved / self.unit).max(initial=0.0), 1e-300))
+            share = min(1.0, MAX_CHANGE / max(np.abs(moved / self.unit).max(initial=0.0), 1e-300))
             step_made = np.zeros_like(q)
             step_made[:, free] = share * moved
             assumed = self.system.predicted(state, step_made, self.first @ step_made)
             q = q + step_made
             self.pulls = self.pulls + share * change[:, len(free) :] * self.energy / self.gap
-            lacking, tangents, state, total = self._equations(q, assumed)
+            residual, tangents, state, total = self._equations(q, assumed)
             largest = np.abs((q - self.rigid)[:, free] / self.unit).max(initial=0.0)
-            fading = share * np.abs(moved / self.unit).max(initial=0.0) / max(largest, LEAST)
+            fading = share * np.abs(moved / self.unit).max(initial=0.0) / max(largest, MIN_DEFLECTION)
             progress(min(0.99, (step + 1) / 10), f"Newton's step {step + 1}: changes {fading:.1e}")
             if not np.isfinite(fading):
                 break
-            if fading < SETTLED and share == 1.0:
+            if fading < TOLERANCE and share == 1.0:
                 v, a = self._rates(q)
                 return Period(self.time, self.rigid, q, v, a, self.pulls, state, total, step + 1)
         raise DoesNotCloseError(
-            f"no periodic motion found in {STEPS} steps of Newton's method: the last changed {fading:.1e}"
+            f"no periodic motion found in {MAX_STEPS} steps of Newton's method: the last changed {fading:.1e}"
         )
 
     def _frames(self) -> Frames:
-        """Axes of the rigid links at all free places."""
+        """Axes of the rigid links at all free positions."""
         number = np.full(len(self.system.prescribed), -1)
         number[self.system.free] = np.arange(len(self.system.free))
         pairs, nodes = np.unique(number[self.system.of_node[:, :2]], axis=0, return_index=True)
@@ -147,18 +147,18 @@ class Collocation:
         return self.first @ periodic + self.slope, self.second @ periodic
 
     def _equations(self, q: Reals, assumed: Reals | None) -> tuple[Reals, Tangents, State, Reals]:
-        """Scaled residual, (count, free + conditions), and scaled tangents."""
+        """Scaled residual, (count, free + constraints), and scaled tangents."""
         v, a = self._rates(q)
         total, state, tangents = self.system.residual(q, v, a, self.pulls, self.drives, self.factor, assumed=assumed)
         assert tangents is not None
         unit, energy = self.unit, self.energy
-        lacking = np.concatenate([total[:, self.system.free] * unit / energy, state.open / self.gap], axis=1)
+        residual = np.concatenate([total[:, self.system.free] * unit / energy, state.open / self.gap], axis=1)
         both = unit[:, None] * unit / energy
         K, C, M = (both * matrix for matrix in (tangents.stiffness, tangents.damping, tangents.mass))
-        return lacking, Tangents(K, C, M, tangents.rows * unit / self.gap[:, None]), state, total
+        return residual, Tangents(K, C, M, tangents.rows * unit / self.gap[:, None]), state, total
 
-    def _newton_step(self, tangents: Tangents, lacking: Reals, tolerance: float) -> Reals:
-        shape, free = lacking.shape, len(self.unit)
+    def _newton_step(self, tangents: Tangents, residual: Reals, tolerance: float) -> Reals:
+        shape, free = residual.shape, len(self.unit)
         try:
             known = Differences(tangents, self.frames, self.period / self.count)
         except np.linalg.LinAlgError:
@@ -178,4 +178,4 @@ class Collocation:
         def guessed(flat: Reals) -> Reals:
             return known.solved(flat.reshape(shape)).ravel()
 
-        return flexible_gmres(applied, guessed, -lacking.ravel(), tolerance, KRYLOV).reshape(shape)
+        return flexible_gmres(applied, guessed, -residual.ravel(), tolerance, MAX_DIRECTIONS).reshape(shape)

@@ -1,7 +1,6 @@
-"""The linear equations of a whole period with differences for derivatives, factored: the preconditioner of GMRES.
+"""Preconditioner of GMRES: factorised equations of a period with finite differences.
 
-Seen from the turning axes of the rigid links the equations hardly change from one instant to the next, and what is
-differenced in time is the deflection alone.
+In the rotating axes of the rigid links the equations vary little in time, and only the deflection is differenced.
 """
 
 from __future__ import annotations
@@ -17,14 +16,14 @@ from rigid.arrays import Complexes, Integers
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """Turning axes in which free places are seen.
+    """Rotating axes for free positions.
 
     Attributes
     ----------
     pairs
         Free numbers of x and y, shape (places, 2).
     direction, speed, acceleration
-        Unit vector of the axes and the rates at which they turn, shape (instants, places).
+        Unit vector of the axes, and its first and second rate, shape (instants, places).
     """
 
     pairs: Integers
@@ -33,7 +32,7 @@ class Frames:
     acceleration: Reals
 
     def turned(self, values: Reals, back: bool = False) -> Reals:
-        """Values per free number, (instants, numbers, ...), from the axes to the ground's or back."""
+        """Transform values per free number, (instants, numbers, ...), to ground axes or `back`."""
         x, y = self.pairs.T
         result = values.copy()
         shape = (*self.direction.shape, *[1] * (values.ndim - 2))
@@ -42,7 +41,7 @@ class Frames:
         return result
 
     def seen(self, tangents: Tangents) -> Tangents:
-        """Tangents by places in the axes, with the terms that the turning of the axes adds to rates."""
+        """Transform tangents to the axes, including the terms of their rotation."""
         K, C, M = (self._both(matrix) for matrix in (tangents.stiffness, tangents.damping, tangents.mass))
         rows = self._columns(tangents.rows)
         square, zero = self.speed**2, 0 * self.speed
@@ -57,7 +56,7 @@ class Frames:
         return self._columns(self.turned(matrix, back=True))
 
     def _spun(self, matrix: Reals, along: Reals, across: Reals) -> Reals:
-        """A matrix times `along` + i `across` of every place."""
+        """Multiply a matrix by `along` + i `across` of each position."""
         x, y = self.pairs.T
         result = np.zeros_like(matrix)
         p, q = along[:, None], across[:, None]
@@ -67,11 +66,11 @@ class Frames:
 
 
 class Differences:
-    """The linear system with differences of the fourth order in time (Numerov's), factored.
+    """Factorised linear system with fourth-order (Numerov) differences in time.
 
-    The equations of an instant and its two neighbours are added up in the shares 1/12, 10/12, 1/12, which makes second
-    differences of the coordinates exact to the fourth order: block tridiagonal, and two corners. The last instant is
-    split off and found by what is left of its own equations.
+    The equations of an instant and its neighbours are combined with weights 1/12, 10/12, 1/12, which makes second
+    differences of the coordinates fourth-order accurate. The matrix is block tridiagonal with two corners. The last
+    instant is split off and solved by its Schur complement.
     """
 
     def __init__(self, tangents: Tangents, frames: Frames, step: float) -> None:
@@ -111,7 +110,7 @@ class Differences:
         self.last, self.ahead = np.linalg.inv(last), ahead[-1]
 
     def solved(self, right: Reals) -> Reals:
-        """Solution for a right-hand side of shape (count, size)."""
+        """Solve for a right-hand side of shape (count, size)."""
         free, right = self.free, self.frames.turned(right, back=True)
         given = right.copy()
         given[:, :free] = (10 * right + np.roll(right, 1, axis=0) + np.roll(right, -1, axis=0))[:, :free] / 12

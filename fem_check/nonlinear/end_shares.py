@@ -1,8 +1,8 @@
-"""Share of the loads along a beam between a node and the end of the element that ends there.
+"""Section forces at nodes: share of the distributed load on each side of a node.
 
-An element is loaded at its ends only. The force and the moment in the section at a node are those on the end of an
-element, and what of the load gathered at the node belongs to that element's side. The first half of the nodes take the
-element that begins there, the last half the one that ends there, which is the same from the other end of the beam.
+Elements are loaded only at their ends. The section force at a node is the end force of an element minus the share of
+the lumped load on that element's side. The first half of the nodes use the element after them, the last half the
+element before them; the shares are symmetric.
 """
 
 from __future__ import annotations
@@ -12,20 +12,20 @@ import numpy as np
 from fem_check.nonlinear.node_masses import gathering_weights
 from rigid import Reals
 
-LOCAL = 6
-"""From so many elements on, what is gathered far from a node counts as exact there."""
+EXACT_DISTANCE = 6
+"""Number of elements from which far nodes use the exact share."""
 
 
 def inertia_shares(count: int) -> tuple[Reals, Reals]:
-    """Of inertia and weight, as masses gather it.
+    """Shares of inertia and weight, as lumped in the masses.
 
     Returns
     -------
-    Force and lever at every node per load at every node, in lengths of an element and their squares, each of shape
+    Force and lever at each node per load at each node, in element lengths and their squares, each of shape
     (nodes, nodes).
     """
     push, lever = _up_to(count)
-    if count >= LOCAL:
+    if count >= EXACT_DISTANCE:
         for node in range(3, count // 2 + 1):
             push[node], lever[node] = 0.0, 0.0
             push[node, [node, node + 1]] = 5 / 12, 1 / 12
@@ -34,7 +34,7 @@ def inertia_shares(count: int) -> tuple[Reals, Reals]:
 
 
 def line_shares(count: int) -> tuple[Reals, Reals]:
-    """Of line loads, gathered by cubic shape functions; as `inertia_shares`."""
+    """Shares of line loads lumped by cubic shape functions, see `inertia_shares`."""
     push, lever = np.zeros((2, count + 1, count + 1))
     for node in range(count // 2 + 1 if count > 1 else 1):
         push[node, [node, node + 1]] = 7 / 20, 3 / 20
@@ -43,9 +43,9 @@ def line_shares(count: int) -> tuple[Reals, Reals]:
 
 
 def _up_to(count: int) -> tuple[Reals, Reals]:
-    """Load gathered at the nodes up to each, less that of a load linear between nodes up to there.
+    """Load lumped up to each node, minus the exact load of a piecewise linear distribution.
 
-    At the start of the beam the arm of its mass feels the slope of the load, taken as the first difference.
+    At the beam's start, the first moment of the mass multiplies the slope of the load, taken as the first difference.
     """
     weights, place = np.diag(gathering_weights(count)), np.arange(count + 1)
     weights[0, :2] += -1 / 12, 1 / 12
@@ -63,7 +63,7 @@ def _up_to(count: int) -> tuple[Reals, Reals]:
 
 
 def _mirrored(table: Reals, count: int) -> Reals:
-    """The last half of the nodes as the first, seen from the other end."""
+    """Mirror the first half of the nodes to the last half."""
     mirrored = table.copy()
     for node in range(count // 2 + 1 if count > 1 else 1, count + 1):
         mirrored[node] = table[count - node, ::-1]

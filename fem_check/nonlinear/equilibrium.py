@@ -1,4 +1,4 @@
-"""An elastic mechanism at rest under its loads, displacements of any size, asked for in one call."""
+"""Static equilibrium of an elastic mechanism with large displacements."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ def nonlinear_equilibrium(
     elements: int = 8,
     joints: Mapping[str, JointCompliance] | None = None,
 ) -> NonlinearSolution:
-    """Balance without inertia, drives and loads being where their laws have them at given times [s].
+    """Static equilibrium at given times [s], with drives and loads from their laws.
 
-    Every balance starts from the one before, so that laws of time lead to large displacements step by step.
-    Parameters and errors are those of `nonlinear_transient`.
+    Each solution starts from the previous one, so laws of time can lead to large displacements in increments. See
+    `nonlinear_transient` for parameters and errors.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""How far a solution is from that of infinitely many elements and positions, by halving both."""
+"""Discretisation error of a solution, by halving elements and steps."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 
 from fem_check.nonlinear.solution import NonlinearSolution
 
-ORDER = 3
+MESH_ORDER = 3
 
 
 @dataclass(frozen=True)
 class ErrorEstimate:
-    """Estimated errors as shares of each field's greatest magnitude, by the field's name.
+    """Estimated relative errors, by field, relative to each field's largest magnitude.
 
-    `mesh`: of the elements; `step`: of the positions of a cycle, or of the steps in time.
+    `mesh`: error of the elements; `step`: of the positions of a cycle, or of the time steps.
     """
 
     mesh: Mapping[str, float]
@@ -26,16 +26,16 @@ class ErrorEstimate:
 def estimated_errors(
     solve: Callable[[int, int], NonlinearSolution], elements: int, steps: int, step_order: int | None = None
 ) -> tuple[NonlinearSolution, ErrorEstimate]:
-    """The solution of `elements` and `steps`, and how far it is off by Richardson's extrapolation.
+    """Solve with `elements` and `steps`, and estimate errors by Richardson extrapolation.
 
-    The elements are taken to be of the third order, their lowest (they are of the fourth but for the ends of beams).
+    The elements are assumed to have order three, their lowest (four except at beam ends).
 
     Parameters
     ----------
     solve
-        From elements and positions, or steps, to the solution; both even. Fewer positions are every other one.
+        Solver with arguments elements and positions or steps, both even. Fewer positions must be every other one.
     step_order
-        2 for steps in time; None for a cycle, which converges geometrically: twice the positions square the error.
+        2 for time steps; None for a cycle, which converges geometrically: doubling the positions squares the error.
     """
     fine, coarse, rough = solve(elements, steps), solve(elements // 2, steps), solve(elements, steps // 2)
     stride = max(1, round((fine.w.shape[1] - 1) / max(rough.w.shape[1] - 1, 1))) if fine.w.size else 1
@@ -44,7 +44,7 @@ def estimated_errors(
         best = getattr(fine, name)
         size = np.nanmax(np.abs(best), initial=0.0) or 1.0
         change = np.nanmax(np.abs(best[..., ::2] - getattr(coarse, name)), initial=0.0)
-        mesh[name] = float(change / size / (2**ORDER - 1))
+        mesh[name] = float(change / size / (2**MESH_ORDER - 1))
         change = np.nanmax(np.abs(best[:, ::stride] - getattr(rough, name)), initial=0.0)
         step[name] = float((change / size) ** 2 if step_order is None else change / size / (2**step_order - 1))
     return fine, ErrorEstimate(mesh, step)

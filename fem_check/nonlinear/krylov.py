@@ -1,4 +1,4 @@
-"""Flexible GMRES: a linear system by a preconditioner that round-off makes a slightly different one every time."""
+"""Flexible GMRES, for a preconditioner that varies by round-off."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from rigid import Reals
 def flexible_gmres(
     applied: Callable[[Reals], Reals], guessed: Callable[[Reals], Reals], right: Reals, tolerance: float, most: int
 ) -> Reals:
-    """Solution x of applied(x) = right, shape (n,), to a residual of `tolerance` times the right-hand side's norm.
+    """Solve applied(x) = right, shape (n,), to a residual relative to the right-hand side.
 
     Parameters
     ----------
     applied
-        The linear map.
+        Linear map.
     guessed
-        Roughly its inverse.
+        Approximate inverse.
     most
-        Number of directions after which the best combination is taken as it is.
+        Largest number of search directions; then the best combination is returned.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""The motion of the rigid links as laws and loads ask for it: from places at single instants, by differences."""
+"""Motion of the rigid links for laws and loads, by differences of their positions."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from rigid import Mechanism, structure
 from rigid.arrays import Complexes, Reals
 from rigid.decomposition import Structure
 
-STRIDE = 5e-3
-"""Of the drives between two instants of a difference [rad], or share of the mechanism's size."""
-SHORTEST, SAMPLES = 1e-7, 501
-"""Difference in time [s], and instants at which the drives' strides are looked at."""
+MAX_STRIDE = 5e-3
+"""Largest drive movement within a difference [rad], or relative to the mechanism's size."""
+MIN_STEP, SAMPLES = 1e-7, 501
+"""Smallest difference step [s], and number of instants at which drive movements are checked."""
 POINTS = 6
 OFFSETS = np.arange(POINTS) - (POINTS - 1) / 2
 
 
 @dataclass(frozen=True, eq=False)
 class LinkMotion:
-    """Places, velocities and accelerations of the rigid links, by the names of `rigid.Motion`; no other of these.
+    """Positions, velocities and accelerations of the rigid links, as in `rigid.Motion`.
 
     Attributes
     ----------
     time
         [s], shape (instants,).
     rigid
-        Places of the links at any time.
+        Positions of the links at any time.
     """
 
     time: Reals
@@ -39,12 +39,12 @@ class LinkMotion:
 
     @property
     def mechanism(self) -> Mechanism:
-        """That moves."""
+        """The moving mechanism."""
         return self.rigid.mechanism
 
     @property
     def structure(self) -> Structure:
-        """Its joints."""
+        """Joints of the mechanism."""
         return structure(self.mechanism)
 
     @property
@@ -63,9 +63,9 @@ class LinkMotion:
 
     @cached_property
     def _rates(self) -> tuple[Reals, ...]:
-        """First and second derivatives of origins and angles, each of shape (2, links, instants)."""
+        """First and second derivatives of origins and angles, each (2, links, instants)."""
         step = self._step
-        around = np.maximum(self.time, self.rigid.start - OFFSETS[0] * step)  # nothing is known before the start
+        around = np.maximum(self.time, self.rigid.start - OFFSETS[0] * step)  # no positions before the start
         places = self.rigid.at((around[:, None] + step * OFFSETS).ravel())
         values = places.reshape(len(self.time), POINTS, -1)
         powers = np.arange(POINTS)
@@ -79,14 +79,14 @@ class LinkMotion:
 
     @property
     def _step(self) -> float:
-        """Time in which no drive makes more than a stride; short beside the instants [s]."""
+        """Difference step [s]: drives move less than a stride, and it is short between instants."""
         first, last = float(self.time.min()), float(self.time.max())
         scale = np.array([1.0 if drive.turns else self.rigid.size for drive in self.mechanism.drives])
-        steps = SHORTEST * 2.0 ** np.arange(24)
+        steps = MIN_STEP * 2.0 ** np.arange(24)
         for step in steps:
             fine = np.linspace(first, max(last, first + step), SAMPLES)
             apart = coordinates(self.rigid.laws, fine + step) - coordinates(self.rigid.laws, fine)
-            if (np.abs(apart) / scale).max(initial=0.0) > STRIDE:
+            if (np.abs(apart) / scale).max(initial=0.0) > MAX_STRIDE:
                 return float(step)
         return float(steps[-1])
 
@@ -96,38 +96,38 @@ class LinkMotion:
 
     @property
     def origin(self) -> Complexes:
-        """Of every link's axes [m], complex, shape (links, instants)."""
+        """Origin of each link's axes [m], complex, shape (links, instants)."""
         return self._places[0]
 
     @property
     def direction(self) -> Complexes:
-        """Unit vector of every link's x' axis, complex."""
+        """Unit vector of each link's x' axis, complex."""
         way: Complexes = np.exp(1j * self._places[1])
         return way
 
     @property
     def velocity(self) -> Complexes:
-        """Of the origins [m/s], complex."""
+        """Velocity of the origins [m/s], complex."""
         return self._seen(self._rates[0])[0]
 
     @property
     def angular_velocity(self) -> Reals:
-        """[rad/s]."""
+        """Angular velocity of the links [rad/s]."""
         spin: Reals = self._seen(self._rates[0])[1]
         return spin
 
     @property
     def acceleration(self) -> Complexes:
-        """Of the origins [m/s^2], complex."""
+        """Acceleration of the origins [m/s^2], complex."""
         return self._seen(self._rates[1])[0]
 
     @property
     def turning(self) -> Complexes:
-        """Angular acceleration times i less the square of the angular velocity [1/s^2], complex."""
+        """Angular acceleration times i minus squared angular velocity [1/s^2], complex."""
         return np.asarray(1j * self._seen(self._rates[1])[1] - self.angular_velocity**2, complex)
 
     def __getattr__(self, name: str) -> Any:
-        """Refuse another attribute by its name."""
+        """Raise NotCheckedError for any other attribute of a motion."""
         raise NotCheckedError(
             f'a load asks for the motion\'s "{name}": the nonlinear check knows places, velocities and accelerations'
         )

@@ -1,4 +1,4 @@
-"""Loads on nodes: forces and moments on points, and on beams gathered at their nodes; weight goes with the masses."""
+"""Loads on nodes: forces and moments at points, and lumped line loads."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ class Loads:
     Attributes
     ----------
     node
-        Its number.
+        Node number.
     force
-        [N], complex, in the ground's axes, or in those of the link where it turns with it.
+        [N], complex, in the ground's axes, or in the link's axes if `turning`.
     moment
-        [N m], whichever way the node turns.
+        [N m], independent of the node's rotation.
     lever
-        [N m], complex: times the conjugate of the node's direction, its imaginary part is a moment. A force in the
-        ground's axes on an arm that turns.
+        [N m], complex. The imaginary part of lever times the conjugate of the node's direction is the moment of a
+        force in ground axes on a rotating arm.
     turning
         Whether the force turns with the node.
     law
-        Number of the law that multiplies it, -1 without.
+        Number of the law that multiplies the load, or -1.
     laws
-        As given.
+        The load laws.
     """
 
     node: Integers
@@ -49,14 +49,14 @@ class Loads:
 
 
 def loads_of(mechanism: Mechanism, nodes: Nodes) -> Loads:
-    """All loads of a mechanism but springs.
+    """Collect all loads of a mechanism except springs.
 
-    Those that are objects of one's own act on the bent links as the motion of the rigid ones has them.
+    Custom load objects are evaluated on the motion of the rigid links and act on the deformed ones.
 
     Raises
     ------
     NotCheckedError
-        A load on a point that no beam reaches.
+        A load acts on a point that no beam reaches.
     """
     rows: list[tuple[Any, ...]] = []
     laws: list[Law] = []
@@ -97,7 +97,7 @@ def _point(mechanism: Mechanism, nodes: Nodes, load: PointLoad, law: int) -> lis
 
 
 def _of_its_own(mechanism: Mechanism, nodes: Nodes, load: Any, laws: list[Law]) -> list[tuple[Any, ...]]:
-    """Forces and moments that an object tells of the motion of the rigid links: units times laws of their own."""
+    """Convert a custom load to unit loads with laws of the rigid motion."""
     rows: list[tuple[Any, ...]] = []
     for number, (link, point) in enumerate(load.points):
         at = mechanism.index[link]
@@ -111,7 +111,7 @@ def _of_its_own(mechanism: Mechanism, nodes: Nodes, load: Any, laws: list[Law]) 
 
 
 def _part(load: Any, number: int, at: tuple[str, str], part: int) -> Law:
-    """x or y of a force of an object, or its moment, as a law."""
+    """Law for one component of a custom load: force x, force y, or moment."""
 
     def law(motion: Any) -> Reals:
         link, point, force, moment = list(load.forces(motion))[number]
@@ -150,7 +150,7 @@ def _line(mechanism: Mechanism, nodes: Nodes, load: LineLoad, law: int) -> list[
 def _rigid_pieces(
     node: int, start: complex, vector: complex, first: complex, last: complex
 ) -> list[tuple[int, complex, complex]]:
-    """The resultant, and its lever about the node."""
+    """Resultant of a linear load and its lever about the node."""
     length, change = abs(vector), last - first
     force = length * (first + change / 2)
     return [
@@ -161,7 +161,7 @@ def _rigid_pieces(
 def _elastic_pieces(
     along: tuple[int, ...], vector: complex, first: complex, last: complex
 ) -> list[tuple[int, complex, complex]]:
-    """Nodal loads of a linear load on every element, by cubic shape functions."""
+    """Nodal loads of a linear load on each element, by cubic shape functions."""
     count = len(along) - 1
     arm = np.conj(vector) / count
     h = abs(arm)
@@ -174,7 +174,7 @@ def _elastic_pieces(
 
 
 def factors(loads: Loads, time: Reals, rigid: RigidPlaces) -> Reals:
-    """Factors of all loads by their laws, shape (instants, loads)."""
+    """Evaluate the laws of all loads, shape (instants, loads)."""
     motion: Any = LinkMotion(time, rigid)
     values = [np.broadcast_to(np.asarray(law(motion), float), time.shape) for law in loads.laws]
     table = np.stack([*values, np.ones(time.shape)], axis=-1)
@@ -182,7 +182,7 @@ def factors(loads: Loads, time: Reals, rigid: RigidPlaces) -> Reals:
 
 
 def load_state(loads: Loads, q: Reals, factor: Reals) -> tuple[Reals, Reals]:
-    """Forces and moments on the nodes that carry loads, (instants, loads, 3), and derivatives by place (..., 3, 3)."""
+    """Nodal forces of loads, (instants, loads, 3), and their tangents, (..., 3, 3)."""
     turn = np.exp(1j * q[:, loads.node, 2])
     force = factor * loads.force * np.where(loads.turning, turn, 1.0)
     levered = factor * np.conj(turn) * loads.lever
@@ -194,14 +194,14 @@ def load_state(loads: Loads, q: Reals, factor: Reals) -> tuple[Reals, Reals]:
 
 
 def line_loads(rigid: RigidPlaces, beam: int, xi: Reals, direction: Complexes, time: Reals) -> Complexes:
-    """Force per length on a beam at its nodes in the ground's axes [N/m], complex, shape (instants, nodes).
+    """Force per length at a beam's nodes in ground axes [N/m], complex, (instants, nodes).
 
     Parameters
     ----------
     beam
-        Number among all.
+        Number of the beam in the mechanism.
     xi
-        Of its nodes.
+        xi of its nodes.
     direction
         Unit vector of x' at the nodes, (instants, nodes).
     """

@@ -1,8 +1,8 @@
-"""From one instant to the next: the generalised-alpha method for equations with conditions, and balance at an instant.
+"""Time stepping by the generalised-alpha method with constraints; equilibrium at an instant.
 
-Chung and Hulbert, Journal of Applied Mechanics 60 (1993) 371-375; with multipliers and conditions on places (index 3):
+Chung and Hulbert, Journal of Applied Mechanics 60 (1993) 371-375; with multipliers and position constraints (index 3):
 Arnold and Bruels, Convergence of the generalized-alpha scheme for constrained mechanical systems, Multibody System
-Dynamics 18 (2007) 185-202. Of second order.
+Dynamics 18 (2007) 185-202. The order is two.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from fem_check.nonlinear.system import System
 from rigid import Reals
 
 Start = Literal["rigid", "quasi-static", "static"]
-STEPS = 40
-SETTLED = 1e-9
-"""Newton's method ends where a step is so small, as a share of the mechanism's size or an angle."""
-LONGEST = 0.3
+MAX_STEPS = 40
+TOLERANCE = 1e-9
+"""Largest last change of Newton's method, relative to the mechanism's size, or [rad]."""
+MAX_CHANGE = 0.3
 POINTS = 7
 Rates = Callable[[Reals], tuple[Reals, Reals, Reals]]
 
 
 def slopes(step: float) -> Reals:
-    """Matrix from values at instants a step apart to their rates there, shape (POINTS, POINTS)."""
+    """Differentiation matrix for equally spaced instants, shape (POINTS, POINTS)."""
     from numpy.polynomial import polynomial
 
     places = np.arange(POINTS) - (POINTS - 1) / 2
@@ -38,7 +38,7 @@ def slopes(step: float) -> Reals:
 
 
 class Marcher:
-    """Coordinates and rates at one instant, each of shape (1, coordinates), and the way to the next."""
+    """State at one instant, each of shape (1, coordinates), advanced step by step."""
 
     def __init__(self, system: System, radius: float) -> None:
         self.system = system
@@ -57,11 +57,11 @@ class Marcher:
         self.pulls = np.zeros((1, len(kinds)))
 
     def copy(self) -> tuple[Reals, Reals, Reals, Reals]:
-        """Coordinates, rates, accelerations and multipliers."""
+        """Copy coordinates, rates, accelerations and multipliers."""
         return self.q.copy(), self.v.copy(), self.a.copy(), self.pulls.copy()
 
     def start(self, time: float, step: float, begin: Start) -> None:
-        """Places, and rates from those of the next instants."""
+        """Set initial positions, and rates from the positions of the next instants."""
         slope = slopes(step / 2)
         times = time + step / 2 * np.arange(POINTS, dtype=float)
         q = self.system.rigid_coordinates(self.system.rigid.at(times))
@@ -80,7 +80,7 @@ class Marcher:
         self.pseudo = self.a.copy()
 
     def _accelerated(self, instant: Reals) -> Reals:
-        """Accelerations that make the residual zero and keep the conditions; least where there is no mass."""
+        """Accelerations for a zero residual and constant constraints; zero for massless parts."""
         system, free, count = self.system, self.system.free, len(self.gap)
         given = self.q, self.v, self.a, self.pulls, system.drives(instant), system.load_factors(instant)
         total, _, tangents = system.residual(*given)
@@ -94,7 +94,7 @@ class Marcher:
         return a
 
     def _bent(self, q: Reals, v: Reals, a: Reals, times: Reals) -> Reals:
-        """In balance with the loads and given accelerations."""
+        """Equilibrium positions under the loads and given accelerations."""
         places = []
         for k, time in enumerate(times):
             rates = partial(_with, v[k : k + 1], a[k : k + 1])
@@ -102,7 +102,7 @@ class Marcher:
         return np.concatenate(places)
 
     def advance(self, time: float, h: float) -> None:
-        """One step to a time."""
+        """Advance one step to a time."""
         q, v, a, pseudo = self.q, self.v, self.a, self.pseudo
         am, af, beta, gamma = self.am, self.af, self.beta, self.gamma
 
@@ -124,7 +124,7 @@ class Marcher:
     def balanced(
         self, guess: Reals, rates: Rates, by_rate: float, by_acceleration: float, time: float
     ) -> tuple[Reals, Reals, Reals]:
-        """Newton's method at one instant; the tangent is kept while it serves."""
+        """Newton's method at one instant; the tangent is reused while it converges."""
         from scipy.linalg import lu_solve
 
         system, free, unit = self.system, self.system.free, self.unit
@@ -133,7 +133,7 @@ class Marcher:
         place = guess.copy()
         system.prescribe(place, drives)
         known, before, assumed = None, np.inf, None
-        for number in range(STEPS):
+        for number in range(MAX_STEPS):
             q, v, a = rates(place)
             total, state, tangents = system.residual(q, v, a, self.pulls, drives, factor, known is None, assumed)
             if tangents is not None:
@@ -147,12 +147,12 @@ class Marcher:
             largest = np.abs(moved).max(initial=0.0)
             if not np.isfinite(largest):
                 break
-            share = min(1.0, LONGEST / max(largest, 1e-300))
+            share = min(1.0, MAX_CHANGE / max(largest, 1e-300))
             step = np.zeros_like(place)
             step[0, free] = share * moved * unit
             place, assumed = place + step, system.predicted(state, step, by_rate * step)
             self.pulls = self.pulls + share * change[len(free) :] * self.energy / self.gap
-            if largest < SETTLED:
+            if largest < TOLERANCE:
                 return rates(place)
             if largest > 1e-3 or (number and largest > 0.2 * before):
                 known = None
@@ -165,7 +165,7 @@ def _with(rate: Reals, acceleration: Reals, place: Reals) -> tuple[Reals, Reals,
 
 
 def _factored(matrix: Reals) -> Any:
-    """Factors of a matrix; solutions with those of a singular one are not finite."""
+    """Factorise a matrix; solutions of a singular one are not finite."""
     from scipy.linalg import LinAlgWarning, lu_factor
 
     with warnings.catch_warnings():

@@ -1,13 +1,13 @@
-"""Inertia of nodes: mass, first moment and moment of inertia of the part that turns with each.
+"""Inertia of nodes: mass, first moment and moment of inertia of each node's part.
 
-The mass of a beam is gathered at its nodes by the trapezoidal rule with its end correction (Euler and Maclaurin),
+The mass of a beam is lumped at its nodes by the trapezoidal rule with end correction (Euler and Maclaurin),
 
     integral of f over an element = h (f_1 + f_2)/2 + h^2 (f_1' - f_2')/12,  f = m (virtual displacement)(acceleration),
 
-in which w' is the rotation: the corrections are first moments about the nodes, which cancel where two elements meet.
-With exact stiffness this is of the fourth order, as a consistent mass is, but couples no nodes. The mass at the end of
-a beam so has an arm of h/6, and no less than the moment of inertia that goes with it; a second difference of masses
-next to the end takes that away again: mass, centre and moment of inertia of a uniform beam are what they are.
+where w' is the rotation. The corrections are first moments about the nodes and cancel between elements. With exact
+stiffness this has order four, like a consistent mass, without coupling nodes. The end mass of a beam thus has an arm of
+h/6 with its moment of inertia; a second difference of masses near the end compensates this. Mass, centre and moment of
+inertia of a uniform beam are exact.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from rigid.arrays import Complexes
 
 @dataclass(frozen=True, eq=False)
 class Masses:
-    """Of all nodes: `mass` [kg], `first` moment [kg m], complex, in the link's axes, `inertia` [kg m^2], (nodes,)."""
+    """`mass` [kg], `first` moment [kg m], complex, in link axes, and `inertia` [kg m^2] of nodes."""
 
     mass: Reals
     first: Complexes
@@ -31,7 +31,7 @@ class Masses:
 
 @dataclass(frozen=True, eq=False)
 class MassState:
-    """Forces that accelerate the nodes, (instants, nodes, 3), and their derivatives, (instants, nodes, 3, 3)."""
+    """Inertia forces of nodes, (instants, nodes, 3), and derivatives, (instants, nodes, 3, 3)."""
 
     force: Reals
     stiffness: Reals
@@ -41,7 +41,7 @@ class MassState:
 
 
 def mass_state(masses: Masses, q: Reals, v: Reals, a: Reals, gravity: complex) -> MassState:
-    """Inertia less weight of all nodes; q, v, a of shape (instants, nodes, 3)."""
+    """Inertia minus weight of all nodes; q, v, a of shape (instants, nodes, 3)."""
     arm = masses.first * np.exp(1j * q[..., 2])
     felt = a[..., 0] + 1j * a[..., 1] - gravity
     spin, turning = v[..., 2], 1j * a[..., 2] - v[..., 2] ** 2
@@ -63,16 +63,16 @@ def mass_state(masses: Masses, q: Reals, v: Reals, a: Reals, gravity: complex) -
 
 
 def gathered(line: Reals, slope: tuple[float, float], length: float) -> tuple[Reals, Reals, Reals]:
-    """Mass, first moment along the beam and moment of inertia at the nodes of a beam.
+    """Mass, axial first moment and moment of inertia at the nodes of a beam.
 
     Parameters
     ----------
     line
         Mass per length at the nodes [kg/m].
     slope
-        Of the mass per length at both ends [kg/m^2].
+        Derivative of the mass per length at both ends [kg/m^2].
     length
-        Of an element [m].
+        Element length [m].
     """
     weights, h = gathering_weights(len(line) - 1), length
     mass, first, inertia = h * weights * line, np.zeros_like(line), np.zeros_like(line)
@@ -84,7 +84,7 @@ def gathered(line: Reals, slope: tuple[float, float], length: float) -> tuple[Re
 
 
 def gathering_weights(count: int) -> Reals:
-    """Weights of the masses on a beam of so many equal elements, in lengths of an element.
+    """Weights of the masses on a beam of equal elements, in element lengths.
 
     Examples
     --------

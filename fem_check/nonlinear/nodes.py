@@ -1,4 +1,4 @@
-"""A mechanism as nodes: one for a rigid link, several along every beam of an elastic one, the ground's first."""
+"""Nodes of a mechanism: the ground, rigid links, and nodes along elastic beams."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from fem_check.nonlinear.node_masses import Masses, gathered, gathering_weights
 from rigid import Beam, Link, Mechanism, MechanismError, Reals
 from rigid.arrays import Integers, Numbers
 
-STIFF = 1e6
-"""An infinite rigidity in a link that has finite ones is so many times the largest of these."""
+RIGID_FACTOR = 1e6
+"""Stiffness that replaces an infinite one in an elastic link, relative to its largest finite one."""
 
 Powers = np.polynomial.polynomial.polyval
 
 
 class NotCheckedError(MechanismError):
-    """A part of a mechanism that this check does not know how to treat; the message names it."""
+    """The nonlinear check does not support part of a mechanism; the message names it."""
 
 
 @dataclass(frozen=True)
@@ -33,15 +33,15 @@ class Nodes:
     Attributes
     ----------
     link
-        Number of every node's link.
+        Link number of each node.
     rest
-        Its place in the axes of the link [m].
+        Position of each node in the link's axes [m].
     at
-        Node of a link's point and the point's place from it, by link and point.
+        Node of a link's point, and the point relative to the node, by link and point.
     along
-        Per beam of `Mechanism.beams` the numbers of its nodes; those of rigid links have none.
+        Node numbers of each beam of `Mechanism.beams`; empty for rigid links.
     first
-        Per beam the number of its first element.
+        Number of the first element of each beam.
     """
 
     link: Integers
@@ -54,14 +54,14 @@ class Nodes:
 
 
 def is_rigid(section: Section) -> bool:
-    """Whether nothing bends or stretches it."""
+    """Whether the section has no finite rigidity."""
     return not (isfinite(float(section.EA)) or isfinite(float(section.EI)) or isfinite(float(section.kGA)))
 
 
 def nodes_of(
     mechanism: Mechanism, sections: Sequence[Section], elements: int, damping: float | Sequence[float]
 ) -> Nodes:
-    """Nodes of a mechanism; a link of rigid beams alone is one node."""
+    """Create the nodes of a mechanism; a link of rigid beams has one node."""
     builder = _Builder(mechanism, sections, elements, np.broadcast_to(np.asarray(damping, float), len(sections)))
     for number, link in enumerate(mechanism.links):
         beams = [k for k, (at, _) in enumerate(mechanism.beams) if at == number]
@@ -73,7 +73,7 @@ def nodes_of(
 
 
 class _Builder:
-    """Nodes so far."""
+    """Builder of the nodes."""
 
     def __init__(self, mechanism: Mechanism, sections: Sequence[Section], elements: int, damping: Reals) -> None:
         self.beams = [beam for _, beam in mechanism.beams]
@@ -87,21 +87,21 @@ class _Builder:
         self.mass: list[list[Any]] = []
 
     def node(self, link: int, rest: complex) -> int:
-        """Number of a new node."""
+        """Add a node and return its number."""
         self.link.append(link)
         self.rest.append(rest)
         self.mass.append([0.0, 0.0, 0.0])
         return len(self.link) - 1
 
     def add(self, node: int, mass: float, arm: complex = 0.0, inertia: float = 0.0) -> None:
-        """Hang a mass with its centre at an arm from a node and a moment of inertia about that centre."""
+        """Attach a mass with its centre at an arm and its inertia to a node."""
         masses = self.mass[node]
         masses[0] += mass
         masses[1] += mass * arm
         masses[2] += inertia + mass * abs(arm) ** 2
 
     def rigid_link(self, number: int, link: Link, beams: Sequence[int]) -> None:
-        """One node at the link's origin."""
+        """Add one node at the link's origin."""
         node = self.node(number, 0.0)
         points = {name: complex(place) for name, place in link.points.items()}
         self.at.update({(number, name): (node, place) for name, place in points.items()})
@@ -122,7 +122,7 @@ class _Builder:
             self.add(node, float(mass), complex(start + share * vector), float(inertia))
 
     def elastic_link(self, number: int, link: Link, beams: Sequence[int]) -> None:
-        """Nodes at the ends of the beams and along them."""
+        """Add nodes at the ends of the beams and along them."""
         for k in beams:
             self._elastic_beam(number, link, k, [self.sections[j] for j in beams])
         for lump in link.lumps:
@@ -151,7 +151,7 @@ class _Builder:
         self._spread_mass(k, beam, h, axis)
 
     def _spread_mass(self, k: int, beam: Beam, h: float, axis: complex) -> None:
-        """Masses of all elements of a beam at its nodes: see `fem_check.nonlinear.node_masses`."""
+        """Lump the mass of a beam at its nodes, see `fem_check.nonlinear.node_masses`."""
         xi = np.linspace(0.0, 1.0, self.count + 1)
         line = np.asarray(float(beam.mass_per_length) * Powers(xi, beam.mass_taper), float)
         slope = Powers(xi[[0, -1]], np.polynomial.polynomial.polyder(np.asarray(beam.mass_taper, float)))
@@ -164,7 +164,7 @@ class _Builder:
             own[0], own[1], own[2] = own[0] + float(mass), own[1] + axis * float(first), own[2] + float(inertia)
 
     def built(self) -> Nodes:
-        """All of it."""
+        """Assemble the nodes."""
         columns = list(zip(*self.elements, strict=True)) or [(), (), (), (), (), ()]
         count = len(self.elements)
         elements = Elements(
@@ -183,11 +183,11 @@ class _Builder:
 
 
 def _finite(beside: Sequence[Section], section: Section, length: float) -> Section:
-    """A section with no infinite EA and EI, of a beam in a link where not all is rigid."""
+    """Replace infinite EA and EI by large values, for a beam in a partly elastic link."""
     EA, EI = (
         max((r for own in beside if isfinite(r := float(getattr(own, name)))), default=0.0) for name in ("EA", "EI")
     )
-    EA, EI = STIFF * max(EA, 12 * EI / length**2), STIFF * max(EI, EA * length**2 / 12)
+    EA, EI = RIGID_FACTOR * max(EA, 12 * EI / length**2), RIGID_FACTOR * max(EI, EA * length**2 / 12)
     if isfinite(float(section.EA)):
         EA = float(section.EA)
     if isfinite(float(section.EI)):

@@ -1,7 +1,7 @@
-"""The deflection to a tolerance: steps of time are halved, and then elements, until neither changes it any more.
+"""Deflection to a tolerance, by halving time steps and elements until convergence.
 
-Every solution begins where the last one ended. Where Newton's method finds none for all steps at once, the motion is
-followed in time, a few steps at once: a course from its start, a cycle until its start's vibration has died out.
+Each solution starts from the previous one. If Newton's method fails for all steps at once, the motion is integrated a
+few steps at a time: from its start, or for a cycle until the initial vibration has decayed.
 """
 
 from __future__ import annotations
@@ -25,44 +25,44 @@ from fem_check.nonlinear.system import System, system_of
 from rigid import Mechanism, Reals
 
 ELEMENTS = 2, 4, 8, 16
-STRIDE = 0.3
-"""Of the drives in the first steps [rad], or share of the mechanism's size."""
-FEWEST, MOST = 16, 1600
-"""Steps."""
+MAX_STRIDE = 0.3
+"""Drive movement in the first steps [rad], or relative to the mechanism's size."""
+MIN_STEPS, MAX_STEPS = 16, 1600
+"""Smallest and largest number of steps."""
 MESH_ORDER = 3
-"""Of convergence: of nodes between those of the coarser mesh, with which no comparison is made, too."""
-STEADY, FASTEST = 4.0, 8.0
-"""Ratios of the changes by halving the steps once and once more, between which the error is told by them."""
-BRIEF, REST = 1e-5, 1e-6
-"""Of the course, between instants that tell whether drives begin at rest; of their greatest rate, at most."""
+"""Order of convergence of the mesh, which also holds for nodes absent from the coarser mesh."""
+MIN_RATIO, MAX_RATIO = 4.0, 8.0
+"""Range of the ratio of successive changes in which it is used to estimate the error."""
+START_STEP, MAX_REST_RATE = 1e-5, 1e-6
+"""Difference step, relative to the run, and largest drive rate at rest, relative to its peak."""
 STEP_SHARE = 1 / 3
-"""Of the tolerance, that the steps may take."""
-SETTLED = 0.01
-"""Newton's method ends at so much of the tolerance."""
-WAVE = 10.0
-"""Steps of the slowest vibration, where a motion is followed in time."""
-HASTY = 1e-4
-"""That of motions that Newton's method only begins with."""
+"""Share of the tolerance for the time steps."""
+NEWTON_SHARE = 0.01
+"""Tolerance of Newton's method, relative to the requested tolerance."""
+STEPS_PER_WAVE = 10.0
+"""Steps per slowest vibration period when the motion is integrated in time."""
+GUESS_TOLERANCE = 1e-4
+"""Tolerance of integrated motions that only serve as initial guess."""
 PERIODS = 1, 2, 4, 8, 16
-"""After so many that are followed in time, the motion that repeats itself is looked for."""
+"""Numbers of integrated periods after which a periodic solution is attempted."""
 
 
 @dataclass(frozen=True, eq=False)
 class RefinedDeflection:
-    """Deflection from the line through the displaced ends at given times, and how far it is off.
+    """Deflection from the displaced chord at given times, with error estimates.
 
     Attributes
     ----------
     xi
-        Nodes of every beam, x'/l, shape (elements + 1,).
+        Nodes of each beam, x'/l, shape (elements + 1,).
     chord
         [m], shape (beams, instants, elements + 1).
     moved
-        u, w [m] and phi [rad] along and across the beams' rigid places, shape (3, beams, instants, elements + 1).
+        u, w [m] and phi [rad] from the beams' rigid positions, shape (3, beams, instants, elements + 1).
     steps
-        Of time.
+        Number of time steps.
     mesh, step
-        Estimated errors of elements and steps: shares of the largest deflection of the worst beam.
+        Estimated errors of elements and steps, relative to the largest deflection of the worst beam.
     """
 
     xi: Reals
@@ -74,12 +74,12 @@ class RefinedDeflection:
 
     @property
     def elements(self) -> int:
-        """To a beam."""
+        """Number of elements per beam."""
         return len(self.xi) - 1
 
     @property
     def error(self) -> float:
-        """Both errors together."""
+        """Sum of both errors."""
         return self.mesh + self.step
 
 
@@ -95,29 +95,29 @@ def refined_deflection(
     damping: float | Sequence[float] | Reals = 0.0,
     progress: Progress | None = None,
 ) -> RefinedDeflection:
-    """Deflection of the moving mechanism, displacements of any size, to a tolerance.
+    """Deflection of the moving mechanism with large displacements, to a tolerance.
 
     Parameters
     ----------
     times
-        At which it is wanted [s], growing; the first is the start.
+        Requested times [s], increasing; the first is the start.
     end
-        Of the period, or of the course [s].
+        End of the period or of the run [s].
     closed
-        Whether the motion is periodic; else it starts at rest, as bent as the loads bend it, where the drives do, and
-        elsewhere as bent as the inertia of the rigid motion and the loads bend it.
+        Whether the motion is periodic. Otherwise it starts at rest in static equilibrium if the drives rest, and else
+        quasi-statically deformed by the loads and the inertia of the rigid motion.
     tolerance
-        Share of the largest deflection of the worst beam. Where more steps and elements than there may be are needed,
-        `mesh` and `step` say how near the answer is.
+        Relative to the largest deflection of the worst beam. If the limits on steps and elements prevent it, `mesh` and
+        `step` report the achieved error.
     mechanism, sections, laws, joints, damping, progress
-        As of `nonlinear_steady_state`.
+        See `nonlinear_steady_state`.
 
     Raises
     ------
     NotCheckedError
-        What this check does not know how to treat, by name.
+        The check does not support part of the mechanism; the message names it.
     DoesNotCloseError
-        Joints do not close, the motion does not repeat, or no motion is found.
+        Joints do not close, the motion is not periodic, or no motion is found.
     """
     given = _Problem(mechanism, tuple(sections), tuple(laws), joints, damping, times, end, closed, tolerance, progress)
     return given.refined()
@@ -125,7 +125,7 @@ def refined_deflection(
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
-    """A motion with so many elements and steps, and its displacements at the times that are asked for."""
+    """Motion for some elements and steps, with displacements at the requested times."""
 
     system: System
     course: CollocatedMotion
@@ -134,13 +134,13 @@ class _Solved:
 
     @property
     def steps(self) -> int:
-        """Of time."""
+        """Number of time steps."""
         return len(self.course.edges) - 1
 
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """The mechanism, its course, and the times at which its deflection is wanted."""
+    """Mechanism, run, and requested times."""
 
     mechanism: Mechanism
     sections: tuple[Section, ...]
@@ -155,52 +155,52 @@ class _Problem:
 
     @cached_property
     def places(self) -> RigidPlaces:
-        """Of the rigid links: the same for all elements."""
+        """Positions of the rigid links, shared by all meshes."""
         return RigidPlaces(self.mechanism, self.laws, float(self.times[0]))
 
     @cached_property
     def rigid(self) -> Reals:
-        """x, y and angle of the rigid links at the times that are asked for."""
+        """x, y and angle of the rigid links at the requested times."""
         return self.places.at(self.times)
 
     def system(self, elements: int) -> System:
-        """With so many elements."""
+        """Create the system with a number of elements."""
         given = self.mechanism, self.sections, self.laws, float(self.times[0]), elements, self.joints, self.damping
         return system_of(*given, rigid=self.places)
 
     def refined(self) -> RefinedDeflection:
-        """The deflection to the tolerance."""
+        """Refine to the tolerance."""
         members = members_of(self.mechanism)
         here = self._solved_anyhow(self.system(ELEMENTS[0]), self._first_steps(), None)
         step = mesh = changed = np.inf
-        while step > STEP_SHARE * self.tolerance and 2 * here.steps <= MOST:
+        while step > STEP_SHARE * self.tolerance and 2 * here.steps <= MAX_STEPS:
             finer, before = self._solved_anyhow(here.system, 2 * here.steps, here), changed
             changed = _change(here.chord, finer.chord, members) if finer.steps == 2 * here.steps else np.inf
-            falls = changed > 0.0 and np.isfinite(before) and before / changed >= STEADY
-            step, here = float(changed / (min(before / changed, FASTEST) - 1 if falls else 1.0)), finer
-            self._tell(f"{here.steps} steps of {ELEMENTS[0]} elements: {step:.1e} off")
+            falls = changed > 0.0 and np.isfinite(before) and before / changed >= MIN_RATIO
+            step, here = float(changed / (min(before / changed, MAX_RATIO) - 1 if falls else 1.0)), finer
+            self._report(f"{here.steps} steps of {ELEMENTS[0]} elements: {step:.1e} off")
         for elements in ELEMENTS[1:]:
             finer = self._solved_anyhow(self.system(elements), here.steps, here)
             mesh, here = _change(here.chord, finer.chord, members) / (2**MESH_ORDER - 1), finer
-            self._tell(f"{elements} elements: {mesh:.1e} off")
+            self._report(f"{elements} elements: {mesh:.1e} off")
             if mesh <= (1 - STEP_SHARE) * self.tolerance:
                 break
         xi = np.linspace(0, 1, here.chord.shape[-1])
         return RefinedDeflection(xi, here.chord, here.moved, here.steps, mesh, step)
 
-    def _tell(self, words: str) -> None:
+    def _report(self, words: str) -> None:
         if self.progress:
             self.progress(0.5, words)
 
     def _first_steps(self) -> int:
-        """So many that the drives make small strides."""
+        """Number of steps for small drive movements."""
         value = coordinates(self.laws, np.linspace(self.times[0], self.end, 2001))
         scale = np.array([1.0 if drive.turns else self.places.size for drive in self.mechanism.drives])
         gone = (np.abs(np.diff(value, axis=0)).sum(axis=0) / scale).max(initial=0.0)
-        return int(np.clip(np.ceil(gone / STRIDE), FEWEST, MOST // 4))
+        return int(np.clip(np.ceil(gone / MAX_STRIDE), MIN_STEPS, MAX_STEPS // 4))
 
     def _solved_anyhow(self, system: System, steps: int, near: _Solved | None) -> _Solved:
-        """The motion from one near by, or from the rigid places; followed in time where Newton's method fails."""
+        """Solve from a nearby motion or the rigid positions; integrate in time if this fails."""
         for begin in (None,) if near is None else (near, None):
             try:
                 return self._solved(system, steps, begin)
@@ -219,17 +219,17 @@ class _Problem:
         raise problem
 
     def _resolving_steps(self, system: System) -> int:
-        """So many that the slowest vibration of the links as they start has `WAVE` steps."""
+        """Number of steps for `STEPS_PER_WAVE` per slowest initial vibration."""
         span = self.end - float(self.times[0])
-        return int(min(MOST, math.ceil(WAVE * span * slowest_vibration(system) / (2 * np.pi))))
+        return int(min(MAX_STEPS, math.ceil(STEPS_PER_WAVE * span * slowest_vibration(system) / (2 * np.pi))))
 
     def _followed(self, system: System, steps: int) -> _Solved:
-        """The motion from its start on, or over periods until Newton's method finds the one that repeats itself."""
-        equations, settled = self._equations(system, steps), SETTLED * self.tolerance
+        """Integrate from the start, or over periods until the periodic solution is found."""
+        equations, settled = self._equations(system, steps), NEWTON_SHARE * self.tolerance
         if equations.start is not None:
             return self._answer(system, stepped(system, equations.edges, equations.start, settled))
         begin, problem = self._start(system), DoesNotCloseError("no motion found")
-        for number, motion in enumerate(periods(system, equations.edges, begin, HASTY, PERIODS[-1]), 1):
+        for number, motion in enumerate(periods(system, equations.edges, begin, GUESS_TOLERANCE, PERIODS[-1]), 1):
             if number in PERIODS:
                 finer = Collocation(system, motion.edges, None)
                 moved = motion.q.reshape(finer.rigid.shape) - finer.rigid
@@ -251,28 +251,28 @@ class _Problem:
             if near.system is not system and len(near.system.prescribed) != len(system.prescribed):
                 moved = _on_finer_mesh(near.system, system, moved, equations.rigid)
             guess = moved, near.course.pulls_at(equations.time)
-        return self._answer(system, equations.solved(guess, SETTLED * self.tolerance, self.progress))
+        return self._answer(system, equations.solved(guess, NEWTON_SHARE * self.tolerance, self.progress))
 
     def _answer(self, system: System, course: CollocatedMotion) -> _Solved:
         return _Solved(system, course, *self._displacements(system, course))
 
     def _start(self, system: System) -> Beginning:
-        """Of a course: at rest where the drives are, elsewhere quasi-statically bent; of a cycle rigid."""
+        """Start of a run: static if at rest, else quasi-static; of a cycle: rigid."""
         step = (self.end - float(self.times[0])) / 1000
         if self.closed:
             return start_of(system, step, "rigid")
         return start_of(system, step, "static" if self._starts_at_rest() else "quasi-static")
 
     def _starts_at_rest(self) -> bool:
-        """Whether all drives do, by differences of their coordinates."""
+        """Whether all drives start at rest, by differences of their coordinates."""
         start, instants = float(self.times[0]), np.linspace(self.times[0], self.end, 2001)
-        step = BRIEF * (self.end - start)
+        step = START_STEP * (self.end - start)
         rates = (slopes(step) @ coordinates(self.laws, start + step * np.arange(POINTS)))[0]
         greatest = np.abs(np.diff(coordinates(self.laws, instants), axis=0)).max(axis=0) / (instants[1] - instants[0])
-        return bool((np.abs(rates) <= REST * greatest).all())
+        return bool((np.abs(rates) <= MAX_REST_RATE * greatest).all())
 
     def _displacements(self, system: System, course: CollocatedMotion) -> tuple[Reals, Reals]:
-        """u, w, phi and the chord deflection at the times that are asked for, (..., beams, instants, nodes)."""
+        """u, w, phi and chord deflection at the requested times, (..., beams, instants, nodes)."""
         q, rigid = course.at(self.times), system.rigid_coordinates(self.rigid)
         count = max((len(along) for along in system.nodes.along), default=0) or 2
         xi = np.linspace(0.0, 1.0, count)
@@ -281,7 +281,7 @@ class _Problem:
 
 
 def _change(coarse: Reals, fine: Reals, members: Runs) -> float:
-    """Greatest difference of two deflections, as a share of the largest of the worst member."""
+    """Largest difference of two deflections, relative to the worst member's largest."""
     base = reference_deflection(members.greatest(np.abs(fine).max(axis=(1, 2))))
     stride = (fine.shape[-1] - 1) // (coarse.shape[-1] - 1)
     apart = np.abs(fine[..., ::stride] - coarse).max(axis=(1, 2))
@@ -289,7 +289,7 @@ def _change(coarse: Reals, fine: Reals, members: Runs) -> float:
 
 
 def _on_finer_mesh(coarse: System, fine: System, moved: Reals, rigid: Reals) -> Reals:
-    """Displacements from the rigid places on twice the elements: cubics through places and rotations of the nodes."""
+    """Interpolate displacements to twice the elements by cubic Hermite polynomials."""
     refined = np.zeros_like(rigid)
     for link in range(len(fine.mechanism.links)):
         mine, other = (np.flatnonzero(system.nodes.link == link) for system in (fine, coarse))

@@ -1,6 +1,6 @@
-"""Places of the rigid links at any time, by Newton's method on all conditions of the joints at once.
+"""Positions of the rigid links at any time, by Newton's method on all joint constraints.
 
-Three coordinates a link, a row for every condition: nothing of the groups and closed forms of `rigid`.
+It uses three coordinates per link and one row per constraint, and none of the closed forms of `rigid`.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from rigid import Mechanism, Reals
 from rigid.arrays import Columns
 
 DriveLaw = Callable[[Any], Sequence[Any]]
-STRIDE = 0.05
-"""Longest stride between two instants [rad], or share of the mechanism's size."""
-CLOSED = 1e-13
-MISSED = 1e-9
-STEPS = 30
+MAX_STRIDE = 0.05
+"""Largest movement between two instants [rad], or relative to the mechanism's size."""
+TOLERANCE = 1e-13
+MAX_GAP = 1e-9
+MAX_STEPS = 30
 SAMPLES = 2001
-"""Of the drives' laws, by which strides are measured."""
+"""Number of instants at which the drives' movements are measured."""
 
 
 class DoesNotCloseError(ValueError):
-    """The rigid links cannot be where the drives want them, or the elastic ones find no balance."""
+    """The rigid links cannot reach the drive coordinates, or Newton's method fails."""
 
 
 def coordinates(laws: Sequence[DriveLaw], time: Columns) -> Reals:
@@ -39,7 +39,7 @@ def coordinates(laws: Sequence[DriveLaw], time: Columns) -> Reals:
 
 
 def drawn_places(mechanism: Mechanism, first: Reals) -> Reals:
-    """x, y and angle of every link as drawn, shape (links, 3); where the drawing is silent, from joints and drives."""
+    """x, y and angle of each drawn link, (links, 3), completed from joints and drives."""
     places: dict[int, tuple[complex, complex]] = {0: (0.0, 1.0)}
     drawing = {name: complex(place) for name, place in mechanism.drawing.items()}
     drawing |= {name: complex(place) for name, place in mechanism.links[0].points.items()}
@@ -59,7 +59,7 @@ def drawn_places(mechanism: Mechanism, first: Reals) -> Reals:
 def _place_next(
     mechanism: Mechanism, places: dict[int, tuple[complex, complex]], drawing: dict[str, complex], first: Reals
 ) -> None:
-    """Place one more link: one that is known to turn with a placed one, else any."""
+    """Place one more link, preferably one attached to a placed link at a known angle."""
     index, links = mechanism.index, mechanism.links
     turns = [(index[each.on], index[each.link], complex(each.turn)) for each in mechanism.fixed_angles]
     for drive, value in zip(mechanism.drives, first, strict=True):
@@ -81,7 +81,7 @@ def _place_next(
 
 
 class RigidPlaces:
-    """Places of the links at given times; they are followed from the drawing in small strides."""
+    """Positions of the links at given times, tracked from the drawing in small strides."""
 
     def __init__(self, mechanism: Mechanism, laws: Sequence[DriveLaw], start: float) -> None:
         self.mechanism, self.laws, self.start = mechanism, laws, start
@@ -106,7 +106,7 @@ class RigidPlaces:
         self.trail: tuple[list[float], list[Reals]] = [start], [self.begin]
 
     def at(self, time: Any) -> Reals:
-        """x, y and angle of every link, shape (instants, links, 3), at any times from the start on.
+        """x, y and angle of each link at any times from the start, (instants, links, 3).
 
         Raises
         ------
@@ -124,7 +124,7 @@ class RigidPlaces:
         return self._closed(near, coordinates(self.laws, time) + self.ties.winding, time)
 
     def require_period(self, places: Reals, period: float) -> None:
-        """Raise where the links are elsewhere after a period [s], but for whole turns; places are as of `at`."""
+        """Raise DoesNotCloseError unless positions repeat after a period [s], up to full turns."""
         moved = places[-1] - places[0]
         turned = moved[:, 2] - 2 * np.pi * np.round(moved[:, 2] / (2 * np.pi))
         if max(np.abs(moved[:, :2]).max() / self.size, np.abs(turned).max()) > 1e-6:
@@ -133,7 +133,7 @@ class RigidPlaces:
             )
 
     def _follow(self, end: float) -> None:
-        """Go on with the trail, which is followed in small strides from the start, up to a time."""
+        """Extend the tracked positions up to a time."""
         instants, places = self.trail
         begin = instants[-1]
         if end <= begin and len(instants) > 1:
@@ -143,7 +143,7 @@ class RigidPlaces:
         scale = np.array([1.0 if drive.turns else self.size for drive in self.mechanism.drives])
         moved = (np.abs(np.diff(coordinates(self.laws, fine), axis=0)) / scale).max(axis=1, initial=0.0)
         gone = np.concatenate([[0.0], np.cumsum(np.maximum(moved, 1e-12 / SAMPLES))])
-        strides = max(1, int(np.ceil(gone[-1] / STRIDE)))
+        strides = max(1, int(np.ceil(gone[-1] / MAX_STRIDE)))
         for time in np.interp(np.linspace(0.0, gone[-1], strides + 1)[1:], gone, fine):
             here = places[-1]
             ahead = here + (here - places[-2]) if len(places) > 1 else here
@@ -153,7 +153,7 @@ class RigidPlaces:
 
     def _strides(self, change: Reals) -> int:
         scale = np.array([1.0 if drive.turns else self.size for drive in self.mechanism.drives])
-        return max(1, int(np.ceil(np.abs(change / scale).max(initial=0.0) / STRIDE)))
+        return max(1, int(np.ceil(np.abs(change / scale).max(initial=0.0) / MAX_STRIDE)))
 
     def _coordinate(self, places: Reals, drive: int) -> float:
         ties = self.ties
@@ -164,28 +164,28 @@ class RigidPlaces:
         return float(coupling_state((ties.couplings[mover],), places[self.nodes.link][None]).value[0, 0])
 
     def _closed(self, near: Reals, wanted: Reals | None, time: Reals | None = None) -> Reals:
-        """The places nearest to others at which all joints close, (instants, links, 3).
+        """Nearest closed positions, (instants, links, 3).
 
-        The drives are left free without their coordinates, (instants, drives).
+        Without drive coordinates `wanted`, (instants, drives), the drives are free.
         """
         places = near.copy()
         unit = np.array([self.size, self.size, 1.0])
-        for _ in range(STEPS):
+        for _ in range(MAX_STEPS):
             gaps, rows = self._equations(places, wanted)
             step = -(np.linalg.pinv(rows, rcond=1e-12) @ gaps[..., None])[..., 0].reshape(len(places), -1, 3)
             longest = np.abs(step).max(axis=(1, 2), initial=0.0)
             places[:, 1:] += step * unit * np.minimum(1.0, 0.5 / np.maximum(longest, 1e-300))[:, None, None]
-            if longest.max(initial=0.0) < CLOSED:
+            if longest.max(initial=0.0) < TOLERANCE:
                 break
         gaps, _ = self._equations(places, wanted)
-        open_ = ~(np.abs(gaps).max(axis=1, initial=0.0) < MISSED)
+        open_ = ~(np.abs(gaps).max(axis=1, initial=0.0) < MAX_GAP)
         if open_.any():
             when = "as drawn" if time is None else f"at {time[open_][0]:.6g} s"
             raise DoesNotCloseError(f"the joints of the rigid links do not close {when}")
         return places
 
     def _equations(self, places: Reals, wanted: Reals | None) -> tuple[Reals, Reals]:
-        """Gaps, (instants, rows), and their derivatives by places over size and by angles."""
+        """Constraint gaps, (instants, rows), and their scaled derivatives by position."""
         ties, link, count = self.ties, self.nodes.link, places.shape[1]
         state = coupling_state(tuple(ties.couplings), places[:, link])
         gaps: list[Any] = []

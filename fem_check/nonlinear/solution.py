@@ -1,4 +1,4 @@
-"""Results of the nonlinear check: displacements, section forces, joint forces, drive efforts, energies."""
+"""Results of the nonlinear check: displacements, forces, drive efforts, energies."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ Powers = np.polynomial.polynomial.polyval
 
 @dataclass(frozen=True, eq=False)
 class JointForce:
-    """Force and moment of a pin or slider on `link`; their opposite acts on `on`.
+    """Force and moment of a pin or slider on `link`; the opposite acts on `on`.
 
-    `force` [N], complex, in the ground's axes, and `moment` of a slider [N m], shape (positions,); without the effort
-    of a drive there, and without springs.
+    `force` [N], complex, in the ground's axes, and `moment` of a slider [N m], shape (positions,). Drive efforts and
+    springs are excluded.
     """
 
     name: str
@@ -41,31 +41,31 @@ class NonlinearSolution:
     Attributes
     ----------
     mechanism, sections, elements
-        What was asked; `elements` to every beam.
+        Input of the problem; `elements` per beam.
     time
         [s], shape (positions,).
     drive
         Coordinates of the drives [rad or m], shape (drives, positions).
     xi
-        Nodes of every beam, x'/l, shape (elements + 1,).
+        Nodes of each beam, x'/l, shape (elements + 1,).
     u, w, phi
-        Displacement [m] along and across the beam's own axes in the rigid mechanism, from its place there, and rotation
-        from these axes [rad], shape (beams, positions, nodes), beams in the order of `Mechanism.beams`.
+        Axial and transverse displacement [m] from the rigid position in the beam's rigid axes, and rotation from these
+        axes [rad], shape (beams, positions, nodes), beams in the order of `Mechanism.beams`.
     chord
-        w from the line through the displaced ends [m], of the same shape.
+        Transverse displacement from the displaced chord [m], same shape.
     N, V, M
-        Axial force, shear force [N] and bending moment [N m] in the axes of the section as it is turned, of the same
-        shape; nan for the beams of rigid links.
+        Axial force, shear force [N] and bending moment [N m] in the axes of the rotated section, same shape; nan for
+        beams of rigid links.
     joints
-        Forces in pins and sliders.
+        Forces of pins and sliders.
     efforts
-        Moment [N m] or force [N] of every drive along its coordinate, shape (drives, positions).
+        Moment [N m] or force [N] of each drive along its coordinate, shape (drives, positions).
     kinetic, stored
-        Energy of motion, and of strain and springs [J], shape (positions,).
+        Kinetic energy, and energy of strain and springs [J], shape (positions,).
     potential
         Energy of weight [J], shape (positions,).
     dissipated
-        Power that damping turns into heat [W], shape (positions,).
+        Power dissipated by damping [W], shape (positions,).
     """
 
     mechanism: Mechanism
@@ -89,14 +89,14 @@ class NonlinearSolution:
     dissipated: Reals
 
     def __repr__(self) -> str:
-        """In one line."""
+        """Short summary."""
         beams, positions, nodes = self.w.shape
         return f"NonlinearSolution({beams} beams, {positions} positions, {nodes} nodes)"
 
 
 @dataclass(frozen=True, eq=False)
 class Instants:
-    """Coordinates of a system and their rates at some times, those of the rigid mechanism, and the state with them."""
+    """Coordinates and rates at some times, rigid coordinates, and the state."""
 
     time: Reals
     rigid: Reals
@@ -107,7 +107,7 @@ class Instants:
 
 
 def solution_of(system: System, sections: tuple[Section, ...], elements: int, instants: Instants) -> NonlinearSolution:
-    """Everything that is asked for, from the coordinates."""
+    """Compute all results from the coordinates."""
     xi = np.linspace(0.0, 1.0, elements + 1)
     drive = system.drives(instants.time) - system.ties.winding
     fields = np.stack([_fields(system, k, xi, instants) for k in range(len(sections))] or [np.zeros((6, 0, 0))], axis=1)
@@ -152,7 +152,7 @@ def _fields(system: System, k: int, xi: Reals, instants: Instants) -> Reals:
 
 
 def displacements(system: System, k: int, xi: Reals, q: Reals, rigid: Reals) -> Reals:
-    """u, w and phi of a beam from its place on the rigid link, in its axes there, shape (3, positions, nodes).
+    """u, w and phi of a beam from its rigid position, shape (3, positions, nodes).
 
     `q`, `rigid`: coordinates of the system and of the rigid mechanism, (positions, coordinates).
     """
@@ -174,7 +174,7 @@ def displacements(system: System, k: int, xi: Reals, q: Reals, rigid: Reals) -> 
 
 
 def _section_forces(system: System, k: int, xi: Reals, axis: complex, instants: Instants) -> Reals:
-    """N, V and M at the nodes, shape (3, positions, nodes): see `fem_check.nonlinear.end_shares`."""
+    """N, V and M at the nodes, (3, positions, nodes), see `fem_check.nonlinear.end_shares`."""
     beam, along = system.mechanism.beams[k][1], list(system.nodes.along[k])
     count = len(along) - 1
     pieces = slice(system.nodes.first[k], system.nodes.first[k] + count)

@@ -1,4 +1,4 @@
-"""The periodic motion of an elastic mechanism, asked for in one call."""
+"""Periodic motion of an elastic mechanism."""
 
 from __future__ import annotations
 
@@ -24,38 +24,38 @@ def nonlinear_steady_state(
     start: float = 0.0,
     progress: Progress | None = None,
 ) -> NonlinearSolution:
-    """Periodic motion of a mechanism of elastic beams under its inertia and loads, displacements of any size.
+    """Periodic motion of a mechanism of elastic beams with inertia and large displacements.
 
-    It takes geometry, masses, sections, loads and the coordinates of the drives, and nothing else of `rigid` and
-    `elastic`: places, velocities and accelerations are its own.
+    Input are geometry, masses, sections, loads and drive coordinates. Positions, velocities and accelerations are
+    computed independently of `rigid` and `elastic`.
 
     Parameters
     ----------
     sections
-        One per beam, in the order of `Mechanism.beams`. Links of infinite rigidities are rigid bodies.
+        One per beam, in the order of `Mechanism.beams`. Links with infinite rigidities are rigid bodies.
     laws
-        Per drive, from times [s] to coordinate, rate and acceleration, of which the first is used.
+        Per drive, a function from times [s] to coordinate, rate and acceleration; only the coordinate is used.
     period
-        After which drives and loads repeat but for whole turns [s].
+        Period of drives and loads, up to full turns [s].
     positions
-        At equal distances from `start` [s] on; where the solution is found, too.
+        Number of equally spaced positions from `start` [s], also the collocation points.
     elements
-        To every beam.
+        Number of elements per beam.
     joints
-        By name, those that give way or do not fit.
+        Compliance and misfit of joints, by name.
     damping
-        beta of the Kelvin-Voigt law, stress = E (strain + beta d strain/dt) [s], one or per beam.
+        beta of the Kelvin-Voigt law, stress = E (strain + beta d strain/dt) [s], one value or one per beam.
     progress
-        Told the share of work that is done, 0 to 1, and a line of words.
+        Called with the completed share of the work, 0 to 1, and a message.
 
     Raises
     ------
     NotCheckedError
-        What this check does not know how to treat, by name.
+        The check does not support part of the mechanism; the message names it.
     DoesNotCloseError
-        Joints do not close, the motion does not repeat, or no periodic motion is found.
+        Joints do not close, the motion is not periodic, or no periodic motion is found.
     ValueError
-        Sections, laws, elements or positions in a number that does not fit.
+        Invalid number of sections, laws, elements or positions.
 
     Examples
     --------

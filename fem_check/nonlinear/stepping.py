@@ -1,7 +1,7 @@
-"""Motion from a start a few steps at a time, and over as many periods as bring it near its cycle.
+"""Integrate a motion a few steps at a time, or over periods towards a cycle.
 
-Newton's method for all steps of a cycle begins far off where links bend much or vibrate near resonance, and fails
-there. A few steps begin with what the last ones ended with: their changes are small whatever the deflection.
+Newton's method for all steps of a cycle starts far from the solution if links bend much or vibrate near resonance, and
+fails. A few steps start from the previous ones, so their changes stay small at any deflection.
 """
 
 from __future__ import annotations
@@ -16,21 +16,21 @@ from fem_check.nonlinear.rigid_places import DoesNotCloseError
 from fem_check.nonlinear.system import System
 from rigid import Reals
 
-TOGETHER = 4
-"""Steps that are solved at once, as long as that succeeds."""
-SHORTER = 32.0
-"""Times a step may be shorter than was asked for."""
+STEPS_PER_GROUP = 4
+"""Number of steps solved together, as long as that converges."""
+MAX_SUBDIVISION = 32.0
+"""Largest ratio of the requested step to a subdivided one."""
 
 
 def start_of(system: System, step: float, begin: Start) -> Beginning:
-    """State at the first instant: see `Marcher.start`; `step` is that of its differences [s]."""
+    """State at the first instant, see `Marcher.start`; `step`: difference step [s]."""
     marcher = Marcher(system, 1.0)
     marcher.start(system.rigid.start, step, begin)
     return Beginning(marcher.q[0], marcher.v[0])
 
 
 def slowest_vibration(system: System) -> float:
-    """Lowest natural frequency of the mechanism at its first instant, its drives held, no force on it [rad/s]."""
+    """Lowest natural frequency of the unloaded mechanism at the start, drives locked [rad/s]."""
     from scipy.linalg import eigh, null_space
 
     begin = np.array([system.rigid.start])
@@ -48,12 +48,12 @@ def slowest_vibration(system: System) -> float:
 
 
 def periods(system: System, edges: Reals, start: Beginning, settled: float, most: int) -> Iterator[CollocatedMotion]:
-    """One period after the other, each from the end of the last, the whole turns of a period taken off.
+    """Yield one period after the other, from the end of the last, minus full turns.
 
     Raises
     ------
     DoesNotCloseError
-        A step finds no balance.
+        A step does not converge.
     """
     turned = Collocation(system, edges, None).turned
     before: CollocatedMotion | None = None
@@ -66,22 +66,22 @@ def periods(system: System, edges: Reals, start: Beginning, settled: float, most
 def stepped(
     system: System, edges: Reals, start: Beginning, settled: float, before: CollocatedMotion | None = None
 ) -> CollocatedMotion:
-    """Motion from a start over all steps between given edges [s], and more where Newton's method wants shorter ones.
+    """Integrate over all steps between edges [s], subdivided if Newton's method fails.
 
     Parameters
     ----------
     settled
-        Share of the largest deflection at which Newton's method ends.
+        Tolerance of Newton's method, relative to the largest deflection.
     before
-        A motion over the same time that is near this one.
+        A nearby motion over the same time.
 
     Raises
     ------
     DoesNotCloseError
-        A step finds no balance, however short.
+        The shortest step does not converge.
     """
     done: list[CollocatedMotion] = []
-    left, together, shortest = list(edges), TOGETHER, np.diff(edges).min() / SHORTER
+    left, together, shortest = list(edges), STEPS_PER_GROUP, np.diff(edges).min() / MAX_SUBDIVISION
     pulls = np.zeros(len(system.ties.conditions))
     while len(left) > 1:
         equations = Collocation(system, np.array(left[: together + 1]), start)
@@ -100,7 +100,7 @@ def stepped(
             continue
         last = done[-1]
         left, start, pulls = left[together:], Beginning(last.q[-1, -1], last.v[-1, -1]), last.pulls[-1, -1]
-        together = min(2 * together, TOGETHER)
+        together = min(2 * together, STEPS_PER_GROUP)
     edges = np.concatenate([done[0].edges[:1], *(part.edges[1:] for part in done)])
     first, q, v, a, pulls = (
         np.concatenate(parts)
@@ -110,7 +110,7 @@ def stepped(
 
 
 def _expected(equations: Collocation) -> Reals:
-    """Displacements from the rigid places that go on as they start, shape (instants, coordinates)."""
+    """Extrapolate the initial displacements, shape (instants, coordinates)."""
     assert equations.start is not None
     time = equations.time - equations.edges[0]
     near = np.concatenate([[0.0], time[:STAGES]])

@@ -1,4 +1,4 @@
-"""Equations of motion of a whole mechanism in absolute coordinates: residual and tangents, at many instants at once."""
+"""Equations of motion in absolute coordinates: residual and tangents at many instants."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from rigid.arrays import Flags, Integers
 
 @dataclass(frozen=True, eq=False)
 class Tangents:
-    """Derivatives of the residual by place, velocity and acceleration, (instants, free, free); rows of conditions."""
+    """Derivatives of the residual, (instants, free, free), and constraint rows."""
 
     stiffness: Reals
     damping: Reals
@@ -33,10 +33,10 @@ class Tangents:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """All that stands behind a residual.
+    """Intermediate results of a residual.
 
-    `open` is what the conditions lack, (instants, conditions); `needed` what every node needs from what it shares its
-    coordinates with, (instants, nodes, 3); `pull` of the couplings, (instants, couplings).
+    `open`: constraint violations, (instants, constraints). `needed`: force that each node needs from nodes with shared
+    coordinates, (instants, nodes, 3). `pull`: coupling forces, (instants, couplings).
     """
 
     elements: ElementState
@@ -49,10 +49,10 @@ class State:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A mechanism ready to be computed.
+    """Assembled mechanism.
 
-    Coordinates are those of all nodes with shared ones once, shape (instants, coordinates): x, y, rotation. Some are
-    prescribed: the ground's, pins on it, drives'. The others are free.
+    Coordinates are x, y and rotation of all nodes without duplicates, shape (instants, coordinates). Those of the
+    ground, of pins on it and of drives can be prescribed; the others are free.
     """
 
     mechanism: Mechanism
@@ -64,7 +64,7 @@ class System:
 
     @cached_property
     def of_node(self) -> Integers:
-        """Coordinate of x, y and rotation of every node, shape (nodes, 3)."""
+        """Coordinates of x, y and rotation of each node, shape (nodes, 3)."""
         number = np.arange(3 * len(self.nodes.link)).reshape(-1, 3)
         for one, other in self.ties.shared:
             for component in (0, 1):
@@ -74,7 +74,7 @@ class System:
 
     @cached_property
     def prescribed(self) -> Flags:
-        """Whether a coordinate is."""
+        """Whether each coordinate is prescribed."""
         fixed = np.zeros(self.of_node.max() + 1, bool)
         fixed[self.of_node[0]] = True
         fixed[self.of_node[list(self.ties.held), :2]] = True
@@ -88,22 +88,22 @@ class System:
 
     @cached_property
     def turns(self) -> Flags:
-        """Whether a coordinate is a rotation."""
+        """Whether each coordinate is a rotation."""
         found = np.zeros(len(self.prescribed), bool)
         found[self.of_node[:, 2]] = True
         return found
 
     def drives(self, time: Reals) -> Reals:
-        """Coordinates of the drives with the turns of the drawing, shape (instants, drives)."""
+        """Coordinates of the drives with the full turns of the drawing, (instants, drives)."""
         values: Reals = coordinates(self.laws, time) + self.ties.winding
         return values
 
     def load_factors(self, time: Reals) -> Reals:
-        """Factors of all loads by their laws, shape (instants, loads)."""
+        """Evaluate the laws of all loads, shape (instants, loads)."""
         return factors(self.loads, time, self.rigid)
 
     def rigid_coordinates(self, places: Reals) -> Reals:
-        """Coordinates of the nodes on rigid links at given places, (instants, links, 3)."""
+        """Coordinates of the nodes on rigid links at given positions, (instants, links, 3)."""
         carried = places[:, self.nodes.link]
         way = self.nodes.rest * np.exp(1j * carried[..., 2])
         carried = carried + np.stack([way.real, way.imag, np.zeros(way.shape)], axis=-1)
@@ -112,7 +112,7 @@ class System:
         return q
 
     def prescribe(self, q: Reals, drives: Reals) -> None:
-        """Put the prescribed coordinates in place."""
+        """Set the prescribed coordinates in place."""
         q[:, self.of_node[0]] = 0.0
         for node, place in self.ties.held.items():
             q[:, self.of_node[node, 0]], q[:, self.of_node[node, 1]] = complex(place).real, complex(place).imag
@@ -130,20 +130,20 @@ class System:
         tangent: bool = True,
         assumed: Reals | None = None,
     ) -> tuple[Reals, State, Tangents | None]:
-        """Residual of balance in the coordinates, shape (instants, coordinates).
+        """Residual of the equations of motion, shape (instants, coordinates).
 
         Parameters
         ----------
         q, v, a
-            Coordinates and their rates.
+            Coordinates, rates and accelerations.
         pulls
-            Multipliers of the conditions, (instants, conditions).
+            Constraint multipliers, (instants, constraints).
         drives, factor
-            Of the drives and of the loads.
+            Drive coordinates and load factors.
         tangent
-            Whether the derivatives are wanted.
+            Whether to compute the derivatives.
         assumed
-            Resultants of the elements for the tangent's geometric part.
+            Element resultants for the geometric stiffness.
         """
         place, rate, acceleration = (values[:, self.of_node] for values in (q, v, a))
         beams = element_state(self.nodes.elements, place, rate, tangent, assumed)
@@ -176,7 +176,7 @@ class System:
         return total, state, Tangents(stiffness, damping, mass, self._rows(pairs.gradient))
 
     def predicted(self, state: State, change: Reals, change_of_rate: Reals) -> Reals:
-        """Resultants of the elements that a change of the coordinates is expected to bring."""
+        """Predict the element resultants after a change of the coordinates."""
         moved, rate = change[:, self.of_node], change_of_rate[:, self.of_node]
         return predicted(self.nodes.elements, state.elements, moved, rate)
 
@@ -187,7 +187,7 @@ class System:
 
     @cached_property
     def _gather(self) -> Any:
-        """From forces on nodes to those on coordinates, sparse, (3 nodes, coordinates)."""
+        """Sparse matrix from nodal to coordinate forces, (3 nodes, coordinates)."""
         from scipy.sparse import csr_array
 
         count = self.of_node.size
@@ -196,7 +196,7 @@ class System:
 
     @cached_property
     def parts(self) -> Reals:
-        """Factors of the couplings in the conditions, (conditions, couplings)."""
+        """Factors of the couplings in the constraints, (constraints, couplings)."""
         table = np.zeros((len(self.ties.conditions), len(self.ties.couplings)))
         for row, condition in enumerate(self.ties.conditions):
             for number, factor in condition.parts:
@@ -207,11 +207,11 @@ class System:
         wanted = np.zeros((len(value), len(self.ties.conditions)))
         for row, condition in enumerate(self.ties.conditions):
             wanted[:, row] = condition.target + (0.0 if condition.drive is None else drives[:, condition.drive])
-        lacking: Reals = value @ self.parts.T - wanted
-        return lacking
+        violation: Reals = value @ self.parts.T - wanted
+        return violation
 
     def _pulls(self, pairs: CouplingState, opening: Reals, pulls: Reals, drives: Reals) -> tuple[Reals, Reals, Reals]:
-        """Forces of the couplings, and their derivatives by values and rates; the latter (1, couplings)."""
+        """Coupling forces with derivatives by values and rates; the latter (1, couplings)."""
         pull = pulls @ self.parts
         give, loss = np.zeros((2, 1, pull.shape[1]))
         for spring in self.ties.gives:
@@ -226,7 +226,7 @@ class System:
 
     @cached_property
     def _spots(self) -> tuple[Integers, Any]:
-        """Free number of every coordinate (-1 where it is prescribed); coordinates of all blocks of a tangent."""
+        """Free number of each coordinate (-1 if prescribed), and coordinates of tangent blocks."""
         number = np.full(len(self.prescribed), -1)
         number[self.free] = np.arange(len(self.free))
         beams = self.of_node[self.nodes.elements.nodes].reshape(-1, 6)
@@ -235,7 +235,7 @@ class System:
 
     @cached_property
     def _scatter(self) -> tuple[Any, ...]:
-        """Per kind of block its sparse matrix to the entries of a tangent, (free^2, entries)."""
+        """Sparse matrices from each kind of block to tangent entries, (free^2, entries)."""
         from scipy.sparse import csr_array
 
         number, kinds = self._spots
@@ -249,7 +249,7 @@ class System:
         return tuple(scattering)
 
     def _spread(self, *blocks: Reals) -> Reals:
-        """Blocks added up to tangents, (instants, free, free)."""
+        """Assemble blocks to tangents, (instants, free, free)."""
         size, count = len(self.free), len(blocks[0])
         total = np.zeros((size * size, count))
         for scatter, own in zip(self._scatter, blocks, strict=True):
@@ -258,7 +258,7 @@ class System:
         return np.ascontiguousarray(total.T).reshape(count, size, size)
 
     def _rows(self, gradient: Reals) -> Reals:
-        """Derivatives of the conditions by the free coordinates, (instants, conditions, free)."""
+        """Derivatives of the constraints by free coordinates, (instants, constraints, free)."""
         number, (_, pairs, _, _) = self._spots
         table = np.zeros((len(gradient), len(self.ties.conditions), len(self.free) + 1))
         for row, condition in enumerate(self.ties.conditions):
@@ -278,14 +278,14 @@ def system_of(
     damping: float | Sequence[float],
     rigid: RigidPlaces | None = None,
 ) -> System:
-    """A mechanism with its drives' laws, ready to be computed from a time on; `rigid`: places that are known.
+    """Assemble a mechanism with its drive laws; `rigid`: known positions of rigid links.
 
     Raises
     ------
     ValueError
-        The sections are not one per beam, the laws not one per drive, or there is no element.
+        The sections do not match the beams, the laws do not match the drives, or there is no element.
     NotCheckedError
-        What this check does not know how to treat; designs in one array, of which it takes one at a time.
+        The check does not support part of the mechanism, or the arrays hold several designs.
     """
     several = [value for own in sections for value in vars(own).values() if np.ndim(value) and np.size(value) > 1]
     if mechanism.designs or several:

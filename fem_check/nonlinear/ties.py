@@ -1,4 +1,4 @@
-"""Ties of the nodes: shared pins, conditions with multipliers, springs, and coordinates that drives prescribe."""
+"""Ties of nodes: shared pins, constraints, springs, and drive coordinates."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rigid import Friction, Gear, Mechanism, PinDrive, Reals, Slider, SliderDriv
 
 @dataclass(frozen=True)
 class Condition:
-    """Couplings by number, each times a factor, add up to `target` and the coordinate of a drive."""
+    """Weighted couplings, by number, that must equal `target` plus a drive's coordinate."""
 
     parts: tuple[tuple[int, float], ...]
     target: float = 0.0
@@ -26,10 +26,10 @@ class Condition:
 
 @dataclass(frozen=True)
 class Give:
-    """A spring and damper on a coupling.
+    """Spring and damper on a coupling.
 
-    It pulls with preload + stiffness (c - rest - drive coordinate) + damping dc/dt; `wraps`: an angle c - rest counts
-    within half a turn.
+    Its force is preload + stiffness (c - rest - drive coordinate) + damping dc/dt. `wraps`: reduce the angle c - rest
+    to half a turn.
     """
 
     coupling: int
@@ -43,9 +43,9 @@ class Give:
 
 @dataclass(frozen=True)
 class JointSource:
-    """Where the force on a joint's child is found: at a node that is shared or held, or in couplings.
+    """Source of a joint's force on its child: a shared or fixed node, or couplings.
 
-    `turn` is the coupling that bears the moment of a weld.
+    `turn` is the coupling with the moment of a weld.
     """
 
     name: str
@@ -58,18 +58,18 @@ class JointSource:
 
 @dataclass(eq=False)
 class Ties:
-    """All of them.
+    """All ties of a mechanism.
 
     Attributes
     ----------
     shared
-        Pairs of nodes with one place.
+        Pairs of nodes with the same position.
     held
-        Places of nodes on the ground's pins [m].
+        Positions of nodes fixed to the ground's pins [m].
     driven
-        Node whose rotation is a drive's coordinate, by the number of the drive.
+        Node whose rotation is a drive's coordinate, by drive number.
     winding
-        Per drive, what its coordinate is less than the angle between its links as they were drawn: whole turns [rad].
+        Full turns per drive [rad]: angle between its links as drawn, minus its coordinate.
     """
 
     couplings: list[NodeCoupling] = field(default_factory=list)
@@ -90,28 +90,28 @@ def ties_of(
     drawn: Reals,
     first: Reals,
 ) -> Ties:
-    """Ties of a mechanism.
+    """Create the ties of a mechanism.
 
     Parameters
     ----------
     joints
-        By name, those that give way or do not fit.
+        Compliance and misfit of joints, by name.
     drawn
-        x, y and angle of every link as drawn, shape (links, 3).
+        x, y and angle of each link as drawn, shape (links, 3).
     first
         Coordinates of the drives at the first instant, shape (drives,).
 
     Raises
     ------
     NotCheckedError
-        A slider or toothed wheels on an elastic link, a pin at which no beam ends, a soft joint of several links,
+        A slider or toothed wheels on an elastic link, a pin without a beam end, a soft joint of several links, or
         Coulomb friction.
     """
     return _Builder(mechanism, nodes, joints, drawn).built(first)
 
 
 class _Builder:
-    """Ties so far."""
+    """Builder of the ties."""
 
     def __init__(self, mechanism: Mechanism, nodes: Nodes, joints: Mapping[str, JointCompliance], drawn: Reals) -> None:
         self.mechanism, self.nodes, self.soft = mechanism, nodes, joints
@@ -122,7 +122,7 @@ class _Builder:
         _require_joints(mechanism, joints)
 
     def built(self, first: Reals) -> Ties:
-        """All ties."""
+        """Create all ties."""
         self.ties.winding = np.array([self._winding(drive, first[k]) for k, drive in enumerate(self.mechanism.drives)])
         for point, parent, child, turn in _pins(self.mechanism):
             self._pin(point, parent, child, turn)
@@ -142,11 +142,11 @@ class _Builder:
         return self.ties
 
     def place(self, link: int, point: str) -> tuple[int, complex]:
-        """Node that carries a link's point, and the point from there."""
+        """Node that carries a link's point, and the point relative to it."""
         return place_of(self.mechanism, self.nodes, link, point)
 
     def couple(self, coupling: NodeCoupling) -> int:
-        """Number of a new coupling."""
+        """Add a coupling and return its number."""
         self.ties.couplings.append(coupling)
         return len(self.ties.couplings) - 1
 
@@ -154,7 +154,7 @@ class _Builder:
         return float(coupling_state((coupling,), self.drawn).value[0, 0])
 
     def _pin(self, point: str, parent: int, child: int, turned: complex | None) -> None:
-        """A pin, or a weld with the child `turned` so on the parent."""
+        """Add a pin, or a weld with the child `turned` on the parent."""
         (p, at_p), (c, at_c) = self.place(parent, point), self.place(child, point)
         compliance = self.soft.get(point, JointCompliance())
         turn = None if turned is None else self._turn(point, (parent, p), (child, c), turned, compliance)
@@ -172,7 +172,7 @@ class _Builder:
         self.ties.joints.append(JointSource(point, parent, child, None, pair, turn))
 
     def _closed(self, coupling: int, target: float, soft: float, drive: int | None = None) -> None:
-        """Hold a coupling at its target, softly if it has a compliance."""
+        """Constrain a coupling to its target, by a spring if compliant."""
         if soft:
             self.ties.gives.append(Give(coupling, 1.0 / soft, target, drive))
         else:
@@ -205,7 +205,7 @@ class _Builder:
     def _turn(
         self, name: str, parent: tuple[int, int], child: tuple[int, int], turned: complex, compliance: JointCompliance
     ) -> int:
-        """Hold the angle of a child on a parent, both given as link and node, in the drawn number of whole turns."""
+        """Fix the angle of a child on a parent, (link, node) each, with the drawn full turns."""
         coupling = NodeCoupling(CouplingKind.TURN, parent[1], child[1])
         angle = float(np.angle(turned))
         angle += 2 * pi * round((self._drawn_value(coupling) - angle) / (2 * pi))
@@ -215,7 +215,7 @@ class _Builder:
         return number
 
     def _coordinate(self, drive: PinDrive | SliderDrive) -> NodeCoupling:
-        """The coupling that is a drive's coordinate."""
+        """Coupling of a drive's coordinate."""
         if drive.turns:
             parent, child = (self.place(link, drive.joint)[0] for link in self.mechanism.ends(drive))
             return NodeCoupling(CouplingKind.TURN, parent, child)
@@ -243,7 +243,7 @@ class _Builder:
         self.ties.movers.append(moved)
 
     def _gear(self, gear: Gear) -> None:
-        """The ratio between the coordinates of the joints; the push between the teeth is left out."""
+        """Constrain the ratio of the joint coordinates; the tooth force is omitted."""
         both = set(self.mechanism.ends(gear.follower)) & set(self.mechanism.ends(gear.driver))
         if gear.pressure_angle is not None and any(self.mechanism.links[link].beams for link in both):
             raise NotCheckedError(
@@ -259,7 +259,7 @@ class _Builder:
         self.ties.conditions.append(Condition(parts, target))
 
     def _viscous(self, name: str, friction: Friction) -> None:
-        """Viscous friction of a joint: a damper without a spring."""
+        """Model viscous friction of a joint as a damper."""
         if np.any(friction.coefficient):
             raise NotCheckedError(
                 f'Coulomb friction at "{name}" sticks and slips with the force in the joint: the smooth steps of the '
@@ -296,7 +296,10 @@ class _Builder:
 
 
 def place_of(mechanism: Mechanism, nodes: Nodes, link: int, point: str) -> tuple[int, complex]:
-    """Node that carries a link's point, and the point from there; raises where no beam reaches it."""
+    """Node that carries a link's point, and the point relative to it.
+
+    Raises NotCheckedError if no beam reaches the point.
+    """
     if (link, point) not in nodes.at:
         name = mechanism.links[link].name
         raise NotCheckedError(f'link "{name}": no beam reaches the point "{point}", which carries a joint or a load')
@@ -304,9 +307,9 @@ def place_of(mechanism: Mechanism, nodes: Nodes, link: int, point: str) -> tuple
 
 
 def _pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int, complex | None]]:
-    """Point, parent and child, and how these are turned where they are welded.
+    """Yield point, parent, child, and the angle of a weld or None.
 
-    All links that share a point hang on the first of them, or on one before them that they are welded to.
+    Links that share a point are attached to the first, or to an earlier one they are welded to.
     """
     turns: dict[tuple[str, int, int], complex] = {}
     for weld in mechanism.welds:
@@ -333,7 +336,7 @@ def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance])
 
 
 def _sense(mechanism: Mechanism, name: str, parent: int, child: int) -> float:
-    """-1 where the mechanism's tree of joints has parent and child the other way: gaps and turns are counted there."""
+    """-1 if parent and child are swapped in the mechanism's joint tree, which signs gaps."""
     found = (joint for joint in structure(mechanism).joints if joint.name == name)
     return next(
         1.0 if joint.child == child else -1.0 for joint in found if {joint.parent, joint.child} == {parent, child}

@@ -1,4 +1,4 @@
-"""Motion of an elastic mechanism from a start, asked for in one call."""
+"""Transient motion of an elastic mechanism."""
 
 from __future__ import annotations
 
@@ -29,36 +29,36 @@ def nonlinear_transient(
     dissipation: float = 0.2,
     progress: Progress | None = None,
 ) -> NonlinearSolution:
-    """Motion of a mechanism of elastic beams from a start, displacements of any size.
+    """Motion of a mechanism of elastic beams from a start, with large displacements.
 
     Parameters
     ----------
     laws
-        Per drive, from times [s] to coordinate, rate and acceleration, of which the first is used.
+        Per drive, a function from times [s] to coordinate, rate and acceleration; only the coordinate is used.
     times
-        Where the answer is wanted [s], growing; the first is the start.
+        Requested times [s], increasing; the first is the start.
     step
-        Longest step of time [s]; between two times steps are equal.
+        Largest time step [s]; the interval between two requested times is divided evenly.
     begin
-        "rigid": at the places and velocities of the rigid links; "quasi-static": as bent as the inertia of the rigid
-        motion and the loads bend it, and as fast as that changes; "static": at rest, as bent as the loads bend it.
+        "rigid": positions and velocities of the rigid links; "quasi-static": deformed by the loads and the inertia of
+        the rigid motion, with the rate of this deformation; "static": at rest, deformed by the loads.
     dissipation
-        How much of the highest frequencies a step takes away, 0 to 1; of low ones it takes nothing to second order.
+        Numerical damping of the highest frequencies, 0 to 1; low frequencies are undamped to second order.
     mechanism, sections, elements, joints, damping, progress
-        As of `nonlinear_steady_state`.
+        See `nonlinear_steady_state`.
 
     Raises
     ------
     NotCheckedError
-        What this check does not know how to treat, by name.
+        The check does not support part of the mechanism; the message names it.
     DoesNotCloseError
-        Joints do not close, or a step finds no balance.
+        Joints do not close, or a step does not converge.
     ValueError
-        Numbers that do not fit.
+        Invalid numbers.
 
     Examples
     --------
-    A bar of 1 m let go horizontally falls with 3 g/2 per length: 30 deg in 0.262 (1 + ...) s of its small beginnings.
+    A bar of 1 m released horizontally accelerates at 3 g/2 per length:
 
     >>> from elastic import RIGID
     >>> from rigid import Beam, Link, Mechanism

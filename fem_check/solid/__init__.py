@@ -1,4 +1,4 @@
-"""The links as plane-stress bodies in scikit-fem: the error of beam theory itself."""
+"""Links as plane-stress bodies in scikit-fem, to measure the error of beam theory."""
 
 from fem_check.solid.comparison import SolidComparison, compare_solid
 

@@ -1,4 +1,4 @@
-"""A link as a body of quadratic quadrilaterals: its stiffness, its loads, and its supports."""
+"""Link as a body of quadratic quadrilaterals: stiffness, loads and supports."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from fem_check.solid.outline import Outline, Powers, grid
 from rigid import Reals
 from rigid.arrays import Integers
 
-PIN = 0.5  # radius of the region over which a joint force is spread, in depths of the thinnest beam that ends there
-QUADRATURE = 6  # degree that is integrated exactly on a straight element
+PIN_RADIUS = 0.5  # radius over which a joint force is spread, in depths of the thinnest beam that ends there
+QUADRATURE_DEGREE = 6  # degree of exact integration on a straight element
 
 
 class SolidLink:
-    """A link in plane stress, elements of nine nodes.
+    """Link in plane stress with nine-node elements.
 
-    The thickness is such that E t h is the beam's EA; with the outline's depth h, E t h^3/12 is its EI.
+    The thickness t makes E t h equal to the beam's EA; with the outline's depth h, E t h^3/12 is its EI.
 
     Parameters
     ----------
     outline
-        The link.
+        Outline of the link.
     poisson
         Poisson's ratio.
     across
@@ -32,9 +32,9 @@ class SolidLink:
     Attributes
     ----------
     grid, basis
-        The mesh, and scikit-fem's basis of vectors on it.
+        Mesh, and scikit-fem's vector basis on it.
     xi
-        Place along their beam of all points of quadrature, shape (elements, points); beyond the ends that of the end.
+        Position along the beam of all quadrature points, shape (elements, points), clipped to the beam's ends.
     """
 
     def __init__(self, outline: Outline, poisson: float, across: int) -> None:
@@ -44,7 +44,7 @@ class SolidLink:
         mesh = MeshQuad(
             np.array((self.grid.points.real, self.grid.points.imag)), np.ascontiguousarray(self.grid.cells.T)
         )
-        self.basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=QUADRATURE)
+        self.basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=QUADRATURE_DEGREE)
         x, y = np.asarray(self.basis.global_coordinates())
         self.places = x + 1j * y
         starts = np.array([outline.points[strip.start] for strip in outline.strips])[self.grid.strip]
@@ -52,7 +52,7 @@ class SolidLink:
         self.xi = np.clip(((self.places - starts[:, None]) / ways[:, None]).real, 0.0, 1.0)
 
     def along(self, values: Any) -> Reals:
-        """A function of the strip and xi at all points of quadrature, shape (elements, points)."""
+        """Evaluate a function of strip and xi at all quadrature points, (elements, points)."""
         at_points: Reals = np.empty_like(self.xi)
         for k, strip in enumerate(self.outline.strips):
             own = self.grid.strip == k
@@ -61,18 +61,18 @@ class SolidLink:
 
     @cached_property
     def stretching(self) -> Reals:
-        """E t [N/m] at the points of quadrature."""
+        """E t [N/m] at the quadrature points."""
         stiff: Reals = self.along(lambda strip, xi: Powers(xi, strip.EA) / strip.depth(xi))
         return stiff
 
     @cached_property
     def spread(self) -> Reals:
-        """Length of beam per area at the points of quadrature [1/m]: turns loads per length to loads per area."""
+        """Beam length per area at quadrature points [1/m], for loads per length to area."""
         area = self.basis.dx.sum(axis=1)
         return np.broadcast_to((self.grid.share / area)[:, None], self.xi.shape)
 
     def stiffness(self) -> Any:
-        """Sparse matrix of all dofs."""
+        """Sparse stiffness matrix of all dofs."""
         from fem_check.solid.forms import plane_stress
 
         membrane = self.stretching / (1.0 - self.poisson**2)
@@ -87,7 +87,7 @@ class SolidLink:
         return vector
 
     def strained(self, strip: int) -> Reals:
-        """Load vector of a unit free strain of a beam, alike along and across it."""
+        """Load vector of a unit isotropic free strain of a beam."""
         from fem_check.solid.forms import swollen
 
         own = (self.grid.strip == strip)[:, None]
@@ -95,14 +95,14 @@ class SolidLink:
         return vector
 
     def pin(self, point: int) -> Reals:
-        """Load vectors of unit forces along x and y and of a unit moment on a joint, shape (3, dofs).
+        """Load vectors of unit forces along x and y and a unit moment at a joint, (3, dofs).
 
-        Spread over a round region about the point, most in its middle, which they leave flat: `(1 - r^2/R^2)^2`. Times
-        displacements they give their mean over that region, and the mean rotation.
+        They are spread over a disk about the point with the smooth weight `(1 - r^2/R^2)^2`. Multiplied by
+        displacements they give the mean displacement and rotation of the disk.
         """
         center = self.outline.points[point]
         arm = self.places - center
-        weight = np.maximum(1.0 - np.abs(arm) ** 2 / (PIN * self.outline.depth_at(point)) ** 2, 0.0) ** 2
+        weight = np.maximum(1.0 - np.abs(arm) ** 2 / (PIN_RADIUS * self.outline.depth_at(point)) ** 2, 0.0) ** 2
         weight = weight / (weight * self.basis.dx).sum()
         middle = (weight * arm * self.basis.dx).sum()
         arm = arm - middle
@@ -113,7 +113,7 @@ class SolidLink:
 
     @cached_property
     def rigid(self) -> Reals:
-        """Displacements of all dofs as the body moves along x and y and turns about the origin, shape (3, dofs)."""
+        """Displacements of all dofs by rigid motions along x and y and about the origin, (3, dofs)."""
         rows = np.zeros((3, self.basis.N))
         x, y = self.basis.split_indices()
         rows[0, x], rows[1, y] = 1.0, 1.0
@@ -121,16 +121,16 @@ class SolidLink:
         return rows
 
     def held(self) -> Integers:
-        """Three dofs that leave the body no rigid motion: both of one node on an axis, one of another far away."""
+        """Supports against rigid motions: two dofs of a node, one of a distant node."""
         first, last = self.grid.axis[0][0], self.grid.axis[0][-1]
         way = self.outline.way(self.outline.strips[0])
         dofs = self.basis.nodal_dofs
         return np.array((*dofs[:, first], dofs[1 if abs(way.real) >= abs(way.imag) else 0, last]))
 
     def displaced(self, loads: Reals) -> Reals:
-        """Displacements of all dofs under loads in balance, shapes (loads, dofs).
+        """Displacements of all dofs under balanced loads, shapes (loads, dofs).
 
-        As scikit-fem's `solve(*condense(...))`, with one factorisation for all loads.
+        Equals scikit-fem's `solve(*condense(...))`, with one factorisation for all loads.
         """
         from scipy.sparse.linalg import splu
         from skfem import condense

@@ -1,4 +1,4 @@
-"""Error of beam theory: deflections of the closed forms beside those of the plane-stress bodies."""
+"""Error of beam theory: closed forms compared with plane-stress bodies."""
 
 from __future__ import annotations
 
@@ -11,32 +11,32 @@ from elastic import Deflection, sample
 from fem_check.solid.solution import ACROSS, POISSON, SolidSolution, solve_solid
 from rigid import Reals
 
-STATIONS = 33  # at which a beam is asked for its largest deflection where no body is
-UNBENT = 1e-6  # of the mechanism's largest deflection, below which a link's counts as none
+STATIONS = 33  # points along a beam without a body, to find its largest deflection
+MIN_DEFLECTION = 1e-6  # deflection of an undeflected link, relative to the mechanism's largest
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SolidComparison:
-    """Differences of the deflections from the chord.
+    """Differences of chord deflections.
 
     Attributes
     ----------
     largest
-        Largest deflection of every beam from its chord by beam theory [m], shape (beams,).
+        Largest deflection of each beam from its chord by beam theory [m], shape (beams,).
     difference
-        Greatest difference of the plane-stress bodies from it, at any place and position [m], shape (beams,); nan of
-        beams that are no bodies.
+        Largest difference from the plane-stress bodies over places and positions [m], shape (beams,); nan for beams
+        without a body.
     peak
         Largest deflection of the plane-stress bodies [m], shape (beams,).
     by_link
-        By name of the link, the greatest difference on its beams over the largest deflection of any of them.
+        By link name, the largest difference on its beams, relative to their largest deflection.
     left_out
-        By name of the link, why it is no plane body.
+        By link name, the reason for the missing plane body.
     refinement
-        Greatest change from elements twice as large over the largest deflection; three quarters of it at least are
-        theirs.
+        Largest change from elements of twice the size, relative to the largest deflection; at least three quarters of
+        it are the error of the coarser elements.
     compared
-        Number of positions at which both sides have an answer.
+        Number of positions with an answer on both sides.
     """
 
     largest: Reals
@@ -49,7 +49,7 @@ class SolidComparison:
 
     @property
     def relative(self) -> float:
-        """Greatest difference over the largest deflection of all; nan where there is nothing to compare."""
+        """Largest difference relative to the largest deflection; nan without comparison."""
         known = np.isfinite(self.difference)
         if not known.any() or not self.largest[known].max() > 0:
             return float("nan")
@@ -62,22 +62,21 @@ class SolidComparison:
 def compare_solid(
     deflection: Deflection, poisson: float | Sequence[float] = POISSON, across: int = ACROSS
 ) -> SolidComparison:
-    """Difference of beam theory from plane-stress bodies, in its largest deflection.
+    """Compare the deflections of beam theory and plane-stress bodies.
 
-    Deflections are from the chord through the ends of each beam: through the mean places of its pins. What is compared
-    is the axis between them.
+    Compared are deflections of the axis from the chord through the mean positions of the pins at the beam's ends.
 
     Parameters
     ----------
     poisson
-        Poisson's ratio, of all beams or one per beam.
+        Poisson's ratio, common or per beam.
     across
-        Elements over the depth, an even number; the change from half as many is told.
+        Elements over the depth, a multiple of 4; the change from half as many is reported.
 
     Raises
     ------
     ValueError
-        As `solve_solid`.
+        See `solve_solid`.
     """
     if across % 4:
         raise ValueError(f"{across} elements across: expected a multiple of 4, to be compared with half as many")
@@ -91,7 +90,7 @@ def compare_solid(
     whole = max(float(largest.max(initial=0.0)), np.finfo(float).tiny)
     by_link = {
         mechanism.links[at].name: float(
-            difference[owner == at].max() / max(float(largest[owner == at].max()), UNBENT * whole)
+            difference[owner == at].max() / max(float(largest[owner == at].max()), MIN_DEFLECTION * whole)
         )
         for at in fine.bodies
     }
@@ -103,7 +102,7 @@ def compare_solid(
 
 
 def _differences(deflection: Deflection, solid: SolidSolution) -> tuple[Reals, Reals, Reals]:
-    """Per beam the largest deflection by beam theory, the greatest difference from it, and the bodies' largest [m]."""
+    """Per beam: largest beam deflection, largest difference, largest body deflection [m]."""
     differences = np.zeros((3, len(solid.xi)))
     for k, (xi, chord) in enumerate(zip(solid.xi, solid.chord, strict=True)):
         stations = xi if len(xi) else np.linspace(0.0, 1.0, STATIONS)
@@ -117,6 +116,6 @@ def _differences(deflection: Deflection, solid: SolidSolution) -> tuple[Reals, R
 
 
 def _greatest(values: Reals) -> float:
-    """Largest magnitude of the known values; nan where none is."""
+    """Largest magnitude of the known values, or nan."""
     known = np.abs(values[np.isfinite(values)])
     return float(known.max()) if known.size else float("nan")

@@ -1,7 +1,7 @@
-"""Outlines of links as plane bodies, and their meshes of quadrilaterals.
+"""Outlines of links as plane bodies, and their quadrilateral meshes.
 
-Every beam is a strip along its axis, as deep as the rectangle of the same EA and EI. Where beams of a link meet, their
-edges are led to where they intersect, as in a mitre; a beam that ends alone reaches beyond its pin by half its depth.
+Each beam is a strip along its axis with the depth of the rectangle of the same EA and EI. Strips of a link meet in
+mitres; a beam that ends alone extends beyond its pin by half its depth.
 """
 
 from __future__ import annotations
@@ -14,24 +14,24 @@ import numpy as np
 from rigid import Reals
 from rigid.arrays import Columns, Complexes, Integers
 
-MITRE = 1.0  # how far a corner may be from the point where beams meet, in depths: a sharp tip carries nothing
-EATEN = 0.4  # part of a beam that a corner between two beams may reach along it
-STRAIGHT = 0.05  # sine below which two beams that go on straight have no corner of their own
-COARSEST = 75  # along a beam, elements are up to twice as long as across it, but not many more than twice so many
-ENDS = 0.4  # by how much of the distance from an end elements may be longer than there
-SKEWED = 3.0  # how far from a mitre, in its lengths, the rows of elements are still aslant
-ROUND_OFF = 1e-9  # of the link's size, within which two points of the mesh are one
+MAX_MITRE = 1.0  # [depths] largest distance of a corner from the beams' common point: a sharp tip carries no load
+MAX_CORNER_REACH = 0.4  # largest reach of a corner between two beams, relative to a beam's length
+MIN_SINE = 0.05  # sine of the angle below which continuing beams have no corner
+MAX_ELEMENTS = 75  # largest number of elements along a beam before they become more than twice as long as deep
+ELEMENT_GROWTH = 0.4  # growth of element length per distance from the beam's end
+SKEW_LENGTH = 3.0  # [mitre lengths] distance from a mitre over which element rows are oblique
+MERGE_DISTANCE = 1e-9  # distance of coincident mesh points, relative to the link's size
 
 Powers = np.polynomial.polynomial.polyval
 
 
 class OutlineError(ValueError):
-    """A link that is no plane body: two of its beams meet at too sharp an angle, or one is deeper than it is long."""
+    """The link has no plane body: beams meet too sharply, or are deeper than long."""
 
 
 @dataclass(frozen=True)
 class Strip:
-    """A beam of a link, hashable.
+    """Beam of a link, hashable.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Strip:
     EA, EI
         [N], [N m^2], as polynomials in xi.
     mass
-        Per length [kg/m], likewise.
+        Mass per length [kg/m], as a polynomial.
     """
 
     start: int
@@ -50,28 +50,28 @@ class Strip:
     mass: tuple[float, ...] = (0.0,)
 
     def depth(self, xi: Columns) -> Columns:
-        """Of the rectangle with the same EA and EI, sqrt(12 EI/EA) [m]."""
+        """Depth of the rectangle with the same EA and EI, sqrt(12 EI/EA) [m]."""
         return np.sqrt(12.0 * Powers(xi, self.EI) / Powers(xi, self.EA))
 
 
 @dataclass(frozen=True)
 class Outline:
-    """A link as strips between its points [m], complex, in the link's axes."""
+    """Link as strips between its points [m], complex, in the link's axes."""
 
     points: tuple[complex, ...]
     strips: tuple[Strip, ...]
 
     def way(self, strip: Strip) -> complex:
-        """From a strip's first point to its second."""
+        """Vector from a strip's first point to its second."""
         return self.points[strip.end] - self.points[strip.start]
 
     def ends_at(self, point: int) -> list[tuple[int, int]]:
-        """Strips that end at a point, and which of their ends (0 or 1) does."""
+        """Strips that end at a point, with the number of the end (0 or 1)."""
         found = [(k, 0) for k, strip in enumerate(self.strips) if strip.start == point]
         return found + [(k, 1) for k, strip in enumerate(self.strips) if strip.end == point]
 
     def depth_at(self, point: int) -> float:
-        """Least depth of the strips that end at a point."""
+        """Smallest depth of the strips that end at a point."""
         return min(float(self.strips[k].depth(float(end))) for k, end in self.ends_at(point))
 
 
@@ -82,12 +82,12 @@ class QuadGrid:
     Attributes
     ----------
     points, cells
-        Places [m], complex, and the four corners of every element, counter-clockwise, shape (elements, 4).
+        Positions [m], complex, and the four corners of each element, counter-clockwise, shape (elements, 4).
     strip, share
-        Per element the strip it is of, and the length of beam that it stands for [m]: the shares of a strip add up to
-        its length, those of the overhangs are zero.
+        Strip of each element, and its share of the beam length [m]: they add up to the strip's length, with zero for
+        the overhangs.
     axis, xi
-        Per strip the points on its axis, from end to end, and where they are.
+        Points on the axis of each strip, from end to end, and their xi.
     """
 
     points: Complexes
@@ -99,7 +99,7 @@ class QuadGrid:
 
 
 def grid(outline: Outline, across: int) -> QuadGrid:
-    """Mesh of a link, `across` elements (an even number) over the depth of every beam.
+    """Mesh a link with `across` elements (an even number) over each beam's depth.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def grid(outline: Outline, across: int) -> QuadGrid:
 
 
 def _corners(outline: Outline, point: int) -> Iterator[tuple[int, int, int, complex]]:
-    """Where edges of neighbouring strips meet about a point: strip, end, side of its axis (+1 or -1), place [m]."""
+    """Yield corners of neighbouring strips at a point: strip, end, side (+1 or -1), place [m]."""
     ends = outline.ends_at(point)
     if len(ends) < 2:
         return
@@ -147,27 +147,27 @@ def _corners(outline: Outline, point: int) -> Iterator[tuple[int, int, int, comp
 
 
 def _corner(outline: Outline, one: tuple[int, int, complex], other: tuple[int, int, complex]) -> complex:
-    """Where the left edge of a strip that leaves a point meets the right edge of the next, from that point [m]."""
+    """Intersection of a strip's left edge with the next one's right edge, from the point [m]."""
     (k, end, first_way), (j, stop, turned) = one, other
     first, second = (float(outline.strips[number].depth(float(at))) for number, at in ((k, end), (j, stop)))
     d, e = first_way / abs(first_way), turned / abs(turned)
     sine, cosine = (np.conj(d) * e).imag, (np.conj(d) * e).real
-    if abs(sine) < STRAIGHT and cosine < 0:
+    if abs(sine) < MIN_SINE and cosine < 0:
         return complex(1j * (d * first - e * second) / 4)
     sharp = sine > 0 and cosine >= 0
     reach = np.inf if sine == 0 else (second + first * cosine) / (2 * sine)
     back = np.inf if sine == 0 else (first + second * cosine) / (2 * sine)
-    if sharp and (reach > EATEN * abs(first_way) or back > EATEN * abs(turned)):
+    if sharp and (reach > MAX_CORNER_REACH * abs(first_way) or back > MAX_CORNER_REACH * abs(turned)):
         angle = np.degrees(np.angle(np.conj(d) * e))
         raise OutlineError(f"two beams meet at {angle:.3g} degrees, {first:.3g} and {second:.3g} m deep: no plane body")
     corner = 1j * d * first / 2 + reach * d
-    return complex(corner if sharp else corner * min(1.0, MITRE * max(first, second) / abs(corner)))
+    return complex(corner if sharp else corner * min(1.0, MAX_MITRE * max(first, second) / abs(corner)))
 
 
 def _rows(
     outline: Outline, k: int, sides: dict[tuple[int, int, int], complex], across: int
 ) -> tuple[Complexes, Reals, Reals, int]:
-    """Points of a strip row by row, length of beam between rows, xi of the rows of the beam, rows of the overhang."""
+    """Points of a strip by row, beam length between rows, xi, and rows of the overhang."""
     strip = outline.strips[k]
     way, start = outline.way(strip), outline.points[strip.start]
     length, axis = abs(way), way / abs(way)
@@ -185,7 +185,10 @@ def _rows(
             hubs.append(1j * eta * strip.depth(float(end)) / 2)
     x = xi[:, None] * length
     for own, way_in in zip(skew, (x, length - x), strict=True):
-        x = x + own * np.maximum(1.0 - way_in / min(length, SKEWED * np.abs(own).max() + _deepest(strip)), 0.0) ** 2
+        x = (
+            x
+            + own * np.maximum(1.0 - way_in / min(length, SKEW_LENGTH * np.abs(own).max() + _deepest(strip)), 0.0) ** 2
+        )
     rows = x + 1j * eta * strip.depth(np.clip(x / length, 0.0, 1.0)) / 2
     rows[0], rows[-1] = hubs[0], length + hubs[1]
     share = np.diff(xi) * length
@@ -205,11 +208,11 @@ def _deepest(strip: Strip) -> float:
 
 
 def _stations(strip: Strip, length: float, across: int) -> Reals:
-    """Rows along a beam: square elements at its ends, up to twice as long further in."""
+    """Rows along a beam: square elements at the ends, up to twice as long inside."""
     fine = np.linspace(0.0, 1.0, 2001)
     depth = strip.depth(fine)
-    near = (depth + 4 * ENDS * length * np.minimum(fine, 1 - fine)) / across
-    longest = np.maximum(depth, length / COARSEST) * 2 / across
+    near = (depth + 4 * ELEMENT_GROWTH * length * np.minimum(fine, 1 - fine)) / across
+    longest = np.maximum(depth, length / MAX_ELEMENTS) * 2 / across
     density = length / np.minimum(near, longest)
     total = np.concatenate(([0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(fine))))
     count = int(np.ceil(total[-1] / 2)) * 2
@@ -217,7 +220,7 @@ def _stations(strip: Strip, length: float, across: int) -> Reals:
 
 
 def _merged(places: Complexes, size: float) -> tuple[Complexes, Integers]:
-    """Places without those that are there already, and the new number of every old one."""
-    pairs = np.round(np.stack((places.real, places.imag), axis=1) / (ROUND_OFF * size) + np.pi)
+    """Merge coincident points, and return the new number of each old one."""
+    pairs = np.round(np.stack((places.real, places.imag), axis=1) / (MERGE_DISTANCE * size) + np.pi)
     _, kept, number = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
     return places[kept], number.reshape(-1)

@@ -1,4 +1,4 @@
-"""Responses of a link to unit loads: once for every link, for all its positions."""
+"""Responses of a link to unit loads, reused for all positions."""
 
 from __future__ import annotations
 
@@ -16,20 +16,21 @@ from rigid.arrays import Complexes
 
 @dataclass(frozen=True, eq=False)
 class Responses:
-    """Displacements of a body under its unit loads, but for a motion as a whole.
+    """Displacements of a body under unit loads, up to a rigid motion.
 
-    The unit loads in their order: an acceleration along x and along y less gravity [m/s^2], one that grows with x along
-    x and y (-w^2 and eps) [1/s^2]; on every point a force along x, along y and a moment; on every strip a force per
-    length along and across it that falls from its start, and one that grows to its end [N/m], and a free strain.
+    The unit loads in order: uniform acceleration minus gravity along x and y [m/s^2]; acceleration proportional to
+    position, radial and tangential (-w^2 and eps) [1/s^2]; at each point a force along x, along y and a moment; for
+    each strip an axial and a transverse force per length that decreases from the start, then the same increasing to
+    the end [N/m], and a free strain.
 
     Attributes
     ----------
     body
         The mesh.
     values
-        Of all dofs, shape (loads, dofs).
+        Displacements of all dofs, shape (loads, dofs).
     points
-        Mean over the region of the pin at every point, complex, shape (loads, points).
+        Mean displacement of the pin region at each point, complex, shape (loads, points).
     """
 
     body: SolidLink
@@ -38,12 +39,12 @@ class Responses:
 
     @property
     def nodes(self) -> Complexes:
-        """Displacements of the corners of the elements, complex, shape (loads, corners)."""
+        """Displacements of the elements' corners, complex, shape (loads, corners)."""
         x, y = self.body.basis.nodal_dofs[:2]
         return self.values[:, x] + 1j * self.values[:, y]
 
     def on_axis(self, strip: int) -> Complexes:
-        """Displacements along a strip's axis, at its ends those of the pins, complex, shape (loads, stations)."""
+        """Displacements along a strip's axis, with the pins' at its ends, (loads, stations)."""
         own = self.body.outline.strips[strip]
         found = self.nodes[:, self.body.grid.axis[strip]]
         found[:, 0], found[:, -1] = self.points[:, own.start], self.points[:, own.end]
@@ -52,15 +53,15 @@ class Responses:
 
 @lru_cache(maxsize=64)
 def responses(outline: Outline, carrying: tuple[int, ...], poisson: float, across: int) -> Responses:
-    """Responses of a link to its unit loads.
+    """Compute the responses of a link to its unit loads.
 
     Parameters
     ----------
     outline
-        The link.
+        Outline of the link.
     carrying
-        Points at which it is held: every unit load is balanced there, which loads in balance do not feel. Two of them
-        share it as two supports do; a single one takes a moment.
+        Support points that balance each unit load; balanced loads do not depend on them. Two points act as two
+        supports, a single one also takes a moment.
     poisson
         Poisson's ratio.
     across
@@ -81,7 +82,7 @@ def _distributed(body: SolidLink) -> Reals:
 
 
 def _of_strip(body: SolidLink, k: int) -> Reals:
-    """Unit loads along and across a strip, at its start and its end, and its free strain, shape (5, dofs)."""
+    """Axial and transverse unit loads of a strip, and its free strain, shape (5, dofs)."""
     way = body.outline.way(body.outline.strips[k])
     axis = way / abs(way)
     own = body.spread * (body.grid.strip == k)[:, None] * axis
@@ -90,7 +91,7 @@ def _of_strip(body: SolidLink, k: int) -> Reals:
 
 
 def _supports(outline: Outline, pins: list[Any], carrying: tuple[int, ...]) -> Reals:
-    """Loads that balance: a force at the first point, and one across at the farthest, or a moment, shape (3, dofs)."""
+    """Reactions: force at the first point, and transverse force or moment, (3, dofs)."""
     first = carrying[0] if carrying else 0
     arms = [outline.points[point] - outline.points[first] for point in carrying]
     far = max(range(len(arms)), key=lambda k: abs(arms[k]), default=0)
@@ -101,6 +102,6 @@ def _supports(outline: Outline, pins: list[Any], carrying: tuple[int, ...]) -> R
 
 
 def _balanced(body: SolidLink, loads: Reals, supports: Reals) -> Reals:
-    """Loads with the reactions of their supports, without resultant."""
+    """Add the reactions of the supports, so that the resultant vanishes."""
     carried = np.linalg.solve(supports @ body.rigid.T, (loads @ body.rigid.T).T)
     return loads - carried.T @ supports

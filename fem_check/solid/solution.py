@@ -1,4 +1,4 @@
-"""All links as plane-stress bodies at all positions: unit responses times their loads."""
+"""All links as plane-stress bodies at all positions, by superposition of unit responses."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ from rigid.arrays import Columns, Complexes
 
 POISSON = 0.3
 ACROSS = 4
-LEAST_ACROSS = 2
+MIN_ACROSS = 2
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SolidSolution:
-    """Answer of the plane-stress bodies.
+    """Solution of the plane-stress bodies.
 
     Attributes
     ----------
     motion, across
-        Of the problem; `across` elements over the depth of every beam.
+        Input of the problem; `across` elements over the depth of each beam.
     bodies, loads
-        By number of the link: its unit responses, and its loads in their order, shape (loads, positions).
+        By link number: unit responses, and load factors, shape (loads, positions).
     left_out
-        By name of the link, why it is no plane body: a beam is rigid or has thin walls, a slider's block moves along
-        it, or its beams make no outline.
+        By link name, the reason for the missing body: a beam is rigid or thin-walled, a slider's block moves along it,
+        or its beams have no valid outline.
     xi, chord
-        Per beam places on its axis, and their displacement across the line through the mean places of its two pins [m],
-        shape (positions, stations); empty of the beams of links that are no bodies.
+        Per beam, places on its axis and their displacement from the line through the mean positions of its pins [m],
+        shape (positions, stations); empty for beams of links without a body.
     """
 
     motion: Motion
@@ -52,9 +52,9 @@ class SolidSolution:
     chord: tuple[Reals, ...]
 
     def displacement(self, link: int, position: int) -> Complexes:
-        """Of all corners of the elements of a link's body from the line through two of its pins [m], complex.
+        """Displacements of the element corners from the line through two pins [m], complex.
 
-        In the link's axes; the line leads through the ends of the first beam.
+        In the link's axes; the line passes through the ends of the first beam.
         """
         response = self.bodies[link]
         strip = response.body.outline.strips[0]
@@ -77,30 +77,29 @@ def solve_solid(
     across: int = ACROSS,
     joints: Mapping[str, JointCompliance] | None = None,
 ) -> SolidSolution:
-    """Deflection of the links from their chords as plane-stress bodies, pins of finite size, at all positions.
+    """Deflection of the links from their chords as plane-stress bodies at all positions.
 
-    The beams' line loads and their inertia as of the points of the body; joint forces and lumps spread over round
-    regions at the pins, the joint forces from the finite elements of `solve`. Links that are no plane bodies are left
-    out.
+    Line loads and inertia act on the body. Joint forces, from `solve`, and lumps are spread over disks at the pins.
+    Links without a plane body are skipped.
 
     Parameters
     ----------
     motion
-        Of one design.
+        Motion of one design.
     sections
-        One per beam, in the order of `Mechanism.beams`. A body takes EA, EI and their tapers: it is as deep as the
-        rectangle that has both.
+        One per beam, in the order of `Mechanism.beams`. A body uses EA, EI and their tapers: its depth is that of the
+        rectangle with both.
     poisson
-        Poisson's ratio, of all beams or one per beam; a link takes that of its first.
+        Poisson's ratio, common or per beam; a link uses that of its first beam.
     across
         Elements over the depth, an even number.
     joints
-        By name, the joints that give way or do not fit.
+        Compliance and misfit of joints, by name.
 
     Raises
     ------
     ValueError
-        The sections are not one per beam; several designs; `across` is odd; friction may lock the mechanism.
+        The sections do not match the beams; several designs; `across` is odd; or friction may lock the mechanism.
 
     Examples
     --------
@@ -119,7 +118,7 @@ def solve_solid(
         raise ValueError(f"{len(sections)} sections for {len(motion.mechanism.beams)} beams")
     if len(motion.columns) != 1 or any(np.ndim(value) for part in sections for value in (part.EA, part.EI)):
         raise ValueError(f"columns of shape {motion.columns}: expected one design")
-    if across < LEAST_ACROSS or across % 2:
+    if across < MIN_ACROSS or across % 2:
         raise ValueError(f"{across} elements across: expected an even number")
     frame = Frame(motion)
     given = np.broadcast_to(np.asarray(poisson, float), len(sections))
@@ -154,7 +153,7 @@ def solve_solid(
 
 
 def _no_body(frame: Frame, at: int, sections: Sequence[Section]) -> str | None:
-    """Why a link is no plane body with loads in place; None where it may be one."""
+    """Reason why a link has no plane body, or None."""
     if not all(np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections):
         return "a beam is rigid"
     if any(section.thin_walled for section in sections):
@@ -181,7 +180,7 @@ def _along(at_start: Any, taper: Sequence[float]) -> tuple[float, ...]:
 def _pushes(
     frame: Frame, sections: Sequence[Section], joints: Mapping[str, JointCompliance]
 ) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
-    """Joint forces and concentrated loads on the ends of beams: link, point, force in the ground's axes and moment."""
+    """Yield joint forces and concentrated loads at beam ends: link, point, force, moment."""
     pushes = (
         solve(frame.motion, sections, 1, joints)
         if frame.motion.mechanism.gears or frame.motion.mechanism.friction
@@ -204,7 +203,7 @@ def _pushes(
         unit = multipliers[..., number] * (wrenches.size if row.turns else 1.0)
         reached = [(place, force, moment) for place, force, moment in row.parts if place is not None]
         if len(reached) == 2 and len({frame.bodies[place.body].link for place, _, _ in reached}) == 1:
-            continue  # a weld within a link
+            continue  # skip welds within a link
         for place, force, moment in reached:
             yield from on_end(place, force * unit, moment * unit)
     for where, force, moment in (*concentrated(frame), *friction):
@@ -219,7 +218,7 @@ def _loads(
     points: int,
     pushes: Sequence[tuple[int, tuple[Columns, Columns]]],
 ) -> Reals:
-    """Multiples of the unit loads of a link, shape (loads, positions)."""
+    """Load factors of the unit loads of a link, shape (loads, positions)."""
     mechanism, back = motion.mechanism, np.conj(motion.direction[at])
     felt = back * (motion.acceleration[at] - mechanism.gravity)
     on_points = np.zeros((points, 3, *motion.columns))
@@ -246,7 +245,7 @@ def _loads(
 def _chord(
     frame: Frame, bodies: Mapping[int, Responses], loads: Mapping[int, Reals], number: int
 ) -> tuple[Reals, Reals]:
-    """Stations of a beam's axis and its displacement across its chord [m]."""
+    """Stations of a beam's axis and its transverse displacement from the chord [m]."""
     at = frame.bodies[number].link
     if at not in bodies:
         return np.zeros(0), np.zeros((*frame.motion.columns, 0))

@@ -1,7 +1,7 @@
-"""Stiffness and consistent mass of a free body in its own axes, of one design.
+"""Stiffness and consistent mass of a free body in its own axes, for one design.
 
-Integrated and assembled here, not by scikit-fem: nodes move with the blocks of sliders, so every position is another
-mesh, and all go through at once by the tables of one element.
+Assembly is vectorised over positions with element tables. scikit-fem would need a mesh per position, because nodes move
+with slider blocks.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from fem_check.linear.elements import ElementKind, hermite, quadratic
 from fem_check.linear.lines import Line
 from rigid import Beam, Reals
 
-NEAREST = 0.02  # least distance between a block's node and the next, in lengths of equal elements
+MIN_NODE_DISTANCE = 0.02  # smallest distance between a block's node and the next, relative to equal elements
 
 Powers = np.polynomial.polynomial.polyval
 
 
 @dataclass(frozen=True, eq=False)
 class ElementField:
-    """A displacement along a body: values of the dofs of its elements [m, rad] per coordinate.
+    """Displacement field of a body: element dofs [m, rad] per coordinate.
 
     `values` of shape (positions or 1, elements, dofs of an element, n).
     """
@@ -33,7 +33,7 @@ class ElementField:
     values: Reals
 
     def at(self, functions: Reals, length: Reals) -> Reals:
-        """Displacement per coordinate, shape (..., elements, places, n), by shape functions, (dofs, places)."""
+        """Displacement per coordinate, (..., elements, places, n), for functions (dofs, places)."""
         scale = np.power.outer(length, self.kind.turns)
         values: Reals = np.einsum("dg,...edn->...egn", functions, self.values * scale[..., None])
         return values
@@ -41,16 +41,16 @@ class ElementField:
 
 @dataclass(frozen=True, eq=False)
 class VibratingBody:
-    """Stiffness and mass of a body of n coordinates.
+    """Stiffness and mass of a body with n coordinates.
 
     Attributes
     ----------
     stiffness, mass
         Shape (positions or 1, n, n).
     fields
-        u, the bending part of w, and its shearing part where there is one; none for a link without beams.
+        u, the bending part of w, and the shear part if any; empty for a link without beams.
     nodes
-        Along the beam [m], shape (positions or 1, nodes).
+        Node positions along the beam [m], shape (positions or 1, nodes).
     """
 
     stiffness: Reals
@@ -59,7 +59,7 @@ class VibratingBody:
     nodes: Reals
 
     def moves(self, x: Reals) -> Reals:
-        """Displacement along and across and rotation of one place a position, shape (3, positions, n)."""
+        """Axial and transverse displacement and rotation at one place per position, (3, positions, n)."""
         moved = np.zeros((3, len(x), self.mass.shape[-1]))
         if not self.fields:
             moved[:] = np.eye(3)[:, None]
@@ -79,13 +79,13 @@ class VibratingBody:
 
 
 def one_of(value: Any, design: tuple[int, ...]) -> complex:
-    """A quantity of one design, given as a scalar or in the shape (designs, 1)."""
+    """Select one design from a scalar or an array of shape (designs, 1)."""
     array = np.asarray(value)
     return complex(array[design][0] if array.ndim else array)
 
 
 def vibrating_lumps() -> VibratingBody:
-    """Stiffness and mass, both none, of a link without beams: its lumps are added to its three rigid motions."""
+    """Body of a link without beams: zero matrices, to which lumps are added."""
     nothing = np.zeros((1, 3, 3))
     return VibratingBody(nothing, nothing, (), np.zeros((1, 1)))
 
@@ -93,12 +93,12 @@ def vibrating_lumps() -> VibratingBody:
 def vibrating_beam(
     length: float, beam: Beam, section: Section, elements: int, blocks: Sequence[Reals], design: tuple[int, ...]
 ) -> VibratingBody:
-    """Stiffness and mass of a beam; an infinite rigidity leaves it rigid against that deformation.
+    """Stiffness and mass of a beam; an infinite rigidity excludes that deformation.
 
     Parameters
     ----------
     blocks
-        Of sliders on the beam, their xi at every position: there are nodes.
+        xi of slider blocks on the beam at each position; nodes are placed there.
     """
     taper = section.taper or Taper()
     nodes = length * nodes_at(elements, blocks)
@@ -127,20 +127,20 @@ def vibrating_beam(
 
 
 def _energy(weight: Reals, moved: Reals) -> Reals:
-    """Sum over all points of the products of two displacements, shape (..., n, n)."""
+    """Sum of the products of two displacements over all points, shape (..., n, n)."""
     rows = moved.reshape(len(moved), -1, moved.shape[-1])
     return (rows * weight.reshape(len(weight), -1, 1)).swapaxes(-1, -2) @ rows
 
 
 def nodes_at(elements: int, blocks: Sequence[Any]) -> Reals:
-    """Nodes from 0 to 1, one of them at every block, those between at equal distances, shape (positions or 1, nodes).
+    """Nodes on [0, 1] with one at each block, equally spaced between, (positions or 1, nodes).
 
-    Nearer than `NEAREST` to an end or to one another the nodes keep off the blocks.
+    Nodes keep a distance of at least `MIN_NODE_DISTANCE` from ends and from each other.
     """
     count = max(elements, len(blocks) + 1)
     if not blocks:
         return np.linspace(0.0, 1.0, count + 1)[None]
-    gap = NEAREST / count
+    gap = MIN_NODE_DISTANCE / count
     places = np.sort(np.array(blocks), axis=0)
     for k in range(len(places)):
         low, high = (k + 1) * gap, 1.0 - (len(places) - k) * gap
@@ -160,9 +160,9 @@ def nodes_at(elements: int, blocks: Sequence[Any]) -> Reals:
 
 
 def _fields(kinds: list[ElementKind], rigidities: list[float], nodes: Reals, elements: int) -> tuple[ElementField, ...]:
-    """Dofs of every field per coordinate: all dofs, or rigid motions where a rigidity is infinite.
+    """Dofs of each field per coordinate; only rigid motions for an infinite rigidity.
 
-    The shearing part starts from zero: the bending part moves the beam's start.
+    The shear part is zero at the start, because the bending part moves the beam's start.
     """
     lines = [Line(kind, nodes.shape[1] - 1) for kind in kinds]
     parts = []
@@ -171,7 +171,7 @@ def _fields(kinds: list[ElementKind], rigidities: list[float], nodes: Reals, ele
             parts.append(np.eye(line.size)[None, :, 1 if number == 2 else 0 :])
             continue
         m, ends = line.kind.nodal, line.kind.nodal * nodes.shape[1]
-        rigid = np.ones((len(nodes), line.size, m))  # of nodes within elements too, where nothing turns
+        rigid = np.ones((len(nodes), line.size, m))  # also for inner nodes, which have no rotation
         rigid[:, :ends] = line.kind.rigid(nodes).reshape(len(nodes), ends, m)
         parts.append(rigid)
     stops = np.cumsum([0, *(part.shape[-1] for part in parts)])

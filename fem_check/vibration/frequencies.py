@@ -1,4 +1,4 @@
-"""Natural frequencies of the mechanism as a structure, its drives held, by finite elements of consistent mass."""
+"""Natural frequencies of the mechanism with locked drives, by finite elements."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from fem_check.vibration.body_matrices import one_of, vibrating_beam, vibrating_
 from rigid import SINGULAR, Motion, Reals
 from rigid.arrays import Integers, Numbers
 
-RANK = 1e-9  # of the greatest singular value, below which a constraint repeats others
-MASSLESS = 1e-13  # of the greatest mass per stiffness, below which a shape of vibration has no mass
+RANK_TOLERANCE = 1e-9  # singular value of a redundant constraint, relative to the largest
+MASSLESS_SHARE = 1e-13  # mass per stiffness of a massless mode, relative to the largest
 
 
 def natural_frequencies(
@@ -28,33 +28,33 @@ def natural_frequencies(
     positions: Sequence[int] | None = None,
     joints: Mapping[str, JointCompliance] | None = None,
 ) -> Reals:
-    """Lowest natural frequencies of small vibrations about the rigid links, drives held.
+    """Lowest natural frequencies of small vibrations about the rigid links, drives locked.
 
-    With shear and where its sections' area and second moment are known, a beam has rotary inertia. Gravity, axial
-    forces and the motion's own accelerations change nothing.
+    Beams have shear flexibility and, if area and second moment of the section are known, rotary inertia. Gravity, axial
+    forces and accelerations of the motion are neglected.
 
     Parameters
     ----------
     sections
         One per beam, in the order of `Mechanism.beams`.
     elements
-        To every beam.
+        Number of elements per beam.
     count
-        How many frequencies.
+        Number of frequencies.
     positions
-        Numbers of the positions asked for, all unless said.
+        Position numbers; default: all.
     joints
-        By name, the joints that give way.
+        Compliance of joints, by name.
 
     Returns
     -------
-    [rad/s], rising, shape (count, ..., positions); nan at singular positions and where a block is beyond its beam,
-    infinite where nothing can vibrate.
+    [rad/s], increasing, shape (count, ..., positions); nan at singular positions and with a block beyond its beam,
+    infinite without possible vibration.
 
     Raises
     ------
     ValueError
-        The sections are not one per beam, there is no element, or no joint of a name.
+        The sections do not match the beams, there is no element, or a joint name is unknown.
 
     Examples
     --------
@@ -112,16 +112,16 @@ class _Structure:
         return abs(one_of(self.frame.bodies[beam].way, self.design))
 
     def _blocks(self, beam: int) -> list[Reals]:
-        """Places of the blocks on a beam, xi at the positions."""
+        """xi of the blocks on a beam at the positions."""
         return [self._at(xi) for number, xi in self.frame.spots if number == beam and np.ndim(xi)]
 
     def _at(self, value: Any) -> Numbers:
-        """A quantity of the motion at the positions of this design."""
+        """Select a quantity of the motion for this design and its positions."""
         there: Numbers = np.broadcast_to(value, self.frame.motion.columns)[self.design][self.positions]
         return there
 
     def _axis(self, body: int) -> Any:
-        """Unit vector of x' of a body's own axes in those of its link."""
+        """Unit vector of a body's x' axis in the axes of its link."""
         way = self.frame.bodies[body].way
         return 1.0 if way is None else one_of(way, self.design) / abs(one_of(way, self.design))
 
@@ -142,7 +142,7 @@ class _Structure:
                 self.mass += inertia * np.outer(turned, turned)
 
     def _moves(self, place: FramePlace) -> Reals:
-        """Displacement along and across its body and rotation, per coordinate, (3, positions or 1, coordinates)."""
+        """Displacement and rotation of a place per coordinate, (3, positions or 1, coordinates)."""
         body = self.bodies[place.body]
         xi = 0.0 if place.spot is None else self.frame.spots[place.spot][1]
         x = body.nodes[:, -1] * (self._at(xi) if np.ndim(xi) else xi)
@@ -153,7 +153,7 @@ class _Structure:
         return rows
 
     def _row(self, row: Row) -> Reals:
-        """A tie's row per coordinate, shape (positions, coordinates)."""
+        """Constraint row per coordinate, shape (positions, coordinates)."""
         total = np.zeros(self.mass.shape[:2])
         for place, force, moment in row.parts:
             if place is None:
@@ -178,7 +178,7 @@ class _Structure:
         conditions = np.concatenate(held, axis=1)
         omega = np.full((count, len(self.positions)), np.inf)
         _, values, basis = np.linalg.svd(conditions)
-        ranks = (values > RANK * values.max(axis=-1, initial=0.0, keepdims=True)).sum(axis=-1)
+        ranks = (values > RANK_TOLERANCE * values.max(axis=-1, initial=0.0, keepdims=True)).sum(axis=-1)
         for rank in np.unique(ranks):
             where = np.flatnonzero(ranks == rank)
             free = basis[where, rank:]
@@ -189,13 +189,13 @@ class _Structure:
 
 
 def _lowest(stiffness: Reals, mass: Reals, count: int) -> Reals:
-    """Lowest frequencies of stacked structures, by the greatest mass per stiffness: massless shapes do no harm."""
+    """Lowest frequencies from the largest mass per stiffness, robust to massless modes."""
     scale = 1.0 / np.sqrt(np.diagonal(stiffness, axis1=-2, axis2=-1))
     root = np.linalg.cholesky(stiffness * scale[:, :, None] * scale[:, None, :])
     left = np.linalg.solve(root, mass * scale[:, :, None] * scale[:, None, :])
     both = np.linalg.solve(root, left.swapaxes(-1, -2))
     softest = np.linalg.eigvalsh((both + both.swapaxes(-1, -2)) / 2)[:, ::-1].T[:count]
     omega = np.full((count, len(stiffness)), np.inf)
-    moving = softest > MASSLESS * np.maximum(softest[:1], 0.0)
+    moving = softest > MASSLESS_SHARE * np.maximum(softest[:1], 0.0)
     omega[: len(softest)] = np.where(moving, 1.0 / np.sqrt(np.where(moving, softest, 1.0)), np.inf)
     return omega
