@@ -15,9 +15,7 @@ from animations.style import Style
 from rigid import Reals
 from rigid.arrays import Integers
 
-CLIP_DISTANCE = (
-    1e4  # [pixels] distance of the near and far clipping planes from the middle plane, where solid bodies are
-)
+CLIP_DISTANCE = 1e4  # [pixels] from the middle plane, with the solid bodies, to the near and far clipping planes
 FLAT_HEIGHT = 4e3  # [pixels] height of flat shapes drawn over solid bodies
 BACK_LEVELS = ("guide",)  # levels drawn under solid bodies
 SHADING = {"ambient": 0.5, "diffuse": 0.6, "specular": 0.25, "specular_power": 25}

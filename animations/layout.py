@@ -102,7 +102,7 @@ def drawable(deflection: Deflection, diagram: Diagram) -> NDArray[np.intp]:
     if len(motion.columns) != 1:
         raise ValueError(f"pictures show one design, and these columns have shape {motion.columns}: take one design")
     if not deflection.sections and diagram is not MOTION:
-        raise ValueError('nothing bends, no link has beams: what can be drawn is "motion"')
+        raise ValueError('no link has beams: choose the diagram "motion"')
     parts: list[Any] = [motion.origin]
     if diagram is not MOTION:
         parts += [deflection.shift, deflection.w, deflection.u]
@@ -110,11 +110,11 @@ def drawable(deflection: Deflection, diagram: Diagram) -> NDArray[np.intp]:
         values = sample(deflection, diagram.field, [0.0, 1.0]).swapaxes(1, 2)
         beams_known = np.isfinite(values).any(axis=(1, 2))
         if len(values) and not beams_known.any() and np.isfinite(deflection.w).any():
-            raise ValueError(f"the {diagram.title} is not known: the sections do not tell their dimensions")
+            raise ValueError(f"the {diagram.title} is not known: the sections have no dimensions")
         parts.append(values[beams_known])
     good = np.logical_and.reduce([np.isfinite(part).all(axis=tuple(range(part.ndim - 1))) for part in parts])
     if not good.any():
-        raise ValueError(f"none of the {good.size} positions can be drawn: all are singular or out of reach")
+        raise ValueError(f"no position can be drawn: all {good.size} are singular or out of reach")
     return np.flatnonzero(good)
 
 
@@ -129,7 +129,7 @@ def scales_of(deflection: Deflection, diagram: Diagram, style: Style) -> Scales:
     skeleton = _skeleton(deflection)[:, drawable(deflection, diagram)]
     size = float(max(np.ptp(skeleton.real), np.ptp(skeleton.imag)))
     if size == 0.0:
-        raise ValueError("the mechanism has no extent: there is nothing to draw")
+        raise ValueError("the mechanism has no extent: all points coincide")
     greatest = peak(deflection, diagram)
     ordinates = diagram.field is not None and style.look == "plain"
     scale = style.scale or MAX_ORDINATE * size / greatest if greatest and ordinates else 0.0

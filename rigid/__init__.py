@@ -1,10 +1,10 @@
-"""Rigid-body motion of planar mechanisms: mechanism in, motion, inertia loads and joint forces out.
+"""Rigid-body motion of planar mechanisms: motion, inertia loads and joint forces.
 
-Needs numpy; scipy only to integrate a motion and for cubic tables. What not every user takes is in the rooms
-`rigid.analysis`, `closures`, `decomposition`, `dynamics`, `joints`, `kinetostatics`, `positions` and `topology`.
+Needs numpy; scipy only to integrate a motion and for cubic tables. Less common functions are in `rigid.analysis`,
+`closures`, `decomposition`, `dynamics`, `joints`, `kinetostatics`, `positions` and `topology`.
 """
 
-import rigid.allocation  # noqa: F401  before any array is made
+import rigid.allocation  # noqa: F401  before any array is allocated
 from rigid.arrays import Reals
 from rigid.chunks import motion_in_chunks
 from rigid.closures.conditioning import SINGULAR

@@ -1,10 +1,9 @@
-"""Freed memory is kept for the next call instead of going back to the system.
+"""Keep freed memory for the next call instead of returning it to the system.
 
-glibc returns every freed block above a threshold to the system and has the next one of that size mapped and zeroed
-anew, page by page: for arrays of some thousand positions that costs as much as the mechanics (1.6 against 0.6 ms for
-all fields of a four-bar at 2,048 positions). Here that threshold is set to the most there can be, whatever the
-environment says: dask starts its processes with a low one (`MALLOC_TRIM_THRESHOLD_`). Elsewhere than with glibc this
-does nothing.
+glibc returns each freed block above a threshold, and maps and zeroes the next block of that size page by page. For
+arrays of some thousand positions this costs as much as the mechanics (1.6 against 0.6 ms for all fields of a four-bar
+at 2,048 positions). The threshold is set to its maximum here, even if the environment sets another: dask starts its
+processes with a low one (`MALLOC_TRIM_THRESHOLD_`). Without glibc this has no effect.
 """
 
 import ctypes

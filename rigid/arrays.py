@@ -1,8 +1,8 @@
-"""Types of arrays, by their contents and their axes.
+"""Array types, by contents and axes.
 
-Axes are components or coefficients first, then links, beams, joints or drives, then designs where there are several,
-and positions last, contiguous; `...` stands for the designs, where there are any. A shape that the type leaves open is
-in the docstring of the function.
+Axes are components or coefficients first, then links, beams, joints or drives, then designs if there are several, and
+positions last, contiguous; `...` denotes the optional designs. If the type leaves the shape open, the function's
+docstring gives it.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     ArrayLike = typing.ArrayLike
-    """Numbers that make an array."""
+    """Numbers convertible to an array."""
 
     Reals = NDArray[np.float64]
     """Real numbers."""
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     """Numbers of links, joints, positions, ..."""
 
     Numbers = NDArray[Any]
-    """Real or complex numbers, as the function is asked with."""
-else:  # numpy's types take as long to load as ten files of ours
+    """Real or complex numbers, like the argument."""
+else:  # numpy's types take as long to import as ten of our files
     ArrayLike = Any
     Reals = Complexes = Flags = Integers = Numbers = np.ndarray
 
@@ -41,9 +41,9 @@ Complex = complex | Complexes
 """A vector of the plane, or one for each of many designs."""
 
 Columns = Any
-"""A real or complex number at every position: shape (..., positions), or a scalar or ZERO where it is the same at all.
+"""Real or complex number at each position: shape (..., positions), or a scalar or ZERO if constant.
 
-No closer type, for numpy's own operators have none that takes arrays, numbers and ZERO alike.
+No stricter type: numpy's operators have none that accepts arrays, numbers and ZERO.
 """
 
 ColumnShape = tuple[int, ...]
@@ -51,5 +51,5 @@ ColumnShape = tuple[int, ...]
 
 
 def of_designs(value: Any) -> Any:
-    """A number of a mechanism or its parts without the axis of positions, which it has where designs differ in it."""
+    """Number of a mechanism or its parts, without the axis of positions."""
     return np.asarray(value)[..., 0] if np.ndim(value) else value

@@ -1,4 +1,4 @@
-"""Motions of any number of positions and designs, in chunks that stay in the cache."""
+"""Motions of any number of positions and designs, in chunks that fit the cache."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from rigid.parts import Link
 from rigid.positions.drive_path import drawn_drives, outline
 from rigid.positions.rows import select_designs
 
-CELLS = 24576  # links times columns that stay in the cache
-COLUMNS = 1024  # below which what calls cost alone counts for more than that
-SEAM = 3  # positions of the chunk before that are passed again, so that a change point at the seam is seen
-FIRM = 1e-2  # sine below which a position does not tell the branch well
+CACHE_CELLS = 24576  # links times columns that fit the cache
+MIN_COLUMNS = 1024  # smallest efficient chunk: below this, call overhead dominates
+SEAM = 3  # repeated positions of the previous chunk, to detect a change point at the seam
+MIN_SINE = 1e-2  # smallest sine of a position that identifies the branch reliably
 
 
 def motion_in_chunks(
@@ -30,22 +30,22 @@ def motion_in_chunks(
     time: ArrayLike | None = None,
     columns: int | None = None,
 ) -> Iterator[Motion]:
-    """The same as `motion`, a chunk at a time: memory does not grow with the positions or designs.
+    """Compute `motion` in chunks, with memory independent of positions and designs.
 
-    Every chunk of positions goes on, on the branch on which the one before it ended. Loads that count the turns of a
-    link count them from the start of every chunk.
+    Each chunk of positions continues on the branch of the previous one. Loads that count the turns of a link start at
+    zero in each chunk.
 
     Parameters
     ----------
     mechanism, drive, drive_rate, drive_acceleration, time
-        As for `motion`.
+        See `motion`.
     columns
-        Positions, or designs times positions, in a chunk: about so many, and at least one design. Left out, as many as
-        stay in the cache, and 1024 at least.
+        Approximate number of positions, or designs times positions, per chunk; at least one design. The default fits
+        the cache, with at least 1024 columns.
 
     Yields
     ------
-    Motions, design by design as many at a time as fit, and of every design its positions in order.
+    Motions: as many designs at a time as fit, and the positions of each design in order.
 
     Examples
     --------
@@ -64,14 +64,14 @@ def motion_in_chunks(
 
 
 def columns_of(mechanism: Mechanism, positions: int) -> int:
-    """Columns of a chunk: some 8,000 of a four-bar, 2,000 of thirteen bars; a few more rather than a small rest."""
-    columns = max(CELLS // max(len(mechanism.links) - 1, 1), COLUMNS)
+    """Columns of a chunk: about 8,000 for a four-bar, 2,000 for thirteen bars."""
+    columns = max(CACHE_CELLS // max(len(mechanism.links) - 1, 1), MIN_COLUMNS)
     chunks = max(round(positions / columns), 1)
     return max(columns, -(-positions // chunks))
 
 
 def design_chunks(designs: tuple[int, ...], positions: int, columns: int) -> Iterator[slice]:
-    """Rows of the designs that go together; once everything where there is but one design."""
+    """Yield rows of designs to compute together; once everything for a single design."""
     count = designs[0] if designs else 1
     step = max(columns // max(positions, 1), 1)
     for first in range(0, count, step):
@@ -79,10 +79,10 @@ def design_chunks(designs: tuple[int, ...], positions: int, columns: int) -> Ite
 
 
 def _along(mechanism: Mechanism, given: tuple[Reals, ...], columns: int) -> Iterator[Motion]:
-    """The positions in order.
+    """Yield chunks of positions in order.
 
-    Of a single drive every place on its way is known from the drawing; of several the chunk before tells the way, and
-    every chunk is drawn anew where the last one ended.
+    With a single drive, the drawing determines each position. With several drives, the previous chunk determines the
+    path, and each chunk is redrawn at the end of the previous one.
     """
     if len(given[0]) == 1:
         whole = outline(given[0])
@@ -99,27 +99,27 @@ def _along(mechanism: Mechanism, given: tuple[Reals, ...], columns: int) -> Iter
         chunk = [replace(motion(drawn, drive - turns, rate, rate2, time, lead=way), mechanism=mechanism, drive=drive)]
         if first + columns < given[0].shape[-1]:
             drawn, lead = _drawn_anew(drawn, lead, chunk[0])
-        yield chunk.pop()  # kept, it would crowd the next one out of the cache
+        yield chunk.pop()  # release it: it would displace the next chunk from the cache
 
 
 def _drawn_anew(drawn: Mechanism, lead: Reals | None, passed: Motion) -> tuple[Mechanism, Reals]:
-    """The mechanism drawn at the last firm position before the seam, and the drive's way from there to the seam."""
+    """Redraw at the last reliable position before the seam; also return the drive path to it."""
     sine = passed.sine
-    firm: Any = (np.reshape(sine, (-1, sine.shape[-1])) > FIRM).all(axis=0)
+    firm: Any = (np.reshape(sine, (-1, sine.shape[-1])) > MIN_SINE).all(axis=0)
     places = np.flatnonzero(firm[:-SEAM])
     if not len(places):
         return drawn, passed.drive if lead is None else np.concatenate([lead, passed.drive], axis=1)
     last = places[-1]
     drawing = {}
     for at, link in reversed(list(enumerate(drawn.links))):
-        for point in _telling(link, drawn):
+        for point in _identifying_points(link, drawn):
             place = passed.origin[at, ..., last] + passed.direction[at, ..., last] * link.points[point]
             drawing[point] = complex(np.ravel(place)[0])
     return replace(drawn, drawing=drawing), passed.drive[:, last:]
 
 
-def _telling(link: Link, drawn: Mechanism) -> list[str]:
-    """Points of a link that are drawn, and one more where a single one does not tell how the link stands."""
+def _identifying_points(link: Link, drawn: Mechanism) -> list[str]:
+    """Drawn points of a link, plus one if a single point leaves its angle open."""
     points = [point for point in link.points if point in drawn.drawing]
     if len(points) == 1:
         points += [point for point, local in link.points.items() if np.all(local != link.points[points[0]])][:1]
@@ -127,7 +127,7 @@ def _telling(link: Link, drawn: Mechanism) -> list[str]:
 
 
 def _whole_turns(drawn: Mechanism, start: Reals) -> Reals:
-    """Whole turns of the drives beyond the drawing, shape (drives, 1): gears would count them once more."""
+    """Full turns of the drives beyond the drawing, (drives, 1), else counted twice by gears."""
     if not drawn.gears:
         return np.zeros((len(start), 1))
     at, slides, _ = drawn_drives(drawn)

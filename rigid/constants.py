@@ -1,4 +1,4 @@
-"""Constants of all links and beams as arrays, so that one operation serves them all."""
+"""Constants of all links and beams as arrays, for vectorised operations."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from rigid.plane import dot
 
 @dataclass(frozen=True, eq=False)
 class BeamConstants:
-    """All beams of a mechanism; arrays of shape (beams, ..., 1) that broadcast against (beams, ..., positions).
+    """All beams of a mechanism; arrays (beams, ..., 1) that broadcast to (beams, ..., positions).
 
     Attributes
     ----------
     link
-        Index of every beam's link into arrays over the links.
+        Link index of each beam.
     start
         First point in the link's axes [m], complex.
     unit
         Unit vector of x' in the link's axes, complex.
     length, mass_per_length
-        [m], [kg/m], at the start.
+        [m], and [kg/m] at the start.
     mass_taper
-        Coefficients of the mass per length relative to that at the start, shape (n, beams, ..., 1).
+        Coefficients of the mass per length, relative to the start, shape (n, beams, ..., 1).
     rotary
-        Coefficients of the rotary inertia per length [kg m], shape (n, beams, ..., 1); None where no beam has any.
+        Coefficients of the rotary inertia per length [kg m], shape (n, beams, ..., 1); None if all are zero.
     """
 
     link: slice | list[int]
@@ -50,19 +50,19 @@ class BeamConstants:
 
     @cached_property
     def offset(self) -> bool:
-        """Whether any beam starts elsewhere than at its link's origin."""
+        """Whether any beam starts away from its link's origin."""
         return bool(self.start.any())
 
     @cached_property
     def resistance(self) -> tuple[Reals, Reals]:
-        """Inertia load per acceleration of the start, and per i eps - w^2, by powers of xi, (n, beams, ..., 1)."""
+        """Inertia per acceleration of the start, and per i eps - w^2, by powers of xi."""
         mass = -self.mass_per_length * self.mass_taper
         return mass, mass * self.length
 
 
 @lru_cache(maxsize=64)
 def beam_constants(mechanism: Mechanism, ndim: int) -> BeamConstants:
-    """Beams of a mechanism in the order of `Mechanism.beams`, for columns of `ndim` axes."""
+    """Beams of a mechanism, in the order of `Mechanism.beams`, for columns of `ndim` axes."""
     links = [at for at, _ in mechanism.beams]
     starts, vectors, masses = [], [], []
     for at, beam in mechanism.beams:
@@ -84,7 +84,7 @@ def beam_constants(mechanism: Mechanism, ndim: int) -> BeamConstants:
 
 
 def _tapers(tapers: Sequence[tuple[float, ...]], ndim: int) -> Reals:
-    """Polynomials along the beams, filled up with zeros to one degree."""
+    """Polynomials along the beams, padded with zeros to one degree."""
     table = np.zeros((max(map(len, tapers), default=1), len(tapers), *(1,) * ndim))
     for number, taper in enumerate(tapers):
         table[: len(taper), number] = np.reshape(taper, (-1, *(1,) * ndim))
@@ -93,7 +93,7 @@ def _tapers(tapers: Sequence[tuple[float, ...]], ndim: int) -> Reals:
 
 @lru_cache(maxsize=64)
 def mass_constants(mechanism: Mechanism, ndim: int) -> tuple[Complexes, Complexes, Reals]:
-    """Mass, first moment (complex) and moment of inertia of every link about its origin, (links, ..., 1)."""
+    """Mass, first moment (complex) and moment of inertia of links about their origin."""
     moments = [mass_moments(link) for link in mechanism.links]
     mass, first, second = zip(*moments, strict=True)
     return per_row(mass, ndim, complex), per_row(first, ndim, complex), per_row(second, ndim, float)
@@ -129,7 +129,7 @@ def _beam_moments(beam: Beam, start: Complex, end: Complex) -> tuple[Real, Compl
 
 
 def per_row(values: Iterable[Any], ndim: int, kind: type) -> Numbers:
-    """Values that are scalars or of shape (designs, 1) as one array of shape (rows, ..., 1) with `ndim` axes a row."""
+    """Stack scalars or values of shape (designs, 1) to (rows, ..., 1), `ndim` axes per row."""
     values = list(values)
     if values and all(isinstance(value, float | int | complex) for value in values):
         return np.array(values, kind).reshape(-1, *(1,) * ndim)

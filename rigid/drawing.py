@@ -1,4 +1,4 @@
-"""The drawing of a mechanism: where its points are near one position, and so which branch is meant."""
+"""Drawing of a mechanism: point positions that select the assembly branch."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError
 
-FLAT = 1e-9  # distance from the line over the drawing's size below which joints are drawn in line
+COLLINEAR_TOLERANCE = 1e-9  # distance from the line, relative to the drawing's size, of joints drawn in line
 
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """Places, directions and sides in the drawing of a mechanism; arrays where the drawings of designs differ.
+    """Positions, directions and branch signs in the drawing; arrays for designs.
 
-    `rows` picks designs, by number, for the `side`.
+    `rows` selects designs, by number, for `side`.
     """
 
     mechanism: Mechanism
     rows: Integers | None = None
 
     def at(self, point: str) -> Columns:
-        """Drawn place of a point or of a slider's point [m]."""
+        """Drawn position of a point or of a slider's point [m]."""
         if point not in self.mechanism.drawing:
             point = self.mechanism.slider_points.get(point, point)
         if point not in self.mechanism.drawing:
@@ -39,7 +39,7 @@ class Drawing:
 
     @cached_property
     def _directions(self) -> dict[int, Columns]:
-        """Directions by the drawing: of links with two drawn points, and of links joined to them by sliders."""
+        """Drawn directions of links with two drawn points, and of links on sliders with them."""
         index = self.mechanism.index
         directions: dict[int, Any] = {0: 1.0 + 0j}
         directions |= {at: seen for at in range(1, len(index)) if (seen := self._seen(at)) is not None}
@@ -53,7 +53,7 @@ class Drawing:
         return directions
 
     def _seen(self, link: int) -> Columns | None:
-        """Unit vector of a link's axes from two of its points; None where fewer are drawn."""
+        """Unit vector of a link's axes from two drawn points, or None."""
         body = self.mechanism.links[link]
         drawn = [point for point in body.points if point in self.mechanism.drawing]
         if len(drawn) < 2:
@@ -66,7 +66,7 @@ class Drawing:
         return seen / local * abs(local) / abs(seen)
 
     def direction(self, link: int) -> Columns:
-        """Unit vector of a link's axes as drawn; along the ground's where the drawing does not tell."""
+        """Unit vector of a link's axes as drawn; that of the ground if unknown."""
         return self._directions.get(link, 1.0 + 0j)
 
     def along(self, joint: Joint) -> Columns:
@@ -74,12 +74,12 @@ class Drawing:
         return joint.drawn_along(self)
 
     def side(self, distance: Columns, joints: Sequence[str]) -> Real:
-        """Sign of a distance in the drawing [m], the branch of a dyad of these joints."""
+        """Sign of a distance in the drawing [m], which is the branch of a dyad."""
         size: Any = sum(abs(self.at(joint) - self.at(joints[0])) for joint in joints)
-        if np.any(abs(distance) <= FLAT * np.where(size, size, 1.0)):
+        if np.any(abs(distance) <= COLLINEAR_TOLERANCE * np.where(size, size, 1.0)):
             names = ", ".join(f'"{joint}"' for joint in joints)
             raise MechanismError(
-                f"the joints {names} are drawn in line, which does not tell on which side they fold: move the drawing",
+                f"the joints {names} are drawn in line, so the side on which they fold is ambiguous: move the drawing",
                 kind="drawing",
                 joints=joints,
             )
@@ -89,5 +89,5 @@ class Drawing:
         return sign if self.rows is None else sign[self.rows]
 
     def coordinate(self, joint: Joint) -> float:
-        """Coordinate of a joint as drawn [rad or m], of designs that of the first."""
+        """Coordinate of a joint as drawn [rad or m], for the first design."""
         return joint.drawn(self)

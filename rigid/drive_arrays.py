@@ -1,4 +1,4 @@
-"""Coordinates and rates of the drives as arrays over the positions."""
+"""Drive coordinates and rates as arrays over the positions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rigid.plane import ZERO
 def drive_arrays(
     mechanism: Mechanism, drive: ArrayLike, rate: ArrayLike, rate2: ArrayLike, time: ArrayLike | None
 ) -> tuple[Reals, Reals, Reals, Reals]:
-    """Arguments of `motion` as arrays of shape (drives, ..., positions), and (..., positions) for the time."""
+    """Convert arguments of `motion` to (drives, ..., positions), and (..., positions) for time."""
     count = len(mechanism.drives)
     coordinates = np.atleast_1d(np.asarray(drive, float))
     if coordinates.ndim == 1:
@@ -22,7 +22,7 @@ def drive_arrays(
     if len(coordinates) != count:
         raise MechanismError(f"{len(coordinates)} drive coordinates were given for {counted(count, 'drive')}")
     if coordinates.ndim == 2 and max(np.ndim(rate), np.ndim(rate2)) > 2:
-        coordinates = coordinates[:, None]  # passed by every design at a rate of its own
+        coordinates = coordinates[:, None]  # rates that differ by design
     instants = np.arange(coordinates.shape[-1], dtype=float) if time is None else np.asarray(time, float)
     if instants.shape[-1:] != coordinates.shape[-1:] or instants.ndim >= max(coordinates.ndim, 2):
         raise MechanismError(f"{instants.size} instants were given for {counted(coordinates.shape[-1], 'position')}")
@@ -30,8 +30,8 @@ def drive_arrays(
 
 
 def per_position(value: ArrayLike, coordinates: Reals) -> Reals:
-    """A rate given per drive, per position or both, or per design too, as one array like the coordinates."""
-    if isinstance(value, float | int) or np.ndim(value) == 0:  # what np.broadcast_to does, in a fifth of its time
+    """Broadcast a rate given per drive, position or design to the coordinates' shape."""
+    if isinstance(value, float | int) or np.ndim(value) == 0:  # same as np.broadcast_to, five times as fast
         return np.ndarray(coordinates.shape, float, np.array(value, float), 0, (0,) * coordinates.ndim)
     if np.ndim(value) == 1:
         value = np.reshape(value, (len(coordinates), -1))
@@ -41,7 +41,7 @@ def per_position(value: ArrayLike, coordinates: Reals) -> Reals:
 
 
 def rate_of(rate: Reals, drive: int | None) -> Columns:
-    """A drive's rate: one number where it is the same at all positions by construction; ZERO where it is 0 or none."""
+    """Rate of a drive: a scalar if constant, ZERO if zero or without drive."""
     if drive is None:
         return ZERO
     row = rate[drive]

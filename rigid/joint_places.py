@@ -1,4 +1,4 @@
-"""Joints of placed links, and where the teeth of those meet that follow gears."""
+"""Joints of placed links, with the tooth contacts of gears."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from rigid.teeth import Teeth, pitch_reach, wheel_push
 
 
 def joint_place(placed: Placed, joint: Joint) -> JointPlace:
-    """A joint of two placed links."""
+    """Joint of two placed links."""
     return joint.place(placed, None if joint.gear is None else teeth_of(placed, joint))
 
 
 def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:
-    """Contact of a joint that follows a gear; None where it has no pitch point.
+    """Tooth contact of a joint that follows a gear, or None without pitch point.
 
-    It has one where one link carries both wheels, or wheel and rack: on that carrier they are pinned or slide, and
-    their pitch circles touch. Wheels of ratio 1, or about one axis, have none.
+    A pitch point exists if a common carrier link holds both wheels, or wheel and rack, by pins or sliders. Wheels of
+    ratio 1 or with coincident axes have none.
     """
     gear = joint.gear
     if gear is None or gear.pressure_angle is None or not {joint.parent, joint.child} & set(gear.ends):
@@ -28,7 +28,7 @@ def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:
     driver, slope = gear.driver, float(np.tan(gear.pressure_angle))
     leads = driver.parent == carrier
     body = driver.child if leads else driver.parent
-    # Of the follower per motion of the body, both as seen from the carrier.
+    # relative to the carrier: rate of the follower per motion of the body
     rate = sense * joint.sense * gear.ratio * (1 if leads else -1)
     at = wheel if joint.turns else joint.block
     centre = point_of(placed, at, joint.at(at))

@@ -1,4 +1,4 @@
-"""A mechanism's motion at many positions at once."""
+"""Motion of a mechanism at many positions at once."""
 
 from __future__ import annotations
 
@@ -26,29 +26,29 @@ from rigid.postures import Posture
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Where every link is, how it moves and accelerates.
+    """Positions, velocities and accelerations of all links.
 
-    Columns, the last axes of every array, are (positions,) or (designs, positions); links are in the order of
+    The last axes of each array, the columns, are (positions,) or (designs, positions). Links are in the order of
     `mechanism.links`, the ground first.
 
     Attributes
     ----------
     time
-        Time of every position [s], shape (positions,), or (designs, positions) where that differs.
+        Time of each position [s], shape (positions,), or (designs, positions) if it differs by design.
     drive, drive_rate, drive_acceleration
-        Coordinates of the drives [rad or m] and their derivatives in time, shape (drives, positions), or
-        (drives, designs, positions) where designs pass others.
+        Coordinates of the drives [rad or m] and their time derivatives, shape (drives, positions), or
+        (drives, designs, positions) if they differ by design.
     origin, velocity, acceleration
-        Of the origin of every link's axes [m, m/s, m/s^2], complex, shape (links, ..., positions).
+        Origin of each link's axes and its derivatives [m, m/s, m/s^2], complex, shape (links, ..., positions).
     direction
-        Unit vector of every link's x' axis, complex, shape (links, ..., positions).
+        Unit vector of each link's x' axis, complex, shape (links, ..., positions).
     angular_velocity
         [rad/s], shape (links, ..., positions).
     turning
-        i eps - w^2 of every link [1/s^2], complex, shape (links, ..., positions): what multiplies an arm to give the
-        acceleration of its end from its root.
+        i eps - w^2 of each link [1/s^2], complex, shape (links, ..., positions). Times an arm, it gives the
+        acceleration of the arm's end relative to its root.
     closures
-        Per group, what answers for any small displacement or force.
+        Linearised closure of each group, for small displacements and forces.
     """
 
     mechanism: Mechanism
@@ -69,17 +69,17 @@ class Motion:
 
     @property
     def structure(self) -> Structure:
-        """The joints and groups, in the order of solution."""
+        """Joints and groups, in the order of solution."""
         return structure(self.mechanism)
 
     @cached_property
     def places(self) -> tuple[JointPlace, ...]:
-        """All joints, placed, in the order of `Structure.joints`."""
+        """All placed joints, in the order of `Structure.joints`."""
         return tuple(place for closed in self.closures for place in closed.joints)
 
     @property
     def angular_acceleration(self) -> Reals:
-        """Of every link [rad/s^2], shape (links, ..., positions)."""
+        """Angular acceleration of each link [rad/s^2], shape (links, ..., positions)."""
         return self.turning.imag
 
     @property
@@ -89,10 +89,10 @@ class Motion:
 
     @cached_property
     def condition(self) -> Reals:
-        """By how much round-off grows at a position: errors are of this many eps, shape (..., positions).
+        """Amplification of round-off: relative errors are about this times eps, (..., positions).
 
-        1 at best, infinite where beyond SINGULAR, so that velocities and accelerations of the links behind are nan, and
-        nan where the mechanism does not close.
+        At least 1. Infinite beyond SINGULAR, with nan velocities and accelerations of the dependent links; nan if the
+        mechanism does not close.
         """
         with np.errstate(all="ignore"):
             worst = reduce(np.maximum, condition_numbers(self, _openings(self)), np.ones(self.columns))
@@ -105,9 +105,9 @@ class Motion:
 
     @property
     def sine(self) -> Reals:
-        """Least sine at which the links of a group meet, shape (..., positions): 0 where the mechanism is singular.
+        """Smallest sine of the angle between links of a group, (..., positions): 0 if singular.
 
-        Where links slide on each other the distance of their pins over the links' size counts as one.
+        For links that slide on each other, the distance of their pins relative to the links' size replaces the sine.
         """
         free = (closed for closed in self.closures if closed.group.free)
         return reduce(np.minimum, (closure_sine(self.mechanism, closed) for closed in free), np.ones(self.columns))
@@ -127,25 +127,24 @@ def motion(
     Parameters
     ----------
     mechanism
-        Its lengths may have shape (designs, 1).
+        Lengths may have shape (designs, 1).
     drive, drive_rate, drive_acceleration
-        Coordinates of the drives [rad or m] and their derivatives in time, shapes that broadcast to
-        (drives, positions); for a single drive (positions,) will do. Where designs pass other coordinates, or at other
-        rates, shapes that broadcast to (drives, designs, positions); coordinates of a single drive.
+        Coordinates of the drives [rad or m] and their time derivatives, in shapes that broadcast to (drives,
+        positions); (positions,) is enough for a single drive. If they differ by design, shapes that broadcast to
+        (drives, designs, positions), with coordinates of a single drive.
     time
-        Time of every position [s], shape (positions,) or (designs, positions); the numbers of the positions where it is
-        left out.
+        Time of each position [s], shape (positions,) or (designs, positions); default: the position numbers.
     near
-        Where the links nearly are at every position, or at a single one for all: picks the branch in place of the
-        drawing, so that the positions need not be neighbours.
+        Approximate posture at each position, or one for all. It selects the branch instead of the drawing, so that the
+        positions need not be neighbours.
     lead
-        Coordinates of the drives that are passed between the drawing and the first position, shape (drives, n), where
-        the straight way is not meant.
+        Drive coordinates between the drawing and the first position, shape (drives, n), for a path that is not
+        straight.
 
     Raises
     ------
     MechanismError
-        The mechanism is not determined by its drives, or the drawing does not tell its branch.
+        The drives do not determine the mechanism, or the drawing does not determine its branch.
 
     Examples
     --------
@@ -174,7 +173,7 @@ def motion(
 
 
 def with_rates(motion: Motion, drive_rate: ArrayLike, drive_acceleration: ArrayLike = 0.0) -> Motion:
-    """The same positions passed at other rates of the drives; arguments as for `motion`."""
+    """Same positions with other drive rates; see `motion` for the arguments."""
     rate, rate2 = (per_position(value, motion.drive) for value in (drive_rate, drive_acceleration))
     here = motion.origin, motion.direction, tuple(closed.whole or closed for closed in motion.closures)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -182,12 +181,12 @@ def with_rates(motion: Motion, drive_rate: ArrayLike, drive_acceleration: ArrayL
 
 
 def unit_motion(motion: Motion, drive: int) -> Motion:
-    """The same positions with one drive moving at rate 1 and no others, so that velocities are influences."""
+    """Motion with one drive at rate 1 and the others at rest, which gives influences."""
     return with_rates(motion, np.eye(len(motion.mechanism.drives))[:, drive : drive + 1])
 
 
 def unit_motions(motion: Motion) -> list[Motion]:
-    """As of `unit_motion`, of every drive."""
+    """`unit_motion` of each drive."""
     return [unit_motion(motion, drive) for drive in range(len(motion.mechanism.drives))]
 
 
@@ -202,7 +201,7 @@ def _with_velocities(
     closures: tuple[Closure, ...],
     final: bool = False,
 ) -> Motion:
-    """Placed links with their velocities and accelerations; nan at singular positions, once these are marked."""
+    """Add velocities and accelerations to placed links; nan at singular positions."""
     velocity, rotation, _ = _velocities(mechanism, closures, rate)
     acceleration, turning, _ = _accelerations(closures, velocity, rotation, rate2)
     shape = direction.shape[1:]
@@ -228,13 +227,13 @@ def _with_velocities(
 
 
 def _openings(motion: Motion) -> tuple[Openings, Openings]:
-    """Openings that velocities and accelerations leave to the free joints of every group."""
+    """Velocities and accelerations of the free joints of every group."""
     velocity, rotation, first = _velocities(motion.mechanism, motion.closures, motion.drive_rate)
     return first, _accelerations(motion.closures, velocity, rotation, motion.drive_acceleration)[2]
 
 
 def repeated(motion: Motion, columns: tuple[int, ...]) -> Motion:
-    """The same motion for each of several designs that move alike; `columns` is its new shape."""
+    """Repeat a motion for several designs with the same motion; `columns`: new shape."""
 
     def wide(value: Any) -> Numbers:
         links = value.shape[:1] if value.ndim > len(motion.columns) else ()
@@ -247,7 +246,7 @@ def repeated(motion: Motion, columns: tuple[int, ...]) -> Motion:
 
 
 def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> Numbers:
-    """One array of shape (len(values), *shape) from columns that may be scalars."""
+    """Stack columns that may be scalars to an array of shape (len(values), *shape)."""
     result: Numbers = np.empty((len(values), *shape), kind)
     for at, value in enumerate(values):
         result[at] = 0.0 if value is ZERO else value
@@ -257,12 +256,12 @@ def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> Nu
 def _velocities(
     mechanism: Mechanism, closures: tuple[Closure, ...], rate: Reals
 ) -> tuple[list[Columns], list[Columns], Openings]:
-    """Velocities of the links' origins, i times their angular velocities, and the openings behind these."""
+    """Velocities of the origins, i times angular velocities, and rates of free joints."""
     return displacements(closures, *_driven(closures, rate), [ZERO] * len(mechanism.links))
 
 
 def _driven(closures: tuple[Closure, ...], rate: Reals) -> tuple[list[Columns], list[Columns]]:
-    """Displacement and rotation of every joint's child from its parent that the drives ask for."""
+    """Prescribed displacement and rotation of each joint's child from its parent."""
     gaps, turns = [], []
     for hinge in (hinge for closed in closures for hinge in closed.joints):
         asked = hinge.joint.drive is not None
@@ -275,9 +274,9 @@ def _driven(closures: tuple[Closure, ...], rate: Reals) -> tuple[list[Columns], 
 def _accelerations(
     closures: tuple[Closure, ...], velocity: list[Columns], rotation: list[Columns], rate2: Reals
 ) -> tuple[list[Columns], list[Columns], Openings]:
-    """Accelerations of the links' origins, i eps - w^2, and the openings behind these.
+    """Accelerations of the origins, i eps - w^2, and second rates of free joints.
 
-    Coriolis' acceleration is a gap that the others must close.
+    The Coriolis acceleration enters as a gap that the other joints close.
     """
     gaps, turns = _driven(closures, rate2)
     for number, hinge in enumerate(hinge for closed in closures for hinge in closed.joints):
@@ -286,6 +285,6 @@ def _accelerations(
 
 
 def by_laws(laws: Sequence[MotionLaw], times: Reals) -> tuple[Reals, Reals, Reals]:
-    """Coordinates, rates and accelerations of drives that follow laws, each of shape (drives, ..., positions)."""
+    """Evaluate drive laws: coordinates, rates, accelerations, each (drives, ..., positions)."""
     coordinates, rates, accelerations = (np.array(part) for part in zip(*(law(times) for law in laws), strict=True))
     return coordinates, rates, accelerations

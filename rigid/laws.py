@@ -1,7 +1,7 @@
 """Motion laws of drives: coordinate, rate and acceleration as closed forms of time.
 
-The curves are those of cam practice, normalised to a rise of 1 in a time of 1: R. L. Norton, Cam Design and
-Manufacturing Handbook, 2nd ed., Industrial Press 2009, chapters 2 and 3.
+The cam curves are normalised to a rise of 1 in a time of 1: R. L. Norton, Cam Design and Manufacturing Handbook,
+2nd ed., Industrial Press 2009, chapters 2 and 3.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from rigid.arrays import ArrayLike, Real, Reals
 Triple = tuple[Reals, Reals, Reals]
 MotionLaw = Callable[[Any], Triple]
 """From times [s] to coordinate, rate and acceleration of a drive, each of their shape."""
-JUMP = 1e-9  # of the speeds before and after, above which a change of speed is an impact
-SAME = 1e-12  # of its duration, by which an instant may miss the end of a segment
+MIN_IMPACT = 1e-9  # smallest change of speed that counts as an impact, relative to the speeds
+INSTANT_TOLERANCE = 1e-12  # largest distance of coincident instants, relative to the duration
 
 
 class LawError(ValueError):
-    """A motion law that cannot be followed; `segment` is the number of the segment at fault, from 1."""
+    """Invalid motion law; `segment` is the number of the invalid segment, from 1."""
 
     def __init__(self, segment: int, problem: str) -> None:
         super().__init__(f"segment {segment}: {problem}")
@@ -33,9 +33,9 @@ class LawError(ValueError):
 
 
 class TableError(ValueError):
-    """A table that cannot be, or that does not reach as far as it is asked.
+    """Invalid table, or a request outside its range.
 
-    `place` is where it was asked, `ends` where it begins and ends; None where it cannot be at all.
+    `place` is the requested place and `ends` the range; None for an invalid table.
     """
 
     def __init__(self, message: str, place: float | None = None, ends: tuple[float, float] | None = None) -> None:
@@ -44,7 +44,7 @@ class TableError(ValueError):
 
 
 def _value(powers: Reals, z: Reals) -> Reals:
-    """Value of a polynomial by its coefficients, of rising powers; numpy's own is in a module that is long to load."""
+    """Evaluate a polynomial; numpy's own function is in a module that is slow to import."""
     value: Reals = powers[-1] + 0.0 * z
     for power in powers[-2::-1]:
         value = power + value * z
@@ -74,7 +74,7 @@ def _harmonic(z: Reals) -> Triple:
 
 
 def _trapezoidal(z: Reals) -> Triple:
-    """A third at constant acceleration, a third at constant speed, a third at constant deceleration."""
+    """A third of the time each at constant acceleration, speed and deceleration."""
     early, late = z < 1 / 3, z >= 2 / 3
     value = np.select([early, late], [2.25 * z**2, 1 - 2.25 * (1 - z) ** 2], 1.5 * z - 0.25)
     rate = np.select([early, late], [4.5 * z, 4.5 * (1 - z)], 1.5)
@@ -82,7 +82,7 @@ def _trapezoidal(z: Reals) -> Triple:
 
 
 def _scca_meets(sine: float, cosine: float) -> tuple[float, float, float, float, float]:
-    """Speed and coordinate where the pieces of such a curve meet, at an acceleration of 1, and its true one at last."""
+    """Speed, coordinate and durations at the joints of the SCCA pieces; peak acceleration."""
     ends, flat = sine / 2, (1 - cosine) / 2
     speed = 2 * ends / pi
     travel = ends**2 * (2 / pi) * (1 - 2 / pi)
@@ -93,23 +93,23 @@ def _scca_meets(sine: float, cosine: float) -> tuple[float, float, float, float,
 
 
 def scca_peaks(sine: float, cosine: float) -> tuple[float, float, float]:
-    """Greatest speed, acceleration and jerk within a curve of Norton's SCCA family; shares as in that."""
+    """Peak speed, acceleration and jerk of an SCCA curve, see `_sine_constant_cosine`."""
     *_, later, _, peak = _scca_meets(sine, cosine)
     swings = [share for share in (sine, cosine) if share]
     return peak * (later + cosine / pi), peak, peak * pi / min(swings) if swings else 0.0
 
 
 def _sine_constant_cosine(sine: float, cosine: float) -> Callable[[Reals], Triple]:
-    """Curves with an acceleration that grows and falls like a sine, is constant, and passes zero like a cosine.
+    """Norton's SCCA family: sinusoidal, constant and cosine pieces of acceleration.
 
-    Norton's SCCA family. `sine` is the share of the time for both ends together, `cosine` that in the middle.
+    `sine` is the share of the time for both ends together, `cosine` that of the middle.
     """
     b, d = sine, cosine
     ends, flat = b / 2, (1 - d) / 2
     speed, travel, later, later_way, peak = _scca_meets(sine, cosine)
 
     def half(z: Reals) -> Triple:
-        """The first half of the rise."""
+        """First half of the rise."""
         first, third = z < ends, z > flat
         turn = pi * z / b if b else np.zeros(np.shape(z))
         swing = pi * (z - flat) / d if d else np.zeros(np.shape(z))
@@ -142,23 +142,23 @@ CURVES: Mapping[str, Callable[[Reals], Triple]] = {
     "modified-trapezoid": _sine_constant_cosine(0.25, 0.25),
     "modified-sine": _sine_constant_cosine(0.25, 0.75),
 }
-"""Curves by name: z in 0..1, any shape, to s, ds/dz and d2s/dz2 of the same shape."""
-STEPS = {"trapezoidal-velocity": (1 / 3, 2 / 3), "constant-acceleration": (0.5,)}
-"""Shares of the time at which the acceleration of a curve jumps, besides its ends."""
+"""Curves by name: map z in 0..1, of any shape, to s, ds/dz and d2s/dz2."""
+INNER_JUMPS = {"trapezoidal-velocity": (1 / 3, 2 / 3), "constant-acceleration": (0.5,)}
+"""Inner acceleration jumps of a curve, as shares of its time."""
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A piece of a motion law.
+    """Piece of a motion law.
 
     Attributes
     ----------
     curve
-        Name of one of `CURVES`.
+        Name of a curve in `CURVES`.
     duration
-        How long it lasts [s].
+        Duration [s].
     rise
-        By how much the coordinate changes [rad or m]; 0 for a dwell.
+        Change of the coordinate [rad or m]; 0 for a dwell.
     """
 
     curve: str
@@ -168,10 +168,10 @@ class Segment:
 
 @dataclass(frozen=True)
 class ConstantSpeed:
-    """The coordinate grows at one rate from its start.
+    """Motion at constant rate.
 
-    `start` [rad or m] and `speed` [rad/s or m/s], or arrays of shape (designs, 1). Called with times [s] of any shape,
-    it returns coordinate, rate and acceleration of the same shape, or (designs, positions).
+    `start` [rad or m] and `speed` [rad/s or m/s], or arrays of shape (designs, 1). A call with times [s] of any shape
+    returns coordinate, rate and acceleration of that shape, or of (designs, positions).
     """
 
     start: Real
@@ -186,22 +186,22 @@ class ConstantSpeed:
 
 @dataclass(frozen=True)
 class SegmentedLaw:
-    """Segments one after the other from `start` [rad or m]; after the last one the coordinate stays.
+    """Consecutive segments from `start` [rad or m]; the coordinate then stays constant.
 
-    `start` may have shape (designs, 1); coordinates are of shape (designs, positions) then.
+    `start` may have shape (designs, 1); coordinates then have shape (designs, positions).
 
-    A 3-4-5 polynomial next to a constant speed takes over its speed (and stays free of jumps in acceleration); next to
-    anything else it starts and ends at rest, as all other curves do.
+    A 3-4-5 polynomial next to a constant speed matches that speed without a jump in acceleration. Otherwise it starts
+    and ends at rest, like all other curves.
 
     Raises
     ------
     LawError
-        A segment lasts no time, its curve is unknown, a dwell rises, or the speed jumps between two segments, which no
-        finite force can follow.
+        A segment has no duration, its curve is unknown, a dwell has a rise, or the speed jumps between two segments,
+        which requires an infinite force.
 
     Examples
     --------
-    A cycloidal rise of 1 in 1 s is at its greatest speed, 2, half-way:
+    A cycloidal rise of 1 in 1 s reaches its peak speed, 2, in the middle:
 
     >>> rise = SegmentedLaw(0.0, (Segment("cycloidal", 1.0, 1.0),))
     >>> [float(value[0]) for value in rise([0.5])[:2]]
@@ -212,7 +212,7 @@ class SegmentedLaw:
     segments: tuple[Segment, ...]
 
     def __post_init__(self) -> None:
-        """Refuse a law that cannot be followed."""
+        """Raise LawError for an invalid law."""
         if not self.segments:
             raise LawError(1, "a law needs at least one segment")
         for number, segment in enumerate(self.segments, 1):
@@ -223,7 +223,7 @@ class SegmentedLaw:
             if segment.curve == "dwell" and segment.rise:
                 raise LawError(number, f"a dwell cannot rise by {segment.rise:g}")
         for number, (before, after) in enumerate(zip(self.speeds, self.speeds[1:], strict=False), 2):
-            if abs(after[0] - before[1]) > JUMP * (abs(after[0]) + abs(before[1])):
+            if abs(after[0] - before[1]) > MIN_IMPACT * (abs(after[0]) + abs(before[1])):
                 raise LawError(
                     number,
                     f"the speed jumps from {before[1]:g} to {after[0]:g}, an impact: "
@@ -232,7 +232,7 @@ class SegmentedLaw:
 
     @cached_property
     def speeds(self) -> tuple[tuple[float, float], ...]:
-        """Speeds at the two ends of every segment."""
+        """Speeds at both ends of each segment."""
         steady = [piece.rise / piece.duration if piece.curve == "constant-speed" else 0.0 for piece in self.segments]
         around = [0.0, *steady, 0.0]
         return tuple(
@@ -242,7 +242,7 @@ class SegmentedLaw:
 
     @cached_property
     def _ends(self) -> Reals:
-        """Times at which the segments end [s]."""
+        """End times of the segments [s]."""
         return np.cumsum([segment.duration for segment in self.segments])
 
     @property
@@ -258,31 +258,31 @@ class SegmentedLaw:
     def __call__(self, time: ArrayLike) -> Triple:
         """Coordinate, rate and acceleration at given times [s], each of their shape.
 
-        At a jump of the acceleration the side after it counts, at the very end the side before. An instant that misses
-        a jump by round-off is at it.
+        At a jump of the acceleration, its later value applies; at the end of the law, the earlier one. Instants within
+        round-off of a jump count as the jump.
         """
         time = np.asarray(time, float)
         if isinstance(self.start, np.ndarray):
             value, rate, acceleration = replace(self, start=0.0)(time)
             return self.start + value, rate, acceleration
         ends = self._ends[:-1]
-        at = np.searchsorted(ends - SAME * self._ends[-1], time, side="right")
+        at = np.searchsorted(ends - INSTANT_TOLERANCE * self._ends[-1], time, side="right")
         value, rate, acceleration = np.empty(time.shape), np.empty(time.shape), np.empty(time.shape)
         level: Any = self.start
         for k, segment in enumerate(self.segments):
             here, lasts = at == k, segment.duration
             z = np.clip(1.0 + (time[here] - self._ends[k]) / lasts, 0.0, 1.0)
-            for step in STEPS.get(segment.curve, ()):
-                z = np.where(np.abs(z - step) * lasts <= SAME * self._ends[-1], step, z)
+            for step in INNER_JUMPS.get(segment.curve, ()):
+                z = np.where(np.abs(z - step) * lasts <= INSTANT_TOLERANCE * self._ends[-1], step, z)
             rise, speed, bend = self.stretched(k, z)
             value[here], rate[here], acceleration[here] = level + rise, speed / lasts, bend / lasts**2
             level += segment.rise
-        over = time > self.duration * (1 + SAME)
+        over = time > self.duration * (1 + INSTANT_TOLERANCE)
         rate[over] = acceleration[over] = 0.0
         return value, rate, acceleration
 
     def stretched(self, number: int, z: Reals) -> Triple:
-        """Rise of a segment, counted from 0, at shares z of its time, and the derivatives by z, each of its shape."""
+        """Rise of a segment, from 0, at shares z of its time, and its derivatives by z."""
         segment, speeds = self.segments[number], self.speeds[number]
         if segment.curve == "polynomial-345" and any(speeds):
             return _polynomial(*quintic(segment, speeds))(z)
@@ -291,9 +291,9 @@ class SegmentedLaw:
 
 
 def quintic(segment: Segment, speeds: tuple[float, float]) -> Reals:
-    """Coefficients, of rising powers, of the quintic of given end speeds without acceleration at its ends.
+    """Coefficients of the quintic with given end speeds and zero end accelerations.
 
-    At rest at both ends it is the 3-4-5.
+    In increasing powers. With zero speeds it is the 3-4-5 polynomial.
     """
     h = segment.rise
     a, b = (speed * segment.duration for speed in speeds)

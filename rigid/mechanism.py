@@ -1,4 +1,4 @@
-"""A planar mechanism before it moves."""
+"""Definition of a planar mechanism."""
 
 from __future__ import annotations
 
@@ -30,12 +30,11 @@ from rigid.parts import (
 
 @dataclass(frozen=True, eq=False)
 class Mechanism:
-    """A planar mechanism: links (one of them named "ground"), their joints, drives, gears, loads and friction.
+    """Planar mechanism: links (one named "ground"), joints, drives, gears, loads, friction.
 
-    Links that share a point's name are pinned there, unless `welds` join them rigidly. `drawing` places the points
-    [m] near a position of the mechanism and so picks the branch it is assembled in; of designs whose drawings
-    differ, it holds arrays of shape (designs, 1). `gravity` [m/s^2]. `friction` by name of the pin (its point) or
-    slider.
+    Links with a common point name are pinned there, unless `welds` join them rigidly. `drawing` gives point positions
+    [m] near a position of the mechanism and so selects the assembly branch; arrays of shape (designs, 1) if it differs
+    by design. `gravity` [m/s^2]. `friction`: by name of the pin (its point) or slider.
     """
 
     links: tuple[Link, ...]
@@ -50,7 +49,7 @@ class Mechanism:
     index: Mapping[str, int] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Put the ground first, number the links and look up all names."""
+        """Put the ground first, number the links and check all names."""
         ordered = tuple(sorted(self.links, key=lambda link: link.name != GROUND))
         object.__setattr__(self, "links", ordered)
         object.__setattr__(self, "index", {link.name: number for number, link in enumerate(ordered)})
@@ -67,12 +66,12 @@ class Mechanism:
 
     @cached_property
     def beams(self) -> tuple[tuple[int, Beam], ...]:
-        """Every beam of the moving links with its link's number, link by link: the order of all arrays of beams."""
+        """All beams of moving links with their link numbers, in the order of all beam arrays."""
         return tuple((number, beam) for number, link in enumerate(self.links) if number for beam in link.beams)
 
     @cached_property
     def designs(self) -> tuple[int, ...]:
-        """Shape of its parameters: () or (designs, 1)."""
+        """Shape of the parameters: () or (designs, 1)."""
         values: list[Any] = [self.gravity, *self.drawing.values()]
         for link in self.links:
             values += link.points.values()
@@ -86,36 +85,36 @@ class Mechanism:
 
     @property
     def fixed_angles(self) -> tuple[Slider | Weld, ...]:
-        """Sliders and welds: the parts that hold the angle of one link on another."""
+        """Sliders and welds: the parts that fix the angle between two links."""
         return *self.sliders, *self.welds
 
     @cached_property
     def size(self) -> float:
-        """Greatest distance of drawn points from the first, of the first design [m]; 1 where there is none."""
+        """Largest distance of drawn points from the first, for the first design [m], or 1."""
         places = np.array([np.ravel(place)[0] for place in self.drawing.values()], complex)
         return float(np.abs(places - places[:1]).max(initial=0.0)) or 1.0
 
     def slider(self, name: str) -> Slider:
-        """The slider of a name."""
+        """Look up a slider by name."""
         return next(slider for slider in self.sliders if slider.name == name)
 
     def ends(self, drive: PinDrive | SliderDrive) -> tuple[int, int]:
-        """Numbers of the links that a drive's coordinate is counted from and of; of a gear's end too."""
+        """Numbers of the reference link and the moved link of a drive or gear end."""
         link, on = drive.links or (self.slider(drive.joint).link, self.slider(drive.joint).on)
         return self.index[on], self.index[link]
 
     @cached_property
     def slider_points(self) -> Mapping[str, str]:
-        """Point of the block by the slider's name."""
+        """Point of the block, by slider name."""
         return {slider.name: slider.point for slider in self.sliders}
 
     @cached_property
     def welded_points(self) -> frozenset[str]:
-        """Points at which all links that share them are welded, so that nothing turns there."""
+        """Points where all links are welded, without relative rotation."""
         shared = Counter(point for link in self.links for point in link.points)
         welds = Counter(weld.point for weld in self.welds)
         return frozenset(point for point, count in welds.items() if count >= shared[point] - 1)
 
     def beam_number(self, link: str, number: int) -> int:
-        """Place of a link's beam among all beams."""
+        """Number of a link's beam among all beams."""
         return next(k for k, (at, _) in enumerate(self.beams) if at == self.index[link]) + number

@@ -1,4 +1,4 @@
-"""Names in a mechanism that must be somebody's: points of beams and lumps, links and points of sliders and loads."""
+"""Check of the names and values in a mechanism."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 from rigid.arrays import Complex
 from rigid.parts import GROUND, Friction, Gear, LineLoad, Link, Load, PinDrive, Slider, SliderDrive, Weld
 
-UNIT = 1e-9  # how far the length of a unit vector may be from 1
+UNIT_TOLERANCE = 1e-9  # largest deviation of a unit vector's length from 1
 
 
 class Named(Protocol):
-    """The named parts of a mechanism."""
+    """Named parts of a mechanism."""
 
     @property
     def links(self) -> tuple[Link, ...]: ...  # noqa: D102
@@ -40,7 +40,7 @@ class Named(Protocol):
 
 
 def misnamed(mechanism: Named) -> str | None:
-    """Fault of the first name that is nobody's, or of the first beam without length; None where all is well."""
+    """Message about the first unknown name or invalid value, or None."""
     return next((words for words in _wrong(mechanism) if words), None)
 
 
@@ -78,12 +78,12 @@ def _wrong(mechanism: Named) -> Iterator[str | None]:
     sliders = Counter(slider.name for slider in mechanism.sliders)
     for called, friction in mechanism.friction.items():
         count = pins[called] + sliders[called]
-        yield None if count == 1 else f'friction of "{called}": {count} joints are called so, expected one'
+        yield None if count == 1 else f'friction of "{called}": expected one joint of this name, got {count}'
         yield from _friction(f'friction of "{called}"', friction, bool(sliders[called]))
 
 
 def _weld(weld: Weld, links: Mapping[str, Link]) -> Iterator[str | None]:
-    """Faults of a weld."""
+    """Yield errors of a weld."""
     called = f'the weld "{weld.point}"'
     yield _no_link(called, links, (weld.on, weld.link))
     yield f'{called}: "{weld.link}" cannot be welded to itself' if weld.link == weld.on else None
@@ -93,7 +93,7 @@ def _weld(weld: Weld, links: Mapping[str, Link]) -> Iterator[str | None]:
 
 
 def _friction(what: str, friction: Friction, slides: bool) -> Iterator[str | None]:
-    """Faults of the friction of a pin or of a slider."""
+    """Yield errors of the friction of a pin or slider."""
     for name, value in vars(friction).items():
         yield f"{what}: {name} is {np.min(value):.6g}, expected none below 0" if np.any(np.less(value, 0)) else None
     if slides:
@@ -106,7 +106,7 @@ def _friction(what: str, friction: Friction, slides: bool) -> Iterator[str | Non
 
 
 def _load(load: Load | LineLoad, links: Mapping[str, Link]) -> Iterator[str | None]:
-    """Links and points that a load acts on."""
+    """Yield errors of the links and points of a load."""
     if isinstance(load, LineLoad):
         yield _no_link("a load", links, (load.link,))
         yield _no_beam(links[load.link], load.beam, moving=load.link != GROUND)
@@ -135,12 +135,16 @@ def _no_length(what: str, link: Link, start: str, end: str) -> str | None:
 
 def _no_unit(what: str, vector: Complex) -> str | None:
     size = np.abs(vector)
-    return f"{what} is no unit vector, its length is {np.max(size):.6g}" if np.any(np.abs(size - 1) > UNIT) else None
+    return (
+        f"{what} is no unit vector, its length is {np.max(size):.6g}"
+        if np.any(np.abs(size - 1) > UNIT_TOLERANCE)
+        else None
+    )
 
 
 def _no_beam(link: Link, number: int, moving: bool) -> str | None:
     if not moving:
-        return f'a line load on "{link.name}", which does not move: its beams feel nothing'
+        return f'a line load on "{link.name}", which does not move: the load has no effect on its beams'
     if not 0 <= number < len(link.beams):
         known = f"which has {counted(len(link.beams), 'beam')}, counted from 0"
         return f'a line load on beam {number} of "{link.name}", {known}'
@@ -148,5 +152,5 @@ def _no_beam(link: Link, number: int, moving: bool) -> str | None:
 
 
 def counted(count: int, noun: str) -> str:
-    """A number with its noun, for a message."""
+    """Number with its noun in singular or plural, for a message."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -1,7 +1,7 @@
-"""The parts of a planar mechanism: links, beams, masses, sliders, drives, gears and loads.
+"""Parts of a planar mechanism: links, beams, masses, sliders, drives, gears and loads.
 
-Vectors in the plane are complex numbers. A quantity may be an array of shape (designs, 1), so that many designs
-of one mechanism go through their positions together.
+Vectors in the plane are complex numbers. A quantity may be an array of shape (designs, 1), so that many designs of one
+mechanism are computed together.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from rigid.arrays import Complex, Real, Reals
 
-AnyMotion = Any  # a `Motion`, which is made of these parts
+AnyMotion = Any  # a `Motion`, defined from these parts
 Law = Callable[[AnyMotion], Reals]
 """Coordinate, rate or factor as a function of a motion, shape (positions,)."""
 PointForce = tuple[str, str, Any, Any]
@@ -26,16 +26,16 @@ PRESSURE_ANGLE = float(np.radians(20.0))  # of standard involute teeth, ISO 53
 
 
 class MechanismError(ValueError):
-    """A mechanism that cannot be: the message names the cause in the user's own names.
+    """Invalid mechanism; the message names the cause by the user's own names.
 
     Attributes
     ----------
     kind
-        What is wrong, where callers tell cases apart: "name", "drives", "gear", "freedoms", "overconstrained",
-        "drawing", "open" (a joint does not close), "reach" (at some positions), "unreachable" (at all), "singular",
-        "section" (of a link's beams), or the property of a joint in space: "type", "axis", "normal"; "" otherwise.
+        Kind of error, if callers distinguish it: "name", "drives", "gear", "freedoms", "overconstrained", "drawing",
+        "open" (a joint does not close), "reach" (at some positions), "unreachable" (at all), "singular", "section" (of
+        a link's beams), or the property of a joint in space: "type", "axis", "normal"; otherwise "".
     links, joints
-        Names of those at fault, as far as they are known.
+        Names of the links and joints involved, if known.
     drives, positions
         Numbers of the drives and of the positions.
     """
@@ -57,11 +57,11 @@ class MechanismError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Beam:
-    """A straight piece of a link, from one of the link's points to another.
+    """Straight piece of a link, between two of the link's points.
 
-    Its own axes: x' from `start` to `end`, y' = i x'. `mass_per_length` [kg/m] is that at its start, `mass_taper` the
-    polynomial in xi = x'/l by which it is multiplied along the beam. `rotary_inertia` [kg m] is the moment of inertia
-    of its sections per length, rho I, at its start and likewise multiplied; 0 of a line of mass.
+    Its axes: x' from `start` to `end`, y' = i x'. `mass_per_length` [kg/m] is the value at the start, multiplied by the
+    polynomial `mass_taper` in xi = x'/l along the beam. `rotary_inertia` [kg m] is the sections' moment of inertia per
+    length, rho I, at the start, multiplied by `rotary_taper`; 0 for a line mass.
     """
 
     start: str
@@ -74,9 +74,9 @@ class Beam:
 
 @dataclass(frozen=True, eq=False)
 class Lump:
-    """A mass [kg] rigidly held at a point of a link.
+    """Mass [kg] rigidly attached to a point of a link.
 
-    `offset` [m] from that point to its centre, in the link's axes; `inertia` [kg m^2] about its own centre.
+    `offset` [m] from that point to its centre of mass, in the link's axes; `inertia` [kg m^2] about its centre of mass.
     """
 
     point: str
@@ -87,9 +87,9 @@ class Lump:
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """A link: its points in its own axes [m], and its mass as beams and lumps.
+    """Link: points in its own axes [m], and mass as beams and lumps.
 
-    The first point is the origin of its axes; the second, where there is one, usually lies on x'.
+    The first point is the origin of its axes; the second, if any, usually lies on x'.
     """
 
     name: str
@@ -100,11 +100,11 @@ class Link:
 
 @dataclass(frozen=True, eq=False)
 class Slider:
-    """A prismatic pair: `link` slides on `on` without turning.
+    """Prismatic pair: `link` slides on `on` without rotation.
 
-    `point` of `link` stays on the line through `origin` [m] with unit vector `direction`, both in the axes of `on`;
-    `turn` is the unit vector of the axes of `link` seen from those of `on`.
-    The slide is the way of `point` from `origin` along `direction`.
+    `point` of `link` stays on the line through `origin` [m] with unit vector `direction`, both in the axes of `on`.
+    `turn` is the unit vector of the axes of `link` in those of `on`. The slide is the distance of `point` from
+    `origin` along `direction`.
     """
 
     name: str
@@ -117,15 +117,15 @@ class Slider:
 
     @property
     def lengths(self) -> tuple[Complex, ...]:
-        """Its dimensions, which may differ by design."""
+        """Dimensions that may differ by design."""
         return self.origin, self.direction, self.turn
 
 
 @dataclass(frozen=True, eq=False)
 class Weld:
-    """Two links that share a point, joined there rigidly.
+    """Two links joined rigidly at a common point.
 
-    `turn` is the unit vector of the axes of `link` seen from those of `on`.
+    `turn` is the unit vector of the axes of `link` in those of `on`.
     """
 
     point: str
@@ -135,75 +135,75 @@ class Weld:
 
     @property
     def lengths(self) -> tuple[Complex, ...]:
-        """Its dimensions, which may differ by design."""
+        """Dimensions that may differ by design."""
         return (self.turn,)
 
     @property
     def name(self) -> str:
-        """Its name: that of its point, as for a pin."""
+        """Name of the weld: that of its point, as for a pin."""
         return self.point
 
 
 @dataclass(frozen=True)
 class PinDrive:
-    """A motor at the pin `at` that turns `link` on the link `on`.
+    """Motor at the pin `at` that turns `link` relative to `on`.
 
-    Its coordinate is the angle [rad] of the axes of `link` from those of `on`, counter-clockwise. `inertia` [kg m^2] of
-    its rotor and gear, reduced to that coordinate, resists its change; what it does to `on` besides is left out.
+    Its coordinate is the angle [rad] of the axes of `link` from those of `on`, counter-clockwise. `inertia` [kg m^2]
+    of its rotor and gear, reduced to that coordinate, resists its change; other inertial effects on `on` are neglected.
     """
 
     link: str
     at: str
     on: str = GROUND
-    inertia: Real = field(default=0.0, compare=False)  # of which no structure depends
+    inertia: Real = field(default=0.0, compare=False)  # irrelevant to the structure
     turns: ClassVar[bool] = True
 
     @property
     def joint(self) -> str:
-        """Name of the joint that it moves."""
+        """Name of the driven joint."""
         return self.at
 
     @property
     def name(self) -> str:
-        """Its name: that of its link."""
+        """Name of the drive: that of its link."""
         return self.link
 
     @property
     def links(self) -> tuple[str, ...]:
-        """The links that it names."""
+        """Links named by the drive."""
         return self.link, self.on
 
 
 @dataclass(frozen=True)
 class SliderDrive:
-    """A motor that moves a slider; its coordinate is the slide [m], and `inertia` [kg] a mass reduced to that."""
+    """Motor that moves a slider; coordinate: the slide [m]; `inertia`: reduced mass [kg]."""
 
     slider: str
-    inertia: Real = field(default=0.0, compare=False)  # of which no structure depends
+    inertia: Real = field(default=0.0, compare=False)  # irrelevant to the structure
     turns: ClassVar[bool] = False
 
     @property
     def joint(self) -> str:
-        """Name of the joint that it moves."""
+        """Name of the driven joint."""
         return self.slider
 
     @property
     def name(self) -> str:
-        """Its name: that of its slider."""
+        """Name of the drive: that of its slider."""
         return self.slider
 
     @property
     def links(self) -> tuple[str, ...]:
-        """The links that it names: none."""
+        """Links named by the drive: no link."""
         return ()
 
 
 class Load(Protocol):
-    """A load on points of links: a `PointLoad`, a spring, or an object of the user's own."""
+    """Load on points of links: a `PointLoad`, a spring, or a custom object."""
 
     @property
     def points(self) -> Iterable[tuple[str, str]]:
-        """Link and point of every place that it acts on."""
+        """Link and point of each loaded place."""
         ...
 
     def forces(self, motion: AnyMotion) -> Iterable[PointForce]:
@@ -213,16 +213,16 @@ class Load(Protocol):
 
 @dataclass(frozen=True)
 class Gear:
-    """Wheels or a rack that tie two joints: the coordinate of `follower` changes by `ratio` times that of `driver`.
+    """Gear pair: the coordinate of `follower` changes by `ratio` times that of `driver`.
 
-    `driver` and `follower` name pins or sliders as drives do; `ratio` is negative for wheels that mesh from outside,
-    positive where one is a ring around the other, and [m/rad] for a rack. Their teeth push at the pitch point, where
-    the pitch circles touch, inclined by the `pressure_angle` [rad] to the common tangent: the flank is that of the
-    effort which is passed on, so that wheels are pushed apart. Pins, sliders and the carrier of the wheels bear it.
+    `driver` and `follower` name pins or sliders as drives do. `ratio` is negative for external gears, positive for a
+    ring gear, and [m/rad] for a rack. The tooth force acts at the pitch point, inclined by the `pressure_angle` [rad]
+    to the common tangent. The loaded flank follows from the transmitted effort, so that the wheels are pushed apart.
+    Pins, sliders and the carrier of the wheels bear the force.
 
-    There are no teeth where `pressure_angle` is None, as for a belt or chain, and where there is no pitch point: the
-    joints have no link in common that carries them both, the ratio is 1, the axes are one, or both are sliders. Then
-    only the moment or force along the coordinates is passed on, between the two links of either joint.
+    There is no tooth force if `pressure_angle` is None, as for a belt or chain, or without a pitch point: no common
+    carrier of the joints, ratio 1, coincident axes, or two sliders. Then only the moment or force along the
+    coordinates is transmitted, between the two links of either joint.
     """
 
     driver: PinDrive | SliderDrive
@@ -233,21 +233,21 @@ class Gear:
 
 @dataclass(frozen=True, eq=False)
 class Friction:
-    """Friction of a joint: Coulomb's, in proportion to the force between its surfaces, and viscous.
+    """Joint friction: Coulomb friction, proportional to the contact force, and viscous friction.
 
-    A pin that bears the force F resists turning by `coefficient` `radius` |F|, whatever the drive's own moment. The
-    block of a slider resists sliding by `coefficient` max(|N|, 2 |M| / `length`): N is the force across its line and M
-    the moment about its point, the middle of the guided length, at whose ends the two press. Both resist by `viscosity`
-    times the rate besides. At rest there is none.
+    A pin under the force F resists rotation by `coefficient` `radius` |F|, independent of the drive's moment. A
+    slider's block resists sliding by `coefficient` max(|N|, 2 |M| / `length`): N is the force normal to the line and M
+    the moment about its point, the middle of the guided length, with contact at the ends. Both also resist by
+    `viscosity` times the rate. At rest friction is zero.
 
     Attributes
     ----------
     coefficient
-        Of Coulomb's friction.
+        Coulomb friction coefficient.
     radius
-        Of a pin [m].
+        Pin radius [m].
     length
-        Over which a slider's block is guided [m]; infinite where its moment is to press on nothing.
+        Guided length of a slider's block [m]; infinite to neglect the moment.
     viscosity
         [N m s/rad] of a pin, [N s/m] of a slider.
     """
@@ -260,7 +260,7 @@ class Friction:
 
 @dataclass(frozen=True, eq=False)
 class PointLoad:
-    """A force [N] and a moment [N m] on a point of a link.
+    """Force [N] and moment [N m] on a point of a link.
 
     `turning`: the force turns with the link and is given in its axes. `law` multiplies both: a function of the motion
     that returns an array of shape (..., positions).
@@ -275,11 +275,11 @@ class PointLoad:
 
     @property
     def points(self) -> Iterable[tuple[str, str]]:
-        """Where it acts."""
+        """Link and point of the load."""
         return ((self.link, self.point),)
 
     def forces(self, motion: AnyMotion) -> Iterable[PointForce]:
-        """The force in the ground's axes and the moment at every position."""
+        """Force in the ground's axes and moment at every position."""
         factor = 1.0 if self.law is None else self.law(motion)
         turned = motion.direction[motion.mechanism.index[self.link]] if self.turning else 1.0
         return ((self.link, self.point, self.force * turned * factor, self.moment * factor),)
@@ -287,9 +287,9 @@ class PointLoad:
 
 @dataclass(frozen=True, eq=False)
 class LineLoad:
-    """A force per length [N/m] along the whole of a beam, linear from `start` to `end` of it.
+    """Force per length [N/m] along a beam, linear from `start` to `end`.
 
-    `turning`: given in the beam's own axes, instead of the ground's. `law` as for `PointLoad`.
+    `turning`: given in the beam's axes instead of the ground's. `law`: see `PointLoad`.
     """
 
     link: str

@@ -1,4 +1,4 @@
-"""Peaks of motion laws: greatest speed, acceleration and jerk, and where the acceleration jumps."""
+"""Peak speed, acceleration and jerk of motion laws, and jumps of the acceleration."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from math import inf, pi
 import numpy as np
 
 from rigid.arrays import Reals
-from rigid.laws import STEPS, ConstantSpeed, MotionLaw, SegmentedLaw, quintic, scca_peaks
+from rigid.laws import INNER_JUMPS, ConstantSpeed, MotionLaw, SegmentedLaw, quintic, scca_peaks
 from rigid.table_laws import RepeatedLaw, TableLaw
 
-JUMP = 1e-9  # of the greatest acceleration, below which a change of it is round-off
+MIN_JUMP = 1e-9  # largest change of acceleration due to round-off, relative to its peak
 Sizes = tuple[float, float, float]
 
 
@@ -24,10 +24,10 @@ class LawPeaks:
     Attributes
     ----------
     speed, acceleration, jerk
-        Greatest magnitudes of the three derivatives of the coordinate [rad/s, rad/s^2, rad/s^3; or of m]; the jerk is
-        infinite where the acceleration jumps.
+        Largest magnitudes of the three derivatives of the coordinate [rad/s, rad/s^2, rad/s^3; or of m]; the jerk is
+        infinite if the acceleration jumps.
     jumps
-        Times at which it jumps [s].
+        Times of acceleration jumps [s].
     """
 
     speed: float
@@ -37,7 +37,7 @@ class LawPeaks:
 
 
 def polynomial_peaks(powers: Reals) -> Sizes:
-    """Greatest magnitudes of the three derivatives of a polynomial on [0, 1], by its coefficients of rising powers.
+    """Largest magnitudes of three derivatives of a polynomial on [0, 1], increasing powers.
 
     Examples
     --------
@@ -66,19 +66,18 @@ PEAKS: dict[str, Sizes] = {
     "modified-trapezoid": scca_peaks(0.25, 0.25),
     "modified-sine": scca_peaks(0.25, 0.75),
 }
-"""Peaks of `CURVES` within a rise of 1 in a time of 1, without the jumps of their acceleration."""
+"""Peaks of `CURVES` for a rise of 1 in a time of 1, without acceleration jumps."""
 
 
 def law_peaks(law: MotionLaw) -> LawPeaks | None:
-    """Peaks of a motion law, in closed form; None of a law of another kind.
+    """Peaks of a motion law in closed form, or None for other kinds of law.
 
-    A law of segments begins and ends at constant speed: an acceleration at its ends is a jump; repeated, its end meets
-    its start. What is before a table and behind it nobody knows.
+    A law of segments begins and ends at constant speed, so an acceleration at its ends is a jump. If repeated, its end
+    connects to its start. The motion outside a table is unknown.
 
     Examples
     --------
-    A harmonic rise of 1 in 1 s begins with an acceleration of pi^2/2, in no time; up and down over and over it is a
-    cosine:
+    A harmonic rise of 1 in 1 s starts abruptly with an acceleration of pi^2/2; repeated up and down it is a cosine:
 
     >>> from rigid.laws import Segment
     >>> up, down = Segment("harmonic", 1.0, 1.0), Segment("harmonic", 1.0, -1.0)
@@ -106,20 +105,20 @@ def _segments(law: SegmentedLaw, repeated: bool) -> LawPeaks:
         )
         sizes.append([size / lasts**order for order, size in enumerate(within, 1)])
         ends.append([float(each) / lasts**2 for each in law.stretched(number, np.array([0.0, 1.0]))[2]])
-        steps += [begin + lasts * share for share in STEPS.get(segment.curve, ()) if segment.rise]
+        steps += [begin + lasts * share for share in INNER_JUMPS.get(segment.curve, ()) if segment.rise]
         begin += lasts
     speed, acceleration, jerk = (float(each) for each in np.max(sizes, axis=0))
     around = [ends[-1][1] if repeated else 0.0, *np.ravel(ends).tolist(), ends[0][0] if repeated else 0.0]
     meet = [0.0, *np.cumsum([segment.duration for segment in law.segments]).tolist()]
     steps += [
         time for time, before, after in zip(meet, around[::2], around[1::2], strict=True)
-        if abs(after - before) > JUMP * acceleration
+        if abs(after - before) > MIN_JUMP * acceleration
     ]  # fmt: skip
     return LawPeaks(speed, acceleration, inf if steps else jerk, tuple(sorted(steps)))
 
 
 def _table(law: TableLaw) -> LawPeaks:
-    """Of a cubic spline: its speed is greatest at a knot, or where the acceleration passes zero."""
+    """Peaks of a cubic spline, from its knots and the zeros of its acceleration."""
     knots = np.array(law.times)
     _, rate, acceleration = law(knots)
     jerks = np.diff(acceleration) / np.diff(knots)
@@ -130,7 +129,7 @@ def _table(law: TableLaw) -> LawPeaks:
 
 
 def _zeros(knots: Reals, acceleration: Reals) -> Iterator[float]:
-    """Where an acceleration that is linear between knots passes zero."""
+    """Yield the zeros of an acceleration that is linear between knots."""
     pairs = zip(pairwise(knots.tolist()), pairwise(acceleration.tolist()), strict=True)
     for (start, end), (before, after) in pairs:
         if before * after < 0.0:

@@ -1,4 +1,4 @@
-"""Vectors of the plane as complex numbers: the products that numpy does not name, and a zero that costs nothing."""
+"""Vectors of the plane as complex numbers, and a zero without computing cost."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import numpy as np
 
 from rigid.arrays import Columns, Complexes, Reals
 
-ROUND_OFF = 4 * np.finfo(float).eps  # relative error of a figure made by a few operations
+ROUND_OFF = 4 * np.finfo(float).eps  # relative error of a result of a few operations
 
 
 class Zero:
-    """Zero at every position by construction: sums and products with it are never computed.
+    """Constant zero: sums and products with it are never computed.
 
-    Arrays leave an operation with it to the methods here; `number` makes it a 0.0 for who does not know it.
+    Arrays delegate operations with it to its methods; `number` converts it to 0.0.
     """
 
     __array_ufunc__ = None
@@ -40,17 +40,17 @@ class Zero:
         return self
 
     def conjugate(self) -> Zero:
-        """Itself."""
+        """Return itself."""
         return self
 
     @property
     def real(self) -> Zero:
-        """Itself."""
+        """Return itself."""
         return self
 
     @property
     def imag(self) -> Zero:
-        """Itself."""
+        """Return itself."""
         return self
 
     def __array__(self, dtype: Any = None, copy: Any = None) -> Reals:
@@ -73,17 +73,17 @@ ZERO: Any = Zero()
 
 
 def dot(a: Columns, b: Columns) -> Columns:
-    """Scalar product Re(conj(a) b) of two vectors, elementwise."""
+    """Scalar product Re(conj(a) b), elementwise."""
     return (a.conjugate() * b).real
 
 
 def cross(a: Columns, b: Columns) -> Columns:
-    """Vector product Im(conj(a) b) of two vectors, elementwise."""
+    """Cross product Im(conj(a) b), elementwise."""
     return (a.conjugate() * b).imag
 
 
 def imaginary(a: Any) -> Columns:
-    """The vector i a of a real array, without a complex product."""
+    """Vector i a of a real array, without a complex product."""
     if not np.ndim(a):
         return 1j * a
     result = np.zeros(np.shape(a), complex)
@@ -99,5 +99,5 @@ def unit(angle: Any) -> Complexes:
 
 
 def number(value: Columns) -> Columns:
-    """The same with the number 0.0 for ZERO, for those who do not know it."""
+    """Replace ZERO by 0.0."""
     return 0.0 if value is ZERO else value

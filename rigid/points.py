@@ -1,4 +1,4 @@
-"""Places, velocities and accelerations of points of moving links."""
+"""Positions, velocities and accelerations of points of moving links."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from rigid.kinematics import Motion
 
 
 def _at(motion: Motion, link: str | int, point: str | Complex) -> tuple[int, Complexes]:
-    """A link's number and the arm from its origin to one of its points, in the ground's axes."""
+    """Link number, and the arm from its origin to a point, in ground axes."""
     at = motion.mechanism.index[link] if isinstance(link, str) else link
     local = motion.mechanism.links[at].points[point] if isinstance(point, str) else point
     return at, motion.direction[at] * local
 
 
 def position_of(motion: Motion, link: str | int, point: str | Complex) -> Complexes:
-    """Place of a link's point [m], complex, shape (..., positions); `point` is a name or a place in the link's axes."""
+    """Position of a link's point, by name or in link axes [m], complex, (..., positions)."""
     at, arm = _at(motion, link, point)
     place: Complexes = motion.origin[at] + arm
     return place

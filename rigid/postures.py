@@ -1,4 +1,4 @@
-"""Where every link is, apart from how it moves."""
+"""Positions of all links, without velocities."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from rigid.mechanism import Mechanism
 
 @dataclass(frozen=True, eq=False)
 class Posture:
-    """Where the links of a mechanism are.
+    """Positions of the links of a mechanism.
 
     Attributes
     ----------
     origin
-        Of every link's axes [m], complex, shape (links, ...), links in the order of the mechanism.
+        Origin of each link's axes [m], complex, shape (links, ...), in the order of the mechanism.
     direction
-        Unit vector of every link's x' axis, complex, shape (links, ...).
+        Unit vector of each link's x' axis, complex, shape (links, ...).
     """
 
     mechanism: Mechanism
@@ -28,11 +28,11 @@ class Posture:
     direction: Complexes
 
     def place(self, link: int, local: Complex) -> Complexes:
-        """Place of a point given in a link's axes [m], shape (...)."""
+        """Position of a point given in a link's axes [m], shape (...)."""
         return np.asarray(self.origin[link] + self.direction[link] * local)
 
     def point(self, link: str, point: str) -> Complexes:
-        """Place of a link's point [m], shape (...)."""
+        """Position of a link's point [m], shape (...)."""
         number = self.mechanism.index[link]
         return self.place(number, self.mechanism.links[number].points[point])
 
@@ -41,6 +41,6 @@ class Posture:
 
 
 def posture(motion: Placed, places: object = ...) -> Posture:
-    """The postures of a motion, or those at some of its columns."""
+    """Postures of a motion, optionally at some of its columns."""
     at = (slice(None), *places) if isinstance(places, tuple) else (slice(None), places)
     return Posture(motion.mechanism, np.asarray(motion.origin)[at], np.asarray(motion.direction)[at])

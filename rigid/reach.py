@@ -1,4 +1,4 @@
-"""Where a mechanism can go: the positions that close, and where it stops."""
+"""Reach of a mechanism: positions that close, and stops."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from rigid.parts import MechanismError
 from rigid.plane import cross
 from rigid.positions.drive_path import first_ways, outline
 
-HALVINGS = 60  # of a step of the drives: to round-off
-FAR = 1e6  # sizes of a mechanism: a link that is farther off where it stops runs to infinity
+MAX_HALVINGS = 60  # bisections of a drive step, down to round-off
+INFINITE_DISTANCE = 1e6  # distance of a link that counts as infinite at a stop, relative to the mechanism's size
 METRES = 1.0, "m"
 
 
 class ReachError(MechanismError):
-    """The drives ask for positions that the mechanism does not reach."""
+    """The mechanism cannot reach the requested drive coordinates."""
 
 
 def reachable(motion: Motion) -> Flags:
@@ -28,9 +28,9 @@ def reachable(motion: Motion) -> Flags:
 
 
 def stops(course: Motion) -> list[tuple[Reals, str]]:
-    """Where the mechanism stops: the drives' coordinates there and the joint that opens.
+    """Stops of the mechanism: drive coordinates and the joint that opens.
 
-    For one design; by bisection to round-off between a position that is reached and a neighbour that is not.
+    For one design; by bisection to round-off between a reachable position and an unreachable neighbour.
     """
     closes = reachable(course).reshape(-1, course.columns[-1])[0]
     ends = []
@@ -42,15 +42,18 @@ def stops(course: Motion) -> list[tuple[Reals, str]]:
 
 
 def _runs_to_infinity(course: Motion, place: Reals) -> bool:
-    """Whether a link is infinitely far away where the mechanism stops."""
+    """Whether a link is infinitely far away at the stop."""
     there = motion(course.mechanism, place[:, None], lead=outline(course.drive))
-    return bool(np.abs(there.origin).max(initial=0.0, where=np.isfinite(there.origin)) > FAR * course.mechanism.size)
+    return bool(
+        np.abs(there.origin).max(initial=0.0, where=np.isfinite(there.origin))
+        > INFINITE_DISTANCE * course.mechanism.size
+    )
 
 
 def _stop(course: Motion, inside: Reals, outside: Reals, position: int) -> Reals:
-    """Coordinates of the drives at which a mechanism stops between some that it reaches and others."""
+    """Drive coordinates at the stop between reachable and unreachable ones."""
     lead = outline(course.drive[:, : position + 1] if len(course.drive) > 1 else course.drive)
-    for _ in range(HALVINGS):
+    for _ in range(MAX_HALVINGS):
         middle = (inside + outside) / 2
         if (middle == inside).all() or (middle == outside).all():
             break
@@ -62,17 +65,17 @@ def _stop(course: Motion, inside: Reals, outside: Reals, position: int) -> Reals
 
 
 def require_reach(course: Motion, lengths: tuple[float, str] = METRES) -> None:
-    """Raise where a position does not close.
+    """Raise ReachError unless every position closes.
 
     Parameters
     ----------
     lengths
-        Factor from metres to the unit that the message tells lengths in, and its name.
+        Factor from metres to the length unit of the message, and the unit's name.
 
     Raises
     ------
     ReachError
-        Names the drive's coordinate where it stops and the joint that cannot be reached.
+        Names the drive's coordinate at the stop and the joint that opens.
     """
     closes = reachable(course)
     if closes.all():
@@ -108,7 +111,7 @@ def reach_words(course: Motion, ends: list[tuple[Reals, str]], lengths: tuple[fl
 
 
 def _require_start(course: Motion, lengths: tuple[float, str]) -> None:
-    """Raise for a mechanism that reaches none of its positions: it cannot be assembled, or stops on the way to them."""
+    """Raise ReachError if no position is reached: assembly fails, or it stops before."""
     joint, kind = opening_joint(course), "unreachable"
     problem = "the mechanism cannot be assembled"
     if len(course.columns) == 1 and len(course.drive):
@@ -127,13 +130,13 @@ def _require_start(course: Motion, lengths: tuple[float, str]) -> None:
 
 
 def opening_joint(course: Motion, positions: slice = slice(None)) -> str:
-    """Name of the inner joint of the first group that does not close at some positions."""
+    """Name of the inner joint of the first group that does not close."""
     group = _open_group(course, positions)
     return group.cut[0].name if group else ""
 
 
 def _open_group(course: Motion, positions: slice = slice(None)) -> Group | None:
-    """The first group that does not close."""
+    """First group that does not close, or None."""
     for closed in course.closures:
         links = list(closed.group.links)
         places = course.origin[links] + course.direction[links]
@@ -143,7 +146,7 @@ def _open_group(course: Motion, positions: slice = slice(None)) -> Group | None:
 
 
 def _shortfall(course: Motion, lengths: tuple[float, str]) -> str:
-    """By how much two links miss each other at the first position, where they meet at a pin; for one design."""
+    """Message about the distance that two links miss at the first position; one design."""
     group = _open_group(course)
     if group is None or len(group.tree) != 2 or not group.cut[0].turns or len(course.columns) != 1:
         return ""
@@ -156,7 +159,7 @@ def _shortfall(course: Motion, lengths: tuple[float, str]) -> str:
         first, second = sorted(hinge.name for hinge in group.tree)
         long, short = sorted((float(abs(arm)) for arm in arms), reverse=True)
         away = float(abs(places[1] - places[0]))
-        if long - short <= away <= long + short:  # they would meet, but the drive does not come there
+        if long - short <= away <= long + short:  # within reach, but the drive does not get there
             return ""
         apart = f'"{first}" and "{second}" are {per * away:.4g} {unit} apart'
         reach = f"from {per * (long - short):.4g} to {per * (long + short):.4g} {unit}"
@@ -175,12 +178,12 @@ def _shortfall(course: Motion, lengths: tuple[float, str]) -> str:
 
 
 def _place(course: Motion, link: int, local: Complex) -> complex:
-    """Where a link's point is at the first position."""
+    """Position of a link's point at the first position."""
     return complex(np.ravel(course.origin[link, 0] + course.direction[link, 0] * local)[0])
 
 
 def _coordinates(course: Motion, place: Reals, lengths: tuple[float, str]) -> str:
-    """Coordinates of the drives for a message."""
+    """Format drive coordinates for a message."""
     words = []
     for drive, value in zip(course.mechanism.drives, place, strict=True):
         if drive.turns:

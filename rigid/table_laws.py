@@ -1,4 +1,4 @@
-"""Motion laws through the entries of a table, and laws that are repeated."""
+"""Motion laws by table entries, and repeated laws."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from rigid.laws import Triple
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-BEYOND = 1e-12  # of a duration, by which an instant may miss the end of a round
-BACK = 1e-12  # of a rise, by which a round may miss where it began
+INSTANT_TOLERANCE = 1e-12  # largest deviation of an instant from the end of a period, relative to its duration
+CLOSING_TOLERANCE = 1e-12  # largest rise of a period that returns to its start, relative to the rise
 
 
 class Lasting(Protocol):
-    """A motion law that ends."""
+    """Motion law of finite duration."""
 
     @property
     def duration(self) -> float:
-        """How long it lasts [s]."""
+        """Duration [s]."""
         ...
 
     @property
     def final_speed(self) -> float:
-        """Speed at its end [rad/s or m/s]."""
+        """Speed at the end [rad/s or m/s]."""
         ...
 
     def __call__(self, time: Any) -> Triple:
@@ -38,9 +38,9 @@ class Lasting(Protocol):
 
 @dataclass(frozen=True)
 class TableLaw:
-    """A coordinate [rad or m] at given times [s], between them a cubic spline with continuous acceleration.
+    """Coordinate [rad or m] at given times [s], interpolated by a cubic spline.
 
-    Where it is to be `repeated`, speed and acceleration at its end are those at its start.
+    If `repeated`, speed and acceleration at the end equal those at the start.
     """
 
     times: tuple[float, ...]
@@ -79,37 +79,37 @@ class TableLaw:
 
 @dataclass(frozen=True)
 class RepeatedLaw:
-    """A motion law over and over again, each time from where the last one ended."""
+    """Motion law repeated from the end of the previous period."""
 
     law: Lasting
 
     @property
     def duration(self) -> float:
-        """Of one round [s]."""
+        """Duration of one period [s]."""
         return self.law.duration
 
     @property
     def rise(self) -> float:
-        """How far one round goes [rad or m]."""
+        """Change of the coordinate in one period [rad or m]."""
         first, last = self.law([0.0, self.duration])[0]
         return float(last - first)
 
     def closes(self, turns: bool) -> bool:
-        """Whether one round brings the drive back; `turns`: an angle, which whole turns bring back too."""
-        return self.rounds(1) == 1 if turns else abs(self.rise) <= BACK * (1 + abs(self.rise))
+        """Whether one period returns the drive; with `turns` (an angle), up to full turns."""
+        return self.rounds(1) == 1 if turns else abs(self.rise) <= CLOSING_TOLERANCE * (1 + abs(self.rise))
 
     def rounds(self, most: int) -> int:
-        """How many rounds bring back an angle, up to whole turns; 0 where more than `most` do."""
+        """Number of periods until an angle returns, up to full turns; 0 if more than `most`."""
         for count in range(1, most + 1):
             rest = count * self.rise
             rest -= 2 * pi * round(rest / (2 * pi))
-            if abs(rest) <= count * BACK * (1 + abs(self.rise)):
+            if abs(rest) <= count * CLOSING_TOLERANCE * (1 + abs(self.rise)):
                 return count
         return 0
 
     def __call__(self, time: Any) -> Triple:
         """Coordinate, rate and acceleration at given times [s], each of their shape."""
         time = np.asarray(time, float)
-        rounds = np.floor(time / self.duration + BEYOND)
+        rounds = np.floor(time / self.duration + INSTANT_TOLERANCE)
         coordinate, rate, acceleration = self.law(time - rounds * self.duration)
         return coordinate + rounds * self.rise, rate, acceleration

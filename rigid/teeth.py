@@ -1,4 +1,4 @@
-"""Where the teeth of a gear push, and which way: pitch points and lines of action, theory.md, "Gears"."""
+"""Tooth forces of gears: pitch points and lines of action, theory.md, "Gears"."""
 
 from __future__ import annotations
 
@@ -9,34 +9,35 @@ import numpy as np
 from rigid.arrays import Columns
 from rigid.plane import number
 
-UNLOADED = 1e-12  # share of what its terms come to, below which an effort is round-off and no flank is loaded
+MIN_EFFORT = 1e-12  # effort that loads no flank, relative to its terms
 
 
 def pitch_reach(hub: Columns, rate: Columns) -> Columns:
-    """From a wheel's centre to its pitch point, of the centre of the wheel that drives it as seen from there [m]."""
+    """Vector from a wheel's centre to its pitch point, from the driving centre [m]."""
     return hub / (1 - rate)
 
 
 @dataclass(frozen=True, eq=False)
 class Teeth:
-    """The contact of a gear's follower, a wheel or a rack, with the body that drives it.
+    """Contact of a gear's follower, a wheel or a rack, with the driving body.
 
     Attributes
     ----------
     wheel
-        Number of the link whose teeth follow: the child of the follower's joint, or its parent where the child is the
+        Number of the link with the driven teeth: the child of the follower's joint, or its parent if the child is the
         carrier.
     sense
         +1 for the child, -1 for the parent.
     body
-        Number of the link whose teeth drive.
+        Number of the link with the driving teeth.
     arm
-        From the origin of that link's axes to the pitch point [m], complex.
+        From that link's origin to the pitch point [m], complex.
     reach_body, reach
-        From its point, and from the follower's point, at their joints to the pitch point [m], complex.
+        From the driving and from the follower's point, at their joints, to the pitch point [m], complex.
     along, apart
-        Force on the follower per effort on it along the coordinate, complex, [1/m] for a wheel and pure for a rack: the
-        part along the common tangent, and for a positive effort that which the pressure angle adds along the normal.
+        Force on the follower per effort along its coordinate, complex; [1/m] for a wheel, dimensionless for a rack.
+        `along` is the part along the common tangent, `apart` the normal part by the pressure angle for a positive
+        effort.
     """
 
     wheel: int
@@ -49,9 +50,9 @@ class Teeth:
     apart: Columns
 
     def push(self, flank: Columns) -> Columns:
-        """Force on the follower per effort on it, complex, along the line of action of a flank: +1, -1, 0 for neither.
+        """Force on the follower per effort, complex, along the line of action of a flank.
 
-        The flank is counted by the effort on the child of the follower's joint.
+        `flank`: +1, -1, or 0 for neither, signed as the effort on the child of the follower's joint.
         """
         return self.along + self.sense * flank * self.apart
 
@@ -66,6 +67,6 @@ def wheel_push(reach: Columns, slope: float, ring: bool) -> tuple[Columns, Colum
 
 
 def loaded_flank(effort: Columns, size: Columns) -> Columns:
-    """Sign of an effort, 0.0 where it is round-off beside the size of its terms."""
+    """Sign of an effort, 0.0 if it is round-off relative to its terms."""
     effort, size = number(effort), number(size)
-    return np.where(np.abs(effort) > UNLOADED * size, np.sign(effort), 0.0) if np.ndim(effort) or effort else 0.0
+    return np.where(np.abs(effort) > MIN_EFFORT * size, np.sign(effort), 0.0) if np.ndim(effort) or effort else 0.0

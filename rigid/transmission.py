@@ -1,4 +1,4 @@
-"""Transmission angles of dyads: how well the force of one link turns the other."""
+"""Transmission angles of dyads: how effectively one link drives the other."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from rigid.plane import cross, dot
 
 @dataclass(frozen=True, eq=False)
 class Transmission:
-    """How two links of a dyad meet.
+    """Transmission angle between two links of a dyad.
 
     Attributes
     ----------
     joint
-        Name of the joint where they meet.
+        Name of their common joint.
     links
-        Their names.
+        Names of the links.
     angle
-        Between them [rad], folded into 0 to pi/2, shape (..., positions); the sine of it is |s|. At a slider the normal
-        of its line takes the place of a link.
+        Angle between them [rad], folded into 0 to pi/2, shape (..., positions); its sine is |s|. For a slider, the
+        normal of its line replaces the link.
     """
 
     joint: str
@@ -34,7 +34,7 @@ class Transmission:
 
 
 def transmission_angles(course: Motion) -> list[Transmission]:
-    """Transmission angle of every dyad, in the order of solution. Larger groups have none: see `Motion.sine`."""
+    """Transmission angles of all dyads, in order of solution; for larger groups see `Motion.sine`."""
     links = course.mechanism.links
     angles = []
     for closed in course.closures:
@@ -47,7 +47,7 @@ def transmission_angles(course: Motion) -> list[Transmission]:
 
 
 def _lines(closed: Closure) -> tuple[Columns, Columns]:
-    """Lines of a dyad with the transmission angle between them: its links, normals for its sliders."""
+    """Lines of a dyad with the transmission angle between them: links, or slider normals."""
     inner, hinges = closed.cut[0], [closed.tree[number] for number in closed.group.free]
     if inner.turns:
         first, second = (_body_arm(closed, hinge) if hinge.turns else 1j * hinge.along for hinge in hinges)
@@ -55,13 +55,13 @@ def _lines(closed: Closure) -> tuple[Columns, Columns]:
     slides = [hinge for hinge in hinges if not hinge.turns]
     if slides:
         return 1j * inner.along, 1j * slides[0].along
-    # Two links that slide on each other: the line of their outer pins, as seen through the inner joint.
+    # links that slide on each other: line of their outer pins, and normal of the inner slider
     ends = [_body_arm(closed, hinge) for hinge in hinges]
     return ends[0] - ends[1], 1j * inner.along
 
 
 def _body_arm(closed: Closure, hinge: JointPlace) -> Columns:
-    """From an outer joint of a dyad to the inner one [m], through the links that are welded together."""
+    """Vector from an outer joint of a dyad to the inner one [m], through welded links."""
     inner, body = closed.cut[0], {hinge.joint.child: hinge}
     for place in closed.tree:
         if place.joint.moved and place.joint.parent in body:

@@ -115,8 +115,8 @@ def scenes(draw):
 @contextmanager
 def chunks(columns):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("rigid.chunks.COLUMNS", columns)
-        patch.setattr("rigid.chunks.CELLS", columns)
+        patch.setattr("rigid.chunks.MIN_COLUMNS", columns)
+        patch.setattr("rigid.chunks.CACHE_CELLS", columns)
         yield
 
 

@@ -281,7 +281,7 @@ class TestAsked:
         bare = Link("bar", {"O": 0.0, "A": 1.0})
         mechanism = Mechanism((Link("ground", {"O": 0.0}), bare), (PinDrive("bar", "O"),), {"O": 0, "A": 1})
         bent = turned(mechanism, [])
-        with pytest.raises(ValueError, match='what can be drawn is "motion"'):
+        with pytest.raises(ValueError, match='choose the diagram "motion"'):
             drawable(bent, DEFLECTION)
         for look in ("plain", "solid"):
             with off_screen(), Picture(bent, "motion", Style(size=(320, 192), look=look)) as picture:

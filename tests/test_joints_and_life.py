@@ -222,8 +222,8 @@ def document_of_text(text):
 
 def test_a_long_run_has_the_fatigue_of_the_whole(monkeypatch):
     """Chunks alone see a part of the cycle: the amplitude is that of all."""
-    monkeypatch.setattr("rigid.chunks.COLUMNS", 900)
-    monkeypatch.setattr("rigid.chunks.CELLS", 900)
+    monkeypatch.setattr("rigid.chunks.MIN_COLUMNS", 900)
+    monkeypatch.setattr("rigid.chunks.CACHE_CELLS", 900)
     scene = scene_from_text(ARM + FATIGUE + PARTS)
     times = scene.course.times(3600)
     long = long_results(scene, times, lambda *_: None, require_chunk)

@@ -36,8 +36,8 @@ def both(text, tmp_path, monkeypatch, *options, status=0, asked=("--theory", "qu
 
 @pytest.fixture(autouse=True)
 def _small_chunks(monkeypatch):
-    monkeypatch.setattr("rigid.chunks.COLUMNS", 64)
-    monkeypatch.setattr("rigid.chunks.CELLS", 64)
+    monkeypatch.setattr("rigid.chunks.MIN_COLUMNS", 64)
+    monkeypatch.setattr("rigid.chunks.CACHE_CELLS", 64)
 
 
 def numbers(tree, path=""):

@@ -184,7 +184,7 @@ class TestRegistry:
     def test_no_diagram_of_stresses_that_the_sections_do_not_tell(self, tmp_path):
         case = steel_four_bar(4)
         unknown = deflection(motion(case.mechanism, case.drive, case.rate), case.sections)
-        with pytest.raises(ValueError, match="von Mises stress is not known: the sections do not tell"):
+        with pytest.raises(ValueError, match="von Mises stress is not known: the sections have no dimensions"):
             movie(unknown, "mises", tmp_path / "mises.mp4", 2, Style(size=(320, 192)))
 
     def test_marked_positions_are_nan_in_every_field_and_the_others_as_they_were(self, bent):

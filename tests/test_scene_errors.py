@@ -325,7 +325,7 @@ MISTAKES = [
     # What only the mechanism as a whole tells.
     ("no duration", SLIDER_CRANK, [('link = "crank"\nspeed = 100', 'slider = "guide"\nspeed = 0.1')], "run", "duration", "no drive turns steadily"),
     ("a link too many", FOUR_BAR, [add('[links.arm]\npoints = ["B", "P"]\nsection = "bar"\nmaterial = "steel"')], "links.arm", "",
-     r'link "arm" is left with 1 freedom: add a drive or a joint for each; of one link alone, and so no joint: "P"$'),
+     r'link "arm" is left with 1 freedom: add a drive or a joint for each; points of one link only: "P"$'),
     ("two drives of one pin", FOUR_BAR, [add('[[drives]]\nlink = "crank"\nspeed = 1')], "drives", "", 'two drives move the joint "O"'),
     ("times of a table closer than round-off", FOUR_BAR,
      [add(LOAD + TABLE.replace("[9, 1]]", '[1e-308, 2], [5, 2], [9, 1]]\ninterpolation = "cubic"'))], "loads[1]", "table",

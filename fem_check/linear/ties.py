@@ -138,7 +138,7 @@ def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance])
         count = names.count(name)
         if count != 1:
             meant = f'"{name}" is {count} joints: which is meant' if count else f'no joint is named "{name}"'
-            raise ValueError(f"what gives way or does not fit: {meant}")
+            raise ValueError(f"joint compliance or misfit: {meant}")
 
 
 class _Soft:

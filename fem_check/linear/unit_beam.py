@@ -26,7 +26,7 @@ def stations_of(degree: int) -> Reals:
 class UnitBeam:
     """Response of a cantilever to unit loads, at its nodes.
 
-    Shear has its own deflection, whose slope is the shear strain. Timoshenko's energy is then
+    Shear has its own deflection; its slope is the shear strain. Timoshenko's energy is then
     `EI (w_bending'')^2 + kGA w_shear'^2`, and neither part of the elements can lock.
 
     Attributes

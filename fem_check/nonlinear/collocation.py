@@ -65,10 +65,10 @@ class CollocatedMotion:
 
     Attributes
     ----------
-    Coordinates at the start of each step, (steps, coordinates).
-        Coordinates at the start of every step, (steps, coordinates).
-    Coordinates, rates, accelerations and multipliers at the instants of each step, (steps, stages, ...).
-        Coordinates, rates and multipliers at the instants of every step, (steps, stages, ...).
+    first
+        Coordinates at the start of each step, (steps, coordinates).
+    q, v, a, pulls
+        Coordinates, rates, accelerations and multipliers at the instants of each step, (steps, stages, ...).
     """
 
     edges: Reals
@@ -247,7 +247,7 @@ class Collocation:
                 np.linalg.solve(table.reshape(-1, flat, flat), right.reshape(-1, flat, 1 + 2 * free)), float
             )
         except np.linalg.LinAlgError:
-            raise DoesNotCloseError("the equations of a step are singular: something is held by nothing") from None
+            raise DoesNotCloseError("the equations of a step are singular: a part is unconstrained") from None
 
     def _starts(self, passed: Reals) -> Reals:
         """Changes of positions and velocities at the starts of all steps, (steps, 2 free)."""
@@ -261,9 +261,7 @@ class Collocation:
             try:
                 here = np.asarray(np.linalg.solve(np.eye(both) - through, gathered), float)
             except np.linalg.LinAlgError:
-                raise DoesNotCloseError(
-                    "the equations of the cycle are singular: something is held by nothing"
-                ) from None
+                raise DoesNotCloseError("the equations of the cycle are singular: a part is unconstrained") from None
         starts = np.empty((count, both))
         for k, step in enumerate(passed):
             starts[k] = here

@@ -32,14 +32,14 @@ class NodeCoupling:
 
     Attributes
     ----------
-    See `CouplingKind`.
-        Of `CouplingKind`.
-    Numbers of the nodes.
+    kind
+        See `CouplingKind`.
+    parent, child
         Numbers of the nodes.
-    The two points, relative to the nodes in the axes of their links [m].
-        The two points, from the nodes in the axes of their links [m].
-    Unit vector for ALONG and ACROSS in the axes of the parent's link.
-        Unit vector of ALONG and ACROSS in the axes of the parent's link.
+    at_parent, at_child
+        The two points, relative to the nodes in the links' axes [m].
+    line
+        Unit vector for ALONG and ACROSS in the axes of the parent's link.
     """
 
     kind: CouplingKind

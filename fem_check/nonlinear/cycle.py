@@ -162,7 +162,7 @@ class Collocation:
         try:
             known = Differences(tangents, self.frames, self.period / self.count)
         except np.linalg.LinAlgError:
-            raise DoesNotCloseError("the equations of the cycle are singular: something is held by nothing") from None
+            raise DoesNotCloseError("the equations of the cycle are singular: a part is unconstrained") from None
 
         def applied(flat: Reals) -> Reals:
             x = flat.reshape(shape)

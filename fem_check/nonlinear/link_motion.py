@@ -129,5 +129,5 @@ class LinkMotion:
     def __getattr__(self, name: str) -> Any:
         """Raise NotCheckedError for any other attribute of a motion."""
         raise NotCheckedError(
-            f'a load asks for the motion\'s "{name}": the nonlinear check knows places, velocities and accelerations'
+            f'a load uses the motion\'s "{name}": the nonlinear check provides positions, velocities and accelerations'
         )

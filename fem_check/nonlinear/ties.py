@@ -331,7 +331,7 @@ def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance])
     for name in joints:
         if names.count(name) != 1:
             raise NotCheckedError(
-                f'joint "{name}" gives way or does not fit: it is {names.count(name)} joints, expected one'
+                f'compliance or misfit of "{name}": expected one joint of this name, got {names.count(name)}'
             )
 
 

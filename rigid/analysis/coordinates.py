@@ -1,4 +1,4 @@
-"""Quantities read off a motion that have a rate: angles of links, slides, places and distances of points."""
+"""Coordinates of a motion with rates: link angles, slides, point positions, distances."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from rigid.points import position_of, velocity_of
 
 
 class Rated(Protocol):
-    """A quantity that changes at a known rate."""
+    """Quantity with a known rate."""
 
     def rate(self, motion: Motion) -> Reals:
-        """Its derivative in time, shape (..., positions)."""
+        """Time derivative, shape (..., positions)."""
         ...
 
 
@@ -27,23 +27,23 @@ class Coordinate(Rated, Protocol):
     """A quantity with a value and a rate."""
 
     def value(self, motion: Motion) -> Reals:
-        """The quantity, shape (..., positions)."""
+        """Value, shape (..., positions)."""
         ...
 
     def difference(self, motion: Motion, value: Real) -> Reals:
-        """How far the quantity is beyond a value; angles by less than half a turn. Shape (..., positions)."""
+        """Difference from a value; angles within half a turn. Shape (..., positions)."""
         ...
 
 
 @dataclass(frozen=True)
 class LinkAngle:
-    """Angle of the axes of a link from those of another [rad], counter-clockwise, without jumps along the positions."""
+    """Angle of a link relative to another [rad], counter-clockwise, continuous over positions."""
 
     link: str
     on: str = GROUND
 
     def value(self, motion: Motion) -> Reals:
-        """The angle, the first one in (-pi, pi]."""
+        """Angle, starting in (-pi, pi]."""
         return np.unwrap(np.angle(self._direction(motion)), axis=-1)
 
     def rate(self, motion: Motion) -> Reals:
@@ -53,7 +53,7 @@ class LinkAngle:
         return rate
 
     def difference(self, motion: Motion, value: Real) -> Reals:
-        """Angle beyond a value, in (-pi, pi]."""
+        """Difference from a value, in (-pi, pi]."""
         return np.angle(self._direction(motion) * np.exp(-1j * np.asarray(value)))
 
     def _direction(self, motion: Motion) -> Complexes:
@@ -63,13 +63,13 @@ class LinkAngle:
 
 
 class _Plain:
-    """A coordinate that is a number, not an angle."""
+    """Coordinate that is a plain number, not an angle."""
 
     def value(self, motion: Motion) -> Reals:
         raise NotImplementedError
 
     def difference(self, motion: Motion, value: Real) -> Reals:
-        """How far it is beyond a value."""
+        """Difference from a value."""
         beyond: Reals = self.value(motion) - value
         return beyond
 
@@ -81,12 +81,12 @@ class Slide(_Plain):
     slider: str
 
     def value(self, motion: Motion) -> Reals:
-        """The slide."""
+        """Slide [m]."""
         slide: Reals = self._joint(motion).coordinate(motion)
         return slide
 
     def rate(self, motion: Motion) -> Reals:
-        """Its rate [m/s]."""
+        """Rate [m/s]."""
         joint = self._joint(motion)
         block = velocity_of(motion, joint.block, joint.at(joint.block))
         arm = position_of(motion, joint.block, joint.at(joint.block)) - motion.origin[joint.owner]
@@ -103,26 +103,26 @@ class Slide(_Plain):
 
 @dataclass(frozen=True)
 class PointCoordinate(_Plain):
-    """Coordinate of a point along a unit vector of the ground's axes [m]: x as it stands, y with `along = 1j`."""
+    """Component of a point's position along a unit vector [m]: x, or y with `along = 1j`."""
 
     link: str
     point: str
     along: complex = 1.0
 
     def value(self, motion: Motion) -> Reals:
-        """The coordinate."""
+        """Component [m]."""
         coordinate: Reals = dot(self.along, position_of(motion, self.link, self.point))
         return coordinate
 
     def rate(self, motion: Motion) -> Reals:
-        """Its rate [m/s]."""
+        """Rate [m/s]."""
         rate: Reals = dot(self.along, velocity_of(motion, self.link, self.point))
         return rate
 
 
 @dataclass(frozen=True)
 class Offset(_Plain):
-    """Distance of a point beyond another along a unit vector of the ground's axes [m]: in height as it stands."""
+    """Offset of a point from another along a unit vector [m]; default: in height."""
 
     link: str
     point: str
@@ -131,12 +131,12 @@ class Offset(_Plain):
     along: complex = 1j
 
     def value(self, motion: Motion) -> Reals:
-        """The difference."""
+        """Offset [m]."""
         one, other = self._ends
         return one.value(motion) - other.value(motion)
 
     def rate(self, motion: Motion) -> Reals:
-        """Its rate [m/s]."""
+        """Rate [m/s]."""
         one, other = self._ends
         return one.rate(motion) - other.rate(motion)
 
@@ -158,11 +158,11 @@ class Distance(_Plain):
     other_point: str
 
     def value(self, motion: Motion) -> Reals:
-        """The distance."""
+        """Distance [m]."""
         return np.abs(self._vector(motion))
 
     def rate(self, motion: Motion) -> Reals:
-        """Its rate [m/s]; nan where the points meet."""
+        """Rate [m/s]; nan if the points coincide."""
         opening = velocity_of(motion, self.link, self.point) - velocity_of(motion, self.other_link, self.other_point)
         vector = self._vector(motion)
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -175,7 +175,7 @@ class Distance(_Plain):
 
 @dataclass(frozen=True)
 class PathLength:
-    """Length of the path of a point [m]: it has a rate, the point's speed [m/s], and no value of its own."""
+    """Path length of a point [m]: only its rate is available, the speed [m/s]."""
 
     link: str
     point: str

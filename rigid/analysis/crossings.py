@@ -1,4 +1,4 @@
-"""Where a quantity passes zero between two positions of a motion."""
+"""Zeros of a quantity between the positions of a motion."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from rigid.kinematics import Motion, motion, with_rates
 from rigid.parts import MechanismError
 from rigid.postures import Posture
 
-CLOSES = 1e-6  # of the drives' extent, by which the end of a turn may miss its start
-STEPS = 60  # of Ridders' method
-SETTLED = 2e-16  # of an interval, in which the zero is known
-LAST = 1e-10  # step, as a share of an interval, after which the zero is known: every step squares the error
+CLOSING_TOLERANCE = 1e-6  # largest closing error of a turn, relative to the drives' range
+MAX_STEPS = 60  # largest number of iterations of Ridders' method
+ZERO_TOLERANCE = 2e-16  # width at which an interval is accepted as a zero, relative to the original one
+FINAL_STEP = 1e-10  # [intervals] step after which the zero is accepted: each step squares the error
 
 
 @dataclass(frozen=True, eq=False)
 class Intervals:
-    """Straight ways of the drives between neighbouring positions of a motion, round the turn where it closes.
+    """Straight drive paths between neighbouring positions, cyclic if the motion closes.
 
     Attributes
     ----------
     course
-        A motion of one design.
+        Motion of one design.
     left, right
-        Numbers of the positions at the ends of every interval, shape (intervals,).
+        Position numbers at the ends of each interval, shape (intervals,).
     low, change
-        Coordinates of the drives at the left end, and how far it is to the right end, shape (drives, intervals).
+        Drive coordinates at the left end, and their change to the right end, shape (drives, intervals).
     """
 
     course: Motion
@@ -40,9 +40,9 @@ class Intervals:
     change: Reals
 
     def at(self, number: Integers, part: Reals) -> Motion:
-        """Positions at given parts (0 to 1) of intervals of given numbers, both of shape (n,).
+        """Motion at parts (0 to 1) of numbered intervals, both of shape (n,).
 
-        Time is the part: rates are per interval.
+        The time is the part, so rates are per interval.
         """
         near = self.left[number]
         here = Posture(self.course.mechanism, self.course.origin[:, near], self.course.direction[:, near])
@@ -50,7 +50,7 @@ class Intervals:
         return motion(self.course.mechanism, self.low[:, number] + part * change, change, 0.0, part, here)
 
     def ends(self) -> tuple[Motion, Motion]:
-        """The left and the right ends of all intervals, at rates per interval."""
+        """Motion at the left and right ends of all intervals, with rates per interval."""
         return tuple(with_rates(positions(self.course, at), self.change) for at in (self.left, self.right))  # type: ignore[return-value]
 
 
@@ -60,7 +60,7 @@ def intervals(course: Motion) -> Intervals:
     Raises
     ------
     MechanismError
-        Several designs; fewer than two positions.
+        Several designs, or fewer than two positions.
     """
     if len(course.columns) != 1 or course.columns[0] < 2:
         raise MechanismError(f"columns of shape {course.columns}: expected one design and at least two positions")
@@ -74,7 +74,7 @@ def intervals(course: Motion) -> Intervals:
 
 
 def turn_closes(course: Motion) -> bool:
-    """Whether one more equal step brings all drives back to the first position, a turn or several further."""
+    """Whether one more equal step returns all drives to the start, after full turns."""
     drive = course.drive
     if drive.shape[-1] < 3:
         return False
@@ -83,11 +83,13 @@ def turn_closes(course: Motion) -> bool:
     turns = np.array([each.turns for each in course.mechanism.drives])
     rest = np.where(turns, beyond - 2 * np.pi * np.round(beyond / (2 * np.pi)), beyond)
     extent = np.ptp(drive, axis=-1)
-    return bool((np.abs(rest) <= CLOSES * np.maximum(extent, 1e-300)).all() and (np.abs(beyond) > extent / 2).any())
+    return bool(
+        (np.abs(rest) <= CLOSING_TOLERANCE * np.maximum(extent, 1e-300)).all() and (np.abs(beyond) > extent / 2).any()
+    )
 
 
 def positions(course: Motion, at: Integers) -> Motion:
-    """Some positions of a motion, by their numbers."""
+    """Select positions of a motion by number."""
     here = Posture(course.mechanism, course.origin[:, at], course.direction[:, at])
     return motion(
         course.mechanism,
@@ -100,14 +102,14 @@ def positions(course: Motion, at: Integers) -> Motion:
 
 
 def zeros(function: Callable[[Any], Any], first: Reals, last: Reals) -> Reals:
-    """Where functions on 0 to 1 pass zero, to round-off, all at once by Ridders' method.
+    """Zeros of functions on 0 to 1, to round-off, by a vectorised Ridders' method.
 
     Parameters
     ----------
     function
-        Arguments of shape (n,) to values of shape (n,).
+        Maps arguments of shape (n,) to values of shape (n,).
     first, last
-        Values at 0 and at 1, of different signs, shape (n,).
+        Values at 0 and at 1, of opposite signs, shape (n,).
 
     References
     ----------
@@ -118,15 +120,15 @@ def zeros(function: Callable[[Any], Any], first: Reals, last: Reals) -> Reals:
     b, fb = np.where(fa == 0, a, b), np.where(fa == 0, fa, fb)
     a, fa = np.where(fb == 0, b, a), np.where(fb == 0, fb, fa)
     best = np.where(np.abs(fa) < np.abs(fb), a, b)
-    for _ in range(STEPS):
-        if not len(best) or (np.abs(b - a) <= SETTLED).all():
+    for _ in range(MAX_STEPS):
+        if not len(best) or (np.abs(b - a) <= ZERO_TOLERANCE).all():
             break
         m = (a + b) / 2
         fm = function(m)
         root = np.sqrt(fm * fm - fa * fb)
         x = m + (m - a) * np.sign(fa - fb) * np.divide(fm, root, out=np.zeros_like(fm), where=root > 0)
         fx = function(x)
-        settled = np.abs(x - best) <= LAST
+        settled = np.abs(x - best) <= FINAL_STEP
         best = x
         across = np.sign(fm) * np.sign(fx) < 0
         below = np.sign(fa) * np.sign(fx) < 0

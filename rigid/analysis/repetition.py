@@ -1,4 +1,4 @@
-"""After how long a mechanism is where it was: the common period of its drives, and the turns that its links take."""
+"""Period of a mechanism: common period of its drives, and number of periods until links return."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError
 from rigid.table_laws import RepeatedLaw, TableLaw
 
-MOST = 32  # turns or rounds of any drive in a cycle: at 360 positions eleven are left to each
-EQUAL = 1e-9  # relative, of ratios: as written they are equal to round-off
-TURNS = (1, 2, 4, 8)  # after which links of a mechanism without gears may be back
-SAME = 1e-7  # of the size, and of a unit vector
-NEAR_STEPS = 72  # of one turn: so near that a mechanism far from change points need not be followed
-STEPS = 64  # positions to a turn or round, at which several drives are followed
+MAX_ROUNDS = 32  # largest number of drive turns or periods in a cycle: 11 positions each of 360
+RATIO_TOLERANCE = 1e-9  # relative difference of equal ratios, which differ by round-off
+TURNS = (1, 2, 4, 8)  # turns after which links of a mechanism without gears may return
+CLOSING_TOLERANCE = 1e-7  # largest closing error, relative to the size, or of a unit vector
+NEAR_STEPS = 72  # steps per turn, so fine that a mechanism far from change points need not be tracked
+STEPS_PER_TURN = 64  # positions per turn or period for tracking several drives
 
 
 @dataclass(frozen=True, eq=False)
 class Repetition:
-    """How the drives of a mechanism, or the mechanism, repeat.
+    """Repetition of the drives of a mechanism, or of the mechanism.
 
     Attributes
     ----------
     turn
-        One turn of the first drive at constant speed, or the longest of repeated laws, of as many rounds as bring the
-        drive back [s]; None without either.
+        One turn of the first drive at constant speed, or the longest of the repeated laws, times the number of periods
+        that return the drive [s]; None without either.
     period
-        After which all is as it was [s], shape (designs, 1) where it differs by design; nan where that is never.
+        Period of the whole state [s], shape (designs, 1) if it differs by design; nan without period.
     why
-        Why there is no period; empty where there is one.
+        Reason for a missing period, otherwise "".
     """
 
     turn: Any
@@ -46,7 +46,7 @@ class Repetition:
 
 
 def drives_repeat(mechanism: Mechanism, laws: Sequence[MotionLaw | None]) -> Repetition:
-    """The common period of the drives, each at constant speed, by a repeated law, or at rest; None is an effort."""
+    """Common period of drives at constant speed, with repeated laws, or at rest; None: effort."""
     turns: list[Any] = []
     rounds: list[float] = []
     why = ""
@@ -61,7 +61,7 @@ def drives_repeat(mechanism: Mechanism, laws: Sequence[MotionLaw | None]) -> Rep
             else:
                 why = why or f"drive no. {number} slides on at constant speed"
         elif isinstance(law, RepeatedLaw):
-            count = law.rounds(MOST) if drive.turns else int(law.closes(False))
+            count = law.rounds(MAX_ROUNDS) if drive.turns else int(law.closes(False))
             rounds.append(law.duration * max(count, 1))
             if not count:
                 why = why or f"repeated, the law of drive no. {number} does not bring it back"
@@ -76,14 +76,14 @@ def drives_repeat(mechanism: Mechanism, laws: Sequence[MotionLaw | None]) -> Rep
         return Repetition(first, nan, why)
     period = common_period([*turns, *rounds])
     if np.isnan(period).any():
-        why = f"the drives have no common period: none within {MOST} turns or rounds of each"
+        why = f"the drives have no common period: none within {MAX_ROUNDS} turns or rounds of each"
     return Repetition(first, period, why)
 
 
 def common_period(periods: Sequence[Real]) -> Real:
-    """The least common multiple of durations [s], each at most `MOST` times in it; nan where there is none.
+    """Least common multiple of durations [s], or nan.
 
-    Of durations of shape (designs, 1), one for each design.
+    Each duration may occur up to `MAX_ROUNDS` times. Durations of shape (designs, 1) give one result per design.
     """
     if not any(isinstance(period, np.ndarray) for period in periods):
         return _least_common([float(period) for period in periods])
@@ -93,36 +93,36 @@ def common_period(periods: Sequence[Real]) -> Real:
 
 
 def _least_common(periods: Sequence[float]) -> float:
-    """The least common multiple of durations; nan where one of them would be in it more than `MOST` times."""
+    """Least common multiple of durations; nan if one occurs more than `MAX_ROUNDS` times."""
     first = periods[0]
     if len(periods) == 1 or not np.isfinite(periods).all():
         return first
-    ratios = [Fraction(period / first).limit_denominator(MOST) for period in periods]
+    ratios = [Fraction(period / first).limit_denominator(MAX_ROUNDS) for period in periods]
     pairs = zip(ratios, periods, strict=True)
-    if not all(isclose(float(ratio), period / first, rel_tol=EQUAL) for ratio, period in pairs):
+    if not all(isclose(float(ratio), period / first, rel_tol=RATIO_TOLERANCE) for ratio, period in pairs):
         return nan
-    # first * n is a whole multiple of every first * p / q, where p divides n q: the least n is the l.c.m. of all p.
+    # first * n is a multiple of each first * p / q if p divides n q: the smallest n is the l.c.m. of all p
     times = lcm(*(ratio.numerator for ratio in ratios))
-    return first * times if max(times / ratio for ratio in ratios) <= MOST else nan
+    return first * times if max(times / ratio for ratio in ratios) <= MAX_ROUNDS else nan
 
 
 def mechanism_repeats(mechanism: Mechanism, laws: Sequence[MotionLaw | None], drives: Repetition) -> Repetition:
-    """After how many common periods of its drives a mechanism is where it was.
+    """Number of common drive periods until the mechanism returns.
 
-    Gears, and links that come to another assembly, may take several. A mechanism that does not close, or not all the
-    way through the first period, is not judged here.
+    Gears, and links that reach another assembly, may need several. A mechanism that does not close throughout the first
+    period is returned unchanged.
     """
     if drives.why or drives.turn is None:
         return drives
     given = [law for law in laws if law is not None]
-    for most in (1, MOST) if mechanism.gears else TURNS:
+    for most in (1, MAX_ROUNDS) if mechanism.gears else TURNS:
         try:
             away = _away(mechanism, given, drives, most)
         except (MechanismError, TableError):
             return drives
         if not np.isfinite(away[..., 0]).all():
             return drives
-        back = away < SAME * mechanism.size
+        back = away < CLOSING_TOLERANCE * mechanism.size
         if back.any(axis=-1).all():
             times = back.argmax(axis=-1) + 1
             if (times == 1).all():
@@ -135,9 +135,9 @@ def mechanism_repeats(mechanism: Mechanism, laws: Sequence[MotionLaw | None], dr
 
 
 def _away(mechanism: Mechanism, laws: Sequence[MotionLaw], drives: Repetition, most: int) -> Reals:
-    """How far links are from where they were after each of some periods [m], shape (..., most)."""
+    """Distance of links from their start after each period [m], shape (..., most)."""
     one = NEAR_STEPS if most == 1 else 1
-    steps = STEPS * int(np.max(np.ceil(drives.period / drives.turn))) if len(laws) > 1 else one
+    steps = STEPS_PER_TURN * int(np.max(np.ceil(drives.period / drives.turn))) if len(laws) > 1 else one
     times = np.asarray(drives.period * (np.arange(most * steps + 1) / steps))
     moved = motion(mechanism, *by_laws(laws, times), times)
     origin, direction = (part[..., ::steps] for part in (moved.origin, moved.direction))

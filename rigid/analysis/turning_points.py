@@ -17,22 +17,22 @@ from rigid.parts import MechanismError
 from rigid.reach import stops
 from rigid.transmission import transmission_angles
 
-GOLDEN = (np.sqrt(5) - 1) / 2  # section
-NARROWINGS = 80  # by it: to round-off
+GOLDEN = (np.sqrt(5) - 1) / 2  # golden section ratio
+MAX_ITERATIONS = 80  # iterations, down to round-off
 
 
 @dataclass(frozen=True, eq=False)
 class LimitPosition:
-    """An extreme value of a coordinate as the drives go: a dead centre for whoever drives from the other end.
+    """Extreme value of a coordinate: a dead centre for a drive at the other end.
 
     Attributes
     ----------
     kind
         "maximum" or "minimum".
     value
-        The coordinate there.
+        Value of the coordinate.
     drive
-        Coordinates of the drives there [rad or m], shape (drives,).
+        Drive coordinates at the limit [rad or m], shape (drives,).
     """
 
     kind: Literal["maximum", "minimum"]
@@ -42,16 +42,16 @@ class LimitPosition:
 
 @dataclass(frozen=True, eq=False)
 class DeadPoint:
-    """A position at which the drives no longer say how the mechanism moves.
+    """Position at which the drives do not determine the motion.
 
     Attributes
     ----------
     kind
-        "stop": the mechanism goes no further. "singular": it passes, on one of two branches.
+        "stop": the end of the reachable range. "singular": passable, on one of two branches.
     drive
-        Coordinates of the drives there [rad or m], shape (drives,).
+        Drive coordinates at the position [rad or m], shape (drives,).
     joint
-        The joint that aligns or opens.
+        Joint that aligns or opens.
     """
 
     kind: Literal["stop", "singular"]
@@ -60,9 +60,9 @@ class DeadPoint:
 
 
 def limits(course: Motion, coordinate: Coordinate) -> list[LimitPosition]:
-    """Extreme values of a coordinate over a motion, where its rate is zero, to round-off.
+    """Extreme values of a coordinate over a motion, at zeros of its rate, to round-off.
 
-    For one design. Extremes closer together than two positions are not seen; ends of the course are not among them.
+    For one design. Extremes closer together than two positions are not detected; the ends of the motion are excluded.
     """
     between = intervals(course)
     values = coordinate.value(course)
@@ -76,7 +76,7 @@ def limits(course: Motion, coordinate: Coordinate) -> list[LimitPosition]:
 
 
 def turning_points(between: Intervals, coordinate: Rated) -> list[tuple[int, float, bool]]:
-    """Where a coordinate turns: number of the interval, part of it, and whether it rose before."""
+    """Reversals of a coordinate: interval number, part of it, and whether it rose before."""
     low, high = (coordinate.rate(end) for end in between.ends())
     after = np.sign(np.roll(high, -1))
     if not turn_closes(between.course):
@@ -89,12 +89,12 @@ def turning_points(between: Intervals, coordinate: Rated) -> list[tuple[int, flo
 
 
 def swing(course: Motion, coordinate: Coordinate) -> tuple[LimitPosition, LimitPosition]:
-    """Lowest and highest of the limits of a coordinate.
+    """Lowest and highest limit of a coordinate.
 
     Raises
     ------
     MechanismError
-        It does not turn back on this course.
+        The coordinate does not reverse in this motion.
     """
     turned_back = limits(course, coordinate)
     low = min((each for each in turned_back if each.kind == "minimum"), key=lambda limit: limit.value, default=None)
@@ -107,12 +107,12 @@ def swing(course: Motion, coordinate: Coordinate) -> tuple[LimitPosition, LimitP
 
 
 def time_ratio(course: Motion, coordinate: Coordinate) -> float:
-    """Time ratio K >= 1 of a quick return: the longer over the shorter turn of the drive between the limits of swing.
+    """Time ratio K >= 1 of a quick return: longer over shorter drive angle between limits.
 
     Raises
     ------
     MechanismError
-        The motion is not of one pin's drive over a full turn, or the coordinate does not swing.
+        The motion is not a full turn of one pin drive, or the coordinate does not swing.
     """
     if len(course.drive) != 1 or not course.mechanism.drives[0].turns or not turn_closes(course):
         raise MechanismError("a time ratio belongs to one drive that turns fully, its end not repeated")
@@ -124,7 +124,7 @@ def time_ratio(course: Motion, coordinate: Coordinate) -> float:
 def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Reals:
     """Rate of one coordinate over the rate of another, shape (..., positions).
 
-    With one drive it does not depend on the drive's rate, which may be zero; with several it is that of the motion.
+    With one drive it is independent of the drive's rate, which may be zero; with several it is that of the motion.
     """
     if len(course.drive) == 1:
         course = with_rates(course, 1.0)
@@ -134,10 +134,10 @@ def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Reals:
 
 
 def dead_points(course: Motion) -> list[DeadPoint]:
-    """Where a mechanism stops, and the singular positions that it passes; for one design.
+    """Stops of a mechanism and singular positions that it passes; for one design.
 
-    Between positions they are found where the links meet at the least angle: a singular position that lies between two
-    others is seen only where these are close enough to notice.
+    Between positions, minima of the sine between links are searched. A singular position is only detected if the
+    neighbouring positions are close enough.
     """
     points = [DeadPoint("stop", np.asarray(drive), joint) for drive, joint in stops(course)]
     between = intervals(course)
@@ -155,7 +155,7 @@ def dead_points(course: Motion) -> list[DeadPoint]:
 
 
 def _lowest(between: Intervals, number: int) -> Motion:
-    """Position of smallest sine within an interval and the one before it, by golden section."""
+    """Position of smallest sine near an interval's start, by golden section."""
 
     def at(place: float) -> Motion:
         return between.at(np.array([number if place >= 0 else number - 1]), np.array([place % 1.0]))
@@ -166,7 +166,7 @@ def _lowest(between: Intervals, number: int) -> Motion:
     low, high = -1.0, 1.0
     places = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)]
     sines = [sine(place) for place in places]
-    for _ in range(NARROWINGS):
+    for _ in range(MAX_ITERATIONS):
         if sines[0] < sines[1]:
             high, places[1], sines[1] = places[1], places[0], sines[0]
             places[0] = high - GOLDEN * (high - low)
@@ -179,7 +179,7 @@ def _lowest(between: Intervals, number: int) -> Motion:
 
 
 def aligned_joint(place: Motion) -> str:
-    """Name of the joint at which a mechanism is nearest to singular; of a motion of one position."""
+    """Name of the joint nearest to singular, for a motion of one position."""
     worst, name = np.inf, ""
     for transmission in transmission_angles(place):
         if transmission.angle[0] < worst:

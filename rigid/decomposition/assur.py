@@ -17,26 +17,26 @@ ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
 
 @dataclass(frozen=True)
 class AssurGroup:
-    """A group of links that are placed together.
+    """Group of links that are placed together.
 
     Attributes
     ----------
     links
-        Their names, in the order of the mechanism.
+        Names of the links, in the order of the mechanism.
     drives
-        Numbers of the drives that move joints inside it or to what was placed before.
+        Numbers of the drives of joints inside the group or to placed links.
     group_class
-        1 for links that drives or welds alone place, 2 for a dyad, else the order of the greatest contour: links in a
-        loop of the group, or joints within the group on one link. 0 for links held by more conditions than they have
-        freedoms, which are no Assur group.
+        1 for links placed only by drives or welds, 2 for a dyad, otherwise the order of the largest contour: links in
+        a loop of the group, or joints within the group on one link. 0 for overconstrained links, which are no Assur
+        group.
     order
-        Number of joints to what was placed before.
+        Number of joints to placed links.
     signature
-        Of a dyad the pairs outer, inner, outer, such as "RRP"; empty for others.
+        For a dyad, the pairs outer, inner, outer, such as "RRP"; otherwise "".
     surplus
-        Number of conditions beyond the freedoms.
+        Number of constraints beyond the freedoms.
     fixed
-        Whether nothing but welds holds its links.
+        Whether only welds hold the links.
     """
 
     links: tuple[str, ...]
@@ -49,7 +49,7 @@ class AssurGroup:
 
     @property
     def name(self) -> str:
-        """In words: "dyad RRR, class II"."""
+        """Description such as "dyad RRR, class II"."""
         if self.surplus:
             links = "link" if len(self.links) == 1 else "links"
             return f"redundant {links}, {counted(self.surplus, 'condition')} too many"
@@ -62,14 +62,14 @@ class AssurGroup:
 
 
 def assur_groups(mechanism: Mechanism) -> tuple[AssurGroup, ...]:
-    """Groups in the order of solution. The highest class among them is the mechanism's.
+    """Groups in the order of solution. The highest class is the class of the mechanism.
 
-    A driven joint or a weld inside a group holds its two links together as if they were one.
+    A driven joint or a weld inside a group makes its two links one body.
 
     Raises
     ------
     MechanismError
-        The mechanism is not determined by its drives.
+        The drives do not determine the mechanism.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def _classified(mechanism: Mechanism, group: Group) -> AssurGroup:
 
 
 def _bodies(links: Iterable[int], joints: Iterable[Joint]) -> dict[int, int]:
-    """Link -> body, links of one driven joint being one body; -1 for those that a drive holds to the placed links."""
+    """Map links to bodies, joined by driven joints; -1 for links driven from placed links."""
     body = {link: link for link in links}
     for joint in joints:
         if joint.moved:
@@ -119,9 +119,9 @@ def _bodies(links: Iterable[int], joints: Iterable[Joint]) -> dict[int, int]:
 
 
 def _greatest_contour(edges: list[tuple[int, int]]) -> int:
-    """Links in the greatest loop of a smallest set of independent loops; 0 where there is none.
+    """Number of links in the largest loop of a minimal cycle basis, or 0.
 
-    Shortest loops through every edge and link, taken while independent of those before (Horton's method).
+    Shortest loops through each edge and link, taken if independent of the previous ones (Horton's method).
     """
     bodies = sorted({body for edge in edges for body in edge})
     loops = set()
@@ -144,7 +144,7 @@ def _greatest_contour(edges: list[tuple[int, int]]) -> int:
 
 
 def _shortest_paths(root: int, edges: list[tuple[int, int]]) -> dict[int, int]:
-    """Edges on a shortest path from a body to every other, as bits."""
+    """Edges on a shortest path from a body to each other body, as bits."""
     path = {root: 0}
     waiting = deque([root])
     while waiting:

@@ -1,8 +1,8 @@
-"""Groups of links that are placed together, and the order in which they are.
+"""Groups of links that are placed together, in the order of solution.
 
-A group is a smallest set of links whose place follows from links placed before it: a driven link, a dyad, or any
-larger Assur group. Within a group the *tree* joints hang every link on one placed before it and leave each a freedom or
-none (a driven joint); the *cut* joints close the loops and fix those freedoms.
+A group is a minimal set of links determined by links placed before it: a driven link, a dyad, or a larger Assur group.
+Within a group, the *tree* joints attach each link to one placed before it; each leaves a freedom unless it is driven.
+The *cut* joints close the loops and determine those freedoms.
 """
 
 from __future__ import annotations
@@ -13,22 +13,22 @@ from functools import cached_property
 from rigid.arrays import Reals
 from rigid.joints import Body, Joint
 
-RIGID = 3  # constraints that hold a link
+RIGID = 3  # constraints that fix a link in the plane
 
 
 @dataclass(frozen=True, eq=False)
 class GearLoop:
-    """Gears of a group that drive one another: their drivers are between links that their followers carry.
+    """Gears of a group that drive one another through their followers' links.
 
     Attributes
     ----------
     followers
-        Numbers of the tree joints that follow them.
+        Numbers of the tree joints that follow the gears.
     carried
-        Per follower the links that it carries, as in `Group.carried`.
+        Links carried by each follower, as in `Group.carried`.
     release
-        Motions of all followers, child from parent, per motion that each gear gives its own while no follower moves,
-        shape (followers, followers). Willis' equation is a row of it.
+        Motions of all followers, child from parent, per prescribed motion of each gear with the other followers fixed,
+        shape (followers, followers). Its rows are Willis' equation.
     """
 
     followers: tuple[int, ...]
@@ -40,9 +40,9 @@ class GearLoop:
 class Group:
     """Links that are placed together.
 
-    `tree[k]` carries `links[k]`; `free` the numbers of the tree joints that no drive moves. `carried` lists per free
-    joint the links that it carries, each with the numbers of the tree joints from its own back to that one. `cut`
-    closes the loops. `rings` are welds that close loops of nothing but welds. `loop`: gears that drive one another.
+    `tree[k]` carries `links[k]`; `free` are the numbers of the undriven tree joints. `carried` lists, per free joint,
+    the links it carries, each with the numbers of the tree joints from the link back to that joint. `cut` closes the
+    loops. `rings` are welds that close loops of welds. `loop`: gears that drive one another.
     """
 
     links: tuple[int, ...]
@@ -55,24 +55,24 @@ class Group:
 
     @property
     def joints(self) -> tuple[Joint, ...]:
-        """Tree joints, cut joints, and the welds of rings."""
+        """Tree joints, cut joints, and welds of rings."""
         return self.tree + self.cut + self.rings
 
     @property
     def surplus(self) -> int:
-        """Number of constraints beyond its freedoms."""
+        """Number of constraints beyond the freedoms."""
         return 2 * len(self.cut) + RIGID * len(self.rings) - len(self.free)
 
     @cached_property
     def fixed(self) -> tuple[Joint, ...]:
-        """The tree joints without a coordinate, welds: their children are placed with their parents."""
+        """Welds of the tree, with children fixed to their parents."""
         return tuple(joint for joint in self.tree if not joint.freedoms)
 
     @cached_property
     def dyad(self) -> tuple[Joint, Joint, Joint] | None:
-        """The two outer joints of a dyad and the inner one, between its two bodies; None where it is none.
+        """Outer joints of a dyad and the inner one between its bodies, or None.
 
-        A body is a link with all that are welded to it, and stands for them by the first in the tree.
+        A body is a link with all links welded to it, represented by the first in the tree.
         """
         if not len(self.links) - len(self.fixed) == len(self.free) == 2 or len(self.cut) != 1:
             return None
@@ -88,23 +88,23 @@ class Group:
 
     @cached_property
     def angles(self) -> tuple[bool, ...]:
-        """Of every free coordinate, whether it is an angle; else it is a slide."""
+        """Whether each free coordinate is an angle; otherwise it is a slide."""
         return tuple(self.tree[number].turns for number in self.free)
 
     @cached_property
     def guides(self) -> tuple[bool, ...]:
-        """Of every cut joint, whether it holds its links against turning."""
+        """Whether each cut joint prevents relative rotation."""
         return tuple(not joint.turns for joint in self.cut)
 
     @cached_property
     def closed_form(self) -> bool:
-        """Whether it is a driven link or a dyad."""
+        """Whether the group is a driven link or a dyad."""
         return not self.free or self.dyad is not None
 
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """The groups in the order of solution, and all joints (tree joints, cut joints and rings, group by group)."""
+    """Groups in the order of solution, and all joints, group by group."""
 
     groups: tuple[Group, ...]
     joints: tuple[Joint, ...]
@@ -116,12 +116,12 @@ class Structure:
 
     @property
     def closed_form(self) -> bool:
-        """Whether one position by itself tells all places, once the branch is known."""
+        """Whether each position can be solved independently, on a known branch."""
         return all(group.closed_form for group in self.groups) and not self.measured_drivers
 
     @cached_property
     def measured_drivers(self) -> tuple[tuple[str, int, int], ...]:
-        """Names and links of the joints that drive a gear and are not themselves moved."""
+        """Names and links of undriven joints that drive a gear."""
         drivers = [driver for joint in self.joints if joint.gear for _, driver in joint.gear.sources]
         return tuple(sorted({(each.name, each.parent, each.child) for each in drivers if not each.moved}))
 

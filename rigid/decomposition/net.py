@@ -1,4 +1,4 @@
-"""Joints between the links, and sets of links with as many constraints as freedoms."""
+"""Joints between the links, and sets of links with equal constraints and freedoms."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rigid.decomposition.groups import RIGID
 from rigid.joints import Coupling, Joint, PinJoint, SliderJoint, WeldJoint
 from rigid.parts import Gear, Link, MechanismError, PinDrive, Slider, SliderDrive, Weld
 
-PARALLEL = 1e-9  # sine of the angle between lines that are parallel
+MAX_PARALLEL_SINE = 1e-9  # sine of the angle between parallel lines
 
 
 class Net:
@@ -55,14 +55,14 @@ class Net:
             self.geared[key] = (gear, self._driver(gear.driver))
 
     def _require_grounded(self, gear: Gear) -> None:
-        """Raise where a gear is tied to a slider on a moving link: its links' places alone do not tell the slide."""
+        """Raise MechanismError for a gear on a slider of a moving link: its slide is ambiguous."""
         for end in (gear.driver, gear.follower):
             if isinstance(end, SliderDrive) and end.slider in self.sliders and self.sliders[end.slider][1]:
                 moving = f'gear: slider "{end.slider}" runs on a moving link, a rack on the ground'
                 raise MechanismError(moving, kind="gear", joints=(end.slider,))
 
     def _driver(self, driver: PinDrive | SliderDrive) -> Joint:
-        """The joint that drives a gear, from the link it names on to the one that moves."""
+        """Joint that drives a gear, from the reference link to the moving one."""
         name, _ = self._key(driver)
         if isinstance(driver, PinDrive):
             return self.pin(name, self.index[driver.on], self.index[driver.link])
@@ -70,7 +70,7 @@ class Net:
         return self.slide(name, on, link)
 
     def _mover(self, name: str, ends: frozenset[int]) -> tuple[int | None, Coupling | None, object]:
-        """Number of the drive of a joint, or coupling of its gear; and the part that names its links."""
+        """Drive number or gear coupling of a joint, and the part that names its links."""
         number = self.driven.get((name, ends))
         if number is not None:
             return number, None, self.drives[number]
@@ -80,7 +80,7 @@ class Net:
         return None, Coupling(gear.ratio, driver, gear.pressure_angle), gear.follower
 
     def _key(self, drive: object) -> tuple[str, frozenset[int]]:
-        """Name and links of the joint that a drive or an end of a gear names."""
+        """Name and links of the joint of a drive or gear end."""
         if isinstance(drive, PinDrive):
             ends = frozenset((self.index[drive.link], self.index[drive.on]))
             if not ends <= set(self.pins.get(drive.at, ())) or len(ends) < 2:
@@ -97,7 +97,7 @@ class Net:
         return name, frozenset((on, link))
 
     def pin(self, point: str, parent: int, child: int) -> Joint:
-        """The pin, or the weld, of two links on a point."""
+        """Pin, or weld, of two links at a point."""
         links = self.links
         weld = self.welds.get((point, frozenset((parent, child))))
         if weld is not None:
@@ -109,13 +109,13 @@ class Net:
         return PinJoint(point, parent, child, *ends, sense, drive, gear)
 
     def turned(self, link: int) -> Joint:
-        """The pin of a link on the ground: a driven one, else one that is thought of, to count its angle by."""
+        """Pin of a link on the ground: a driven one, or a virtual one to measure its angle."""
         ends = frozenset((0, link))
         points = [point for point, pair in (*self.driven, *self.geared) if pair == ends and point in self.pins]
         return self.pin(points[0], 0, link) if points else PinJoint("", 0, link, 0.0, 0.0)
 
     def slide(self, name: str, parent: int, child: int) -> Joint:
-        """A slider between its two links."""
+        """Slider between its two links."""
         slider, on, link = self.sliders[name]
         drive, gear, _ = self._mover(name, frozenset((on, link)))
         at_link = self.links[link].points[slider.point]
@@ -123,7 +123,7 @@ class Net:
         return SliderJoint(name, parent, child, *ends, 1 if parent == on else -1, drive, gear, slider=slider)
 
     def joints(self, links: Sequence[int], known: set[int]) -> list[Joint]:
-        """Joints of `links` among themselves and to `known`: every loop closed once, a driven pair kept a pair."""
+        """Joints of `links` among themselves and to `known`, without redundant loops at points."""
         joints: list[Joint] = []
         for point, ends in self.pins.items():
             inside = [end for end in ends if end in links]
@@ -139,7 +139,7 @@ class Net:
         return joints
 
     def _star(self, point: str, inside: list[int], held: list[int]) -> Iterator[Joint]:
-        """Joints of the links `inside` on one point: each to a link it is welded to or driven on, else to the hub."""
+        """Yield joints of links at a point: to a welded or driving link, otherwise to the hub."""
         hub = held[0] if held else inside[0]
         placed = list(held) if held else [hub]
         paired = self.welds.keys() | self.driven.keys() | self.geared.keys()
@@ -160,12 +160,12 @@ class Net:
             waiting.remove(child)
 
     def determined(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
-        """Smallest sets of unknown links with as many conditions as freedoms."""
+        """Yield minimal sets of unknown links with as many constraints as freedoms."""
         for links in self._connected(known, unknown):
             joints = self.joints(links, known)
             drives = sum(joint.moved for joint in joints)
             drivers = {end for joint in joints if joint.gear for end in joint.gear.ends}
-            # Gears that drive one another are solved together where nothing but drives moves the links besides.
+            # solve mutually driving gears together if only drives move the links otherwise
             driven = drivers <= known or (drivers <= known | set(links) and len(joints) == len(links))
             if 2 * len(joints) + drives != 3 * len(links) or not driven or _unsolvable(joints, links):
                 continue
@@ -173,7 +173,7 @@ class Net:
                 yield links
 
     def surplus(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
-        """Smallest sets of unknown links with more conditions than freedoms, which move all the same if they fit."""
+        """Yield minimal overconstrained sets of unknown links, movable if their dimensions fit."""
         for links in self._connected(known, unknown):
             joints, freedoms = self.joints(links, known), 3 * len(links)
             moved = sum(joint.moved for joint in joints)
@@ -181,7 +181,7 @@ class Net:
                 yield links
 
     def doubled(self, links: Sequence[int], known: set[int]) -> int:
-        """Constraints that hold two links to one another once more: of twin rods, of a block in two parallel guides."""
+        """Redundant constraints between two links: parallel rods, or a block in parallel guides."""
         group = {link: link for link in (*links, *known)}
 
         def top(link: int) -> int:
@@ -202,16 +202,16 @@ class Net:
         return surplus
 
     def _between(self, one: int, other: int) -> tuple[int, int]:
-        """Number of the constraints between two links, and their rank."""
+        """Number and rank of the constraints between two links."""
         pair = {one, other}
         pins = sum(pair <= set(links) for links in self.pins.values())
         lines = [complex(np.ravel(slider.direction)[0]) for slider, *ends in self.sliders.values() if set(ends) == pair]
-        parallel = not pins and all(abs((lines[0].conjugate() * line).imag) <= PARALLEL for line in lines)
+        parallel = not pins and all(abs((lines[0].conjugate() * line).imag) <= MAX_PARALLEL_SINE for line in lines)
         welds = sum(ends == pair for _, ends in self.welds)
         return 2 * (pins + len(lines)) + welds, 2 if parallel else RIGID
 
     def _connected(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
-        """Connected sets of unknown links that touch a known one, each once, smaller ones first."""
+        """Yield connected sets of unknown links next to a known one, smaller sets first."""
         for size in range(1, len(unknown) + 1):
             links: tuple[int, ...] = ()
             for links in self._connected_sets(size, known, unknown):
@@ -220,7 +220,7 @@ class Net:
                 return
 
     def _connected_sets(self, size: int, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
-        """Those of one size."""
+        """Yield the connected sets of one size."""
         starts = sorted(link for link in unknown if self.neighbours[link] & known)
         seen: set[frozenset[int]] = set()
         stack = [frozenset((link,)) for link in reversed(starts)]
@@ -236,16 +236,16 @@ class Net:
             stack += [links | {link} for link in sorted(around, reverse=True)]
 
     def names(self, links: Iterable[int]) -> tuple[str, ...]:
-        """Names of some links."""
+        """Names of links."""
         return tuple(self.links[link].name for link in sorted(links))
 
     def quoted(self, links: Iterable[int]) -> str:
-        """Names of some links for a message."""
+        """Quoted names of links for a message."""
         return ", ".join(f'"{name}"' for name in self.names(links))
 
 
 def _unsolvable(joints: Sequence[Joint], links: tuple[int, ...]) -> bool:
-    """Two links with nothing but sliders, or one that is held too often by itself."""
+    """Whether two links have only sliders, or a single link is overconstrained."""
     if len(links) == 2 and not any(joint.turns for joint in joints):
         return True
     return any(

@@ -1,4 +1,4 @@
-"""The order in which a mechanism is solved: its groups, each with a tree of joints."""
+"""Order of solution of a mechanism: its groups, each with a tree of joints."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from rigid.mechanism import Mechanism
 from rigid.names import counted
 from rigid.parts import MechanismError
 
-MOST_NAMED = 3  # points in a message
-SINGULAR = 1e-9  # of gears that drive one another: share of their motion that they leave open
+MAX_NAMED = 3  # largest number of points in a message
+RANK_TOLERANCE = 1e-9  # singular value of mutually driving gears that counts as zero, relative to the largest entry
 
 
 @lru_cache(maxsize=64)
 def structure(mechanism: Mechanism) -> Structure:
-    """Groups of a mechanism in the order of solution; drawing, masses and loads do not enter.
+    """Groups of a mechanism in order of solution; independent of drawing, masses and loads.
 
     Raises
     ------
     MechanismError
-        Too few or too many drives or joints; a drive at a joint that is none.
+        Too few or too many drives or joints, or a drive at an unknown joint.
     """
     return _structure(mechanism.links, mechanism.drives, mechanism.sliders, mechanism.gears, mechanism.welds)
 
 
 @lru_cache(maxsize=64)
 def _structure(*parts: Any) -> Structure:
-    """The same for all mechanisms of these links, drives, sliders, gears and welds, however they are drawn."""
+    """Structure from the topological parts, cached for all drawings of a mechanism."""
     net = Net(*parts)
     known, groups = {0}, []
     unknown = set(range(1, len(net.links)))
@@ -53,7 +53,7 @@ def _structure(*parts: Any) -> Structure:
 
 
 def _group(net: Net, links: tuple[int, ...], known: set[int]) -> Group:
-    """Tree and cut joints of a determined set: first into the tree come welds, driven joints, those to known links."""
+    """Build the tree of a determined set: welds first, then driven joints, then known links."""
     root = {link: link for link in links}
 
     def top(link: int) -> int:
@@ -87,7 +87,7 @@ def _group(net: Net, links: tuple[int, ...], known: set[int]) -> Group:
 def _directed(
     links: tuple[int, ...], tree: list[Joint], cut: list[Joint], rings: list[Joint], known: set[int]
 ) -> Group:
-    """Direct the tree away from the known links and list the links that every free joint carries."""
+    """Direct the tree away from the known links, and list the links of each free joint."""
     placed: dict[int, tuple[int, ...]] = dict.fromkeys(known, ())
     tree_joints: list[Joint] = []
     free: list[int] = []
@@ -108,9 +108,10 @@ def _directed(
 
 
 def _with_loop(net: Net, group: Group) -> Group:
-    """A group with gears that drive one another: laws of their followers by joints placed before, and their release.
+    """Prepare a group of mutually driving gears: follower laws and their release matrix.
 
-    With y the followers' motions, child from parent, y = r + M y, where r is what gears give while no follower moves.
+    The followers' motions y, child from parent, satisfy y = r + M y; r are the motions prescribed by joints placed
+    before.
     """
     tree, followers = group.tree, [k for k, joint in enumerate(group.tree) if joint.gear]
     chains = _chains(group)
@@ -118,7 +119,7 @@ def _with_loop(net: Net, group: Group) -> Group:
         tuple((link, chain[: chain.index(k) + 1]) for link, chain in chains.items() if k in chain) for k in followers
     )
     open_ = np.eye(len(followers)) - np.array([[_driven_by(tree, chains, g, k) for k in followers] for g in followers])
-    if np.linalg.svd(open_, compute_uv=False)[-1] <= SINGULAR * np.abs(open_).max():
+    if np.linalg.svd(open_, compute_uv=False)[-1] <= RANK_TOLERANCE * np.abs(open_).max():
         raise MechanismError(
             f"the gears of {net.quoted(group.links)} lock one another or leave one another free: "
             "change a ratio, or drive another of their wheels",
@@ -135,7 +136,7 @@ def _with_loop(net: Net, group: Group) -> Group:
                 key = joint.name, joint.parent, joint.child
                 terms[key] = terms.get(key, (0.0, joint))[0] + tree[k].sense * share * factor, joint
         greatest = max((abs(factor) for factor, _ in terms.values()), default=0.0)
-        law = tuple(term for term in terms.values() if abs(term[0]) > SINGULAR * greatest)
+        law = tuple(term for term in terms.values() if abs(term[0]) > RANK_TOLERANCE * greatest)
         gear = tree[k].gear
         assert gear is not None
         joints[k] = replace(tree[k], gear=replace(gear, law=law))
@@ -143,7 +144,7 @@ def _with_loop(net: Net, group: Group) -> Group:
 
 
 def _chains(group: Group) -> dict[int, tuple[int, ...]]:
-    """Per link of a group the numbers of the tree joints from its own back to a link placed before."""
+    """Tree joints from each link of a group back to a placed link."""
     chains: dict[int, tuple[int, ...]] = {}
     for k, joint in enumerate(group.tree):
         chains[joint.child] = (k, *chains.get(joint.parent, ()))
@@ -151,7 +152,7 @@ def _chains(group: Group) -> dict[int, tuple[int, ...]]:
 
 
 def _driven_by(tree: Sequence[Joint], chains: dict[int, tuple[int, ...]], follower: int, k: int) -> float:
-    """Motion of a gear's follower, child from parent, per motion of tree joint k, as by its ratio."""
+    """Motion of a gear's follower, child from parent, per motion of tree joint k."""
     gear = tree[follower].gear
     assert gear is not None
     if gear.driver.turns != tree[k].turns:
@@ -163,7 +164,7 @@ def _driven_by(tree: Sequence[Joint], chains: dict[int, tuple[int, ...]], follow
 def _sources(
     net: Net, tree: Sequence[Joint], chains: dict[int, tuple[int, ...]], follower: int
 ) -> Iterator[tuple[float, Joint]]:
-    """Factors and joints that tell the motion of a gear's follower while no follower of its group moves.
+    """Yield factors and joints that prescribe a follower with all followers fixed.
 
     Motions are child from parent; the joints are drives, and angles of links placed before.
     """
@@ -183,7 +184,7 @@ def _sources(
 
 
 def _undetermined(net: Net, known: set[int], unknown: set[int]) -> MechanismError:
-    """Why no further group is found."""
+    """Error for a mechanism without a further group, with the cause."""
     joints = net.joints(sorted(unknown), known)
     freedoms = 3 * len(unknown) - 2 * len(joints) - sum(joint.moved for joint in joints)
     names = net.names(unknown)
@@ -204,17 +205,17 @@ def _undetermined(net: Net, known: set[int], unknown: set[int]) -> MechanismErro
 
 
 def _unshared(net: Net, links: set[int]) -> str:
-    """Points of some links that no joint is at, for a message: one of them may have been meant to be."""
+    """Message about points of one link only, where a joint may be missing."""
     joined = {*net.pins, *(slider.point for slider, _, _ in net.sliders.values())}
     alone = [name for at in sorted(links) for name in net.links[at].points if name not in joined]
     if not alone:
         return ""
-    named = ", ".join(f'"{name}"' for name in alone[:MOST_NAMED])
-    return f"; of one link alone, and so no joint: {named}"
+    named = ", ".join(f'"{name}"' for name in alone[:MAX_NAMED])
+    return f"; points of one link only: {named}"
 
 
 def _require_all(net: Net, joints: Sequence[Joint]) -> None:
-    """Raise where a joint or drive of the mechanism is not among those that place it."""
+    """Raise MechanismError unless the tree uses all joints and drives of the mechanism."""
     for point, links in net.pins.items():
         used = sum(joint.name == point and joint.turns for joint in joints)
         if used < len(links) - 1:

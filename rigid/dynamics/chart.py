@@ -1,7 +1,7 @@
-"""Postures of a mechanism of one drive as polynomials of its coordinate, cell by cell along the way that it goes.
+"""Cached postures of a mechanism with one drive, as polynomials of its coordinate in cells.
 
-Everything that the equation of motion asks of the links' places is a function of that coordinate alone, and a crank
-comes by them turn after turn. A cell is taken over from the turn before where the links stand there as they did.
+All position-dependent terms of the equation of motion are functions of this coordinate, and a crank repeats them each
+turn. A cell is reused from the previous turn if the links have the same posture.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from rigid.dynamics.tracking import Tracker
 from rigid.kinematics import Motion
 from rigid.plane import cross, dot
 
-CELLS = 16  # in a turn of the drive, or in the size of the mechanism
-NODES = 16  # of a polynomial
-PARTS = (1, 2, 4)  # into which a cell is divided before it is given up
-TAIL = 3  # last coefficients, by which a polynomial is judged
-CONVERGED = 2e-13  # their size over that of the polynomial
-SAME = 1e-8  # of places, over the size, and of unit vectors: links that stand alike
+CELLS_PER_TURN = 16  # cells per turn of the drive, or per size of the mechanism
+NODES = 16  # nodes of a polynomial
+SUBDIVISIONS = (1, 2, 4)  # subdivisions of a cell that are tried
+TAIL_LENGTH = 3  # number of last coefficients used to test convergence
+TAIL_TOLERANCE = 2e-13  # largest last coefficients, relative to the polynomial's size
+POSTURE_TOLERANCE = 1e-8  # difference of equal positions, relative to the size, or of unit vectors
 ORDERS = np.arange(NODES)
 ANGLES = (2 * ORDERS + 1) * (np.pi / (2 * NODES))
 TO_COEFFICIENTS = np.cos(np.outer(ORDERS, ANGLES)) * np.where(ORDERS == 0, 1.0, 2.0)[:, None] / NODES
@@ -31,18 +31,18 @@ TO_COEFFICIENTS = np.cos(np.outer(ORDERS, ANGLES)) * np.where(ORDERS == 0, 1.0, 
 
 @dataclass(frozen=True, eq=False)
 class ChartedPosture:
-    """Links at a coordinate of the drive, for a unit rate of it; of `Tracker` in shape: (links, 1).
+    """Links at a drive coordinate, for unit drive rate; arrays of shape (links, 1).
 
     Attributes
     ----------
     origin, angle
-        [m], complex, and [rad], but for whole turns.
+        Origin [m], complex, and angle [rad], up to full turns.
     velocity, omega
-        For a unit rate.
+        For unit drive rate.
     acceleration, epsilon
-        For a unit rate that does not change.
+        For constant unit drive rate.
     inertia, bias, weight
-        Reduced to the drive: mass, what it takes to go on at a unit rate, and gravity.
+        Reduced to the drive: inertia, inertial effort at constant unit rate, and effort of gravity.
     """
 
     origin: Complexes
@@ -56,7 +56,7 @@ class ChartedPosture:
     weight: float
 
     def coasting(self, tracker: Tracker, time: float, drive: Reals, rate: Reals) -> Motion:
-        """The motion at a rate without acceleration."""
+        """Motion at a rate without acceleration."""
         squared = rate[0] * rate[0]
         omega = self.omega * rate[0]
         return Motion(
@@ -76,25 +76,25 @@ class ChartedPosture:
 
 
 class Chart:
-    """Cells of the coordinate of a tracked mechanism's drive that were passed; None where postures are no polynomials.
+    """Visited cells of the drive coordinate; None for postures without a polynomial.
 
-    Cells are numbered along the way, over any number of turns.
+    Cells are numbered along the coordinate, over any number of turns.
     """
 
     def __init__(self, tracker: Tracker) -> None:
         self._tracker = tracker
         self._links = len(tracker.mechanism.links)
         self._turns = tracker.turns(0)
-        self._width = (2 * math.pi if self._turns else tracker.size) / CELLS
+        self._width = (2 * math.pi if self._turns else tracker.size) / CELLS_PER_TURN
         self._cells: dict[int, Reals | None] = {}
         count = self._links
-        # What round-off of places and angles is measured by; of rates it is the greatest of them.
+        # references for round-off: sizes of positions and angles, and the largest rates
         self._least = np.zeros(9 * count + 3)
         self._least[: 2 * count], self._least[6 * count : 7 * count] = tracker.size, 1.0
 
     def at(self, coordinate: float) -> ChartedPosture | None:
-        """Links at a coordinate of the drive; None where that has to be found from near by."""
-        if not math.isfinite(coordinate):  # a step that overflows is taken again, shorter
+        """Cached links at a drive coordinate, or None."""
+        if not math.isfinite(coordinate):  # the integrator retries an overflowing step with a shorter one
             return None
         number = math.floor(coordinate / self._width)
         cell = self._cells[number] if number in self._cells else self._entered(number)
@@ -105,17 +105,17 @@ class Chart:
         return self._read(cell[part], 2 * (place - part) - 1)
 
     def passed(self, coordinate: float) -> bool:
-        """Whether the tracked links stand as their cell says; where they have none, cells behind them are forgotten."""
+        """Whether the tracked links match their cell; otherwise discard the cells behind."""
         here = self.at(coordinate)
         if here is None:
             self._cells = {number: cell for number, cell in self._cells.items() if cell is None}
             return True
         tracker = self._tracker
         away = np.abs(tracker.origin - here.origin).max() / tracker.size
-        return bool(max(away, np.abs(tracker.direction - np.exp(1j * here.angle)).max()) < SAME)
+        return bool(max(away, np.abs(tracker.direction - np.exp(1j * here.angle)).max()) < POSTURE_TOLERANCE)
 
     def _read(self, polynomials: Reals, place: float) -> ChartedPosture:
-        """Values at a place from -1 to 1."""
+        """Evaluate polynomials at a place from -1 to 1."""
         values = np.cos(ORDERS * math.acos(min(max(place, -1.0), 1.0))) @ polynomials
         count = self._links
         origin, velocity, acceleration = values[: 6 * count].view(complex).reshape(3, count, 1)
@@ -124,10 +124,10 @@ class Chart:
         return ChartedPosture(origin, angle, velocity, omega, acceleration, epsilon, *sums)
 
     def _entered(self, number: int) -> Reals | None:
-        """A cell that is entered: that of a turn before or after, where the links stand alike at its edge; else new."""
+        """Cell to enter: one of a neighbouring turn with the same posture, or a new one."""
         for beside, edge in ((number - 1, 1.0), (number + 1, -1.0)):
             near = self._cells.get(beside)
-            for turn in (-CELLS, CELLS) if self._turns else ():
+            for turn in (-CELLS_PER_TURN, CELLS_PER_TURN) if self._turns else ():
                 if number + turn not in self._cells:
                     continue
                 other = self._cells[number + turn]
@@ -138,16 +138,16 @@ class Chart:
         return cell
 
     def _meet(self, near: Reals, other: Reals, edge: float) -> bool:
-        """Whether a cell goes on where another ends, 1.0, or begins, -1.0."""
+        """Whether a cell continues another at its end, 1.0, or start, -1.0."""
         here, there = self._read(near[-1 if edge > 0 else 0], edge), self._read(other[0 if edge > 0 else -1], -edge)
         away = np.abs(here.origin - there.origin).max() / self._tracker.size
-        return bool(max(away, np.abs(np.exp(1j * here.angle) - np.exp(1j * there.angle)).max()) < SAME)
+        return bool(max(away, np.abs(np.exp(1j * here.angle) - np.exp(1j * there.angle)).max()) < POSTURE_TOLERANCE)
 
     def _built(self, number: int) -> Reals | None:
-        """A cell from where the tracker is, which stays there."""
+        """Build a cell from the tracker's position and return there."""
         tracker = self._tracker
         with tracker.returning():
-            for parts in PARTS:
+            for parts in SUBDIVISIONS:
                 cell = []
                 for part in range(parts):
                     low = (number + part / parts) * self._width
@@ -163,7 +163,7 @@ class Chart:
         return None
 
     def _sampled(self, low: float, width: float) -> Reals | None:
-        """Values of a cell at its nodes, shape (nodes, values), from a coordinate on; None where one is singular."""
+        """Sample a cell at its nodes, shape (nodes, values); None if one is singular."""
         tracker = self._tracker
         values = np.empty((NODES, 9 * self._links + 3))
         places = low + width * 0.5 * (1 + np.cos(ANGLES))
@@ -175,7 +175,7 @@ class Chart:
         return values
 
     def _values(self) -> Reals:
-        """Values of a cell for the links as they are placed: places, rates, their sums in the equation of motion."""
+        """Values of a cell at the current posture: positions, rates, and dynamic terms."""
         tracker = self._tracker
         (v, w), (a, e) = tracker.unit_twists, tracker.unit_coasting
         mass, first, second = mass_constants(tracker.mechanism, 1)
@@ -195,5 +195,5 @@ class Chart:
         for low, high in ((2, 4), (4, 6), (7, 8), (8, 9)):
             size[low * count : high * count] = size[low * count : high * count].max()
         size[-2:] = np.maximum(size[-2:], size[-3])
-        tail: Any = np.abs(polynomials[-TAIL:]).max(axis=0)
-        return bool((tail <= CONVERGED * np.maximum(size, self._least)).all())
+        tail: Any = np.abs(polynomials[-TAIL_LENGTH:]).max(axis=0)
+        return bool((tail <= TAIL_TOLERANCE * np.maximum(size, self._least)).all())

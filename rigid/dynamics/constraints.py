@@ -1,8 +1,7 @@
-"""All joints of a mechanism as one set of constraints on the coordinates (x, y, angle) of all moving links.
+"""All joints of a mechanism as constraints on the coordinates (x, y, angle) of moving links.
 
-A second route to what the groups answer one after the other: nothing here knows of groups, dyads or an order, and what
-a joint holds and a gear couples is written anew on purpose, so that the one checks the other.
-Derivation: docs/dynamics.md.
+This is a second formulation, independent of groups, dyads and their order. Joint and gear constraints are deliberately
+reimplemented, so that the two formulations check each other. Derivation: docs/dynamics.md.
 """
 
 from __future__ import annotations
@@ -19,41 +18,40 @@ from rigid.decomposition.order import structure
 from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 
-FIRST = 1e6  # weight of the drives' rows, so that they are among the independent ones
+DRIVE_WEIGHT = 1e6  # weight of the drives' rows, to keep them among the independent ones
 
 
 @dataclass(frozen=True, eq=False)
 class ConstraintTable:
-    """All joints of a mechanism; arrays of shape (joints, ..., 1) that broadcast against (joints, ..., positions).
+    """All joints of a mechanism; arrays (joints, ..., 1) that broadcast to (joints, ..., positions).
 
-    After the joints follow those pairs of links whose coordinate drives a gear: they hold nothing by themselves.
-
-    The owner of a slider is the link with the line, the block the link that slides; of a pin, its parent and child.
+    After the joints follow the pairs of links with coordinates that drive gears; they have no constraint of their own.
+    The owner of a slider is the link with the line, its block the sliding link; for a pin, parent and child.
 
     Attributes
     ----------
     joints
-        In the order of `Structure.joints`; their number is what `count` says.
+        In the order of `Structure.joints`; their number is `count`.
     owner, block
-        Numbers of the links, shape (joints,).
+        Link numbers, shape (joints,).
     foot, tip
-        The joint's point in the axes of the owner and of the block [m], complex.
+        Joint point in the axes of the owner and of the block [m], complex.
     along
         Unit vector of a slider's line in the axes of the owner; 1 for a pin.
     turn
-        Angle of the block's axes from the owner's in a slider or weld [rad]; 0 for a pin.
+        Angle of the block relative to the owner in a slider or weld [rad]; 0 for a pin.
     slides
-        Whether it is a slider, shape (joints, 1, ...).
+        Whether the joint is a slider, shape (joints, 1, ...).
     moved
-        Numbers of the joints whose turning or sliding of the block on the owner enters `shares`.
+        Numbers of the joints with coordinates in `shares`.
     shares
-        Share of each of them in the coordinate of every drive, then in every gear's difference of its follower
-        from its driver times the ratio, and last in the angle of every weld; shape (drives + gears + welds, moved).
+        Coefficients of these coordinates in each drive, then in each gear (follower minus ratio times driver), then in
+        each weld's angle; shape (drives + gears + welds, moved).
     steady
-        Rates of all joints and then of the moved ones per rate of (x, y, angle) of every link where these are the
-        same in all places, shape (2 joints + moved, 3 links).
+        Position-independent rates of all joints and then of the moved ones, per rate of (x, y, angle) of each link,
+        shape (2 joints + moved, 3 links).
     places, parts
-        Where in those rates, ravelled, stand which of the numbers that `constraint_matrix` computes from the places.
+        Flat indices of the position-dependent entries, and the entries of `constraint_matrix` that belong there.
     """
 
     joints: tuple[Joint, ...]
@@ -78,7 +76,7 @@ class ConstraintTable:
 
 @lru_cache(maxsize=64)
 def constraint_table(mechanism: Mechanism, ndim: int) -> ConstraintTable:
-    """Joints of a mechanism for columns of `ndim` axes."""
+    """Constraint table of a mechanism for columns of `ndim` axes."""
     joints = structure(mechanism).joints
     drivers = [joint.gear.driver for joint in joints if joint.gear is not None]
     everyone = (*joints, *drivers)
@@ -108,7 +106,7 @@ def constraint_table(mechanism: Mechanism, ndim: int) -> ConstraintTable:
 def _layout(
     links: int, block: Integers, owner: Integers, slides: Flags, count: int, moved: Integers
 ) -> tuple[Reals, Integers, Integers]:
-    """`ConstraintTable.steady`, `places` and `parts`."""
+    """Compute `ConstraintTable.steady`, `places` and `parts`."""
     steady = np.zeros((2 * count + len(moved), 3 * links))
     joints = np.arange(count)
     pins, lines = joints[~slides[:count]], joints[slides[:count]]
@@ -128,7 +126,7 @@ def _layout(
 
 
 def _shares(joints: Sequence[Joint], drives: int, gears: int) -> tuple[Integers, Reals]:
-    """`ConstraintTable.moved` and `shares`; drivers are numbered after the joints, in the order of their followers."""
+    """`ConstraintTable.moved` and `shares`; gear drivers are numbered after the joints."""
     followers = [number for number, joint in enumerate(joints) if joint.gear is not None]
     driven = {joint.drive: number for number, joint in enumerate(joints) if joint.drive is not None}
     welds = [number for number, joint in enumerate(joints) if not joint.freedoms]
@@ -145,17 +143,17 @@ def _shares(joints: Sequence[Joint], drives: int, gears: int) -> tuple[Integers,
 
 @dataclass(frozen=True, eq=False)
 class Constraints:
-    """The joints where the links are.
+    """Joints at a posture.
 
     Attributes
     ----------
     toward
-        Factor from a vector to its components along and across a slider's line, those in x and y at a pin;
-        complex, shape (joints, ..., positions).
+        Factor from a vector to its components along and across a slider's line, or in x and y at a pin; complex, shape
+        (joints, ..., positions).
     vector
         From the owner's origin to the block's point [m], complex.
     foot, tip
-        From the owner's origin to its point, from the block's origin to its point [m], complex.
+        From the owner's origin to its point, and from the block's origin to its point [m], complex.
     """
 
     table: ConstraintTable
@@ -166,12 +164,12 @@ class Constraints:
 
     @property
     def opening(self) -> Complexes:
-        """How far the block's point is from the owner's [m], complex: (along, across), (x, y) at a pin."""
+        """Gap between the joint points [m], complex: (along, across), or (x, y) at a pin."""
         return self.toward * (self.vector - self.foot)
 
 
 def constraints_at(table: ConstraintTable, origin: Complexes, direction: Complexes) -> Constraints:
-    """The joints of links at given origins [m] with given unit vectors, complex, shape (links, ..., positions)."""
+    """Joints of links with given origins [m] and unit vectors, (links, ..., positions)."""
     owner, block = table.owner, table.block
     tip, axes = direction[block] * table.tip, direction[owner]
     toward = np.where(table.slides, np.conj(axes * table.along), 1.0)
@@ -179,14 +177,14 @@ def constraints_at(table: ConstraintTable, origin: Complexes, direction: Complex
 
 
 def constraint_matrix(here: Constraints) -> Reals:
-    """Rates of all constraints per rate of (x, y, angle) of every moving link, shape (..., positions, rows, 3 n).
+    """Constraint Jacobian by (x, y, angle) of moving links, (..., positions, rows, 3 n).
 
-    Rows: two of every joint, (x, y) of a pin, (rotation, across) of a slider; then one of every drive and every gear.
-    As many as columns, or more where the mechanism is redundant.
+    Rows: two per joint, (x, y) of a pin or (rotation, across) of a slider; then one per drive and gear. There are more
+    rows than columns if the mechanism is redundant.
     """
     table, toward, joints = here.table, here.toward, 2 * here.table.count
     shape, count = here.vector.shape[1:], len(toward)
-    effects = np.empty((*shape, 6, count), complex)  # of x, y and angle of the block and of the owner on the opening
+    effects = np.empty((*shape, 6, count), complex)  # of (x, y, angle) of block and owner on the gap
     first = effects[..., 0, :] = _last(toward)
     effects[..., 1, :] = 1j * first
     effects[..., 2, :] = _last(1j * here.tip * toward)
@@ -202,17 +200,17 @@ def constraint_matrix(here: Constraints) -> Reals:
 
 
 def _last(values: Complexes) -> Complexes:
-    """An array with its first axis last, in a tenth of the time of numpy's `moveaxis`."""
+    """Move the first axis last, ten times as fast as numpy's `moveaxis`."""
     return values.transpose(*range(1, values.ndim), 0)
 
 
 def centripetal(here: Constraints, velocity: Complexes, omega: Reals) -> Reals:
-    """Second rates of the constraints when no link accelerates, shape (..., positions, rows).
+    """Second rates of the constraints without link accelerations, (..., positions, rows).
 
     Parameters
     ----------
     velocity, omega
-        Of the origins [m/s], complex, and of the links [rad/s], shape (links, ..., positions).
+        Velocity of the origins [m/s], complex, and angular velocity [rad/s], shape (links, ..., positions).
     """
     table, count = here.table, here.table.count
     owner, block = omega[table.owner], omega[table.block]
@@ -228,20 +226,17 @@ def centripetal(here: Constraints, velocity: Complexes, omega: Reals) -> Reals:
 
 
 def independent_rows(table: ConstraintTable, matrix: Reals) -> Integers:
-    """Numbers of rows that determine the motion, all drives among them: the rest is surplus, and fits by itself."""
+    """Numbers of independent rows, including all drives; the others are redundant."""
     if matrix.shape[0] == matrix.shape[1]:
         return np.arange(len(matrix))
     from scipy.linalg import qr
 
-    weight = np.where(np.arange(len(matrix)) < 2 * table.count, 1.0, FIRST)
+    weight = np.where(np.arange(len(matrix)) < 2 * table.count, 1.0, DRIVE_WEIGHT)
     return np.sort(qr((matrix * weight[:, None]).T, mode="r", pivoting=True)[1][: matrix.shape[1]])
 
 
 def unwound_angles(table: ConstraintTable, angle: Reals, drive: Reals) -> Reals:
-    """Angles of all links [rad], shape (links, 1), so that sliders and driven pins have the coordinates given.
-
-    Whole turns are chosen, nothing else.
-    """
+    """Angles of all links [rad], (links, 1), with full turns that match the drive coordinates."""
     angle = angle.copy()
     wanted = table.turn.astype(float).copy()[:, 0]
     driven = table.moved[: len(drive)]

@@ -1,7 +1,7 @@
-"""The drive effort by two further routes: virtual work, and Lagrange multipliers on the whole mechanism.
+"""Drive efforts by two further methods: virtual work, and Lagrange multipliers.
 
-Both answer what `drive_efforts(motion, reactions(motion))` answers by Newton and Euler; the three share the loads and
-nothing else. Derivations: docs/dynamics.md.
+Both give the same as `drive_efforts(motion, reactions(motion))`, the Newton-Euler method; the three share only the
+loads. Derivations: docs/dynamics.md.
 """
 
 from __future__ import annotations
@@ -27,21 +27,22 @@ from rigid.kinetostatics.statics import reactions
 from rigid.parts import MechanismError
 from rigid.plane import cross, dot
 
-GOING_ROUND, ROUGH = 200, 1e-13  # rounds of friction from forces, and the share that an effort may change by at the end
+# largest number of friction iterations, and largest change of converged efforts, relative to their size
+MAX_ROUNDS, TOLERANCE = 200, 1e-13
 
 
 @dataclass(frozen=True, eq=False)
 class EquationOfMotion:
-    """`inertia @ drive_acceleration + bias = force + effort`, a row per drive.
+    """`inertia @ drive_acceleration + bias = force + effort`, one row per drive.
 
     Attributes
     ----------
     inertia
         Reduced inertia [kg m^2, kg m or kg], symmetric, shape (drives, drives, ..., positions).
     bias
-        Efforts that centripetal and Coriolis' accelerations take [N m or N], shape (drives, ..., positions).
+        Efforts due to centripetal and Coriolis accelerations [N m or N], shape (drives, ..., positions).
     force
-        Reduced weights and loads, friction of the joints left out [N m or N], shape (drives, ..., positions).
+        Reduced weights and loads without joint friction [N m or N], shape (drives, ..., positions).
     """
 
     inertia: Reals
@@ -50,11 +51,11 @@ class EquationOfMotion:
 
 
 def equation_of_motion(motion: Motion) -> EquationOfMotion:
-    """Equation of motion in the coordinates of the drives at the positions and rates of a motion.
+    """Equation of motion in the drive coordinates, at the positions and rates of a motion.
 
     References
     ----------
-    Scutaru, Vlase, Marin, equations (41) to (43): with one drive inertia is alpha, and bias is beta omega^2.
+    Scutaru, Vlase, Marin, equations (41) to (43): with one drive, inertia is alpha and bias is beta omega^2.
     """
     units = unit_motions(motion)
     inertia = np.stack([[_inertia_power(unit, other) for other in units] for unit in units])
@@ -66,14 +67,14 @@ def equation_of_motion(motion: Motion) -> EquationOfMotion:
 
 
 def reduced_inertia(motion: Motion) -> tuple[Reals, Reals]:
-    """alpha and beta of `alpha eps + beta omega^2 = Q` for a mechanism of one drive, each of shape (..., positions).
+    """alpha and beta of `alpha eps + beta omega^2 = Q` for one drive, each (..., positions).
 
-    beta is half the derivative of alpha by the drive's coordinate.
+    beta is half the derivative of alpha with respect to the drive's coordinate.
 
     Raises
     ------
     MechanismError
-        It has several drives, or none.
+        The mechanism does not have exactly one drive.
     """
     if len(motion.mechanism.drives) != 1:
         raise MechanismError(f"{len(motion.mechanism.drives)} drives: one reduced inertia belongs to one drive")
@@ -82,9 +83,9 @@ def reduced_inertia(motion: Motion) -> tuple[Reals, Reals]:
 
 
 def virtual_work_efforts(motion: Motion) -> Reals:
-    """Moment [N m] or force [N] of every drive by virtual work, shape (drives, ..., positions).
+    """Moment [N m] or force [N] of each drive by virtual work, (drives, ..., positions).
 
-    Friction, which no virtual work tells, is that of `reactions`.
+    Friction does not follow from virtual work and is taken from `reactions`.
     """
     equation = equation_of_motion(motion)
     rate2 = motion.drive_acceleration.reshape(-1, *[1] * (len(motion.columns) - 1), motion.columns[-1])
@@ -98,7 +99,7 @@ def virtual_work_efforts(motion: Motion) -> Reals:
 
 
 def _inertia_power(motion: Motion, other: Motion) -> Reals:
-    """Scalar product of two states of velocity with the masses: twice the kinetic energy where they are the same."""
+    """Mass-weighted product of two velocity states: twice the kinetic energy if equal."""
     mass, first, second = mass_constants(motion.mechanism, len(motion.columns))
     arm = motion.direction * first
     omega, turned = 1j * motion.angular_velocity, 1j * other.angular_velocity
@@ -112,7 +113,7 @@ def _inertia_power(motion: Motion, other: Motion) -> Reals:
 
 
 def _acceleration_power(unit: Motion, motion: Motion) -> Reals:
-    """Power of masses times accelerations of one motion over the velocities of another."""
+    """Power of the inertia of one motion on the velocities of another."""
     mass, first, second = mass_constants(unit.mechanism, len(unit.columns))
     arm = unit.direction * first
     force = mass * motion.acceleration + motion.turning * arm
@@ -122,7 +123,7 @@ def _acceleration_power(unit: Motion, motion: Motion) -> Reals:
 
 
 def _reduced_loads(motion: Motion, units: list[Motion]) -> Reals:
-    """Power of weights and loads over unit rates of the drives, shape (drives, ..., positions)."""
+    """Power of weights and loads at unit drive rates, shape (drives, ..., positions)."""
     mechanism = motion.mechanism
     mass, first, _ = mass_constants(mechanism, len(motion.columns))
     weight, tilt = mass * mechanism.gravity, cross(motion.direction * first, mechanism.gravity)
@@ -135,17 +136,16 @@ def _reduced_loads(motion: Motion, units: list[Motion]) -> Reals:
 def multiplier_forces(motion: Motion) -> JointForces:
     """Joint forces by Lagrange multipliers, one linear system for the whole mechanism.
 
-    As from `reactions`; `drive_efforts` takes the efforts from them. nan at singular positions, and where the mechanism
-    is redundant and its loads alone do not tell the force. Friction is found by going round: nan where that does not
-    settle.
+    Returns the same as `reactions`; pass it to `drive_efforts` for the efforts. nan at singular positions, and for
+    redundant mechanisms where the loads do not determine the force. Friction is iterated; nan without convergence.
     """
     forces = _multiplier_forces(motion, {})
     if not motion.mechanism.friction:
         return forces
     before: dict[int, Any] = {}
-    for _ in range(GOING_ROUND):
+    for _ in range(MAX_ROUNDS):
         efforts = friction_of(motion, forces)
-        off = [np.abs(efforts[at] - before.get(at, np.inf)) - ROUGH * np.abs(efforts[at]) for at in efforts]
+        off = [np.abs(efforts[at] - before.get(at, np.inf)) - TOLERANCE * np.abs(efforts[at]) for at in efforts]
         lost = np.max(off, axis=0) > 0
         before = efforts
         if not lost.any():
@@ -157,7 +157,7 @@ def multiplier_forces(motion: Motion) -> JointForces:
 
 
 def _multiplier_forces(motion: Motion, friction: Mapping[int, Reals]) -> JointForces:
-    """Joint forces with efforts of friction in the joints of some numbers."""
+    """Joint forces for given friction efforts, by joint number."""
     links, columns = len(motion.mechanism.links), motion.columns
     here = constraints_at(constraint_table(motion.mechanism, len(columns)), motion.origin, motion.direction)
     force, moment = (np.stack([np.broadcast_to(value, columns) for value in part]) for part in link_loads(motion))
@@ -171,7 +171,7 @@ def _multiplier_forces(motion: Motion, friction: Mapping[int, Reals]) -> JointFo
     matrix = constraint_matrix(here)
     multiplier = _multipliers(matrix, load, good)
     followers = [(number, place) for number, place in enumerate(motion.places) if place.joint.gear is not None]
-    efforts = 2 * here.table.count + len(motion.mechanism.drives)  # number of the first gear's row
+    efforts = 2 * here.table.count + len(motion.mechanism.drives)  # row number of the first gear
     flank = {}
     for row, (number, place) in enumerate(followers, efforts):
         if place.teeth is not None:
@@ -190,7 +190,7 @@ def _multiplier_forces(motion: Motion, friction: Mapping[int, Reals]) -> JointFo
 
 
 def _multipliers(matrix: Reals, load: Reals, good: Flags) -> Reals:
-    """Multipliers of the rows that balance the loads, shape (..., positions, rows); nan where not `good`."""
+    """Multipliers that balance the loads, (..., positions, rows); nan if not `good`."""
     multipliers = np.full((*good.shape, matrix.shape[-2]), np.nan)
     solve = np.linalg.solve if matrix.shape[-1] == matrix.shape[-2] else _determined
     multipliers[good] = solve(np.swapaxes(matrix[good], -1, -2), -load[good][..., None])[..., 0]
@@ -198,7 +198,7 @@ def _multipliers(matrix: Reals, load: Reals, good: Flags) -> Reals:
 
 
 def _tooth_row(motion: Motion, place: JointPlace, push: Columns) -> Reals:
-    """Rate at which two teeth approach along their line of action, per rate of (x, y, angle) of every moving link."""
+    """Approach rate of two teeth along their line of action, per rate of the coordinates."""
     teeth = place.teeth
     assert teeth is not None
     row = np.zeros((*motion.columns, 3 * len(motion.mechanism.links)))
@@ -209,7 +209,7 @@ def _tooth_row(motion: Motion, place: JointPlace, push: Columns) -> Reals:
 
 
 def _determined(matrix: Reals, load: Reals) -> Reals:
-    """Those multipliers of a redundant mechanism that balance alone determines; nan for the others."""
+    """Multipliers of a redundant mechanism determined by equilibrium; nan for the others."""
     multipliers = np.linalg.pinv(matrix) @ load
     self_stress = np.linalg.svd(matrix)[2][..., matrix.shape[-2] :, :]
     stressed = np.linalg.norm(self_stress, axis=-2) > UNSTRESSED
@@ -220,7 +220,7 @@ def _determined(matrix: Reals, load: Reals) -> Reals:
 def _joint_forces(
     motion: Motion, here: Constraints, multiplier: Reals, ground: tuple[Complexes, Reals], flank: Mapping[int, Reals]
 ) -> JointForces:
-    """Multipliers as forces and moments on the joints' children."""
+    """Convert multipliers to forces and moments on the joints' children."""
     table = here.table
     count = table.count
     pulls, couples = [], []

@@ -1,6 +1,6 @@
-"""Laws that loads and efforts follow: constant, against time, an angle or a slide, by formula or table.
+"""Laws of loads and efforts: constant, or against time, angle or slide, by formula or table.
 
-A law takes a motion and returns an array of shape (..., positions): what multiplies a load, or the effort of a drive.
+A law takes a motion and returns an array of shape (..., positions), a load factor or the effort of a drive.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from rigid.laws import TableError
 from rigid.parts import Law
 
 Curve = Callable[[ArrayLike], Reals]
-OVER = 1e-12  # of a table's extent, by which it may be asked beyond its ends
+RANGE_TOLERANCE = 1e-12  # tolerance beyond a table's ends, relative to its range
 MIN_CORNER = 0.02  # least distance of a corner from the line through its neighbours, relative to the table's range
 
 
 @dataclass(frozen=True, eq=False)
 class CurveLaw:
-    """A law along a curve.
+    """Law along a curve.
 
     Attributes
     ----------
     place
-        Time or coordinate of every position of a motion, shape (..., positions).
+        Time or coordinate at each position of a motion, shape (..., positions).
     curve
         Factor at a place.
     breaks
-        Places at which the curve jumps or has a corner.
+        Places where the curve jumps or has a corner.
     middle
-        Angle of which places are less than half a turn away [rad]; None if they are no angles within a turn.
+        Centre of the angle range of less than half a turn to each side [rad]; None for other coordinates.
     """
 
     place: Callable[[Motion], Reals]
@@ -44,17 +44,17 @@ class CurveLaw:
     middle: float | None = None
 
     def __call__(self, motion: Motion) -> Reals:
-        """The factor at every position."""
+        """Factor at each position."""
         return np.broadcast_to(self.curve(self.place(motion)), motion.columns)
 
 
 def constant_law(value: float) -> Law:
-    """The same at every position."""
+    """Constant law."""
     return lambda motion: np.full(motion.columns, value)
 
 
 def law_of_time(curve: Curve, breaks: tuple[float, ...] = ()) -> CurveLaw:
-    """A curve against time [s]; for `breaks` see `CurveLaw`."""
+    """Law of time [s] by a curve; for `breaks` see `CurveLaw`."""
     return CurveLaw(_time, curve, breaks)
 
 
@@ -63,22 +63,22 @@ def _time(motion: Motion) -> Reals:
 
 
 def law_of(coordinate: Coordinate, curve: Curve, breaks: tuple[float, ...] = ()) -> CurveLaw:
-    """A curve against an angle [rad], a slide [m] or any other coordinate; for `breaks` see `CurveLaw`."""
+    """Law of an angle [rad], slide [m] or other coordinate; for `breaks` see `CurveLaw`."""
     return CurveLaw(coordinate.value, curve, breaks)
 
 
 def law_of_rate(coordinate: Coordinate, curve: Curve) -> Law:
-    """A curve against the rate of a coordinate: a motor's characteristic, friction of a fluid."""
+    """Law of a coordinate's rate: motor characteristic, fluid friction."""
     return CurveLaw(coordinate.rate, curve)
 
 
 def corners(at: Reals, value: Reals) -> tuple[float, ...]:
-    """Places where a linear table jumps or has a corner of `MIN_CORNER` at least; its ends are held beyond it.
+    """Places of jumps, and corners of at least `MIN_CORNER`, in a table held beyond its ends.
 
     Parameters
     ----------
     at, value
-        Entries, shape (entries,); `at` grows.
+        Entries, shape (entries,); `at` increases.
 
     Examples
     --------
@@ -105,18 +105,18 @@ def table_curve(
     Parameters
     ----------
     at, value
-        Entries, shape (entries,); `at` grows.
+        Entries, shape (entries,); `at` increases.
     interpolation
-        Straight between the entries, or a cubic spline with continuous curvature ("not-a-knot" at its ends).
+        "linear", or a cubic spline with continuous curvature ("not-a-knot" at its ends).
     extend
-        Beyond the ends: refused, or the value at the end.
+        Beyond the ends: "error", or "hold" the end value.
     angles
-        Whether the places are angles [rad], which are told in degrees.
+        Whether the places are angles [rad], which messages give in degrees.
 
     Raises
     ------
     TableError
-        Fewer entries than it takes, entries that do not grow; when called, places outside the table.
+        Too few entries, or entries that do not increase; when called, places outside the table.
 
     Examples
     --------
@@ -148,14 +148,14 @@ def table_curve(
 
 
 def _require_inside(place: Reals, at: Reals, angles: bool) -> None:
-    slack = OVER * (at[-1] - at[0])
+    slack = RANGE_TOLERANCE * (at[-1] - at[0])
     outside = place[(place < at[0] - slack) | (place > at[-1] + slack)]
     if outside.size:
-        asked, first, last = (
+        requested, first, last = (
             f"{np.degrees(each):.6g}\u00b0" if angles else f"{each:.6g}" for each in (outside.flat[0], at[0], at[-1])
         )
         raise TableError(
-            f'asked at {asked}, but the table goes from {first} to {last}: add entries, or extend = "hold"',
+            f'asked at {requested}, but the table goes from {first} to {last}: add entries, or extend = "hold"',
             float(outside.flat[0]),
             (float(at[0]), float(at[-1])),
         )

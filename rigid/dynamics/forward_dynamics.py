@@ -1,6 +1,6 @@
-"""Forward dynamics: some drives are given as efforts, and their motion is found by integrating it.
+"""Forward dynamics: integrate the motion of drives with given efforts.
 
-The unknowns are the coordinates of the drives, so that the loops of the mechanism close to round-off at every instant.
+The unknowns are the drive coordinates, so the loops of the mechanism close to round-off at every instant.
 Derivation: docs/dynamics.md.
 """
 
@@ -26,16 +26,16 @@ from rigid.names import counted
 from rigid.parts import MechanismError
 from rigid.postures import Posture
 
-EVALUATIONS = 200_000  # of the equation of motion, at which an integration is given up
-CHARTED = 1e-11  # tolerance from which postures are taken from polynomials
-LEAST_TOLERANCE = 3e-14  # below it the integrator's error estimate is round-off
+MAX_EVALUATIONS = 200_000  # largest number of evaluations of the equation of motion
+MIN_CHART_TOLERANCE = 1e-11  # smallest tolerance for cached polynomial postures
+MIN_TOLERANCE = 3e-14  # smallest tolerance: below it, the integrator's error estimate is round-off
 INTERRUPTED = "interrupted"
-"""Kind of the error where a user ended the integration."""
-FADING = 50.0  # of that rate, from which another joint is looked for that leads them better
-STEEP = 1e4  # of a link's rate per rate of a drive, which then no longer leads it
-JUDGED = 20  # steps from which their sizes tell how many more it takes
+"""Error kind of an integration interrupted by the user."""
+SEARCH_STEEPNESS = 50.0  # rate of a link per rate of a leading drive, above which a better leading joint is sought
+MAX_STEEPNESS = 1e4  # largest rate of a link per rate of a leading drive
+JUDGED_STEPS = 20  # steps used to extrapolate the number of steps
 TINY = np.finfo(float).tiny
-HOPELESS = 1000.0  # times as many steps as are allowed, from which an integration is not gone on with
+MAX_STEP_RATIO = 1000.0  # largest ratio of expected to allowed steps
 
 
 def forward(
@@ -47,39 +47,38 @@ def forward(
     tolerance: float = 1e-10,
     most_steps: int | None = None,
     on_step: Callable[[float], None] | None = None,
-    evaluations: int = EVALUATIONS,
+    evaluations: int = MAX_EVALUATIONS,
 ) -> IntegratedMotion:
-    """Motion of a mechanism under given efforts from time 0.
+    """Integrate a mechanism under given efforts from time 0.
 
     Parameters
     ----------
     mechanism
-        Scalar lengths. Its drives are the coordinates: those given as efforts are integrated, the others follow their
-        motion laws.
+        Mechanism with scalar lengths. Its drives are the coordinates: those with efforts are integrated, the others
+        follow motion laws.
     drives
-        Per drive an `Effort` or a motion law.
+        An `Effort` or a motion law per drive.
     start, rate
-        Coordinates [rad or m] and rates at time 0, shape (drives,) or a scalar; not used where a law is given.
+        Coordinates [rad or m] and rates at time 0, shape (drives,) or a scalar; ignored for drives with laws.
     duration
         [s].
     tolerance
-        Of a step, relative; absolute for coordinates measured in radians and in sizes of the mechanism. Not the error
-        at the end, which a mechanism may magnify.
+        Relative per step; absolute for coordinates in radians and in sizes of the mechanism. It does not bound the
+        error at the end, which a mechanism may amplify.
     most_steps
-        After which it is given up, as a motion that cannot be continued; long before them where the size of its steps
-        tells that it takes a thousand times as many.
+        Largest number of steps. The integration stops early if the step sizes predict a thousand times as many.
     on_step
-        Called with the time [s] that is reached after every step.
+        Called after every step with the time [s].
     evaluations
-        Of the equation of motion, at most: the step size may fall without bound.
+        Largest number of evaluations of the equation of motion: the step size may decrease without bound.
 
     Raises
     ------
     ForwardError
-        The mechanism comes to a position where its drives no longer say how it moves on, or to an infinite speed; a
-        drive given as effort that moves no mass; or it was interrupted from the keyboard, of kind "interrupted".
+        The mechanism reaches a position where its drives do not determine the motion, or an infinite speed; a drive
+        with effort moves no mass; or the user interrupted, with kind "interrupted".
     MechanismError
-        It cannot be assembled at the start.
+        The mechanism cannot be assembled at the start.
 
     References
     ----------
@@ -98,19 +97,19 @@ def forward(
         if not isinstance(drive, Effort):
             start[number], rate[number], _ = (float(np.ravel(value)[0]) for value in drive(np.zeros(1)))
     own = {number: float(start[number]) for number in free}
-    lead, tracker, charted = Lead(mechanism, mechanism), Tracker(mechanism, start), tolerance >= CHARTED
+    lead, tracker, charted = Lead(mechanism, mechanism), Tracker(mechanism, start), tolerance >= MIN_CHART_TOLERANCE
     system = RightHandSide(lead, tracker, drives, free, evaluations, own, charted=charted)
     begin = np.concatenate([start[free], rate[free]])
     if not np.isfinite(system(0.0, begin)).all():
         raise _stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there")
     most = np.inf if most_steps is None else most_steps
-    run = _Run(duration, max(tolerance, LEAST_TOLERANCE), tolerance, most, on_step)
+    run = _Run(duration, max(tolerance, MIN_TOLERANCE), tolerance, most, on_step)
     return _integrated(system, begin, run)
 
 
 @dataclass
 class _Run:
-    """Options of an integration, and its progress."""
+    """Options and progress of an integration."""
 
     duration: float
     relative: float
@@ -122,11 +121,11 @@ class _Run:
 
 
 _Step = tuple[float, Any, Any, Any, Any]
-"""Time, the interpolation that ends there, and there the origins and directions of the links and their angles."""
+"""Time, interpolant that ends there, and origins, directions and angles of the links."""
 
 
 def _integrated(system: RightHandSide, begin: Reals, run: _Run) -> IntegratedMotion:
-    """Stretches from time 0 to the duration."""
+    """Integrate stretches from time 0 to the duration."""
     stretches: list[Stretch] = []
     while True:
         tracker = system.tracker
@@ -157,7 +156,7 @@ def _integrated(system: RightHandSide, begin: Reals, run: _Run) -> IntegratedMot
 def _stepped(
     system: RightHandSide, begin: Reals, run: _Run, steps: list[_Step]
 ) -> ForwardError | tuple[RightHandSide, Reals] | None:
-    """Take steps to the end, and append them; the error that stops it before, or the system and state to go on with."""
+    """Append steps until the end; return an error, or a new system and state."""
     from scipy.integrate import DOP853
 
     tracker = system.tracker
@@ -173,11 +172,11 @@ def _stepped(
             why = f"it has taken {system.most} evaluations: allow more, a greater tolerance or a shorter duration"
             return _stuck(system.lead.mechanism, run.time, system.own_drive, why, "steps")
         reached = tracker.step_to(system.laws(solver.t, solver.y)[0])
-        if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
+        if not reached or str(solver.status) == "failed" or tracker.steepness > MAX_STEEPNESS:
             other = _with_better_lead(system, steps, solver)
             return other or _stuck(system.lead.mechanism, solver.t, system.own_drive, _aligned(tracker))
         astray = system.chart is not None and not system.chart.passed(float(tracker.drive[0]))
-        if astray or run.steps >= run.most_steps or _hopeless(run, steps):
+        if astray or run.steps >= run.most_steps or _too_slow(run, steps):
             more = f"{run.duration:g} s would take about {run.duration / max(run.time, TINY):.3g} times as many"
             why = f"it has taken {run.steps} steps, {more}"
             if astray:
@@ -185,44 +184,44 @@ def _stepped(
             kind = "singular" if astray else "steps"
             return _stuck(system.lead.mechanism, run.time, system.own_drive, why, kind)
         tracker.mark()
-        here = tracker.origin, tracker.direction, tracker.angle  # the interpolation takes the tracker elsewhere
+        here = tracker.origin, tracker.direction, tracker.angle  # copy first: the interpolant moves the tracker
         steps.append((solver.t, solver.dense_output(), *here))
         run.time, run.steps = solver.t, run.steps + 1
         if run.on_step:
             run.on_step(run.time)
-        if tracker.steepness > FADING and solver.status == "running":
+        if tracker.steepness > SEARCH_STEEPNESS and solver.status == "running":
             other = _with_better_lead(system, steps, solver)
             if other is not None:
                 return other
     return None
 
 
-def _hopeless(run: _Run, steps: Sequence[_Step]) -> bool:
-    """Whether the latest steps are by far too short to come to the end in the steps allowed."""
+def _too_slow(run: _Run, steps: Sequence[_Step]) -> bool:
+    """Whether the latest steps are far too short for the allowed number."""
     if not np.isfinite(run.most_steps):
         return False
-    return steps_ahead([step[0] for step in steps[-JUDGED - 1 :]], run.duration) > HOPELESS * run.most_steps
+    return steps_ahead([step[0] for step in steps[-JUDGED_STEPS - 1 :]], run.duration) > MAX_STEP_RATIO * run.most_steps
 
 
 def steps_ahead(times: Sequence[float], duration: float) -> float:
-    """Steps that an integration still takes, at the greatest size of its latest; 0 while they grow, or are few.
+    """Estimate the remaining steps from the latest sizes; 0 if sizes grow or data is scarce.
 
     Parameters
     ----------
     times
-        Reached by its steps so far, the start first [s].
+        Times of the steps so far, from the start [s].
     duration
         [s].
     """
-    if len(times) <= JUDGED:
+    if len(times) <= JUDGED_STEPS:
         return 0.0
-    sizes = np.diff(times[-JUDGED - 1 :])
-    before, after = float(sizes[: JUDGED // 2].max()), float(sizes[JUDGED // 2 :].max())
+    sizes = np.diff(times[-JUDGED_STEPS - 1 :])
+    before, after = float(sizes[: JUDGED_STEPS // 2].max()), float(sizes[JUDGED_STEPS // 2 :].max())
     return (duration - times[-1]) / max(before, TINY) if after <= before else 0.0
 
 
 def _with_better_lead(system: RightHandSide, steps: list[_Step], solver: Any) -> tuple[RightHandSide, Reals] | None:
-    """The same motion from the last step on, led by another joint; None where there is none that leads it better."""
+    """Continue from the last step with a better leading joint, or None."""
     time, piece, origin, direction, angle = steps[-1]
     if piece is None:
         return None
@@ -243,7 +242,7 @@ def _with_better_lead(system: RightHandSide, steps: list[_Step], solver: Any) ->
         next_one = Tracker(other.variant, drive, Posture(other.variant, origin, direction))
     except MechanismError:
         return None
-    if next_one.steepness > FADING:
+    if next_one.steepness > SEARCH_STEEPNESS:
         return None
     own = system.own_coordinates(angle)
     charted = system.chart is not None
@@ -252,7 +251,7 @@ def _with_better_lead(system: RightHandSide, steps: list[_Step], solver: Any) ->
 
 
 def _stretch(system: RightHandSide, steps: Sequence[_Step]) -> Stretch:
-    """The stretch that steps from a start make."""
+    """Stretch made of steps from a start."""
     from scipy.integrate import OdeSolution
 
     times, pieces, origins, directions, angles = zip(*steps, strict=True)
@@ -268,7 +267,7 @@ def _stretch(system: RightHandSide, steps: Sequence[_Step]) -> Stretch:
 
 
 def _aligned(tracker: Tracker) -> str:
-    """Cause that keeps a mechanism from going on where it is now, in words."""
+    """Message about the cause of a stop at the current posture."""
     near = Posture(tracker.mechanism, tracker.origin, tracker.direction)
     joint = aligned_joint(motion(tracker.mechanism, tracker.drive[:, None], near=near))
     return f'the joint "{joint}" aligns, which no drive leads it through' if joint else "its speed has no bound"

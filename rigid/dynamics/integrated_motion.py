@@ -1,4 +1,4 @@
-"""An integrated motion: its leading joints, stretch after stretch, and the motion at any times in it."""
+"""Integrated motion: stretches with their leading joints, and interpolation in time."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from rigid.plane import dot
 from rigid.postures import Posture
 
 MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
-"""Times [s] to coordinate, rate and acceleration of a drive, as the laws of motion in `rigid`."""
+"""Motion law: times [s] to coordinate, rate and acceleration of a drive."""
 
 
 class ForwardError(MechanismError):
-    """A motion that cannot be continued; `time` [s] is the last at which it could.
+    """The motion cannot be continued; `time` [s] is the last valid time.
 
-    `course` is the motion up to there, None where it cannot even begin. The rest as of `MechanismError`.
+    `course` is the motion up to that time, or None without any. For the rest see `MechanismError`.
     """
 
     course: IntegratedMotion | None = None
@@ -37,32 +37,32 @@ class ForwardError(MechanismError):
 
 @dataclass(frozen=True)
 class Effort:
-    """A drive given as effort: a moment [N m] or force [N] along its coordinate, or a law that returns it; 0 is free.
+    """Drive effort: a moment [N m] or force [N] along the coordinate, or a law; 0 is free.
 
-    A law may look at the motion's time, drives, rates, places and velocities, not at accelerations.
+    A law may depend on the motion's time, drives, rates, positions and velocities, but not on accelerations.
     """
 
     law: Law | float = 0.0
 
     def __call__(self, motion: Motion) -> Reals:
-        """The effort, shape (..., positions)."""
+        """Effort, shape (..., positions)."""
         return self.law(motion) if callable(self.law) else np.full(motion.columns, float(self.law))
 
 
 @dataclass(frozen=True, eq=False)
 class IntegratedMotion:
-    """An integrated motion; `motion_during` gives it at any times.
+    """Integrated motion; evaluate it by `motion_during`.
 
     Attributes
     ----------
     drives
-        Per drive its `Effort` or motion law.
+        `Effort` or motion law of each drive.
     time
-        The integrator's steps [s], shape (steps,).
+        Integration steps [s], shape (steps,).
     stretches
-        One after the other, each led by the same joints.
+        Consecutive parts, each with the same leading joints.
     evaluations
-        Of the equation of motion.
+        Number of evaluations of the equation of motion.
     """
 
     mechanism: Mechanism
@@ -73,7 +73,7 @@ class IntegratedMotion:
 
 
 def motion_during(course: IntegratedMotion, time: Any) -> Motion:
-    """An integrated motion at given times [s] within its duration, shape (positions,), as any other motion."""
+    """Evaluate an integrated motion at times [s] within its duration, shape (positions,)."""
     time = np.atleast_1d(np.asarray(time, float))
     if time.min() < 0 or time.max() > course.time[-1]:
         raise ForwardError(f"asked at {time.min():g} to {time.max():g} s, integrated from 0 to {course.time[-1]:g} s")
@@ -95,19 +95,19 @@ def motion_during(course: IntegratedMotion, time: Any) -> Motion:
 
 
 def _nearest(stretch: Stretch, time: Reals) -> Integers:
-    """Numbers of the steps next to some times."""
+    """Numbers of the steps nearest to given times."""
     step = np.clip(np.searchsorted(stretch.time, time), 1, len(stretch.time) - 1)
     step -= time - stretch.time[step - 1] < stretch.time[step] - time
     return step
 
 
 def _near(stretch: Stretch, time: Reals) -> dict[int, Reals]:
-    """Coordinates of the drives that others lead at the steps next to some times."""
+    """Coordinates of the replaced drives at the steps nearest to given times."""
     return {number: values[_nearest(stretch, time)] for number, values in stretch.own.items()}
 
 
 def _drive_columns(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> tuple[Reals, Reals, Reals]:
-    """Coordinates, rates and, of those with a law, accelerations of the leading joints, (drives, positions)."""
+    """Coordinates, rates and prescribed accelerations of leading joints, (drives, positions)."""
     free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
     state = stretch.state(time)
     drive, rate, rate2 = (np.zeros((len(drives), len(time))) for _ in range(3))
@@ -120,9 +120,9 @@ def _drive_columns(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time:
 
 
 def _postures(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> Posture:
-    """Postures near those at some times: cubics through places and velocities of the links at the steps around.
+    """Interpolate postures by cubics through positions and velocities at the steps.
 
-    Past a change point within a step the step next in time may be nearer to the other branch.
+    Past a change point within a step, the nearest step may be closer to the other branch.
     """
     variant = stretch.lead.variant
     before = np.clip(np.searchsorted(stretch.time, time, side="right") - 1, 0, len(stretch.time) - 2)
@@ -146,7 +146,7 @@ def _postures(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Real
 
 
 def _moving(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> Motion:
-    """The motion of a stretch's variant, at times in it."""
+    """Motion of a stretch's variant at given times."""
     free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
     drive, rate, rate2 = _drive_columns(stretch, drives, time)
     coasting = motion(stretch.lead.variant, drive, rate, 0.0, time, _postures(stretch, drives, time))
@@ -174,6 +174,6 @@ def _moving(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals)
 
 
 def effort_of(drive: Effort | MotionLaw, motion: Motion) -> Reals:
-    """The effort of a drive that is given as one, shape (..., positions)."""
+    """Evaluate the effort of a drive, shape (..., positions)."""
     assert isinstance(drive, Effort)
     return drive(motion)

@@ -1,8 +1,8 @@
-"""Which joints lead a motion that is integrated: another one where a drive comes to its limit and the links move on.
+"""Choice of leading joints during integration: replace a drive that reaches its limit.
 
-A drive given as an effort is a coordinate of the motion. At a toggle the links move while it stands, so that it tells
-no more how they move on; some other joint does, and what the drive's effort does to that is told by virtual work.
-Derivation: docs/dynamics.md.
+A drive with given effort is a coordinate of the motion. At a toggle it is at rest while the links move, so it does not
+determine their motion. Another joint replaces it; virtual work reduces the drive's effort to that joint. Derivation:
+docs/dynamics.md.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from rigid.joints import Joint, Placed
 from rigid.kinematics import Motion
 from rigid.mechanism import Mechanism
 
-GAIN = 3.0  # by how much faster another joint has to move than the drive, both measured by the mechanism's size
+MIN_GAIN = 3.0  # smallest rate of a joint, relative to that of the drive it replaces
 
 
 @dataclass(frozen=True, eq=False)
 class Lead:
-    """A mechanism, and the joints that lead it.
+    """Mechanism with its leading joints.
 
     Attributes
     ----------
     mechanism
-        The mechanism in question.
+        Original mechanism.
     variant
-        The same, led by the joints that its drives name; where these are others than the mechanism's, without loads.
+        Mechanism driven at the leading joints; without loads if these differ from the original drives.
     own
-        By the number of every drive that another joint leads: its own joint.
+        Original joints of the replaced drives, by drive number.
     """
 
     mechanism: Mechanism
@@ -41,13 +41,13 @@ class Lead:
     own: Mapping[int, Joint] = field(default_factory=dict)
 
     def rates(self, placed: Placed, velocity: Complexes, omega: Reals) -> dict[int, Reals]:
-        """Rates of the drives that others lead, from the velocities of all links."""
+        """Rates of the replaced drives from the velocities of all links."""
         return {
             number: joint.sense * joint_place(placed, joint).rate(velocity, omega) for number, joint in self.own.items()
         }
 
     def accelerations(self, motion: Motion) -> dict[int, Reals]:
-        """Second derivatives of the coordinates of the drives that others lead."""
+        """Second derivatives of the replaced drives' coordinates."""
         accelerations = {}
         for number, joint in self.own.items():
             apart = joint_place(motion, joint).second_rate(motion.acceleration, motion.turning)
@@ -55,10 +55,10 @@ class Lead:
         return accelerations
 
     def rotors(self, coasting: Motion, twists: tuple[Complexes, Reals]) -> tuple[Reals, Reals]:
-        """Inertia of rotors of drives that others lead, reduced to these, and the efforts that coasting takes of it.
+        """Reduced rotor inertia of replaced drives, and its effort at constant rates.
 
-        Shapes (drives, drives) and (drives,). `twists`: velocities and angular velocities of the links for a unit rate
-        of every drive, shape (links, drives).
+        Shapes (drives, drives) and (drives,). `twists`: velocities and angular velocities of the links per unit rate
+        of each drive, shape (links, drives).
         """
         count = len(self.mechanism.drives)
         inertia, taken = np.zeros((count, count)), np.zeros(count)
@@ -71,9 +71,9 @@ class Lead:
         return inertia, taken
 
     def seen(self, motion: Motion, near: Mapping[int, Columns]) -> Motion:
-        """A motion of the variant as one of the mechanism; places and velocities alone.
+        """Convert a motion of the variant to the mechanism; positions and velocities only.
 
-        `near`: coordinates of the drives that others lead, to half a turn.
+        `near`: coordinates of the replaced drives, within half a turn.
         """
         if not self.own:
             return motion
@@ -85,7 +85,7 @@ class Lead:
 
 
 def unwound(placed: Placed, joint: Joint, near: Columns) -> Reals:
-    """Coordinate of a joint, of an angle the one next to a given one."""
+    """Joint coordinate; for an angle, the value nearest to a given one."""
     value: Reals = joint.coordinate(placed)
     return value + 2 * np.pi * np.round((near - value) / (2 * np.pi)) if joint.turns else value
 
@@ -93,18 +93,18 @@ def unwound(placed: Placed, joint: Joint, near: Columns) -> Reals:
 def better_leading_joints(
     lead: Lead, placed: Placed, twists: tuple[Complexes, Reals], free: Sequence[int], size: float
 ) -> Lead | None:
-    """The mechanism led by the joint that moves fastest in the place of the drive that moves it; None where none does.
+    """Replace a drive by the joint that moves fastest relative to it, or return None.
 
     Parameters
     ----------
     placed
-        Where the links are.
+        Current posture.
     twists
-        Velocities and angular velocities of the links for a unit rate of every drive, shape (links, drives).
+        Velocities and angular velocities of the links per unit rate of each drive, shape (links, drives).
     free
-        Numbers of the drives that may be led.
+        Numbers of the replaceable drives.
     size
-        Of the mechanism [m].
+        Size of the mechanism [m].
     """
     best: tuple[float, int, Joint] | None = None
     for joint in structure(lead.variant).joints:
@@ -113,7 +113,7 @@ def better_leading_joints(
         rates = np.abs(joint_place(placed, joint).rate(*twists)) / (1.0 if joint.turns else size)
         for number in free:
             gain = float(np.ravel(rates)[number]) * (1.0 if lead.variant.drives[number].turns else size)
-            if gain > max(GAIN, best[0] if best else 0.0):
+            if gain > max(MIN_GAIN, best[0] if best else 0.0):
                 best = gain, number, joint
     if best is None:
         return None
@@ -134,20 +134,20 @@ def better_leading_joints(
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """A stretch of an integrated motion that is led by the same joints.
+    """Part of an integrated motion with the same leading joints.
 
     Attributes
     ----------
     lead
-        The mechanism with its leading joints.
+        Mechanism with its leading joints.
     time
-        The integrator's steps and its start [s], shape (steps,).
+        Integration steps including the start [s], shape (steps,).
     origin, direction
-        Of the links at the steps, complex, shape (links, steps).
+        Posture of the links at the steps, complex, shape (links, steps).
     state
-        Times of shape (n,) to coordinates and then rates of what leads in the place of the drives given as efforts.
+        Interpolant from times of shape (n,) to the coordinates, then rates, of the integrated joints.
     own
-        Coordinates of the drives that others lead at the steps, shape (steps,), by the drive's number.
+        Coordinates of the replaced drives at the steps, shape (steps,), by drive number.
     """
 
     lead: Lead

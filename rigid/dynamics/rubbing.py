@@ -1,4 +1,4 @@
-"""Friction of the joints by the second route: written anew on purpose, so that the one checks the other."""
+"""Joint friction by the second formulation, reimplemented as an independent check."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from rigid.joints import Joint
 from rigid.kinematics import Motion
 from rigid.points import position_of, velocity_of
 
-ROUND_OFF = 1e-9  # share of the greatest speed below which nothing moves
+REST_SPEED = 1e-9  # speed of a joint at rest, relative to the largest speed
 
 
 def friction_of(motion: Motion, forces: JointForces) -> dict[int, Reals]:
-    """Moment or force of friction on the child by the joint's number, for given forces, shape (..., positions)."""
+    """Moment or force of friction on the child by joint number, shape (..., positions)."""
     mechanism, efforts = motion.mechanism, {}
     fastest = np.max(
         [np.abs(velocity_of(motion, link.name, point)) for link in mechanism.links for point in link.points], 0
@@ -35,7 +35,7 @@ def friction_of(motion: Motion, forces: JointForces) -> dict[int, Reals]:
             rate = rate if joint.ordered else -rate
             normal = np.abs((np.conj(across) * force).real)
             press, least = np.maximum(normal, 2 * np.abs(moment) / friction.length), fastest
-        moves = np.where(np.abs(rate) > ROUND_OFF * least, np.sign(rate), 0.0)
+        moves = np.where(np.abs(rate) > REST_SPEED * least, np.sign(rate), 0.0)
         efforts[number] = np.broadcast_to(
             -friction.coefficient * press * moves - friction.viscosity * rate, motion.columns
         )
@@ -43,7 +43,7 @@ def friction_of(motion: Motion, forces: JointForces) -> dict[int, Reals]:
 
 
 def _slide(motion: Motion, joint: Joint) -> tuple[Reals, Complexes]:
-    """Speed of a slider's point along its line, as seen from the line's owner [m/s], and the unit vector across."""
+    """Sliding velocity of a slider's point on its line [m/s], and the normal vector."""
     owner, block, point = joint.owner, joint.block, joint.at(joint.block)
     along = motion.direction[owner] * joint.line
     arm = position_of(motion, block, point) - motion.origin[owner]
@@ -52,7 +52,7 @@ def _slide(motion: Motion, joint: Joint) -> tuple[Reals, Complexes]:
 
 
 def friction_loads(motion: Motion, friction: Mapping[int, Reals]) -> Iterator[tuple[int, Columns, Columns]]:
-    """Link's number, force [N], complex, and moment about the origin of its axes [N m] of friction in the joints."""
+    """Yield link number, friction force [N], complex, and moment about the link's origin [N m]."""
     mechanism = motion.mechanism
     for number, effort in friction.items():
         joint = structure(mechanism).joints[number]

@@ -1,4 +1,4 @@
-"""The equation of motion of the joints that lead, as an integrator asks for it."""
+"""Equation of motion of the leading joints as a right-hand side for an integrator."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from rigid.plane import dot
 
 
 class BudgetExceededError(Exception):
-    """The bound on evaluations is reached."""
+    """The evaluation limit is reached."""
 
 
 class RightHandSide:
-    """Right-hand side of the equation of motion; its only memory is where the links were last."""
+    """Right-hand side of the equation of motion; its only state is the last posture."""
 
     def __init__(
         self,
@@ -45,12 +45,12 @@ class RightHandSide:
         turned = self.own_coordinates(tracker.angle, offset=False)
         self._offset = {number: coordinates[number] - value for number, value in turned.items()}
         self.chart = Chart(tracker) if charted and len(drives) == 1 else None
-        if lead.own:  # else all is seen as it is, and no rotor turns but on a drive
+        if lead.own:  # otherwise the motion is unchanged, and only drives have rotors
             tracker.seen = lambda coasting: lead.seen(coasting, self.own_coordinates(tracker.angle))
             tracker.rotors = lead.rotors
 
     def own_coordinates(self, angle: Reals, offset: bool = True) -> dict[int, float]:
-        """Coordinates of the mechanism's own drives given as efforts, of angles over any number of turns; else 0.0."""
+        """Coordinates of the original drives with efforts, over any number of turns, or 0.0."""
         coordinates = {}
         for number in self.free:
             joint = self._joints[number]
@@ -60,7 +60,7 @@ class RightHandSide:
 
     @property
     def own_drive(self) -> Reals:
-        """Coordinates of the mechanism's own drives where it is now."""
+        """Current coordinates of the original drives."""
         drive = self.tracker.drive.copy()
         near = self.own_coordinates(self.tracker.angle)
         for number, joint in self.lead.own.items():
@@ -70,7 +70,7 @@ class RightHandSide:
     def effort(
         self, seen: Motion, placed: Placed | None = None, twists: tuple[Complexes, Reals] | None = None
     ) -> Reals:
-        """Efforts reduced to the joints that lead, of links where the tracker has them unless said; 0 of laws."""
+        """Efforts reduced to the leading joints at the tracker's posture or a given one; 0 for laws."""
         reduced = np.zeros(len(self.drives))
         rates = self.lead.rates(placed or self.tracker, *(twists or self.tracker.unit_twists)) if self.lead.own else {}
         for number in self.free:
@@ -82,7 +82,7 @@ class RightHandSide:
         return reduced
 
     def __call__(self, time: float, state: Reals) -> Reals:
-        """Rates and accelerations of the efforts' coordinates; nan where the mechanism does not close."""
+        """Rates and accelerations of the integrated coordinates; nan if the mechanism does not close."""
         half = len(self.free)
         drive, rate, rate2 = self.laws(time, state)
         self.evaluations += 1
@@ -112,7 +112,7 @@ class RightHandSide:
         return np.concatenate([rate[self.free], acceleration])
 
     def _by_chart(self, time: float, drive: Reals, rate: Reals) -> float | None:
-        """Acceleration of the only drive, of links that stand where they are charted; None where they do not."""
+        """Acceleration of a single drive from the cached postures, or None."""
         here = None if self.chart is None else self.chart.at(float(drive[0]))
         if here is None:
             return None
@@ -131,7 +131,7 @@ class RightHandSide:
         return (balance - float(taken[0])) / inertia if inertia else np.nan
 
     def laws(self, time: float, state: Reals) -> tuple[Reals, Reals, Reals]:
-        """Coordinates and rates of all drives, and the accelerations of those that follow a law."""
+        """Coordinates and rates of all drives, and the accelerations of those with laws."""
         drive, rate, rate2 = np.zeros((3, len(self.drives)))
         half = len(self.free)
         drive[self.free], rate[self.free] = state[:half], state[half:]

@@ -1,4 +1,4 @@
-"""One position of a mechanism after the other: followed by Newton's method on all joints at once."""
+"""Track a mechanism position by position with Newton's method on all joints."""
 
 from __future__ import annotations
 
@@ -26,31 +26,32 @@ from rigid.parts import MechanismError
 from rigid.plane import cross, dot
 from rigid.postures import Posture
 
-STEPS = 25  # of Newton's method before it gives up
-SETTLED = 1e-15  # error of a place over the mechanism's size, or of an angle [rad], that is left
-FAR = 0.25  # greatest step, over the size or [rad], that the linear forecast is trusted for
-PIECES = 1024  # such steps at most between two calls
-SLOW = 0.05  # share of the error that a step may leave before the matrix is renewed
-FITS = 1e-10  # opening of a surplus constraint, over the size or [rad], below which it fits
+MAX_STEPS = 25  # largest number of Newton steps
+TOLERANCE = 1e-15  # tolerance of positions, relative to the mechanism's size, or of angles [rad]
+MAX_STEP = 0.25  # largest step of the linear prediction, relative to the size, or [rad]
+MAX_PIECES = 1024  # largest number of such steps between two calls
+MAX_REDUCTION = 0.05  # largest reduction factor of the error before the matrix is updated
+MAX_GAP = 1e-10  # largest gap of a redundant constraint that fits, relative to the size, or [rad]
 TINY = np.finfo(float).tiny
-SMOOTH = 0.25  # of a way: how far it may be from what the rates at its ends tell
-NARROW = 0.05  # of the reciprocal condition at the start: nearer to singular, rates lose digits
-BESIDE = 0.05 * np.array([-2, -5 / 3, -4 / 3, -1, 1, 4 / 3, 5 / 3, 2])  # where rates are taken instead [rad or size]
+MAX_DEVIATION = 0.25  # largest deviation of a step from the rates at its ends, relative to the step
+MIN_CONDITION = 0.05  # smallest reciprocal condition, relative to the start: below it, rates lose digits
+# offsets from a change point at which rates are evaluated [rad, or relative to the size]
+OFFSETS = 0.05 * np.array([-2, -5 / 3, -4 / 3, -1, 1, 4 / 3, 5 / 3, 2])
 
 
 class Tracker:
-    """A mechanism where it is now, followed along the coordinates of its drives.
+    """Mechanism at its current posture, tracked along its drive coordinates.
 
     Attributes
     ----------
     drive
         Coordinates of the drives, shape (drives,).
     origin, direction
-        Of every link [m] and its unit vector, complex, shape (links, 1).
+        Origin of each link [m] and its unit vector, complex, shape (links, 1).
     size
-        Greatest distance of two joints at the start [m]: what displacements are measured by.
+        Largest distance of two joints at the start [m], the reference length.
     seen
-        As what motion loads and efforts see a motion of the mechanism: that of another one, with other drives.
+        Converts a motion for loads and efforts, to that of another mechanism with other drives.
     """
 
     def __init__(self, mechanism: Mechanism, drive: Reals, near: Posture | None = None) -> None:
@@ -91,11 +92,11 @@ class Tracker:
         self.restart()
         self._meshed = self._residual(drive)[2 * self._table.count + len(drive) :]
         self._sign = self._factor(here)
-        self._firm = NARROW * self._narrow
+        self._firm = MIN_CONDITION * self._narrow
         self.mark()
 
     def turns(self, number: int) -> bool:
-        """Whether a drive is a pin's."""
+        """Whether a drive is a pin drive."""
         return not self._table.slides[self._table.moved[number]].any()
 
     @property
@@ -105,38 +106,38 @@ class Tracker:
 
     @property
     def unit_twists(self) -> tuple[Complexes, Reals]:
-        """Velocities of all links, complex, and angular velocities for a unit rate of every drive, (links, drives)."""
+        """Velocities, complex, and angular velocities per unit rate of each drive, (links, drives)."""
         return self._twists(self._influence)
 
     @property
     def unit_coasting(self) -> tuple[Complexes, Reals]:
-        """Accelerations of all links, complex and angular, at a steady unit rate of the only drive, (links, 1)."""
+        """Accelerations, complex and angular, at constant unit rate of the only drive, (links, 1)."""
         velocity, omega = self._twists(self._influence)
         return self._twists(self._solve(-centripetal(self._here, velocity, omega)[0, self._rows]))
 
     @property
     def narrow(self) -> bool:
-        """Whether the mechanism is so near to singular that its rates lose digits."""
+        """Whether the mechanism is so close to singular that its rates lose digits."""
         return self._narrow < self._firm
 
     @property
     def steepness(self) -> float:
-        """Greatest rate of a link's place or angle for a unit rate of a drive, both measured by the size."""
+        """Largest rate of a link's position or angle per unit drive rate, relative to the size."""
         units = [1.0 if self.turns(number) else self.size for number in range(self._influence.shape[1])]
         return float(np.abs(self._weights[:, None] * self._influence * units).max(initial=0.0))
 
     def restart(self) -> None:
-        """Go back to the start."""
+        """Return to the start."""
         self.drive, self.origin, self._angle = self._begin
         self._place()
         self._sign = self._factor(self._here)
         self.mark()
 
     def step_to(self, drive: Reals) -> bool:
-        """Go to other coordinates of the drives, near enough; False, and back to the mark, where it does not close."""
+        """Move to nearby drive coordinates; if this fails, return to the mark and return False."""
         if self._advance(drive):
             return True
-        # Close to a singular position the forecast from there is not to be trusted: once more from firm ground.
+        # near a singular position the prediction is unreliable: retry from the mark
         self._state = self._mark
         if self._advance(drive):
             return True
@@ -144,13 +145,13 @@ class Tracker:
         return False
 
     def mark(self) -> None:
-        """Let this be the place to fall back to, if it is firm ground."""
+        """Store the current posture as fallback, unless it is close to singular."""
         if not self.narrow:
             self._mark = self._state
 
     @contextmanager
     def returning(self) -> Iterator[None]:
-        """Be where it is now again afterwards."""
+        """Context that restores the current posture."""
         state, mark = self._state, self._mark
         try:
             yield
@@ -172,36 +173,36 @@ class Tracker:
         origin, angle, ahead = self.origin, self._angle, self._influence @ change
         with np.errstate(all="ignore"):
             far = float(np.abs(self._weights * (self._influence @ change)).max(initial=0.0))
-            if not far < FAR * PIECES:
+            if not far < MAX_STEP * MAX_PIECES:
                 return False
-            pieces = int(far / FAR) + 1
+            pieces = int(far / MAX_STEP) + 1
             if not all(self._approach(begin + change * ((piece + 1) / pieces)) for piece in range(pieces)):
                 return False
             sign = self._factor(self._here)
             if sign == self._sign:
                 return True
-            # Through a change point the determinant changes its sign, on another branch the links come from elsewhere.
+            # the determinant changes sign at a change point; on another branch the links do not arrive smoothly
             passed = np.stack([(self.origin - origin)[1:, 0].real, (self.origin - origin)[1:, 0].imag], 1)
             passed = np.concatenate([passed, (self._angle - angle)[1:]], axis=1).ravel()
             off = self._weights * (passed - 0.5 * (ahead + self._influence @ change))
-            smooth = float(np.abs(off).max()) <= SMOOTH * float(np.abs(self._weights * passed).max())
+            smooth = float(np.abs(off).max()) <= MAX_DEVIATION * float(np.abs(self._weights * passed).max())
             self._sign = sign
             return smooth and sign != 0.0
 
     def equation_at_change_point(
         self, time: float, rate: Reals, drive: Reals, effort: Callable[[Motion], Reals]
     ) -> tuple[Reals, Reals] | None:
-        """`equation` at a change point, from both sides of it; None where there is none.
+        """`equation` at a change point, interpolated from both sides, or None.
 
-        There the rates lose all digits, though they go on smoothly: they are taken where they do not, on the line along
-        which the drives go, and the polynomial through them is.
+        There the rates lose all digits although they are smooth. They are evaluated at offsets along the drive path and
+        interpolated by a polynomial.
         """
         here = self._state
         unit = np.array([1.0 if self.turns(number) else self.size for number in range(len(drive))])
         along = rate / max(float(np.abs(rate / unit).max()), TINY)
         equations, narrow = [], self._narrow
         firm = []
-        for ahead in BESIDE:
+        for ahead in OFFSETS:
             if not self.step_to(drive + ahead * along):
                 self._state = here
                 return None
@@ -211,15 +212,15 @@ class Tracker:
         self._state = here
         if narrow > 0.5 * min(firm[0], firm[-1]):
             return None
-        weights = [np.prod([b / (b - a) for b in BESIDE if b != a]) for a in BESIDE]
+        weights = [np.prod([b / (b - a) for b in OFFSETS if b != a]) for a in OFFSETS]
         value = np.einsum("k,kn->n", weights, np.array(equations))
         count = len(drive)
         return value[: count**2].reshape(count, count), value[count**2 :]
 
     def equation(self, time: float, rate: Reals) -> tuple[Reals, Reals, Motion]:
-        """Reduced inertia, loads less centripetal forces, and the motion at given rates without acceleration.
+        """Reduced inertia, loads minus centripetal forces, and the motion without acceleration.
 
-        Shapes (drives, drives) and (drives,). Loads are those of the motion as it is `seen`.
+        Shapes (drives, drives) and (drives,). Loads are evaluated on the motion converted by `seen`.
         """
         velocity, omega = self._twists(self._influence @ rate)
         missing = -centripetal(self._here, velocity, omega)[0, self._rows]
@@ -257,13 +258,13 @@ class Tracker:
         return inertia + led, (dot(v, force) + w * couple).sum(axis=0) - taken, seen
 
     def _approach(self, drive: Reals) -> bool:
-        """Newton's method to near coordinates of the drives; the matrix is renewed only where progress is slow."""
+        """Modified Newton's method for nearby drive coordinates, with reuse of the matrix."""
         ahead = self._influence @ (drive - self.drive)
         self._shift(ahead)
-        # A matrix from a step before leaves about as large a part of the error.
+        # with the matrix of a previous step the error reduces at about the same rate
         slowness = float(np.abs(self._weights * ahead).max())
         before = 0.0
-        for _ in range(STEPS):
+        for _ in range(MAX_STEPS):
             open_by = self._residual(drive)
             step = self._solve(-open_by[self._rows])
             self._shift(step)
@@ -271,17 +272,17 @@ class Tracker:
             slowness = min(length / before, 1.0) if before else slowness
             if not length < 1.0:
                 return False
-            if length * slowness < SETTLED:
+            if length * slowness < TOLERANCE:
                 self.drive = drive
                 surplus = len(open_by) > len(self._rows)
-                return not surplus or bool(np.abs(self._row_weights * self._residual(drive)).max() < FITS)
+                return not surplus or bool(np.abs(self._row_weights * self._residual(drive)).max() < MAX_GAP)
             before = length
-            if slowness > SLOW:
+            if slowness > MAX_REDUCTION:
                 self._factor(self._here)
         return False
 
     def _shift(self, step: Reals) -> None:
-        """Displace and turn all links by (x, y, angle) each."""
+        """Displace and rotate each link by (x, y, angle)."""
         self.origin = self.origin.copy()
         self._angle = self._angle.copy()
         self.origin[1:, 0] += step[0::3] + 1j * step[1::3]
@@ -293,7 +294,7 @@ class Tracker:
         self._here = constraints_at(self._table, self.origin, self.direction)
 
     def _residual(self, drive: Reals) -> Reals:
-        """Residuals of the constraints, in the order of their rows."""
+        """Residuals of the constraints, in row order."""
         table, opening = self._table, self._here.opening[:, 0]
         turned = (self._angle[table.block] - self._angle[table.owner] - table.turn)[:, 0]
         slides, count = table.slides[:, 0], table.count
@@ -305,7 +306,7 @@ class Tracker:
         return rows
 
     def _factor(self, here: Constraints) -> float:
-        """Factor the constraint matrix here; the sign of its determinant, 0 where it is singular."""
+        """Factorise the constraint matrix; return the sign of its determinant, 0 if singular."""
         matrix = constraint_matrix(here)[0, self._rows]
         upper, pivots, singular = self._lapack.dgetrf(matrix)
         self._factors = upper, pivots
@@ -322,7 +323,7 @@ class Tracker:
         return solved
 
     def _twists(self, rates: Reals) -> tuple[Complexes, Reals]:
-        """Rates of (x, y, angle) as complex velocities and angular velocities, shape (links, n); the ground at rest."""
+        """Convert rates of (x, y, angle) to velocities, complex, and angular ones, (links, n)."""
         columns = rates.reshape(len(rates), -1)
         velocity = np.zeros((self._links, columns.shape[1]), complex)
         velocity[1:] = columns[0::3] + 1j * columns[1::3]

@@ -1,7 +1,7 @@
-"""Joints: one protocol, and a file for each kind of joint.
+"""Joints: a common protocol, and a file for each type of joint.
 
-A joint has one coordinate, which `rigid` may be told by a drive or a gear, or finds. What a kind of joint is, where its
-coordinate is read, what it holds, bears and lets move, stands in its file; who asks goes by `Joint` and `JointPlace`.
+A joint has one coordinate, prescribed by a drive or a gear or computed. Each type defines in its file its coordinate,
+its constraints, its forces and its free motion. Callers use only `Joint` and `JointPlace`.
 """
 
 from rigid.joints.pin import PinJoint, PinPlace

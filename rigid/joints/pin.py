@@ -1,4 +1,4 @@
-"""A pin: two links turn about a point that they share. Its coordinate is an angle; it holds x and y."""
+"""Pin: two links rotate about a common point. Coordinate: an angle; constraints: x and y."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from rigid.teeth import Teeth
 
 @dataclass(frozen=True, eq=False)
 class PinJoint(Joint):
-    """A pin between two links; its coordinate is the angle of its block from its owner [rad]."""
+    """Pin between two links; coordinate: angle of its block from its owner [rad]."""
 
     turns: ClassVar[bool] = True
     letter: ClassVar[str] = "R"
 
     def point(self, link: int) -> str | None:
-        """The point that the links share."""
+        """Common point of the links."""
         return self.name
 
     def on_bodies(self, bodies: Mapping[int, Body]) -> Self:
-        """See `Joint`; its coordinate is then that of the bodies."""
+        """See `Joint`; the coordinate is then that of the bodies."""
         parent, child = bodies[self.parent], bodies[self.child]
         ends = parent.at(self.at_parent), child.at(self.at_child)
         return replace(self, parent=parent.link, child=child.link, at_parent=ends[0], at_child=ends[1])
 
     def exchanged(self) -> Self:
-        """See `Joint`; a pin that nothing moves counts its angle from the new parent."""
+        """See `Joint`; an undriven pin measures its angle from the new parent."""
         sense = -self.sense if self.moved else self.sense
         return replace(
             self, parent=self.child, child=self.parent, at_parent=self.at_child, at_child=self.at_parent, sense=sense
@@ -44,7 +44,7 @@ class PinJoint(Joint):
         return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child))
 
     def mover(self, links: Sequence[str]) -> PinDrive:
-        """A motor that turns the child on the parent."""
+        """Motor that turns the child relative to the parent."""
         return PinDrive(links[self.child], self.name, links[self.parent])
 
     def coordinate(self, placed: Placed) -> Columns:
@@ -56,7 +56,7 @@ class PinJoint(Joint):
         return float(np.angle(first(drawing.direction(self.block)) / first(drawing.direction(self.owner))))
 
     def gap(self, placed: Placed) -> Columns:
-        """From the parent's point to the child's [m]."""
+        """Vector from the parent's point to the child's [m]."""
         return self.sense * opening_of(placed, self)
 
     def within(self, gap: Columns, angle: float, length: Columns) -> Columns:
@@ -77,28 +77,28 @@ class PinJoint(Joint):
 
 @dataclass(frozen=True, eq=False)
 class PinPlace(JointPlace):
-    """A pin where it is now: held are x and y, free is the rotation."""
+    """Pin at its current place: x and y are constrained, the rotation is free."""
 
     turns: ClassVar[bool] = True
 
     def row(self, displacement: Columns, rotation: Columns) -> Columns:
-        """The displacement."""
+        """Displacement."""
         return displacement
 
     def per_displacement(self, dual: Columns) -> Columns:
-        """All of it."""
+        """Unchanged multiplier."""
         return dual
 
     def force(self, multiplier: Columns) -> tuple[Columns, Columns]:
-        """A force."""
+        """Force without moment."""
         return multiplier, ZERO
 
     def effect(self, reach: Columns, amount: float) -> tuple[Columns, Columns]:
-        """A rotation about the pin."""
+        """Rotation about the pin."""
         return reach * (1j * amount), amount
 
     def driven(self, amount: Columns) -> tuple[Columns, Columns]:
-        """A rotation, or a moment."""
+        """Rotation, or moment."""
         return ZERO, amount
 
     def rate(self, velocity: Any, omega: Any) -> Columns:
@@ -110,9 +110,9 @@ class PinPlace(JointPlace):
         return turning[self.joint.child].imag - turning[self.joint.parent].imag
 
     def effort(self, force: Columns, moment: Columns) -> Columns:
-        """The moment."""
+        """Moment of the joint."""
         return moment
 
     def pressing(self, force: Columns, moment: Columns, length: Real) -> tuple[Columns, Columns]:
-        """Its force in x and in y."""
+        """Force components in x and y."""
         return np.real(force), np.imag(force)

@@ -1,6 +1,6 @@
-"""A slider: a block slides along a line of its owner without turning on it. Its coordinate is a slide [m].
+"""Slider: a block slides along a line of its owner without rotation. Coordinate: a slide [m].
 
-It holds the rotation and the displacement across its line, one complex number: rotation + i across.
+It constrains the rotation and the displacement normal to its line, as one complex number: rotation + i normal.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from rigid.teeth import Teeth
 
 @dataclass(frozen=True, eq=False)
 class SliderJoint(Joint):
-    """A slider between two links; its coordinate is the slide of the block along the owner's line [m].
+    """Slider between two links; coordinate: slide of the block along the owner's line [m].
 
     Parameters
     ----------
     slider
-        The part of the mechanism.
+        Slider of the mechanism.
     """
 
     slider: Slider = field(kw_only=True)
@@ -34,7 +34,7 @@ class SliderJoint(Joint):
     letter: ClassVar[str] = "P"
 
     def point(self, link: int) -> str | None:
-        """The block's point; its owner has none."""
+        """Point of the block; None for the owner."""
         return self.slider.point if link == self.block else None
 
     @property
@@ -59,7 +59,7 @@ class SliderJoint(Joint):
         return replace(self, parent=parent.link, child=child.link, at_parent=ends[0], at_child=ends[1], slider=slider)
 
     def drawn_along(self, drawing: Drawn) -> Any:
-        """See `Joint`; the joint may be of some of the designs, or of the body that its owner is welded to."""
+        """See `Joint`; valid for a subset of designs, and for the body the owner is welded to."""
         mechanism = drawing.mechanism
         slider = mechanism.slider(self.name)
         return drawing.direction(mechanism.index[slider.on]) * slider.direction
@@ -76,7 +76,7 @@ class SliderJoint(Joint):
         return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child), slider=slider)
 
     def mover(self, links: Sequence[str]) -> SliderDrive:
-        """A motor along the line."""
+        """Motor along the line."""
         return SliderDrive(self.name)
 
     def coordinate(self, placed: Placed) -> Columns:
@@ -93,7 +93,7 @@ class SliderJoint(Joint):
         return float(dot(turned * first(self.line), first(drawing.at(self.slider.point)) - foot))
 
     def gap(self, placed: Placed) -> Columns:
-        """Rotation [rad] + i times the displacement across the line [m]."""
+        """Rotation [rad] + i times the displacement normal to the line [m]."""
         opened = self.sense * opening_of(placed, self)
         turned = placed.direction[self.block] * np.conj(placed.direction[self.owner] * self.slider.turn)
         return self.sense * np.angle(turned) + 1j * cross(self.along(placed), opened)
@@ -125,28 +125,28 @@ class SliderJoint(Joint):
 
 @dataclass(frozen=True, eq=False)
 class SliderPlace(JointPlace):
-    """A slider where it is now: held are the rotation and the displacement across its line, free is the slide."""
+    """Slider at a posture: rotation and normal displacement are constrained, the slide is free."""
 
     turns: ClassVar[bool] = False
 
     def row(self, displacement: Columns, rotation: Columns) -> Columns:
-        """Rotation + i (displacement across the line)."""
+        """Rotation + i (displacement normal to the line)."""
         return rotation + 1j * cross(self.along, displacement)
 
     def per_displacement(self, dual: Columns) -> Columns:
-        """The real part, which multiplies i in `row`."""
+        """Real part, the factor of i in `row`."""
         return dual.real
 
     def force(self, multiplier: Columns) -> tuple[Columns, Columns]:
-        """A force across the line, and a moment."""
+        """Force normal to the line, and moment."""
         return multiplier.imag * (1j * self.along), multiplier.real
 
     def effect(self, reach: Columns, amount: float) -> tuple[Columns, Columns]:
-        """A displacement along the line."""
+        """Displacement along the line."""
         return self.along * amount, ZERO
 
     def driven(self, amount: Columns) -> tuple[Columns, Columns]:
-        """A displacement, or a force, along the line."""
+        """Displacement, or force, along the line."""
         return amount * self.along, ZERO
 
     def rate(self, velocity: Any, omega: Any) -> Columns:
@@ -163,11 +163,11 @@ class SliderPlace(JointPlace):
         return (np.conj(self.along) * opened).real
 
     def effort(self, force: Columns, moment: Columns) -> Columns:
-        """The force along the line."""
+        """Force along the line."""
         return dot(self.along, force)
 
     def pressing(self, force: Columns, moment: Columns, length: Real) -> tuple[Columns, Columns]:
-        """The force across its line, and twice its moment over the guided length."""
+        """Force normal to the line, and twice the moment divided by the guided length."""
         return cross(self.along, force), 2 * moment / length
 
     def coriolis(self, velocity: Sequence[Columns], rotation: Sequence[Columns]) -> Columns:

@@ -1,7 +1,7 @@
-"""A weld: two links joined rigidly at a point that they share, as a pin that keeps its angle.
+"""Weld: two links joined rigidly at a common point, a pin with a fixed angle.
 
-It holds x, y and the rotation, and bears a force and a moment. A weld that closes a ring of welds holds nothing that
-the others do not hold already: rigid links do without it, elastic ones decide on the three forces in it.
+It constrains x, y and the rotation, and transmits a force and a moment. A weld that closes a ring of welds adds no
+constraint: it is redundant for rigid links, while elastic ones determine its force and moment.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from rigid.parts import Weld
 
 @dataclass(frozen=True, eq=False)
 class WeldJoint(PinJoint):
-    """A weld between two links.
+    """Weld between two links.
 
     Parameters
     ----------
     weld
-        The part of the mechanism.
+        Weld of the mechanism.
     """
 
     weld: Weld = field(kw_only=True)
 
     freedoms: ClassVar[int] = 0
-    moved: ClassVar[bool] = True  # its coordinate is prescribed, by itself
+    moved: ClassVar[bool] = True  # the coordinate is fixed by the weld itself
     holds_rotation: ClassVar[bool] = True
 
     @property
@@ -49,11 +49,11 @@ class WeldJoint(PinJoint):
         return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child), weld=weld)
 
     def drawn(self, drawing: Drawn) -> float:
-        """The angle at which it was made, not the drawn one."""
+        """Angle of the weld, independent of the drawing."""
         return float(np.angle(first(self.turned)))
 
     def child_place(self, placed: Placed, coordinate: Columns) -> tuple[Columns, Columns]:
-        """See `Joint`; there is no coordinate to ask."""
+        """See `Joint`; the coordinate is ignored."""
         direction = placed.direction[self.parent] * self.turn
         return point_of(placed, self.parent, self.at_parent) - carried(direction, self.at_child), direction
 

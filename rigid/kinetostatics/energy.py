@@ -1,4 +1,4 @@
-"""Energy of a moving mechanism, and the power of its loads and dampers."""
+"""Energy of a moving mechanism, and power of its loads and dampers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rigid.plane import dot
 
 
 def kinetic_energy(motion: Motion) -> Reals:
-    """Of all links and of the drives' rotors [J], shape (..., positions)."""
+    """Kinetic energy of all links and rotors [J], shape (..., positions)."""
     mass, first, second = mass_constants(motion.mechanism, len(motion.columns))
     omega = motion.angular_velocity
     momentum = mass * motion.velocity / 2 + 1j * omega * motion.direction * first
@@ -23,7 +23,7 @@ def kinetic_energy(motion: Motion) -> Reals:
 
 
 def potential_energy(motion: Motion) -> Reals:
-    """Of weights, 0 where all mass is at the origin of coordinates, and of springs [J], shape (..., positions)."""
+    """Energy of weights (0 with all mass at the origin) and springs [J], (..., positions)."""
     mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
     height = dot(motion.mechanism.gravity, mass * motion.origin + motion.direction * first)
     energy: Reals = -height[1:].sum(axis=0) + _sum(motion, "energy")
@@ -31,13 +31,13 @@ def potential_energy(motion: Motion) -> Reals:
 
 
 def dissipated_power(motion: Motion) -> Reals:
-    """Power that the dampers turn into heat [W], shape (..., positions)."""
+    """Power dissipated by dampers [W], shape (..., positions)."""
     power: Reals = np.zeros(motion.columns) + _sum(motion, "dissipation")
     return power
 
 
 def load_power(motion: Motion) -> Reals:
-    """Power of all loads, springs and dampers among them, without weights [W], shape (..., positions)."""
+    """Power of all loads including springs and dampers, without weights [W], (..., positions)."""
     power = np.zeros(motion.columns)
     for at, pull, couple in given_loads(motion):
         power += dot(motion.velocity[at], pull) + motion.angular_velocity[at] * couple
@@ -45,6 +45,6 @@ def load_power(motion: Motion) -> Reals:
 
 
 def _sum(motion: Motion, quantity: str) -> Columns:
-    """Sum of a quantity over the loads that know it."""
+    """Sum of a quantity over the loads that define it."""
     known = (getattr(load, quantity, None) for load in motion.mechanism.loads)
     return sum((each(motion) for each in known if each is not None), start=0.0)

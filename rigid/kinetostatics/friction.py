@@ -1,6 +1,6 @@
-"""Friction in the joints: efforts against the motion in proportion to the joint forces, which they change in turn.
+"""Joint friction: efforts against the motion, proportional to the joint forces they change.
 
-Joint forces are linear in the efforts of friction, so that all positions are solved at once for these few numbers.
+Joint forces are linear in the friction efforts, so all positions are solved at once for these few unknowns.
 Derivation: docs/theory.md, "Friction".
 """
 
@@ -21,19 +21,19 @@ from rigid.kinematics import Motion
 from rigid.mechanism import Mechanism
 from rigid.parts import Friction
 
-STILL = 1e-9  # share of the mechanism's speed below which a rate is round-off: nothing slides
-CREEP = 1e-3  # share of a joint's greatest rate up to which it creeps instead of sticking
-ROUNDS = 40  # of Newton's method
-EXACT = 1e-15  # change over what an effort is the sum of, at which it has converged
-SETTLED = 1e-12  # up to which it has, where round-off allows no more
-FLANKS = 4  # rounds until gears' teeth are loaded on the flanks that friction was found with
+REST_RATE = 1e-9  # rate of a joint at rest, relative to the mechanism's speed
+CREEP_SHARE = 1e-3  # largest creep rate, relative to the joint's largest rate
+MAX_STEPS = 40  # largest number of Newton steps
+TOLERANCE = 1e-15  # relative change of a converged effort
+MAX_RESIDUAL = 1e-12  # the same if round-off prevents more
+MAX_FLANK_ROUNDS = 4  # largest number of iterations for the loaded flanks of gear teeth
 
 Balance = Callable[[Mapping[int, Columns] | None, Mapping[int, Columns] | None], JointForces]
-"""Friction, and the flanks of gears where they are given, to joint forces in balance with the loads and these."""
+"""Function from friction, and optional gear flanks, to joint forces in equilibrium."""
 
 
 def rubbing_joints(mechanism: Mechanism) -> tuple[tuple[int, Friction], ...]:
-    """Numbers of the joints with friction, in the order of `Structure.joints`, and it."""
+    """Numbers and friction of the joints with friction, in the order of `Structure.joints`."""
     return _rubbing(mechanism) if mechanism.friction else ()
 
 
@@ -47,19 +47,19 @@ def _rubbing(mechanism: Mechanism) -> tuple[tuple[int, Friction], ...]:
 def with_friction(
     motion: Motion, balance: Balance, vibrating: Mapping[int, tuple[Columns, Columns]] | None = None
 ) -> JointForces:
-    """Joint forces with the friction that they cause; those without where no joint has any.
+    """Joint forces including the friction they cause.
 
     Parameters
     ----------
     balance
-        The forces for given friction; they are linear in it, the flanks of gears being given.
+        Joint forces for given friction; linear in it for given gear flanks.
     vibrating
-        Rates that links which vibrate add to those of the motion, and up to which rates joints creep [rad/s or m/s], by
-        the joint's number: there Coulomb's friction rises with the rate instead of changing its sign at once.
+        By joint number: rates added by vibrating links, and the largest creep rate [rad/s or m/s]. Below the creep
+        rate, Coulomb friction is proportional to the rate instead of changing its sign abruptly.
 
     Returns
     -------
-    nan at positions at which friction may lock the mechanism.
+    Joint forces, nan at positions where friction may lock the mechanism.
     """
     rubbing = rubbing_joints(motion.mechanism)
     forces = balance(None, None)
@@ -72,14 +72,14 @@ def with_friction(
     else:
         directions = sliding_directions(motion, sliding)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        for _ in range(FLANKS):
+        for _ in range(MAX_FLANK_ROUNDS):
             efforts, feedback = _efforts(motion, balance, forces, sliding, directions)
             rubbed = balance(efforts, None)
             turned = [rubbed.flank[number] != flank for number, flank in forces.flank.items()]
             if not np.any(turned):
                 break
             forces = balance(None, rubbed.flank)
-        for differs in turned:  # neither flank agrees with what friction makes of it
+        for differs in turned:  # neither flank is consistent with its friction
             feedback = np.where(differs, np.maximum(feedback, 1.0), feedback)
     rubbed = replace(rubbed, feedback=feedback, sliding=sliding)
     if np.any(rubbed.locked):
@@ -88,9 +88,9 @@ def with_friction(
 
 
 def sliding_directions(motion: Motion, sliding: Mapping[int, Columns]) -> dict[int, Reals]:
-    """Signs of the rates of joints, child from parent, by their numbers, shape (..., positions).
+    """Signs of the joint rates, child from parent, by joint number, (..., positions).
 
-    0.0 where nothing slides: below `STILL` of the speed of the mechanism's fastest point at that position.
+    0.0 at rest: below `REST_RATE` times the speed of the mechanism's fastest point at that position.
     """
     fastest, spin = speeds(motion)
     return {
@@ -100,25 +100,25 @@ def sliding_directions(motion: Motion, sliding: Mapping[int, Columns]) -> dict[i
 
 
 def direction_of(rate: Reals, scale: Reals) -> Reals:
-    """Sign of a rate; 0.0 where it is round-off beside the mechanism's speed."""
-    return np.where(np.abs(rate) > STILL * scale, np.sign(rate), 0.0)
+    """Sign of a rate; 0.0 if it is round-off relative to the mechanism's speed."""
+    return np.where(np.abs(rate) > REST_RATE * scale, np.sign(rate), 0.0)
 
 
 def creep_rate(motion: Motion, number: int) -> float:
-    """Rate up to which a joint creeps that would stick [rad/s or m/s]: a share of its greatest of the motion.
+    """Largest creep rate of a joint [rad/s or m/s], relative to its largest rate.
 
-    Of the mechanism's speed where the joint does not move by itself.
+    If the joint does not move, relative to the mechanism's speed.
     """
     fastest, spin = speeds(motion)
     scale = float(np.max(spin if motion.places[number].turns else fastest))
     greatest = float(np.abs(sliding_rate(motion, number)).max())
-    return CREEP * (greatest if greatest > STILL * scale else scale or 1.0)
+    return CREEP_SHARE * (greatest if greatest > REST_RATE * scale else scale or 1.0)
 
 
 def friction_per_rate(motion: Motion, forces: JointForces, creep: Mapping[int, Columns]) -> dict[int, Reals]:
-    """Coulomb's efforts of friction over the rates of their joints [N m s or N s/m], shape (..., positions).
+    """Coulomb effort per joint rate [N m s or N s/m], shape (..., positions).
 
-    By the joint's number, for the creep of `with_friction`.
+    By joint number, for the creep of `with_friction`.
     """
     per_rate = {}
     for number, friction in rubbing_joints(motion.mechanism):
@@ -135,9 +135,9 @@ def sliding_rate(motion: Motion, number: int) -> Reals:
 
 
 def speeds(motion: Motion) -> tuple[Reals, Reals]:
-    """Speed of the mechanism's fastest point [m/s] and its greatest angular velocity [rad/s], shape (..., positions).
+    """Speed of the fastest point [m/s] and largest angular velocity [rad/s], (..., positions).
 
-    The latter at least as if that point were the farthest one of the largest link.
+    The latter is at least that of a rotation of the largest link at the speed of the fastest point.
     """
     sizes, omega = extents(motion.mechanism), np.abs(motion.angular_velocity)
     fastest = np.max([np.abs(motion.velocity[at]) + omega[at] * size for at, size in enumerate(sizes)], axis=0)
@@ -146,26 +146,26 @@ def speeds(motion: Motion) -> tuple[Reals, Reals]:
 
 
 def friction_power(motion: Motion, forces: JointForces) -> Reals:
-    """Power that friction of the joints turns into heat [W], shape (..., positions)."""
+    """Power dissipated by joint friction [W], shape (..., positions)."""
     parts = (-effort * forces.sliding[number] for number, effort in forces.friction.items())
     return np.zeros(motion.columns) + sum(parts, start=0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class _Contacts:
-    """Pressing forces at the joints with friction, linear in the efforts of friction.
+    """Contact forces at joints with friction, linear in the friction efforts.
 
     Attributes
     ----------
     strength
-        Coulomb's effort per pressing force, with the sign against the motion, shape (joints, ..., positions).
+        Coulomb effort per contact force, signed against the motion, shape (joints, ..., positions).
     given
-        Viscous efforts, of the same shape.
+        Viscous efforts, same shape.
     pins
-        Whether a joint is a pin, shape (joints,).
+        Whether each joint is a pin, shape (joints,).
     base, influence
-        Pressing forces without friction, shape (joints, 2, ..., positions), and for a unit of every effort, shape
-        (joints, joints, 2, ..., positions): x and y of a pin's force; of a slider's N and 2 M / length.
+        Contact forces without friction, shape (joints, 2, ..., positions), and per unit of each effort, shape
+        (joints, joints, 2, ..., positions): x and y of a pin's force; N and 2 M / length of a slider.
     """
 
     strength: Reals
@@ -175,17 +175,17 @@ class _Contacts:
     influence: Reals
 
     def pressing(self, efforts: Reals) -> Reals:
-        """Components of the pressing forces under efforts of friction of shape (joints, ..., positions)."""
+        """Contact force components for efforts of shape (joints, ..., positions)."""
         components: Reals = self.base + np.einsum("ijk...,j...->ik...", self.influence, efforts)
         return components
 
     def size(self, pressing: Reals) -> Reals:
-        """Magnitude of the pressing forces, the second axis of their components gone."""
+        """Magnitudes of the contact forces, from components along the second axis."""
         return np.array([np.hypot(*each) if pin else np.abs(each).max(axis=0)
                          for pin, each in zip(self.pins, pressing, strict=True)])  # fmt: skip
 
     def slopes(self, pressing: Reals) -> Reals:
-        """Derivatives of `size`, of the shape of its argument; the greater of two at a slider, 0 at a pin's zero."""
+        """Derivatives of `size`, in the argument's shape; 0 at zero force of a pin."""
         slopes = np.zeros_like(pressing)
         for pin, each, slope in zip(self.pins, pressing, slopes, strict=True):
             if pin:
@@ -197,14 +197,14 @@ class _Contacts:
         return slopes
 
     def caused(self, efforts: Reals) -> Reals:
-        """Efforts of friction caused by the pressing forces under given ones."""
+        """Friction efforts caused by the contact forces under given efforts."""
         return self.given - self.strength * self.size(self.pressing(efforts))
 
     @property
     def feedback(self) -> Reals:
-        """Spectral radius of the efforts caused per effort, shape (..., positions): below 1 there is one answer."""
+        """Spectral radius of the friction loop gain, (..., positions): unique solution below 1."""
         sizes = np.array([self.size(row) for row in np.swapaxes(self.influence, 0, 1)])
-        rows = np.moveaxis(np.abs(self.strength) * sizes, (1, 0), (-2, -1))  # [i, j]: of effort i by effort j
+        rows = np.moveaxis(np.abs(self.strength) * sizes, (1, 0), (-2, -1))  # [i, j]: effort i by effort j
         good = np.isfinite(rows).all(axis=(-2, -1))
         found = np.zeros(good.shape)
         found[good] = np.abs(np.linalg.eigvals(rows[good])).max(axis=-1)
@@ -218,11 +218,11 @@ def _efforts(
     sliding: Mapping[int, Columns],
     directions: Mapping[int, Reals],
 ) -> tuple[dict[int, Reals], Reals]:
-    """Efforts of friction by the joint's number, and its feedback, for the flanks of given forces without friction."""
+    """Friction efforts by joint number, and loop gain, for the flanks of given forces."""
     contacts = _contacts(motion, balance, forces, sliding, directions)
     feedback = contacts.feedback
     efforts, off = _solved(contacts, feedback < 1.0)
-    feedback = np.where(off > SETTLED, np.maximum(feedback, 1.0), feedback)
+    feedback = np.where(off > MAX_RESIDUAL, np.maximum(feedback, 1.0), feedback)
     return dict(zip(directions, efforts, strict=True)), feedback
 
 
@@ -251,7 +251,7 @@ def _contacts(
     first = _Contacts(strength, given, pins, base, np.zeros((len(rubbing), *base.shape)))
     influence = np.empty((len(rubbing), *base.shape))
     for k, ((number, _), effort) in enumerate(zip(rubbing, first.caused(0.0 * given), strict=True)):
-        unit = float(np.abs(effort[np.isfinite(effort)]).max(initial=0.0)) or 1.0  # of the size that comes to act
+        unit = float(np.abs(effort[np.isfinite(effort)]).max(initial=0.0)) or 1.0  # expected magnitude
         influence[:, k] = (pressing(balance({number: unit}, forces.flank)) - base) / unit
     return replace(first, influence=influence)
 
@@ -259,23 +259,23 @@ def _contacts(
 def _pressing(
     place: JointPlace, friction: Friction, force: Columns, moment: Columns, columns: tuple[int, ...]
 ) -> Reals:
-    """Pressing force at a joint, shape (2, ..., positions): force of a pin, N and 2 M / length of a slider."""
+    """Contact force components, (2, ..., positions): pin force, or N and 2 M / length."""
     parts = place.pressing(force, moment, friction.length)
     return np.array([np.broadcast_to(part, columns) for part in parts])
 
 
 def _solved(contacts: _Contacts, sought: Flags) -> tuple[Reals, Reals]:
-    """Efforts that cause themselves, shape (joints, ..., positions), and how far they are from it as a share.
+    """Solve for self-consistent efforts, (joints, ..., positions), with relative residual.
 
-    Newton's method; where it brings no progress what the efforts cause is taken, a step that never fails where they are
-    `sought`, the feedback being below 1.
+    Newton's method. Without progress it takes a fixed-point step, which always converges at `sought` positions, with
+    loop gain below 1.
     """
     efforts = contacts.caused(np.zeros_like(contacts.given))
     size = _sizes(contacts, efforts)
     caused = contacts.caused(efforts)
     off = np.max(np.abs(caused - efforts) / size, axis=0)
-    for _ in range(ROUNDS):
-        if not np.any(sought & (off > EXACT)):
+    for _ in range(MAX_STEPS):
+        if not np.any(sought & (off > TOLERANCE)):
             break
         newton = efforts + _newton_step(contacts, efforts, caused - efforts)
         next_caused = contacts.caused(newton)
@@ -287,7 +287,7 @@ def _solved(contacts: _Contacts, sought: Flags) -> tuple[Reals, Reals]:
 
 
 def _sizes(contacts: _Contacts, efforts: Reals) -> Reals:
-    """Sum of the magnitudes of the parts of efforts, to measure differences by."""
+    """Sum of the magnitudes of the terms of efforts, the reference for differences."""
     influences = np.einsum("ijk...,j...->ik...", np.abs(contacts.influence), np.abs(efforts))
     parts = contacts.size(np.abs(contacts.base) + influences)
     return np.abs(contacts.given) + np.abs(contacts.strength) * parts + np.finfo(float).tiny

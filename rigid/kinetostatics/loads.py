@@ -1,4 +1,4 @@
-"""Loads of the links: inertia and weight along beams, line loads, and loads at points."""
+"""Loads of the links: inertia and weight along beams, line loads, point loads."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from rigid.plane import ZERO, cross
 
 
 def beam_loads(motion: Motion) -> Complexes:
-    """Distributed load of every beam in its own axes, as a polynomial in xi = x'/l.
+    """Distributed load of each beam in its own axes, as a polynomial in xi = x'/l.
 
-    Inertia and weight, `q = -m' conj(e) (a0 - g + (i eps - w^2) e x')`, and the line loads.
+    Inertia and weight, `q = -m' conj(e) (a0 - g + (i eps - w^2) e x')`, and line loads.
 
     Returns
     -------
     q_x + i q_y [N/m], complex, shape (2, beams, ..., positions), beams in the order of `Mechanism.beams`; more
-    coefficients where the mass per length is not constant.
+    coefficients for a variable mass per length.
     """
     mechanism = motion.mechanism
     table = beam_constants(mechanism, len(motion.columns))
@@ -48,11 +48,11 @@ def beam_loads(motion: Motion) -> Complexes:
 
 
 def beam_couples(motion: Motion) -> Reals | None:
-    """Moments per length that turn the sections of the beams with their links, as polynomials in xi.
+    """Moments per length of the beams' rotary inertia, as polynomials in xi.
 
     Returns
     -------
-    `-rho I eps` [N], counter-clockwise on the beam, shape (n, beams, ..., positions); None where no beam has any.
+    `-rho I eps` [N], counter-clockwise on the beam, shape (n, beams, ..., positions), or None if all are zero.
     """
     table = beam_constants(motion.mechanism, len(motion.columns))
     if table.rotary is None:
@@ -62,7 +62,7 @@ def beam_couples(motion: Motion) -> Reals | None:
 
 
 def _relative_acceleration(motion: Motion, links: slice | list[int]) -> Complexes:
-    """Acceleration of the origins of some links less gravity [m/s^2], complex."""
+    """Acceleration of the origins of some links minus gravity [m/s^2], complex."""
     acceleration, gravity = motion.acceleration[links], motion.mechanism.gravity
     relative: Complexes = acceleration - gravity if isinstance(gravity, np.ndarray) or gravity else acceleration
     return relative
@@ -77,7 +77,7 @@ def beam_directions(motion: Motion) -> Complexes:
 
 
 def line_load_in_beam_axes(motion: Motion, load: LineLoad) -> tuple[Columns, Columns]:
-    """A line load at the beam's two ends in the beam's axes [N/m], complex."""
+    """Values of a line load at the beam's ends, in the beam's axes [N/m], complex."""
     number = motion.mechanism.beam_number(load.link, load.beam)
     turned = 1.0 if load.turning else np.conj(beam_directions(motion)[number])
     factor = turned if load.law is None else turned * load.law(motion)
@@ -85,11 +85,11 @@ def line_load_in_beam_axes(motion: Motion, load: LineLoad) -> tuple[Columns, Col
 
 
 def point_loads(motion: Motion) -> Iterator[tuple[int, str, Columns, Columns]]:
-    """Concentrated loads of the links: inertia and weight of lumps, and the loads given at points.
+    """Yield point loads of the links: inertia and weight of lumps, and given loads.
 
     Yields
     ------
-    Link's number, point's name, force in the ground's axes [N], complex, and moment about the point [N m].
+    Link number, point name, force in the ground's axes [N], complex, and moment about the point [N m].
     """
     mechanism = motion.mechanism
     for at, link in enumerate(mechanism.links):
@@ -107,12 +107,12 @@ def point_loads(motion: Motion) -> Iterator[tuple[int, str, Columns, Columns]]:
 
 
 def _forces(load: Load, motion: Motion) -> Iterator[PointForce]:
-    """Forces of a load at points.
+    """Yield the point forces of a load.
 
     Raises
     ------
     MechanismError
-        It acts on a point that it does not name.
+        The load acts on a point missing from its `points`.
     """
     known = set(load.points)
     for force in load.forces(motion):
@@ -123,7 +123,7 @@ def _forces(load: Load, motion: Motion) -> Iterator[PointForce]:
 
 
 def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:
-    """All loads of every link but the joint forces, reduced to the origin of its axes.
+    """All loads of each link except joint forces, reduced to the origin of its axes.
 
     Returns
     -------
@@ -143,11 +143,11 @@ def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:
 
 
 def given_loads(motion: Motion) -> Iterator[tuple[int, Columns, Columns]]:
-    """The loads of a mechanism one by one, inertia and weight left out.
+    """Yield the given loads one by one, without inertia and weight.
 
     Yields
     ------
-    Link's number, force in the ground's axes [N], complex, and moment about the origin of the link's axes [N m].
+    Link number, force in the ground's axes [N], complex, and moment about the origin of the link's axes [N m].
     """
     mechanism = motion.mechanism
     for load in mechanism.loads:

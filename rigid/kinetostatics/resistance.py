@@ -1,4 +1,4 @@
-"""Loads that depend on the direction of motion: pressure on a pump's piston, rubbing of a blade."""
+"""Loads that depend on the direction of motion: pump pressure, blade friction."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from rigid.points import velocity_of
 
 @dataclass(frozen=True, eq=False)
 class Resistance:
-    """A load at a point that resists the motion of its point, as far as its power is negative.
+    """Load at a point that opposes the motion of its point.
 
     Attributes
     ----------
     load
-        Force and moment while they resist.
+        Force and moment for the resisting direction.
     one_way
-        Whether there is none while it would help the motion; else it is reversed then. At rest there is none.
+        If True, the load vanishes while it would help the motion; otherwise it is reversed. At rest it is zero.
 
     Examples
     --------
-    A blade at the end of an arm that swings to and fro rubs with 3 N along the way, wherever it goes:
+    A blade at the end of an oscillating arm resists with 3 N against its motion:
 
     >>> from rigid import Link, Mechanism, PinDrive, motion
     >>> links = (Link("ground", {"O": 0}), Link("arm", {"O": 0, "A": 1.0}))
@@ -42,26 +42,26 @@ class Resistance:
 
     @property
     def link(self) -> str:
-        """That is loaded."""
+        """The loaded link."""
         return self.load.link
 
     @property
     def point(self) -> str:
-        """Where it is."""
+        """The loaded point."""
         return self.load.point
 
     @property
     def law(self) -> Law | None:
-        """Of the load."""
+        """Law of the load."""
         return self.load.law
 
     @property
     def points(self) -> Iterable[tuple[str, str]]:
-        """Where it acts."""
+        """Link and point of the load."""
         return self.load.points
 
     def forces(self, motion: Motion) -> Iterable[PointForce]:
-        """The force in the ground's axes and the moment at every position."""
+        """Force in the ground's axes and moment at every position."""
         fastest, spin = speeds(motion)
         for link, point, force, moment in self.load.forces(motion):
             power = dot(np.asarray(force), velocity_of(motion, link, point))

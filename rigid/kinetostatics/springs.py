@@ -1,4 +1,4 @@
-"""Springs and dampers between two links, as loads: members of `Mechanism.loads`."""
+"""Springs and dampers between two links, as loads in `Mechanism.loads`."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from rigid.points import position_of, velocity_of
 
 @dataclass(frozen=True, eq=False)
 class Spring:
-    """A straight spring and damper from a point of one link to a point of another.
+    """Straight spring and damper between points of two links.
 
-    Its tension is `preload + stiffness (L - length) + damping dL/dt`, L the distance of the two points.
+    Its tension is `preload + stiffness (L - length) + damping dL/dt`, with the distance L of the two points.
 
     Attributes
     ----------
     link, point
-        One end.
+        First end.
     on, anchor
-        The other end: a link, the ground where left out, and its point.
+        Other end: a link, by default the ground, and its point.
     stiffness
         [N/m].
     length
-        Distance at which the tension is `preload` [m]; 0 for a spring whose pull goes with the distance itself.
+        Distance with tension `preload` [m]; 0 for a pull proportional to the distance.
     damping
         [N s/m].
     preload
@@ -37,7 +37,7 @@ class Spring:
 
     Examples
     --------
-    A spring of 100 N/m, 1 m long when free, stretched to 3 m along x, pulls its end back with 200 N:
+    A spring of 100 N/m with a free length of 1 m, stretched to 3 m along x, pulls its end back with 200 N:
 
     >>> from rigid import Link, Mechanism, PinDrive, Spring, motion
     >>> links = (Link("ground", {"O": 0}), Link("arm", {"O": 0, "A": 3.0}))
@@ -58,11 +58,11 @@ class Spring:
 
     @property
     def points(self) -> Iterable[tuple[str, str]]:
-        """Its two ends."""
+        """Both ends."""
         return (self.link, self.point), (self.on, self.anchor)
 
     def forces(self, motion: Motion) -> Iterable[PointForce]:
-        """Pull on its two ends; nan where they meet while it is tight, for then it has no direction."""
+        """Pull on both ends; nan for coincident ends under tension, without a direction."""
         vector = self._vector(motion)
         reach = np.abs(vector)
         tension = self.preload + self.stiffness * (reach - self.length)
@@ -74,12 +74,12 @@ class Spring:
         return (self.link, self.point, -pull, 0.0), (self.on, self.anchor, pull, 0.0)
 
     def energy(self, motion: Motion) -> Reals:
-        """Stored energy [J], 0 at the length where its tension is `preload`, shape (..., positions)."""
+        """Stored energy [J], 0 at tension `preload`, shape (..., positions)."""
         stretch = np.abs(self._vector(motion)) - self.length
         return self.preload * stretch + self.stiffness * stretch**2 / 2
 
     def dissipation(self, motion: Motion) -> Reals:
-        """Power that its damper turns into heat [W], shape (..., positions)."""
+        """Power dissipated by the damper [W], shape (..., positions)."""
         vector = self._vector(motion)
         power: Reals = self.damping * (dot(vector, self._opening(motion)) / np.abs(vector)) ** 2
         return power
@@ -93,20 +93,20 @@ class Spring:
 
 @dataclass(frozen=True, eq=False)
 class TorsionSpring:
-    """A spring and damper that turns one link against another about a pin.
+    """Torsion spring and damper between two links at a pin.
 
-    Its moment on `link` is `-(preload + stiffness (theta - angle) + damping dtheta/dt)`, the opposite on `on`; theta is
-    the angle of the axes of `link` from those of `on`. Where a drive turns the pin, theta is the drive's coordinate,
-    over any number of turns; elsewhere the value within half a turn of `angle`.
+    Its moment on `link` is `-(preload + stiffness (theta - angle) + damping dtheta/dt)`, the opposite on `on`; theta
+    is the angle of the axes of `link` from those of `on`. At a driven pin theta is the drive's coordinate, over any
+    number of turns; otherwise it is the value within half a turn of `angle`.
 
     Attributes
     ----------
     link, at, on
-        The link, the pin that both share, and the other link: the ground where left out.
+        The link, the common pin, and the other link, by default the ground.
     stiffness
         [N m/rad].
     angle
-        theta at which its moment is -`preload` [rad].
+        Angle theta with moment -`preload` [rad].
     damping, preload
         [N m s/rad], [N m].
     """
@@ -121,11 +121,11 @@ class TorsionSpring:
 
     @property
     def points(self) -> Iterable[tuple[str, str]]:
-        """The pin, on both links."""
+        """Pin, on both links."""
         return (self.link, self.at), (self.on, self.at)
 
     def forces(self, motion: Motion) -> Iterable[PointForce]:
-        """Moments on the two links."""
+        """Moments on both links."""
         moment = self.preload + self.stiffness * self._winding(motion) + self.damping * self._rate(motion)
         return (self.link, self.at, 0.0, -moment), (self.on, self.at, 0.0, moment)
 
@@ -135,7 +135,7 @@ class TorsionSpring:
         return self.preload * winding + self.stiffness * winding**2 / 2
 
     def dissipation(self, motion: Motion) -> Reals:
-        """Power that its damper turns into heat [W], shape (..., positions)."""
+        """Power dissipated by the damper [W], shape (..., positions)."""
         return self.damping * self._rate(motion) ** 2
 
     def _winding(self, motion: Motion) -> Reals:

@@ -1,4 +1,4 @@
-"""Joint forces that balance the loads of the links, and the efforts of the drives among them."""
+"""Joint forces in equilibrium with the loads of the links, including drive efforts."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from rigid.kinetostatics.loads import given_loads, link_loads
 
 
 def reactions(motion: Motion) -> JointForces:
-    """Forces in all joints and on the ground; nan at singular positions, and where statics alone does not tell them.
+    """Forces in all joints and on the ground; nan if singular or statically undetermined.
 
-    Nan as well where friction may lock the mechanism. In the order of `motion.structure.joints`; each acts on the
+    Also nan where friction may lock the mechanism. In the order of `motion.structure.joints`; each force acts on the
     joint's child link, its opposite on the parent.
     """
     forces = with_friction(motion, lambda friction, flank: balancing_forces(motion, (), flank, friction))
@@ -31,7 +31,7 @@ def reactions(motion: Motion) -> JointForces:
     states = self_stresses(motion.closures, forces.flank)
     for number in forces.friction:
         if any(np.any(np.abs(state.force[number]) + np.abs(state.moment[number]) > UNSTRESSED) for state in states):
-            forces.mark(True)  # what presses there, statics alone does not tell, and so nothing of what it moves
+            forces.mark(True)  # an undetermined contact force makes all forces with friction undetermined
     for state in states:
         for values, parts in ((forces.force, state.force), (forces.moment, state.moment)):
             for number, part in enumerate(parts):
@@ -40,7 +40,7 @@ def reactions(motion: Motion) -> JointForces:
 
 
 def _open_where(value: Columns, part: Columns) -> Columns:
-    """nan in every component that a self-stress has a part in."""
+    """Set components with a share in a self-stress to nan."""
     if not np.iscomplexobj(part):
         return np.where(np.abs(part) > UNSTRESSED, np.nan, value) if np.any(np.abs(part) > UNSTRESSED) else value
     result = np.empty(np.broadcast(value, part).shape, complex)
@@ -55,19 +55,19 @@ def balancing_forces(
     flank: Mapping[int, Columns] | None = None,
     friction: Mapping[int, Columns] | None = None,
 ) -> JointForces:
-    """Joint forces in balance with all loads: the only ones, or where there are self-stresses one set of many.
+    """Joint forces in equilibrium with all loads; with self-stresses, one of many solutions.
 
-    Friction of the joints is among the loads as it is given here, whatever the mechanism's.
+    Joint friction is an explicit load here; the mechanism's own friction is ignored.
 
     Parameters
     ----------
     more
-        Loads besides the mechanism's: link's number, force in the ground's axes [N], complex, and moment about the
-        origin of the link's axes [N m].
+        Additional loads: link number, force in the ground's axes [N], complex, and moment about the origin of the
+        link's axes [N m].
     flank
-        Of the gears' teeth, as in `JointForces`; those that the efforts load unless said.
+        Loaded flanks of the gears' teeth, see `JointForces`; by default those loaded by the efforts.
     friction
-        By the number of a joint, as in `JointForces`.
+        Friction efforts by joint number, see `JointForces`.
     """
     with np.errstate(invalid="ignore", over="ignore"):
         force, moment = link_loads(motion)
@@ -77,9 +77,9 @@ def balancing_forces(
 
 
 def force_condition(motion: Motion, forces: JointForces) -> Reals:
-    """By how much round-off grows in joint forces, shape (..., positions): like `Motion.condition`, and more.
+    """Amplification of round-off in joint forces, (..., positions), see `Motion.condition`.
 
-    Where loads nearly balance without them, what is left of the forces is wrong by a larger share.
+    It is larger where loads nearly cancel, so that the remaining forces have a larger relative error.
     """
     mechanism = motion.mechanism
     mass, first, second = (np.abs(part) for part in mass_constants(mechanism, len(motion.columns)))
@@ -109,9 +109,9 @@ def force_condition(motion: Motion, forces: JointForces) -> Reals:
 
 
 def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
-    """Moment [N m] or force [N] of every drive along its coordinate, shape (drives, ..., positions).
+    """Moment [N m] or force [N] of each drive along its coordinate, (drives, ..., positions).
 
-    That of its rotor's inertia is part of it, which no joint bears.
+    It includes the effort of the rotor's inertia, which does not load the joints.
     """
     efforts = np.empty((len(motion.mechanism.drives), *motion.columns))
     for number, place in enumerate(motion.places):
@@ -124,7 +124,7 @@ def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
 
 
 def _effort(place: JointPlace, force: Columns, moment: Columns) -> Columns:
-    """As `JointPlace.effort`; an open force across a slider's line does not matter."""
+    """Like `JointPlace.effort`, but ignore an undetermined force normal to a slider's line."""
     if place.turns:
         return moment
     parts = (np.real(place.along), np.real(force)), (np.imag(place.along), np.imag(force))

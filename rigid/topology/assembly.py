@@ -1,4 +1,4 @@
-"""A mechanism put together near its drawing, with any drives or none, even where it is redundant."""
+"""Assembly of a mechanism near its drawing, with any drives, even if redundant."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from rigid.plane import cross
 from rigid.postures import Posture
 from rigid.topology.kinematic_pairs import pairs
 
-CLOSED = 1e-9  # opening over the mechanism's size below which a joint is closed
-LITTLE = 1e-3  # opening over the size that rounded dimensions may leave
-STEPS = 40  # of damped least squares
+MAX_GAP = 1e-9  # largest gap of a closed joint, relative to the mechanism's size
+MAX_ROUNDED_GAP = 1e-3  # largest gap due to rounded dimensions, relative to the size
+MAX_STEPS = 40  # largest number of damped least-squares steps
 
 
 def assembled(mechanism: Mechanism) -> Posture:
-    """Posture of a mechanism put together near its drawing, with any drives or none; of designs, the first.
+    """Posture of a mechanism assembled near its drawing, for the first design.
 
-    The links keep their shapes and are moved until the joints close, by damped least squares: the damping goes with the
-    opening that is left, so that a redundant mechanism, whose equations are singular when it closes, converges as fast.
+    Rigid links are moved until the joints close, by damped least squares. The damping is proportional to the remaining
+    gap, so a redundant mechanism, with singular equations when closed, converges as fast.
 
     Raises
     ------
     MechanismError
-        It does not close near the drawing; names the joint that stays open. A link of which no point is drawn.
+        The mechanism does not close near the drawing (names the open joint), or a link has no drawn point.
     """
     named = pairs(mechanism)
     joints = [pair.joint.of_first_design() for pair in named if pair.joint is not None]
@@ -38,7 +38,7 @@ def assembled(mechanism: Mechanism) -> Posture:
     size = _size(here, joints)
     gap = _gaps(here, joints, size)
     damping = 1.0
-    for _ in range(STEPS):
+    for _ in range(MAX_STEPS):
         opening = float(np.linalg.norm(gap))
         if opening < 1e-15 or damping > 1e12:
             break
@@ -53,9 +53,9 @@ def assembled(mechanism: Mechanism) -> Posture:
     welds = [row for row, joint in enumerate(joints) if not joint.freedoms]
     worst = np.abs(gap[: 2 * len(joints)]).reshape(-1, 2).max(axis=1)
     worst[welds] = np.maximum(worst[welds], np.abs(gap[2 * len(joints) :]))
-    if worst.size and worst.max() > CLOSED:
+    if worst.size and worst.max() > MAX_GAP:
         pair = named[int(worst.argmax())]
-        little = ": if dimensions are rounded, give more digits" if worst.max() < LITTLE else ""
+        little = ": if dimensions are rounded, give more digits" if worst.max() < MAX_ROUNDED_GAP else ""
         raise MechanismError(
             f'the mechanism does not close near its drawing: {pair.kind} "{pair.name}" of "{pair.start}" and '
             f'"{pair.end}" stays open by {worst.max() * size:.3g} m{little}',
@@ -67,16 +67,16 @@ def assembled(mechanism: Mechanism) -> Posture:
 
 
 def flat_triangles(here: Posture) -> tuple[tuple[str, str, str], ...]:
-    """Three links each, pinned to one another at three points in one line: singular in every position.
+    """Triples of links pinned at three collinear points, singular in every position.
 
-    A bar with three joints drawn as three bars is one; it should be one link with three points.
+    They occur if a bar with three joints is drawn as three bars; it should be one link with three points.
     """
     links = here.mechanism.links
     holders: dict[str, list[int]] = {}
     for number, link in enumerate(links):
         for point in link.points:
             holders.setdefault(point, []).append(number)
-    shared: dict[int, dict[int, str]] = {number: {} for number in range(len(links))}  # a pin with each later link
+    shared: dict[int, dict[int, str]] = {number: {} for number in range(len(links))}  # common pins with each later link
     for number, link in enumerate(links):
         for point in link.points:
             for other in holders[point]:
@@ -90,7 +90,7 @@ def flat_triangles(here: Posture) -> tuple[tuple[str, str, str], ...]:
                 continue
             carriers = (links[first].name, links[first].name, links[second].name)
             a, b, c = (_first(here.point(link, point)) for link, point in zip(carriers, pins, strict=True))
-            if abs(cross(b - a, c - a)) <= CLOSED * max(abs(b - a), abs(c - a), abs(b - c)) ** 2:
+            if abs(cross(b - a, c - a)) <= MAX_GAP * max(abs(b - a), abs(c - a), abs(b - c)) ** 2:
                 triangles.append((links[first].name, links[second].name, links[third].name))
     return tuple(triangles)
 
@@ -100,7 +100,7 @@ def _first(value: Complex) -> complex:
 
 
 def _drawn(mechanism: Mechanism) -> Posture:
-    """Every link laid on its drawn points; those of one design, with scalar lengths."""
+    """Place each link by its drawn points; for one design, with scalar lengths."""
     drawing = Drawing(mechanism)
     origin = np.zeros(len(mechanism.links), complex)
     direction = np.ones(len(mechanism.links), complex)
@@ -116,17 +116,14 @@ def _drawn(mechanism: Mechanism) -> Posture:
 
 
 def _size(here: Posture, joints: list[Joint]) -> float:
-    """Size that openings are measured by: the greatest extent of the joints [m], 1 where there is none."""
+    """Reference size of gaps: largest extent of the joints [m], or 1."""
     places = [here.place(link, joint.at(link)) for joint in joints for link in (joint.owner, joint.block)]
     extent = max((abs(place - places[0]) for place in places), default=0.0)
     return float(extent) or 1.0
 
 
 def _gaps(here: Posture, joints: list[Joint], size: float) -> Reals:
-    """How far every joint is open, lengths over the size: (x, y) of a pin, (angle, across) of a slider.
-
-    Then the rotations of the welds.
-    """
+    """Scaled joint gaps: (x, y) of a pin, (angle, across) of a slider; then weld rotations."""
     rows = np.array([joint.gap(here) for joint in joints], complex)
     slides = np.array([not joint.turns for joint in joints], bool)
     gaps = np.stack([np.where(slides, rows.real, rows.real / size), rows.imag / size], axis=-1).ravel()
@@ -134,7 +131,7 @@ def _gaps(here: Posture, joints: list[Joint], size: float) -> Reals:
 
 
 def _gap_matrix(here: Posture, joints: list[Joint], size: float) -> Reals:
-    """Derivative of the gaps by (x, y, angle) of every moving link, lengths over the size."""
+    """Jacobian of the gaps by (x, y, angle) of moving links, lengths relative to the size."""
     matrix = np.zeros((2 * len(joints), 3 * len(here.origin)))
     for row, joint in enumerate(joints):
         place = joint_place(here, joint)
@@ -153,7 +150,7 @@ def _gap_matrix(here: Posture, joints: list[Joint], size: float) -> Reals:
 
 
 def _moved(here: Posture, step: Reals, size: float) -> Posture:
-    """Every moving link displaced and turned."""
+    """Displace and rotate each moving link."""
     x, y, angle = step.reshape(-1, 3).T
     origin, direction = here.origin.copy(), here.direction.copy()
     origin[1:] += size * (x + 1j * y)

@@ -14,7 +14,7 @@ from rigid.parts import MechanismError
 
 @dataclass(frozen=True)
 class Branch:
-    """An oriented branch: a joint between two links, or a bar between two joints."""
+    """Oriented branch: a joint between two links, or a bar between two joints."""
 
     name: str
     start: str
@@ -23,26 +23,26 @@ class Branch:
 
 @dataclass(frozen=True)
 class Graph:
-    """An oriented graph.
+    """Oriented graph.
 
     Parameters
     ----------
     branches
-        In the order of the columns of its matrices. Several may join the same two nodes.
+        Columns of its matrices. Several branches may connect the same two nodes.
     nodes
-        In the order of the rows; as the branches first mention them where left out.
+        Rows of its matrices; by default in the order of the branches.
 
     Raises
     ------
     MechanismError
-        A branch begins or ends at a node that is not there, or where it begins.
+        A branch has an unknown node, or equal ends.
     """
 
     branches: tuple[Branch, ...]
     nodes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Find the nodes and see that every branch has two of them."""
+        """Collect the nodes and check the ends of every branch."""
         mentioned = dict.fromkeys(node for branch in self.branches for node in (branch.start, branch.end))
         object.__setattr__(self, "nodes", tuple(self.nodes or mentioned))
         for branch in self.branches:
@@ -54,7 +54,7 @@ class Graph:
 
 
 def incidence(graph: Graph) -> Integers:
-    """Incidence matrix A, shape (nodes, branches): +1 where a branch leaves a node, -1 where it enters.
+    """Incidence matrix A, (nodes, branches): +1 if a branch leaves a node, -1 if it enters.
 
     References
     ----------
@@ -76,12 +76,12 @@ def incidence(graph: Graph) -> Integers:
 
 
 def graph_from_incidence(matrix: ArrayLike, nodes: Sequence[str] = (), branches: Sequence[str] = ()) -> Graph:
-    """The graph that has a given incidence matrix; names are 1, 2, ... where left out.
+    """Graph of an incidence matrix; names default to 1, 2, ...
 
     Raises
     ------
     MechanismError
-        A column that does not hold one +1, one -1 and zeros.
+        A column does not consist of one +1, one -1 and zeros.
     """
     entries = np.asarray(matrix)
     rows, columns = ([str(number + 1) for number in range(size)] for size in entries.shape)
@@ -97,7 +97,7 @@ def graph_from_incidence(matrix: ArrayLike, nodes: Sequence[str] = (), branches:
 
 
 def components(graph: Graph) -> tuple[tuple[str, ...], ...]:
-    """Nodes that hang together, part by part."""
+    """Connected components as lists of nodes."""
     root = _Roots(graph.nodes)
     for branch in graph.branches:
         root.join(branch.start, branch.end)
@@ -108,14 +108,14 @@ def components(graph: Graph) -> tuple[tuple[str, ...], ...]:
 
 
 def cyclomatic_number(graph: Graph) -> int:
-    """Number of independent loops: branches - nodes + parts."""
+    """Number of independent loops: branches - nodes + components."""
     return len(graph.branches) - len(graph.nodes) + len(components(graph))
 
 
 def spanning_tree(graph: Graph, preferred: Iterable[int] = ()) -> tuple[int, ...]:
-    """Numbers of the branches of a tree that reaches every node, ascending.
+    """Numbers of the branches of a spanning tree, ascending.
 
-    Branches are taken in their order, `preferred` ones before all others. In a graph of several parts: one tree each.
+    Branches are taken in order, `preferred` ones first. A graph of several components has one tree in each.
     """
     root = _Roots(graph.nodes)
     ends = [(branch.start, branch.end) for branch in graph.branches]
@@ -123,24 +123,24 @@ def spanning_tree(graph: Graph, preferred: Iterable[int] = ()) -> tuple[int, ...
 
 
 def fundamental_loops(graph: Graph, tree: Collection[int] | None = None) -> Integers:
-    """Fundamental loop matrix B_f, shape (loops, branches), so that A B_f^T = 0.
+    """Fundamental loop matrix B_f, shape (loops, branches), with A B_f^T = 0.
 
-    Row by row the branches outside the tree, ascending: the loop that each closes through the tree and runs along; +1
-    for a branch met along its direction, -1 against it. `B_f = [-(A_t^-1 A_l)^T : I]`, in the order of the branches.
+    One row per branch outside the tree, ascending: its loop through the tree, with +1 for a branch in the loop's
+    direction, -1 against it. `B_f = [-(A_t^-1 A_l)^T : I]`, in the order of the branches.
 
     Parameters
     ----------
     tree
-        Numbers of the tree's branches; `spanning_tree(graph)` where left out.
+        Numbers of the tree's branches; default: `spanning_tree(graph)`.
 
     Raises
     ------
     MechanismError
-        The branches given are no spanning tree.
+        The given branches are no spanning tree.
 
     References
     ----------
-    Scutaru, Vlase, Marin, equation (9), its [A]_f read as the tree's A_t.
+    Scutaru, Vlase, Marin, equation (9), with [A]_f read as the tree's A_t.
     """
     chosen = sorted(spanning_tree(graph) if tree is None else tree)
     kept = [node not in {part[-1] for part in components(graph)} for node in graph.nodes]
@@ -151,15 +151,15 @@ def fundamental_loops(graph: Graph, tree: Collection[int] | None = None) -> Inte
     reduced = incidence(graph)[kept]
     loops = np.zeros((len(chords), len(graph.branches)), np.int64)
     loops[:, chords] = np.eye(len(chords), dtype=np.int64)
-    # A_t is unimodular: its inverse has no entries but -1, 0, 1, and rounding makes it exact.
+    # A_t is unimodular: its inverse has only entries -1, 0, 1, so rounding is exact
     loops[:, chosen] = -np.rint(np.linalg.solve(reduced[:, chosen], reduced[:, chords])).astype(np.int64).T
     return loops
 
 
 def loop_walk(graph: Graph, loop: Integers) -> tuple[tuple[int, int], ...]:
-    """Branches of a loop as met on the way round, each with its sign: (number, +1 or -1).
+    """Branches along a loop with signs: (number, +1 or -1).
 
-    `loop` is a row of the fundamental loop matrix; the walk begins with its last branch, along it.
+    `loop` is a row of the fundamental loop matrix; the walk begins with its last branch, in its direction.
     """
     left = [int(number) for number in np.flatnonzero(loop)]
     steps: list[tuple[int, int]] = []
@@ -183,7 +183,7 @@ def _near_end(graph: Graph, number: int, sign: int) -> str:
 
 
 class _Roots:
-    """Which nodes hang together, while branches join."""
+    """Union-find of connected nodes."""
 
     def __init__(self, nodes: Iterable[str]) -> None:
         self.above = {node: node for node in nodes}
@@ -194,7 +194,7 @@ class _Roots:
         return node
 
     def join(self, first: str, second: str) -> bool:
-        """Join two parts; False where they are one already."""
+        """Join two components; False if already connected."""
         first, second = self.of(first), self.of(second)
         self.above[second] = first
         return first != second

@@ -1,4 +1,4 @@
-"""Input-output laws of a chain: rates as functions of rates, loads as functions of loads, at one position."""
+"""Input-output laws of a chain at one position: rates by rates, loads by loads."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from rigid.parts import MechanismError
 from rigid.topology.ranks import RANK_TOLERANCE, Chain, kinematic_matrix, link_motions, null_space
 
 Coordinate = str | tuple[str, str]
-DETERMINED = 1e-9  # relative error below which an output follows from the inputs
+MAX_ERROR = 1e-9  # largest relative error of an output determined by the inputs
 
 
 @dataclass(frozen=True)
 class Action:
-    """A load of unknown size on a link: a force [N] along a direction, or a moment [N m] about it.
+    """Load of unknown size on a link: a force [N] along a direction, or a moment [N m].
 
-    `at` [m], `force` and `moment` have three components in space; in the plane `at` and `force` have two and `moment`
+    `at` [m], `force` and `moment` have three components in space; in the plane, `at` and `force` have two and `moment`
     one. The size of the load multiplies both.
     """
 
@@ -31,18 +31,18 @@ class Action:
 
 
 def velocity_law(chain: Chain, inputs: Sequence[Coordinate], outputs: Sequence[Coordinate]) -> Reals:
-    """Rates of joint coordinates over those of others, shape (outputs, inputs).
+    """Rates of joint coordinates relative to other joint rates, shape (outputs, inputs).
 
     Parameters
     ----------
     inputs, outputs
-        Joints, by name where they have one freedom, else with the freedom: `("shaft", "Vz")`. Rates are those of the
-        joint's end link as seen from its start link [rad/s or m/s].
+        Joints, by name if they have one freedom, otherwise with the freedom: `("shaft", "Vz")`. Rates are those of the
+        joint's end link relative to its start link [rad/s or m/s].
 
     Raises
     ------
     MechanismError
-        The inputs do not determine an output, or depend on each other; there is no such coordinate.
+        The inputs do not determine an output, depend on each other, or a coordinate is unknown.
 
     Examples
     --------
@@ -61,19 +61,19 @@ def velocity_law(chain: Chain, inputs: Sequence[Coordinate], outputs: Sequence[C
 
 
 def joint_rates(chain: Chain) -> Reals:
-    """Rates of all joint coordinates in the independent motions [rad/s, m/s], shape (freedoms of all joints, m)."""
+    """Rates of all joint coordinates in the independent motions [rad/s, m/s], (freedoms, m)."""
     shares, size = _shares(chain)
     return np.asarray(shares / size[:, None])
 
 
 def _shares(chain: Chain) -> tuple[Reals, Reals]:
-    """Rates of all joint coordinates over those of each alone at unit twist, and the size of its twist, (freedoms,)."""
+    """Rates of joint coordinates relative to their unit twists, and twist sizes, (freedoms,)."""
     modes = null_space(kinematic_matrix(chain))
     shares, sizes, start = [], [], 0
     for twist in chain.twists:
         scaled = chain.scale * twist
         count, size = scaled.shape[-1], np.linalg.norm(scaled, axis=0)
-        # The loop equations are written in the orthonormal basis that the same QR makes of these twists.
+        # the loop equations use the orthonormal basis from the same QR of these twists
         triangle = np.linalg.qr(scaled, mode="complete")[1][:count]
         shares.append(size[:, None] * np.linalg.solve(triangle, modes[start : start + count]))
         sizes.append(size)
@@ -82,15 +82,15 @@ def _shares(chain: Chain) -> tuple[Reals, Reals]:
 
 
 def force_law(chain: Chain, actions: Sequence[Action], inputs: Sequence[str], outputs: Sequence[str]) -> Reals:
-    """Loads that hold a chain in balance over other loads, shape (outputs, inputs).
+    """Loads that balance a chain per unit of other loads, shape (outputs, inputs).
 
-    By virtual work on the motions that the joints leave free: no joint force enters, redundant or not. The first index
-    is the load that is found, the second the load that is given.
+    By virtual work on the free motions, without joint forces, so redundancy does not matter. The first index is the
+    computed load, the second the given load.
 
     Raises
     ------
     MechanismError
-        The given loads do not determine the others; there is no such action or link.
+        The given loads do not determine the others, or an action or link is unknown.
     """
     size = {action.name: _size(chain, action) for action in actions}
     powers = {action.name: _power(chain, action) / size[action.name] for action in actions}
@@ -102,14 +102,14 @@ def force_law(chain: Chain, actions: Sequence[Action], inputs: Sequence[str], ou
     if np.linalg.matrix_rank(sought, RANK_TOLERANCE) < len(outputs):
         raise MechanismError(f"balance does not tell {', '.join(outputs)}: choose fewer, or loads that do work")
     law = -np.linalg.lstsq(sought, given, rcond=None)[0]
-    if np.abs(sought @ law + given).max(initial=0.0) > DETERMINED:
+    if np.abs(sought @ law + given).max(initial=0.0) > MAX_ERROR:
         raise MechanismError(f"{', '.join(outputs)} alone cannot balance {', '.join(inputs)}: the chain would move")
     sizes = [np.array([size[name] for name in names]) for names in (inputs, outputs)]
     return np.asarray(law * sizes[0] / sizes[1][:, None])
 
 
 def _size(chain: Chain, action: Action) -> float:
-    """Size that powers are measured by: the greatest power of a unit action on a link at unit twist [N m]."""
+    """Reference power of a unit action: the largest on its link at unit twist [N m]."""
     size = chain.length * float(np.linalg.norm(action.force)) + float(np.linalg.norm(action.moment))
     if not size > 0:
         raise MechanismError(f'action "{action.name}" has neither a force nor a moment')
@@ -117,7 +117,7 @@ def _size(chain: Chain, action: Action) -> float:
 
 
 def _power(chain: Chain, action: Action) -> Reals:
-    """Power of a unit action in every independent motion, shape (m,)."""
+    """Power of a unit action in each independent motion, shape (m,)."""
     if action.link not in chain.graph.nodes[1:]:
         raise MechanismError(f'action "{action.name}": there is no moving link "{action.link}"')
     motions = link_motions(chain)[:, chain.graph.nodes.index(action.link) - 1]
@@ -148,12 +148,12 @@ def _number(chain: Chain, coordinate: Coordinate) -> int:
 
 
 def _ratio(driving: Reals, driven: Reals, inputs: Sequence[str], outputs: Sequence[str]) -> Reals:
-    """The matrix that sends the rows `driving` to the rows `driven`."""
+    """Matrix that maps the rows `driving` to the rows `driven`."""
     if np.linalg.matrix_rank(driving, RANK_TOLERANCE) < len(inputs):
         raise MechanismError(f"{', '.join(inputs)} do not move independently of each other")
     law = np.linalg.lstsq(driving.T, driven.T, rcond=None)[0].T
     error = np.abs(law @ driving - driven).max(axis=1)
     for name, wrong in zip(outputs, error, strict=True):
-        if wrong > DETERMINED:
+        if wrong > MAX_ERROR:
             raise MechanismError(f"{name} does not follow from {', '.join(inputs)}: choose more inputs")
     return np.asarray(law)

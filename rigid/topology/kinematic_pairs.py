@@ -1,4 +1,4 @@
-"""Kinematic pairs of a mechanism, one between two links each, and their count."""
+"""Kinematic pairs of a mechanism, each between two links, and their count."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ Kind = Literal["pin", "slider", "weld", "rolling", "slipping"]
 
 @dataclass(frozen=True)
 class Contact:
-    """Two links that touch: gears, a cam and its follower.
+    """Contact of two links: gears, or a cam and its follower.
 
     Parameters
     ----------
     one, other
         Names of the links.
     at
-        Where they touch [m], in the ground's axes, at the position that is asked about.
+        Contact point [m], in the ground's axes, at the position considered.
     normal
-        Direction of the common normal there. The links then slip along the tangent and turn: two freedoms. None where
-        they roll without slipping: one freedom.
+        Common normal of links that slip along the tangent and rotate: two freedoms. None for rolling without slip: one
+        freedom.
     """
 
     name: str
@@ -39,9 +39,9 @@ class Contact:
 
 @dataclass(frozen=True)
 class Pair:
-    """A joint between two links: the freedoms of the end link as seen from the start link.
+    """Joint between two links: freedoms of the end link relative to the start link.
 
-    `joint` of pins, welds and sliders, `contact` of others; `drive` is the number of the drive that moves it.
+    `joint` for pins, welds and sliders, `contact` for others; `drive` is the number of its drive.
     """
 
     name: str
@@ -54,17 +54,17 @@ class Pair:
 
     @property
     def freedoms(self) -> int:
-        """Freedoms that it leaves: two where links slip on each other, none at a weld, one otherwise."""
+        """Number of freedoms: two for slipping contacts, zero for welds, one otherwise."""
         return {"slipping": 2, "weld": 0}.get(self.kind, 1)
 
 
 def gear_contacts(mechanism: Mechanism) -> tuple[Contact, ...]:
-    """Where the wheels of a mechanism's gears touch as drawn, each one condition: they slip along the line of centres.
+    """Tooth contacts of a mechanism's gears as drawn, which slip along the line of centres.
 
     Raises
     ------
     MechanismError
-        A gear of ratio 1, whose wheels touch nowhere; a point that is not drawn.
+        A gear of ratio 1 without contact point, or an undrawn point.
     """
     return tuple(_touch(mechanism, number, gear) for number, gear in enumerate(mechanism.gears, 1))
 
@@ -84,18 +84,20 @@ def _touch(mechanism: Mechanism, number: int, gear: Gear) -> Contact:
         radius = gear.ratio if isinstance(gear.follower, SliderDrive) else 1 / gear.ratio
         normal = complex(racks[0].direction)
         return Contact(f"gear {number}", first, second, centers[0] - 1j * radius * normal, normal)
-    raise MechanismError(f"gear {number}: its wheels touch nowhere in the plane, so that it has no place in the graph")
+    raise MechanismError(
+        f"gear {number}: its wheels have no contact point in the plane, so the graph cannot include it"
+    )
 
 
 def pairs(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> tuple[Pair, ...]:
-    """Every pair of a mechanism, with `contacts` where it has gears or cams: pins, welds, sliders, contacts.
+    """All pairs of a mechanism, including `contacts` of gears or cams.
 
-    n links on one pin are n - 1 pairs; two of them that a drive turns against each other are one of these.
+    n links on one pin make n - 1 pairs, including any pair of links driven against each other.
 
     Raises
     ------
     MechanismError
-        A slider or contact of a link that is not there.
+        A slider or contact has an unknown link.
     """
     all_pairs = list(_pins(mechanism))
     slid = {drive.slider: number for number, drive in enumerate(mechanism.drives) if isinstance(drive, SliderDrive)}
@@ -147,22 +149,22 @@ def _slider(mechanism: Mechanism, slider: Slider) -> Joint:
 
 
 def kutzbach(links: int, one_freedom: int, two_freedom: int = 0, welds: int = 0) -> int:
-    """Mobility of a planar mechanism by count alone: 3 (n - 1) - 2 j1 - j2 - 3 j0.
+    """Mobility of a planar mechanism by count: 3 (n - 1) - 2 j1 - j2 - 3 j0.
 
-    The count is blind to special dimensions: gears count 0 and turn. `mobility` is not.
+    The count ignores special dimensions: gears count 0 and yet turn. `mobility` includes them.
 
     Parameters
     ----------
     links
-        Number of links n, the fixed one among them.
+        Number of links n, including the fixed one.
     one_freedom, two_freedom
-        Numbers of pairs that leave one freedom (pins, sliders, rolling) and two (a cam and its follower, slipping).
+        Numbers of pairs with one freedom (pins, sliders, rolling) and with two (cam and follower, slipping).
     welds
-        Number of pairs that leave none, j0.
+        Number of welds, j0.
 
     Examples
     --------
-    A four-bar; two gears that roll; two that slip.
+    A four-bar; two rolling gears; two slipping gears.
 
     >>> kutzbach(4, 4), kutzbach(3, 3), kutzbach(3, 2, 1)
     (1, 0, 1)

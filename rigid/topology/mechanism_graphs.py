@@ -1,6 +1,6 @@
-"""Two graphs of one mechanism: links as nodes and joints as branches, or joints as nodes and bars as branches.
+"""Two graphs of a mechanism: links and joints, or joints and bars.
 
-Topology only: no length enters. See docs/structure.md.
+Topology only, without lengths. See docs/structure.md.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from rigid.topology.kinematic_pairs import Contact, pairs
 
 
 def link_graph(mechanism: Mechanism, contacts: tuple[Contact, ...] = ()) -> Graph:
-    """Links as nodes, the ground first, and joints as branches; n links on one pin make n - 1 branches."""
+    """Graph of links, ground first, and joints; n links on one pin make n - 1 branches."""
     joints = pairs(mechanism, contacts)
     return Graph(
         tuple(Branch(pair.name, pair.start, pair.end) for pair in joints),
@@ -26,12 +26,12 @@ def link_graph(mechanism: Mechanism, contacts: tuple[Contact, ...] = ()) -> Grap
 
 
 def bar_graph(mechanism: Mechanism) -> Graph:
-    """Joints as nodes and bars as branches, after Vlase.
+    """Graph of joints and bars, after Vlase.
 
-    A link of two joints is one bar; of more, a strip of triangles of 2 n - 3 bars. The ground is a path of bars through
-    its joints. A slider is a branch of changing length from its line's origin to its point; the origin is a node named
-    like the slider, or the owner's joint that is there. Points in one link alone are left out, unless the link has
-    fewer than two joints. Links that are welded are one.
+    A link with two joints is one bar; with more, a strip of triangles of 2 n - 3 bars. The ground is a path of bars
+    through its joints. A slider is a branch of variable length from its line's origin to its point; the origin is a
+    node named like the slider, or a joint of the owner at the same place. Points of a single link are omitted unless
+    the link has fewer than two joints. Welded links are one.
     """
     named = {point for link in mechanism.links for point in link.points}
     shared = {pair.name for pair in pairs(mechanism) if pair.kind == "pin"}
@@ -44,7 +44,7 @@ def bar_graph(mechanism: Mechanism) -> Graph:
         for slider in mechanism.sliders:
             if slider.on == link.name:
                 own = f"{slider.name}'s line" if slider.name in named else slider.name
-                free = [point for point in places if point != slider.point]  # on it the line may begin, too
+                free = [point for point in places if point != slider.point]  # the line may also begin at this point
                 start = next((point for point in free if np.all(places[point] == slider.origin)), own)
                 places.setdefault(start, slider.origin)
                 slides.append(Branch(slider.name, start, slider.point))
@@ -56,7 +56,7 @@ def bar_graph(mechanism: Mechanism) -> Graph:
 
 
 def _bodies(mechanism: Mechanism) -> dict[str, str]:
-    """Of every link the first of those that it is welded to, itself among them."""
+    """Map each link to the first of the links welded to it, including itself."""
     body = {link.name: link.name for link in mechanism.links}
     for weld in mechanism.welds:
         kept, gone = sorted((body[weld.on], body[weld.link]), key=mechanism.index.__getitem__)
@@ -65,7 +65,7 @@ def _bodies(mechanism: Mechanism) -> dict[str, str]:
 
 
 def _bars(link: Link, joints: list[str]) -> list[Branch]:
-    """Bars that make one link rigid."""
+    """Bars that make a link rigid."""
     nodes = joints
     if len(nodes) < 2 and link.name != GROUND:
         nodes = list(dict.fromkeys((*link.points, *joints)))

@@ -1,4 +1,4 @@
-"""The chain of a planar mechanism: twists of its pins, sliders and contacts in a posture."""
+"""Chain of a planar mechanism: twists of pins, sliders and contacts in a posture."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from rigid.topology.ranks import Chain, Mobility, mobility
 def planar_chain(here: Posture, contacts: Iterable[Contact] = ()) -> Chain:
     """Joints of a planar mechanism in a posture of one or many positions.
 
-    `contacts` (gears, cams) touch where they do in this posture; with them it should be of one position.
+    `contacts` (gears, cams) are at fixed points of this posture; with contacts, use a posture of one position.
 
     Examples
     --------
-    Gears that roll on each other: a count of 0, but one mobility and one condition too many.
+    Two rolling gears: a count of 0, but mobility 1 and one redundant constraint.
 
     >>> from rigid.topology import Contact, assembled, mobility, planar_chain
     >>> from rigid import Link, Mechanism
@@ -50,12 +50,12 @@ def planar_chain(here: Posture, contacts: Iterable[Contact] = ()) -> Chain:
 
 
 def mechanism_mobility(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> Mobility:
-    """Mobility and hyperstaticity of a mechanism as drawn, drives left free."""
+    """Mobility and hyperstaticity of a mechanism as drawn, without drives."""
     return mobility(planar_chain(assembled(mechanism), contacts))
 
 
 def _place(here: Posture, pair: Pair) -> Complexes:
-    """Where a pair is, in the ground's axes [m]: a slider's is its block's point."""
+    """Position of a pair in ground axes [m]; for a slider, its block's point."""
     if pair.joint is not None:
         return here.place(pair.joint.block, pair.joint.at(pair.joint.block))
     assert pair.contact is not None
@@ -63,7 +63,7 @@ def _place(here: Posture, pair: Pair) -> Complexes:
 
 
 def _twists(here: Posture, pair: Pair, arm: Complexes) -> tuple[Reals, tuple[str, ...]]:
-    """Twists (angular velocity, velocity of the point at the center) of a pair at `arm` from the center."""
+    """Twists (angular velocity, velocity at the center) of a pair at `arm` from the center."""
     turn = _column(np.ones(np.shape(arm)), -1j * arm)
     if not pair.freedoms:
         return turn[..., :0], ()

@@ -1,8 +1,8 @@
-"""Mobility and redundancy of a chain of links and joints from the ranks of its equations, in the plane or in space.
+"""Mobility and redundancy of a chain of links from ranks, in the plane or in space.
 
-What every joint leaves free are *twists*, what it carries are *wrenches*; d is 3 in the plane and 6 in space. The
-kinematic side closes the twists round every independent loop, the static side balances the wrenches on every link.
-Derivation: docs/structure.md.
+*Twists* are the free motions of a joint, *wrenches* the loads it transmits; d is 3 in the plane and 6 in space. The
+kinematic equations close the twists around each independent loop; the static equations balance the wrenches on each
+link. Derivation: docs/structure.md.
 """
 
 from __future__ import annotations
@@ -17,28 +17,28 @@ from rigid.parts import MechanismError
 from rigid.topology.graph import Graph, components, cyclomatic_number, fundamental_loops, incidence
 
 RANK_TOLERANCE = 1e-9
-"""Singular value over the greatest below which it counts as zero."""
-STRESS_TOLERANCE = 1e-6  # share of a self-stress below which a joint has no part in it
+"""Largest singular value that counts as zero, relative to the greatest."""
+STRESS_TOLERANCE = 1e-6  # smallest share of a self-stress of a stressed joint
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """Joints between links at one or many positions, each with the motions that it leaves free.
+    """Joints between links at one or many positions, with their free motions.
 
     Attributes
     ----------
     graph
         Links as nodes, the fixed one first; joints as branches.
     twists
-        Per joint: motions of its end link seen from its start link, shape (..., d, freedoms). The first rows are the
+        Per joint: motions of its end link relative to its start link, shape (..., d, freedoms). The first rows are the
         angular velocity [rad/s] (1 in the plane, 3 in space), the others the velocity [m/s] of the end link's point at
         `center`.
     freedoms
-        Per joint, the names of its columns.
+        Names of the columns of each joint.
     center
-        Point about which twists and wrenches are taken [m], shape (2,) or (3,).
+        Reference point of twists and wrenches [m], shape (2,) or (3,).
     length
-        Unit of lengths [m], so that no rank depends on units.
+        Unit of lengths [m], so that ranks are independent of units.
     """
 
     graph: Graph
@@ -49,19 +49,19 @@ class Chain:
 
     @property
     def size(self) -> int:
-        """Components of a twist: 3 in the plane, 6 in space."""
+        """Number of twist components: 3 in the plane, 6 in space."""
         return int(self.twists[0].shape[-2])
 
     @property
     def scale(self) -> Reals:
-        """Factors that make a twist's components comparable, shape (d, 1)."""
+        """Scale factors for comparable twist components, shape (d, 1)."""
         turns = self.size // 2
         return np.array([1.0] * turns + [1 / self.length] * (self.size - turns))[:, None]
 
 
 @dataclass(frozen=True, eq=False)
 class Mobility:
-    """Freedoms and surplus conditions of a chain.
+    """Freedoms and redundant constraints of a chain.
 
     Attributes
     ----------
@@ -70,10 +70,10 @@ class Mobility:
     kinematic_unknowns, kinematic_equations, kinematic_rank
         I_c: freedoms of all joints; E_c = d N_c; r_c, shape (...).
     static_unknowns, static_equations, static_rank
-        I_s: components that all joints carry; E_s = d (links - 1); r_s, shape (...).
+        I_s: components transmitted by all joints; E_s = d (links - 1); r_s, shape (...).
     kept, dropped
-        Smallest singular value that counts towards the static rank and greatest that does not, over the greatest of
-        all, shape (...): how clear the decision is.
+        Smallest singular value that counts in the static rank and largest that does not, relative to the greatest,
+        shape (...). Their ratio shows how clear the rank is.
 
     References
     ----------
@@ -97,17 +97,17 @@ class Mobility:
 
     @property
     def hyperstaticity(self) -> Integers:
-        """Degree of hyperstaticity h = I_s - r_s, shape (...): components of joint forces that statics cannot tell."""
+        """Degree of hyperstaticity h = I_s - r_s, (...): statically undetermined components."""
         return self.static_unknowns - self.static_rank
 
     @property
     def index(self) -> int:
-        """Mobility index m - h = I_c - E_c = E_s - I_s: known by count alone."""
+        """Mobility index m - h = I_c - E_c = E_s - I_s, by count."""
         return self.static_equations - self.static_unknowns
 
     @property
     def sides_agree(self) -> bool:
-        """Whether m = I_c - r_c and h = E_c - r_c too."""
+        """Whether also m = I_c - r_c and h = E_c - r_c."""
         moves = self.kinematic_unknowns - self.kinematic_rank
         return bool(np.all(moves == self.mobility)) and bool(
             np.all(self.kinematic_equations - self.kinematic_rank == self.hyperstaticity)
@@ -115,15 +115,15 @@ class Mobility:
 
 
 def mobility(chain: Chain) -> Mobility:
-    """Mobility m, hyperstaticity h and the ranks behind them, at every position of a chain.
+    """Mobility m, hyperstaticity h and their ranks, at each position of a chain.
 
-    A singular value counts as zero below RANK_TOLERANCE (1e-9) of the greatest, with every joint's twists and wrenches
-    made orthonormal over `chain.length`. m and h hold at the position: in a singular one both are greater.
+    Singular values below RANK_TOLERANCE (1e-9) of the greatest count as zero; each joint's twists and wrenches are
+    orthonormalised with `chain.length`. m and h hold at the position: both are larger at a singular one.
 
     Raises
     ------
     MechanismError
-        Links that no joint holds; a position that is not finite.
+        Links are not connected by joints, or a position is not finite.
     """
     _require_connected(chain)
     kinematic, static = kinematic_matrix(chain), static_matrix(chain)
@@ -143,26 +143,26 @@ def mobility(chain: Chain) -> Mobility:
 
 
 def kinematic_matrix(chain: Chain) -> Reals:
-    """Loop equations, shape (..., d loops, freedoms of all joints): the joints' orthonormal twists round every loop."""
+    """Loop equations (..., d loops, freedoms): orthonormal joint twists around each loop."""
     return _assembled(fundamental_loops(chain.graph), [_basis(chain, twist)[0] for twist in chain.twists])
 
 
 def static_matrix(chain: Chain) -> Reals:
-    """Equilibrium, shape (..., d (links - 1), components carried by all joints): wrenches on every moving link.
+    """Equilibrium equations (..., d (links - 1), components): wrenches on each moving link.
 
-    A joint's wrench acts on its end link, its opposite on the start link. The transpose gives the rates at which
-    velocities of the links violate the joints.
+    A joint's wrench acts on its end link, its opposite on the start link. The transpose maps link velocities to
+    constraint violation rates.
     """
     return _assembled(-incidence(chain.graph)[1:], [_basis(chain, twist)[1] for twist in chain.twists])
 
 
 def self_stress(chain: Chain) -> Reals:
-    """Wrenches that the joints of a redundant chain can hold without any load, at one position.
+    """Joint wrenches of a redundant chain in equilibrium without load, at one position.
 
     Returns
     -------
     Shape (h, joints, d): per state and joint the moment about `chain.center` [N m] and the force [N] on the end link.
-    The states are orthogonal, each of unit size with moments over `chain.length`; empty where h = 0.
+    The states are orthogonal, each of unit size with moments divided by `chain.length`; empty if h = 0.
     """
     bases = [_basis(chain, twist)[1] for twist in chain.twists]
     states = null_space(static_matrix(chain))
@@ -175,20 +175,20 @@ def self_stress(chain: Chain) -> Reals:
 
 
 def stressed_joints(chain: Chain) -> tuple[int, ...]:
-    """Numbers of the joints (branches of the graph) that take part in a self-stress: their forces are undetermined."""
+    """Numbers of joints with a self-stress: their forces are statically undetermined."""
     states = self_stress(chain) / (chain.scale[:, 0] * chain.length)
     share = np.sqrt((states**2).sum(axis=(0, 2)))
     return tuple(int(number) for number in np.flatnonzero(share > STRESS_TOLERANCE))
 
 
 def link_motions(chain: Chain) -> Reals:
-    """Independent motions of the links at one position, shape (m, links - 1, d): twists in SI, orthogonal."""
+    """Independent motions at one position, (m, links - 1, d): twists in SI, orthogonal."""
     modes = null_space(static_matrix(chain).T)
     return modes.T.reshape(-1, len(chain.graph.nodes) - 1, chain.size) / chain.scale[:, 0]
 
 
 def null_space(matrix: Reals) -> Reals:
-    """Orthonormal columns that a matrix sends to zero, by the tolerance of the ranks."""
+    """Orthonormal null space of a matrix, by the tolerance of the ranks."""
     _, values, right = np.linalg.svd(matrix)
     rank = int((values > RANK_TOLERANCE * max(values, default=0.0)).sum())
     return right[rank:].T
@@ -196,20 +196,20 @@ def null_space(matrix: Reals) -> Reals:
 
 def _require_connected(chain: Chain) -> None:
     if not chain.graph.branches:
-        raise MechanismError("there are no joints: links that share a point, or sliders, make them")
+        raise MechanismError("there are no joints: connect links by a common point or a slider")
     for part in components(chain.graph)[1:]:
         names = ", ".join(f'"{name}"' for name in part)
         raise MechanismError(f'no chain of joints holds {names} to "{chain.graph.nodes[0]}"')
 
 
 def _basis(chain: Chain, twist: Reals) -> tuple[Reals, Reals]:
-    """Orthonormal twists, shape (..., d, freedoms), and the wrenches without work on them, (..., d, d - freedoms)."""
+    """Orthonormal twists (..., d, freedoms) and reciprocal wrenches (..., d, d - freedoms)."""
     full, _ = np.linalg.qr(chain.scale * twist, mode="complete")
     return full[..., : twist.shape[-1]], full[..., twist.shape[-1] :]
 
 
 def _assembled(pattern: Integers, blocks: Sequence[Reals]) -> Reals:
-    """The matrix of blocks pattern[i, j] blocks[j], shape (..., rows d, columns of all blocks)."""
+    """Block matrix pattern[i, j] blocks[j], shape (..., rows d, columns of all blocks)."""
     columns = [
         (pattern[:, j, None, None] * block[..., None, :, :]).reshape(
             *block.shape[:-2], len(pattern) * block.shape[-2], block.shape[-1]
@@ -220,7 +220,7 @@ def _assembled(pattern: Integers, blocks: Sequence[Reals]) -> Reals:
 
 
 def _singular_values(matrix: Reals) -> Reals:
-    """Singular values over the greatest, shape (..., min(rows, columns))."""
+    """Singular values relative to the greatest, shape (..., min(rows, columns))."""
     if not np.isfinite(matrix).all():
         raise MechanismError("the mechanism does not close at every position: ask only for reachable ones")
     if 0 in matrix.shape:

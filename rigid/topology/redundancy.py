@@ -1,4 +1,4 @@
-"""Whether the redundant constraints of a mechanism fit."""
+"""Check that redundant constraints of a mechanism fit."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from rigid.topology.planar import mechanism_mobility
 
 @lru_cache(maxsize=64)
 def require_fit(mechanism: Mechanism) -> None:
-    """Raise where constraints beyond the freedoms of a group do not fit, or are drives.
+    """Raise MechanismError for redundant constraints that do not fit, or are drives.
 
     Raises
     ------
     MechanismError
-        They do not close; the mechanism is locked; it has more drives than it moves in ways.
+        The joints do not close, the mechanism is locked, or it has more drives than freedoms.
     """
     for group in structure(mechanism).groups:
         if group.surplus:

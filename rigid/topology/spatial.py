@@ -1,7 +1,7 @@
-"""Joints of space with their static and kinematic torsors, and chains of them for structure alone.
+"""Spatial joints with static and kinematic torsors, and chains of them for mobility analysis.
 
-A torsor is a resultant and a moment at a point. Joint by joint: what its end link may do as seen from its start link
-(rotation, velocity) and what the start link can transmit to it (force, moment), in the joint's own axes x, y, z.
+A torsor is a resultant and a moment at a point. Per joint: relative motions of the end link (rotation, velocity), and
+loads transmitted from the start link (force, moment), in the joint's own axes x, y, z.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ MOMENTS = ("L", "M", "N")
 
 @dataclass(frozen=True)
 class JointType:
-    """A kind of joint.
+    """Type of joint.
 
     Parameters
     ----------
     name
-        The usual one.
+        Common name.
     meaning
-        Of its own axes, after the source's table.
+        Meaning of its own axes, after the source's table.
     freedoms
-        Components of the kinematic torsor that it leaves free. Of a helical joint the velocity goes with the rotation.
+        Free components of the kinematic torsor. The velocity of a helical joint is proportional to its rotation.
     axis
-        Which of its own axes a joint's `axis` is.
+        Own axis given by a joint's `axis`.
     normal
-        Which one its `normal` is, for the two types that need another direction.
+        Own axis given by its `normal`, for the two types with a second direction.
     """
 
     name: str
@@ -50,7 +50,7 @@ class JointType:
 
     @property
     def transmits(self) -> tuple[str, ...]:
-        """Components of the static torsor that it carries: the ones on which no freedom does work."""
+        """Transmitted components of the static torsor, without work on the freedoms."""
         blocked = zip((*FORCES, *MOMENTS), (*VELOCITIES, *ROTATIONS), strict=True)
         return tuple(carried for carried, freedom in blocked if freedom not in self.freedoms)
 
@@ -71,7 +71,7 @@ JOINT_TYPES: Mapping[str, JointType] = {
         JointType("rigid", "no freedom", ()),
     )
 }
-"""Kinds of joints in space, by their names."""
+"""Types of joints in space, by name."""
 
 SYNONYMS: Mapping[str, str] = {
     "punctual": "point",
@@ -89,27 +89,27 @@ SYNONYMS: Mapping[str, str] = {
     "pin": "revolute",
     "fixed": "rigid",
 }
-"""Other usual names of kinds of joints, with the name in `JOINT_TYPES`."""
+"""Other common names of joint types, mapped to names in `JOINT_TYPES`."""
 
 
 @dataclass(frozen=True)
 class SpatialJoint:
-    """A joint between two links in space.
+    """Joint between two links in space.
 
     Parameters
     ----------
     links
-        Names of the start and the end link; its torsors are the end link's as seen from the start link.
+        Names of the start and end link; torsors are those of the end link relative to the start link.
     type
-        One of JOINT_TYPES or SYNONYMS.
+        A name in JOINT_TYPES or SYNONYMS.
     at
-        Where it is [m].
+        Position [m].
     axis
-        Direction of its axis; the normal of a contact in a point or plane.
+        Direction of the axis; the normal for a point or planar contact.
     pitch
-        Of a helical joint: advance per radian p [m], negative for a left-handed thread.
+        Helical joint: advance per radian p [m], negative for a left-handed thread.
     normal
-        Of a line contact, its normal; of a universal joint, its second axis; at right angles to `axis`.
+        Line contact: its normal; universal joint: its second axis; perpendicular to `axis`.
     """
 
     name: str
@@ -122,12 +122,12 @@ class SpatialJoint:
 
     @property
     def kind(self) -> JointType:
-        """Its row in JOINT_TYPES.
+        """Entry of the joint in JOINT_TYPES.
 
         Raises
         ------
         MechanismError
-            There is no such type.
+            The type is unknown.
         """
         name = SYNONYMS.get(self.type, self.type)
         if name not in JOINT_TYPES:
@@ -140,8 +140,8 @@ class SpatialJoint:
 def kinematic_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Reals:
     """Free motions of a joint at a point, shape (6, freedoms).
 
-    Rows are (Ωx, Ωy, Ωz, Vx, Vy, Vz) of the ground's axes. Columns in the order of `joint.kind.freedoms`: unit
-    rotations [rad/s] and velocities [m/s] along the joint's own axes. `at` [m] is the joint's place where left out.
+    Rows are (Ωx, Ωy, Ωz, Vx, Vy, Vz) in ground axes. Columns are in the order of `joint.kind.freedoms`: unit rotations
+    [rad/s] and velocities [m/s] along the joint's own axes. `at` [m] defaults to the joint's position.
     """
     axes = _axes(joint)
     columns = []
@@ -157,8 +157,8 @@ def kinematic_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> R
 def static_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Reals:
     """Wrenches that a joint transmits to its end link at a point, shape (6, components).
 
-    Rows are (X, Y, Z, L, M, N) of the ground's axes. Columns in the order of `joint.kind.transmits`: unit forces [N]
-    and moments [N m] along the joint's own axes.
+    Rows are (X, Y, Z, L, M, N) in ground axes. Columns are in the order of `joint.kind.transmits`: unit forces [N] and
+    moments [N m] along the joint's own axes.
     """
     axes = _axes(joint)
     columns = []
@@ -166,7 +166,7 @@ def static_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Real
         force, moment = np.zeros(3), np.zeros(3)
         if component in FORCES:
             force = axes[:, FORCES.index(component)]
-            # The thread turns a push along its axis into a moment about it: together they do no work.
+            # the thread converts an axial force to a moment: together they do no work
             moment = -joint.pitch * force if joint.kind.name == "helical" and component == "Z" else moment
         else:
             moment = axes[:, MOMENTS.index(component)]
@@ -177,17 +177,17 @@ def static_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Real
 
 
 def spatial_chain(joints: Iterable[SpatialJoint], fixed: str | None = None) -> Chain:
-    """A chain of joints in space, as placed.
+    """Chain of placed joints in space.
 
     Parameters
     ----------
     fixed
-        Name of the fixed link; "ground" where there is one of that name, else the first mentioned.
+        Name of the fixed link; default: "ground" if present, otherwise the first link.
 
     Raises
     ------
     MechanismError
-        No joints; two of one name; an unknown type; an axis of no length; a fixed link that is not there.
+        No joints, duplicate names, an unknown type, a zero axis, or an unknown fixed link.
     """
     joints = tuple(joints)
     if not joints:
@@ -213,7 +213,7 @@ def spatial_chain(joints: Iterable[SpatialJoint], fixed: str | None = None) -> C
 
 
 def _axes(joint: SpatialJoint) -> Reals:
-    """Columns: the joint's own x, y, z in the ground's axes."""
+    """Rotation matrix with the joint's x, y, z axes as columns."""
     kind = joint.kind
     axis = _unit(joint, joint.axis, "axis")
     if kind.normal:
