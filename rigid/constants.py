@@ -45,7 +45,7 @@ class BeamConstants:
 
     @cached_property
     def aligned(self) -> bool:
-        """Whether all beams lie along x' of their links."""
+        """Whether all beams lie along x' of the links."""
         return bool(np.all(self.unit == 1.0))
 
     @cached_property
@@ -100,7 +100,7 @@ def mass_constants(mechanism: Mechanism, ndim: int) -> tuple[Complexes, Complexe
 
 
 def mass_moments(link: Link) -> tuple[Real, Complex, Real]:
-    """Mass [kg], first moment [kg m] and moment of inertia [kg m^2] of a link about the origin of its axes."""
+    """Mass [kg], first moment [kg m] and moment of inertia [kg m^2] of a link about its origin."""
     mass: Any = 0.0
     first: Any = 0.0
     second: Any = 0.0
@@ -116,7 +116,7 @@ def mass_moments(link: Link) -> tuple[Real, Complex, Real]:
 
 
 def _beam_moments(beam: Beam, start: Complex, end: Complex) -> tuple[Real, Complex, Real]:
-    """Mass, first and second moment of a beam about the origin of its link's axes."""
+    """Mass, first and second moment of a beam about the link's origin."""
     vector = end - start
     mass, once, twice = (
         beam.mass_per_length * np.abs(vector) * sum(part / (k + more) for k, part in enumerate(beam.mass_taper))

@@ -18,7 +18,7 @@ from rigid.arrays import ArrayLike, Real, Reals
 
 Triple = tuple[Reals, Reals, Reals]
 MotionLaw = Callable[[Any], Triple]
-"""From times [s] to coordinate, rate and acceleration of a drive, each of their shape."""
+"""From times [s] to coordinate, rate and acceleration of a drive, each in their shape."""
 MIN_IMPACT = 1e-9  # smallest change of speed that counts as an impact, relative to the speeds
 INSTANT_TOLERANCE = 1e-12  # largest distance of coincident instants, relative to the duration
 
@@ -144,7 +144,7 @@ CURVES: Mapping[str, Callable[[Reals], Triple]] = {
 }
 """Curves by name: map z in 0..1, of any shape, to s, ds/dz and d2s/dz2."""
 INNER_JUMPS = {"trapezoidal-velocity": (1 / 3, 2 / 3), "constant-acceleration": (0.5,)}
-"""Inner acceleration jumps of a curve, as shares of its time."""
+"""Inner acceleration jumps of a curve, relative to the duration."""
 
 
 @dataclass(frozen=True)
@@ -256,7 +256,7 @@ class SegmentedLaw:
         return self.speeds[-1][1]
 
     def __call__(self, time: ArrayLike) -> Triple:
-        """Coordinate, rate and acceleration at given times [s], each of their shape.
+        """Coordinate, rate and acceleration at given times [s], each in their shape.
 
         At a jump of the acceleration, its later value applies; at the end of the law, the earlier one. Instants within
         round-off of a jump count as the jump.
@@ -282,7 +282,7 @@ class SegmentedLaw:
         return value, rate, acceleration
 
     def stretched(self, number: int, z: Reals) -> Triple:
-        """Rise of a segment, from 0, at shares z of its time, and its derivatives by z."""
+        """Rise of a segment, from 0, at shares z of its time, and the derivatives by z."""
         segment, speeds = self.segments[number], self.speeds[number]
         if segment.curve == "polynomial-345" and any(speeds):
             return _polynomial(*quintic(segment, speeds))(z)

@@ -103,7 +103,7 @@ class Slider:
     """Prismatic pair: `link` slides on `on` without rotation.
 
     `point` of `link` stays on the line through `origin` [m] with unit vector `direction`, both in the axes of `on`.
-    `turn` is the unit vector of the axes of `link` in those of `on`. The slide is the distance of `point` from
+    `turn` is the unit vector of the axes of `link` in the axes of `on`. The slide is the distance of `point` from
     `origin` along `direction`.
     """
 
@@ -125,7 +125,7 @@ class Slider:
 class Weld:
     """Two links joined rigidly at a common point.
 
-    `turn` is the unit vector of the axes of `link` in those of `on`.
+    `turn` is the unit vector of the axes of `link` in the axes of `on`.
     """
 
     point: str
@@ -140,7 +140,7 @@ class Weld:
 
     @property
     def name(self) -> str:
-        """Name of the weld: that of its point, as for a pin."""
+        """Name of the weld: the point's name, as for a pin."""
         return self.point
 
 
@@ -165,7 +165,7 @@ class PinDrive:
 
     @property
     def name(self) -> str:
-        """Name of the drive: that of its link."""
+        """Name of the drive: the link's name."""
         return self.link
 
     @property
@@ -189,7 +189,7 @@ class SliderDrive:
 
     @property
     def name(self) -> str:
-        """Name of the drive: that of its slider."""
+        """Name of the drive: the slider's name."""
         return self.slider
 
     @property
@@ -207,7 +207,7 @@ class Load(Protocol):
         ...
 
     def forces(self, motion: AnyMotion) -> Iterable[PointForce]:
-        """Forces and moments on those points at every position."""
+        """Forces and moments on these points at every position."""
         ...
 
 

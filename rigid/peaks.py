@@ -118,7 +118,7 @@ def _segments(law: SegmentedLaw, repeated: bool) -> LawPeaks:
 
 
 def _table(law: TableLaw) -> LawPeaks:
-    """Peaks of a cubic spline, from its knots and the zeros of its acceleration."""
+    """Peaks of a cubic spline, from its knots and the zeros of the acceleration."""
     knots = np.array(law.times)
     _, rate, acceleration = law(knots)
     jerks = np.diff(acceleration) / np.diff(knots)

@@ -40,7 +40,7 @@ class Lasting(Protocol):
 class TableLaw:
     """Coordinate [rad or m] at given times [s], interpolated by a cubic spline.
 
-    If `repeated`, speed and acceleration at the end equal those at the start.
+    If `repeated`, speed and acceleration at the end equal the values at the start.
     """
 
     times: tuple[float, ...]
@@ -70,7 +70,7 @@ class TableLaw:
         return CubicSpline(time, rest, bc_type="periodic"), slope
 
     def __call__(self, time: Any) -> Triple:
-        """Coordinate, rate and acceleration at given times [s], each of their shape."""
+        """Coordinate, rate and acceleration at given times [s], each in their shape."""
         time = np.asarray(time, float)
         spline, slope = self._spline
         at = np.clip(time, 0.0, self.duration)
@@ -108,7 +108,7 @@ class RepeatedLaw:
         return 0
 
     def __call__(self, time: Any) -> Triple:
-        """Coordinate, rate and acceleration at given times [s], each of their shape."""
+        """Coordinate, rate and acceleration at given times [s], each in their shape."""
         time = np.asarray(time, float)
         rounds = np.floor(time / self.duration + INSTANT_TOLERANCE)
         coordinate, rate, acceleration = self.law(time - rounds * self.duration)

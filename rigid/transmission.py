@@ -20,7 +20,7 @@ class Transmission:
     Attributes
     ----------
     joint
-        Name of their common joint.
+        Name of the common joint.
     links
         Names of the links.
     angle

@@ -1,4 +1,4 @@
-"""Rate of the momentum of displaced masses, minus the moments of their forces."""
+"""Rate of the momentum of displaced masses, minus the moments of the displaced forces."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def of_displacements(
     """Rates of momentum [N] and angular momentum [N m] that vibration adds.
 
     A point displaced by s that moves with v has the additional momentum m s' and angular momentum
-    m (r x s' + s x (v + s')), where s x s' is of second order. Its force f adds the moment s x f, subtracted here.
+    m (r x s' + s x (v + s')), with s x s' of second order. Its force f adds the moment s x f, subtracted here.
     """
     motion = deflection.motion
     arm, velocity = places(motion, masses) - centre, velocities(motion, masses)
@@ -55,7 +55,7 @@ def of_transient(
 ) -> tuple[Complexes, Reals]:
     """Rates of the added momentum by finite differences; nan if unresolved.
 
-    The rate of angular momentum is m (r x s'' + s x (a + s'')), where s x s'' is of second order.
+    The rate of angular momentum is m (r x s'' + s x (a + s'')), with s x s'' of second order.
     """
     motion, (near, edges) = deflection.motion, transient
     count = len(EIGHTH)

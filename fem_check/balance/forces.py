@@ -1,4 +1,4 @@
-"""Resultant forces and moments on a whole mechanism, and gaps of its joints."""
+"""Resultant forces and moments on a whole mechanism, and gaps of the joints."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _point_load(motion: Motion, load: Any) -> Sequence[tuple[Any, Any, Any]]:
 
 
 def _line_load(motion: Motion, load: LineLoad) -> Sequence[tuple[Any, Any, Any]]:
-    """Point forces of a line load at the Gauss points of its beam."""
+    """Point forces of a line load at the Gauss points of the beam."""
     at = motion.mechanism.index[load.link]
     link = motion.mechanism.links[at]
     beam = link.beams[load.beam]

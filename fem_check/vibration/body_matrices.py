@@ -135,7 +135,7 @@ def _energy(weight: Reals, moved: Reals) -> Reals:
 def nodes_at(elements: int, blocks: Sequence[Any]) -> Reals:
     """Nodes on [0, 1] with one at each block, equally spaced between, (positions or 1, nodes).
 
-    Nodes keep a distance of at least `MIN_NODE_DISTANCE` from ends and from each other.
+    A node is shifted off its block if it would be closer than `MIN_NODE_DISTANCE` to an end or another node.
     """
     count = max(elements, len(blocks) + 1)
     if not blocks:

@@ -60,7 +60,7 @@ class DeadPoint:
 
 
 def limits(course: Motion, coordinate: Coordinate) -> list[LimitPosition]:
-    """Extreme values of a coordinate over a motion, at zeros of its rate, to round-off.
+    """Extreme values of a coordinate over a motion, at zeros of the rate, to round-off.
 
     For one design. Extremes closer together than two positions are not detected; the ends of the motion are excluded.
     """

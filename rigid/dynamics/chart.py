@@ -1,4 +1,4 @@
-"""Cached postures of a mechanism with one drive, as polynomials of its coordinate in cells.
+"""Cached postures of a mechanism with one drive, as piecewise polynomials of its coordinate.
 
 All position-dependent terms of the equation of motion are functions of this coordinate, and a crank repeats them each
 turn. A cell is reused from the previous turn if the links have the same posture.
@@ -105,7 +105,7 @@ class Chart:
         return self._read(cell[part], 2 * (place - part) - 1)
 
     def passed(self, coordinate: float) -> bool:
-        """Whether the tracked links match their cell; otherwise discard the cells behind."""
+        """Whether the tracked links match their cell; without a cell, discard the cells behind."""
         here = self.at(coordinate)
         if here is None:
             self._cells = {number: cell for number, cell in self._cells.items() if cell is None}

@@ -131,7 +131,7 @@ class RightHandSide:
         return (balance - float(taken[0])) / inertia if inertia else np.nan
 
     def laws(self, time: float, state: Reals) -> tuple[Reals, Reals, Reals]:
-        """Coordinates and rates of all drives, and the accelerations of those with laws."""
+        """Coordinates and rates of all drives, and accelerations prescribed by laws."""
         drive, rate, rate2 = np.zeros((3, len(self.drives)))
         half = len(self.free)
         drive[self.free], rate[self.free] = state[:half], state[half:]

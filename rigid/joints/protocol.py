@@ -53,7 +53,7 @@ class Drawn(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """Body of welded links: `shift` [m] and `turn` of a link's axes in those of `link`."""
+    """Body of welded links: `shift` [m] and `turn` of a link's axes in the axes of `link`."""
 
     link: int
     shift: Complex = 0.0
@@ -105,7 +105,7 @@ class Joint(ABC):
     drive
         Number of the drive of the joint, or None.
     gear
-        Coupling of its coordinate to that of another joint, or None.
+        Gear coupling to another joint's coordinate, or None.
     """
 
     name: str
@@ -126,7 +126,7 @@ class Joint(ABC):
     """Number of relative freedoms; without any, rigid links form one body."""
 
     def at(self, link: int) -> Complex:
-        """Joint point in the axes of one of its links."""
+        """Joint point in the axes of a link."""
         return self.at_child if self.child == link else self.at_parent
 
     @cached_property
@@ -166,17 +166,17 @@ class Joint(ABC):
 
     @property
     def line(self) -> Complex:
-        """Unit vector of the slider's line in the axes of its owner, or 1."""
+        """Unit vector of the slider's line in owner axes, or 1."""
         return 1.0
 
     @property
     def turned(self) -> Complex:
-        """Unit vector of the block's axes in those of its owner if fixed, or 1."""
+        """Unit vector of the block's axes in owner axes if fixed, or 1."""
         return 1.0
 
     @property
     def turn(self) -> Complex:
-        """Unit vector of the child's axes in those of its parent if fixed, or 1."""
+        """Unit vector of the child's axes in parent axes if fixed, or 1."""
         return self.turned if self.ordered else np.conj(self.turned)
 
     def along(self, placed: Placed) -> Columns:
@@ -272,7 +272,7 @@ class JointPlace(ABC):
     """Whether the coordinate is an angle."""
 
     def arm(self, link: int) -> Columns:
-        """Vector from the origin of one of its links to the joint's point."""
+        """Vector from a link's origin to the joint's point."""
         return self.arm_child if self.joint.child == link else self.arm_parent
 
     @abstractmethod
@@ -312,7 +312,7 @@ class JointPlace(ABC):
 
     @abstractmethod
     def pressing(self, force: Columns, moment: Columns, length: Real) -> tuple[Columns, Columns]:
-        """Contact force components [N] of its force and moment; `length` guides a block [m]."""
+        """Contact force components [N] from force and moment; `length` guides a block [m]."""
 
     def coriolis(self, velocity: Sequence[Columns], rotation: Sequence[Columns]) -> Columns:
         """Gap of the Coriolis acceleration [m/s^2], from velocities and i times angular ones."""

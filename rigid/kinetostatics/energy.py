@@ -1,4 +1,4 @@
-"""Energy of a moving mechanism, and power of its loads and dampers."""
+"""Energy of a moving mechanism, and power of loads and dampers."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from rigid.kinetostatics.loads import given_loads, link_loads
 def reactions(motion: Motion) -> JointForces:
     """Forces in all joints and on the ground; nan if singular or statically undetermined.
 
-    Also nan where friction may lock the mechanism. In the order of `motion.structure.joints`; each force acts on the
+    Also nan if friction may lock the mechanism. In the order of `motion.structure.joints`; each force acts on the
     joint's child link, its opposite on the parent.
     """
     forces = with_friction(motion, lambda friction, flank: balancing_forces(motion, (), flank, friction))
@@ -65,7 +65,7 @@ def balancing_forces(
         Additional loads: link number, force in the ground's axes [N], complex, and moment about the origin of the
         link's axes [N m].
     flank
-        Loaded flanks of the gears' teeth, see `JointForces`; by default those loaded by the efforts.
+        Loaded flanks of the gears' teeth, see `JointForces`; default: as loaded by the efforts.
     friction
         Friction efforts by joint number, see `JointForces`.
     """
@@ -79,7 +79,7 @@ def balancing_forces(
 def force_condition(motion: Motion, forces: JointForces) -> Reals:
     """Amplification of round-off in joint forces, (..., positions), see `Motion.condition`.
 
-    It is larger where loads nearly cancel, so that the remaining forces have a larger relative error.
+    It is larger if loads nearly cancel, so that the remaining forces have a larger relative error.
     """
     mechanism = motion.mechanism
     mass, first, second = (np.abs(part) for part in mass_constants(mechanism, len(motion.columns)))

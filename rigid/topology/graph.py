@@ -28,9 +28,9 @@ class Graph:
     Parameters
     ----------
     branches
-        Columns of its matrices. Several branches may connect the same two nodes.
+        Columns of the matrices. Several branches may connect the same two nodes.
     nodes
-        Rows of its matrices; by default in the order of the branches.
+        Rows of the matrices; by default in the order of the branches.
 
     Raises
     ------
