@@ -1,32 +1,56 @@
-"""What a wheel takes from elsewhere when it is built: uPlot's script and style, so that who installs it needs no more.
+"""Files that an installation has besides those of git: uPlot, JSON Schemas of scenes, a stub of `kinelast.build`.
 
-They come from the package uplot-python, which would bring IPython along. Of a folder that is installed as it stands
-(--editable) they are copied beside the page's own files, where git ignores them.
+uPlot's script and style come from the package uplot-python, which would bring IPython along. An editable installation
+gets its files in the folder itself, where git ignores them; it gets no stub, so that mypy checks the module.
 """
 
 from __future__ import annotations
 
 import shutil
+import sys
 from importlib.util import find_spec
 from pathlib import Path
+from tempfile import mkdtemp
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-FILES = ("uPlot.iife.js", "uPlot.min.css")
+CHARTS = ("uPlot.iife.js", "uPlot.min.css")
+PAGE = "kinelast/outputs/page/web"
 
 
-class ChartLibrary(BuildHookInterface):
-    """Puts uPlot's files beside the page's own."""
+class GeneratedFiles(BuildHookInterface):
+    """Adds uPlot, the schemas and the stub to a wheel or an editable installation."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Name the files to be taken into a wheel, or copy them into the folder."""
+        """Write the files to a temporary folder for a wheel, or into the repository."""
+        self.temporary = Path(mkdtemp())
+        editable = version == "editable"
+        for name, text in self.texts(stub=not editable).items():
+            target = (Path(self.root) if editable else self.temporary) / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_text(text, encoding="utf-8")
+            if not editable:
+                build_data["force_include"][str(target)] = name
         found = find_spec("uplot")
         if found is None or not found.submodule_search_locations:
             return
-        static, page = Path(found.submodule_search_locations[0]) / "static", "kinelast/outputs/page/web"
-        if version == "editable":
-            for name in FILES:
-                shutil.copyfile(static / name, Path(self.root) / page / name)
-            return
-        build_data["force_include"].update({str(static / name): f"{page}/{name}" for name in FILES})
+        static = Path(found.submodule_search_locations[0]) / "static"
+        for name in CHARTS:
+            if editable:
+                shutil.copyfile(static / name, Path(self.root) / PAGE / name)
+            else:
+                build_data["force_include"][str(static / name)] = f"{PAGE}/{name}"
+
+    def texts(self, stub: bool) -> dict[str, str]:
+        """Generated texts by the paths of their files."""
+        sys.path.insert(0, self.root)
+        from kinelast.build import stub_text
+        from kinelast.scene.schema import SCHEMAS, schema_text
+
+        texts = {f"kinelast/{name}": schema_text(name) for name in SCHEMAS}
+        return {**texts, **({"kinelast/build.pyi": stub_text()} if stub else {})}
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
+        """Remove the temporary folder."""
+        shutil.rmtree(self.temporary)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import tomllib
 from collections.abc import Iterator, Mapping
 from functools import cache
-from importlib.resources import files
 from typing import Any
 
 from kinelast.scene.parsing import read_toml
+from kinelast.scene.schema import scene_schema
 from live.parts import EditError, Tables, drawn, new_name, points_of
 from live.text import with_table, with_value, without
 from rigid import GROUND
@@ -32,7 +31,7 @@ COUNT, PART = 11, "1 %"  # designs of a sweep, and a tolerance, to begin with
 @cache
 def keys() -> dict[str, list[tuple[str, str]]]:
     """By the tables of a scene all keys that they may have, with the words on them."""
-    schema = json.loads((files("kinelast") / "scene.schema.json").read_text(encoding="utf-8"))["$defs"]
+    schema = scene_schema()["$defs"]
     told = {}
     for name, entry in schema["SceneTable"]["properties"].items():
         known = {

@@ -1,12 +1,10 @@
-"""Claim: a mechanism built in Python is the scene of the file that it writes; its parts are the tables of the format.
+"""Claim: a mechanism built in Python is the scene of the file that it writes; its parts are the format's tables."""
 
-`python tests/test_build.py` writes the parts in kinelast/build.py anew.
-"""
-
+import subprocess
 import sys
-from pathlib import Path
-from types import NoneType
-from typing import Annotated, Literal, get_args, get_origin
+from inspect import signature
+from types import ModuleType
+from typing import Annotated, get_args, get_origin
 
 import msgspec
 import numpy as np
@@ -26,19 +24,8 @@ from kinelast import (
     shipped_scenes,
     to_pandas,
 )
-from kinelast.scene.format import Dimensioned, SceneTable
-from kinelast.scene.quantities import Direction, Sizes
-from kinelast.scene.tables import Place, StrictTable
-from kinelast.scene.units import Quantity
-
-BUILD = Path(__file__).parents[1] / "kinelast" / "build.py"
-MARK = "# The tables of kinelast.scene.format, written by python tests/test_build.py.\n"
-NAMED = {  # parts that a key takes in place of their names
-    "link": "Link", "on": "Link", "links": "Link", "point": "Point", "points": "Point", "through": "Point",
-    "anchor": "Point", "at": "Point", "start": "Point", "end": "Point", "center": "Point", "beam": "Point",
-    "beams": "Point", "outline": "Point", "slider": "Slider | Slot", "motor": "Motor", "cylinder": "Cylinder",
-    "material": "Material", "section": "Section",
-}  # fmt: skip
+from kinelast.scene.format import SceneTable
+from kinelast.scene.tables import StrictTable
 
 
 def plain(kind):
@@ -53,99 +40,41 @@ def inside(kind):
     return [table for part in get_args(kind) for table in inside(part)]
 
 
-def all_tables():
-    """Every table of a scene: its class, where it stands, and the base class of its part."""
-    tables = {}
-    for entry in msgspec.structs.fields(SceneTable):
-        base = {dict: "Named", list: "Listed"}.get(get_origin(plain(entry.type)), "Part")
-        for table in inside(entry.type):
-            tables[table] = entry.encode_name, "Section" if issubclass(table, Dimensioned) else base
-            if entry.encode_name == "sections":
-                tables[table] = entry.encode_name, "Section"
-    for table in (waiting := [*tables]):
-        for inner in (inner for each in msgspec.structs.fields(table) for inner in inside(each.type)):
-            if inner not in tables:
-                tables[inner] = "", "Part"
-                waiting.append(inner)
-    return tables
-
-
 def class_name(table):
     return table.__name__.removesuffix("Table")
 
 
-def simple(kind, key):
-    """The type of a key that is no list, table of names or choice."""
-    if kind is str:
-        return f"{NAMED[key]} | str" if key in NAMED else "str"
-    for ours, word in ((Sizes, "Quantity | Sequence[Quantity]"), (Direction, "Direction"), (Quantity, "Quantity")):
-        if issubclass(kind, ours):
-            return word
-    return class_name(kind)
+def test_the_stub_has_the_classes_that_are_made(monkeypatch):
+    stub = ModuleType("stub")
+    monkeypatch.setitem(sys.modules, "stub", stub)
+    exec(build.stub_text(), stub.__dict__)
+    assert {*stub.__all__} == {*build.__all__}
+    for name in build.__all__:
+        written, made = (getattr(module, name) for module in (stub, build))
+        assert (signature(written), written.__doc__) == (signature(made), made.__doc__)
+        if isinstance(made, type):
+            assert [each.__name__ for each in written.__mro__] == [each.__name__ for each in made.__mro__]
+            assert (written.under, written.spelled) == (made.under, made.spelled)
+            assert getattr(written, "shape", None) == getattr(made, "shape", None)
 
 
-def annotation(kind, key):
-    """The type of a key as Python has it."""
-    kind = plain(kind)
-    if kind == Place:
-        return "Place"
-    if get_origin(kind) is Literal:
-        return f"Literal[{', '.join(map(repr, get_args(kind)))}]".replace("'", '"')
-    if not get_args(kind):
-        return simple(kind, key)
-    key = "" if float in get_args(kind) else key  # an entry, be it of `start`, names no part
-    inner = [annotation(part, key) for part in get_args(kind) if part is not NoneType]
-    if get_origin(kind) is dict:
-        return f"Mapping[Any, {inner[1]}]"
-    if get_origin(kind) in (list, tuple):
-        told = f"Sequence[{' | '.join(dict.fromkeys(inner))}]"
-        return "Rows" if told in ("Sequence[Sequence[Quantity]]", "Sequence[Sequence[Quantity | float]]") else told
-    return " | ".join(dict.fromkeys(inner))
+@pytest.mark.slow
+def test_a_type_checker_knows_the_keys_by_the_stub(tmp_path):
+    (tmp_path / "stubbed.pyi").write_text(build.stub_text())
+    right = tmp_path / "right.py"
+    right.write_text(
+        "from stubbed import Circle, Drive, Link\nLink('a', [], section=Circle('c', 3))\nDrive(link='a', speed=5)\n"
+    )
+    wrong = tmp_path / "wrong.py"
+    wrong.write_text("from stubbed import Link\nLink('a', [], lenth=3)\nLink('a', section=5)\n")
 
+    def checked(file):
+        command = [sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent", file]
+        return subprocess.run(command, check=False, cwd=tmp_path, capture_output=True, text=True).stdout
 
-def written_class(table, under, base):
-    """The part of a table as a class."""
-    tag = table.__struct_config__.tag
-    keys = msgspec.structs.fields(table)
-    spelled = {each.name: each.encode_name for each in keys if each.name != each.encode_name}
-    lines = ["@dataclass(frozen=True, eq=False, repr=False)", f"class {class_name(table)}({base}):"]
-    lines += [f'    """{table.__doc__.splitlines()[0]}"""', ""]
-    if under and not tag:
-        lines.append(f'    under: ClassVar[str] = "{under}"')
-    if tag:
-        lines.append(f'    shape: ClassVar[str] = "{tag}"')
-    if spelled:
-        lines.append(f"    spelled: ClassVar[Mapping[str, str]] = {spelled!r}".replace("'", '"'))
-    told = [(each.required, f"    {each.name}: {annotation(each.type, each.name)}") for each in keys]
-    lines += [line + "  # noqa: E741" * line.startswith("    I:") for required, line in told if required]
-    others = [f"{line} | None = None" for required, line in told if not required]
-    lines += ["    _: KW_ONLY", *others] if others else []
-    return "\n".join(part for line in lines for part in folded(line))
-
-
-def folded(line):
-    """A line as ruff breaks it where it is too long: a choice of many words."""
-    if len(line) <= 120:
-        return [line]
-    head, _, rest = line.partition("Literal[")
-    words, _, tail = rest.rpartition("]")
-    return [f"{head}Literal[", *(f"        {word}," for word in words.split(", ")), f"    ]{tail}"]
-
-
-def written_parts():
-    classes = "".join(f"\n\n{written_class(table, *where)}\n" for table, where in all_tables().items())
-    public = sorted({"Part", "Point", "PointMass", "mechanism", *map(class_name, all_tables())}, key=in_order)
-    return classes + "\n\n__all__ = [\n" + "".join(f'    "{name}",\n' for name in public) + "]\n"
-
-
-def in_order(name):
-    """As ruff sorts names: classes before functions."""
-    return name[0].islower(), name
-
-
-def test_the_parts_are_the_tables_of_the_format():
-    text = BUILD.read_text(encoding="utf-8").partition(MARK)
-    assert text[2] == written_parts(), "run python tests/test_build.py"
+    assert checked(right).startswith("Success")
+    assert 'Unexpected keyword argument "lenth"' in (told := checked(wrong))
+    assert 'Argument "section" to "Link" has incompatible type "int"' in told
 
 
 def part_of(kind, content, name=None):
@@ -389,8 +318,3 @@ class TestWrongArguments:
     def test_what_is_public_is_shown_and_no_more(self):
         assert dir(kinelast) == sorted(kinelast.__all__)
         assert dir(build) == sorted(build.__all__)
-
-
-if __name__ == "__main__":
-    text = BUILD.read_text(encoding="utf-8").partition(MARK)
-    sys.exit(BUILD.write_text(text[0] + MARK + written_parts(), encoding="utf-8") == 0)

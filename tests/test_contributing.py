@@ -21,7 +21,6 @@ FUNCTIONS = {
     "kinelast/figures/parts.py": "_load",
     "kinelast/runs/run.py": "_drawings",
     "kinelast/designs/base.py": "_on_axis",
-    "kinelast/scene/text.py": "schema_text",
 }
 
 

@@ -21,8 +21,8 @@ from rows import row
 from kinelast.scene.format import ChainTable, SceneTable
 from kinelast.scene.parsing import is_chain
 from kinelast.scene.quantities import Stress
+from kinelast.scene.schema import key_words
 from kinelast.scene.tables import StrictTable
-from kinelast.scene.text import key_words
 from kinelast.scene.units import LARGEST
 
 ROOT = Path(__file__).parents[2]
