@@ -10,7 +10,7 @@ from fem_check.linear.solution import Solution, TieForce, solve
 from fem_check.solid.comparison import SolidComparison, compare_solid
 from fem_check.solid.solution import SolidSolution, solve_solid
 from fem_check.vibration.frequencies import natural_frequencies
-from fem_check.vtu import write_solid_vtu_series, write_vtu_series
+from fem_check.vtu import write_vtu_series
 
 __all__ = [
     "TOLERANCE",
@@ -27,7 +27,6 @@ __all__ = [
     "natural_frequencies",
     "solve",
     "solve_solid",
-    "write_solid_vtu_series",
     "write_vtu_series",
 ]
 

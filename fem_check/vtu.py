@@ -11,7 +11,6 @@ import numpy as np
 
 from elastic import FIELDS, PRIMARY, Deflection, sample
 from fem_check.linear.solution import Solution
-from fem_check.solid.solution import SolidSolution
 from rigid import Reals, position_of
 from rigid.arrays import Complexes, Integers
 
@@ -65,53 +64,6 @@ def write_vtu_series(
         points = {"displacement": _space(moved[:, k]), "deformed": _space(places[:, k] + moved[:, k])}
         data = points | {field: values[:, k].ravel() for field, values in fields.items()}
         _write(folder / file, _space(places[:, k]), ("line", cells), {"beam": numbers}, data)
-        listed.append((float(motion.time[k]), file))
-    return _collection(folder / f"{name}.pvd", listed)
-
-
-def write_solid_vtu_series(answer: SolidSolution, folder: Path | str, name: str = "solid") -> Path:
-    """Write one VTU file per position of all plane bodies, and a .pvd file of their times.
-
-    Quadrilaterals at their undeformed position. `displacement` [m] leads to the deformed ones, measured from the line
-    through two pins of each link. The cell data `link` is the number in `Mechanism.links`. Positions without an answer
-    are skipped.
-
-    Parameters
-    ----------
-    answer
-        Result of `solve_solid`.
-    folder
-        Created if missing.
-    name
-        Prefix of the file names: `name.pvd`, `name_0000.vtu` and so on.
-
-    Returns
-    -------
-    Path of the .pvd file.
-    """
-    motion = answer.motion
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    grids = {at: found.body.grid for at, found in answer.bodies.items()}
-    first = np.cumsum([0, *(len(grid.points) for grid in grids.values())])
-    cells = np.concatenate(
-        [np.zeros((0, 4), int), *(grid.cells + k for grid, k in zip(grids.values(), first[:-1], strict=True))]
-    )
-    numbers = np.repeat(list(grids), [len(grid.cells) for grid in grids.values()])
-    digits = max(4, len(str(len(motion.time) - 1)))
-    listed = []
-    for k in np.flatnonzero(np.isfinite([*(loads.sum(0) for loads in answer.loads.values()), motion.time]).all(axis=0)):
-        file = f"{name}_{k:0{digits}}.vtu"
-        places = [motion.origin[at, k] + motion.direction[at, k] * grid.points for at, grid in grids.items()]
-        moved = [motion.direction[at, k] * answer.displacement(at, int(k)) for at in grids]
-        data = {"displacement": _space(np.concatenate([np.zeros(0, complex), *moved]))}
-        _write(
-            folder / file,
-            _space(np.concatenate([np.zeros(0, complex), *places])),
-            ("quad", cells),
-            {"link": numbers},
-            data,
-        )
         listed.append((float(motion.time[k]), file))
     return _collection(folder / f"{name}.pvd", listed)
 

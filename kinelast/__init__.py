@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from kinelast.notebook.pictures import film, picture
     from kinelast.notebook.tables import to_pandas, to_xarray
     from kinelast.scene.course import Run
-    from kinelast.scene.data import Scene, scene_motion, scene_motion_at, scene_times
+    from kinelast.scene.data import Scene, scene_motion
     from kinelast.scene.document import Document, read_document, read_scene, scene_from_dict, scene_from_text
     from kinelast.scene.error import SceneError
     from kinelast.structure.output import StructureScene, read_structure, structure_from_text
@@ -39,8 +39,6 @@ __all__ = [
     "scene_from_dict",
     "scene_from_text",
     "scene_motion",
-    "scene_motion_at",
-    "scene_times",
     "shipped_scenes",
     "shipped_structures",
     "structure_from_text",
@@ -59,7 +57,7 @@ _HOME = {
     "notebook.tables": ("to_pandas", "to_xarray"),
     "notebook": ("deflection", "load", "motion", "with_loads"),
     "scene.course": ("Run",),
-    "scene.data": ("Scene", "scene_motion", "scene_motion_at", "scene_times"),
+    "scene.data": ("Scene", "scene_motion"),
     "scene.document": ("Document", "read_document", "read_scene", "scene_from_dict", "scene_from_text"),
     "scene.error": ("SceneError",),
     "tasks.task": ("shipped_scenes", "shipped_structures"),

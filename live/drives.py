@@ -28,10 +28,13 @@ from live.parts import (
 )
 from live.text import with_table, with_value, without
 from rigid import GROUND
+from rigid.laws import CURVES
 
 SPEED, LAW = "60 rpm", "cycloidal"
 LASTS = "1 s"  # a stroke of a drive that slides
 CONSTANT, SPLINE = "constant speed", "spline through points"
+MOTIONS = [CONSTANT, *(curve for curve in CURVES if curve not in ("dwell", "constant-speed")), SPLINE]
+"""The menu of motions: strokes that begin and end at rest, and two more."""
 UNITS = {
     True: ("m", "m/s"),
     False: ("rad", "rad/s"),

@@ -29,6 +29,7 @@ from kinelast.scene.sections import library_entries
 from kinelast.scene.text import PAGES, file_text
 from kinelast.tasks.task import shipped_scenes
 from live.answer import Memory, packed, quick_answer
+from live.drives import MOTIONS
 from live.edit import EMPTY, edited
 from live.entries import keys
 from live.file import ChangedError, SceneFile
@@ -154,6 +155,7 @@ def _scene(live: Live, request: Request, given: Any) -> Response:
             "materials": [name for name, _ in library_entries("materials")],
             "keys": keys(),
             "opens": f"http://{HOST}:{wished_port('None')}/",
+            "motions": MOTIONS,
         }
     )
 

@@ -26,7 +26,7 @@ from kinelast.figures.entry import AVERAGE, LARGEST, LEAST, magnitudes
 from kinelast.figures.limits import (
     KEPT,
     SEVERITY,
-    judgements_on,
+    full_answer,
     limits_of_items,
     severities,
     verdict_on,
@@ -164,7 +164,7 @@ def check_doors(tables):
     if scene.limits:
         assert bool(row.columns["limits_kept"][0]) == all(verdicts)
         # Of the best of a sweep, and of an optimum.
-        judged = verdict_on(judgements_on(scene, limits_of_items(scene)))
+        judged = verdict_on(full_answer(scene, limits_of_items(scene)).judgements)
         assert (judged["verdict"], judged["passed"]) == tuple(told["acceptance"][key] for key in ("verdict", "passed"))
 
     found = figures_of(output_of(scene))
@@ -244,7 +244,7 @@ def test_an_optimum_and_a_notebook_keep_the_limits_of_the_report(factor, named):
     posed = problem_of(tables)
     at = np.array([variable.base for variable in posed.task.variables])
     columns = posed.problem.figures_of(at[None]).columns
-    judged = verdict_on(judgements_on(scene_from_dict(tables), posed.task.limits))
+    judged = verdict_on(full_answer(scene_from_dict(tables), posed.task.limits).judgements)
     assert judged["verdict"] == written["acceptance"]["verdict"] != ""
     for row in rows:
         key = {"output": "output_error"}.get(row["kind"], row["kind"])
@@ -341,7 +341,7 @@ def test_a_limit_by_the_name_of_any_figure_is_judged_alike_at_every_door(share):
     """In report, chunks, notebook, design, sweep's best, optimum and editor; with the figure's own error."""
     tables = slow_four_bar()
     scene = scene_from_dict(tables)
-    plain = judgements_on(scene, [Limit(name, 0.0) for name in GENERAL])
+    plain = full_answer(scene, [Limit(name, 0.0) for name in GENERAL]).judgements
     limits = {}
     for number, (name, each) in enumerate(zip(GENERAL, plain, strict=True)):
         unit = design_measures(scene, output_of(scene))[name].unit
@@ -362,7 +362,7 @@ def test_a_limit_by_the_name_of_any_figure_is_judged_alike_at_every_door(share):
     quick, _ = quick_answer(f"{SLOW}\n[limits.figures]\n{keys}")
     assert [row["kept"] for row in quick["picture"]["limits"]] == [row["kept"] for row in rows]
     tables["optimize"] = {"minimize": "mass", "variables": {"sections.bar.depth": ["3 mm", "9 mm"]}}
-    judged = judgements_on(scene_from_dict(tables), problem_of(tables).task.limits)
+    judged = full_answer(scene_from_dict(tables), problem_of(tables).task.limits).judgements
     assert [each.outcome for each in judged] == expected
 
 

@@ -300,8 +300,6 @@ class TestWrongArguments:
             (lambda: read_document(None), TypeError, "expected the path of a scene's file, got None"),
             (lambda: kinelast.read_structure(5), TypeError, "expected the path of a scene's file, got 5"),
             (lambda: kinelast.scene_motion("x"), TypeError, 'expected a scene, as of load.*, got "x"'),
-            (lambda: kinelast.scene_motion_at(5, [0.0]), TypeError, "expected a scene, as of load.*, got 5"),
-            (lambda: kinelast.scene_times(5), TypeError, "expected a scene, as of load.*, got 5"),
             (lambda: steel().with_values(["x"]), TypeError, "expected numbers in SI units by their paths"),
             (lambda: steel().with_values({"sections.bar.depth": "5 mm"}), TypeError, "with_changes takes them"),
             (lambda: build.mechanism(build.Point("O", None, 0)), ValueError, 'the Point "O" has no number for x'),

@@ -15,7 +15,6 @@ TABLES = {
     "kinelast/outputs/table.py": "FORMATS",
     "exchange/reading.py": "FORMATS",
     "kinelast/scene/format.py": "SectionTable",
-    "kinelast/scene/tables.py": "Curve",
 }
 FUNCTIONS = {
     "kinelast/figures/parts.py": "_load",

@@ -9,12 +9,12 @@ import pytest
 from elastic import FIELDS, deflection, extremes, rectangle, sample, section_of
 from elastic.cycle_maxima import COARSE, FINE, _bounds, cycle_maxima
 from kinelast import SceneError, scene_from_dict, scene_motion, shipped_scenes
-from kinelast.designs import evaluate, read_value, variable, with_value
+from kinelast.designs import Variable, evaluate
 from kinelast.designs.base import base_of
 from kinelast.figures.summary import summary
 from kinelast.runs import computed
 from kinelast.scene import build
-from kinelast.scene.document import document_from_dict, read_document
+from kinelast.scene.document import document_from_dict, document_of, read_document
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.text import file_text, toml_tables
 from kinelast.scene.variables import numbers
@@ -96,13 +96,13 @@ def single(tables):
 
 def rows_and_singles(tables, paths, count, seed=1):
     rng = np.random.default_rng(seed)
-    base = np.array([variable(tables, path).base for path in paths])
+    base = np.array([document_of(tables).variable(path).base for path in paths])
     values = np.where(base == 0, 1e-4, base) * (1 + SPREAD * rng.uniform(-1, 1, (count, len(paths))))
     changed = []
     for row in values:
         own = copy.deepcopy(tables)
         for path, value in zip(paths, row, strict=True):
-            own = with_value(own, path, value)
+            own = document_of(own).with_values({path: value}).tables
         changed.append(single(own))
     return evaluate(tables, paths, values, list(changed[0])), changed
 
@@ -163,7 +163,7 @@ def test_designs_on_one_axis_of_arrays_are_what_single_runs_say(name):
     "path", ["materials.steel.E", "materials.steel.yield", "materials.steel.poisson", "points.B.x"]
 )
 def test_designs_that_differ_in_what_does_not_move_them_have_all_figures(path):
-    base = variable(STEEL, path).base
+    base = document_of(STEEL).variable(path).base
     found = evaluate(STEEL, [path], [[base], [0.9 * base]])
     alone = evaluate(STEEL, ["points.D.x"], [[0.35]])
     assert list(found.reason) == ["", ""]
@@ -176,7 +176,7 @@ def test_a_design_finds_its_branch_on_its_own_drawing():
     heights = [0.24, -0.24, 0.2, -0.3]
     heavy = {**STEEL, "run": {"positions": 24, "gravity": [0.0, -9.81]}}
     found = evaluate(heavy, ["points.B.y"], [[height] for height in heights], ["deflection", "shaking_moment"])
-    singles = [single(with_value(heavy, "points.B.y", height)) for height in heights]
+    singles = [single(document_of(heavy).with_values({"points.B.y": height}).tables) for height in heights]
     require_same(found, [{name: row[name] for name in found.columns} for row in singles])
     assert found.columns["shaking_moment"][0] != pytest.approx(found.columns["shaking_moment"][1], rel=1e-4)
 
@@ -196,7 +196,7 @@ def test_a_design_finds_its_branch_on_its_own_drawing():
 def test_a_row_does_not_depend_on_the_others_to_the_last_bit(name, paths, spread):
     tables = shipped("flap_bars", 361) if name == "bars" else MECHANISMS[name][0]
     rng = np.random.default_rng(0)
-    base = np.array([variable(tables, path).base for path in paths])
+    base = np.array([document_of(tables).variable(path).base for path in paths])
     values = np.where(base == 0, 1e-3, base) * (1 + spread * rng.uniform(-1, 1, (40, 2)))
     whole = evaluate(tables, paths, values)
     for rows in ([0], range(5, 9), range(39, 36, -1), range(0, 40, 7)):
@@ -233,7 +233,7 @@ def wrong(tables, paths, values):
     """What a single run of a design says that cannot be."""
     try:
         for path, value in zip(paths, values, strict=True):
-            tables = with_value(tables, path, value)
+            tables = document_of(tables).with_values({path: value}).tables
         single(tables)
     except SceneError as error:
         return str(error)
@@ -241,18 +241,17 @@ def wrong(tables, paths, values):
 
 
 def test_numbers_of_a_file_are_known_by_their_paths():
-    assert variable(STEEL, "drives.crank.speed") == variable(STEEL, "drives[1].speed").__class__(
-        "drives.crank.speed", "rad/s", 100.0
-    )
-    assert variable(STEEL, "points.B.y").base == variable(STEEL, "points.B[2]").base == 0.24
+    for path in ("drives.crank.speed", "drives[1].speed"):
+        assert document_of(STEEL).variable(path) == Variable(path, "rad/s", 100.0)
+    assert document_of(STEEL).variable("points.B.y").base == document_of(STEEL).variable("points.B[2]").base == 0.24
     swing = MECHANISMS["swing"][0]
-    assert variable(swing, "springs[2].stiffness").unit == "N m/rad"
-    assert variable(swing, "springs[1].stiffness").unit == "N/m"
-    assert variable(swing, "sections.bar.outer[2]").base == 0.006
-    assert variable(swing, "loads.block.table[1][1]").unit == "m"
-    assert variable(MECHANISMS["press"][0], "sliders.guide.direction").unit == "rad"
-    assert read_value(STEEL, "drives.crank.speed", "3000 rpm") == pytest.approx(100 * np.pi)
-    assert read_value(STEEL, "sections.bar.depth", "5 mm") == 0.005
+    assert document_of(swing).variable("springs[2].stiffness").unit == "N m/rad"
+    assert document_of(swing).variable("springs[1].stiffness").unit == "N/m"
+    assert document_of(swing).variable("sections.bar.outer[2]").base == 0.006
+    assert document_of(swing).variable("loads.block.table[1][1]").unit == "m"
+    assert document_of(MECHANISMS["press"][0]).variable("sliders.guide.direction").unit == "rad"
+    assert document_of(STEEL).value("drives.crank.speed", "3000 rpm") == pytest.approx(100 * np.pi)
+    assert document_of(STEEL).value("sections.bar.depth", "5 mm") == 0.005
 
 
 @pytest.mark.parametrize(
@@ -275,7 +274,7 @@ def test_numbers_of_a_file_are_known_by_their_paths():
 )
 def test_a_path_that_names_no_number_is_told_with_the_nearest(path, words):
     with pytest.raises(SceneError) as caught:
-        variable(STEEL, path)
+        document_of(STEEL).variable(path)
     assert words in f"{path}: {caught.value.problem}"
 
 
@@ -291,7 +290,7 @@ def test_a_path_that_names_no_number_is_told_with_the_nearest(path, words):
 )
 def test_a_value_that_cannot_stand_there_is_told(path, text, words):
     with pytest.raises(SceneError, match=re.escape(words)):
-        read_value(STEEL, path, text)
+        document_of(STEEL).value(path, text)
 
 
 def test_a_figure_that_there_is_none_of_is_told_with_the_nearest():
@@ -308,9 +307,8 @@ def test_limits_and_the_output_are_judged_design_by_design():
     values = [[depth] for depth in (0.004, 0.006, 0.01)]
     found = evaluate(tables, ["sections.bar.depth"], values, ["limits_kept", "output_error", "mass"])
     for row, (depth,) in enumerate(values):
-        results = computed(
-            scene_from_dict(with_value(tables, "sections.bar.depth", depth)), Request(theory="quasi-static")
-        )
+        scene = document_of(tables).with_values({"sections.bar.depth": depth}).scene
+        results = computed(scene, Request(theory="quasi-static"))
         figures = summary(results)
         kept = all(limit["kept"] for limit in figures["acceptance"]["limits"])  # were there no error, which no row has
         assert bool(found.columns["limits_kept"][row]) == kept
@@ -327,7 +325,7 @@ def test_an_output_that_the_scene_does_not_name_is_that_of_its_report(name):
     output = summary(results)["output"]
     assert output["guessed"]
     path = paths_of(name)[0]
-    found = evaluate(tables, [path], [[variable(tables, path).base]], ["output_error"])
+    found = evaluate(tables, [path], [[document_of(tables).variable(path).base]], ["output_error"])
     assert found.units["output_error"] == output["unit"]
     assert found.columns["output_error"][0] == pytest.approx(abs(output["value"]), rel=1e-12)
 

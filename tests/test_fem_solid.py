@@ -6,7 +6,6 @@ article 22, the beam under a uniform load.
 
 from dataclasses import replace
 
-import meshio
 import numpy as np
 import pytest
 from mechanisms import ALL, cantilever, four_bar, motion_of, steel_four_bar, still, supported
@@ -15,7 +14,7 @@ from skfem import FacetBasis, LinearForm, condense, solve
 from test_fem_beam import held
 
 from elastic import RIGID, Section, Taper, deflection, i_section, sample, section_of
-from fem_check import compare_solid, solve_solid, write_solid_vtu_series
+from fem_check import compare_solid, solve_solid
 from fem_check.solid.body import SolidLink
 from fem_check.solid.outline import Outline, Strip
 from fem_check.solid.responses import responses
@@ -229,26 +228,6 @@ class TestHousehold:
         assert repr(solid) == "SolidSolution(3 links, 944 elements, 6 positions)"
         assert repr(compare_solid(deflection(motion_of(case), case.sections))).count("\n") == 0
 
-    def test_mesh_files(self, tmp_path):
-        case = steel_four_bar(3)
-        solid = solve_solid(motion_of(case), case.sections)
-        write_solid_vtu_series(solid, tmp_path / "new")
-        mesh = meshio.read(tmp_path / "new" / "solid_0001.vtu")
-        (quads,) = mesh.cells
-        assert quads.type == "quad"
-        assert len(quads.data) == sum(len(found.body.grid.cells) for found in solid.bodies.values())
-        assert set(mesh.cell_data["link"][0]) == {1, 2, 3}
-        start, end = (np.abs(mesh.points[:, 0] + 1j * mesh.points[:, 1] - place).argmin() for place in pins(solid, 1))
-        moved = mesh.point_data["displacement"]
-        largest = np.abs(solid.chord[1][1]).max()
-        assert np.abs(moved[[start, end], 1]).max() < 0.02 * largest
-        assert np.hypot(*moved[:, :2].T).max() > largest
-        station = np.abs(solid.chord[1][1]).argmax()
-        place = np.array(pins(solid, 1)) @ (1 - solid.xi[1][station], solid.xi[1][station])
-        node = np.abs(mesh.points[:, 0] + 1j * mesh.points[:, 1] - place).argmin()
-        across = (moved[node, :2] @ (1, 1j) * np.conj(solid.motion.direction[2, 1])).imag
-        assert across == pytest.approx(solid.chord[1][1, station], abs=0.02 * largest)
-
     def test_misuse_is_refused(self):
         case = steel_four_bar(3)
         turning = motion_of(case)
@@ -269,12 +248,6 @@ class TestHousehold:
         fork = Link("arm", {"O": 0.0, "A": 1.0, "B": 1 + 0.1j}, (Beam("O", "A"), Beam("O", "B")))
         found = solve_solid(held(fork), [section(0.1)] * 2)
         assert found.left_out["arm"].startswith("two beams meet at 5.71 degrees, 0.1 and 0.1 m deep")
-
-
-def pins(solid, position):
-    """Places of the two pins of the coupler."""
-    points = np.array(list(solid.motion.mechanism.links[2].points.values()))
-    return solid.motion.origin[2, position] + solid.motion.direction[2, position] * points
 
 
 def test_the_deflection_of_the_axis_is_what_elastic_samples():

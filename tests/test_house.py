@@ -133,7 +133,7 @@ def test_empty_names_live_three_lines_at_most():
     assert not [name for path in files() for name in long_lived(path)]
 
 
-ONE_FILE = {f"rigid.{name}" for name in ("arrays", "chunks", "constants", "kinematics", "plane", "teeth")} | {
+ONE_FILE = {f"rigid.{name}" for name in ("arrays", "chunks", "constants", "kinematics", "laws", "plane", "teeth")} | {
     "elastic.arrays"
 }
 """Rooms of a single file."""

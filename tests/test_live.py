@@ -13,6 +13,7 @@ import tomllib
 import zlib
 from contextlib import contextmanager
 from types import SimpleNamespace
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -22,8 +23,10 @@ from kinelast import deflection, read_document, scene_from_dict, scene_from_text
 from kinelast.cli.command import main
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.error import SceneError
+from kinelast.scene.tables import Curve
 from kinelast.tasks.task import shipped_scenes
 from live.answer import Memory, quick_answer
+from live.drives import MOTIONS
 from live.edit import EMPTY, edited, start_of
 from live.entries import keys, typed
 from live.file import ChangedError, SceneFile
@@ -197,6 +200,13 @@ class TestEdits:
         answer, _ = quick_answer(text)
         assert answer["mistakes"] == []
         assert answer["picture"]["closes"]["all"]
+
+    def test_the_menu_has_every_law_of_the_format(self):
+        laws = {*get_args(Curve)} - {"dwell", "constant-speed"}
+        assert laws == {*MOTIONS[1:-1]}
+        for law in laws:
+            change = {"do": "law", "drive": 0, "curve": law, "by": "90 deg", "duration": "1 s", "back": True}
+            assert scene_from_text(edited(STEEL, change)).laws[0].segments[0].curve == law
 
     def test_a_robot_turns_its_second_arm_on_the_first(self):
         text = made({"do": "link", "points": [[0, 0], [0.3, 0]]}, {"do": "link", "points": ["B", [0.5, 0]]},

@@ -10,11 +10,11 @@ from mechanisms import four_bar, replaced, slider_crank, turn
 
 from kinelast import scene_from_dict, shipped_scenes
 from kinelast.cli.command import main
-from kinelast.designs import evaluate, with_value
+from kinelast.designs import evaluate
 from kinelast.designs.base import base_of
 from kinelast.figures.peaks import run_figures
 from kinelast.runs import computed
-from kinelast.scene.document import document_from_dict
+from kinelast.scene.document import document_from_dict, document_of
 from kinelast.tasks.request import Request
 from machine.drives import (
     Cylinder,
@@ -423,7 +423,7 @@ positions = 721
         for row, design in enumerate(values):
             own = tables
             for path, value in zip(paths, design, strict=True):
-                own = with_value(own, path, value)
+                own = document_of(own).with_values({path: value}).tables
             peaks = run_figures(computed(scene_from_dict(own), Request()).cycle, None).peaks
             for key in keys:
                 alone = abs(peaks[key.partition(".")[0]][0].value)

@@ -25,7 +25,7 @@ from kinelast.figures.trust import findings
 from kinelast.outputs.charts import GREY, Axis, Chart, Curve, axis, cycle_charts, cycle_maps, field_maps, line_charts
 from kinelast.outputs.pictures import mechanism_drawing
 from kinelast.runs import computed
-from kinelast.scene.data import scene_motion, scene_motion_at
+from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_dict, scene_from_text
 from kinelast.scene.numbers import number, quantity, round_down, round_up, ticks
 from kinelast.tasks.request import Request
@@ -513,7 +513,7 @@ def test_advice_for_slender_links():
 def test_charts_and_maps_have_gaps_where_positions_were_left_out():
     """Eight positions of an arm at 1e-3 rad/s over 7 s, of which the third to fifth are not there."""
     scene = scene_from_dict({**HANGING, "run": {"positions": 8, "duration": 7.0, "gravity": [0, -9.81]}}, "arm")
-    course = scene_motion_at(scene, np.array([0.0, 1.0, 5.0, 6.0, 7.0]))
+    course = scene.course.at(np.array([0.0, 1.0, 5.0, 6.0, 7.0]))
     results = Results(scene, deflection(course, scene.sections), left_out=3)
     over = axis(results)
     assert over.values == pytest.approx(np.degrees(1e-3 * np.arange(8.0)))

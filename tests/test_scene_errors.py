@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scene_texts import FALLING, FOUR_BAR, MESH, QUICK_RETURN, SLIDER_CRANK, SWING, WHEEL, YOKE, edited
 
 from kinelast.scene.course import IntegratedCourse
-from kinelast.scene.data import scene_motion, scene_motion_at, scene_times
+from kinelast.scene.data import scene_motion
 from kinelast.scene.document import read_scene, scene_from_dict, scene_from_text
 from kinelast.scene.error import SceneError
 from kinelast.scene.quantities import BendingRigidity, Force, ForcePerLength, Moment, Stiffness, TurnCompliance
@@ -570,8 +570,6 @@ def test_an_integration_that_takes_too_many_steps_ends_and_keeps_what_it_reached
     assert stop is not None
     assert seen == motion.time[1:].tolist()
     whole = scene_from_text(FALLING)
-    reached = scene.course.reached(scene_times(whole))
+    reached = scene.course.reached(whole.course.times())
     assert 0 < len(reached) < 21
-    np.testing.assert_allclose(
-        scene_motion_at(scene, reached).direction, scene_motion_at(whole, reached).direction, atol=1e-8
-    )
+    np.testing.assert_allclose(scene.course.at(reached).direction, whole.course.at(reached).direction, atol=1e-8)

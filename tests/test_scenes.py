@@ -11,7 +11,7 @@ from msgspec.structs import fields
 from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 
 from elastic import deflection, sample
-from kinelast.scene.data import scene_motion, scene_times
+from kinelast.scene.data import scene_motion
 from kinelast.scene.document import read_scene, scene_from_text
 from kinelast.scene.error import SceneError
 from kinelast.scene.quantities import (
@@ -60,7 +60,7 @@ class TestDrives:
 
     def test_a_duration_with_its_end(self):
         scene = scene_from_text(edited(FOUR_BAR, ("[run]", '[run]\nduration = "20 ms"')))
-        assert scene_times(scene, 3).tolist() == [0.0, 0.01, 0.02]
+        assert scene.course.times(3).tolist() == [0.0, 0.01, 0.02]
 
     def test_a_law_is_followed_to_its_end(self):
         law = 'law = [{curve = "cycloidal", duration = "0.2 s", by = "90 deg"}, {curve = "dwell", duration = 0.1}, ' \

@@ -8,7 +8,7 @@ from scene_texts import FOUR_BAR, MESH, WHEEL, YOKE, edited
 
 from kinelast.cli.command import main
 from kinelast.figures.parts import law_figures
-from kinelast.scene.data import scene_motion, scene_motion_at
+from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
 from rigid import drive_efforts, position_of, reactions
@@ -101,7 +101,7 @@ class TestLaws:
         law = 'law = [{curve = "cycloidal", duration = 1, by = 1}, {curve = "harmonic", duration = 1, by = -1}]'
         scene = scene_from_text(edited(driven("start = 0.2", law, "repeat = true"), ("duration = 4", "")))
         assert (scene.run.duration, scene.run.turn) == (2.0, True)
-        course = scene_motion_at(scene, [0.5, 2.5, 5.5, -0.5])
+        course = scene.course.at([0.5, 2.5, 5.5, -0.5])
         assert course.drive[0] == pytest.approx([0.7, 0.7, 0.7, 0.7])
         assert course.drive_rate[0] == pytest.approx([2, 2, -pi / 2, -pi / 2])
 
@@ -137,7 +137,7 @@ class TestLaws:
         entries = ", ".join(f"[{t}, {2 * pi * t + 0.3 * np.sin(2 * pi * t)}]" for t in time)
         scene = scene_from_text(driven(f"motion = [{entries}]", "repeat = true"))
         assert scene.run.duration == 4
-        course = scene_motion_at(scene, [0.0, 0.37, 1.0, 2.37])
+        course = scene.course.at([0.0, 0.37, 1.0, 2.37])
         expected = [2 * pi * t + 0.3 * np.sin(2 * pi * t) for t in (0, 0.37, 1, 2.37)]
         assert course.drive[0] == pytest.approx(expected, abs=2e-4)
         assert course.drive_rate[0, 2] == pytest.approx(course.drive_rate[0, 0], rel=1e-12)

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from elastic import deflection, extremes
 from kinelast import read_scene, scene_motion, shipped_scenes
-from kinelast.designs import evaluate, with_value
+from kinelast.designs import evaluate
 from kinelast.designs.problem import steps_of
 from kinelast.designs.search import local_searches
 from kinelast.designs.sensitivities import Sensitivities
@@ -18,7 +18,7 @@ from kinelast.designs.studies import optimum_study, problem_of, sensitivity_stud
 from kinelast.designs.tolerances import accuracy_figures
 from kinelast.outputs.sensitivities import ToldSensitivities
 from kinelast.outputs.studies import words
-from kinelast.scene.document import document_from_text, scene_from_dict
+from kinelast.scene.document import document_from_text, document_of, scene_from_dict
 from kinelast.scene.error import SceneError
 from kinelast.scene.parsing import parse_toml
 from kinelast.tasks.progress import Progress
@@ -136,7 +136,7 @@ class TestSensitivities:
         xi, sign = mpmath.mpf(float(peak.xi[1, at])), np.sign(peak.value[1, at])
 
         def coupler_deflection(value):
-            own = scene_from_dict(with_value(tables, path, value))
+            own = document_of(tables).with_values({path: value}).scene
             rates = course.drive[:, at], course.drive_rate[:, at], course.drive_acceleration[:, at]
             return exact(own.mechanism, own.sections, *rates).at("w", 1, xi) * sign
 
@@ -166,7 +166,7 @@ class TestSensitivities:
             return float(found["stress.crank"][0] - found["stress.rocker"][0])
 
         equal = brentq(apart, *(ratio * 6e-3), xtol=1e-17)
-        tables = with_value(tables, "sections.other.depth", equal)
+        tables = document_of(tables).with_values({"sections.other.depth": equal}).tables
         tables["sensitivities"] = {"figures": ["stress", "mass"], "numbers": ["sections.other.depth"]}
         found, *_ = sensitivity_study(tables)
         assert found.kink.tolist() == [[True], [False]]
@@ -220,7 +220,8 @@ class TestTolerances:
         start = np.arctan2(0.1, L)
         share = (1 - start if how == "to" else 1) * (np.hypot(L, 0.1) / L) ** 4  # the tip's mass alone, nearly
         assert found[1] / found[0] == pytest.approx(share, rel=0.05)
-        alone = evaluate(with_value(tables, "points.A.y", 0.1), [], np.zeros((1, 0)), ["deflection"]).columns
+        raised = document_of(tables).with_values({"points.A.y": 0.1})
+        alone = evaluate(raised, [], np.zeros((1, 0)), ["deflection"]).columns
         assert found[1] == pytest.approx(alone["deflection"][0], rel=1e-12)
 
     def test_the_arm_as_its_formula_scatters(self):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from sources import number, shipped, three_ways
 
-from kinelast.scene.data import scene_motion, scene_motion_at
+from kinelast.scene.data import scene_motion
 from rigid import position_of
 from rigid.dynamics import multiplier_forces
 from rigid.kinetostatics import kinetic_energy, potential_energy
@@ -77,7 +77,7 @@ class TestAtConstantSpeed:
         course = scene_motion(scene)
         ways = three_ways(course)
         assert np.abs(ways[1:] - ways[0]).max() < 1e-11 * np.abs(ways[0]).max()
-        again = scene_motion_at(scene, [0.0, 2 * np.pi / 527])
+        again = scene.course.at([0.0, 2 * np.pi / 527])
         assert again.origin[:, 1] == pytest.approx(again.origin[:, 0], abs=1e-14)
 
     def test_over_a_turn_the_effort_does_no_work(self):

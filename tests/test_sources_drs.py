@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from sources import three_ways
 
-from kinelast.scene.data import scene_motion, scene_motion_at
+from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.tasks.task import shipped_scenes
 from rigid import motion
@@ -29,7 +29,7 @@ class TestDragReduction:
     )
 
     def force(self, *milliseconds, scene=None):
-        return three_ways(scene_motion_at(scene or self.scene, np.array(milliseconds) * 1e-3))[0]
+        return three_ways((scene or self.scene).course.at(np.array(milliseconds) * 1e-3))[0]
 
     @pytest.mark.parametrize(
         ("time", "force"),
@@ -73,7 +73,7 @@ class TestDragReduction:
         return (145.51319 - 51.32626) * share, -(819.11694 - 745.62411) * share
 
     def test_singular_positions(self):
-        still = scene_motion_at(self.scene, [0.0]).mechanism
+        still = self.scene.course.at([0.0]).mechanism
         course = motion(still, np.linspace(-0.01, 0.29, 301))
         stops = [float(point.drive[0]) for point in dead_points(course) if point.kind == "stop"]
         assert stops == [pytest.approx(-0.001552857370, abs=5e-12), pytest.approx(0.2775528574, abs=5e-11)]
@@ -91,7 +91,7 @@ class TestDragReduction:
     def test_profile_is_its_quintic(self):
         time = np.linspace(0, 0.01, 11)
         quintic = 0.0001989391299 + 458759.5888 * time**3 - 6.881393831e7 * time**4 + 2.752557533e9 * time**5
-        assert scene_motion_at(self.scene, time).drive[0] == pytest.approx(quintic, abs=1e-9)
+        assert self.scene.course.at(time).drive[0] == pytest.approx(quintic, abs=1e-9)
 
     def test_centre_of_mass_is_the_mean_of_the_outline(self):
         flap = self.scene.mechanism.links[self.scene.mechanism.index["flap"]]

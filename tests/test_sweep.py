@@ -12,13 +12,13 @@ import pytest
 
 from kinelast import SceneError, scene_from_dict, shipped_scenes
 from kinelast.cli.command import main
-from kinelast.designs import evaluate, read_value, with_value
+from kinelast.designs import evaluate
 from kinelast.designs.evaluate import Evaluation
 from kinelast.designs.plan import plan_of
 from kinelast.figures.limits import KEPT, SEVERITY, FullAnswer, Judgement, severity
 from kinelast.figures.summary import summary as summary_of
 from kinelast.runs import computed
-from kinelast.scene.document import document_from_dict
+from kinelast.scene.document import document_from_dict, document_of
 from kinelast.scene.text import file_text, toml_tables
 from kinelast.sweep.pages import Aim, Answering, Rows, tallied
 from kinelast.tasks.progress import SILENT
@@ -162,7 +162,7 @@ def test_the_command_writes_a_row_a_design_and_tells_the_best(tmp_path, capsys):
     others = [row for row in rows if row[9] == "quasi-static"]
     assert [row[7:11] for row in others] == [["", "", "quasi-static", ""]] * (6 - len(summary["answered"]))
     assert [row[9] for row in rows[1::2]] == [""] * 6
-    assert read_value(one, DEPTH, one["sections"]["bar"]["depth"]) == float(best[1])
+    assert document_of(one).value(DEPTH, one["sections"]["bar"]["depth"]) == float(best[1])
     results = computed(scene_from_dict(one), Request(theory="quasi-static"))
     assert abs(results.figures.of_field("w")[2].value) == pytest.approx(float(best[4]), rel=1e-11)
     assert swept(tmp_path, SWEEP, "--design", "12") == 2
@@ -273,7 +273,7 @@ def test_the_python_of_the_page_on_designs_finds_what_single_runs_find(capsys):
     exec(block, known)
     assert f"# {capsys.readouterr().out.strip()}\n" in block
     for row in known["stiff"] + np.array([-1, 0]):
-        tables = with_value(STEEL, DEPTH, float(known["depth"][row]))
+        tables = document_of(STEEL).with_values({DEPTH: float(known["depth"][row])}).tables
         alone = computed(scene_from_dict(tables), Request(theory="quasi-static"))
         value = abs(alone.figures.of_field("w")[1].value)
         assert value == pytest.approx(known["deflection"][row], rel=1e-12)

@@ -4,7 +4,6 @@ It shares no computation with `rigid` and `elastic`, only the definitions of mec
 """
 
 from fem_check.nonlinear.equilibrium import nonlinear_equilibrium
-from fem_check.nonlinear.errors import ErrorEstimate, estimated_errors
 from fem_check.nonlinear.nodes import NotCheckedError
 from fem_check.nonlinear.refinement import RefinedDeflection, refined_deflection
 from fem_check.nonlinear.rigid_places import DoesNotCloseError
@@ -14,12 +13,10 @@ from fem_check.nonlinear.transient import nonlinear_transient
 
 __all__ = [
     "DoesNotCloseError",
-    "ErrorEstimate",
     "JointForce",
     "NonlinearSolution",
     "NotCheckedError",
     "RefinedDeflection",
-    "estimated_errors",
     "nonlinear_equilibrium",
     "nonlinear_steady_state",
     "nonlinear_transient",

@@ -235,11 +235,6 @@ def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()
     return FullAnswer(theory, judgements, figures)
 
 
-def judgements_on(scene: Scene, limits: Iterable[Limit]) -> tuple[Judgement, ...]:
-    """Limits of figures by their names, beside those of the scene's full answer."""
-    return full_answer(scene, limits).judgements
-
-
 def _known(results: Results, measure: Measure) -> tuple[float, float]:
     """A figure by its name, and its error; of those that are only computed where they are asked for too."""
     entry, peaks = measure.figure, results.figures.peaks.get(measure.figure.key, [])

@@ -24,7 +24,7 @@ from machine.cams import Cam, cam_course
 from machine.drives import Cylinder, Motor
 from machine.joints import JointParts
 from machine.life import FatigueTask
-from rigid import SINGULAR, Mechanism, MechanismError, Motion, ReachError, Reals, TableError, motion, require_reach
+from rigid import SINGULAR, Mechanism, MechanismError, Motion, ReachError, TableError, motion, require_reach
 from rigid.kinematics import by_laws
 
 LOOKED_AT = np.array([0.0, 0.137, 0.293, 0.471, 0.683])  # parts of a run, at which a cam has to move its follower
@@ -187,23 +187,6 @@ class Scene:
         return self.course.path
 
 
-def scene_times(scene: Scene, positions: int | None = None) -> Reals:
-    """Instants of a scene's run [s], as `Course.times`."""
-    return _course_of(scene).times(positions)
-
-
-def _course_of(scene: Scene) -> Course:
-    """The course of a scene; TypeError of anything else."""
-    if not isinstance(scene, Scene):
-        raise TypeError(f'expected a scene, as of load("steel_four_bar"), got {shown(scene)}')
-    return scene.course
-
-
-def scene_motion_at(scene: Scene, time: Any) -> Motion:
-    """The motion of a scene's mechanism at any instants [s], shape (positions,), as `Course.at`."""
-    return _course_of(scene).at(time)
-
-
 def scene_motion(scene: Scene, positions: int | None = None, partial: bool = False) -> Motion:
     """The motion of a scene's mechanism over its run.
 
@@ -220,8 +203,9 @@ def scene_motion(scene: Scene, positions: int | None = None, partial: bool = Fal
         The drives ask for positions that cannot be reached: names where and at which joint it stops. A motion that
         cannot go on. A table that ends too soon.
     """
-    course = _course_of(scene)
-    moved = course.at(course.times(positions))
+    if not isinstance(scene, Scene):
+        raise TypeError(f'expected a scene, as of load("steel_four_bar"), got {shown(scene)}')
+    moved = scene.course.at(scene.course.times(positions))
     if not partial:
         require_reached(scene, moved)
     require_tables(scene, moved)

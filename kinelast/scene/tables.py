@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from msgspec import Meta, Struct, field
 
@@ -40,21 +40,14 @@ from kinelast.scene.quantities import (
     TurnCompliance,
     TurningSpeed,
 )
+from rigid.laws import CURVES
 
 Place = tuple[Length, Length]
 Name = Annotated[str, Meta(pattern="^[A-Za-z0-9_-]+$")]
-Curve = Literal[
-    "dwell",
-    "constant-speed",
-    "harmonic",
-    "cycloidal",
-    "polynomial-345",
-    "polynomial-4567",
-    "trapezoidal-velocity",
-    "constant-acceleration",
-    "modified-trapezoid",
-    "modified-sine",
-]
+if TYPE_CHECKING:
+    Curve = str
+else:
+    Curve = Literal[*CURVES]
 LengthUnit = Literal["m", "cm", "mm", "in"]
 PER_LENGTH = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 Interpolation = Literal["linear", "cubic"]

@@ -6,7 +6,7 @@ import * as share from "./share.js";
 import * as tools from "./tools.js";
 import { draw, drawGrid, fit, measure, quantity, rescale, view } from "./drawing.js";
 const $ = (id) => document.getElementById(id);
-const state = { digest: "", saved: "", path: null, name: "", numbers: [], dragging: null, playing: null, latencies: [], drawing: [], whole: 0, queue: Promise.resolve(), shipped: {}, tables: {}, keys: {} };
+const state = { digest: "", saved: "", path: null, name: "", numbers: [], dragging: null, playing: null, latencies: [], drawing: [], whole: 0, queue: Promise.resolve(), shipped: {}, tables: {}, keys: {}, motions: [] };
 const KEY = () => `live ${state.path ?? ""}`;
 
 // --- answers
@@ -240,13 +240,13 @@ function fillInspector(box) {
 }
 
 // The motion of a drive: constant speed, or one curve over some way in some time, and back where that is wished.
-const CONSTANT = "constant speed", SPLINE = "spline through points", CURVES = [CONSTANT, "cycloidal", "harmonic", "modified-sine", "modified-trapezoid", "polynomial-345", "polynomial-4567", "trapezoidal-velocity", "constant-acceleration", SPLINE];
+const CONSTANT = "constant speed", SPLINE = "spline through points";
 const opposite = (by) => (String(by).startsWith("-") ? String(by).slice(1) : `-${by}`);
 function inspectDrive(at, box) {
   const { law, speed, slider, effort, motion } = view.sheet.drives[at], [first, second] = law ?? [];
-  if (effort !== undefined || (law && (law.length > 2 || !CURVES.includes(first.curve) || typeof first.by !== "string" || (second && (second.curve !== first.curve || second.duration !== first.duration || String(second.by) !== opposite(first.by)))))) { box.append("Motion: as the text says"); return; }
+  if (effort !== undefined || (law && (law.length > 2 || !state.motions.includes(first.curve) || typeof first.by !== "string" || (second && (second.curve !== first.curve || second.duration !== first.duration || String(second.by) !== opposite(first.by)))))) { box.append("Motion: as the text says"); return; }
   const curve = document.createElement("select"), field = (value, size) => Object.assign(hold(document.createElement("input"), value), { size }), labelled = (words, input) => { const label = document.createElement("label"); label.append(words, input); return label; };
-  curve.append(...CURVES.map((name) => new Option(name, name)));
+  curve.append(...state.motions.map((name) => new Option(name, name)));
   curve.value = motion ? SPLINE : law ? first.curve : CONSTANT;
   if (motion || box.dataset.spline === String(at)) return inspectSpline(at, box, curve, labelled);
   const rate = field(speed ?? (slider ? "0.1 m/s" : "60 rpm"), 8), by = field(first?.by ?? (slider ? "50 mm" : "90 deg"), 7), time = field(first?.duration ?? "1 s", 6), back = Object.assign(document.createElement("input"), { type: "checkbox", checked: !law || Boolean(second) });
@@ -457,7 +457,7 @@ async function start() {
   try { localStorage.setItem("live path", location.pathname); } catch { /* a browser that keeps nothing */ }
   $("name").textContent = told.name;
   $("name").title = told.path ?? "";
-  state.keys = told.keys;
+  Object.assign(state, { keys: told.keys, motions: told.motions });
   $("add").append(...ADDED.map(([kind, words]) => new Option(words, kind)));
   for (const kind of ["sections", "materials"]) $(kind).replaceChildren(...told[kind].map((name) => new Option(name)));
   $("begin").append(...Object.keys(told.shipped).map((name) => new Option(name, name)));
