@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 
 import kinelast
+import kinelast.tasks.editor
 from kinelast import deflection, read_document, scene_from_dict, scene_from_text
 from kinelast.cli.command import main
 from kinelast.scene.course import CourseByLaws
@@ -817,6 +818,11 @@ class TestCommand:
         assert main(["--live"]) == 2
         told = 'deflection-report: --live needs a server: pip install "starlette" "uvicorn"\n'
         assert capsys.readouterr().err == told
+
+    def test_without_an_editor_the_command_says_so(self, capsys, monkeypatch):
+        monkeypatch.setattr(kinelast.tasks.editor, "GROUP", "kinelast.nothing")
+        assert main(["--live"]) == 2
+        assert capsys.readouterr().err.startswith("deflection-report: no package provides a live editor")
 
     def test_without_the_packages_a_notebook_is_told_the_extra(self, monkeypatch):
         monkeypatch.setitem(__import__("sys").modules, "uvicorn", None)

@@ -190,11 +190,11 @@ def _live(*scenes: str) -> int:
     """Serve the live editor for a scene, or for an empty sheet."""
     if len(scenes) > 1:
         return _refuse("--live takes one scene")
-    from live import serve
+    from kinelast.tasks.editor import NoEditorError, installed_editor
 
     try:
-        return serve(scenes[0] if scenes else None, lambda words: say(words, sys.stdout))
-    except SceneError as error:
+        return installed_editor().serve(scenes[0] if scenes else None, lambda words: say(words, sys.stdout))
+    except (SceneError, NoEditorError) as error:
         return _refuse(str(error))
     except ModuleNotFoundError as error:
         if error.name not in ("starlette", "uvicorn"):

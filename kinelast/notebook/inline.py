@@ -335,15 +335,17 @@ def live(scene: Scene | Document | str | Path | None = None) -> Any:
     ------
     ModuleNotFoundError
         Starlette or uvicorn is not installed.
+    NoEditorError
+        No package provides a live editor.
     FileNotFoundError
         No file or scene has this name.
     ValueError
         The scene has no text.
     """
-    from live import view
+    from kinelast.tasks.editor import installed_editor
 
     try:
-        return view(scene)
+        return installed_editor().view(scene)
     except ModuleNotFoundError as error:
         missing = f'live needs {error.name}: pip install "starlette" "uvicorn"'
         raise ModuleNotFoundError(missing, name=error.name) from None
