@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
 import stat
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
+
+import msgspec
+from msgspec import Struct
 
 from kinelast.scene.error import MissingFileError, SceneError, fault, likely
 from kinelast.scene.format import SceneTable
