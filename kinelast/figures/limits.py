@@ -35,6 +35,7 @@ from kinelast.figures.trust import doubts
 from kinelast.scene.data import QUASI_STATIC, Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit
+from kinelast.scene.numbers import UNRELIABLE
 from rigid.arrays import Integers, Real, Reals, of_designs
 
 KEPT, BROKEN, TOO_NEAR, UNKNOWN = "kept", "not kept", "too close to decide", "cannot be judged"
@@ -43,6 +44,7 @@ VERDICTS = {KEPT: "acceptable", BROKEN: "not acceptable", TOO_NEAR: TOO_NEAR, UN
 PASSED = {KEPT: True, BROKEN: False}
 LIMITS_KEPT, LIMITS_MARGIN = "limits_kept", "limits_margin"
 ONE_POSITION = "only one position of the cycle is computed: ask for more --positions"
+WIDENED = 3.0  # errors of a figure beyond `UNRELIABLE`, within which its limit is too close to decide
 SPARE = 1e-4  # share of a limit that is left besides the error, as that changes with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
 """Keys of figures of beams, and the fields that have their place."""
@@ -51,8 +53,9 @@ PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.field
 def severity(limit: Limit, value: Any, error: Any) -> Integers:
     """Places in `SEVERITY` of the outcomes for figures with their errors, shape (...).
 
-    A limit is too close to decide if its bound lies within the error.
+    A limit is too close to decide if its bound lies within the error; within `WIDENED` times an unreliable error.
     """
+    error = np.where(error > UNRELIABLE * np.abs(value), WIDENED * error, error)
     below, above = limit.kept(value - error), limit.kept(value + error)
     known = np.where(below & above, SEVERITY.index(KEPT), np.where(below | above, SEVERITY.index(TOO_NEAR), 0))
     return np.where(np.isnan(value) | np.isnan(error), SEVERITY.index(UNKNOWN), known)

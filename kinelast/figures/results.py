@@ -423,7 +423,7 @@ def with_breaks(results: Results, run: RunFigures) -> RunFigures:
     if answer is None or not len(sides):
         return run
     plain = scene_deflection(scene, scene.course.at(sides))
-    beside = run_figures(Cycle(scene, plain.motion, answer.at(plain)), run.output)
+    beside = run_figures(Cycle(scene, plain.motion, answer.at(plain), tabled=True), run.output)
     return run.with_instants(beside).with_averages(answer.cycle)
 
 

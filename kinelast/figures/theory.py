@@ -439,7 +439,20 @@ class _Rungs:
             return replace(cycle, between=True, _known={})
         if name == QUASI_STATIC or vibrating is None:
             return self._between
+        moved = self._with_short_elements(moved, vibrating)
         return Cycle(self.scene, moved, deflection_at(vibrating, moved), sampled=True, between=True)
+
+    def _with_short_elements(self, moved: Motion, vibrating: Elastodynamic) -> Motion:
+        """The motion also at the points of time elements that resolve more than the given instants do."""
+        if vibrating.vibration is None:
+            return moved
+        grid, times = vibrating.vibration.problem.terms.grid, moved.time
+        spacing = np.ptp(times) / len(times)
+        fine = np.repeat(grid.steps < grid.stages * spacing, grid.stages)
+        points = grid.nodes[1:][fine]
+        points = points[(points > times[0]) & (points < times[-1])]
+        points = points[self.scene.course.breaks.far(points)]
+        return self.scene.course.at(np.unique(np.append(times, points))) if len(points) else moved
 
     def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:
         """By how much the worst of the graded figures differs without vibration, as a share.
