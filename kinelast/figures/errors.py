@@ -13,7 +13,7 @@ from elastic import Deflection, reference_deflection, sample
 from elastic.links import members_of
 from kinelast.figures.cycle import STATIONS, Cycle
 from kinelast.figures.entry import LARGEST, LEAST, MOST, Figure, bounded_items, magnitudes
-from kinelast.figures.registry import NAMES, limits_of
+from kinelast.figures.registry import ALONG_BEAMS, NAMES, limits_of
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR
 from rigid.arrays import Complexes, Numbers, Reals
@@ -31,6 +31,7 @@ RIGID_HEADLINE = "drive_effort", "joint_force"  # figures of a mechanism of rigi
 HEADLINE = NAMES["w"], NAMES["mises"]  # figures of which every report tells the greatest
 LITTLE = 0.01  # of the greatest figure of a unit, below which one of them counts as so much
 COURSES, JOINT_FORCES = ("u", "w", "chord", "N", "M"), "joint forces"
+BUCKLING, AXIAL = "buckling", "N"  # keys of figures
 DISPLACEMENTS = ("m", "rad")  # units of figures whose discretization error is a share of the largest of their unit
 AT = np.linspace(0.0, 1.0, 5)  # places along the beams at which courses are compared
 SMALL = 0.1  # of the greatest of all beams or joints, below which the course of one counts as so much
@@ -210,11 +211,27 @@ def figure_errors(
     values |= magnitudes(answer, others)
     stages = {name: magnitudes(cycle, others) for name, cycle in off.stages.items()}
     bodies, closer = (
-        values if each in (None, answer) else magnitudes(each, others) for each in (off.beam_theory, off.closer)
+        values if each in (None, answer) else _without_buckling(each, others, answer, values)
+        for each in (off.beam_theory, off.closer)
     )
     return errors | {
         figure.key: _of_items(answer, figure, values, stages, bodies, closer, off, scales) for figure in others
     }
+
+
+def _without_buckling(
+    cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Magnitudes of figures by key; the load over the critical load changes as the axial forces do.
+
+    So no critical loads are computed anew at the instants between the positions.
+    """
+    found = magnitudes(cycle, [figure for figure in figures if figure.key != BUCKLING])
+    if any(figure.key == BUCKLING for figure in figures):
+        axial = next(figure for figure in ALONG_BEAMS if figure.key == AXIAL)
+        here, there = (magnitudes(each, [axial])[AXIAL] for each in (answer, cycle))
+        found[BUCKLING] = values[BUCKLING] * np.divide(there, here, out=np.ones_like(here), where=here > 0.0)
+    return found
 
 
 def _of_motion(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[FigureError]:

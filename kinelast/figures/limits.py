@@ -44,7 +44,7 @@ VERDICTS = {KEPT: "acceptable", BROKEN: "not acceptable", TOO_NEAR: TOO_NEAR, UN
 PASSED = {KEPT: True, BROKEN: False}
 LIMITS_KEPT, LIMITS_MARGIN = "limits_kept", "limits_margin"
 ONE_POSITION = "only one position of the cycle is computed: ask for more --positions"
-WIDENED = 3.0  # errors of a figure beyond `UNRELIABLE`, within which its limit is too close to decide
+WIDENED = 2.0  # errors of a figure beyond `UNRELIABLE`, within which its limit is too close to decide
 SPARE = 1e-4  # share of a limit that is left besides the error, as that changes with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
 """Keys of figures of beams, and the fields that have their place."""

@@ -232,7 +232,8 @@ def _beside_limit(row: Mapping[str, Any], told_in: ToldIn, lasts: float) -> str:
     size, allowed = beside(math.inf if endless else value["value"], bound, limit["unit"], told_in)
     if endless:
         size = f"not settled within the {quantity(lasts, 's')} computed" if row["kind"] == "settling" else "endless"
-    return f"{_called(row)} {size}{error_words(value).removesuffix(' (unreliable)')}, {'at least' if row['least'] else 'allowed'} {allowed}"
+    known = error_words(value).removesuffix(" (unreliable)")  # the verdict counts it
+    return f"{_called(row)} {size}{known}, {'at least' if row['least'] else 'allowed'} {allowed}"
 
 
 def _called(row: Mapping[str, Any]) -> str:
