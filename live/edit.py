@@ -17,6 +17,7 @@ from kinelast.scene.document import document_from_text
 from kinelast.scene.parsing import read_toml
 from kinelast.scene.text import beside
 from kinelast.scene.units import Quantity, written_like
+from live.copies import copy
 from live.drives import add_cylinder, add_drive, add_gear, set_law, with_cylinders
 from live.entries import add_table, entry
 from live.parts import (
@@ -307,5 +308,5 @@ EDITS: Mapping[str, Callable[[str, Tables, Tables], str]] = {
     "move": move, "put": put, "set": set_number, "point": add_point, "link": add_link, "fix": fix, "slot": add_slot,
     "weld": weld, "spring": add_spring, "mass": add_mass, "load": add_load, "drive": add_drive, "law": set_law,
     "gear": add_gear, "cylinder": add_cylinder, "trace": add_to_link, "entry": entry, "table": add_table,
-    "remove": remove,
+    "remove": remove, "copy": copy,
 }  # fmt: skip

@@ -183,6 +183,20 @@ class TestEdits:
         at = points_of_picture(answer, data)
         assert np.allclose(2 * at["D"], at["B"] + at["C"], atol=1e-6)
 
+    @pytest.mark.parametrize(("name", "width"), [("steel_four_bar", 0.35), ("offset_slider_crank", 0.209)])
+    @pytest.mark.parametrize("mirror", [False, True])
+    def test_a_copy_moves_beside_and_a_mirrored_one_as_the_image(self, name, width, mirror):
+        text = shipped_scenes()[name].read_text()
+        before, data = quick_answer(text)
+        known = points_of_picture(before, data)
+        after, data = quick_answer(edited(text, {"do": "copy", "mirror": mirror}))
+        assert after["mistakes"] == []
+        both = points_of_picture(after, data)
+        assert len(both) == 2 * len(known) - mirror  # the support O on the line is shared
+        for point, course in known.items():
+            image = -course.conj() if mirror else course + 1.2 * width
+            assert min(abs(each - image).max() for each in both.values()) < 2e-6, point
+
     def test_a_wiper_from_the_empty_sheet(self):
         text = EMPTY
         for change in (

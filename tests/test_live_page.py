@@ -254,6 +254,9 @@ def test_tools_needed_first_come_first_and_long_lists_are_searched(driver, scene
         assert hand.run("return document.getElementById('key').value") == "rigid"
         maker.write("[aria-label='Search in the list Number']", "rocker")
         assert hand.run("return document.getElementById('number').value") == "links.rocker.length"
+        maker.until_changed(lambda: maker.button("#mirror"))  # of the chosen crank
+        assert tomllib.loads(hand.text)["links"]["link_1"]["points"] == ["O", "C"]
+        assert tomllib.loads(hand.text)["points"]["C"] == [-0.1, 0.0]
         maker.until_changed(lambda: maker.write("[aria-label='Search in the list Begin with']", "offset_slider"))
         assert errors(hand) == []
 

@@ -325,6 +325,11 @@ function remove() {
   if (chosen) { view.chosen = null; edit({ do: "remove", ...chosen }); }
 }
 
+function copy(mirror) {
+  const { kind, name } = view.chosen ?? {}, of = { link: "link", point: "about" }[kind];
+  edit({ do: "copy", mirror, ...(of && { [of]: name }) });
+}
+
 function travel(whole) {
   if (whole !== null) changed(whole);
 }
@@ -461,7 +466,7 @@ async function start() {
   $("add").append(...ADDED.map(([kind, words]) => new Option(words, kind)));
   for (const kind of ["sections", "materials"]) $(kind).replaceChildren(...told[kind].map((name) => new Option(name)));
   $("begin").append(...Object.keys(told.shipped).map((name) => new Option(name, name)));
-  tools.begin({ choose, grab, drag, drop, edit, remove, delete: remove, position, play });
+  tools.begin({ choose, grab, drag, drop, edit, remove, delete: remove, copy: () => copy(false), mirror: () => copy(true), position, play });
   text.begin(told.text);
   let kept = null;
   try { kept = localStorage.getItem(KEY()); } catch { /* a browser that keeps nothing */ }

@@ -31,7 +31,10 @@ export function begin(given) {
   const act = (id, words, title) =>
     Object.assign(document.createElement("button"), { id, textContent: words, title, onclick: () => actions[id]() });
   $("tools").replaceChildren(...buttons.slice(0, FIRST));
-  $("moretools").replaceChildren(...buttons.slice(FIRST), act("delete", "Delete", "Take away the chosen part (Del)"));
+  $("moretools").replaceChildren(...buttons.slice(FIRST),
+    act("copy", "Copy", "The chosen link, or all links, once more beside"),
+    act("mirror", "Mirror", "The chosen link, or all links, once more across the upright line through the chosen point"),
+    act("delete", "Delete", "Take away the chosen part (Del)"));
   take("move");
   svg.addEventListener("pointerdown", down);
   svg.addEventListener("pointermove", moved);

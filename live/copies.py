@@ -1,0 +1,119 @@
+"""Links drawn once more, beside themselves or mirrored, with all that hangs on them but loads, springs and gears."""
+
+from __future__ import annotations
+
+import tomllib
+from cmath import rect
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from kinelast.scene.units import Quantity
+from live.parts import EditError, Tables, along, drawn, fix, ground_points, new_name, points_of, with_points
+from live.text import with_table, with_value
+from rigid import GROUND
+
+APART = 1.2  # widths of the links by which their copies stand beside them
+ON_LINE = 1e-9  # of the width: a point on the mirror's line is its own image
+
+
+def copy(text: str, tables: Tables, change: Tables) -> str:
+    """A link, or all that move, once more; where `mirror`, across the upright line through the point `about`.
+
+    A point on that line is shared. Without `about` the line goes through the first support, or else the first point.
+    """
+    links = tables.get("links", {})
+    names = [change["link"]] if change.get("link") else [name for name in links if name != GROUND]
+    places = drawn(tables)
+    points = [each for each in dict.fromkeys(p for name in names for p in points_of(links[name])) if each in places]
+    if not points:
+        raise EditError("there is no link to copy")
+    grounded = [each for each in points if each in ground_points(tables)]
+    across = [places[each].real for each in points]
+    width = max(across) - min(across) or max(abs(places[each] - places[points[0]]) for each in points)
+    mirror = bool(change.get("mirror"))
+    line = places[change.get("about") or [*grounded, *points][0]].real
+    image = {
+        each: complex(2 * line - at.real, at.imag) if mirror else at + APART * width
+        for each, at in places.items()
+        if each in points
+    }
+    moved = [each for each in points if abs(image[each] - places[each]) > ON_LINE * width]
+    if not moved:
+        raise EditError("the line of the mirror goes along the link: choose another point for it")
+    text, fresh = with_points(text, tables, [[image[each].real, image[each].imag] for each in moved])
+    named = {**{each: each for each in points}, **dict(zip(moved, fresh, strict=True))}
+    for each in grounded:
+        if each in moved:
+            text = fix(text, tomllib.loads(text), {"point": named[each]})
+    taken = [*links]
+    for name in names:
+        named[name] = new_name(taken, "link_")
+        taken.append(named[name])
+        text = with_table(text, ("links", named[name]), _link(links[name], named, mirror))
+    for path, entries in _hanging(tables, names, named, mirror):
+        text = with_value(text, path, entries) if path[0] == "masses" else with_table(text, path, entries)
+    return text
+
+
+def _link(link: Tables, named: Mapping[str, str], mirror: bool) -> dict[str, Any]:
+    """The entries of a link's copy."""
+    entries: dict[str, Any] = _renamed(link, named)
+    if isinstance(link["points"], dict):
+        entries["points"] = {named[point]: _flipped(place, mirror) for point, place in link["points"].items()}
+    if mirror and link.keys() & {"outline", "masses"}:
+        raise EditError("a link with an outline or with masses of its own is not mirrored: copy it instead")
+    if "center" in link:
+        entries["center"] = _flipped(link["center"], mirror)
+    return entries
+
+
+def _flipped(place: list[Any], mirror: bool) -> list[Any]:
+    """A place in a link's own axes, of which the second turns over where it is mirrored."""
+    return [place[0], _opposite(place[1])] if mirror else place
+
+
+def _hanging(tables: Tables, names: list[str], named: Mapping[str, str], mirror: bool) -> Iterator[tuple[Any, Any]]:
+    """Paths and entries of the masses, welds, slots, sliders, and drives of constant speed of the copied links."""
+    for point, mass in tables.get("masses", {}).items():
+        if named.get(point, point) != point:
+            yield ("masses", named[point]), mass
+    for point, weld in tables.get("welds", {}).items():
+        if named.get(point, point) != point:
+            yield ("welds", named[point]), _renamed(weld, named)
+    for kind in ("slots", "sliders"):
+        taken = [*tables.get(kind, {})]
+        for guide in tables.get(kind, {}).values():
+            if guide.get("link") in names and guide.get("on", GROUND) in (GROUND, *names) and "direction" in guide:
+                taken.append(new_name(taken, f"{kind[:-1]}_"))
+                entries = _renamed(guide, named)
+                turned = {"direction": _turned_over(guide["direction"])} if mirror else {}
+                yield (kind, taken[-1]), {**entries, **turned}
+    for drive in tables.get("drives", ()):
+        if drive.get("link") in names and drive.keys() <= {"link", "on", "at", "speed"}:
+            entries = _renamed(drive, named)
+            yield ("drives", 0), {**entries, "speed": _opposite(drive["speed"])} if mirror else entries
+
+
+def _renamed(value: Any, named: Mapping[str, str]) -> Any:
+    """Entries in which copied points and links have the names of their copies."""
+    if isinstance(value, dict):
+        kept = ("section", "material", "motor")
+        return {key: each if key in kept else _renamed(each, named) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_renamed(each, named) for each in value]
+    return named.get(value, value) if isinstance(value, str) else value
+
+
+def _opposite(value: Any) -> Any:
+    """A number, or one with its unit, of the other sign."""
+    if isinstance(value, str):
+        return value.strip()[1:] if value.strip().startswith("-") else f"-{value.strip()}"
+    return -value
+
+
+def _turned_over(direction: Any) -> Any:
+    """A direction mirrored across an upright line."""
+    if isinstance(direction, list):
+        return [_opposite(direction[0]), direction[1]]
+    angle = float(Quantity.of_unit("rad", direction)) if isinstance(direction, str) else float(direction)
+    return along(-rect(1.0, angle).conjugate())
