@@ -32,6 +32,7 @@ HEADLINE = NAMES["w"], NAMES["mises"]  # figures of which every report tells the
 LITTLE = 0.01  # of the greatest figure of a unit, below which one of them counts as so much
 COURSES, JOINT_FORCES = ("u", "w", "chord", "N", "M"), "joint forces"
 BUCKLING, AXIAL = "buckling", "N"  # keys of figures
+CRITICAL = 3.0  # bound of the change of a critical load between positions, relative to that of the axial force
 DISPLACEMENTS = ("m", "rad")  # units of figures whose discretization error is a share of the largest of their unit
 AT = np.linspace(0.0, 1.0, 5)  # places along the beams at which courses are compared
 SMALL = 0.1  # of the greatest of all beams or joints, below which the course of one counts as so much
@@ -222,7 +223,7 @@ def figure_errors(
 def _without_buckling(
     cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Magnitudes of figures by key; the load over the critical load changes as the axial forces do.
+    """Magnitudes of figures by key; the load over the critical load changes `CRITICAL` times as much as axial forces.
 
     So no critical loads are computed anew at the instants between the positions.
     """
@@ -230,7 +231,8 @@ def _without_buckling(
     if any(figure.key == BUCKLING for figure in figures):
         axial = next(figure for figure in ALONG_BEAMS if figure.key == AXIAL)
         here, there = (magnitudes(each, [axial])[AXIAL] for each in (answer, cycle))
-        found[BUCKLING] = values[BUCKLING] * np.divide(there, here, out=np.ones_like(here), where=here > 0.0)
+        change = np.divide(there, here, out=np.ones_like(here), where=here > 0.0) - 1.0
+        found[BUCKLING] = values[BUCKLING] * (1.0 + CRITICAL * change)
     return found
 
 
