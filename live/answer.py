@@ -35,8 +35,18 @@ from live.edit import BARE
 from live.mistakes import mistakes_of
 from live.parts import cylinders_of, drawn, points_of
 from live.text import line_of, places
-from rigid import GROUND, MechanismError, Motion, Reals, law_peaks, position_of, posture, reachable
-from rigid.reach import opening_joint, reach_words
+from rigid import (
+    GROUND,
+    MechanismError,
+    Motion,
+    Reals,
+    law_peaks,
+    opening_joint,
+    position_of,
+    posture,
+    reach_words,
+    reachable,
+)
 
 POSITIONS, FRAMES = 72, 120  # of a quick answer, and at most of the picture of a whole one
 STATIONS = np.linspace(0.0, 1.0, 9)
@@ -325,7 +335,7 @@ def _wanted(scene: Scene) -> set[str]:
 
 
 def columns_of(results: Results, graph: str = "") -> list[Column]:
-    """What can be drawn over the positions: the columns of positions.csv and motion.csv, or the one that is named."""
+    """Curves over the positions: the columns of positions.csv and motion.csv, or a named one."""
     tables = position_table(results), motion_table(results)
     known = {column.name: column for table in tables for column in table.columns}
     return [column for name, column in known.items() if (name == graph if graph else name != "time")]

@@ -37,7 +37,7 @@ from rigid.parts import (
 from rigid.peaks import law_peaks
 from rigid.points import acceleration_of, position_of, velocity_of
 from rigid.postures import Posture, posture
-from rigid.reach import ReachError, reachable, require_reach
+from rigid.reach import ReachError, opening_joint, reach_words, reachable, require_reach
 from rigid.table_laws import RepeatedLaw, TableLaw
 from rigid.transmission import transmission_angles
 
@@ -81,8 +81,10 @@ __all__ = [
     "law_peaks",
     "motion",
     "motion_in_chunks",
+    "opening_joint",
     "position_of",
     "posture",
+    "reach_words",
     "reachable",
     "reactions",
     "require_reach",

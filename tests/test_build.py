@@ -288,7 +288,7 @@ class TestWrongArguments:
 
     def test_no_editor_of_a_file_that_is_not_there(self, tmp_path):
         pytest.importorskip("uvicorn", reason="the extra live is not installed")
-        with pytest.raises(FileNotFoundError, match=r"expected a \.toml file, there or to be, or a shipped"):
+        with pytest.raises(FileNotFoundError, match=r"expected a \.toml file, there or to be, a report, or a shipped"):
             kinelast.live(tmp_path / "nowhere" / "mine.toml")
 
     @pytest.mark.parametrize(

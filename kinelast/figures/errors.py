@@ -32,6 +32,7 @@ HEADLINE = NAMES["w"], NAMES["mises"]  # figures of which every report tells the
 LITTLE = 0.01  # of the greatest figure of a unit, below which one of them counts as so much
 COURSES, JOINT_FORCES = ("u", "w", "chord", "N", "M"), "joint forces"
 BUCKLING, AXIAL = "buckling", "N"  # keys of figures
+LITTLE_PRESSED, KNOWN_TO = 0.2, 0.02  # of the greatest: load ratios below the first are known to the second
 CRITICAL = 3.0  # bound of the change of a critical load between positions, relative to that of the axial force
 DISPLACEMENTS = ("m", "rad")  # units of figures whose discretization error is a share of the largest of their unit
 AT = np.linspace(0.0, 1.0, 5)  # places along the beams at which courses are compared
@@ -227,13 +228,16 @@ def _without_buckling(
 
     So no critical loads are computed anew at the instants between the positions.
     """
-    found = magnitudes(cycle, [figure for figure in figures if figure.key != BUCKLING])
+    sizes = magnitudes(cycle, [figure for figure in figures if figure.key != BUCKLING])
     if any(figure.key == BUCKLING for figure in figures):
         axial = next(figure for figure in ALONG_BEAMS if figure.key == AXIAL)
         here, there = (magnitudes(each, [axial])[AXIAL] for each in (answer, cycle))
         change = np.divide(there, here, out=np.ones_like(here), where=here > 0.0) - 1.0
-        found[BUCKLING] = values[BUCKLING] * (1.0 + CRITICAL * change)
-    return found
+        ratio = values[BUCKLING]
+        greatest = np.max(ratio, initial=0.0)
+        little = np.where(ratio < LITTLE_PRESSED * greatest, KNOWN_TO * greatest, 0.0)
+        sizes[BUCKLING] = ratio * (1.0 + CRITICAL * change) + little
+    return sizes
 
 
 def _of_motion(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[FigureError]:
