@@ -13,6 +13,7 @@ HERTZ_RANGE = Range(
     "pressure of a cam", "pressure over yield stress", "Johnson, Contact Mechanics 1985, equation (6.4)", most=1.67,
     outside="the softer body yields below its surface: take a harder material, or a wider contact",
 )  # fmt: skip
+"""Hertz pressure for which elastic contact holds."""
 
 
 def contact_modulus(first: Real, first_poisson: Real, second: Real, second_poisson: Real) -> Real:

@@ -15,6 +15,7 @@ ROD_RANGE = Range(
     "buckling safety of a rod", "slenderness", "Roloff/Matek 2007, section 8.5: Euler, steel E335", least=89.0,
     outside="a thicker rod yields before it buckles: hold its stress against the yield stress too",
 )  # fmt: skip
+"""Slenderness for which Euler's formula of the rod holds."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ UNEVENNESS_RANGE = Range(
     "inertia of a flywheel", "unevenness", "Norton, Design of Machinery, chapter 11: constant speed", most=0.1,
     outside="the effort depends on the speed: integrate the motion under the mean effort",
 )  # fmt: skip
+"""Speed fluctuation for which the flywheel formula holds."""
 
 
 def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:

@@ -20,32 +20,40 @@ LOAD_RANGE = Range(
     BEARING_LIFE, "equivalent load over C", "ISO 281:2007, least of C0 and 0.5 C", most=0.5,
     outside="a larger load deforms the raceways: choose a larger bearing",
 )  # fmt: skip
+"""Equivalent load over the dynamic rating for which ISO 281 holds."""
 SLIP_RANGE = Range(
     BEARING_LIFE, "equivalent load over C", "bearing makers' minimum load, balls 0.01, rollers 0.02", least=0.01,
     outside="under a smaller load the elements slide: choose a smaller bearing, or preload it",
 )  # fmt: skip
+"""Load that rolling elements need so that they do not slip."""
 STATIC_RANGE = Range(
     BEARING_LIFE, "C0 over the largest load", "ISO 76:2006", least=1.0,
     outside="a larger load leaves dents in the raceways: choose a larger bearing",
 )  # fmt: skip
+"""Static rating over the static load that ISO 76 requires."""
 OVERLAP_RANGE = Range(
     BEARING_LIFE, "swing over that from element to element", "Harris and Kotzalas 2007, section 11.10", least=1.0,
     outside="a smaller swing wears the raceways (false brinelling): choose a plain bearing",
 )  # fmt: skip
+"""Swing, relative to the spacing of the rolling elements, for which the life formula holds."""
 PIN_RANGE = Range(
     "stress of a pin", "yield stress over stress", "Roloff/Matek 2007, section 9.2.2: elastic beam", least=1.0,
     outside="it is bent for good, and its stress is not that of the formula",
 )  # fmt: skip
+"""Stress of a pin for which it stays elastic."""
 EYE_RANGE = Range(
     "stress of an eye", "yield stress over stress", "Roloff/Matek 2007, section 9.2.2: elastic", least=1.0,
     outside="it is stretched for good, and its stress is not that of the formula",
 )  # fmt: skip
+"""Stress of an eye for which it stays elastic."""
 HOLE_RANGE = Range(
     "notch factor of an eye", "hole over the width", "Roark's Formulas, 7th ed. 2002, table 17.1", 0.15, 0.75
 )
+"""Hole of an eye for which its formula holds."""
 EDGE_RANGE = Range(
     "notch factor of an eye", "edge over the width", "Roark's Formulas, 7th ed. 2002, table 17.1", least=1.0
 )
+"""Edge distance for which the eye formula holds."""
 
 
 @dataclass(frozen=True, eq=False)

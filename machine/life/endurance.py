@@ -25,17 +25,21 @@ SHIGLEY = "Shigley's Mechanical Engineering Design, 9th ed. 2011"
 SURFACE_RANGE = Range(
     "surface factor", "modulus in GPa", f"{SHIGLEY}, table 6-2: steel", 190.0, 220.0, "give the factor as a number"
 )
+"""Modulus for which the surface factors, those of steel, hold."""
 SIZE_RANGE = Range(
     "size factor", "diameter in mm", f"{SHIGLEY}, equation (6-20)", most=254.0, outside="give the factor"
 )
+"""Diameter for which the size factor holds."""
 CYCLES_RANGE = Range(
     "S-N line", "number of runs", "FKM guideline, 6th ed. 2012, section 2.4: 10^4 cycles or more", least=1e4,
     outside="the true life is known only by strains (low-cycle fatigue)",
 )  # fmt: skip
+"""Cycles for which the stress-life line holds."""
 YIELD_RANGE = Range(
     "S-N line", "yield stress over stress", "FKM guideline, 6th ed. 2012, section 0.0: elastic stresses", least=1.0,
     outside="the link is bent for good in the first cycle, and its life is not that of the formula",
 )  # fmt: skip
+"""Stress over yield for which the stress-life line holds."""
 
 
 @dataclass(frozen=True, eq=False)
