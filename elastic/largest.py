@@ -110,8 +110,8 @@ def peak_gain(size: Reals, position: Any, time: Reals, period: float = np.nan) -
         bend = rise + fall
         more = (rise * right - fall * left) ** 2 / (4.0 * bend * (left + right))
         near = np.minimum(left, right) <= SAME * np.ptp(time)
+        limited = np.minimum(more, np.maximum(here - before, here - after) / 4)  # twice the most of even instants
         known = (rise >= 0.0) & (fall >= 0.0) & (bend > 0.0) & ~near & (np.asarray(position) >= 0)
-    limited = np.minimum(more, np.maximum(here - before, here - after) / 4)  # twice the most of even instants
     return np.where(known, limited, 0.0)
 
 
