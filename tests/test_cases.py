@@ -65,7 +65,8 @@ class TestTheDriveAndItsBranch:
     def test_drawn_near_a_dead_point_it_goes_away_from_it(self, answered, tmp_path):
         """By the tracker for 5.46 rad."""
         status, _, summary = answered("drawn_near_dead_point", "--set", "run.duration=5.46")
-        assert status == 0
+        assert status == 1
+        assert summary["buckles"]  # its forces grow near the dead point
         assert (summary["run"]["singular"], summary["run"]["left_out"]) == (0, 0)
         status, said, _ = answered("drawn_near_dead_point", "--set", "run.duration=5.47")
         assert status == 2
@@ -391,7 +392,7 @@ class TestManners:
         call = [sys.executable, "-c", code, str(CASES / "memory_4_GB.toml"), "-o", str(tmp_path), "--positions", "6"]
         ended = subprocess.run(call, capture_output=True, text=True, check=True)
         status, kibibytes = map(int, ended.stdout.split()[-2:])
-        assert status == 0
+        assert status == 1  # it buckles
         assert kibibytes < 800_000
 
 
@@ -538,7 +539,7 @@ class TestLargeDisplacement:
         _, _, summary = answered("finer_is_worse", "--accuracy", accuracy)
         off = abs(abs(summary["largest_deflection"]["value"]) / 0.0596 - 1)
         assert off < 0.012
-        assert off < summary["theory"]["error"] < 0.1
+        assert off < summary["theory"]["error"] < 0.2
 
     @pytest.mark.slow
     @pytest.mark.parametrize(("accuracy", "stated"), [("5 %", 0.5), ("0.5 %", 0.15)])
