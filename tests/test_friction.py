@@ -386,7 +386,7 @@ class TestWhatIsRefused:
             forward(rubbed(four_bar().mechanism), [Effort(1.0)], 0.0, 0.0, 1.0)
 
     @pytest.mark.parametrize("wrong", [
-        ({"nobody": Friction(0.1, 0.1)}, "0 joints are called so"),
+        ({"nobody": Friction(0.1, 0.1)}, "expected one joint of this name, got 0"),
         ({"A": Friction(0.1)}, "a pin needs its radius"),
         ({"A": Friction(-0.1, 0.1)}, "expected none below 0"),
         ({"A": Friction(0.1, 0.1, length=0.1)}, "a length belongs to a slider"),
