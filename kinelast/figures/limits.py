@@ -273,7 +273,7 @@ def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judg
     return _or_refused(results, Judgement(limit, outcome, 0, value, error, problem), limit.figure, [])
 
 
-def room(judged: Judgement, value: float, before: tuple[float, float] | None = None) -> float:
+def room(judged: Judgement, value: float, before: tuple[float, float] | None = None, spare: float = SPARE) -> float:
     """Bound of a quasi-static figure of a value by which the figure of the full answer keeps its limit, error and all.
 
     What the full answer changes of a figure goes with it from one design to the next; where another design is known,
@@ -283,6 +283,8 @@ def room(judged: Judgement, value: float, before: tuple[float, float] | None = N
     ----------
     before
         Of another design, the quasi-static figure and that of the full answer with its error.
+    spare
+        Share of the limit to leave besides the error.
     """
     bound, worst = float(judged.limit.bound), judged.worst
     if not math.isfinite(worst) or not math.isfinite(value):
@@ -290,7 +292,7 @@ def room(judged: Judgement, value: float, before: tuple[float, float] | None = N
     moved = bound * value / worst if value * worst > 0.0 else bound + value - worst
     if before and (worst - before[1]) * (value - before[0]) > 0.0:
         moved = value + (bound - worst) * (value - before[0]) / (worst - before[1])
-    return moved + (1 if judged.limit.least else -1) * SPARE * abs(bound)
+    return moved + (1 if judged.limit.least else -1) * spare * abs(bound)
 
 
 def verdict_on(judgements: Sequence[Judgement]) -> dict[str, Any]:
