@@ -59,7 +59,7 @@ from rigid.arrays import Integers
 NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # tables that describe no machine
 NOT_FIGURES = ("reach", LIMITS_KEPT, LIMITS_MARGIN, "condition")  # whose derivatives say nothing
 ROUNDS = 6  # in which an optimum is given room for its error
-GROWTH = 4.0  # of the spare room from round to round
+GROWTH = 16.0  # of the spare room from round to round, after the third
 SLACK = 0.01  # share of a limit that holds a design, above which that has more room than it needs
 LOOKED_AT = 16  # designs by which it is seen which limits the variables move
 STILL = 1e-9  # of a figure, by which it does not move
@@ -346,7 +346,7 @@ def _with_room(document: Document, asked: OptimizationTask, first: _Judged, prog
         known = [(float(columns[each.limit.figure][0]), each.worst) for each in now.judgements]
         each_before = before or (None,) * len(known)
         rows = zip(now.judgements, known, each_before, strict=True)
-        spare = SPARE * GROWTH ** (ROUNDS - 1 - left)  # errors may differ from one design to the next
+        spare = SPARE * GROWTH ** max(0, ROUNDS - 3 - left)  # errors may differ from one design to the next
         problem = now.problem.held_to([room(judged, value, other, spare) for judged, (value, _), other in rows])
         before = known
         now = _Judged(problem, optimum_beside(problem, now.best.shares, asked.seed, progress))

@@ -50,12 +50,17 @@ PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.field
 """Keys of figures of beams, and the fields that have their place."""
 
 
+def widened(value: Any, error: Any) -> Any:
+    """Errors by which figures are judged: `WIDENED` times as large if the figure is unreliable."""
+    return np.where(error > UNRELIABLE * np.abs(value), WIDENED * error, error)
+
+
 def severity(limit: Limit, value: Any, error: Any) -> Integers:
     """Places in `SEVERITY` of the outcomes for figures with their errors, shape (...).
 
     A limit is too close to decide if its bound lies within the error; within `WIDENED` times an unreliable error.
     """
-    error = np.where(error > UNRELIABLE * np.abs(value), WIDENED * error, error)
+    error = widened(value, error)
     below, above = limit.kept(value - error), limit.kept(value + error)
     known = np.where(below & above, SEVERITY.index(KEPT), np.where(below | above, SEVERITY.index(TOO_NEAR), 0))
     return np.where(np.isnan(value) | np.isnan(error), SEVERITY.index(UNKNOWN), known)

@@ -17,7 +17,7 @@ from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, S
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import BEAM, LEAST, Figure, Measure, bounded_items, items_of, magnitudes, measures_of
 from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors, stiffness_error
-from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS, severities
+from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS, severities, widened
 from kinelast.figures.output import output_of
 from kinelast.figures.ranges import refusals
 from kinelast.figures.registry import figures_of, limits_of
@@ -424,7 +424,8 @@ def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Rea
     """
     if values is None:
         return np.full(1, np.nan)
-    value, error = np.asarray(values[item]), 0.0 if errors is None else side * errors[item]
+    value = np.asarray(values[item])
+    error = 0.0 if errors is None else side * widened(value, errors[item])
     own = replace(limit, bound=float(np.ravel(limit.bound)[0]))
     return own.used(value - error if limit.least else value + error)
 
