@@ -331,7 +331,8 @@ stress = "60 MPa"
         tables = parse_toml(shipped_scenes()["wing_sizing"].read_text(encoding="utf-8"))
         tables["run"]["positions"] = 90
         solved = optimum_study(tables)
-        assert solved.optimum.values == pytest.approx([21.12e-3, 38.48e-3, 58.61e-3], abs=0.01e-3)
+        # to the error that 90 positions leave in the angles
+        assert solved.optimum.values == pytest.approx([21.12e-3, 38.48e-3, 58.61e-3], abs=0.02e-3)
         assert (solved.optimum.certificate.multiplier > 0.1).all()
 
     @pytest.mark.slow
