@@ -398,7 +398,7 @@ def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: 
     by_key = {figure.key: figure for figure in figures}
     values = magnitudes(answer, [figure for figure in figures if not figure.rigid])
     motion = [figure for figure in figures if figure.of_motion(scene)]
-    values |= magnitudes(off.closer or answer, motion if not scene.labels else _limited(scene, motion))
+    values |= magnitudes(off.closer or answer, motion if not scene.labels else limited_figures(scene, motion))
     scales = _scales(scene, by_key, values)
     chosen = dict.fromkeys(_read(scene, by_key, values))
     errors = figure_errors(answer, figures, off, {key for key, _ in chosen})
@@ -410,7 +410,7 @@ def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: 
     return graded
 
 
-def _limited(scene: Scene, figures: Sequence[Figure]) -> list[Figure]:
+def limited_figures(scene: Scene, figures: Sequence[Figure]) -> list[Figure]:
     """Figures that limits judge."""
     keys = {limit.figure for limit in limits_of(scene)}
     return [figure for figure in figures if figure.key in keys]

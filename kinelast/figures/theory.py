@@ -42,10 +42,11 @@ from kinelast.figures.errors import (
     figure_errors,
     graded_figures,
     history_error,
+    limited_figures,
     worst_of,
 )
 from kinelast.figures.output import output_of
-from kinelast.figures.registry import figures_of, limits_of
+from kinelast.figures.registry import figures_of
 from kinelast.scene.data import (
     ACCURACY,
     ELASTODYNAMIC,
@@ -343,15 +344,9 @@ class _Rungs:
         bound = answer.time_error + answer.reduction_error
         if answer.vibration is not None and not answer.vibration.cyclic:
             bound = math.inf
-        if any("N" in figure.units(self.scene) for figure in self._limited):
+        if any("N" in figure.units(self.scene) for figure in limited_figures(self.scene, self.figures)):
             bound = max(bound, answer.axial_error)
         return bound > RESOLVED * wanted and worth_halving(self.scene.mechanism, answer.elements)
-
-    @cached_property
-    def _limited(self) -> list[Figure]:
-        """Figures that limits bound."""
-        keys = {limit.figure for limit in limits_of(self.scene)}
-        return [figure for figure in self.figures if figure.key in keys]
 
     def _large_displacement(
         self, linear: Elastodynamic, finer: Vibration | None, wanted: float
