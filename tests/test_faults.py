@@ -12,7 +12,6 @@ import sys
 import threading
 import time
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -664,7 +663,7 @@ def test_results_are_the_same_byte_for_byte_for_any_number_of_jobs(tmp_path):
     for jobs in ("1", "2"):
         assert started(cases, "-o", tmp_path / jobs / "out", "--jobs", jobs, "--fields", "--quiet").wait(120) == 0
     files = [path.relative_to(tmp_path / "1" / "out") for path in (tmp_path / "1").rglob("*") if path.is_file()]
-    assert len(files) == 2 * 4 + 2 + (find_spec("pyarrow") is not None)
+    assert len(files) == 2 * 4 + 2
     for file in files:
         contents = [(tmp_path / jobs / "out" / file).read_bytes() for jobs in ("1", "2")]
         if file.name == "index.html":  # tells how long the scenes took

@@ -216,6 +216,7 @@ def test_paper_says_what_the_picture_shows(driver, tmp_path):
     page.run("kinelast.showPosition(0)")
     assert "displacements \u00d7 " not in "\n".join(paper(driver))  # true shape, until asked otherwise
     page.run("document.getElementById('exaggeration').parentNode.querySelectorAll('button')[2].click()")
+    page.run("document.querySelector('.f-M input').click()")
     pages = paper(driver)
     whole = "\n".join(pages)
     assert page.run("return document.getElementById('instant').textContent") + "; bending moment" in whole

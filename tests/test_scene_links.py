@@ -1,5 +1,6 @@
 """What a scene says of quantities, links and sliders."""
 
+import re
 import tomllib
 from functools import cache
 from itertools import pairwise
@@ -283,7 +284,7 @@ def with_points(text, link, shares, reversed_at):
 
 
 def assert_alike(found, expected, path=""):
-    """The same words, and numbers to 1e-11."""
+    """Compare words, numbers to 1e-11, and errors to 1 %: steps of the solver are also measured at named points."""
     if isinstance(expected, dict):
         assert found.keys() == expected.keys(), path
         for key in expected.keys() - OF_POINTS:
@@ -293,7 +294,8 @@ def assert_alike(found, expected, path=""):
         for one, other in zip(found, expected, strict=True):
             assert_alike(one, other, path)
     elif isinstance(expected, float):
-        assert found == pytest.approx(expected, rel=1e-11, abs=1e-300), path
+        close = 0.01 if re.search(r"error|use", path.rsplit(".", 1)[-1]) else 1e-11
+        assert found == pytest.approx(expected, rel=close, abs=1e-300), path
     else:
         assert found == expected, path
 

@@ -98,8 +98,10 @@ def test_rows_do_not_depend_on_the_chunks_that_they_are_computed_in(scene, tmp_p
     closes = columns["links.crank.length"] < 0.2  # Grashof: 0.1 + 0.3 < 0.25 + 0.35, with a crank of 0.2 equal
     assert closes.any()
     assert not closes.all()
-    assert np.array_equal(np.isfinite(columns["deflection"]), closes)
-    assert [reason == "" for reason in reasons] == closes.tolist()
+    buckles = np.array(["buckles" in reason for reason in reasons])  # thin links near the dead point of a long crank
+    assert buckles.sum() < 5
+    assert np.array_equal(np.isfinite(columns["deflection"]), closes & ~buckles)
+    assert [reason == "" for reason in reasons] == (closes & ~buckles).tolist()
 
 
 @pytest.mark.slow

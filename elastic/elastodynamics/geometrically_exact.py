@@ -11,7 +11,7 @@ from elastic.elastodynamics.displaced_links import Displaced
 from elastic.elastodynamics.displaced_points import require_known
 from elastic.elastodynamics.exact_residual import carried_over
 from elastic.elastodynamics.exact_steps import exact_deflection, first_steps, has_dry_friction, settled_links
-from elastic.elastodynamics.newton import newly_shortened
+from elastic.elastodynamics.newton import newly_shortened, settled_by_newton
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.settled import Settled
 from elastic.elastodynamics.solution import (
@@ -109,8 +109,12 @@ def discretized_finer(
     return deflection_at(after, answer.quasi_static.motion), left
 
 
-def steps_to_exact(vibration: Vibration, discretization: Discretization) -> tuple[Settled, float]:
-    """A few steps from linear vibration towards the exact answer, as of `first_steps`.
+def steps_to_exact(
+    vibration: Vibration, discretization: Discretization, newton_to: float | None = None
+) -> tuple[Settled, float]:
+    """Return displaced links after a few steps from linear vibration, and what they leave open, as of `first_steps`.
+
+    If these leave more open than `newton_to`, a share of the largest displacement, Newton's method takes over.
 
     Raises
     ------
@@ -118,7 +122,12 @@ def steps_to_exact(vibration: Vibration, discretization: Discretization) -> tupl
         As of `with_large_displacement`.
     """
     require_known(vibration.motion)
-    return first_steps(vibration, discretization.fastest)
+    settled, left = first_steps(vibration, discretization.fastest)
+    if newton_to is not None and left > newton_to and not has_dry_friction(vibration.motion.mechanism):
+        further = settled_by_newton(vibration, newton_to, discretization.fastest, settled.displaced)
+        if further is not None and further.open < left:
+            return further, further.open
+    return settled, left
 
 
 def geometrically_exact(

@@ -49,6 +49,7 @@ ELEMENTS = 12
 MANY, EVERY = 8, 3  # of so many speeds asked for at once every third is asked for its errors
 SIDE_BY_SIDE = 128  # speeds whose loads are kept at a time
 TOLERANCE = 2e-3
+NEWTON_TO = 0.1  # share of the largest displacement to which Newton's method settles large displacement for an error
 COARSER = 30.0  # times as fine as asked, from where the next speed may do with the grid before
 MULTIPLES = 6  # of the cycle's frequency, that are looked at where they meet a natural one
 
@@ -200,6 +201,19 @@ class SpeedAnswers:
                 break
             self._course = _Course(finer, course.grids)
 
+    def sharpen(self, ratio: float) -> bool:
+        """Measure the errors at a known speed anew if a few steps left large displacement open: by Newton's method.
+
+        Return whether they are new.
+        """
+        row = self._rows[ratio]
+        if self._errors is None or row.growth > 1 + NEUTRAL or (row.told and not row.open):
+            return False
+        steady = _at_speed(self._course, ratio, self._tolerance, self._errors, by_newton=True)
+        assert steady.errors is not None
+        self._rows[ratio] = replace(row, errors=steady.errors, told=True, open=0.0)
+        return True
+
     def map(self, ratios: Sequence[float] | None = None) -> SpeedMap:
         """The answers at all speeds that are known, or at some of these."""
         known = sorted(self._rows) if ratios is None else [float(ratio) for ratio in ratios]
@@ -210,7 +224,7 @@ class SpeedAnswers:
         if gaps.any() and told:
             shares = [_share(self._rows[ratio].errors, self._rows[ratio].values) for ratio in told]
             parts["errors"][gaps] = parts["values"][gaps] * _on_line(np.array(known)[gaps], told, np.array(shares))
-        del parts["told"]
+        del parts["told"], parts["open"]
         return SpeedMap(np.array(known), **parts, damping=self.damping, omega=self.omega)
 
     def stable(self, ratio: float) -> bool:
@@ -288,7 +302,7 @@ def critical_speeds(omega: Reals, multiples: int = MULTIPLES) -> dict[int, tuple
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """Entry of a map for one speed."""
+    """Entry of a map for one speed; `open` is the share that steps towards large displacement left open."""
 
     values: Reals
     quasi_static: Reals
@@ -297,6 +311,7 @@ class _Row:
     reduction_error: float
     errors: Reals
     told: bool
+    open: float
 
 
 def _share(errors: Any, values: Any) -> Reals:
@@ -355,9 +370,12 @@ class _Steady:
     reduction_error: float
     errors: Reals | None
     loads: AddedLoads | None
+    open: float = 0.0
 
 
-def _at_speed(course: _Course, ratio: float, tolerance: float, errors: Errors | None) -> _Steady:
+def _at_speed(
+    course: _Course, ratio: float, tolerance: float, errors: Errors | None, by_newton: bool = False
+) -> _Steady:
     """On the coarsest of the grids on which the elements leave no more open than asked."""
     rubbed: Settled | None = None
     while True:
@@ -377,8 +395,10 @@ def _at_speed(course: _Course, ratio: float, tolerance: float, errors: Errors | 
     if growth > 1 + NEUTRAL:
         return _Steady(ratio, terms.grid, growth, error, math.nan, None, None)
     answer, reduced = (answer, rubbed.open) if rubbed else corrected(answer, tolerance)
-    told = None if errors is None else _errors(_passing(course, ratio), tolerance, error + reduced, errors)
-    return _Steady(ratio, terms.grid, growth, error, reduced, told, answer.loads)
+    if errors is None:
+        return _Steady(ratio, terms.grid, growth, error, reduced, None, answer.loads)
+    told, left = _errors(_passing(course, ratio), tolerance, error + reduced, errors, by_newton)
+    return _Steady(ratio, terms.grid, growth, error, reduced, told, answer.loads, left)
 
 
 def _passing(course: _Course, ratio: float) -> _Course:
@@ -389,10 +409,10 @@ def _passing(course: _Course, ratio: float) -> _Course:
     return _Course(replace(course.discretization, model=passing), [grid])
 
 
-def _errors(course: _Course, tolerance: float, settled: float, errors: Errors) -> Reals:
-    """Errors of the measures of an answer, as of a single one: by the finer discretization, and large displacement.
+def _errors(course: _Course, tolerance: float, settled: float, errors: Errors, by_newton: bool) -> tuple[Reals, float]:
+    """Errors of the measures of an answer at the points of its grid, and what large displacement leaves open.
 
-    At the points of its grid.
+    They are those of a single answer: from the finer discretization, and from large displacement.
     """
     answer = vibration(course.here()[1], unlocked(course.plain(1.0)))
     if answer.motion.mechanism.friction:
@@ -401,7 +421,7 @@ def _errors(course: _Course, tolerance: float, settled: float, errors: Errors) -
         answer, _ = corrected(answer, tolerance)
     bent = answer.deflection
     if not answer.problem.terms.kinematics.structure.weights.size:  # no beam bends
-        return errors(bent, None, bent, settled, 0.0)
+        return errors(bent, None, bent, settled, 0.0), 0.0
     grid, discretization, finer = answer.problem.terms.grid, course.discretization, None
     begun = answer
     sampler: Callable[[Any], Any] = grid.at_nodes
@@ -411,10 +431,10 @@ def _errors(course: _Course, tolerance: float, settled: float, errors: Errors) -
         loads = resampled(corrected(begun, tolerance)[0].loads, sampler)
         finer = deflection(bent.motion, bent.sections, bent.joints, loads)
     try:
-        step, left = steps_to_exact(begun, discretization)
+        step, left = steps_to_exact(begun, discretization, NEWTON_TO if by_newton else None)
     except MechanismError:
-        return errors(bent, finer, None, settled, second_order_error(answer, bent))
-    return errors(bent, finer, exact_deflection(step.displaced, bent, sampler), settled, left)
+        return errors(bent, finer, None, settled, second_order_error(answer, bent)), 0.0
+    return errors(bent, finer, exact_deflection(step.displaced, bent, sampler), settled, left), left
 
 
 def _passed(base: Motion, ratio: Any) -> Motion:
@@ -463,6 +483,7 @@ def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure, stil
                 each.reduction_error,
                 np.full(values.shape[1:], np.nan) if each.errors is None else each.errors,
                 each.errors is not None,
+                each.open,
             )
     return rows
 

@@ -220,7 +220,8 @@ class SpeedSearch:
             elif bad == len(good):
                 return None
             elif high / low - 1 <= 2 * KNOWN_TO:
-                return low, high
+                if not self.answers.sharpen(high):
+                    return low, high
             else:
                 self._find(_beside(crossing, low, high))
         return low, high
