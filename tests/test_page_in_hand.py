@@ -214,13 +214,13 @@ def test_paper_says_what_the_picture_shows(driver, tmp_path):
     text = shipped_scenes()["flap_bars"].read_text()
     page = Page(driver, written(tmp_path, text, "--positions", "24", "--theory", "quasi-static"))
     page.run("kinelast.showPosition(0)")
-    assert "displacements \u00d7 " not in "\n".join(paper(driver))  # true shape, until asked otherwise
+    assert "displacements drawn \u00d7 " in "\n".join(paper(driver))  # deflected, with its scale
     page.run("document.getElementById('exaggeration').parentNode.querySelectorAll('button')[2].click()")
     page.run("document.querySelector('.f-M input').click()")
     pages = paper(driver)
     whole = "\n".join(pages)
     assert page.run("return document.getElementById('instant').textContent") + "; bending moment" in whole
-    assert "displacements \u00d7 " in whole
+    assert "displacements drawn \u00d7 20 " in whole
     for words in ("SVG of this instant", "Play", "Drag the slider", "Hover for values"):
         assert words not in whole
     # A table that goes on has its headings on every page.
