@@ -1,7 +1,7 @@
-"""Deflection of the links of moving mechanisms: motion in, section forces and displacements out, in closed form.
+"""Closed-form section forces and displacements of the links of moving mechanisms.
 
-Needs numpy and `rigid` only. What the fields mean for a design is in `elastic.assessment`, natural frequencies in
-`elastic.vibration`, and vibrating links in `elastic.elastodynamics`.
+Needs only numpy and `rigid`. See also `elastic.assessment` (stress, stability, validity), `elastic.vibration` (natural
+frequencies) and `elastic.elastodynamics` (vibrating links).
 """
 
 from elastic.beams.cross_sections import SHAPES, Shape, box, circle, i_section, rectangle, section_of, tapered, tube

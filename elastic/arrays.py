@@ -1,18 +1,18 @@
-"""Types of arrays over beams, by their axes; `...` stands for the designs, where there are several."""
+"""Types of arrays over beams, named by their axes; `...` is the axis of designs, if there are several."""
 
 from rigid.arrays import Complexes, Reals
 
 VectorCoefficients = Complexes
-"""Polynomials with vectors for coefficients, of the same shape as `Coefficients`."""
+"""Polynomials with vector coefficients, same shape as `Coefficients`."""
 
 Coefficients = Reals
-"""Polynomials in powers of xi, shape (n, beams, ..., positions), or of pieces of beams in the place of these."""
+"""Polynomials in powers of xi, shape (n, beams, ..., positions), or (n, pieces, ..., positions)."""
 
 PerBeam = Reals
-"""A number of every beam, shape (beams, ..., positions), or (beams, ..., 1) where it is the same at all positions."""
+"""One number per beam, shape (beams, ..., positions), or (beams, ..., 1) if equal at all positions."""
 
 VectorPerBeam = Complexes
-"""A vector of every beam, of the same shape."""
+"""One vector per beam, same shape as `PerBeam`."""
 
 AtStations = Reals
 """Values along the beams, shape (beams, ..., positions, stations)."""

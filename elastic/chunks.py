@@ -1,4 +1,4 @@
-"""Deflections of any number of positions and designs, in chunks that stay in the cache."""
+"""Deflections of any number of positions and designs, in chunks that fit the cache."""
 
 from __future__ import annotations
 
@@ -26,27 +26,27 @@ def deflection_in_chunks(
     joints: Mapping[str, JointCompliance] | None = None,
     columns: int | None = None,
 ) -> Iterator[Deflection]:
-    """Deflections as of `deflection(motion(...), sections)`, a chunk at a time.
+    """Yield `deflection(motion(...), sections)` chunk by chunk.
 
-    For whoever reduces or writes them: memory does not grow with the positions or designs, and a chunk takes a third of
-    the time that as many columns of one large batch do.
+    Memory does not grow with the number of positions or designs. A chunk takes a third of the time of as many columns
+    of one large batch.
 
     Parameters
     ----------
     mechanism, drive, drive_rate, drive_acceleration, time, columns
-        As for `rigid.motion_in_chunks`.
+        See `rigid.motion_in_chunks`.
     sections
-        One per beam; their properties may have shape (designs, 1).
+        One per beam; properties may have shape (designs, 1).
     joints
-        As for `deflection`.
+        See `deflection`.
 
     Yields
     ------
-    Deflections, designs and positions in the order of `rigid.motion_in_chunks`.
+    Deflection of each chunk, in the order of `rigid.motion_in_chunks`.
 
     Examples
     --------
-    The greatest pull at the root of an arm over a million positions, or here twenty:
+    Largest axial force at the root of an arm, over any number of positions:
 
     >>> from rigid import Beam, Link, Mechanism, PinDrive
     >>> arm = Link("arm", {"O": 0, "A": 2.0}, (Beam("O", "A", 5.0),))

@@ -1,9 +1,8 @@
-"""Greatest magnitudes of the fields along every beam over all positions, exact: few positions are looked at closely.
+"""Exact largest magnitudes of fields over all positions, with a close search at few positions only.
 
-Between stations h apart a polynomial p is no further than h^2/8 max |p''| from the chord through its values there, and
-|p''| no greater than its greatest Bernstein coefficient. Where that bound stays below what is reached at a station of
-another position, the greatest value is not; the others are looked at in closer stations, and those that are left then
-are searched as `extremes` does.
+Between stations h apart a polynomial p deviates from its chord by at most h^2/8 max |p''|. |p''| is at most its largest
+Bernstein coefficient. A position is dropped if this upper bound is below the value at a station of another position.
+The rest is bounded again with closer stations, then searched as in `extremes`.
 """
 
 from __future__ import annotations
@@ -25,31 +24,31 @@ from elastic.solution import Deflection
 from rigid import Reals
 from rigid.arrays import Flags, Integers
 
-COARSE, FINE = 4, 16  # steps from station to station along a piece
-SLACK = 1.0 + 1e-9  # of the bound, for its own round-off
+COARSE, FINE = 4, 16  # intervals between stations on a piece
+SLACK = 1.0 + 1e-9  # factor on bounds, for their round-off
 
 
 def cycle_maxima(
     deflection: Deflection, fields: Sequence[str], counted: Flags | None = None, period: Reals | None = None
 ) -> dict[str, Largest]:
-    """Greatest magnitudes over beams and positions; nan, and position -1, where none is known.
+    """Largest magnitudes over beams and positions; nan and position -1 if no value is known.
 
-    The same as the greatest of `extremes` over the positions, to round-off, at a fraction of its cost.
+    Equals the largest of `extremes` over the positions to round-off, at a fraction of the cost.
 
     Parameters
     ----------
     fields
         Keys of `FIELDS`.
     counted
-        Which positions count, shape (..., positions); all where left out. Those that are nan never do.
+        Positions to include, shape (..., positions); default: all. nan values are always left out.
     period
-        Duration of the cycle that the positions close [s], shape (...): values between the positions count too, as the
-        top of the parabola through the greatest and its two neighbours in time.
+        Duration of the cycle that the positions close [s], shape (...). If given, maxima between positions are
+        estimated by the parabola through the largest value and its two neighbours in time.
 
     Raises
     ------
     ValueError
-        There is no such field.
+        If there is no such field.
 
     Examples
     --------
@@ -66,7 +65,7 @@ def cycle_maxima(
 
 def _maximum(deflection: Deflection, key: str, counted: Flags | None, period: Reals | None) -> Largest:
     beams, columns, owner = len(deflection.sections), deflection.motion.columns, deflection.division.beam
-    parts: list[_Part] = []
+    parts: list[_BoundedField] = []
     floor = np.full((beams, *columns[:-1]), -1.0)
     for name in sorted(_parts_of(key), key=lambda name: bool(field_named(name).root_of)):
         roots = field_named(name).root_of
@@ -76,7 +75,7 @@ def _maximum(deflection: Deflection, key: str, counted: Flags | None, period: Re
         low, high = _bounds(values, COARSE, bool(roots))
         if counted is not None:
             low, high = (np.where(counted, one, np.nan) for one in (low, high))
-        parts.append(_Part(values, bool(roots), low, high))
+        parts.append(_BoundedField(values, bool(roots), low, high))
         floor = np.maximum(floor, _of_beams(np.fmax.reduce(parts[-1].low, axis=-1), owner, beams))
     best = np.full(floor.shape, -1.0)
     place, source = np.full(best.shape, -1), np.full(best.shape, -1)
@@ -101,8 +100,8 @@ def _maximum(deflection: Deflection, key: str, counted: Flags | None, period: Re
     return Largest(best, place)
 
 
-def _neighbours(parts: Sequence[_Part], owner: Integers, place: Integers, source: Integers) -> Coefficients:
-    """Of the parts that are greatest the magnitudes at the positions before and after, shape (2, beams, ...)."""
+def _neighbours(parts: Sequence[_BoundedField], owner: Integers, place: Integers, source: Integers) -> Coefficients:
+    """Magnitudes before and after the position of each maximum, shape (2, beams, ...)."""
     greatest = np.full((2, *place.shape), -1.0)
     for number, part in enumerate(parts):
         where = np.nonzero((source == number)[owner])
@@ -114,7 +113,7 @@ def _neighbours(parts: Sequence[_Part], owner: Integers, place: Integers, source
 
 
 def _top(best: Coefficients, neighbours: Coefficients, time: Reals, place: Integers, period: Reals) -> Reals:
-    """Tops of parabolas through the greatest values and their neighbours in time."""
+    """Tops of the parabolas through the maxima and their neighbours in time."""
     at = np.broadcast_to(time, (*place.shape[1:], np.shape(time)[-1]))
     before, here, after = (
         np.take_along_axis(at[None], ((place + step) % at.shape[-1])[..., None], -1)[..., 0] for step in (-1, 0, 1)
@@ -128,7 +127,7 @@ def _top(best: Coefficients, neighbours: Coefficients, time: Reals, place: Integ
 
 
 def _keep(best: Reals, place: Integers, row: Integers, size: Reals, position: Integers) -> Integers:
-    """Enter values into the rows that they belong to, the greatest of each; of equal ones the first. Which rows."""
+    """Enter the largest value of each row, the first of equal ones; return the indices of changed rows."""
     size = np.where(np.isnan(size), -1.0, size)
     order = np.argsort(row, kind="stable")
     row, size, position = row[order], size[order], position[order]
@@ -144,8 +143,8 @@ def _keep(best: Reals, place: Integers, row: Integers, size: Reals, position: In
 
 
 @dataclass(frozen=True, eq=False)
-class _Part:
-    """Polynomials, or squares of the field in question, with bounds of their greatest magnitudes."""
+class _BoundedField:
+    """Polynomials, or squares of the field, with bounds of their largest magnitudes."""
 
     values: Coefficients
     square: bool
@@ -153,20 +152,20 @@ class _Part:
     high: Reals
 
     def greatest(self, values: Coefficients) -> Reals:
-        """Greatest magnitudes of some of them, shape (n, ...)."""
+        """Largest magnitudes of some of the polynomials, shape (n, ...)."""
         size = np.abs(greatest_at(*at_marks(values, turning_points(values)))[0])
         return np.sqrt(size) if self.square else size
 
 
 def _parts_of(key: str) -> list[str]:
-    """Fields that are polynomials, or roots of such, of which a field is the one of greatest magnitude."""
+    """Resolve `greatest_of` recursively into polynomials and roots of polynomials."""
     parts = field_named(key).greatest_of
     return [one for part in parts for one in _parts_of(part)] if parts else [key]
 
 
 def _bounds(values: Coefficients, steps: int, square: bool) -> tuple[Reals, Reals]:
-    """Bounds of the magnitude on [0, 1] of polynomials, or of the roots of such, by values so many steps apart."""
-    seen = _looks(len(values), steps) @ values.reshape(len(values), -1)
+    """Bounds of the magnitude on [0, 1] of polynomials, or of their roots, from stations 1/steps apart."""
+    seen = _station_matrix(len(values), steps) @ values.reshape(len(values), -1)
     np.abs(seen, out=seen)
     low = seen[: steps + 1].max(axis=0)
     high = SLACK * (low + seen[steps + 1 :].max(axis=0, initial=0.0) / (8 * steps**2))
@@ -175,22 +174,22 @@ def _bounds(values: Coefficients, steps: int, square: bool) -> tuple[Reals, Real
 
 
 @lru_cache(maxsize=64)
-def _looks(count: int, steps: int) -> Reals:
-    """Matrix from coefficients in powers to values at stations, and to the second derivative in Bernstein's basis."""
+def _station_matrix(count: int, steps: int) -> Reals:
+    """Matrix from power coefficients to values at stations and Bernstein coefficients of the second derivative."""
     values = np.vander(np.linspace(0.0, 1.0, steps + 1), count, increasing=True)
     twice = np.diagflat([k * (k - 1.0) for k in range(2, count)], 2)[: count - 2]
     return np.vstack([values, _to_bernstein(count - 2) @ twice]) if count > 2 else values
 
 
 def _ceiling(deflection: Deflection, roots: Iterable[tuple[float, str]]) -> Reals:
-    """More than the root of a sum of squares over all positions, shape (pieces, ...)."""
+    """Upper bound of the root of a sum of squares over all positions, shape (pieces, ...)."""
     total = sum(weight * np.square(_greatest(coefficients(deflection, key))) for weight, key in roots)
     ceiling: Reals = SLACK * np.sqrt(np.fmax.reduce(total, axis=-1))
     return ceiling
 
 
 def _greatest(values: Coefficients) -> Reals:
-    """Greatest coefficient in Bernstein's basis of polynomials in powers, which none of their values exceeds."""
+    """Largest Bernstein coefficient of polynomials in powers, an upper bound of their values."""
     found = _to_bernstein(len(values)) @ values.reshape(len(values), -1)
     greatest: Reals = np.abs(found).max(axis=0).reshape(values.shape[1:])
     return greatest
@@ -198,13 +197,13 @@ def _greatest(values: Coefficients) -> Reals:
 
 @lru_cache(maxsize=32)
 def _to_bernstein(count: int) -> Reals:
-    """From coefficients in powers to those in Bernstein's basis, shape (count, count)."""
+    """Matrix from power coefficients to Bernstein coefficients, shape (count, count)."""
     top = count - 1
     return np.array([[comb(j, i) / comb(top, i) for i in range(count)] for j in range(count)])
 
 
 def _of_beams(values: Reals, owner: Integers, beams: int) -> Reals:
-    """Greatest of every beam's pieces; -1 where none is known."""
+    """Largest value over each beam's pieces; -1 if unknown."""
     result = np.full((beams, *values.shape[1:]), -1.0)
     known = np.where(np.isnan(values), -1.0, values)
     if len(owner) == beams:

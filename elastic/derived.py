@@ -1,6 +1,6 @@
-"""Every field as polynomials of the pieces of the beams: those that the solution holds, and those made of them.
+"""Every field as polynomials on the pieces of the beams, from the solution or derived from its fields.
 
-The bending stress is that of a symmetric section, -M y/I; the left fibre is on the side of y', the right one opposite.
+Bending stress is -M y/I of a symmetric section; the left fibre is on the side of +y', the right one on that of -y'.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from rigid.constants import per_row
 
 
 def coefficients(deflection: Deflection, field: str) -> Coefficients:
-    """Coefficients of a field in powers of the way along every piece, from 0 to 1.
+    """Coefficients of a field in powers of t from 0 to 1 on each piece.
 
     Parameters
     ----------
     field
-        Key of a field in `FIELDS` that is a polynomial: neither the greatest nor the root of others.
+        Key of a polynomial field in `FIELDS`, i.e. one without `greatest_of` and `root_of`.
 
     Raises
     ------
     ValueError
-        There is no such field, or it is no polynomial.
+        If there is no such field, or it is not a polynomial.
 
     Returns
     -------
-    Shape (coefficients, pieces, ..., positions), units of the field; `Deflection.division` tells the pieces, one a beam
-    as a rule. nan where the section does not tell its dimensions, of stresses.
+    Shape (coefficients, pieces, ..., positions), units of the field; see `Deflection.division` for the pieces. Stresses
+    are nan if the section's dimensions are unknown.
     """
     entry = field_named(field)
     if entry.integral_of:
@@ -55,7 +55,7 @@ def _load(deflection: Deflection, part: Callable[[VectorCoefficients], Coefficie
 
 
 def _chord(deflection: Deflection) -> Coefficients:
-    """Deflection from the line through the displaced ends of every member."""
+    """Deflection from the line through the displaced ends of each member."""
     division, w = deflection.division, deflection.w
     chord: Coefficients = w.copy()
     first = np.searchsorted(division.beam, np.arange(len(deflection.sections)))
@@ -88,7 +88,7 @@ def _shear(deflection: Deflection) -> Coefficients:
 
 
 def sum_of_squares(deflection: Deflection, parts: Iterable[tuple[float, str]]) -> Coefficients:
-    """Coefficients of a sum of squares of fields with their weights, as of `coefficients`."""
+    """Coefficients of a weighted sum of squares of fields, see `coefficients`."""
     squares = []
     for weight, key in parts:
         values = coefficients(deflection, key)
@@ -98,19 +98,19 @@ def sum_of_squares(deflection: Deflection, parts: Iterable[tuple[float, str]]) -
 
 
 def _lowered(deflection: Deflection, values: Coefficients) -> Coefficients:
-    """Products of polynomials along tapered beams, without their round-off; others as they are."""
+    """Remove round-off from products of polynomials along tapered beams."""
     if not any(section.taper for section in deflection.sections):
         return values
     return lowered(values, max(DEGREE, 2 * len(deflection.q)))
 
 
 def _per_section(deflection: Deflection, values: Reals, over: str, under: str, rigidity: str) -> Coefficients:
-    """A field times one property of the sections over another that changes as a rigidity does."""
+    """Multiply a field by a quotient of two section properties that tapers as a rigidity does."""
     return _lowered(deflection, multiplied(values, _quotient(deflection, over, under, rigidity)))
 
 
 def _quotient(deflection: Deflection, over: str, under: str, rigidity: str) -> Coefficients:
-    """Quotient of two properties of the sections along every piece, shape (n, pieces, ..., 1)."""
+    """Quotient of two section properties on each piece, shape (n, pieces, ..., 1)."""
     ndim, division = len(deflection.motion.columns), deflection.division
     at_start = per_row(
         [(getattr(each, over) if over else 1.0) / np.asarray(getattr(each, under)) for each in deflection.sections],

@@ -1,8 +1,7 @@
-"""Greatest values of the fields along every beam, exact.
+"""Exact extreme values of the fields along every beam.
 
-Every field is a polynomial whose derivative is another field: q_y, V, M, phi, w and q_x, N, u. The zeros of one are the
-turning points of the next and bracket its zeros, so all are found by walking up the chain from the load, each zero
-alone between two neighbours.
+The derivative of each field is another field: q_y, V, M, phi, w and q_x, N, u. The zeros of one field are the turning
+points of the next and bracket its zeros. So all zeros follow along the chain from the load.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ from rigid import Reals
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Extreme:
-    """The value of largest magnitude of a field along every beam, and where it is, shape (beams, ..., positions)."""
+    """Value of largest magnitude along every beam and its station, shape (beams, ..., positions)."""
 
     value: Reals
     xi: Reals
@@ -40,21 +39,21 @@ class Extreme:
 
 
 def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[str, Extreme]:
-    """Values of largest magnitude along every beam at every position, to round-off; nan at singular positions.
+    """Find the values of largest magnitude along every beam, to round-off; nan at singular positions.
 
     Parameters
     ----------
     fields
-        Keys of `FIELDS`; only what these take is computed.
+        Keys or slugs of `FIELDS`.
 
     Raises
     ------
     ValueError
-        There is no such field.
+        If there is no such field.
 
     Examples
     --------
-    A rod of 1 m and 1 kg/m turning at 1 rad/s pulls most at its root, with 1/2 N.
+    A rod of 1 m and 1 kg/m turns at 1 rad/s; its largest axial force is 1/2 N, at the root.
 
     >>> from elastic import Section, deflection
     >>> from rigid import Beam, Link, Mechanism, PinDrive, motion
@@ -82,7 +81,7 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
 
 
 def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:
-    """The fields, and those of which they are the greatest."""
+    """Return the fields and, recursively, those in their `greatest_of`."""
     wanted: dict[str, None] = {}
     for key in fields:
         wanted |= dict.fromkeys((*_with_parts(field_named(key).greatest_of), key))
@@ -90,10 +89,10 @@ def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:
 
 
 def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[str]) -> dict[str, Extreme]:
-    """Extremes of the wanted fields of a chain of integrals, and of the chord deflection, with turning points by M.
+    """Extremes of the wanted fields of a chain of integrals, and of the chord deflection (turning points from M).
 
-    Strain and shear make the derivative of u and w another than the field before it, couples that of M; strain that no
-    force makes, and section forces in the axes of turned sections, do so with all fields.
+    With strain or shear, u and w are not plain integrals of the field before; with couples, M is not. With free strains
+    by sections, or turned sections, no field is. Turning points are then computed from the field itself.
     """
     needed = [chain.index(key) for key in ("phi" if key == "chord" else key for key in wanted) if key in chain[1:]]
     if not needed:
@@ -120,7 +119,7 @@ def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[
 
 
 def _of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dict[str, Extreme]:
-    """Extremes of fields with turning points that no other field tells: those of one degree together."""
+    """Extremes of fields outside the chains; fields of one degree together."""
     alike: dict[int, dict[str, Any]] = {}
     for key in keys:
         values = coefficients(deflection, key)
@@ -134,9 +133,9 @@ def _of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dict[str, Ex
 
 
 def _root(deflection: Deflection, key: str, beside: Extreme | None = None) -> Extreme:
-    """Greatest of the root of a sum of squares; 0 where it cannot come up to another extreme beside it.
+    """Extreme of the root of a sum of squares; 0 if it cannot exceed the extreme `beside`.
 
-    No polynomial is greater on [0, 1] than the sum of its coefficients' magnitudes.
+    On [0, 1] a polynomial is at most the sum of its coefficients' magnitudes.
     """
     squares = sum_of_squares(deflection, field_named(key).root_of)
     near = np.ones(squares.shape[1:], bool)
@@ -150,7 +149,7 @@ def _root(deflection: Deflection, key: str, beside: Extreme | None = None) -> Ex
 
 
 def _merged(pieces: Extreme, deflection: Deflection) -> Extreme:
-    """The greatest of every beam's pieces."""
+    """Largest value over each beam's pieces."""
     division = deflection.division
     if division.whole:
         return pieces
@@ -165,6 +164,6 @@ def _merged(pieces: Extreme, deflection: Deflection) -> Extreme:
 
 
 def _greater(first: Extreme, second: Extreme) -> Extreme:
-    """Of two extremes the one of greater magnitude."""
+    """Return the extreme of larger magnitude."""
     better = np.abs(second.value) > np.abs(first.value)
     return Extreme(np.where(better, second.value, first.value), np.where(better, second.xi, first.xi))

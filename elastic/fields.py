@@ -1,8 +1,7 @@
-"""The registry of fields along a beam: key, symbol, name and unit of each, and the fields that it is made of.
+"""Registry of fields along a beam: key, symbol, name, unit and definition.
 
-Sampling, extremes, tables, diagrams, maps and meshes follow from it: a new field that is the greatest, or the root of a
-sum of squares, of known ones is one entry here; one with a formula of its own takes a function in `elastic.derived`
-besides.
+Sampling, extremes, tables, diagrams, maps and meshes read it. A new field that is the largest, or the root of a sum of
+squares, of known fields is one entry here. A field with its own formula also needs a function in `elastic.derived`.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from types import MappingProxyType
 
 
 class Kind(Enum):
-    """Kind of quantity that a field is."""
+    """Kind of a field's quantity."""
 
     LOAD = "load"
     FORCE = "section force"
@@ -29,21 +28,21 @@ class Field:
     Attributes
     ----------
     key
-        Its name in code, tables and files.
+        Name in code, tables and files.
     symbol, name, unit
-        As they are written beside its values.
+        Shown with the values.
     kind
-        Quantity that it is.
+        Kind of quantity.
     integral_of
-        The field whose integral along the beam it is, but for a factor and a constant: N of q_x, M of V, w of phi.
+        Field of which this is the integral along the beam, up to a factor and a constant: N of q_x, M of V, w of phi.
     greatest_of
-        Keys of the fields of which it is the one of greatest magnitude.
+        Keys of fields; this field is the one of largest magnitude.
     root_of
-        Weights and keys of the fields of whose squares' sum it is the root.
+        Weights and keys of fields; this field is the root of their weighted sum of squares.
     signed
-        Whether it may be negative: drawn to both sides of the beam, coloured on both sides of zero.
+        True if values may be negative; diagrams and colours then use both sides of zero.
     main
-        Whether it stands in tables and files unasked; the others are there for who names them.
+        True if tables and files include it by default.
     """
 
     key: str
@@ -59,12 +58,12 @@ class Field:
 
     @property
     def title(self) -> str:
-        """The name as a heading; names of persons keep their own small letters."""
+        """Name with a capital letter, except for names of persons that begin with "von"."""
         return self.name if self.name.startswith("von ") else self.name.capitalize()
 
     @property
     def slug(self) -> str:
-        """The name as a word of a command."""
+        """Name as a word of a command."""
         return self.name.lower().replace(" ", "-")
 
 
@@ -97,20 +96,20 @@ _ALL = (
 )
 
 FIELDS: Mapping[str, Field] = MappingProxyType({field.key: field for field in _ALL})
-"""Fields along a beam, by their keys."""
+"""Fields along a beam, by key."""
 _WORDS = {field.slug: field for field in _ALL}
 
 PRIMARY = tuple(field.key for field in _ALL if field.integral_of)
-"""The section forces and displacements N, V, M, u, w, phi, which all others follow from."""
+"""Section forces and displacements N, V, M, u, w, phi; all other fields derive from them."""
 
 
 def field_named(name: str) -> Field:
-    """The field of a key, as "w", or of its name as a word, as "deflection".
+    """Look up a field by key ("w") or slug ("deflection").
 
     Raises
     ------
     ValueError
-        There is none; the message lists those there are.
+        If there is no such field; the message lists all fields.
     """
     if name in FIELDS:
         return FIELDS[name]
@@ -120,7 +119,7 @@ def field_named(name: str) -> Field:
 
 
 def chains() -> tuple[tuple[str, ...], ...]:
-    """Every load with the fields integrated from it, one from the other: q_x, N, u and q_y, V, M, phi, w."""
+    """Chains of integrals from each load: q_x, N, u and q_y, V, M, phi, w."""
     after = {field.integral_of: field.key for field in _ALL if field.integral_of}
 
     def chain(key: str) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The value of largest magnitude over the positions, and its place."""
+"""Value of largest magnitude over the positions, and its position."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from rigid.arrays import Integers, Numbers, Reals
 
-SAME = 1e-8  # distance of the two sides of a jump, at most, relative to the run
+JUMP_WIDTH = 1e-8  # largest distance between both sides of a jump, relative to the run
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,15 +19,15 @@ class Largest:
     Attributes
     ----------
     value
-        With their signs where they are told, shape (...); nan where none is known.
+        With sign if known, shape (...); nan if no value is known.
     position
-        Numbers of the positions; -1 where none is known.
+        Index of the position; -1 if no value is known.
     xi
-        Where along the beam; nan of values that belong to no place, or whose place was not looked for.
+        Station on the beam; nan if there is none or it was not requested.
     row
-        Which of several rows has it, where these were put together.
+        Index of the row with the largest value, after `largest_row`.
     gain
-        How much larger, or less, the peak between the positions is; zero if it was not looked for.
+        Increase of the value at the peak between the positions; zero if not computed.
     """
 
     value: Reals
@@ -38,16 +38,16 @@ class Largest:
 
 
 def largest(values: Any, counted: Any = None, xi: Any = None) -> Largest:
-    """Largest magnitude over the positions, the last axis, of values that are numbers.
+    """Find the largest magnitude over the last axis (positions), without nan and inf.
 
     Parameters
     ----------
     values
-        Shape (..., positions). Of complex ones the magnitude is given.
+        Shape (..., positions). Complex values are replaced by their magnitude.
     counted
-        Which positions count, bool, shape (..., positions); all where left out.
+        Positions to include, bool, shape (..., positions); default: all.
     xi
-        Where along the beam they are, shape of `values`.
+        Station of each value, shape of `values`.
 
     Examples
     --------
@@ -72,7 +72,7 @@ def largest(values: Any, counted: Any = None, xi: Any = None) -> Largest:
 
 
 def largest_row(rows: Largest, least: bool = False) -> Largest:
-    """The largest magnitude of several rows, shape (rows, ...), of those that are known; or the least where all are."""
+    """Combine several rows, shape (rows, ...), to the largest known magnitude, or to the smallest value (`least`)."""
     value = np.asarray(rows.value)
     row = value.argmin(axis=0) if least else np.where(np.isnan(value), -1.0, np.abs(value)).argmax(axis=0)
     wide = (np.broadcast_to(each, value.shape) for each in (rows.value, rows.position, rows.xi, rows.gain))
@@ -81,18 +81,18 @@ def largest_row(rows: Largest, least: bool = False) -> Largest:
 
 
 def peak_gain(size: Reals, position: Any, time: Reals, period: float = np.nan) -> Reals:
-    """How much higher the parabola through the greatest of some sizes and its neighbours in time is.
+    """Height of the parabola through a maximum and its two neighbours in time, above the maximum.
 
-    Zero at the ends of a run, and next to an instant as near as the two sides of a jump.
+    Zero at the ends of a run and at a jump.
 
     Parameters
     ----------
     size
         Shape (..., positions).
     position
-        Of the greatest, shape (...); -1 if none is known.
+        Index of the maximum, shape (...); -1 if unknown.
     time, period
-        Of the positions, shape (positions,), and of the cycle that they close [s].
+        Times of the positions, shape (positions,); period of the cycle if they close one [s].
 
     Examples
     --------
@@ -109,14 +109,14 @@ def peak_gain(size: Reals, position: Any, time: Reals, period: float = np.nan) -
         rise, fall = (here - before) / left, (here - after) / right
         bend = rise + fall
         more = (rise * right - fall * left) ** 2 / (4.0 * bend * (left + right))
-        near = np.minimum(left, right) <= SAME * np.ptp(time)
-        limited = np.minimum(more, np.maximum(here - before, here - after) / 4)  # twice the most of even instants
+        near = np.minimum(left, right) <= JUMP_WIDTH * np.ptp(time)
+        limited = np.minimum(more, np.maximum(here - before, here - after) / 4)  # twice the largest gain of even steps
         known = (rise >= 0.0) & (fall >= 0.0) & (bend > 0.0) & ~near & (np.asarray(position) >= 0)
     return np.where(known, limited, 0.0)
 
 
 def taken(values: Numbers, at: Integers) -> Numbers:
-    """Values at one place of the last axis for every row, faster than `take_along_axis`."""
+    """Take one value of the last axis per row, faster than `take_along_axis`."""
     flat = values.reshape(-1, values.shape[-1])
     picked: Numbers = flat[np.arange(len(flat)), at.ravel()].reshape(at.shape)
     return picked

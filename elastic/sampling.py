@@ -1,4 +1,4 @@
-"""Numbers out of the polynomials: fields at stations, displacement of a point."""
+"""Fields at stations, and displacement and rotation of points."""
 
 from __future__ import annotations
 
@@ -17,31 +17,30 @@ from rigid import Beam
 from rigid.arrays import ArrayLike, Complexes, Reals
 
 STATIONS = 101
-UNBENT = 0.01  # of the largest deflection of all beams, below which one of them counts as bent by so much
+MIN_DEFLECTION_SHARE = 0.01  # lower bound of a beam's reference deflection, relative to the largest of all beams
 
 
 def sample(deflection: Deflection, field: str, stations: int | ArrayLike = STATIONS) -> AtStations:
-    """A field at stations along every beam.
+    """Evaluate a field at stations along every beam.
 
     Parameters
     ----------
-    field
-        A name as on the command line, "deflection" or "bending-moment", or a key of `FIELDS`: "N", "V", "M", "u", "w",
-        "phi", "chord", "q_x", "q_y", or a stress: "axial" N/A; "left" and "right", the normal stress of the outermost
-        fibres, N/A - M c/I and N/A + M c/I; "normal", the greater of these; "shear", the largest of the section, f V/A;
-        "axis", sqrt((N/A)^2 + 3 (f V/A)^2); "mises", the greatest of the outermost fibres and the axis.
+        Slug as on the command line ("deflection", "bending-moment"), or key of `FIELDS`: "N", "V", "M", "u", "w",
+        "phi", "chord", "q_x", "q_y", or a stress: "axial" N/A; "left" and "right", normal stress of the outermost
+        fibres, N/A - M c/I and N/A + M c/I; "normal", the one of larger magnitude; "shear", largest of the section,
+        f V/A; "axis", sqrt((N/A)^2 + 3 (f V/A)^2); "mises", largest of the outermost fibres and the axis.
     stations
-        xi = x'/l from 0 to 1, shape (stations,), or how many, evenly from end to end.
+        Values of xi = x'/l from 0 to 1, shape (stations,), or the number of evenly spaced stations.
 
     Raises
     ------
     ValueError
-        There is no such field; a station is not on the beam.
+        If there is no such field, or a station is not on the beam.
 
     Returns
     -------
-    Shape (beams, ..., positions, stations), units of the field; stresses are nan where the section does not tell its
-    dimensions. At a block that slides on the beam the value before it.
+    Shape (beams, ..., positions, stations), units of the field; at a sliding block, the value before it. Stresses are
+    nan if the section's dimensions are unknown.
 
     Examples
     --------
@@ -69,14 +68,14 @@ def sample(deflection: Deflection, field: str, stations: int | ArrayLike = STATI
 
 
 def _greater(one: AtStations, other: AtStations) -> AtStations:
-    """Of two values that of greater magnitude."""
+    """Return the value of larger magnitude."""
     return np.where(np.abs(other) > np.abs(one), other, one)
 
 
 def displacement_of(deflection: Deflection, link: str | int, point: str) -> Complexes:
-    """Displacement of a link's point from its rigid place [m], complex, shape (..., positions).
+    """Displacement of a link's point from its rigid position [m], complex, shape (..., positions).
 
-    A point on no beam moves with the axes of its link.
+    A point that is not on a beam moves with the axes of its link.
     """
     motion = deflection.motion
     at = motion.mechanism.index[link] if isinstance(link, str) else link
@@ -93,7 +92,7 @@ def displacement_of(deflection: Deflection, link: str | int, point: str) -> Comp
 
 
 def rotation_of(deflection: Deflection, link: str | int, point: str) -> Reals:
-    """Rotation of a link at a point [rad], shape (..., positions): of the section there, or of the link's axes."""
+    """Rotation of a link at a point [rad], shape (..., positions): of the section, else of the link's axes."""
     index = deflection.motion.mechanism.index
     at = index[link] if isinstance(link, str) else link
     turned = _on_a_beam(deflection, at, point, ("phi",))
@@ -101,7 +100,7 @@ def rotation_of(deflection: Deflection, link: str | int, point: str) -> Reals:
 
 
 def _on_a_beam(deflection: Deflection, at: int, point: str, fields: Sequence[str]) -> tuple[Beam, list[Reals]] | None:
-    """The first beam of a link that ends at a point, else that it lies on, and fields there; None where none does."""
+    """First beam that ends at a point, else the first through it, and its fields there; None without a beam."""
     beams = [(number, beam) for number, (owner, beam) in enumerate(deflection.motion.mechanism.beams) if owner == at]
     for number, beam in beams:
         pieces = deflection.division.of_beam(number)
@@ -119,6 +118,6 @@ def _on_a_beam(deflection: Deflection, at: int, point: str, fields: Sequence[str
 
 
 def reference_deflection(largest: PerBeam) -> PerBeam:
-    """Base of relative errors: every beam's largest deflection, or a least share of that of all, shape (beams, ...)."""
-    base: PerBeam = np.maximum(largest, UNBENT * largest.max(axis=0, initial=0.0))
+    """Reference for relative errors, shape (beams, ...): largest deflection, at least a share of that of all beams."""
+    base: PerBeam = np.maximum(largest, MIN_DEFLECTION_SHARE * largest.max(axis=0, initial=0.0))
     return base

@@ -1,4 +1,4 @@
-"""From motion to deflection: section forces, elastic line and Hooke's law, compatibility at the joints."""
+"""Deflections from motion: section forces, elastic line, and compatibility at the joints."""
 
 from __future__ import annotations
 
@@ -35,54 +35,52 @@ from rigid.kinematics import repeated, stacked
 from rigid.kinetostatics import balancing_forces, force_condition, with_friction
 from rigid.plane import ZERO
 
-FLANKS = 4  # rounds until the loaded flanks of gears are those that the forces were found with
+MAX_FLANK_ROUNDS = 4  # iterations for the loaded flanks of gears
 
 
 def _polynomials(field: str) -> cached_property[Coefficients]:
-    """A field of a deflection on the pieces of its beams, made when it is asked for."""
+    """Make a property that computes a field on the pieces on first use."""
     return cached_property(lambda self: on_pieces(field, self.amplitudes, self.division, self.compliance))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Deflection:
-    """How much every beam bends, turns and stretches, exactly.
+    """Exact section forces and displacements of every beam.
 
-    N, V, M, u, w, phi are polynomials of the way along every piece of the beams, from 0 to 1 in the beam's own axes:
-    arrays of shape (coefficients, pieces, ..., positions), powers from 0 up, made when they are asked for. Each is the
-    whole field on its piece. Every beam is one piece, in the order of `Mechanism.beams`, unless blocks slide on it or
-    it is tapered: `division` tells which pieces there are. Values at stations: `sample`; the greatest: `extremes`.
+    N, V, M, u, w, phi are polynomials of t from 0 to 1 on each piece, in beam axes: arrays of shape (coefficients,
+    pieces, ..., positions), ascending powers, computed on first use. Pieces are the beams, in the order of
+    `Mechanism.beams`, unless blocks or tapers divide them; see `division`. See also `sample` and `extremes`.
 
     Attributes
     ----------
     N, V, M
-        Axial force (tension positive) [N], shear force [N], bending moment [N m]: N' = -q_x, V' = q_y, M' = V less
-        `couple`.
+        Axial force (tension positive) [N], shear force [N], bending moment [N m]: N' = -q_x, V' = q_y,
+        M' = V - `couple`.
     u, w, phi
-        Longitudinal and transverse displacement [m] and rotation of the section [rad] from the rigid position.
+        Longitudinal and transverse displacement [m] and rotation of the section [rad], from the rigid position.
     motion, sections, joints
-        Of the problem: one section per beam, and the joints that give way.
+        Input: motion, one section per beam, compliant joints by name.
     forces
         Joint forces.
     q
         Distributed load q_x + i q_y in powers of xi [N/m], complex, shape (coefficients, beams, ..., positions).
     amplitudes
-        Coefficients of the fields.
+        Coefficients of the fields on whole beams.
     shift, angle
-        Displacement of the origin [m], complex, and rotation [rad] of every link's axes, shape (links, ..., positions):
-        where the link would be were it only carried, not bent.
+        Displacement of the origin [m], complex, and rotation [rad] of every link's axes, shape (links, ..., positions).
+        They move the link as a rigid body, before it bends.
     gaps
-        By how much the links, bent but not carried, leave every joint open.
+        Gaps that the bent links would leave at the joints without `shift` and `angle`.
     blocks
-        Of sliders on the beams.
+        Sliding blocks on the beams.
     compliance
-        Of the beams.
+        Flexibilities of the beams.
     unmarked
-        The same before positions were made nan; None where none was.
+        The result before `marked` set positions to nan, or None.
     added
-        Loads besides the motion's, such as those of vibration.
+        Loads in addition to those of the motion, such as vibration.
     couple
-        Moments per length that turn the sections [N], in powers of xi, shape (k, beams, ..., positions), with which
-        M' = V - couple; None without.
+        Distributed moment [N] in powers of xi, shape (k, beams, ..., positions), with M' = V - couple; or None.
     """
 
     motion: Motion
@@ -119,15 +117,15 @@ class Deflection:
 
     @property
     def is_turned(self) -> bool:
-        """Whether section forces are those of turned sections: no field is then just the integral of another."""
+        """True if section forces are in the axes of turned sections; no field is then the integral of another."""
         return self.amplitudes.free is not None
 
     @cached_property
     def condition(self) -> Reals:
-        """By how much round-off grows in the fields, shape (..., positions): errors are of this many eps.
+        """Condition number of the fields, shape (..., positions): their relative errors are about condition * eps.
 
-        As `Motion.condition`, and more where joint forces, or the displacements that bring the bent links together, are
-        small beside what they are the difference of. Beyond SINGULAR the fields are nan.
+        At least `Motion.condition`. It grows if joint forces, or displacements that close the joints, are small
+        differences of large numbers. Above SINGULAR the fields are nan.
         """
         if self.unmarked is not None:
             return self.unmarked.condition
@@ -152,9 +150,9 @@ class Deflection:
 
     @cached_property
     def lost(self) -> Flags:
-        """Whether nothing is known at a position, bool, shape (..., positions).
+        """True if a position has no result, shape (..., positions).
 
-        It is so near a singular one that nothing but round-off is left, or friction may lock the mechanism there.
+        Near a singular position only round-off is left, and friction may lock the mechanism.
         """
         singular: Flags = np.logical_not(self.motion.condition <= SINGULAR) | self.forces.locked
         if not self.motion.may_be_singular:
@@ -168,34 +166,34 @@ def deflection(
     joints: Mapping[str, JointCompliance] | None = None,
     added: AddedLoads | None = None,
 ) -> Deflection:
-    """Section forces and displacements of all beams at all positions.
+    """Compute section forces and displacements of all beams at all positions.
 
     Parameters
     ----------
     motion
-        Of a mechanism whose elastic links are made of straight beams.
+        Motion of a mechanism with elastic links of straight beams.
     sections
         One per beam, in the order of `Mechanism.beams`.
     joints
-        By name, the joints that give way or do not fit.
+        Joints with compliance or clearance, by name.
     added
-        Loads besides those of the motion.
+        Loads in addition to those of the motion.
 
     Raises
     ------
     MechanismError
-        A link's beams close a ring and are all rigid, or do not hang together; a slider moves along a tapered beam.
+        If the beams of a link form a ring and are all rigid, or are not connected, or a slider moves on a tapered beam.
     ValueError
-        Too many or too few sections; a soft joint that is none.
+        If there are too many or too few sections, or a name in `joints` is no joint.
 
     Returns
     -------
-    Deflection, nan at singular positions. Where statics alone does not tell the joint forces, those that bring the bent
-    links together; nan where these are all rigid.
+    Deflection; nan at singular positions. If joint forces are statically indeterminate, compatibility of the bent links
+    determines them; they are nan if these links are all rigid.
 
     Examples
     --------
-    A cantilever of 2 m that turns at 3 rad/s, 5 kg/m: at its root it pulls with m w^2 L^2/2.
+    A cantilever of 2 m and 5 kg/m turns at 3 rad/s; the axial force at its root is m w^2 L^2/2.
 
     >>> from rigid import Beam, Link, Mechanism, PinDrive, motion
     >>> arm = Link("arm", {"O": 0, "A": 2.0}, (Beam("O", "A", 5.0),))
@@ -250,7 +248,7 @@ def deflection(
 
 
 def _loaded_links(problem: ElasticProblem) -> tuple[JointForces, LinkResponse, JointGaps]:
-    """Joint forces, the response of the links to them and the loads, and the gaps that this leaves at the joints."""
+    """Return joint forces, the response of the links, and the gaps that it leaves at the joints."""
     motion, added = problem.motion, problem.added
     more = [] if added is None else list(resultants(added, motion, problem.configuration))
     surplus = any(closed.redundancy for closed in motion.closures)
@@ -271,12 +269,12 @@ def _compatible(
     friction: Mapping[int, Columns] | None,
     given: Mapping[int, Columns] | None,
 ) -> JointForces:
-    """Joint forces that bring the bent links together where statics alone does not tell them.
+    """Joint forces that make the bent links compatible, for statically indeterminate mechanisms.
 
-    Neither does it tell which flanks of gears are loaded unless they are given: those are tried that were loaded last.
+    Without `given`, iterates for the loaded flanks of gears.
     """
     motion, flank = problem.motion, given
-    for _ in range(FLANKS):
+    for _ in range(MAX_FLANK_ROUNDS):
         forces = balancing_forces(motion, more, flank, friction)
         states = self_stresses(motion.closures, forces.flank)
         forces = compatible_forces(problem, forces, bent_links(problem, forces)[1], states)
@@ -287,7 +285,7 @@ def _compatible(
 
 
 def marked(deflection: Deflection, lost: Flags) -> Deflection:
-    """The same with nan for all fields at some positions, bool, shape (..., positions)."""
+    """Return the deflection with all fields nan at the positions in `lost`, bool, shape (..., positions)."""
 
     def known(values: Any) -> Any:
         return None if values is None else np.where(lost, np.nan, values)
@@ -299,7 +297,7 @@ def marked(deflection: Deflection, lost: Flags) -> Deflection:
 
 
 def _greatest(values: Coefficients) -> Reals:
-    """Greatest magnitude of a field over the ends and middles of all pieces."""
+    """Largest magnitude of a field over the ends and middles of all pieces."""
     halves = 0.5 ** np.arange(len(values))
     places = (values[0], values.sum(0), np.tensordot(halves, values, 1))
     greatest: Reals = reduce(np.maximum, (np.abs(place) for place in places)).max(axis=0)

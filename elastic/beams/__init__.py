@@ -1,4 +1,4 @@
-"""One beam: its section, its elastic line, its fields as polynomials of pieces."""
+"""A single beam: cross-section, elastic line, and fields as piecewise polynomials."""
 
 from elastic.beams.compliance import designs_of
 from elastic.beams.cross_sections import (

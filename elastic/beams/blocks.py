@@ -1,4 +1,4 @@
-"""A load that moves along a beam: the block of a slider, and its part in the fields beyond it."""
+"""Force and moment of a sliding block on a beam, and their effect on the fields beyond it."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from rigid.arrays import Columns, Complexes, Flags, Reals
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """A force and a moment on a beam between its ends.
+    """Force and moment on a beam between its ends.
 
     Attributes
     ----------
     beam
-        Number of the beam.
+        Index of the beam.
     xi
-        Where the block is, shape (..., positions); nan where it is beyond the beam, and the nearest end of the beam
-        where it is on a next one in the same line.
+        Position of the block, shape (..., positions); nan if the block is off the beam. If it is on a collinear
+        neighbour: the nearer end of this beam.
     force, moment
-        On the beam, in its own axes [N], complex, and [N m].
+        Load on the beam in beam axes [N], complex, and [N m].
     here
-        Whether it is on this beam and not on a next one, bool, shape (..., positions) or scalar.
+        True if the block is on this beam and not on a collinear neighbour, shape (..., positions) or scalar.
     """
 
     beam: int
@@ -32,7 +32,7 @@ class Block:
     here: Flags | bool = True
 
     def beyond(self, compliance: Compliance) -> dict[str, tuple[Columns, ...]]:
-        """Increments of the fields beyond the block over those before it, in powers of xi less the block's."""
+        """Return the jump of each field across the block, in powers of (xi - xi of the block)."""
         length = compliance.length
         k, along, across, moment = self.beam, self.force.real, self.force.imag, self.moment
         bend, shear, stretch = (length[k] * row[k] for row in (compliance.bend, compliance.shear, compliance.stretch))
@@ -48,6 +48,6 @@ class Block:
 
 
 def at(powers: tuple[Columns, ...], way: Reals) -> Reals:
-    """A polynomial of few coefficients at a distance."""
+    """Evaluate a polynomial of low degree at a distance."""
     value: Reals = sum(factor * way**power for power, factor in enumerate(powers))
     return value

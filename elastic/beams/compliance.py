@@ -1,4 +1,4 @@
-"""Flexibilities of the beams: the reciprocals of their rigidities, for all designs at once."""
+"""Flexibilities of the beams (reciprocals of the rigidities) for all designs at once."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Ends = tuple[Coefficients, Coefficients, Coefficients, Coefficients]
 
 @dataclass(frozen=True, eq=False)
 class Compliance:
-    """Compliances of all beams; rows of shape (beams, ..., 1).
+    """Flexibilities of all beams; rows of shape (beams, ..., 1).
 
     Attributes
     ----------
@@ -29,12 +29,12 @@ class Compliance:
     stretch, bend, shear
         1/EA, 1/EI, 1/kGA at the start.
     strain, tapered
-        Free strain; whether the rigidities change along the beam.
+        Free strain; True if the rigidities change along the beam.
     ends
-        By how much less or more than a prismatic beam's every power contributes to u(1), phi(1), w(1) by bending and
-        w(1) by shear, four arrays of shape (powers, beams, 1); None where all beams are prismatic.
+        Contribution of each power to u(1), phi(1), w(1) by bending and w(1) by shear, relative to a prismatic beam;
+        four arrays of shape (powers, beams, 1). None if all beams are prismatic.
     powers
-        Of xi in the bending moment, at the most.
+        Highest number of powers of xi in the bending moment.
     """
 
     length: PerBeam
@@ -48,17 +48,17 @@ class Compliance:
 
     @cached_property
     def sheared(self) -> bool:
-        """Whether any beam gives way to shear."""
+        """True if any beam deforms in shear."""
         return bool(self.shear.any())
 
     @cached_property
     def strained(self) -> bool:
-        """Whether any beam has free strain."""
+        """True if any beam has free strain."""
         return bool(self.strain.any())
 
     @cached_property
     def integrals(self) -> tuple[Coefficients, Coefficients, Coefficients, Coefficients]:
-        """Factors of powers of xi integrated along the beams: alone, and as N/EA, M/EI and -V/kGA.
+        """Factors that integrate powers of xi along the beams: plain, N/EA, M/EI and -V/kGA.
 
         Shape (powers + 1, beams, ..., 1).
         """
@@ -76,7 +76,7 @@ class Compliance:
 
 @lru_cache(maxsize=64)
 def compliance_of(mechanism: Mechanism, sections: tuple[Section, ...], ndim: int, powers: int) -> Compliance:
-    """Compliances of beams, for columns of `ndim` axes and bending moments of so many powers of xi."""
+    """Return the flexibilities for columns of `ndim` axes and bending moments with `powers` powers of xi."""
     return Compliance(beam_constants(mechanism, ndim).length, *_of_sections(sections, ndim, powers), powers)
 
 
@@ -84,7 +84,7 @@ def compliance_of(mechanism: Mechanism, sections: tuple[Section, ...], ndim: int
 def _of_sections(
     sections: tuple[Section, ...], ndim: int, powers: int
 ) -> tuple[PerBeam, PerBeam, PerBeam, PerBeam, Flags, Ends | None]:
-    """The part of a compliance that depends on the sections alone, not on the lengths of many designs."""
+    """Return the flexibilities that depend on the sections but not on the lengths."""
     stretch, bend, shear = [
         per_row([1.0 / np.asarray(value, float) for value in values], ndim, float)
         for values in zip(*((section.EA, section.EI, section.kGA) for section in sections), strict=True)
@@ -99,6 +99,6 @@ def _of_sections(
 
 @lru_cache(maxsize=64)
 def designs_of(sections: tuple[Section, ...]) -> tuple[int, ...]:
-    """Shape of the sections' properties: () or (designs, 1)."""
+    """Return the shape of the section properties: () or (designs, 1)."""
     values = [value for part in sections for value in (part.EA, part.EI, part.kGA, part.strain)]
     return np.broadcast_shapes(*(np.shape(value) for value in values))

@@ -1,4 +1,4 @@
-"""Cross-sections of beams: area, second moments and shear coefficients from dimensions, and tapers between two."""
+"""Cross-sections by dimensions: area, second moment, shear coefficient; tapers between two of them."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ import numpy as np
 from elastic.beams.section import Section, Taper
 
 POISSON = 0.3
-"""Poisson's ratio of metals, where none is known."""
-FITTED = 12  # degree of the polynomials that stand for what is none along a taper
-EXACT = 1e-12  # share of the greatest, by which a polynomial of the degree that most shapes have may miss
-ROUND_OFF = 1e-14  # share of the greatest below which a coefficient of a taper is none
+"""Default Poisson's ratio (metals)."""
+FIT_DEGREE = 12  # degree of the fit to a property that is not a polynomial along the taper
+MAX_FIT_ERROR = 1e-12  # largest error of the low-degree polynomial, relative to the largest value
+MIN_COEFFICIENT = 1e-14  # smaller taper coefficients are round-off, relative to the largest
 
 
 @dataclass(frozen=True)
 class Shape:
-    """Properties of a cross-section that is bent by a moment about the axis across the plane of motion.
+    """Properties of a cross-section bent in the plane of motion.
 
     Attributes
     ----------
     area, inertia
-        [m^2]; second moment of area by which the moment bends it in the plane of motion [m^4]. Where the section has no
-        axis of symmetry it goes sideways as well, being free to: then `inertia` is I_z - I_yz^2/I_y, below I_z.
+        Area [m^2]; second moment of area for bending in the plane of motion [m^4]. A section without an axis of
+        symmetry also bends sideways; if free to do so, `inertia` is I_z - I_yz^2/I_y, less than I_z.
     fibre
-        Distance of the outermost fibre from the axis [m]: the largest stress is M fibre/inertia.
+        Distance of the outermost fibre from the axis [m]; the largest stress is M fibre/inertia.
     peak_shear
-        Largest shear stress over the mean one, V/A: at the axis, by V Q/(I b).
+        Largest shear stress divided by the mean V/A; it occurs at the axis, V Q/(I b).
     cowper
-        a, b, c of the shear coefficient a (1 + nu)/(b + c nu).
+        Coefficients a, b, c of the shear coefficient a (1 + nu)/(b + c nu).
     width, round
-        Across the plane of motion [m]; whether the outline is an ellipse of that width and the depth, not a rectangle.
+        Width normal to the plane of motion [m]; True if the outline is an ellipse instead of a rectangle.
     """
 
     area: float
@@ -51,7 +51,7 @@ class Shape:
         return math.sqrt(self.inertia / self.area)
 
     def shear_coefficient(self, poisson: float) -> float:
-        """k in the shear rigidity k G A of Timoshenko's beam, for Poisson's ratio.
+        """Return Timoshenko's shear coefficient k of the shear rigidity k G A.
 
         References
         ----------
@@ -62,7 +62,7 @@ class Shape:
 
 
 def rectangle(depth: float, width: float) -> Shape:
-    """A rectangle; the depth [m] lies in the plane of motion.
+    """Rectangle with its depth in the plane of motion [m].
 
     Examples
     --------
@@ -73,17 +73,17 @@ def rectangle(depth: float, width: float) -> Shape:
 
 
 def circle(diameter: float) -> Shape:
-    """A full circle [m]."""
+    """Solid circle [m]."""
     return tube(diameter, 0.0)
 
 
 def tube(outer: float, inner: float) -> Shape:
-    """A round tube between two diameters [m], of any thickness.
+    """Round tube with outer and inner diameter [m], of any wall thickness.
 
     Raises
     ------
     ValueError
-        The inner diameter is not below the outer one.
+        If the inner diameter is not smaller than the outer one.
     """
     if not np.all((inner >= 0.0) & (inner < outer)):
         raise ValueError(f"a tube's inner diameter of {inner} m is not between 0 and the outer one of {outer} m")
@@ -102,14 +102,14 @@ def tube(outer: float, inner: float) -> Shape:
 
 
 def i_section(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
-    """An I with its web in the plane of motion [m], as rolled: `fillet` is the radius between web and flange.
+    """I-section with its web in the plane of motion [m]; `fillet` is the radius between web and flange.
 
-    Shear coefficient of thin walls; the largest shear stress is at the axis, by V Q/(I web).
+    The shear coefficient is that of thin walls. The largest shear stress is at the axis, V Q/(I web).
 
     Raises
     ------
     ValueError
-        Flanges and fillets leave no web, or the web no flange.
+        If flanges and fillets leave no web, or the web no flange.
 
     References
     ----------
@@ -136,14 +136,14 @@ def i_section(depth: float, width: float, web: float, flange: float, fillet: flo
 
 
 def box(depth: float, width: float, wall: float, corner: float = 0.0) -> Shape:
-    """A hollow rectangle [m], the depth in the plane of motion; `corner` is its outer radius, the inner a wall less.
+    """Hollow rectangle with its depth in the plane of motion [m]; the inner corner radius is `corner` - `wall`.
 
-    Shear coefficient of thin walls; the largest shear stress is at the axis, by V Q/(2 I wall).
+    The shear coefficient is that of thin walls. The largest shear stress is at the axis, V Q/(2 I wall).
 
     Raises
     ------
     ValueError
-        Walls or corners take more than half of a side.
+        If walls or corners take more than half of a side.
 
     References
     ----------
@@ -175,14 +175,14 @@ def box(depth: float, width: float, wall: float, corner: float = 0.0) -> Shape:
 
 
 def channel(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
-    """A channel with its web in the plane of motion [m], both flanges to one side; `fillet` as in an I.
+    """Channel with its web in the plane of motion [m], both flanges on one side; `fillet` as in `i_section`.
 
-    Loaded through its shear centre, or held from twisting: torsion is no part of the plane.
+    The load acts through the shear centre, or the channel is held against twist: torsion is not modelled.
 
     Raises
     ------
     ValueError
-        Flanges and fillets leave no web, or the web no flange.
+        If flanges and fillets leave no web, or the web no flange.
     """
     inside = depth - 2 * flange
     if not np.all((inside > 2 * fillet) & (width >= web + fillet)):
@@ -199,18 +199,18 @@ def channel(depth: float, width: float, web: float, flange: float, fillet: float
 
 
 def t_section(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
-    """A T with its web in the plane of motion [m]; `fillet` is the radius between web and flange.
+    """T-section with its web in the plane of motion [m]; `fillet` is the radius between web and flange.
 
     Raises
     ------
     ValueError
-        Flange and fillets leave no web, or the web no flange.
+        If flange and fillets leave no web, or the web no flange.
     """
     if not np.all((depth > flange + fillet) & (width >= web + 2 * fillet)):
         raise ValueError("a T needs a flange and fillets below its depth, and a web and fillets in its width")
     stem = depth - flange
     round_area, round_inertia, round_place = _corner(fillet)
-    parts = [  # area, its place from the outside of the flange, second moment of its own
+    parts = [  # area, distance of its centroid from the flange's outer face, own second moment
         (width * flange, flange / 2, width * flange**3 / 12),
         (web * stem, flange + stem / 2, web * stem**3 / 12),
         (2 * round_area, flange + round_place, 2 * round_inertia),
@@ -228,26 +228,27 @@ def t_section(depth: float, width: float, web: float, flange: float, fillet: flo
 
 
 def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: float = 0.0) -> Shape:
-    """An angle with one leg of `depth` in the plane of motion, the other across it [m].
+    """Angle section with the leg `depth` in the plane of motion and the leg `width` normal to it [m].
 
-    Without an axis of symmetry in either, a moment in the plane bends it sideways too, by -I_yz/I_y as far. It is taken
-    to be free to: stiffer by I_z/`inertia` at most where joints hold it in the plane. Loaded through its shear centre.
+    Neither leg is an axis of symmetry: a moment in the plane also bends the section sideways, by -I_yz/I_y as much.
+    This bending is assumed to be free. If joints prevent it, the section is stiffer by at most I_z/`inertia`.
+    The load acts through the shear centre.
 
     Parameters
     ----------
     fillet, toe
-        Radii between the legs, and at the inner edges of their ends.
+        Radius between the legs; radius of the inner edges of the leg ends.
 
     Raises
     ------
     ValueError
-        Wall and radii leave no legs.
+        If wall and radii leave no legs.
     """
     if not np.all((np.minimum(depth, width) > wall + fillet + toe) & (toe <= wall)):
         raise ValueError("an angle needs a wall and radii below its legs, and toes of no more than its wall")
     round_area, round_inertia, round_place = _corner(fillet)
     toe_area, toe_inertia, toe_place = _corner(toe)
-    parts = [  # area and place of its centroid (y, z); of its own the integrals of y^2, z^2, y z
+    parts = [  # area, centroid (y, z), own integrals of y^2, z^2, y z
         (depth * wall, depth / 2, wall / 2, wall * depth**3 / 12, depth * wall**3 / 12, 0.0),
         (wall * (width - wall), wall / 2, (width + wall) / 2, (width - wall) * wall**3 / 12,
          wall * (width - wall) ** 3 / 12, 0.0),
@@ -261,7 +262,7 @@ def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: flo
     along = sum(part[3] + part[0] * (part[1] - y) ** 2 for part in parts)
     across = sum(part[4] + part[0] * (part[2] - z) ** 2 for part in parts)
     product = sum(part[5] + part[0] * (part[1] - y) * (part[2] - z) for part in parts)
-    share = product / across  # below 0: the outermost fibres of the ends are where their circles face along Y
+    share = product / across  # below 0: the outermost fibres lie where the toe circles face along Y
     out_y, out_z = 1.0 / np.hypot(1.0, share), -share / np.hypot(1.0, share)
     toes = [(depth - toe, wall - toe), (wall - toe, width - toe)]
     ends = [(0.0, 0.0), (depth, 0.0), (0.0, width), *((at + toe * out_y, beside + toe * out_z) for at, beside in toes)]
@@ -272,21 +273,21 @@ def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: flo
 
 
 Wall = tuple[Any, Any, Any, Any, Any]
-"""Of thin walls: thickness, length, distances from the axis where it begins and ends, and int Y dA before it begins."""
+"""Thin wall: thickness, length, distances of its start and end from the axis, int Y dA before its start."""
 
 
 def _walls_of_angle(leg: Any, other: Any, wall: Any) -> list[Wall]:
-    """The legs by their middle lines, from their ends to the corner; Y = y - I_yz/I_y z, as in `angle`."""
+    """Centre lines of both legs, from their ends to the corner; Y = y - I_yz/I_y z, see `angle`."""
     whole = leg + other
     y, z = leg**2 / 2 / whole, other**2 / 2 / whole
     across = other**3 / 3 - whole * z**2
-    share = -whole * y * z / across  # the middle lines themselves have no product about their corner
+    share = -whole * y * z / across  # centre lines have no product moment about the corner
     corner = -y + share * z
     return [(wall, leg, corner + leg, corner, 0.0), (wall, other, corner - share * other, corner, 0.0)]
 
 
 def _peak_of_angle(walls: Sequence[Wall]) -> Any:
-    """Largest shear stress over the mean one of an angle of thin walls: where its longer way crosses the axis."""
+    """Largest shear stress over the mean, thin-walled angle: at the axis, on the longer side."""
     area, inertia = _measured(walls)
     thick, length, first, last, _ = walls[0]
     share = first / (first - last)
@@ -301,9 +302,9 @@ def _measured(walls: Sequence[Wall]) -> tuple[Any, Any]:
 
 
 def _by_energy(walls: Sequence[Wall]) -> tuple[Any, float, float]:
-    """Shear coefficient of thin walls by the energy of their shear flow, as a, b, c of `Shape.cowper`.
+    """Shear coefficient of thin walls from the energy of the shear flow, as a, b, c of `Shape.cowper`.
 
-    k = I^2/(A int Q^2/t ds), which is Cowper's without Poisson's ratio: what that changes is left out.
+    k = I^2/(A int Q^2/t ds): Cowper's coefficient without the effect of Poisson's ratio.
     """
     area, inertia = _measured(walls)
     energy = 0.0
@@ -314,21 +315,21 @@ def _by_energy(walls: Sequence[Wall]) -> tuple[Any, float, float]:
 
 
 def _corner(radius: float) -> tuple[float, float, float]:
-    """Between a right angle and the circle that rounds it off: area, second moment, distance from either side."""
+    """Area between a right angle and its fillet: area, second moment, distance of the centroid from each side."""
     area = (1 - math.pi / 4) * radius**2
-    share = (1 / 6) / (1 - math.pi / 4)  # of the radius, from the circle's centre
+    share = (1 / 6) / (1 - math.pi / 4)  # distance of the centroid from the circle's centre, relative to the radius
     inertia = (1 / 3 - math.pi / 16 - (1 - math.pi / 4) * share**2) * radius**4
     return area, inertia, (1 - share) * radius
 
 
 def _corner_product(radius: float) -> float:
-    """Product moment, about its centroid, of the piece between a right angle and its circle."""
+    """Product moment of the area between a right angle and its fillet, about its centroid."""
     area, _, place = _corner(radius)
     return (19 / 24 - math.pi / 4) * radius**4 - area * place**2
 
 
 def _thin_walled(m: float, flanges: float, flanges_by_poisson: float) -> tuple[float, float, float]:
-    """Cowper's a, b, c of thin walls; m: area of the flanges over that of the webs."""
+    """Cowper's a, b, c of thin walls; m: flange area over web area."""
     return (
         10 * (1 + 3 * m) ** 2,
         12 + 72 * m + 150 * m**2 + 90 * m**3 + flanges,
@@ -346,7 +347,7 @@ SHAPES: Mapping[str, Callable[..., Shape]] = {
     "channel": channel,
     "angle": angle,
 }
-"""Shapes by their names, each a function of its dimensions."""
+"""Functions that return a `Shape` from its dimensions, by name."""
 
 
 def section_of(
@@ -357,20 +358,20 @@ def section_of(
     taper: Taper | None = None,
     shear: bool = True,
 ) -> Section:
-    """Section of a beam of one shape and material.
+    """Section of a beam with one shape and one material.
 
     Parameters
     ----------
     E
         Young's modulus [Pa].
     poisson
-        Poisson's ratio where it is known: Timoshenko's beam with Cowper's coefficient.
+        Poisson's ratio; if given, the beam is Timoshenko's, with Cowper's shear coefficient.
     yield_stress
-        [Pa], for the safety factor.
+        For the safety factor [Pa].
     taper
-        From `tapered`.
+        See `tapered`.
     shear
-        Whether shear counts; where it does not, what it would change can still be told.
+        False: neglect shear deformation, but keep its rigidity so that its effect can be estimated.
     """
     kGA = math.nan
     if poisson is not None:
@@ -394,33 +395,33 @@ def section_of(
 def tapered(
     shape: Callable[..., Shape], start: Sequence[float], end: Sequence[float], poisson: float = 0.0
 ) -> tuple[Taper, tuple[float, ...]]:
-    """Taper of a beam with dimensions that change linearly from one end to the other.
+    """Taper of a beam whose dimensions change linearly from end to end.
 
-    Area and second moment are polynomials of the second and fourth degree then; those of a T or an angle, whose axis
-    moves, and the coefficients of shear are none, and interpolated closely.
+    Area and second moment are then polynomials of degree 2 and 4. Other properties are fitted to `MAX_FIT_ERROR`:
+    shear coefficients, and the second moment of a T or angle, as its axis moves.
 
     Parameters
     ----------
     shape
-        Gives the shape of dimensions: `rectangle`, `circle`, `tube` or one's own.
+        Function that returns the shape, such as `rectangle`, `circle` or `tube`.
     start, end
-        Its dimensions at the two ends.
+        Dimensions at the two ends.
     poisson
         Poisson's ratio, for the shear coefficient.
 
     Returns
     -------
-    The taper, and the polynomial for `Beam.mass_taper`.
+    Taper; polynomial for `Beam.mass_taper`.
 
     Examples
     --------
-    A rectangle that loses half its depth:
+    A rectangle loses half of its depth:
 
     >>> taper, mass = tapered(rectangle, (0.02, 0.01), (0.01, 0.01))
     >>> [round(value, 12) for value in mass], [round(value, 12) for value in taper.EI]
     ([1.0, -0.5], [1.0, -1.5, 0.75, -0.125])
     """
-    angles = math.pi * (np.arange(FITTED + 1) + 0.5) / (FITTED + 1)
+    angles = math.pi * (np.arange(FIT_DEGREE + 1) + 0.5) / (FIT_DEGREE + 1)
     stations = (1 - np.cos(angles)) / 2
     first, last = np.asarray(start, float), np.asarray(end, float)
     shapes = [shape(*((1 - xi) * first + xi * last)) for xi in stations]
@@ -431,10 +432,10 @@ def tapered(
             return (1.0,)
         wanted = np.asarray(values) / at_start
         found = np.polynomial.Chebyshev.fit(stations, wanted, degree, domain=[0.0, 1.0])
-        if np.abs(found(stations) - wanted).max() > EXACT * np.abs(wanted).max():
-            found = np.polynomial.Chebyshev.fit(stations, wanted, FITTED, domain=[0.0, 1.0])
+        if np.abs(found(stations) - wanted).max() > MAX_FIT_ERROR * np.abs(wanted).max():
+            found = np.polynomial.Chebyshev.fit(stations, wanted, FIT_DEGREE, domain=[0.0, 1.0])
         series = found.convert(kind=np.polynomial.Polynomial, domain=[-1.0, 1.0]).coef
-        series = np.where(np.abs(series) > ROUND_OFF * np.abs(series).max(), series, 0.0)
+        series = np.where(np.abs(series) > MIN_COEFFICIENT * np.abs(series).max(), series, 0.0)
         top = int(np.flatnonzero(series)[-1])
         return tuple(float(value) for value in series[: top + 1] / series[0])
 
@@ -443,9 +444,9 @@ def tapered(
     taper = Taper(
         EA=area,
         EI=along(4, [each.inertia for each in shapes], whole.inertia),
-        kGA=along(FITTED, factors, whole.area * whole.shear_coefficient(poisson)),
+        kGA=along(FIT_DEGREE, factors, whole.area * whole.shear_coefficient(poisson)),
         fibre=along(1, [each.fibre for each in shapes], whole.fibre),
-        peak_shear=along(FITTED, [each.peak_shear for each in shapes], whole.peak_shear),
+        peak_shear=along(FIT_DEGREE, [each.peak_shear for each in shapes], whole.peak_shear),
         width=along(1, [each.width for each in shapes], whole.width),
     )
     return taper, area

@@ -1,7 +1,7 @@
-"""How beams are divided into pieces on each of which every field is one polynomial, and the fields on these.
+"""Division of beams into pieces on which every field is one polynomial.
 
-A beam is one piece as a rule; blocks that slide on it divide it where they are, and a tapered one is divided until its
-compliance is a polynomial to round-off.
+Usually a beam is one piece. Sliding blocks divide it at their positions. A tapered beam is divided until its
+flexibility is a polynomial to round-off.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ DISPLACEMENTS = ("u", "w", "phi")
 
 @dataclass(frozen=True, eq=False)
 class Division:
-    """Pieces of all beams, in the order of the beams and along each of them.
+    """Pieces of all beams, ordered by beam and along each beam.
 
     Attributes
     ----------
     beam
-        Number of every piece's beam, shape (pieces,).
+        Beam index of each piece, shape (pieces,).
     start, width
-        Where the piece begins on its beam and how long it is, in xi, shape (pieces, ..., positions); (pieces, ..., 1)
-        where every beam is one piece.
+        Start of the piece and its length, in xi, shape (pieces, ..., positions); (pieces, ..., 1) if every beam is one
+        piece.
     sections, blocks
-        One section per beam, and the blocks: what divides them.
+        One section per beam; sliding blocks.
     """
 
     beam: Integers
@@ -48,16 +48,16 @@ class Division:
 
     @cached_property
     def whole(self) -> bool:
-        """Whether every beam is one piece."""
+        """True if every beam is one piece."""
         return not self.blocks and not any(section.taper for section in self.sections)
 
     def of_beam(self, number: int) -> Integers:
-        """Numbers of a beam's pieces."""
+        """Return the indices of a beam's pieces."""
         return np.flatnonzero(self.beam == number)
 
 
 def division_of(sections: tuple[Section, ...], blocks: tuple[Block, ...], columns: tuple[int, ...]) -> Division:
-    """How the beams of these sections are divided, by their tapers and the blocks on them."""
+    """Divide beams at their taper pieces and sliding blocks."""
     if not blocks and (whole := _undivided(sections, len(columns))):
         return whole
     pieces: list[tuple[int, Any, Any]] = []
@@ -72,7 +72,7 @@ def division_of(sections: tuple[Section, ...], blocks: tuple[Block, ...], column
 
 @lru_cache(maxsize=64)
 def _undivided(sections: tuple[Section, ...], ndim: int) -> Division | None:
-    """Every beam as one piece, for columns of `ndim` axes; None where one is tapered."""
+    """Return a division with one piece per beam, or None if a beam is tapered."""
     if any(section.taper for section in sections):
         return None
     rows = (len(sections),) + (1,) * ndim
@@ -80,7 +80,7 @@ def _undivided(sections: tuple[Section, ...], ndim: int) -> Division | None:
 
 
 def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance: Compliance) -> Coefficients:
-    """N, V, M, u, w or phi in powers of the way along every piece from 0 to 1, shape (n, pieces, ..., positions)."""
+    """Return N, V, M, u, w or phi in powers of t from 0 to 1 on each piece, shape (n, pieces, ..., positions)."""
     values: Coefficients = getattr(amplitudes, field)
     free: Coefficients | None = None
     if amplitudes.free is not None and field in DISPLACEMENTS:
@@ -100,7 +100,7 @@ def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance
 
 
 def _with_rows(values: Coefficients, rows: Integers, others: Coefficients) -> Coefficients:
-    """Coefficients with those of some rows replaced, to the higher of both degrees."""
+    """Replace the coefficients of some rows; the result has the higher of both degrees."""
     result = np.zeros((max(len(values), len(others)), *values.shape[1:]))
     result[: len(values)] = values
     result[:, rows] = 0.0
@@ -111,7 +111,7 @@ def _with_rows(values: Coefficients, rows: Integers, others: Coefficients) -> Co
 def _of_tapered(
     field: str, amplitudes: Amplitudes, number: int, section: Section, length: Reals
 ) -> tuple[Coefficients, Coefficients]:
-    """Of a tapered beam the line that carries it, in powers of xi, and the rest on its pieces: (n, pieces, ...)."""
+    """Split a tapered beam's field: a straight line in powers of xi, and the rest on pieces (n, pieces, ...)."""
     values = getattr(amplitudes, field)[:, number]
     stretch, turn, bend, slide = piece_functions(section, len(amplitudes.M))
 
@@ -128,7 +128,7 @@ def _of_tapered(
 
 
 def _add_beyond(values: Coefficients, block: Block, division: Division, powers: tuple[Columns, ...]) -> None:
-    """Add the increments beyond a block to the pieces there; nan on a beam that it has left."""
+    """Add the jumps at a block to the pieces beyond it; nan if the block is off the beam."""
     more = np.array([np.broadcast_to(power, values.shape[2:]) for power in powers])
     for row in division.of_beam(block.beam):
         start = division.start[row] - block.xi
@@ -137,14 +137,18 @@ def _add_beyond(values: Coefficients, block: Block, division: Division, powers: 
 
 
 def evaluated(values: Coefficients, division: Division, stations: Reals) -> AtStations:
-    """Fields at stations along the beams, shape (beams, ..., positions, stations); at a block the value before it.
+    """Evaluate a field at stations; at a block, its value before the block.
 
     Parameters
     ----------
     values
-        Coefficients along the pieces, shape (n, pieces, ..., positions).
+        Coefficients on the pieces, shape (n, pieces, ..., positions).
     stations
         xi, shape (stations,).
+
+    Returns
+    -------
+    Shape (beams, ..., positions, stations).
     """
     if division.whole:
         powers = np.power.outer(stations, np.arange(len(values)))
@@ -166,12 +170,12 @@ def evaluated(values: Coefficients, division: Division, stations: Reals) -> AtSt
 
 
 def at_station(values: Coefficients, division: Division, number: int, xi: Reals | float) -> Columns:
-    """A field of one beam at one station, shape (..., positions); at a block the value before it.
+    """Evaluate a field of one beam at one station, shape (..., positions); at a block, its value before the block.
 
     Parameters
     ----------
     xi
-        A number, or one of every design, shape (designs, 1).
+        A number, or one per design, shape (designs, 1).
     """
     first, *others = division.of_beam(number)
     there: Columns = evaluate(values[:, first], _way(division, first, xi))
@@ -181,7 +185,7 @@ def at_station(values: Coefficients, division: Division, number: int, xi: Reals 
 
 
 def _way(division: Division, row: int, xi: Reals | float) -> Columns:
-    """Station of a beam on one of its pieces, from 0 to 1."""
+    """Convert xi of a beam to t from 0 to 1 on one piece."""
     width = division.width[row]
     way: Columns = (xi - division.start[row]) / np.where(width > 0.0, width, 1.0)
     return way

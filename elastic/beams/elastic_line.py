@@ -1,4 +1,4 @@
-"""One beam: section forces by equilibrium, then the elastic line and Hooke's law, all in powers of xi = x'/l."""
+"""Section forces by equilibrium, then the elastic line of a beam, in powers of xi = x'/l."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from rigid.arrays import Numbers
 def section_forces(
     q: VectorCoefficients, couple: Coefficients | None, pull: VectorPerBeam, twist: PerBeam, compliance: Compliance
 ) -> tuple[Coefficients, Coefficients, Coefficients]:
-    """N, V, M by equilibrium of the piece beyond a section, exact for a load of any degree.
+    """Return N, V, M by equilibrium of the part beyond each section; exact for polynomial loads.
 
     Parameters
     ----------
     q
         q_x + i q_y in powers of xi [N/m], shape (n, beams, ..., positions).
     couple
-        Moment per length in powers of xi [N], shape (k, beams, ..., positions), with which M' = V - couple; or None.
+        Distributed moment in powers of xi [N], shape (k, beams, ..., positions), so that M' = V - couple; or None.
     pull, twist
-        Force in the beam's axes [N], complex, and moment [N m] on its end, shape (beams, ..., positions).
+        Force [N], complex, and moment [N m] on the beam's end in beam axes, shape (beams, ..., positions).
     compliance
-        Of the beams: tells their lengths.
+        Flexibilities; only the lengths are used.
 
     Returns
     -------
-    Coefficients of N and V, shape (n + 1, ...), and of M, shape (max(n + 2, k + 1), ...).
+    Coefficients of N and V, shape (n + 1, ...), and M, shape (max(n + 2, k + 1), ...).
     """
     along = compliance.integrals[0]
     beyond = np.empty((len(q) + 1, *pull.shape), complex)
@@ -47,18 +47,23 @@ def section_forces(
 
 
 def _sum(rows: Numbers) -> Numbers:
-    """Sum over the first axis, which is short."""
+    """Sum over the first, short axis."""
     return reduce(np.add, rows)
 
 
 @dataclass(frozen=True, eq=False)
 class Amplitudes:
-    """Coefficients of the fields of all beams, rows of shape (beams, ..., positions).
+    """Coefficients of the fields of all beams, before they are divided into pieces (`elastic.beams.division`).
 
-    Coefficients of N, V, M and of u, w, phi in powers of xi, up to the first block on the beam. On tapered beams the
-    powers of u, w, phi that section forces bring are replaced by `taper_functions`, and `slide` is what shear brings to
-    w by functions of its own, None without; `free` is what strains that no force makes bring to u, w, phi in powers of
-    xi, shape (3, n, ...), None without. `elastic.beams.division` makes fields of all that.
+    Rows of shape (beams, ..., positions). N, V, M, u, w, phi are in powers of xi, up to the first block on the beam.
+    On tapered beams, `taper_functions` replace the powers in u, w, phi that section forces cause.
+
+    Attributes
+    ----------
+    slide
+        Shear part of w on tapered beams, in its own taper functions, or None.
+    free
+        Part of u, w, phi due to free strains, in powers of xi, shape (3, n, ...), or None.
     """
 
     N: Coefficients
@@ -71,21 +76,21 @@ class Amplitudes:
     free: Coefficients | None = None
 
     def with_section(self, force: VectorCoefficients, moment: VectorCoefficients) -> Amplitudes:
-        """With N + i V and M by so much larger, in powers of xi, shape (n, ...); u, w, phi as they are."""
+        """Add to N + i V and M, in powers of xi, shape (n, ...); u, w, phi stay unchanged."""
         return replace(self, N=added(self.N, force.real), V=added(self.V, force.imag), M=added(self.M, moment.real))
 
 
 def elastic_line(
     N: Coefficients, V: Coefficients, M: Coefficients, compliance: Compliance
 ) -> tuple[Amplitudes, tuple[PerBeam, ...]]:
-    """u, w, phi of beams clamped at their start: M/EI integrated twice, N/EA once, and the slide of shear.
+    """Integrate u, w, phi of beams clamped at their start: N/EA once, M/EI twice, and shear.
 
-    Utenov et al., equations (2), (3), (4) with EA, (5), all constants of integration zero. phi is the rotation of the
-    section; with shear w' = phi - V/kGA.
+    Utenov et al., equations (2) to (5), with EA in (4) and zero constants of integration. phi is the rotation of the
+    section; with shear deformation, w' = phi - V/kGA.
 
     Returns
     -------
-    The amplitudes, and u, w, phi at the beams' ends, (6) and (7).
+    Amplitudes; u, w, phi at the beam ends, equations (6) and (7).
     """
     along, stretch, bend, shear = compliance.integrals
     u = np.empty((len(N) + 1, *N.shape[1:]))
@@ -116,11 +121,11 @@ def elastic_line(
 
 
 def free_line(strain: VectorCoefficients, length: PerBeam) -> Coefficients:
-    """u, w, phi of beams clamped at their start under strains that no force makes, as of `AddedLoads`.
+    """Return u, w, phi of beams clamped at their start under free strains; see `AddedLoads`.
 
     Returns
     -------
-    In powers of xi, shape (3, n + 2, beams, ..., positions).
+    Powers of xi, shape (3, n + 2, beams, ..., positions).
     """
     power = np.arange(1.0, strain.shape[1] + 1).reshape(-1, *[1] * (strain.ndim - 2))
     u, w, phi = free = np.zeros((3, strain.shape[1] + 2, *strain.shape[2:]))
@@ -131,6 +136,6 @@ def free_line(strain: VectorCoefficients, length: PerBeam) -> Coefficients:
 
 
 def _reached(amplitudes: Coefficients, ends: Coefficients) -> PerBeam:
-    """Sum of functions at the end of the beam by their amplitudes."""
+    """Sum the functions at the beam's end, weighted by their amplitudes."""
     reached: PerBeam = (amplitudes * ends[: len(amplitudes)]).sum(0)
     return reached

@@ -1,4 +1,4 @@
-"""Cross-sections of any outline, by the finite elements of sectionproperties."""
+"""Cross-sections of any outline, by finite elements (sectionproperties)."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from elastic.beams.cross_sections import Shape
 
 Ring = tuple[tuple[float, float], ...]
 
-ELEMENTS = 400  # triangles of six nodes at least, of which the shear area of a tube's wall is 1e-3 right
-CUTS = 200  # across the section, where shear flows
-SAME = 1e-6  # distance of corners that are one
-THIN = 1e-4  # strip that tells how wide a cut is, by its area
-EXTENT = 100.0  # of the section where it is meshed, whose mesher knows no micrometres
+MIN_ELEMENTS = 400  # six-node triangles; the error of a tube's shear area is then 1e-3
+CUTS = 200  # straight cuts on which the shear flow is evaluated
+MIN_CORNER_DISTANCE = 1e-6  # closer corners are merged: the mesher crashes on them
+STRIP_WIDTH = 1e-4  # strip whose area gives the length of a cut
+MESHED_SIZE = 100.0  # scaled size of the section: the mesher fails at micrometre sizes
 
 
 class OutlineError(ValueError):
-    """An outline that is none: it crosses itself, or its holes leave it."""
+    """The outline crosses itself, or a hole is not inside it."""
 
 
 @lru_cache(maxsize=64)
 def outline(ring: Ring, holes: tuple[Ring, ...] = ()) -> Shape:
-    """A cross-section by its corners (y, z) [m], y in the plane of motion, in either sense; and those of its holes.
+    """Cross-section from its corners (y, z) [m], y in the plane of motion, in either sense.
 
-    Area and second moments are exact, the shear coefficient is that for Poisson's ratio 0. What has no axis of symmetry
-    in the plane or across it goes sideways as well, as in `Shape`. The largest shear stress is the largest mean of one
-    cut across the plane, by V Q/(I b): less than that beside a notch.
+    Area and second moments are exact. The shear coefficient is that for Poisson's ratio 0. A section without an axis of
+    symmetry also bends sideways, see `Shape`. The largest shear stress is the largest mean over a straight cut normal
+    to the plane, V Q/(I b); the stress at a notch is higher.
 
     Raises
     ------
     OutlineError
-        Corners that make no section of one piece.
+        If the corners do not form one connected section.
     ModuleNotFoundError
-        sectionproperties is not installed.
+        If sectionproperties is not installed.
     """
     from shapely import Polygon, clip_by_rect, remove_repeated_points, transform
 
@@ -46,10 +46,10 @@ def outline(ring: Ring, holes: tuple[Ring, ...] = ()) -> Shape:
     from sectionproperties.pre.geometry import Geometry
 
     left, low, right, high = drawn.bounds
-    scale = EXTENT / max(right - left, high - low)
+    scale = MESHED_SIZE / max(right - left, high - low)
     polygon = transform(drawn, lambda places: scale * (places - [left, low]))
-    polygon = remove_repeated_points(polygon, SAME)  # of which the mesher dies
-    geometry = Geometry(polygon).create_mesh(mesh_sizes=[polygon.area / ELEMENTS])
+    polygon = remove_repeated_points(polygon, MIN_CORNER_DISTANCE)
+    geometry = Geometry(polygon).create_mesh(mesh_sizes=[polygon.area / MIN_ELEMENTS])
     section = Section(geometry)
     section.calculate_geometric_properties()
     section.calculate_warping_properties()
@@ -63,7 +63,10 @@ def outline(ring: Ring, holes: tuple[Ring, ...] = ()) -> Shape:
     peak = 0.0
     for cut in np.linspace(low, high, CUTS + 1)[1:-1]:
         beyond = clip_by_rect(polygon, left - 1.0, cut, right + 1.0, high + 1.0)
-        strip = clip_by_rect(polygon, left - 1.0, cut - THIN / 2, right + 1.0, cut + THIN / 2).area / THIN
+        strip = (
+            clip_by_rect(polygon, left - 1.0, cut - STRIP_WIDTH / 2, right + 1.0, cut + STRIP_WIDTH / 2).area
+            / STRIP_WIDTH
+        )
         middle = beyond.centroid
         flow = beyond.area * (middle.y - y - share * (middle.x - z))
         peak = max(peak, abs(flow) / strip * area / inertia)
@@ -79,5 +82,5 @@ def outline(ring: Ring, holes: tuple[Ring, ...] = ()) -> Shape:
 
 
 def _rings(polygon: Any) -> list[Any]:
-    """Its outer ring, and those of its holes."""
+    """Return the outer ring and the holes' rings."""
     return [polygon.exterior, *polygon.interiors]

@@ -1,7 +1,7 @@
-"""Zeros and greatest values of many polynomials at once on [0, 1], exact.
+"""Zeros and extreme values on [0, 1] of many polynomials at once, to round-off.
 
-The zeros of a polynomial lie between its turning points, one at most between two neighbours; its turning points are the
-zeros of its derivative. So all are found by walking up from the straight line.
+Between two neighbouring turning points a polynomial has at most one zero. The turning points are the zeros of the
+derivative. So all zeros follow recursively, starting from the straight line.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 from elastic.arrays import Coefficients
 from rigid.arrays import Numbers, Reals
 
-STEPS = 60  # of Newton's method at most: as many bisections leave nothing of a double's bracket
-TOGETHER = 4  # steps that all zeros take, before those that are there are left out
-CLOSE = 1e-8  # change of xi from which one more step of quadratic convergence is the last
+MAX_STEPS = 60  # of Newton's method: as many bisections exhaust a double's precision
+COMMON_STEPS = 4  # steps for all zeros, before converged ones are dropped
+LAST_CHANGE = 1e-8  # after a change of xi this small, one more quadratic step reaches round-off
 
 
 def evaluate(values: Coefficients, xi: Reals | float) -> Reals:
-    """Horner's scheme: polynomials of coefficients (n, ...) at xi of shape (..., ) or (m, ...)."""
+    """Evaluate polynomials with coefficients (n, ...) at xi of shape (...) or (m, ...), by Horner's scheme."""
     if len(values) == 1:
         constant: Reals = values[0] + np.zeros(np.shape(xi))
         return constant
@@ -33,12 +33,12 @@ def evaluate(values: Coefficients, xi: Reals | float) -> Reals:
 
 
 def derivative(values: Coefficients) -> Coefficients:
-    """Coefficients of the derivatives of polynomials."""
+    """Return the coefficients of the derivatives."""
     return values[1:] * np.arange(1.0, len(values)).reshape(-1, *[1] * (values.ndim - 1))
 
 
 def multiplied(first: Coefficients, second: Coefficients) -> Coefficients:
-    """Coefficients of products of polynomials, shapes (n, ...) and (m, ...)."""
+    """Return the coefficients of products, shapes (n, ...) and (m, ...)."""
     result = np.zeros((len(first) + len(second) - 1, *np.broadcast_shapes(first.shape[1:], second.shape[1:])))
     for k, value in enumerate(second):
         result[k : k + len(first)] += first * value
@@ -46,7 +46,7 @@ def multiplied(first: Coefficients, second: Coefficients) -> Coefficients:
 
 
 def added(one: Numbers, other: Numbers) -> Numbers:
-    """Coefficients of sums of polynomials, of the same or another degree."""
+    """Return the coefficients of sums; the degrees may differ."""
     long, short = (one, other) if len(one) >= len(other) else (other, one)
     result: Numbers = long.copy()
     result[: len(short)] += short
@@ -54,7 +54,7 @@ def added(one: Numbers, other: Numbers) -> Numbers:
 
 
 def shifted(values: Coefficients, start: Reals | float, width: Reals) -> Coefficients:
-    """Coefficients in powers of t of p(start + width t), by Horner's scheme."""
+    """Return the coefficients of p(start + width t) in powers of t, by Horner's scheme."""
     shape = np.broadcast_shapes(values.shape[1:], np.shape(start))
     result = np.zeros((len(values), *shape))
     for done, value in enumerate(values[::-1]):
@@ -64,7 +64,7 @@ def shifted(values: Coefficients, start: Reals | float, width: Reals) -> Coeffic
 
 
 def turning_points(values: Coefficients) -> Reals | tuple[()]:
-    """Turning points of any polynomials, from those of their derivatives, shape (n - 2, ...); a line has none."""
+    """Turning points of any polynomials, shape (n - 2, ...), from those of their derivatives; () for straight lines."""
     if len(values) < 3:
         return ()
     slope = derivative(values)
@@ -72,7 +72,7 @@ def turning_points(values: Coefficients) -> Reals | tuple[()]:
 
 
 def at_marks(values: Coefficients, turning: Reals | tuple[()] = ()) -> tuple[Reals, Reals]:
-    """Both ends of [0, 1] with the turning points between them, and the polynomials there, shape (m + 2, ...)."""
+    """Return 0, the turning points and 1, and the polynomials there, shape (m + 2, ...)."""
     marks = np.empty((len(turning) + 2, *values.shape[1:]))
     heights = np.empty_like(marks)
     marks[0], marks[-1] = 0.0, 1.0
@@ -84,32 +84,32 @@ def at_marks(values: Coefficients, turning: Reals | tuple[()] = ()) -> tuple[Rea
 
 
 def greatest_at(marks: Reals, heights: Reals) -> tuple[Reals, Reals]:
-    """The value of largest magnitude and its mark; nan where a value is."""
+    """Return the value of largest magnitude and its mark; nan if any value is nan."""
     best = np.abs(heights).argmax(axis=0)
-    best *= best.size  # numbers in the flat arrays, faster than take_along_axis
+    best *= best.size  # indices into the flat arrays, faster than take_along_axis
     best += np.arange(best.size).reshape(best.shape)
     return heights.take(best), marks.take(best)
 
 
 def zeros_of(values: Coefficients, turning: Reals | tuple[()] = ()) -> Reals:
-    """Zeros in [0, 1] of polynomials with known turning points, in order.
+    """Zeros in [0, 1] of polynomials with known turning points, in ascending order.
 
     Parameters
     ----------
     values
         Coefficients, shape (n, ...).
     turning
-        Turning points in order, shape (m, ...); a straight line has none.
+        Turning points in ascending order, shape (m, ...); () for straight lines.
 
     Returns
     -------
-    Shape (m + 1, ...): between two neighbouring turning points the zero, or the first of them where there is none.
+    Shape (m + 1, ...): the zero between two neighbouring marks, or the first mark if there is none.
     """
     return zeros_between(values, *at_marks(values, turning))
 
 
 def zeros_between(values: Coefficients, marks: Reals, heights: Reals) -> Reals:
-    """The same from the values at the ends and the turning points."""
+    """Zeros as in `zeros_of`, from the values at the ends and turning points."""
     shape = marks.shape[1:]
     flat, marks, heights = (array.reshape(len(array), -1) for array in (values, marks, heights))
     zeros = marks[:-1].copy()
@@ -122,10 +122,9 @@ def zeros_between(values: Coefficients, marks: Reals, heights: Reals) -> Reals:
 
 
 def _between(values: Coefficients, low: Sequence[Reals], high: Sequence[Reals]) -> Reals:
-    """The one zero of each polynomial between two marks: Newton's method, held in the bracket by bisection.
+    """Find the only zero of each polynomial between two marks, by Newton's method in a bracket.
 
-    A monotone piece has one zero; where a Newton step leaves the bracket the middle is taken instead. Some steps are
-    taken together, then only those go on that are not there yet, each with one step after it is close.
+    A step out of the bracket is replaced by a bisection. After `COMMON_STEPS` steps only unconverged zeros go on.
     """
     left: Reals
     right: Reals
@@ -140,27 +139,27 @@ def _between(values: Coefficients, low: Sequence[Reals], high: Sequence[Reals]) 
             return _of_parabola(values, left, right, xi)
         going: Any = slice(None)
         zeros = xi
-        for step in range(STEPS):
+        for step in range(MAX_STEPS):
             height, slope = _with_slope(values, xi)
             below = (height < 0) == rising
             left, right = np.where(below, xi, left), np.where(below, right, xi)
             new = xi - height / slope
             new = np.where((new >= left) & (new <= right), new, (left + right) / 2)
-            far = np.abs(new - xi) > CLOSE
+            far = np.abs(new - xi) > LAST_CHANGE
             zeros[going] = new
             xi = new
-            if step >= TOGETHER:
+            if step >= COMMON_STEPS:
                 if not far.any():
                     break
-                going = np.flatnonzero(far) if step == TOGETHER else going[far]
+                going = np.flatnonzero(far) if step == COMMON_STEPS else going[far]
                 values, left, right, rising, xi = values[:, far], left[far], right[far], rising[far], xi[far]
     return zeros
 
 
 def _of_parabola(values: Coefficients, left: Reals, right: Reals, guess: Reals) -> Reals:
-    """Of the two zeros of each parabola the one between two marks; the guess where round-off leaves none there.
+    """Return the zero of each parabola between two marks; the guess if round-off leaves no zero there.
 
-    The larger by the formula without cancellation, the smaller from the product of both.
+    The larger root comes from the formula without cancellation, the smaller from the product of both.
     """
     low, middle, high = values
     half = -(middle + np.copysign(np.sqrt(np.maximum(middle * middle - 4 * low * high, 0.0)), middle)) / 2
@@ -170,7 +169,7 @@ def _of_parabola(values: Coefficients, left: Reals, right: Reals, guess: Reals) 
 
 
 def _with_slope(values: Coefficients, xi: Reals) -> tuple[Reals, Reals]:
-    """Polynomials and their derivatives by one Horner scheme."""
+    """Evaluate polynomials and their derivatives by one Horner scheme."""
     height = values[-1] * xi
     height += values[-2]
     slope = values[-1].copy()

@@ -1,4 +1,4 @@
-"""Rigidities of a beam, how they change along it, and the compliance of joints."""
+"""Rigidities of a beam, their taper, and the compliance of joints."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import numpy as np
 from rigid import Beam, Mechanism
 from rigid.arrays import Complex, Reals
 
-FULL = 1.6  # largest shear stress over the mean one: 1.5 of rectangles, 4/3 of circles; more has thin walls
+MAX_SOLID_SHEAR = 1.6  # peak over mean shear stress: rectangle 1.5, circle 4/3; above it the section is thin-walled
 
 
 @dataclass(frozen=True, eq=False)
 class Taper:
-    """How a beam's rigidities change along it: polynomials in xi by which those at its start are multiplied.
+    """Change of a beam's rigidities along it: polynomials in xi, relative to the start.
 
-    `(1.0, -0.5)` halves a rigidity linearly. None is zero anywhere on the beam. Area and second moment change as EA and
-    EI do, one material given; `fibre` and `peak_shear` count for stresses only, `width` for drawing.
+    `(1.0, -0.5)` halves a rigidity linearly. No polynomial may be zero on the beam. Area and second moment change as EA
+    and EI do, because the material is uniform. `fibre` and `peak_shear` affect stresses only, `width` drawings only.
     """
 
     EA: tuple[float, ...] = (1.0,)
@@ -37,23 +37,22 @@ class Section:
     Attributes
     ----------
     EA, EI
-        [N], [N m^2], infinite for a rigid beam.
+        Rigidities [N], [N m^2]; infinite for a rigid beam.
     kGA
-        Shear rigidity of Timoshenko's beam [N]; infinite without shear deformation.
+        Shear rigidity of Timoshenko's beam [N]; infinite: no shear deformation.
     strain
-        Free strain: elongation per length when nothing pulls, thermal or an error of the length.
+        Free strain (unloaded elongation per length): thermal expansion or a length error.
     taper
-        How the rigidities change along the beam; None where they do not.
+        Change of the rigidities along the beam, or None.
     area, inertia, fibre, peak_shear
-        Area [m^2], second moment of area [m^4], distance of the outermost fibres from the axis [m], and largest shear
-        stress over V/A: for stresses; nan where they are not known.
+        For stresses, nan if unknown: area [m^2], second moment of area [m^4], distance of the outermost fibres from the
+        axis [m], largest shear stress over V/A.
     yield_stress
-        [Pa]; nan where it is not known.
+        [Pa]; nan if unknown.
     shear_rigidity
-        kGA of a beam that is not to shear [N], by which it is told what that leaves out; nan where it is not known.
+        kGA of a beam without shear deformation, to estimate the neglected shear [N]; nan if unknown.
     width, round
-        Across the plane of motion [m], nan where it is not known; whether the outline is an ellipse, not a rectangle.
-        For drawing.
+        For drawing: width normal to the plane of motion [m], nan if unknown; True for an elliptic outline.
     """
 
     EA: float | Reals = math.inf
@@ -72,35 +71,37 @@ class Section:
 
     @property
     def thin_walled(self) -> bool:
-        """Whether shear goes through walls, as in a tube or an I: then a link is no plane body."""
-        return bool(np.ravel(self.peak_shear)[0] > FULL)
+        """True if walls carry the shear, as in a tube or an I; the link is then no plane body."""
+        return bool(np.ravel(self.peak_shear)[0] > MAX_SOLID_SHEAR)
 
     def __repr__(self) -> str:
-        return f"Section(EA={_told(self.EA)}, EI={_told(self.EI)}{', tapered' if self.taper else ''})"
+        return f"Section(EA={_property_text(self.EA)}, EI={_property_text(self.EI)}{', tapered' if self.taper else ''})"
 
 
 def with_rotary_inertia(mechanism: Mechanism, sections: Sequence[Section]) -> Mechanism:
-    """The mechanism with the rotary inertia of its beams' sections, m I/A per length.
+    """Return the mechanism with the rotary inertia of its cross-sections, m I/A per length.
 
     Parameters
     ----------
     sections
-        One per beam, in the order of `Mechanism.beams`; those that do not tell their area and second moment have none.
+        One per beam, in the order of `Mechanism.beams`. Sections of unknown area or second moment add no inertia.
 
     Raises
     ------
     ValueError
-        A beam's mass does not change along it as the area of its section does.
+        If a beam's mass and the area of its section taper differently.
     """
     of_beam = iter(sections)
     links = [
-        link if not number else replace(link, beams=tuple(_turning(beam, next(of_beam)) for beam in link.beams))
+        link
+        if not number
+        else replace(link, beams=tuple(_with_rotary_inertia(beam, next(of_beam)) for beam in link.beams))
         for number, link in enumerate(mechanism.links)
     ]
     return replace(mechanism, links=tuple(links))
 
 
-def _turning(beam: Beam, section: Section) -> Beam:
+def _with_rotary_inertia(beam: Beam, section: Section) -> Beam:
     square = np.asarray(section.inertia) / np.asarray(section.area)
     if not np.isfinite(square).all():
         return beam
@@ -112,28 +113,27 @@ def _turning(beam: Beam, section: Section) -> Beam:
     )
 
 
-def _told(value: float | Reals) -> str:
-    """A property of one design, or of how many there are values."""
+def _property_text(value: float | Reals) -> str:
+    """Format a property: its value, or the number of designs."""
     return f"{float(np.ravel(value)[0]):.6g}" if np.size(value) == 1 else f"of {np.size(value)} designs"
 
 
 RIGID = Section()
-"""The section of a beam that does not give way."""
+"""Section of a rigid beam."""
 
 
 @dataclass(frozen=True)
 class JointCompliance:
-    """Compliance of a joint, and its lack of fit.
+    """Compliance and clearance of a joint.
 
     Attributes
     ----------
     translation
-        Displacement per force [m/N]: of the parent's point from the child's along the force.
+        Displacement per force [m/N], of the parent's point from the child's along the force.
     rotation
         Rotation per moment of a drive or slider [rad/(N m)].
     gap, turn
-        Displacement of the child's point from the parent's [m], complex, in the ground's axes, and rotation [rad] that
-        the joint has unloaded.
+        Unloaded offset of the child's point from the parent's, in ground axes [m], complex; unloaded rotation [rad].
     """
 
     translation: float = 0.0

@@ -1,4 +1,4 @@
-"""Tapered beams: functions in place of the powers of xi, and pieces on which they are polynomials to round-off."""
+"""Tapered beams: functions that replace powers of xi, and pieces on which they are polynomials to round-off."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from elastic.arrays import Coefficients
 from elastic.beams.section import Section, Taper
 from rigid.arrays import Reals
 
-DEGREE = 14  # of the polynomials on a piece, more for bending moments beyond the third degree
-HIGHEST = 20  # which it comes to: powers make a value's round-off 6^degree times as large
-ELLIPSE = 16.0  # sum of half axes, the piece's ends as foci, that no pole may lie within: 16^-15 is below round-off
-SHORTEST = 2.0**-40  # of a piece: a rigidity that all but vanishes at a beam's end
-SETTLED = 50.0  # natural logarithm of what Gauss' quadrature leaves: below round-off, poles of high order counted
+DEGREE = 14  # of the polynomials on a piece; higher for bending moments above degree 3
+MAX_DEGREE = 20  # powers amplify round-off by 6^degree
+MIN_AXES_SUM = 16.0  # sum of half axes of the ellipse (foci: the piece's ends) without a pole; 16^-15 is round-off
+MIN_PIECE = 2.0**-40  # shortest piece in xi, for a rigidity that nearly vanishes at an end
+LOG_ACCURACY = 50.0  # -ln of the quadrature error: below round-off even for poles of high order
 PRISMATIC = Taper()
 
 
 def taper_functions(
     section: Section, stations: Sequence[float] | Reals, powers: int
 ) -> tuple[Coefficients, Coefficients, Coefficients, Coefficients]:
-    """Functions that stand in place of the powers of xi in the fields of a tapered beam.
+    """Functions that replace the powers of xi in the fields of a tapered beam.
 
-    With f = 1/(rigidity relative to the start), for k = 0, 1, ...: in u `(k+1) int s^k f_EA ds`, in phi the same with
-    EI, in w by bending `(k+1)(k+2) int (xi-s) s^k f_EI ds`, in w by shear `(k+1) int s^k f_kGA ds`, from 0 to xi, by
-    Gauss' quadrature with as many points as bring it to round-off.
+    With f = 1/(rigidity relative to the start) and k = 0, 1, ..., integrated from 0 to xi: u: `(k+1) int s^k f_EA ds`;
+    phi: the same with f_EI; w by bending: `(k+1)(k+2) int (xi-s) s^k f_EI ds`; w by shear: `(k+1) int s^k f_kGA ds`.
+    Gauss quadrature, accurate to round-off.
 
     Returns
     -------
-    Four arrays of shape (powers, stations); xi^(k+1), xi^(k+1), xi^(k+2), xi^(k+1) for a prismatic beam.
+    Four arrays of shape (powers, stations); for a prismatic beam xi^(k+1), xi^(k+1), xi^(k+2), xi^(k+1).
     """
     xi = np.asarray(stations, float)
     taper = section.taper or PRISMATIC
@@ -51,31 +51,31 @@ def taper_functions(
 
 
 def _gauss(polynomial: tuple[float, ...], powers: int) -> tuple[Reals, Reals]:
-    """Gauss-Legendre points on [0, 1] that integrate 1/polynomial to round-off: more, the nearer its zeros are."""
-    nearest = _ellipse(polynomial, 0.0, 1.0)
-    count = powers + (0 if np.isinf(nearest) else int(np.ceil(SETTLED / 2 / np.log(nearest))))
+    """Gauss-Legendre points on [0, 1] that integrate 1/polynomial to round-off."""
+    nearest = _axes_sum(polynomial, 0.0, 1.0)
+    count = powers + (0 if np.isinf(nearest) else int(np.ceil(LOG_ACCURACY / 2 / np.log(nearest))))
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return (nodes + 1) / 2, weights / 2
 
 
-def _ellipse(polynomial: tuple[float, ...], low: float, high: float) -> float:
-    """Sum of the half axes of the ellipse about an interval on which the polynomial's nearest zero lies."""
+def _axes_sum(polynomial: tuple[float, ...], low: float, high: float) -> float:
+    """Sum of the half axes of the ellipse, foci at the interval's ends, through the polynomial's nearest zero."""
     roots = (2 * polyroots(polynomial).astype(complex) - low - high) / (high - low)
     return float(np.abs(roots + np.sqrt(roots - 1) * np.sqrt(roots + 1)).min(initial=np.inf))
 
 
 @lru_cache(maxsize=256)
 def piece_ends(section: Section) -> tuple[float, ...]:
-    """Where the pieces of a beam end in xi, 0 the first: halved until its compliance is a polynomial on each.
+    """Ends of a beam's pieces in xi, starting with 0: halved until its flexibility is a polynomial on each piece.
 
-    A function whose nearest pole lies on an ellipse with half axes of sum r is interpolated by a polynomial of degree n
-    to r^-(n+1) (Trefethen, Approximation Theory and Approximation Practice, theorem 8.2).
+    If the nearest pole lies on an ellipse with half axes of sum r, interpolation of degree n has the error r^-(n+1)
+    (Trefethen, Approximation Theory and Approximation Practice, theorem 8.2).
     """
     taper = section.taper or PRISMATIC
 
     def cut(low: float, high: float) -> list[float]:
-        near = min(_ellipse(polynomial, low, high) for polynomial in (taper.EA, taper.EI, taper.kGA))
-        if near >= ELLIPSE or high - low <= SHORTEST:
+        near = min(_axes_sum(polynomial, low, high) for polynomial in (taper.EA, taper.EI, taper.kGA))
+        if near >= MIN_AXES_SUM or high - low <= MIN_PIECE:
             return [high]
         middle = (low + high) / 2
         return cut(low, middle) + cut(middle, high)
@@ -85,8 +85,8 @@ def piece_ends(section: Section) -> tuple[float, ...]:
 
 @lru_cache(maxsize=256)
 def piece_functions(section: Section, powers: int) -> tuple[Coefficients, Coefficients, Coefficients, Coefficients]:
-    """`taper_functions` as polynomials in the way along every piece, each of shape (coefficients, pieces, powers)."""
-    stations = _stations(section, min(DEGREE + max(0, powers - 4), HIGHEST))
+    """`taper_functions` as polynomials on each piece, four arrays of shape (coefficients, pieces, powers)."""
+    stations = _stations(section, min(DEGREE + max(0, powers - 4), MAX_DEGREE))
     functions = [
         interpolated(values.reshape(powers, *stations.shape).transpose(2, 1, 0))
         for values in taper_functions(section, stations.ravel(), powers)
@@ -96,14 +96,14 @@ def piece_functions(section: Section, powers: int) -> tuple[Coefficients, Coeffi
 
 @lru_cache(maxsize=256)
 def piece_quotient(section: Section, over: str, under: str) -> Coefficients:
-    """Quotient of two polynomials of a taper in the way along every piece, shape (coefficients, pieces)."""
+    """Quotient of two taper polynomials on each piece, shape (coefficients, pieces)."""
     taper, xi = section.taper or PRISMATIC, _stations(section, DEGREE)
     values = polyval(xi, getattr(taper, over) if over else (1.0,)) / polyval(xi, getattr(taper, under))
     return interpolated(values.T)
 
 
 def _stations(section: Section, degree: int) -> Reals:
-    """Where `interpolated` takes values on every piece, shape (pieces, degree + 1)."""
+    """Stations of the `nodes` on each piece, shape (pieces, degree + 1)."""
     ends = np.array(piece_ends(section))
     return ends[:-1, None] + np.diff(ends)[:, None] * nodes(degree)
 
@@ -113,21 +113,21 @@ def _angles(degree: int) -> Reals:
 
 
 def nodes(degree: int) -> Reals:
-    """Chebyshev's points on [0, 1], shape (degree + 1,)."""
+    """Chebyshev points on [0, 1], shape (degree + 1,)."""
     return 0.5 - 0.5 * np.cos(_angles(degree))
 
 
 def interpolated(values: Reals) -> Coefficients:
-    """Coefficients in powers of t of polynomials with values of shape (degree + 1, ...) at the `nodes`.
+    """Coefficients in powers of t of the polynomials with given values at the `nodes`, shape (degree + 1, ...).
 
-    By way of Chebyshev's series, in two steps: their product would cancel by 6^degree.
+    Converts by way of the Chebyshev series in two steps; their product would lose 6^degree to cancellation.
     """
     spectrum, powers = _chebyshev(len(values) - 1)
     return np.tensordot(powers, np.tensordot(spectrum, values, 1), 1)
 
 
 def lowered(values: Coefficients, degree: int) -> Coefficients:
-    """Polynomials of no more than a degree that agree with others at the `nodes`: to round-off on a piece."""
+    """Reduce polynomials to a degree by interpolation at the `nodes`, to round-off on a piece."""
     if len(values) <= degree + 1:
         return values
     powers = np.power.outer(nodes(degree), np.arange(len(values)))
@@ -136,7 +136,7 @@ def lowered(values: Coefficients, degree: int) -> Coefficients:
 
 @lru_cache(maxsize=16)
 def _chebyshev(degree: int) -> tuple[Reals, Reals]:
-    """From values at the nodes to Chebyshev's series of 2 t - 1, and from that to powers of t."""
+    """Matrices from values at the nodes to Chebyshev coefficients of 2 t - 1, and from these to powers of t."""
     orders = np.arange(degree + 1)
     spectrum = np.cos(np.multiply.outer(orders, np.pi - _angles(degree))) * (2.0 / (degree + 1))
     spectrum[0] /= 2
