@@ -1,4 +1,4 @@
-"""All links under their loads: free bodies, clamped links, compatibility at the joints."""
+"""Links under load: free bodies, clamped links, compatibility at the joints."""
 
 from elastic.links.added_loads import AddedLoads, map_loads
 from elastic.links.beam_trees import acting_points, in_line, lined_up

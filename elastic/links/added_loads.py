@@ -1,4 +1,4 @@
-"""Loads on a mechanism's links besides its own: those of vibration, and of forces on displaced links."""
+"""Loads in addition to those of the motion, from vibration or displaced links."""
 
 from __future__ import annotations
 
@@ -12,31 +12,30 @@ from rigid.arrays import Columns, Numbers
 
 @dataclass(frozen=True, eq=False)
 class AddedLoads:
-    """Loads besides those of the mechanism.
+    """Loads in addition to those of the motion.
 
     Attributes
     ----------
     q
-        q_x + i q_y along every beam in its own axes, in powers of xi [N/m], complex, shape (n, beams, ..., positions).
+        q_x + i q_y on each beam in beam axes, in powers of xi [N/m], shape (n, beams, ..., positions).
     points
-        Link's number, point's name, force in the ground's axes [N], complex, and moment [N m].
+        Per load: link index, point name, force in ground axes [N], complex, moment [N m].
     blocks
-        Of sliders on beams: joint's number, force on the beam in the ground's axes [N], complex, and moment [N m].
+        Per sliding block: joint index, force on the beam in ground axes [N], complex, moment [N m].
     gaps, turns
-        Per joint, what opens it besides: displacement of the child's point from the parent's [m], complex, and
-        rotation [rad].
+        Additional gap of each joint: displacement of the child's point from the parent's [m], complex; rotation [rad].
     strain
-        What no force makes, in powers of xi: d(u + i w)/dx and dphi/dx [1/m] of every beam, complex, shape (2, n,
-        beams, ..., positions); None without.
+        Free strains d(u + i w)/dx and dphi/dx [1/m] of each beam in powers of xi, complex, shape (2, n, beams, ...,
+        positions); or None.
     section
-        By how much N + i V [N] and M [N m] of the turned sections differ from those that balance the loads about the
-        rigid places, complex, shape of `strain`; None where they do not.
+        N + i V [N] and M [N m] of the turned sections, minus those in balance about the rigid positions; complex, shape
+        of `strain`; or None.
     sliding
-        Of joints with friction: joint's number, rate that vibration adds to that of the motion, and creep, both [rad/s
-        or m/s], as for `rigid.kinetostatics.with_friction`.
+        Per joint with friction: joint index, rate due to vibration, creep [rad/s or m/s]; see
+        `rigid.kinetostatics.with_friction`.
     slides
-        Of sliders on beams: joint's number, by how much farther along its line than in the motion the block is [m], and
-        the moment on the beam's link about the place in the motion of the force where the block is [N m].
+        Per slider on beams: joint index, displacement of the block along its line [m], moment [N m] on the beam's link
+        of the force at the block, about the block's undisplaced position.
     """
 
     q: VectorCoefficients
@@ -51,9 +50,9 @@ class AddedLoads:
 
 
 def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
-    """Loads with values computed from those of one or several loads in the same places; positions are the last axis.
+    """Combine loads with equal places by a function of their values; positions are the last axis.
 
-    A value that is the same at all positions may be a scalar, but of `q`.
+    Except for `q`, a value equal at all positions may be a scalar.
     """
 
     def each(lists: tuple[Any, ...]) -> tuple[Any, ...]:

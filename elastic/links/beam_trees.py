@@ -1,4 +1,4 @@
-"""The beams of every link as a tree that sums loads and passes displacements on, and the cuts of its rings."""
+"""Beams of each link as a tree, to sum loads and pass on displacements; cuts of its rings."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from rigid import Beam, LineLoad, Link, Mechanism, MechanismError, structure
 from rigid.arrays import Columns
 from rigid.plane import cross
 
-LINED_UP = 1e-9  # of its length that a beam may be off a slider's line and yet lie along it
+LINED_UP = 1e-9  # largest offset of a beam from a slider's line, relative to the beam's length
 
 
 @dataclass(frozen=True)
 class TreeBeam:
-    """A beam in the tree of its link: `number` among all beams, `near` and `far` its ends as seen from the root."""
+    """Beam in the tree of its link: index `number` of all beams, ends `near` and `far` as seen from the root."""
 
     number: int
     near: str
@@ -27,7 +27,7 @@ class TreeBeam:
 
 @dataclass(frozen=True)
 class Cut:
-    """Where a ring of beams is cut open: `free` is the loose end of a beam that belongs to `node`."""
+    """Cut of a ring of beams: `free` is the loose end that belongs to `node`."""
 
     link: int
     node: str
@@ -41,15 +41,15 @@ class BeamTrees:
     Attributes
     ----------
     trees
-        Per link with beams, its beams from the root outwards.
+        Beams of each link with beams, from the root outwards.
     cuts
         One per ring.
     tips
-        The nodes at which a branch ends: all but the roots, whose loads no beam feels.
+        End nodes of the branches, i.e. all nodes but the roots; beams do not carry loads at roots.
     points
-        Place of every node in its link's axes [m].
+        Position of each node in link axes [m].
     rails
-        Per joint whose slider moves along beams, by the joint's place in `Structure.joints`: the beams in its line.
+        Beams along a slider's line, by the index of the joint in `Structure.joints`.
     """
 
     trees: Mapping[int, tuple[TreeBeam, ...]]
@@ -60,18 +60,18 @@ class BeamTrees:
 
 
 def root_of(tree: tuple[TreeBeam, ...]) -> str:
-    """The node from which a tree grows."""
+    """Return the node at which the tree starts."""
     return tree[0].near
 
 
 @lru_cache(maxsize=64)
 def trees_of(mechanism: Mechanism) -> BeamTrees:
-    """Trees of beams of a mechanism.
+    """Build the trees of beams of a mechanism.
 
     Raises
     ------
     MechanismError
-        The beams of a link do not hang together, or do not reach a point that carries a joint or a load.
+        If the beams of a link are not connected, or do not reach a point with a joint or load.
     """
     trees, cuts, number = {}, [], 0
     points = {(at, name): place for at, link in enumerate(mechanism.links) for name, place in link.points.items()}
@@ -88,7 +88,7 @@ def trees_of(mechanism: Mechanism) -> BeamTrees:
 
 
 def _tree(link: Link, first: int) -> tuple[tuple[TreeBeam, ...], list[tuple[str, str]]]:
-    """Branches from the start of the first beam outwards, and the loose ends of those that close rings."""
+    """Return the branches from the start of the first beam outwards, and the loose ends of cut rings."""
     waiting = list(enumerate(link.beams, first))
     reached = {waiting[0][1].start}
     order: list[TreeBeam] = []
@@ -110,7 +110,7 @@ def _tree(link: Link, first: int) -> tuple[tuple[TreeBeam, ...], list[tuple[str,
 
 
 def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]]) -> None:
-    """Raise where a joint or a load is at a point that no beam of its link reaches."""
+    """Raise MechanismError if no beam of its link reaches a point with a joint or load."""
     used = acting_points(mechanism)
     for at, tree in trees.items():
         nodes = {node for branch in tree for node in (branch.near, branch.far)}
@@ -121,7 +121,7 @@ def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]
 
 
 def acting_points(mechanism: Mechanism) -> set[tuple[int, str | None]]:
-    """Numbers of links and names of their points at which a joint, a load, a spring or a mass acts."""
+    """Return link index and point name of each joint, load, spring and mass."""
     used = {(link, joint.point(link)) for joint in structure(mechanism).joints for link in (joint.parent, joint.child)}
     at_points = (load for load in mechanism.loads if not isinstance(load, LineLoad))
     used |= {(mechanism.index[link], point) for load in at_points for link, point in load.points}
@@ -130,24 +130,24 @@ def acting_points(mechanism: Mechanism) -> set[tuple[int, str | None]]:
 
 
 def lies_along(link: Link, beam: Beam, origin: Columns, direction: Columns) -> bool:
-    """Whether a line through a point, both in a link's axes, is that of one of its beams, in all designs."""
+    """True if a line and a beam of a link coincide in all designs; origin and direction in link axes."""
     return bool(np.all(lined_up(link, beam, origin, direction)))
 
 
 def in_line(one: Columns, other: Columns, off: float = LINED_UP) -> bool:
-    """Whether two vectors have one direction, in all designs, to an angle of `off` [rad]."""
+    """True if two vectors have the same direction in all designs, within an angle `off` [rad]."""
     along = (np.conj(one) * other).real
     return bool(np.all((along > 0.0) & (np.abs(cross(one, other)) <= off * along)))
 
 
 def lined_up(link: Link, beam: Beam, origin: Columns, direction: Columns) -> Columns:
-    """The same, design by design."""
+    """True for each design in which a line and a beam coincide; see `lies_along`."""
     way, off = link.points[beam.end] - link.points[beam.start], origin - link.points[beam.start]
     return np.abs(cross(way, direction)) + np.abs(cross(direction, off)) <= LINED_UP * np.abs(way)
 
 
 def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]]) -> dict[int, tuple[int, ...]]:
-    """The beams along which each slider on a link with beams moves: it passes from one to the next."""
+    """Find the beams along the line of each slider; the block passes from one to the next."""
     rails = {}
     for place, joint in enumerate(structure(mechanism).joints):
         owner = joint.owner

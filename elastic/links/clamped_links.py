@@ -1,4 +1,4 @@
-"""Section forces and displacements of the links under given loads, every link clamped at the root of its beams."""
+"""Section forces and displacements of links under load, each clamped at the root of its beams."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ class LinkResponse:
     Attributes
     ----------
     amplitudes
-        Of the fields of every beam clamped at its start.
+        Of the fields, each beam clamped at its start.
     nodes
-        Displacements of every node of a link clamped at its root.
+        Displacements of the nodes, each link clamped at its root.
     blocks
-        Sliders' blocks among the loads.
+        Loads of sliding blocks.
     """
 
     amplitudes: Amplitudes
@@ -37,7 +37,7 @@ class LinkResponse:
 
 
 def clamped_response(configuration: Configuration, compliance: Compliance, loads: LinkLoads) -> LinkResponse:
-    """Section forces and displacements of links clamped at their roots, rings cut open."""
+    """Compute section forces and displacements of links clamped at their roots, with rings cut open."""
     N, V, M = section_forces(loads.q, loads.couple, *end_loads(configuration, loads), compliance)
     for block in loads.blocks:
         _before_block(N, V, M, compliance.length, block)
@@ -54,7 +54,7 @@ def clamped_response(configuration: Configuration, compliance: Compliance, loads
 
 
 def _before_block(N: Coefficients, V: Coefficients, M: Coefficients, length: PerBeam, block: Block) -> None:
-    """Add a block's load to the section forces of the piece before it."""
+    """Add a block's load to the section forces before it."""
     k = block.beam
     N[0, k] += block.force.real
     V[0, k] -= block.force.imag
@@ -63,7 +63,7 @@ def _before_block(N: Coefficients, V: Coefficients, M: Coefficients, length: Per
 
 
 def _node_displacements(configuration: Configuration, u: PerBeam, w: PerBeam, phi: PerBeam) -> NodeDisplacements:
-    """Displacements of all nodes from the root outwards, from those of the ends of beams clamped at their starts."""
+    """Sum the displacements of beams clamped at their starts over each tree, from the root outwards."""
     nodes: NodeDisplacements = {}
     ends = np.empty(u.shape, complex)
     ends.real, ends.imag = u, w
@@ -86,7 +86,9 @@ def _node_displacements(configuration: Configuration, u: PerBeam, w: PerBeam, ph
 
 
 def add_rigid_motion(configuration: Configuration, response: LinkResponse, shift: Complexes, angle: Reals) -> None:
-    """Add to every beam's amplitudes, in place, the displacement of its start, by rigid motion and the beams before it.
+    """Add the displacement of each beam's start to its amplitudes, in place.
+
+    The displacement is the sum of the rigid motion and of the bending of the beams before it.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Compatibility: the gaps that bent links leave at the joints, and the joint forces that statics alone does not tell.
+"""Compatibility: gaps of bent links at the joints, and statically indeterminate joint forces.
 
 Utenov et al., equations (8) to (16): (8) to (11) carry the displacement of a joint from one link to the next, (12) to
-(15) close the loop under the conditions (16) at its end. Here every link is bent alone, clamped at the root of its
-beams; what is open then at the joints is closed by the links' motion as rigid bodies, `rigid.closures.displacements`.
+(15) close the loop under the conditions (16) at its end. Here each link bends alone, clamped at the root of its beams.
+Rigid-body motion of the links then closes the joints, see `rigid.closures.displacements`.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ from rigid.plane import dot
 
 @dataclass(frozen=True, eq=False)
 class JointGaps:
-    """By how much links that are bent, but not carried, leave their joints open.
+    """Gaps at the joints after bending, without rigid-body motion of the links.
 
     Attributes
     ----------
     displacement, rotation
-        Per joint, what bringing it together takes: displacement of the child's point from the parent's [m], complex,
-        and rotation [rad].
+        Per joint, correction that closes it: displacement of the child's point from the parent's [m], complex; rotation
+        [rad].
     """
 
     displacement: list[Columns]
@@ -52,7 +52,7 @@ def problem_of(
     joints: Mapping[str, JointCompliance],
     more: AddedLoads | None = None,
 ) -> ElasticProblem:
-    """The problem that a motion sets its links: inertia, weight and loads of its own, and others."""
+    """Set up the elastic problem of a motion: inertia, weight, given loads and additional loads."""
     configuration = configuration_of(motion)
     nodes, q = node_loads(motion, configuration.trees), beam_loads(motion)
     if more is not None:
@@ -71,7 +71,7 @@ def problem_of(
 
 
 def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkResponse, JointGaps]:
-    """Links under the loads and given joint forces, each clamped at its root, and the gaps they leave at the joints."""
+    """Bend the links, each clamped at its root, under loads and joint forces; return also the gaps at the joints."""
     motion, trees = problem.motion, problem.configuration.trees
     blocks = block_loads(motion, problem.configuration, forces, problem.added)
     nodes = with_joint_forces(problem.loads.nodes, motion, trees, forces)
@@ -89,7 +89,7 @@ def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkRespon
         gap, turn = parent[0] - child[0], parent[1] - child[1]
         if joint.name in problem.joints:
             own = problem.joints[joint.name]
-            force, moment = forces.without_friction(number)  # which shaft and bearing do not feel
+            force, moment = forces.without_friction(number)  # friction does not load the joint's elastic part
             gap, turn = gap - force * own.translation + own.gap, turn - moment * own.rotation + own.turn
         if problem.added is not None:
             gap, turn = gap + problem.added.gaps[number], turn + problem.added.turns[number]
@@ -102,7 +102,7 @@ def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkRespon
 
 
 def under_blocks(problem: ElasticProblem, response: LinkResponse, blocks: Sequence[Block]) -> tuple[Complexes, Reals]:
-    """Displacement, in the ground's axes, and rotation under a block of whichever beam of its line it is on."""
+    """Displacement in ground axes, and rotation, of the beam under a block, on any beam along its line."""
     moved, turned = _under_block(problem, response, blocks[0])
     for block in blocks[1:]:
         there, turn = _under_block(problem, response, block)
@@ -111,7 +111,7 @@ def under_blocks(problem: ElasticProblem, response: LinkResponse, blocks: Sequen
 
 
 def _under_block(problem: ElasticProblem, response: LinkResponse, block: Block) -> tuple[Complexes, Reals]:
-    """Displacement, in the ground's axes, and rotation of the beam under a block, its link clamped at its root."""
+    """Displacement in ground axes, and rotation, of one beam under a block, its link clamped at its root."""
     k, configuration, amplitudes = block.beam, problem.configuration, response.amplitudes
     link, beam = problem.motion.mechanism.beams[k]
     u, w, phi = (evaluate(values[:, k], block.xi) for values in (amplitudes.u, amplitudes.w, amplitudes.phi))
@@ -132,15 +132,15 @@ def _under_block(problem: ElasticProblem, response: LinkResponse, block: Block) 
 def compatible_forces(
     problem: ElasticProblem, forces: JointForces, gaps: JointGaps, states: Sequence[JointForces]
 ) -> JointForces:
-    """Joint forces that bring the bent links together: the force method over the self-stresses of the mechanism.
+    """Correct joint forces by self-stresses so that the bent links fit together (force method).
 
-    A self-stress does no work when rigid links move, so that its work on the gaps of the joints must vanish: as many
-    conditions as self-stresses, the redundants.
+    A self-stress does no work on rigid links, so its work on the gaps must vanish. This gives one equation for each
+    self-stress.
 
     Parameters
     ----------
     forces, gaps
-        Any joint forces in balance with the loads, and the gaps they leave.
+        Any joint forces in balance with the loads, and their gaps.
     states
         The self-stresses.
     """
@@ -159,7 +159,7 @@ def compatible_forces(
         amount = redundants[..., number]
         force = [value + _share(amount, part) for value, part in zip(force, state.force, strict=True)]
         moment = [value + _share(amount, part) for value, part in zip(moment, state.moment, strict=True)]
-        # The ground feels gears besides the joints.
+        # gears load the ground in addition to the joints
         pull, twist = (
             value + _share(amount, part) for value, part in zip((pull, twist), state.ground_load, strict=True)
         )
@@ -167,7 +167,7 @@ def compatible_forces(
 
 
 def _share(amount: Reals, part: Columns) -> Numbers:
-    """A part of a self-stress; nothing where it has none, known or not."""
+    """Scale a part of a self-stress; zero if the part is zero, even for an unknown amount."""
     share: Numbers = np.where(np.abs(part) > UNSTRESSED, amount, 0.0) * part
     return share
 

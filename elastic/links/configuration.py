@@ -1,4 +1,4 @@
-"""Places and loads of the links: all that the statics of the links needs to know."""
+"""Positions and loads of the links, as input to their statics."""
 
 from __future__ import annotations
 
@@ -20,30 +20,30 @@ from rigid.constants import beam_constants
 from rigid.kinetostatics import beam_directions
 
 NodeLoads = dict[tuple[int, str], tuple[Columns, Columns]]
-"""By link and node the force in the ground's axes [N], complex, and the moment [N m] on it."""
+"""Force in ground axes [N], complex, and moment [N m] by link and node."""
 
 NodeDisplacements = dict[tuple[int, str], tuple[Columns, Columns]]
-"""By link and node the displacement in the ground's axes [m], complex, and the rotation [rad] of it."""
+"""Displacement in ground axes [m], complex, and rotation [rad] by link and node."""
 
 
 @dataclass(frozen=True, eq=False)
 class Configuration:
-    """Where the links are.
+    """Positions of the links and beams.
 
     Attributes
     ----------
     trees
-        The beams of every link.
+        Trees of beams.
     rows
-        The beams' links: rows in arrays over the links.
+        Link index of each beam, as an index into arrays over the links.
     link, beam
-        Directions of links and beams in the ground's axes, complex, shape (links or beams, ..., positions).
+        Directions of links and beams in ground axes, complex, shape (links or beams, ..., positions).
     unit
-        Directions of the beams in the axes of their links, complex, shape (beams, ..., 1).
+        Directions of the beams in link axes, complex, shape (beams, ..., 1).
     length
-        Of the beams [m], shape (beams, ..., 1).
+        Lengths of the beams [m], shape (beams, ..., 1).
     columns
-        Designs and positions: shape (..., positions).
+        Shape (..., positions), designs and positions.
     """
 
     trees: BeamTrees
@@ -56,23 +56,23 @@ class Configuration:
 
     @cached_property
     def back(self) -> VectorPerBeam:
-        """From the ground's axes to the beams'."""
+        """Rotation from ground axes to beam axes."""
         return np.conj(self.beam)
 
     @property
     def in_link_axes(self) -> Configuration:
-        """The links each in its own axes, which do not change with the position."""
+        """The configuration in link axes, equal at all positions."""
         still = (*self.columns[:-1], 1)
         return replace(self, link=np.ones((len(self.link), *still)), beam=self.unit, columns=still)
 
     def arm(self, at: int, start: str, end: str) -> Numbers:
-        """From one node of a link to another, in the ground's axes [m], complex."""
+        """Vector between two nodes of a link in ground axes [m], complex."""
         arm: Numbers = self.link[at] * (self.trees.points[at, end] - self.trees.points[at, start])
         return arm
 
 
 def configuration_of(motion: Motion) -> Configuration:
-    """Configuration of the links of a motion."""
+    """Return the configuration of a motion."""
     table = beam_constants(motion.mechanism, len(motion.columns))
     return Configuration(
         trees_of(motion.mechanism),
@@ -92,15 +92,15 @@ class LinkLoads:
     Attributes
     ----------
     nodes
-        At nodes.
+        Loads at nodes.
     q
-        Along beams: q_x + i q_y in powers of xi [N/m], shape (n, beams, ..., positions).
+        Distributed load q_x + i q_y in powers of xi [N/m], shape (n, beams, ..., positions).
     blocks
-        Of sliders' blocks on beams.
+        Loads of sliding blocks on beams.
     strain
-        That no force makes, as of `AddedLoads`.
+        Free strains, see `AddedLoads`.
     couple
-        Moments per length along beams in powers of xi [N], shape (n, beams, ..., positions); None without.
+        Distributed moments in powers of xi [N], shape (n, beams, ..., positions); or None.
     """
 
     nodes: NodeLoads
@@ -112,18 +112,18 @@ class LinkLoads:
 
 @dataclass(frozen=True, eq=False)
 class ElasticProblem:
-    """Links under loads, with joints that are to close.
+    """Links under load, with joints to be closed.
 
     Attributes
     ----------
     compliance
-        Of the beams.
+        Flexibilities of the beams.
     joints
-        By name, the joints that give way or do not fit.
+        Joints with compliance or clearance, by name.
     loads
-        All but the joint forces.
+        All loads except joint forces.
     added
-        Loads besides the motion's: in `loads` are those of their parts that nodes and beams carry already.
+        Additional loads; `loads` already includes their loads on nodes and beams.
     """
 
     motion: Motion
@@ -135,7 +135,7 @@ class ElasticProblem:
 
     @property
     def unloaded(self) -> ElasticProblem:
-        """The same problem without loads, free strain and gaps of joints: that of joint forces alone."""
+        """The problem under joint forces alone: without loads, free strains and clearances."""
         fitting = {name: JointCompliance(own.translation, own.rotation) for name, own in self.joints.items()}
         nothing = np.zeros((1, len(self.configuration.length), *self.configuration.columns), complex)
         loads = LinkLoads({}, nothing)

@@ -1,4 +1,4 @@
-"""Free bodies: the load on every beam's end, from the balance of all that lies beyond it in its tree."""
+"""Free bodies: load on each beam's end, by balance of the tree beyond it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rigid.plane import cross
 
 
 def node_loads(motion: Motion, trees: BeamTrees) -> NodeLoads:
-    """Sum of the concentrated loads at every node that a beam ends at."""
+    """Sum the concentrated loads at each node."""
     nodes: NodeLoads = {}
     for at, point, force, moment in point_loads(motion):
         if (at, point) in trees.tips:
@@ -27,7 +27,7 @@ def node_loads(motion: Motion, trees: BeamTrees) -> NodeLoads:
 
 
 def with_joint_forces(nodes: NodeLoads, motion: Motion, trees: BeamTrees, forces: JointForces) -> NodeLoads:
-    """Node loads with the joint forces, and the loads of gears besides."""
+    """Add joint forces and the other loads of gears to node loads."""
     nodes = dict(nodes)
     for joint, force, moment in zip(motion.structure.joints, forces.force, forces.moment, strict=True):
         child, parent = (joint.child, joint.child_point or ""), (joint.parent, joint.parent_point or "")
@@ -42,7 +42,7 @@ def with_joint_forces(nodes: NodeLoads, motion: Motion, trees: BeamTrees, forces
 
 
 def with_points(nodes: NodeLoads, trees: BeamTrees, points: Iterable[tuple[int, str, Complexes, Reals]]) -> NodeLoads:
-    """The same with loads at points of links: link's number, point's name, force and moment."""
+    """Add loads at points (link index, point name, force, moment) to node loads."""
     nodes = dict(nodes)
     for at, point, force, moment in points:
         if (at, point) in trees.tips:
@@ -53,11 +53,11 @@ def with_points(nodes: NodeLoads, trees: BeamTrees, points: Iterable[tuple[int, 
 def resultants(
     added: AddedLoads, motion: Motion, configuration: Configuration
 ) -> Iterator[tuple[int, Columns, Columns]]:
-    """Added loads reduced to the origins of the links' axes.
+    """Reduce additional loads to the origins of the links' axes.
 
     Yields
     ------
-    Link's number, force in the ground's axes [N], complex, and moment [N m].
+    Link index, force in ground axes [N], complex, moment [N m].
     """
     mechanism, loads = motion.mechanism, LinkLoads({}, added.q)
     for k, (at, beam) in enumerate(mechanism.beams):
@@ -76,13 +76,13 @@ def resultants(
 
 
 def add_load(nodes: NodeLoads, where: tuple[int, str], force: Columns, moment: Columns) -> None:
-    """Add a force and a moment to the load of a node."""
+    """Add a force and a moment to a node's load."""
     before = nodes.get(where)
     nodes[where] = (force, moment) if before is None else (before[0] + force, before[1] + moment)
 
 
 def end_loads(configuration: Configuration, loads: LinkLoads) -> tuple[VectorPerBeam, PerBeam]:
-    """Force in the beam's own axes [N], complex, and moment [N m] on the end of every beam, shape (beams, ...)."""
+    """Force in beam axes [N], complex, and moment [N m] on each beam's end, shape (beams, ..., positions)."""
     carried = dict(loads.nodes)
     pull = np.empty((len(configuration.length), *configuration.columns), complex)
     twist = np.empty((len(configuration.length), *configuration.columns))
@@ -106,7 +106,7 @@ def end_loads(configuration: Configuration, loads: LinkLoads) -> tuple[VectorPer
 
 
 def _own_load(configuration: Configuration, k: int, loads: LinkLoads) -> tuple[Complexes, Reals]:
-    """Force of a beam's own load in the ground's axes [N], complex, and its moment about the beam's start [N m]."""
+    """Resultant of a beam's own load: force in ground axes [N], complex, and moment about its start [N m]."""
     length, q = configuration.length[k], loads.q
     force = length * np.tensordot(1.0 / np.arange(1, len(q) + 1), q[:, k], 1)
     moment = length**2 * np.tensordot(1.0 / np.arange(2, len(q) + 2), q[:, k].imag, 1)

@@ -1,4 +1,4 @@
-"""Gears on bent links: their loads on the driving links, and the motion of followers by the bending of these."""
+"""Gears on bent links: loads on their links, and displacement of the followers."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ STILL = (ZERO, ZERO)
 
 
 def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, Columns, Columns]]:
-    """Loads of gears on the links besides the joint forces, at the points of driving joints and of followers.
+    """Loads of gears in addition to the joint forces, at the points of driving joints and followers.
 
     Yields
     ------
-    Link's number, point's name, force in the ground's axes [N], complex, and moment [N m].
+    Link index, point name, force in ground axes [N], complex, moment [N m].
     """
     for number, place in enumerate(motion.places):
         if place.joint.gear is not None:
@@ -30,8 +30,8 @@ def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, 
 def follower_displacement(
     place: JointPlace, nodes: NodeDisplacements, flank: Columns | None
 ) -> tuple[Columns, Columns]:
-    """Displacement [m], complex, and rotation [rad] that a gear adds to its follower because the links bend.
+    """Displacement [m], complex, and rotation [rad] that a gear gives its follower because links bend.
 
-    `flank` of its teeth that is loaded, as in `JointForces`; None where it has none.
+    `flank` is the loaded flank of its teeth, see `JointForces`; None for a gear without teeth.
     """
     return place.driven(gear_input(place, lambda joint, link: nodes.get((link, joint.point(link) or ""), STILL), flank))

@@ -1,7 +1,7 @@
-"""Members: straight runs of beams of one link, which bend as one and by which a link is judged.
+"""Members: straight runs of collinear beams of one link, which are judged as one beam.
 
-A load, a mass, a joint or another section on its way ends a beam and not the member, nor does a corner that is no more
-than the digits of a drawing. What a member may buckle between are its joints.
+A load, a mass, a joint or a new section ends a beam, not a member. So does a corner within drawing accuracy. A member
+can buckle between its joints.
 """
 
 from __future__ import annotations
@@ -18,22 +18,21 @@ from elastic.links.beam_trees import in_line
 from rigid import Beam, Mechanism, structure
 from rigid.arrays import Columns, Integers, Reals
 
-STRAIGHT = 1e-3  # [rad] by which beams may turn off and yet be one member: points are drawn with few digits
+STRAIGHT = 1e-3  # [rad] largest angle between beams of one member: drawings have few digits
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Beams one behind the other.
+    """Collinear beams in a row.
 
     Attributes
     ----------
     beams
-        Their numbers.
+        Indices of the beams.
     turned
-        Of each, whether it goes the other way.
+        For each beam, True if it points against the run.
     start, width
-        Of each, where it begins in the run's own xi and how long it is there, below zero where it is turned: numbers,
-        or arrays of shape (designs, 1).
+        For each beam, start and length in xi of the run, length negative if `turned`; floats or shape (designs, 1).
     """
 
     beams: tuple[int, ...]
@@ -42,12 +41,12 @@ class Run:
     width: tuple[Columns, ...]
 
     def line(self, at: int, first: Columns, last: Columns) -> tuple[Columns, Columns]:
-        """Across one of its beams, the line through the ends of the run: its value at the beam's start and its rise.
+        """Line through the ends of the run, as value at a beam's start and rise along this beam.
 
         Parameters
         ----------
         first, last
-            Deflection of the run's first end and of its last, each across the beam that is there.
+            Transverse deflections at the ends of the run, each in the axes of the beam there.
         """
         begin, end = (-w if turned else w for w, turned in ((first, self.turned[0]), (last, self.turned[-1])))
         sign = -1.0 if self.turned[at] else 1.0
@@ -56,25 +55,25 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class Runs:
-    """All beams of a mechanism in runs."""
+    """All beams of a mechanism, divided into runs."""
 
     runs: tuple[Run, ...]
 
     @cached_property
     def whole(self) -> bool:
-        """Whether every run is one beam."""
+        """True if every run is one beam."""
         return all(len(run.beams) == 1 for run in self.runs)
 
     @cached_property
     def number(self) -> Integers:
-        """Of every beam, that of its run, shape (beams,)."""
+        """Index of each beam's run, shape (beams,)."""
         numbers = np.zeros(sum(len(run.beams) for run in self.runs), int)
         for number, run in enumerate(self.runs):
             numbers[[*run.beams]] = number
         return numbers
 
     def greatest(self, values: PerBeam) -> PerBeam:
-        """Of every beam the greatest value of its run, shape (beams, ...)."""
+        """For each beam, the largest value in its run, shape (beams, ...)."""
         if self.whole:
             return values
         result = np.array(values)
@@ -84,14 +83,14 @@ class Runs:
         return result
 
     def from_chord(self, w: AtStations, stations: Reals) -> AtStations:
-        """Deflection from the line through the displaced ends of every run.
+        """Deflection from the line through the displaced ends of each run.
 
         Parameters
         ----------
         w
-            Deflection across every beam from the rigid link, shape (beams, ..., stations).
+            Transverse deflection of each beam from the rigid link, shape (beams, ..., stations).
         stations
-            xi, shape (stations,), the first 0 and the last 1.
+            xi, shape (stations,), from 0 to 1.
         """
         chord = w.copy()
         for run in self.runs:
@@ -104,13 +103,13 @@ class Runs:
 
 @lru_cache(maxsize=64)
 def members_of(mechanism: Mechanism) -> Runs:
-    """The members of a mechanism."""
+    """Divide the beams of a mechanism into members."""
     return Runs(tuple(_run(mechanism, chain) for chain in _chains(mechanism)))
 
 
 @lru_cache(maxsize=64)
 def spans_of(mechanism: Mechanism) -> Runs:
-    """Its members from joint to joint, between which they may buckle."""
+    """Divide the members at their joints, into parts that can buckle."""
     joined = {(at, joint.point(at)) for joint in structure(mechanism).joints for at in (joint.parent, joint.child)}
     spans: list[list[tuple[int, bool]]] = []
     for member in members_of(mechanism).runs:
@@ -138,7 +137,7 @@ def _length(mechanism: Mechanism, number: int) -> Columns:
 
 
 def _chains(mechanism: Mechanism) -> Iterator[list[tuple[int, bool]]]:
-    """Beams of every member in order, each with whether it is turned; in the order of their first beams."""
+    """Beams of each member in order, with True if turned; members in the order of their first beams."""
     left = dict(enumerate(mechanism.beams))
     for first in range(len(mechanism.beams)):
         if first not in left:
@@ -153,7 +152,7 @@ def _chains(mechanism: Mechanism) -> Iterator[list[tuple[int, bool]]]:
 
 
 def _next(mechanism: Mechanism, last: tuple[int, bool], left: dict[int, tuple[int, Beam]]) -> tuple[int, bool] | None:
-    """The beam that goes on in line where another ends, taken out of those that are left."""
+    """Find the collinear beam after the end of another, and remove it from `left`."""
     at, beam = mechanism.beams[last[0]]
     points = mechanism.links[at].points
     begin, end = (beam.end, beam.start) if last[1] else (beam.start, beam.end)
@@ -162,7 +161,7 @@ def _next(mechanism: Mechanism, last: tuple[int, bool], left: dict[int, tuple[in
         if owner == at and end in (other.start, other.end):
             turned = other.end == end
             far = other.start if turned else other.end
-            # Of designs the first tells, the scene as it stands: what a design comes to does not depend on others.
+            # only the first design counts, so that a design's result does not depend on other designs
             here, there = (np.ravel(way)[0] for way in (points[end] - points[begin], points[far] - points[end]))
             if in_line(here, there, STRAIGHT):
                 del left[number]

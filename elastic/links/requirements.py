@@ -1,4 +1,4 @@
-"""Conditions on sections and joints under which the links' statics has one answer."""
+"""Checks that sections and joints determine the links' statics."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rigid import Mechanism, MechanismError, Motion
 
 
 def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> None:
-    """Raise where a joint that gives way is none of the mechanism's."""
+    """Raise ValueError if a compliant joint is not in the mechanism, or its name is ambiguous."""
     names = [joint.name for joint in motion.structure.joints] if joints else []
     for name in joints:
         if names.count(name) == 0:
@@ -22,7 +22,7 @@ def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> Non
 
 
 def require_prismatic_rails(motion: Motion, trees: BeamTrees, sections: Sequence[Section]) -> None:
-    """Raise where a slider comes to a tapered beam: the fields beyond its block have no closed form here."""
+    """Raise MechanismError if a slider moves on a tapered beam: the fields beyond its block have no closed form."""
     if all(section.taper is None for section in sections):
         return
     for number, places in zip(trees.rails, block_places(motion, trees), strict=True):
@@ -39,7 +39,7 @@ def require_prismatic_rails(motion: Motion, trees: BeamTrees, sections: Sequence
 
 
 def require_soft_rings(mechanism: Mechanism, trees: BeamTrees, compliance: Compliance) -> None:
-    """Raise where all beams of a link with a ring are rigid: no law tells how they share the loads."""
+    """Raise MechanismError if all beams of a link with a ring are rigid: their forces are indeterminate."""
     for cut in trees.cuts:
         numbers = [branch.number for branch in trees.trees[cut.link]]
         if not any(part[numbers].any() for part in (compliance.stretch, compliance.bend, compliance.shear)):

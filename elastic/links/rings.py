@@ -1,4 +1,4 @@
-"""Rings of beams: cut open, and closed again by the redundants that their cut ends exert on one another."""
+"""Rings of beams, cut open and closed again by redundants (force method)."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from elastic.links.configuration import Configuration, LinkLoads, NodeDisplaceme
 from elastic.links.free_body import add_load
 from rigid.arrays import Reals
 
-CLOSINGS = 2  # what round-off leaves open between beams of very different stiffness is closed again
+CLOSINGS = 2  # the second pass removes round-off between beams of very different stiffness
 
 
 def link_response(configuration: Configuration, compliance: Compliance, loads: LinkLoads) -> LinkResponse:
-    """Section forces and displacements of the links under loads, every link clamped at its root, rings closed."""
+    """Section forces and displacements of the links under load, clamped at their roots, rings closed."""
     if configuration.trees.cuts:
         loads = _with_redundants(configuration, compliance, loads)
     return clamped_response(configuration, compliance, loads)
 
 
 def _with_redundants(configuration: Configuration, compliance: Compliance, loads: LinkLoads) -> LinkLoads:
-    """The loads with those that close the rings: the force method, three redundants a ring."""
+    """Add the loads that close the rings: force method, three redundants per ring."""
     scaled, scale = _flexibility(configuration, compliance, loads.q)
     for _ in range(CLOSINGS):
         nodes = clamped_response(configuration, compliance, loads).nodes
@@ -41,9 +41,9 @@ def _with_redundants(configuration: Configuration, compliance: Compliance, loads
 
 
 def _flexibility(configuration: Configuration, compliance: Compliance, q: VectorCoefficients) -> tuple[Matrices, Reals]:
-    """Openings of the cuts per redundant, scaled to ones on the diagonal, shape (..., n, n), and the scale (..., n).
+    """Flexibility of the cuts, scaled to a unit diagonal, shape (..., n, n), and the scale (..., n).
 
-    Found in the links' own axes, where they do not change with the position.
+    Computed in link axes, so that it does not depend on the position.
     """
     local = configuration.in_link_axes
     nothing = np.zeros((len(q), len(local.length), *local.columns), complex)
@@ -61,7 +61,7 @@ def _flexibility(configuration: Configuration, compliance: Compliance, q: Vector
 
 
 def _openings(configuration: Configuration, nodes: NodeDisplacements) -> Reals:
-    """How far every ring is open at its cut, in its link's axes: x, y, turned; shape (3 cuts, ..., positions)."""
+    """Opening of each ring at its cut in link axes: x, y, rotation; shape (3 cuts, ..., positions)."""
     rows = []
     for cut in configuration.trees.cuts:
         (free, turned), (node, held) = nodes[cut.link, cut.free], nodes[cut.link, cut.node]

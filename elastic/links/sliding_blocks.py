@@ -1,4 +1,4 @@
-"""Blocks of sliders on beams: their places, and the loads of the joint forces there on the beams."""
+"""Positions of sliding blocks on beams, and the joint forces there as loads on the beams."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from rigid.constants import beam_constants
 from rigid.kinetostatics import beam_directions
 from rigid.plane import dot
 
-ON_BEAM = 1e-12  # of its length that a block may be beyond a beam's end and yet on it: round-off
+ON_BEAM = 1e-12  # largest distance of a block beyond a beam's end by round-off, relative to the length
 UNMOVED: Mapping[int, Columns] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
 class OnBeam:
-    """A block on one of the beams in its line: number of the beam, `xi` and `here` as of `Block`."""
+    """Block on a beam along its line: beam index; `xi` and `here` as in `Block`."""
 
     beam: int
     xi: Reals
@@ -33,14 +33,14 @@ class OnBeam:
 
 
 def block_places(motion: Motion, trees: BeamTrees, slides: Mapping[int, Columns] = UNMOVED) -> list[tuple[OnBeam, ...]]:
-    """Where the block of every slider on beams is: those of the beams in its line that it comes to.
+    """Find the beams that the block of each slider visits, and its positions on them.
 
-    At every position it is on one of them; the first has nan where it is beyond them all.
+    At every position the block is on one of these beams. If it is off all of them, xi of the first is nan.
 
     Parameters
     ----------
     slides
-        By joint, by how much farther along its line the block is than in the motion [m].
+        Displacement of the block along its line by joint index, in addition to the motion [m].
     """
     if not trees.rails:
         return []
@@ -69,7 +69,7 @@ def block_places(motion: Motion, trees: BeamTrees, slides: Mapping[int, Columns]
 def block_loads(
     motion: Motion, configuration: Configuration, forces: JointForces, added: AddedLoads | None = None
 ) -> list[tuple[Block, ...]]:
-    """Loads of the sliders on the beams they move along, in the order of `BeamTrees.rails`."""
+    """Loads of sliding blocks on the beams, in the order of `BeamTrees.rails`."""
     trees, loads = configuration.trees, []
     slides = {} if added is None else {number: slide for number, slide, _ in added.slides}
     for number, places in zip(trees.rails, block_places(motion, trees, slides), strict=True):
@@ -83,7 +83,7 @@ def block_loads(
 
 
 def _block(configuration: Configuration, place: OnBeam, pull: Complexes, load: Reals, several: bool) -> Block:
-    """Force in the ground's axes, and moment, on a beam; nothing while the block is on another."""
+    """Force, converted to beam axes, and moment on a beam; zero if the block is on another beam."""
     force = configuration.back[place.beam] * pull
     if not several:
         return Block(place.beam, place.xi, force, load)

@@ -1,8 +1,8 @@
-"""Stiffness and mass of one beam for vibrations: exact at its ends, refined by polynomials that vanish there.
+"""Stiffness and mass matrices of one beam, with exact end shapes and hierarchical polynomials between the ends.
 
-Dividing a beam into elements gains a fixed order; adding polynomials within one element gains digits with every one
-(Bardell, Free vibration analysis of a flat plate using the hierarchical finite element method, Journal of Sound and
-Vibration 151 (1991) 263-289). With none of them the stiffness is exact for loads at the ends.
+More finite elements converge with a fixed order; more polynomials in one element converge exponentially (Bardell, Free
+vibration analysis of a flat plate using the hierarchical finite element method, Journal of Sound and Vibration 151
+(1991) 263-289). Without them the stiffness is still exact for loads at the ends.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ from elastic.beams.section import Section
 from rigid import Beam
 from rigid.arrays import Integers, Reals
 
-ENDS = 6  # coordinates of a beam's ends: u, w, phi of either
-MARGIN = 20  # integration points beyond the refinement: for the ends' own polynomials and tapers of high degree
-MANY, FEWER = 16, 4  # beams of a link, of which the short ones have so many polynomials less
+ENDS = 6  # end coordinates of a beam: u, w, phi at both ends
+MARGIN = 20  # integration points in addition to `inner`, for end shapes and tapers of high degree
+MANY, FEWER = 16, 4  # in links of more beams than MANY, short beams have FEWER polynomials less
 
 
 @dataclass(frozen=True, eq=False)
 class VibratingBeam:
-    """One beam in its own axes.
+    """Matrices of one beam in beam axes.
 
-    Its coordinates are u, w, phi of its start, then of its end, then the amplitudes of the inner polynomials.
+    Coordinates: u, w, phi of its start, then of its end, then the amplitudes of the inner polynomials.
 
     Attributes
     ----------
     stiffness, mass
         Shape (n, n).
     rigid
-        Combinations of the ends' coordinates that are zero because the beam does not stretch or bend, shape (rows, 6).
+        End-coordinate combinations that vanish because the beam does not stretch or bend, shape (rows, 6).
     level
-        With how many inner polynomials every coordinate comes in; 0 of the ends. Shape (n,).
+        Number of inner polynomials from which each coordinate is used, 0 for end coordinates, shape (n,).
     """
 
     stiffness: Matrices
@@ -49,7 +49,7 @@ class VibratingBeam:
 
 @dataclass(frozen=True, eq=False)
 class BeamShapes:
-    """Displacements and strains of one beam per unit of its coordinates, at Gauss points along it.
+    """Displacements and strains of one beam per unit of its coordinates, at Gauss points.
 
     Attributes
     ----------
@@ -72,10 +72,10 @@ class BeamShapes:
 
 
 def beam_shapes(length: float, section: Section, inner: int, points: int) -> BeamShapes:
-    """Shapes of a beam with `inner` polynomials for either direction; one design."""
+    """Shapes of a beam with `inner` polynomials per direction, for one design."""
     kind = tuple(bool(np.isfinite(np.ravel(value)[0])) for value in (section.EA, section.EI, section.kGA))
     xi, weights, (u, w, phi), (stretch, slope, curvature) = _unit_shapes(inner, *kind, points)
-    # a rotation of 1 at an end is a slope of the whole length on the beam of length 1
+    # a unit rotation at an end is a slope of `length` on the beam of length 1
     per = np.ones(u.shape[1])
     per[[2, 5]] = length
     inverse = per / length
@@ -98,7 +98,7 @@ def _unit_shapes(
 
 
 def rigidity(section: Section, name: str, xi: Reals) -> Reals:
-    """EA, EI or kGA of a section of one design at stations."""
+    """EA, EI or kGA of a section at stations, for one design."""
     taper = getattr(section.taper, name) if section.taper else (1.0,)
     along: Any = np.polynomial.polynomial.polyval(xi, taper)
     there: Reals = float(np.ravel(getattr(section, name))[0]) * along
@@ -106,7 +106,7 @@ def rigidity(section: Section, name: str, xi: Reals) -> Reals:
 
 
 def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Matrices:
-    """Stiffness of a beam for the coordinates of its shapes, shape (n, n)."""
+    """Stiffness matrix of a beam for the coordinates of its shapes, shape (n, n)."""
     stiffness = np.zeros((shapes.u.shape[1],) * 2)
     for name, strain in (
         ("EA", shapes.stretch),
@@ -120,7 +120,7 @@ def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Matrice
 
 
 def masses_along(beam: Beam, xi: Reals) -> tuple[Reals, Reals]:
-    """Mass [kg/m] and rotary inertia [kg m] per length of a beam of one design at stations."""
+    """Mass [kg/m] and rotary inertia [kg m] per length of a beam at stations, for one design."""
     mass, rotary = (
         np.asarray(float(np.ravel(start)[0]) * np.polynomial.polynomial.polyval(xi, taper), float)
         for start, taper in ((beam.mass_per_length, beam.mass_taper), (beam.rotary_inertia, beam.rotary_taper))
@@ -129,9 +129,9 @@ def masses_along(beam: Beam, xi: Reals) -> tuple[Reals, Reals]:
 
 
 def vibrating_beam(length: float, section: Section, beam: Beam, inner: int) -> VibratingBeam:
-    """A beam with `inner` polynomials for either direction; one design.
+    """Matrices of a beam with `inner` polynomials per direction, for one design.
 
-    With finite kGA Timoshenko's, else Euler and Bernoulli's, both with the rotary inertia that they have.
+    Timoshenko's beam if kGA is finite, else Euler-Bernoulli's; both with the rotary inertia of `beam`.
     """
     shapes = beam_shapes(length, section, inner, inner + MARGIN)
     mass_there, rotary = masses_along(beam, shapes.xi)
@@ -144,10 +144,10 @@ def vibrating_beam(length: float, section: Section, beam: Beam, inner: int) -> V
 
 
 def polynomials_along(lengths: Sequence[float], inner: int) -> list[int]:
-    """Inner polynomials of every beam of a link: `inner`, but four less of those that are short pieces of many.
+    """Number of inner polynomials of each beam of a link: `inner`, or `FEWER` less for short beams of many.
 
-    A beam of less than a sixteenth of its link bends as its ends and static shapes do: with none of them instead of
-    four the figures of a four-bar of 63 beams differ by 1e-6.
+    A beam shorter than 1/16 of its link bends almost as by its static end shapes. In a four-bar of 63 beams, zero
+    instead of four inner polynomials change the figures by 1e-6.
     """
     whole = sum(lengths)
     short = [len(lengths) > MANY and MANY * length < whole for length in lengths]
@@ -155,11 +155,11 @@ def polynomials_along(lengths: Sequence[float], inner: int) -> list[int]:
 
 
 def _levels(section: Section, inner: int) -> Integers:
-    """With how many inner polynomials every coordinate of `_polynomials` comes in, shape (n,)."""
+    """Number of inner polynomials from which each coordinate of `_polynomials` is used, shape (n,)."""
     stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
     steps = np.arange(1, inner + 1)
     levels = [np.zeros(ENDS, int), steps[: inner if stretches else 0]]
-    if slides:  # w begins with two, phi with one more than those that refine
+    if slides:  # the unrefined beam already has two coordinates of w and one of phi
         levels += [np.concatenate([[1, 1], steps]), np.concatenate([[1], steps])[: inner + 1 if bends else 0]]
     else:
         levels += [steps[: inner if bends else 0]]
@@ -167,7 +167,7 @@ def _levels(section: Section, inner: int) -> Integers:
 
 
 def rigid_rows(length: float, section: Section) -> Matrices:
-    """Combinations of a beam's end coordinates that are zero because it does not stretch or bend, shape (rows, 6)."""
+    """End-coordinate combinations that vanish because the beam does not stretch or bend, shape (rows, 6)."""
     stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
     rows = np.zeros((0, ENDS))
     if not stretches:
@@ -182,9 +182,9 @@ def rigid_rows(length: float, section: Section) -> Matrices:
 def _polynomials(
     length: float, inner: int, stretches: bool, bends: bool, slides: bool
 ) -> tuple[tuple[Polynomial, ...], tuple[Polynomial, ...], tuple[Polynomial, ...]]:
-    """u, w, phi per unit of every coordinate.
+    """u, w, phi per unit of each coordinate.
 
-    Of Timoshenko's beam w is of one degree more than phi: then phi can follow w' and nothing locks.
+    In Timoshenko's beam, w has one degree more than phi; phi can then follow w', which prevents shear locking.
     """
     nothing = Polynomial([0.0])
     linear = [Polynomial([1.0, -1.0]), Polynomial([0.0, 1.0])]

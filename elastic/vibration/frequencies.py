@@ -1,4 +1,4 @@
-"""Natural frequencies of the mechanism as a structure: at every position, its drives held."""
+"""Natural frequencies of a mechanism at each position, with held drives."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from rigid import SINGULAR, Motion, Reals
 from rigid.arrays import Integers
 from rigid.kinematics import repeated
 
-SETTLED = 1e-3  # share of a frequency that the last refinement may change
-REFINEMENTS = (1, 3, 5, 7, 9, 12)  # inner polynomials of every beam, one after the other
-BUILT = (5, 7, 12)  # with how many of them matrices are made, of which the coarser ones are parts
+SETTLED = 1e-3  # largest relative change of a frequency in the last refinement
+REFINEMENTS = (1, 3, 5, 7, 9, 12)  # inner polynomials per beam in successive refinements
+BUILT = (5, 7, 12)  # sizes for which matrices are assembled; coarser ones are their submatrices
 
 
 @dataclass(frozen=True, eq=False)
 class Frequencies:
-    """Lowest natural frequencies at some of the positions of a motion.
+    """Lowest natural frequencies at some positions of a motion.
 
     Attributes
     ----------
     omega
-        [rad/s], rising, shape (modes, ..., positions); nan at singular positions, infinite where nothing can vibrate.
+        Ascending [rad/s], shape (modes, ..., positions); nan at singular positions, inf if nothing can vibrate.
     position
-        Numbers of the positions.
+        Indices of the positions.
     change
-        By how much of themselves the last refinement changed the frequencies, at most.
+        Largest relative change of a frequency in the last refinement.
     """
 
     omega: Reals
@@ -41,7 +41,7 @@ class Frequencies:
 
     @property
     def lowest(self) -> float:
-        """Over all positions [rad/s]; nan where all are singular."""
+        """Lowest frequency over all positions [rad/s]; nan if all positions are singular."""
         known = self.omega[0][~np.isnan(self.omega[0])]
         return float(known.min()) if known.size else float("nan")
 
@@ -55,29 +55,29 @@ def natural_frequencies(
     settled: float = SETTLED,
     designs: int | None = None,
 ) -> Frequencies:
-    """Lowest natural frequencies of small vibrations about the moving rigid links.
+    """Compute the lowest natural frequencies of small vibrations about the moving rigid links.
 
-    Every beam is refined until the frequencies have settled, to 0.1 % unless told otherwise. The drives hold; gravity,
-    axial forces, springs and the motion's own accelerations stiffen or soften nothing.
+    Refines each beam until the frequencies change by less than `settled`. Drives are held. Gravity, axial forces,
+    springs and accelerations of the motion have no effect on the stiffness.
 
     Parameters
     ----------
     sections
         One per beam, in the order of `Mechanism.beams`.
     modes
-        How many frequencies.
+        Number of frequencies.
     positions
-        At how many positions, evenly picked from the motion's.
+        Number of positions, picked evenly from the motion.
     joints
-        By name, the joints that give way.
+        Compliant joints by name.
     settled
-        How much of a frequency the last refinement may change.
+        Largest relative change of a frequency in the last refinement.
     designs
-        Of how many designs, the first ones; all where left out.
+        Number of designs to compute, from the first; default: all.
 
     Examples
     --------
-    A cantilever of 1 m with EI = 1 N m^2 and 1 kg/m: 1.8751^2 rad/s.
+    A cantilever of 1 m, EI = 1 N m^2, 1 kg/m: 1.8751^2 rad/s.
 
     >>> from elastic import Section
     >>> from rigid import Beam, Link, Mechanism, PinDrive, motion
@@ -106,7 +106,7 @@ def _of_design(
     design: int,
     settled: float,
 ) -> tuple[Reals, float]:
-    """Frequencies of one design, shape (modes, positions), and how much the last refinement changed them."""
+    """Frequencies of one design, shape (modes, positions), and their largest change in the last refinement."""
     condition = np.atleast_2d(motion.condition)[design, chosen]
     carried = np.ones(len(chosen), bool)
     for first, *_ in block_places(motion, trees_of(motion.mechanism)):

@@ -1,6 +1,6 @@
-"""Lowest natural frequencies of structures of many links, from sparse matrices.
+"""Lowest natural frequencies of mechanisms with many links, from sparse matrices.
 
-Dense matrices take the cube of the number of links: 2 s for thirty, a minute and a half for a hundred.
+Time with dense matrices grows with the cube of the number of links: 2 s for 30 links, 90 s for 100.
 """
 
 from __future__ import annotations
@@ -10,24 +10,23 @@ import numpy as np
 from elastic.arrays import Matrices
 from rigid.arrays import Reals
 
-SPARE = 6  # vectors more than modes asked for
-SETTLED = 1e-9
-MOST = 300  # rounds; each brings a vector nearer by the ratio of its eigenvalue to that of the first one left out
-SOFT = 1e-12  # give of what holds, over that of the links: redundant conditions leave the matrix regular
+SPARE = 6  # vectors in addition to the requested modes
+SETTLED = 1e-9  # largest change of an eigenvalue in the last iteration, relative to the largest
+MAX_ROUNDS = 300  # of subspace iteration
+CONSTRAINT_FLEXIBILITY = 1e-12  # of constraints, relative to the links: redundant ones leave the matrix regular
 
 
 def lowest_sparse(stiffness: Matrices, mass: Matrices, held: Matrices, modes: int) -> Reals:
-    """Lowest frequencies of one structure [rad/s], rising, shape (modes,); infinite where nothing more can vibrate.
+    """Compute the lowest frequencies of one structure [rad/s], ascending, shape (modes,); inf for massless modes.
 
-    By subspace iteration: solutions under the inertia loads of the last round's shapes, and Rayleigh's quotients of
-    what they span.
+    Subspace iteration: solve under the inertia loads of the last shapes, then solve the small eigenvalue problem.
 
     Parameters
     ----------
     stiffness, mass
-        Shape (n, n), the mass semidefinite.
+        Shape (n, n); the mass matrix is semidefinite.
     held
-        Combinations of the coordinates that are kept zero, shape (rows, n), also more than needed.
+        Combinations of coordinates that are zero, shape (rows, n); rows may be redundant.
 
     References
     ----------
@@ -43,15 +42,15 @@ def lowest_sparse(stiffness: Matrices, mass: Matrices, held: Matrices, modes: in
     scaled, weight = (csc_matrix(whole * np.outer(scale, scale)) for whole in (stiffness, mass))
     ties = held * scale
     ties = csc_matrix(ties / np.linalg.norm(ties, axis=1, keepdims=True))
-    solver = splu(bmat([[scaled, ties.T], [ties, -SOFT * identity(rows)]], format="csc"))
+    solver = splu(bmat([[scaled, ties.T], [ties, -CONSTRAINT_FLEXIBILITY * identity(rows)]], format="csc"))
     count = min(modes + SPARE, size)
     shapes = np.random.default_rng(0).standard_normal((size, count))
     before = np.full(count, np.inf)
-    for _ in range(MOST):
+    for _ in range(MAX_ROUNDS):
         inertia = weight @ shapes
         moved = solver.solve(np.concatenate([inertia, np.zeros((rows, count))]))[:size]
         given, energy = moved.T @ (weight @ moved), moved.T @ inertia
-        # Mass per stiffness, the largest first; what has no mass spans nothing that counts.
+        # eigenvalues are mass per stiffness, largest first; massless shapes get zero
         values, turn = eigh(given, energy + 1e-14 * np.trace(energy) * np.eye(count))
         values, turn = values[::-1], turn[:, ::-1]
         shapes = moved @ turn

@@ -1,4 +1,4 @@
-"""Stiffness and mass of one link in its own axes, which do not change with the position."""
+"""Stiffness and mass matrices of one link in link axes, equal at all positions."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from elastic.vibration.beam_matrices import ENDS, polynomials_along, rigid_rows,
 from rigid import Beam, Link
 from rigid.arrays import Columns, Complexes, Integers, Reals
 
-RANK = 1e-9  # of the greatest singular value below which one is zero
-ORIGIN = ""  # name of the origin of a link without beams
+RANK = 1e-9  # smaller singular values count as zero, relative to the largest
+ORIGIN = ""  # name of the origin in a link without beams
 
 
 @dataclass(frozen=True, eq=False)
 class VibratingLink:
-    """One moving link; one design; lengths in units of a common one.
+    """Matrices of one moving link, for one design; lengths in a common unit.
 
     Attributes
     ----------
     stiffness, mass
-        Of its n coordinates, shape (n, n).
+        Of the n coordinates, shape (n, n).
     places
-        Displacement x, y and rotation of every point with a beam, or of the origin of a link without, per coordinate,
-        shape (3, n), in the link's axes.
+        Displacement x, y and rotation per coordinate in link axes, shape (3, n), of each point with a beam, or of the
+        origin of a link without beams.
     level
-        With how many inner polynomials of the beams every coordinate comes in, shape (n,).
+        Number of inner polynomials of the beams from which each coordinate is used, shape (n,).
     """
 
     stiffness: Matrices
@@ -41,9 +41,9 @@ class VibratingLink:
     level: Integers
 
     def place(self, name: str, local: Columns) -> tuple[Complexes, Reals]:
-        """Displacement, complex, and rotation of a point per coordinate, shape (n,), in the link's axes.
+        """Displacement, complex, and rotation of a point per coordinate in link axes, shape (n,).
 
-        Of a link without beams by its place there, of one with beams by its name.
+        `name` selects the point in a link with beams, `local` (its position) in a link without beams.
         """
         if name in self.places:
             x, y, turned = self.places[name]
@@ -54,16 +54,16 @@ class VibratingLink:
 
 @dataclass(frozen=True, eq=False)
 class LinkCoordinates:
-    """Coordinates of a connected link: displacements of its points, then the inner coordinates of its beams.
+    """Coordinates of a link: displacements of its points, then inner coordinates of its beams.
 
     Attributes
     ----------
     names
-        Points with a beam, or the origin of a link without.
+        Points with a beam, or the origin of a link without beams.
     beams
-        Per beam its own coordinates per coordinate of the link, shape (n of the beam, n).
+        For each beam, matrix from link coordinates to its coordinates, shape (n of the beam, n).
     free
-        Basis of the motions that rigid beams leave free, orthonormal columns, shape (n, n free).
+        Basis of the motions that rigid beams permit, orthonormal columns, shape (n, n free).
     """
 
     names: list[str]
@@ -77,7 +77,7 @@ class LinkCoordinates:
 
 
 def link_coordinates(link: Link, sections: Sequence[Section], counts: Sequence[int]) -> LinkCoordinates:
-    """Coordinates of a link, from the number of coordinates of each of its beams."""
+    """Set up the coordinates of a link from the number of coordinates of each beam."""
     names = list(dict.fromkeys(name for beam in link.beams for name in (beam.start, beam.end))) or [ORIGIN]
     size = first = 3 * len(names)
     size += sum(count - ENDS for count in counts)
@@ -92,13 +92,13 @@ def link_coordinates(link: Link, sections: Sequence[Section], counts: Sequence[i
 
 
 def elastic_coordinates(link: Link, inner: int) -> int:
-    """How many coordinates the beams of a link of one design come to, with shear and `inner` polynomials along them."""
+    """Number of coordinates of a link's beams with shear and `inner` polynomials, for one design."""
     lengths = [float(np.abs(np.ravel(link.points[beam.end] - link.points[beam.start])[0])) for beam in link.beams]
     return sum(ENDS + 3 * count for count in polynomials_along(lengths, inner))
 
 
 def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> VibratingLink:
-    """A link, of one design and in units of length, with `inner` polynomials along its beams; one section per beam."""
+    """Assemble a link of one design, lengths in the common unit, with one section per beam."""
     lengths = [abs(complex(link.points[beam.end] - link.points[beam.start])) for beam in link.beams]
     counts = polynomials_along(lengths, inner)
     parts = [vibrating_beam(*each) for each in zip(lengths, sections, link.beams, counts, strict=True)]
@@ -116,9 +116,9 @@ def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> Vibra
 
 
 def uncoupled(stiffness: Matrices, mass: Matrices, level: Integers) -> tuple[Matrices, Matrices]:
-    """Stiffness and mass in Craig and Bampton's coordinates: static shapes of the ends, and orthonormal ones within.
+    """Transform stiffness and mass to Craig-Bampton coordinates: static end shapes and orthonormal inner shapes.
 
-    Every coordinate within is made of those of lower levels and its own, so that each level spans what it did. Shapes
+    Each inner shape combines only coordinates of lower levels and its own, so each level spans the same space. Shapes
     (..., n, n).
 
     References
@@ -145,7 +145,7 @@ def uncoupled(stiffness: Matrices, mass: Matrices, level: Integers) -> tuple[Mat
 
 
 def _coordinates(unit: complex, count: int, ends: list[int], first: int, size: int) -> Matrices:
-    """Coordinates of a beam, as many as told, per coordinate of its link."""
+    """Matrix from link coordinates to the `count` coordinates of a beam."""
     rows = np.zeros((count, size))
     turn = np.array([[unit.real, unit.imag, 0.0], [-unit.imag, unit.real, 0.0], [0.0, 0.0, 1.0]])
     for which, node in enumerate(ends):
@@ -166,9 +166,9 @@ def _add_lumps(link: Link, names: list[str], mass: Matrices) -> None:
 
 
 def of_design(link: Link, sections: Sequence[Section], scale: float, design: int) -> tuple[Link, list[Section]]:
-    """A link and its sections of one design, with lengths in units of `scale` [m].
+    """Select one design of a link and its sections, with lengths in units of `scale` [m].
 
-    Rotations times that unit are displacements then, so that all coordinates are of one size.
+    Rotations in this unit are displacements, so all coordinates have similar magnitudes.
     """
     points = {name: complex(one_of(place, design)) / scale for name, place in link.points.items()}
     beams = tuple(
@@ -202,7 +202,7 @@ def of_design(link: Link, sections: Sequence[Section], scale: float, design: int
 def divided(
     link: Link, sections: Sequence[Section], marks: Mapping[int, Sequence[tuple[float, str]]]
 ) -> tuple[Link, list[Section]]:
-    """A link with beams divided at more points; per number of a beam the new points' xi and names, in any order."""
+    """Divide beams of a link at more points; `marks`: xi and names of the new points by beam index, in any order."""
     points, beams, parts = dict(link.points), [], []
     for number, (beam, section) in enumerate(zip(link.beams, sections, strict=True)):
         start, vector = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
@@ -218,7 +218,7 @@ def divided(
 
 
 def _part_of(section: Section, taper: Taper, low: float, high: float) -> Section:
-    """A tapered section from one station to another."""
+    """Cut a tapered section out, from one station to another."""
     EA, EI, kGA = (_part(values, low, high) for values in (taper.EA, taper.EI, taper.kGA))
     return replace(
         section,
@@ -232,19 +232,19 @@ def _part_of(section: Section, taper: Taper, low: float, high: float) -> Section
 
 
 def _part(taper: Sequence[float], low: float, high: float) -> tuple[float, tuple[float, ...]]:
-    """The value of a polynomial at one station, and its ratio to that from there to another."""
+    """Value of a polynomial at `low`, and the polynomial from `low` to `high` divided by this value."""
     moved = Polynomial(taper)(Polynomial([low, high - low])).coef
     return float(moved[0]), tuple(float(value) for value in moved / moved[0])
 
 
 def one_of(value: Any, design: int) -> Any:
-    """A design's value of a quantity that is a scalar or of shape (designs, 1)."""
+    """Select a design's value of a scalar or an array of shape (designs, 1)."""
     flat = np.ravel(value)
     return flat[design if len(flat) > 1 else 0]
 
 
 def _free_of(rows: Matrices) -> Matrices:
-    """The same as `null_space`; coordinates that no row touches stay themselves."""
+    """Null space as in `null_space`, but coordinates without constraints stay unit vectors."""
     touched = rows.any(axis=0)
     basis, others = null_space(rows[:, touched]), np.flatnonzero(~touched)
     first = basis.shape[1]
@@ -255,7 +255,7 @@ def _free_of(rows: Matrices) -> Matrices:
 
 
 def null_space(rows: Matrices) -> Matrices:
-    """Orthonormal basis of the null space of given rows, shape (n, n - rank)."""
+    """Orthonormal basis of the null space of `rows`, shape (n, n - rank)."""
     if not len(rows):
         return np.eye(rows.shape[-1])
     _, values, basis = np.linalg.svd(rows)

@@ -1,4 +1,4 @@
-"""Matrices of all links side by side at some positions, and the constraints of their joints."""
+"""Matrices of all links at some positions, and the constraints of their joints."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from rigid.closures import gear_input, rack_arm
 from rigid.joints import Joint, JointPlace
 from rigid.kinetostatics import balancing_forces
 
-MASSLESS = 1e-13  # of the largest mass per stiffness below which a mode has none
-LARGE = 400  # coordinates from which sparse matrices take less time
-NEAREST = 1e-3  # to a beam's end, in units of its length, that a block is taken to be
+MASSLESS = 1e-13  # modes with less mass per stiffness have no mass, relative to the largest
+LARGE = 400  # number of coordinates from which sparse matrices are faster
+NEAREST = 1e-3  # smallest distance of a block from a beam's end, relative to its length
 
 
 class VibratingStructure:
-    """A mechanism of one design at some positions, its drives held.
+    """Matrices of a mechanism of one design at some positions, with held drives.
 
     Attributes
     ----------
     stiffness, mass
-        Of all links' coordinates, shape (positions, n, n): those within beams have no stiffness but their own, 1.
+        Of all links' coordinates, shape (positions, n, n); inner coordinates have unit stiffness and no coupling.
     held
-        Combinations of coordinates that joints keep zero, shape (rows, positions, n).
+        Constraints of the joints: combinations of coordinates that are zero, shape (rows, positions, n).
     level
-        With how many inner polynomials of the beams every coordinate comes in, shape (n,): joints know those of 0.
+        Number of inner polynomials from which each coordinate is used, shape (n,); constraints involve only level 0.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class VibratingStructure:
             self._join(number, place, joints.get(place.joint.name, JointCompliance()))
 
     def frequencies(self, modes: int, inner: int) -> Reals:
-        """[rad/s], rising, shape (modes, positions), with so many inner polynomials; infinite if nothing vibrates."""
+        """Lowest frequencies [rad/s], ascending, shape (modes, positions), for `inner` polynomials; inf if massless."""
         omega = np.full((modes, len(self.mass)), np.inf)
         if self.mass.shape[-1] > LARGE:
             kept = self.level <= inner
@@ -86,9 +86,9 @@ class VibratingStructure:
 
     @cached_property
     def _unheld(self) -> list[tuple[Integers, Matrices, Integers]]:
-        """Mass per stiffness of the coordinates left free, by the number of conditions: positions, matrices, levels.
+        """Mass per stiffness of the unconstrained coordinates, grouped by rank: positions, matrices, levels.
 
-        Joints hold but what is at the ends of beams; what is within has no stiffness but its own and stays as it is.
+        Constraints involve only end coordinates. Inner coordinates are uncoupled in stiffness and stay unchanged.
         """
         at_ends = self.level == 0
         rows = np.array(self.held).reshape(len(self.held), *self.mass.shape[:2]).swapaxes(0, 1)[..., at_ends]
@@ -104,9 +104,9 @@ class VibratingStructure:
         return unheld
 
     def _per_stiffness(self, chosen: Integers, free: Matrices, at_ends: Flags, within: Integers) -> Matrices:
-        """Symmetric matrices with eigenvalues 1/omega^2, so that no coordinate needs to have mass.
+        """Symmetric matrices with eigenvalues 1/omega^2, so that massless coordinates are allowed.
 
-        Of what is free of the ends' coordinates, shape (positions, n free, n ends), and those within.
+        `free`: basis of the unconstrained end coordinates, shape (positions, n free, n ends).
         """
         stiffness = free @ self.stiffness[chosen][:, at_ends][:, :, at_ends] @ free.swapaxes(-1, -2)
         scale = 1.0 / np.sqrt(np.diagonal(stiffness, axis1=-2, axis2=-1))
@@ -118,7 +118,7 @@ class VibratingStructure:
         return np.block([[own, across], [across.swapaxes(-1, -2), mass[:, within[:, None], within]]])
 
     def _unit_of_length(self) -> float:
-        """About the size of the mechanism [m]."""
+        """Approximate size of the mechanism [m]."""
         ways = [
             np.abs(one_of(place, self._design) - one_of(next(iter(link.points.values())), self._design))
             for link in self._motion.mechanism.links
@@ -127,12 +127,12 @@ class VibratingStructure:
         return float(max(ways)) or 1.0
 
     def _at(self, value: Columns) -> Numbers:
-        """A quantity of the motion at the positions of this design."""
+        """Take a quantity of the motion at the positions of this design."""
         array = np.broadcast_to(value, self._motion.columns)
         return (array[self._design] if array.ndim > 1 else array)[self._positions]
 
     def _link(self, at: int, sections: Sequence[Section], first_beam: int, inner: int) -> list[VibratingLink]:
-        """A link once for all positions, or once for each where blocks on its beams divide these differently."""
+        """Assemble a link once for all positions, or once per position if blocks divide its beams."""
         link, scaled = of_design(self._motion.mechanism.links[at], sections, self._scale, self._design)
         marks: list[dict[int, list[tuple[float, str]]]] = [{} for _ in self._positions]
         for number, rails in self._rails.items():
@@ -150,17 +150,17 @@ class VibratingStructure:
 
     @cached_property
     def _flank(self) -> Mapping[int, Reals]:
-        """Of the gears' teeth that the loads of the motion load."""
+        """Loaded flanks of the gears under the loads of the motion."""
         return balancing_forces(self._motion).flank
 
     def _local(self, at: int, arm: Columns) -> Complexes:
-        """A place in the axes of a link, in units of length, shape (positions,)."""
+        """Convert a vector from ground axes to link axes in units of length, shape (positions,)."""
         return np.asarray(self._at(arm) / self._at(self._motion.direction[at]) / self._scale, complex)
 
     def _moved(self, at: int, name: str, arm: Columns) -> tuple[Complexes, Reals]:
-        """Displacement, complex, in the ground's axes and rotation of a link's point, per coordinate.
+        """Displacement, complex, in ground axes, and rotation of a link's point, per coordinate.
 
-        `arm` from the origin of the link's axes to the point, in the ground's axes, for links without beams.
+        `arm`: vector from the link's origin to the point in ground axes, used for links without beams.
         """
         shape = self.mass.shape[:2]
         shift, turned = np.zeros(shape, complex), np.zeros(shape)
@@ -178,12 +178,12 @@ class VibratingStructure:
         return shift, turned
 
     def _moved_at(self, number: int, at: int) -> tuple[Complexes, Reals]:
-        """The same of a link's place at a joint."""
+        """Displacement and rotation of a link at a joint, see `_moved`."""
         point = self._places[number].joint.point(at)
         return self._moved(at, _block(number) if point is None else point, self._arm(number, at))
 
     def _join(self, number: int, place: JointPlace, soft: JointCompliance) -> None:
-        """Add the conditions of a joint; a compliance becomes a spring."""
+        """Add the constraints of a joint; a compliance becomes a spring."""
         joint = place.joint
         at_child, at_parent = self._moved_at(number, joint.child), self._moved_at(number, joint.parent)
         shift, turned = at_child[0] - at_parent[0], at_child[1] - at_parent[1]
@@ -199,7 +199,7 @@ class VibratingStructure:
             self._hold([followed - self._gear_input(number, place)], compliance)
 
     def _gear_input(self, number: int, place: JointPlace) -> Reals:
-        """Motion that a gear gives its follower, per coordinate; its teeth touch on the flank that the loads load."""
+        """Motion that a gear gives its follower, per coordinate; teeth touch on the loaded flank."""
         flank = None
         teeth = place.teeth
         hub: Any = rack_arm(place.joint.gear.driver) if place.joint.gear else 0.0
@@ -234,7 +234,7 @@ class VibratingStructure:
 
 
 def _nearest(link: Link, beams: list[int], local: complex) -> tuple[int, float]:
-    """On which of a link's beams in one line a place is, and where in xi, not quite at an end."""
+    """Beam of a link on which a point lies, and its xi, kept off the beam's ends."""
     candidates: list[tuple[float, int, float]] = []
     for beam in beams:
         start, end = (
@@ -247,12 +247,12 @@ def _nearest(link: Link, beams: list[int], local: complex) -> tuple[int, float]:
 
 
 def _block(number: int | None) -> str:
-    """Name of the point under the block of a joint."""
+    """Name of the point under a joint's block."""
     return f"under joint {number}"
 
 
 def _lowest(per_stiffness: Matrices, modes: int) -> Reals:
-    """Lowest frequencies of stacked structures, by the largest mass per stiffness."""
+    """Lowest frequencies of stacked structures, from the largest eigenvalues of mass per stiffness."""
     greatest = np.linalg.eigvalsh(per_stiffness)[:, ::-1].T[:modes]
     moving = greatest > MASSLESS * np.maximum(greatest[:1], 0.0)
     omega = np.full((modes, len(per_stiffness)), np.inf)
