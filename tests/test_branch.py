@@ -10,8 +10,8 @@ from mechanisms import bar, drawn_bar, linkage, parallelogram
 from elastic import Section, deflection, sample
 from rigid import Beam, Link, Mechanism, PinDrive, Slider, drive_efforts, motion
 from rigid.dynamics import Effort, ForwardError, forward, motion_during
-from rigid.positions.branch import Branch
-from rigid.positions.enclosure import Certificate
+from rigid.positions.branch import TrackedBranch
+from rigid.positions.enclosure import StepCertificate
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 import branch_certainty
@@ -285,11 +285,11 @@ class FirstTimeOnlyError(Exception):
 
 def test_steps_none_of_which_is_certain_are_not_halved_without_end(monkeypatch):
     """Twenty times halved they would be a million for one."""
-    monkeypatch.setattr("rigid.positions.branch.MOST", 200)
+    monkeypatch.setattr("rigid.positions.branch.MAX_HALVED", 200)
     monkeypatch.setattr(
-        Certificate, "box", property(lambda own: np.full((len(own.group.free), len(own.step.row)), np.nan))
+        StepCertificate, "box", property(lambda own: np.full((len(own.group.free), len(own.step.row)), np.nan))
     )
-    refine, between, halved = Branch.refine, Branch._between, []
+    refine, between, halved = TrackedBranch.refine, TrackedBranch._between, []
 
     def once(*given):
         refine(*given)
@@ -300,8 +300,8 @@ def test_steps_none_of_which_is_certain_are_not_halved_without_end(monkeypatch):
         assert halved[-1] <= max(200, halved[0])
         return between(branch, low, high, number)
 
-    monkeypatch.setattr(Branch, "refine", once)
-    monkeypatch.setattr(Branch, "_between", counted)
+    monkeypatch.setattr(TrackedBranch, "refine", once)
+    monkeypatch.setattr(TrackedBranch, "_between", counted)
     with pytest.raises(FirstTimeOnlyError):
         motion(parallelogram(), [np.pi / 2, np.pi / 2 + 0.1])
     assert halved

@@ -1,4 +1,4 @@
-"""Placed groups of links: the one linear problem of each, for displacements and forces, and its condition."""
+"""Linear problem of each placed group, for displacements and forces, and its condition number."""
 
 from rigid.closures.conditioning import cancellation_factor, greatest_rotation, ill_conditioned
 from rigid.closures.displacements import displacements

@@ -1,8 +1,7 @@
-"""Placed groups, each solved once for all small displacements and forces.
+"""Placed groups, each factorised once for all small displacements and forces.
 
-Velocities, accelerations and the elastic displacements of the links all answer one question: how must every link move
-as a rigid body so that the joints have given gaps? Joint forces answer its transpose. Derivation: docs/theory.md, "One
-linear problem".
+Velocities, accelerations and elastic displacements solve the same problem: which rigid-body motion of the links opens
+the joints by given gaps? Joint forces solve its transpose. Derivation: docs/theory.md, "One linear problem".
 """
 
 from __future__ import annotations
@@ -22,22 +21,21 @@ from rigid.plane import ZERO, number
 
 @dataclass(frozen=True, eq=False)
 class Closure:
-    """A placed group.
+    """A placed group of links.
 
     Attributes
     ----------
     tree, cut, rings
-        The joints of the group, placed.
+        Placed joints of the group.
     duals
-        Complex, shape (free, cuts, ..., positions): to open the cut joints by r_c, free tree joint k takes the
-        coordinate Im(sum over c of duals[k, c] r_c).
+        Complex, shape (free, cuts, ..., positions): gaps r_c at the cut joints need the coordinate
+        Im(sum over c of duals[k, c] r_c) of free tree joint k.
     tensions
-        tensions[s][c]: multipliers of the cut joints that balance one another, for every condition that the group has
-        beyond its freedoms.
+        tensions[s][c]: multipliers of the cut joints in self-equilibrium, one set per redundant constraint.
     sine
-        At which the links of a dyad meet; of other groups what stands for it; nan where the group does not close.
+        Sine of the angle at which the links of a dyad meet, or `sine_of` another group; nan if it does not close.
     whole
-        The group as it was before singular positions were marked in it.
+        The group before `marked` set singular positions to nan, or None.
     """
 
     group: Group
@@ -51,12 +49,12 @@ class Closure:
 
     @property
     def joints(self) -> tuple[JointPlace, ...]:
-        """Tree joints, cut joints, then the welds of rings."""
+        """Tree joints, cut joints, welds that close rings."""
         return self.tree + self.cut + self.rings
 
     @property
     def redundancy(self) -> int:
-        """Number of the self-stresses: of the `tensions`, then x, y and moment of the weld of every ring."""
+        """Number of self-stresses: one per set of `tensions`, three per ring (x, y, moment)."""
         return len(self.tensions) + RIGID * len(self.rings)
 
 
@@ -67,14 +65,14 @@ def closure(
     sine: Columns = 1.0,
     rings: tuple[JointPlace, ...] = (),
 ) -> Closure:
-    """Solve a placed group once for all right-hand sides."""
+    """Factorise a placed group for all right-hand sides."""
     effects = columns(group, tree, cut)
     duals, tensions = _surplus(effects, len(cut)) if 2 * len(cut) > len(effects) else (_duals(effects, len(cut)), ())
     return Closure(group, tree, cut, duals, tensions, sine, rings=rings)
 
 
 def columns(group: Group, tree: Sequence[JointPlace], cut: Sequence[JointPlace]) -> list[list[Columns]]:
-    """Gap that opens at cut joint c per unit of free coordinate k: columns[k][c]."""
+    """Gap at cut joint c per unit of free coordinate k: columns[k][c]."""
     effects: list[list[Columns]] = [[ZERO] * len(cut) for _ in group.free]
     carrier = {link: number for number, link in enumerate(group.links)}
     for c, closing in enumerate(cut):
@@ -94,11 +92,11 @@ def columns(group: Group, tree: Sequence[JointPlace], cut: Sequence[JointPlace])
 
 
 def _duals(effects: list[list[Columns]], cuts: int) -> Numbers:
-    """Dual vectors of the columns: in closed form for one loop, by one batched inverse for several."""
+    """Dual vectors of the columns: in closed form for one loop, else by batched inversion."""
     if not effects:
         return np.empty((0, cuts))
     if len(effects) == 2:
-        first, second = (number(effect) for (effect,) in effects)  # a joint on the line of another's motion opens none
+        first, second = (number(effect) for (effect,) in effects)  # aligned joints give zero, not a number's absence
         across = np.conj(second)
         with np.errstate(divide="ignore", invalid="ignore"):
             scale = 1.0 / np.asarray((across * first).imag)
@@ -110,7 +108,7 @@ def _duals(effects: list[list[Columns]], cuts: int) -> Numbers:
 
 
 def _surplus(effects: list[list[Columns]], cuts: int) -> tuple[Numbers, tuple[tuple[Columns, ...], ...]]:
-    """Dual vectors by least squares, and multipliers that balance one another, of a group with surplus conditions."""
+    """Dual vectors by least squares, and multipliers in self-equilibrium, of a group with redundant constraints."""
     if not effects:
         unit = np.eye(2 * cuts)
         return np.empty((0, cuts)), tuple(tuple(row[0::2] + 1j * row[1::2]) for row in unit)
@@ -126,19 +124,19 @@ def _surplus(effects: list[list[Columns]], cuts: int) -> tuple[Numbers, tuple[tu
 
 
 def equations(effects: list[list[Columns]]) -> Reals:
-    """Real and imaginary parts of the columns as a matrix per position, shape (..., positions, 2 cuts, free)."""
+    """Real and imaginary parts of the columns as one matrix per position, shape (..., positions, 2 cuts, free)."""
     entries = np.array(np.broadcast_arrays(*(entry for column in effects for entry in column)), complex)
     entries = np.moveaxis(entries.reshape(len(effects), -1, *entries.shape[1:]), (1, 0), (-2, -1))
     return np.stack((entries.real, entries.imag), axis=-2).reshape(*entries.shape[:-2], -1, len(effects))
 
 
 def _paired(rows: Reals) -> Complexes:
-    """Dual vectors from the rows of an inverse, shape (free, 2 cuts, ..., positions)."""
+    """Convert the rows of an inverse to dual vectors, shape (free, 2 cuts, ..., positions)."""
     return rows[:, 1::2] + 1j * rows[:, 0::2]
 
 
 def _inverse(matrix: Reals) -> Reals:
-    """Inverses; nan where a matrix is singular or not finite."""
+    """Invert matrices; nan if singular or not finite."""
     good: Any = np.isfinite(matrix).all(axis=(-2, -1))
     good[good] = np.linalg.slogdet(matrix[good])[0] != 0
     inverse = np.full_like(matrix, np.nan)
@@ -147,7 +145,7 @@ def _inverse(matrix: Reals) -> Reals:
 
 
 def reach_from(closed: Closure, chain: tuple[int, ...]) -> Columns:
-    """From the origin of the link that the first of a chain of tree joints carries to the last [m], complex."""
+    """Vector to the last joint of a chain, from the origin of the link that its first joint carries [m], complex."""
     reach = closed.tree[chain[0]].arm_child
     for below, above in pairwise(chain):
         reach = reach - closed.tree[below].arm_parent + closed.tree[above].arm_child

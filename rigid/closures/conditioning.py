@@ -1,4 +1,4 @@
-"""Condition of a position: by how much it multiplies round-off; and the marking of singular ones.
+"""Condition number of a position (amplification of round-off); marking of singular positions.
 
 Derivation: docs/theory.md, "Accuracy".
 """
@@ -19,26 +19,26 @@ from rigid.mechanism import Mechanism
 from rigid.plane import ZERO, number
 
 SINGULAR = 1e12
-"""Condition number beyond which a position is marked, and its velocities and forces are nan."""
-REGULAR = 1e-2  # sine from which on no position comes to that
-MILD = 4.0  # by how much larger than their sum parts may be without counting
-TINY = np.finfo(float).tiny  # instead of a zero to divide by
+"""Condition number above which velocities and forces of a position are nan."""
+REGULAR = 1e-2  # positions with a larger sine are never singular
+MILD = 4.0  # cancellation up to this ratio of parts to sum is ignored
+TINY = np.finfo(float).tiny  # divisor instead of zero
 
 
 class MotionState(Protocol):
-    """The part of a `Motion` that its condition depends on."""
+    """Part of a `Motion` that determines its condition number."""
 
     @property
     def mechanism(self) -> Mechanism:
-        """The moving mechanism."""
+        """The mechanism."""
 
     @property
     def closures(self) -> tuple[Closure, ...]:
-        """Its groups, placed."""
+        """Its placed groups."""
 
     @property
     def angular_velocity(self) -> Reals:
-        """Of every link [rad/s]."""
+        """Angular velocity of every link [rad/s]."""
 
     @property
     def turning(self) -> Complexes:
@@ -46,16 +46,16 @@ class MotionState(Protocol):
 
     @property
     def sine(self) -> Reals:
-        """Least sine at which the links of a group meet."""
+        """Smallest sine of all groups."""
 
 
 def greatest_rotation(closed: Closure, openings: Sequence[tuple[Columns, Columns]]) -> Columns:
-    """Greatest rotation of a free pin that openings of the sizes of these could ask for, shape (..., positions).
+    """Upper bound of a free pin's rotation for openings of these magnitudes, shape (..., positions).
 
     Parameters
     ----------
     openings
-        Of the cut joints: displacement, complex, and rotation, also those that a slider leaves free.
+        Displacement, complex, and rotation of each cut joint, including a slider's free component.
     """
     total: Columns = ZERO
     for c, (displacement, rotation) in enumerate(openings):
@@ -65,7 +65,7 @@ def greatest_rotation(closed: Closure, openings: Sequence[tuple[Columns, Columns
 
 
 def greatest_force(closed: Closure, force: Sequence[Columns], moment: Sequence[Columns]) -> Columns:
-    """Greatest force at a cut joint [N] that loads of such sizes on the links could ask for, shape (..., positions)."""
+    """Upper bound of the force at a cut joint [N] for loads of these magnitudes, shape (..., positions)."""
     total: Columns = 0.0
     for c, closing in enumerate(closed.cut):
         needed: Columns = 0.0
@@ -78,7 +78,7 @@ def greatest_force(closed: Closure, force: Sequence[Columns], moment: Sequence[C
 
 
 def _leverage(closed: Closure, c: int) -> tuple[Columns, Columns]:
-    """Greatest rotations of free pins per displacement [rad/m], and per rotation, that opens a cut joint."""
+    """Largest rotation of a free pin per displacement [rad/m], and per rotation, of a cut joint."""
     duals = closed.duals[_pins(closed), c]
     if closed.cut[c].turns:
         return np.abs(duals).max(axis=0, initial=0.0), ZERO
@@ -86,7 +86,7 @@ def _leverage(closed: Closure, c: int) -> tuple[Columns, Columns]:
 
 
 def _multiple(mechanism: Mechanism, closed: Closure, c: int) -> Columns:
-    """How many times the displacement that opens a cut joint the ends of the links move that it turns, 1 at least."""
+    """Displacement of the links' ends divided by the opening of a cut joint that causes it, at least 1."""
     sizes = extents(mechanism)
     all_duals = (closed.whole or closed).duals
     greatest: Columns = 1.0
@@ -105,7 +105,7 @@ def _pins(closed: Closure) -> list[int]:
 
 
 def closure_sine(mechanism: Mechanism, closed: Closure) -> Columns:
-    """Sine at which a group meets; where it closes at sliders, also how short the levers of these are for its links."""
+    """Sine of a group; if it closes at sliders, also limited by their short levers."""
     least = np.abs(closed.sine)
     for c, closing in enumerate(closed.cut):
         if not closing.turns:
@@ -114,7 +114,7 @@ def closure_sine(mechanism: Mechanism, closed: Closure) -> Columns:
 
 
 def _links(closed: Closure) -> list[int]:
-    """The moving links that the joints of a group join."""
+    """Moving links of a group's joints."""
     return sorted({link for place in closed.joints for link in (place.joint.parent, place.joint.child) if link})
 
 
@@ -125,7 +125,7 @@ def _greatest(values: Numbers, closed: Closure) -> Reals:
 
 @lru_cache(maxsize=64)
 def extents(mechanism: Mechanism) -> list[Columns]:
-    """Greatest distance of a link's first point from its others [m]."""
+    """Largest distance of a link's other points from its first point [m]."""
     distances = []
     for link in mechanism.links:
         places = list(link.points.values())
@@ -134,22 +134,21 @@ def extents(mechanism: Mechanism) -> list[Columns]:
 
 
 def may_be_singular(mechanism: Mechanism, closures: Sequence[Closure]) -> bool:
-    """Whether a position may be singular."""
+    """True if a position may be singular."""
     free = (closed for closed in closures if closed.group.free)
     return any(not closure_sine(mechanism, closed).min() >= REGULAR for closed in free)
 
 
 def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) -> list[Columns]:
-    """By how much every group multiplies round-off when it moves: errors are of this many eps, (..., positions).
+    """Condition number of every group in motion: relative errors are this times eps, shape (..., positions).
 
-    1/s^2 where the links come to a stop, more behind another group that is singular. Where they pass smoothly what is
-    singular: how much faster they would turn if their openings were not nearly those that need no turning; squared, and
-    the same of accelerations.
+    1/s^2 at rest, larger after another singular group. At a smooth passage through a singular position: the square of
+    the ratio of the rotation that the openings might cause to the actual one, times the same ratio of accelerations.
 
     Parameters
     ----------
     openings
-        Of the velocities and of the accelerations, as from `displacements`.
+        From `displacements`, of the velocities and of the accelerations.
     """
     conditions: list[Columns] = []
     before: Columns = 1.0
@@ -173,18 +172,18 @@ def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) 
 
 
 def cancellation_factor(bound: Columns, done: Columns) -> Columns:
-    """Growth of the relative round-off of a figure by cancellation: its bound over its size, 1 at least."""
+    """Growth of relative round-off by cancellation: upper bound of a figure over its size, at least 1."""
     return np.maximum(1.0, bound / (MILD * np.maximum(done, TINY)))
 
 
 def ill_conditioned(motion: MotionState, condition: Columns) -> Flags:
-    """Whether figures of a condition beyond SINGULAR are next to a singular position, bool, shape (..., positions)."""
+    """True if a condition number exceeds SINGULAR next to a singular position, shape (..., positions)."""
     near: Flags = (motion.sine < REGULAR) & np.logical_not(condition <= SINGULAR)
     return near
 
 
 def marked(motion: MotionState, openings: tuple[Openings, Openings]) -> tuple[Closure, ...]:
-    """The groups of a motion, without their figures where the condition is beyond SINGULAR; as they are where none."""
+    """Set the groups' solutions to nan at positions with a condition number above SINGULAR."""
     groups = []
     for closed, condition in zip(motion.closures, condition_numbers(motion, openings), strict=True):
         singular = np.logical_not(condition <= SINGULAR)

@@ -1,4 +1,4 @@
-"""Displacements of all links that open the joints by given gaps: velocities, accelerations, elastic compatibility."""
+"""Rigid-body displacements that open the joints by given gaps: velocities, accelerations, elastic compatibility."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rigid.joints import Joint, JointPlace
 from rigid.plane import ZERO, imaginary
 
 Openings = list[list[tuple[Columns, Columns]]]
-"""Per group, what its cut joints lack before its free joints move: displacement, complex, and rotation."""
+"""Per group, residual of each cut joint before its free joints move: displacement, complex, and rotation."""
 
 
 def displacements(
@@ -21,26 +21,26 @@ def displacements(
     turning: Sequence[Columns],
     flank: Mapping[int, Columns] | None = None,
 ) -> tuple[list[Columns], list[Columns], Openings]:
-    """Displacement of every link's origin, and its rotation, so that the joints open by given gaps.
+    """Displace and rotate every link so that the joints open by given gaps.
 
     Parameters
     ----------
     closures
-        The placed groups, in the order of solution.
+        Placed groups in the order of solution.
     gaps, turns
         Per joint, in the order of `Structure.joints`: displacement of the child's point from the parent's, complex, and
-        rotation of the child from the parent; a component that the joint leaves free is ignored.
+        rotation of the child from the parent. Components that the joint leaves free are ignored.
     turning
-        Per link, what multiplies an arm to give the displacement of its end. For small displacements i times the
-        rotation: all ZERO at the start. For accelerations i eps - w^2, so that it starts as -w^2.
+        Per link, factor of an arm that gives the displacement of its end: i times the rotation for small displacements
+        (start with ZERO), i eps - w^2 for accelerations (start with -w^2).
     flank
-        Of the gears' teeth, as in `JointForces`: these stay together whatever the gaps. Without, the gears' ratios are
-        kept, as in a motion without gaps.
+        Loaded flanks of gear teeth, see `JointForces`; teeth then stay in contact whatever the gaps. Without it, the
+        gears' ratios hold, as in a motion without gaps.
 
     Returns
     -------
-    Two lists over the links, shape (..., positions): complex displacements, and turning with the rotations found in its
-    imaginary part, ZERO for the ground. And what every group's cut joints lacked.
+    Displacements (complex) and `turning`, lists over the links, shape (..., positions), ZERO for the ground; residuals
+    of the cut joints. The rotations are the imaginary part of `turning`.
     """
     shift: list[Columns] = [ZERO] * len(turning)
     turning = list(turning)
@@ -75,7 +75,7 @@ def displacements(
 def _gear_input(
     place: JointPlace, shift: list[Columns], turning: list[Columns], at_joint: Columns, flank: Columns | None
 ) -> Columns:
-    """Motion that a gear gives its follower, child from parent; the child's point has moved by `at_joint` so far."""
+    """Motion that a gear gives its follower, child from parent; `at_joint` is the child's displacement so far."""
 
     def moved(joint: Joint, link: int) -> tuple[Columns, Columns]:
         if joint is place.joint:
@@ -95,7 +95,7 @@ def _moved(shift: list[Columns], turning: list[Columns], link: int, arm: Columns
 def _residual(
     closing: JointPlace, shift: list[Columns], turning: list[Columns], gap: Columns, turn: Columns
 ) -> tuple[Columns, Columns]:
-    """Residual of a cut joint: displacement, and rotation where it holds one."""
+    """Residual of a cut joint: displacement, and rotation if the joint holds it."""
     parent, child = closing.joint.parent, closing.joint.child
     opened = _moved(shift, turning, child, closing.arm_child) - _moved(shift, turning, parent, closing.arm_parent)
     if closing.turns:
@@ -104,10 +104,10 @@ def _residual(
 
 
 def _release(closed: Closure, residuals: Sequence[Columns], shift: list[Columns], turning: list[Columns]) -> None:
-    """Let the free tree joints take the coordinates that close the cut ones."""
+    """Move the free tree joints so that the cut joints close."""
     for k, number in enumerate(closed.group.free):
         hinge = closed.tree[number]
-        rotation: Columns = ZERO  # its imaginary part is the coordinate
+        rotation: Columns = ZERO  # the imaginary part is the coordinate
         for c, residual in enumerate(residuals):
             rotation = rotation + closed.duals[k, c] * residual
         if hinge.turns and rotation.ndim:
@@ -124,7 +124,7 @@ def _release_gears(
     turning: list[Columns],
     flank: Mapping[int, Columns] | None,
 ) -> None:
-    """Let the followers of gears that drive one another move; `first` is the number of the first tree joint."""
+    """Move the followers of gears that drive one another; `first` is the index of the first tree joint."""
     loop = closed.group.loop
     assert loop is not None
     given = []

@@ -1,4 +1,4 @@
-"""Forces in all joints that balance given loads of the links: the transpose of the displacements."""
+"""Joint forces in balance with given loads of the links: the transpose of the displacements."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rigid.plane import ZERO, cross, dot, number
 from rigid.teeth import loaded_flank
 
 UNSTRESSED = 1e-9
-"""Share of a self-stress of unit size below which a joint has no part in it."""
+"""A joint has no part in a self-stress of unit size if its component is smaller."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,24 +27,24 @@ class JointForces:
     Attributes
     ----------
     closures
-        The placed groups.
+        Placed groups.
     force
         Complex [N], one array of shape (..., positions) per joint in the order of `Structure.joints`.
     moment
-        About the joint's point [N m]; 0.0 for a free pin. The component along a coordinate that follows a gear is what
-        the gear passes on: its teeth push with it, not the joint's other link (`rigid.closures.gears.gear_loads`).
+        About the joint's point [N m]; 0.0 for a free pin. The component along a coordinate that follows a gear is the
+        effort of the gear. It acts through the teeth, not on the parent (`rigid.closures.gears.gear_loads`).
     ground_load
-        Load on the ground besides those of joints, springs and gears: force [N], complex, and moment about the origin
-        of coordinates [N m].
+        Load on the ground in addition to joints, springs and gears: force [N], complex, and moment about the origin of
+        coordinates [N m].
     flank
-        By the number of a joint that follows a gear with teeth: which flank is loaded, the sign of the effort.
+        Loaded flank (sign of the effort) of each toothed gear, by the index of the follower's joint.
     friction
-        By the number of a joint with friction: its part of `force` or `moment`, along the free motion [N or N m].
+        Part of `force` or `moment` along the free motion due to friction [N or N m], by joint index.
     sliding
-        By the same number: rate of the joint, child from parent, that friction acts against [rad/s or m/s].
+        Sliding rate of the joint, child from parent [rad/s or m/s], by joint index; friction opposes it.
     feedback
-        By how much friction at most grows by what it does itself, as a share, shape (..., positions). From 1 on the
-        mechanism may lock itself: balance has no answer, or several, and all forces are nan.
+        Loop gain of friction, shape (..., positions): growth of friction by the loads it causes. From 1 on the
+        mechanism may lock: balance has no or several solutions, and all forces are nan.
     """
 
     closures: tuple[Closure, ...]
@@ -76,12 +76,12 @@ class JointForces:
 
     @property
     def locked(self) -> Flags:
-        """Whether friction may lock the mechanism, so that there are no forces, bool, shape (..., positions)."""
+        """True if friction may lock the mechanism, shape (..., positions)."""
         locked: Flags = np.greater_equal(self.feedback, 1.0)
         return locked
 
     def without_friction(self, number: int) -> tuple[Columns, Columns]:
-        """Force and moment of a joint on its child without friction: those of constraint, drive and gear."""
+        """Force and moment of a joint on its child from constraint, drive and gear, without friction."""
         force, moment = self.force[number], self.moment[number]
         if number in self.friction:
             pull, couple = self._places[number].driven(self.friction[number])
@@ -89,7 +89,7 @@ class JointForces:
         return force, moment
 
     def mark(self, lost: Flags | bool) -> None:
-        """Make the forces nan at some positions, bool, shape (..., positions)."""
+        """Set the forces to nan at the positions in `lost`, bool, shape (..., positions)."""
         for values in (self.force, self.moment):
             values[:] = [np.where(lost, np.nan, value) if np.ndim(value) or value else value for value in values]
         self.friction.update({at: np.where(lost, np.nan, value) for at, value in self.friction.items()})
@@ -107,20 +107,20 @@ def joint_forces(
     flank: Mapping[int, Columns] | None = None,
     friction: Mapping[int, Columns] | None = None,
 ) -> JointForces:
-    """Joint forces that balance a given force and moment about its origin on every link.
+    """Find joint forces in balance with a force, and a moment about its origin, on every link.
 
     Parameters
     ----------
     closures
-        The placed groups, in the order of solution; the forces go through them backwards.
+        Placed groups in the order of solution; they are processed backwards.
     force, moment
         Per link, complex [N] and real [N m], shape (..., positions).
     tension
-        Number of a group, and of one of its self-stresses as counted by `Closure.redundancy`, that is in force besides.
+        Group index, and index of one of its self-stresses (see `Closure.redundancy`), to be added.
     flank
-        Of the gears' teeth, as in `JointForces`; those that the efforts load unless said.
+        Loaded flanks of gear teeth, see `JointForces`; default: those loaded by the efforts.
     friction
-        By the number of a joint, as in `JointForces`.
+        See `JointForces`.
     """
     force, moment = list(force), list(moment)
     flanks, rubbed = dict(flank or {}), {}
@@ -170,7 +170,7 @@ def joint_forces(
 
 
 def _in_ring(stressed: int | None, number: int) -> tuple[Columns, Columns]:
-    """Force and moment on the child of a weld that closes a ring: units in the self-stresses from `number` on."""
+    """Force and moment on the child of a weld that closes a ring: unit loads for self-stresses from `number` on."""
     if stressed is None or not number <= stressed < number + RIGID:
         return ZERO, ZERO
     return ((1.0, ZERO), (1j, ZERO), (ZERO, 1.0))[stressed - number]
@@ -179,7 +179,7 @@ def _in_ring(stressed: int | None, number: int) -> tuple[Columns, Columns]:
 def _load_gears(
     closed: Closure, first: int, force: list[Columns], moment: list[Columns], flanks: dict[int, Columns]
 ) -> None:
-    """Load the links by gears that drive one another: the transpose of their followers' release."""
+    """Load the links by gears that drive one another: the transpose of `_release_gears`."""
     loop = closed.group.loop
     assert loop is not None
     hinges = [closed.tree[number] for number in loop.followers]
@@ -204,9 +204,9 @@ def _load_gears(
 def _balance(
     hinge: JointPlace, at: int, force: list[Columns], moment: list[Columns], flanks: dict[int, Columns], by_gear: bool
 ) -> tuple[Columns, Columns]:
-    """Force and moment of tree joint number `at` on its child; all other loads of the child are known by now.
+    """Force and moment of tree joint `at` on its child; all other loads of the child are already known.
 
-    `by_gear`: a gear of its own is still to load the other links.
+    `by_gear`: True if the joint's own gear still has to load the other links.
     """
     child = hinge.joint.child
     if by_gear and hinge.joint.gear is not None:
@@ -236,7 +236,7 @@ def _along(
     force: Sequence[Columns],
     moment: Sequence[Columns],
 ) -> Columns:
-    """Generalised force of the links' loads on a tree joint that carries some of them."""
+    """Generalised force of the links' loads on a tree joint and the links that it carries."""
     total: Columns = ZERO
     for link, chain in carried:
         if hinge.turns:
@@ -254,7 +254,7 @@ def _push(link: int, arm: Columns, pull: Columns, couple: Columns, force: list[C
 
 
 def loaded_flanks(forces: JointForces) -> dict[int, Columns]:
-    """Which flank of every gear's teeth the efforts load, as in `JointForces`."""
+    """Flank of each gear's teeth that the efforts load, see `JointForces`."""
     flanks = {}
     for at, place in enumerate(place for closed in forces.closures for place in closed.joints):
         if place.teeth is not None:
@@ -264,9 +264,9 @@ def loaded_flanks(forces: JointForces) -> dict[int, Columns]:
 
 
 def self_stresses(closures: tuple[Closure, ...], flank: Mapping[int, Columns] | None = None) -> list[JointForces]:
-    """Joint forces that balance without any load, one set for every surplus condition of the mechanism.
+    """Joint forces in self-equilibrium, one set per redundant constraint of the mechanism.
 
-    `flank` of the gears' teeth, as in `JointForces`; those that each set loads by itself unless said.
+    `flank`: loaded flanks of gear teeth, see `JointForces`; default: those that each set loads.
     """
     if not any(closed.redundancy for closed in closures):
         return []

@@ -1,6 +1,6 @@
-"""Gears: the motion of a follower by that of the driving links, and the loads on these by that on the follower.
+"""Gears: motion of a follower from the driving links, and loads of a gear on the links.
 
-The one is the transpose of the other: `gear_input` of small displacements, `gear_loads` of forces.
+`gear_input` (small displacements) and `gear_loads` (forces) are transposes of one another.
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ from rigid.joints import Joint, JointPlace
 from rigid.plane import ZERO, cross, dot
 
 Moved = Callable[[Joint, int], tuple[Columns, Columns]]
-"""Displacement [m], complex, of a link's point at a joint, and rotation [rad] of the link there."""
+"""Function that returns displacement [m], complex, and rotation [rad] of a link at a joint."""
 
 
 @dataclass(frozen=True, eq=False)
 class GearLoad:
-    """Load of a gear on a link, besides the follower's own force and moment.
+    """Load of a gear on a link, in addition to the follower's own force and moment.
 
     Attributes
     ----------
     link
-        Its number.
+        Index of the link.
     joint, arm
-        At whose point it acts, and from the origin of the link's axes to there [m], complex.
+        Joint at whose point the load acts; vector to it from the origin of the link's axes [m], complex.
     force, moment
-        Complex [N], and about that point [N m].
+        Force, complex [N]; moment about the joint's point [N m].
     """
 
     link: int
@@ -38,17 +38,17 @@ class GearLoad:
 
 
 def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) -> Columns:
-    """By how much a gear moves its follower, child from parent, when links move.
+    """Motion that a gear gives its follower, child from parent, when links move.
 
     Parameters
     ----------
     place
-        The follower.
+        Follower's joint.
     moved
         Displacements of the links at their joints.
     flank
-        The loaded one, +1 or -1, so that the teeth stay together along their line of action however the wheels are
-        displaced. None for a motion without gaps in the joints: the ratio tells all.
+        Loaded flank, +1 or -1: teeth stay in contact along their line of action even if the wheels are displaced. None
+        for a motion without joint gaps: the gear ratio holds.
     """
     joint, teeth = place.joint, place.teeth
     assert joint.gear is not None
@@ -58,14 +58,14 @@ def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) ->
         ratio = joint.sense * joint.gear.ratio
         if driver.turns:
             return ratio * (moved(driver, link)[1] - moved(driver, owner)[1])
-        # Racks run on the ground: the line does not move.
+        # racks slide on the ground: the line does not move
         return ratio * dot(driver.line, moved(driver, link)[0])
     push = teeth.push(flank)
     carrier = joint.parent if teeth.wheel == joint.child else joint.child
     led, led_turn = moved(driver, teeth.body)
     follower, follower_turn = moved(joint, teeth.wheel)
     at_carrier, carrier_turn = moved(joint, carrier)
-    # Along the joint's coordinate the wheel goes with its carrier, so that the gear's motion comes on top.
+    # along the joint's coordinate the wheel moves with its carrier; the gear's motion is added
     if place.turns:
         follower_turn = carrier_turn
     else:
@@ -75,16 +75,16 @@ def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) ->
 
 
 def gear_loads(place: JointPlace, force: Columns, moment: Columns, flank: Columns = 0.0) -> Sequence[GearLoad]:
-    """Loads of a gear on all links, besides the force and moment on its follower's child and their opposite.
+    """Loads of a gear on all links, in addition to the force on its follower's child and its opposite.
 
     Parameters
     ----------
     place
-        The follower.
+        Follower's joint.
     force, moment
-        On its child, complex [N] and [N m]; along its coordinate they are the effort of the gear.
+        Force, complex [N], and moment [N m] on its child; the component along its coordinate is the gear's effort.
     flank
-        The loaded one, +1 or -1.
+        Loaded flank, +1 or -1.
     """
     joint, teeth = place.joint, place.teeth
     assert joint.gear is not None
@@ -95,7 +95,7 @@ def gear_loads(place: JointPlace, force: Columns, moment: Columns, flank: Column
     tooth = effort * teeth.push(flank)
     hub = teeth.arm - teeth.reach_body
     led = GearLoad(teeth.body, driver, hub, -tooth, -cross(teeth.reach_body, tooth))
-    # The effort is between the teeth: the carrier does not feel it.
+    # the effort acts between the teeth and does not load the carrier
     ends = (joint.child, place.arm_child), (joint.parent, place.arm_parent)
     (wheel, arm), (carrier, arm_carrier) = ends if teeth.wheel == joint.child else ends[::-1]
     if place.turns:
@@ -106,7 +106,7 @@ def gear_loads(place: JointPlace, force: Columns, moment: Columns, flank: Column
 
 
 def _without_teeth(joint: Joint, driver: Joint, effort: Columns) -> Sequence[GearLoad]:
-    """An effort along the driver's coordinate."""
+    """Loads of an effort along the driver's coordinate, for gears without teeth."""
     assert joint.gear is not None
     owner, link = joint.gear.ends
     if driver.turns:
@@ -119,5 +119,5 @@ def _without_teeth(joint: Joint, driver: Joint, effort: Columns) -> Sequence[Gea
 
 
 def rack_arm(driver: Joint) -> Columns:
-    """From the origin of its link's axes to the point of a rack that drives a gear [m], complex; ZERO for a wheel."""
+    """Vector from the link's origin to the point of a rack that drives a gear [m], complex; ZERO for a wheel."""
     return ZERO if driver.turns else driver.turn * driver.at_child

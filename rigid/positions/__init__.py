@@ -1,4 +1,4 @@
-"""Where the links are: driven links, dyads in closed form, any other group by Newton's method."""
+"""Link positions: driven links, dyads in closed form, other groups by Newton's method."""
 
 from rigid.positions.link_positions import place
 from rigid.positions.rows import select_designs

@@ -1,9 +1,9 @@
-"""The branch of a mechanism, followed with certainty from the drawing along the way of its drives.
+"""Assembly branch of a mechanism, tracked with certainty from the drawing along the drive path.
 
-Knots are put on the way, as many as the mechanism asks for and whatever positions are asked: every step from one to the
-next has a certificate (`rigid.positions.enclosure`) that one branch runs through it and no other is near; where it has
-none it is halved. What is left uncertain after that is a change point, through which the smooth branch goes on, or an
-end of the reach, behind which nothing is answered.
+The path gets knots, independent of the requested positions. Each step between two knots needs a certificate
+(`rigid.positions.enclosure`): exactly one branch runs through the step. A step without certificate is halved. A step
+that stays uncertain is a change point, which the smooth branch crosses, or a limit of motion, beyond which positions
+are nan.
 """
 
 from __future__ import annotations
@@ -23,26 +23,26 @@ from rigid.plane import number as as_number
 from rigid.positions import knots as table_of
 from rigid.positions.drive_path import FINEST, Path
 from rigid.positions.dyad_places import place_dyad_with_slack
-from rigid.positions.enclosure import Certificate, Ends, Step, loop
+from rigid.positions.enclosure import Ends, KnotStep, StepCertificate, loop
 from rigid.positions.knots import Table, located, merged, some, steps
 from rigid.positions.newton import STEPS, closes, newton, sine_of, tree_closure
 from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.rows import select_designs
 
-NARROW = 64  # times the finest step that a change point of a dyad may be wide
-WIDE = 256  # the same of a general group, where round-off counts
-NARROWEST = 2.0**-24  # of a stride: the shortest step of a general group, next to which round-off hides its branches
-BESIDE = 3  # knots aside of a change point at which a sine is clearly not zero
-CACHED = 4096  # steps that are looked at together
-MOST = 30_000  # steps of any size, or as many as there were, that are halved at once
-EDGE = 2.0**-8  # of a stride: how near the end of a dyad's reach is closed in on
-MAX_JUMP = 1e-3  # of the mechanism's size: a slide that changes by more in a finest step is infinite in it
+DYAD_CHANGE_WIDTH = 64  # largest width of a dyad's change point, in its finest steps
+GENERAL_CHANGE_WIDTH = 256  # the same for a general group, which has more round-off
+FINEST_GENERAL = 2.0**-24  # shortest step of a general group, in strides; round-off hides branches in shorter ones
+SIDE_KNOTS = 3  # knots on each side of a change point that must have a larger sine
+STEPS_PER_BLOCK = 4096  # steps certified at once, so that they fit the cache
+MAX_HALVED = 30_000  # steps halved at once, unless there were more from the start
+LIMIT_RESOLUTION = 2.0**-8  # resolution of a dyad's limit of motion, in strides
+MAX_JUMP = 1e-3  # a slide that changes by more in a finest step is infinite, relative to the mechanism's size
 
 
-class Branch:
-    """Knots on the way of the drives of a mechanism; `table` holds them.
+class TrackedBranch:
+    """Knots on the drive path of a mechanism, in `table`.
 
-    `edge`, of a stride, is how near the end of its reach is closed in on.
+    `edge` is the resolution of limits of motion in strides.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class Branch:
         self.table: Table = table_of.knots(grid, self.rows, *counts)
 
     def enter(self, number: int) -> None:
-        """Room for a group in the table."""
+        """Add a group's columns to the table."""
         group, count = self.structure.groups[number], len(self.table["place"])
         free, cuts = len(group.free), len(group.cut)
         self.table[f"free{number}"] = np.full((count, free), np.nan)
@@ -70,7 +70,7 @@ class Branch:
         self.table[f"sure{number}"] = np.zeros(count, bool)
 
     def measure(self, group: Group) -> None:
-        """Angles of the joints that drive gears of a group, counted from the drawing on along the knots."""
+        """Continue the angles of joints that drive a group's gears along the knots, starting from the drawing."""
         place = self.table["place"]
         sources = [driver for joint in group.tree if joint.gear for _, driver in joint.gear.sources]
         for driver in sources:
@@ -93,7 +93,7 @@ class Branch:
     # Placing
 
     def set(self, table: Table, number: int, guess: Reals | None = None, corrections: int = STEPS) -> None:
-        """Place a group at knots; `guess` its coordinates to begin with, shape (free, knots), `corrections` at most."""
+        """Place a group at knots from coordinates `guess`, shape (free, knots), in at most `corrections` steps."""
         placed, group = self._before(table, number)
         shape = placed.shape
         if not group.free:
@@ -110,14 +110,14 @@ class Branch:
         self._note(table, number, placed, group, sine_there)
 
     def closes(self, table: Table, number: int, coordinates: Reals) -> Flags:
-        """Whether coordinates of a group, shape (free, knots), close it at knots but for round-off, shape (knots,)."""
+        """True for each knot at which coordinates of a group, shape (free, knots), close it to round-off."""
         placed, group = self._before(table, number)
-        parts = 1.0 + np.abs(table["place"] - self.path.begin)  # angles over many turns have less digits
+        parts = 1.0 + np.abs(table["place"] - self.path.begin)  # angles over many turns lose digits
         coordinates, parts = coordinates.reshape(len(group.free), *placed.shape), parts.reshape(placed.shape)
         return closes(placed, group, coordinates, parts).reshape(len(table["place"]))
 
     def _before(self, table: Table, number: int) -> tuple[PartialPosture, Group]:
-        """Knots with the groups before one placed, and that group of their designs."""
+        """Return a posture with all earlier groups placed at knots, and the group in the designs of the knots."""
         count = len(table["place"])
         shape = (count, 1) if self.designs else (count,)
         group = select_designs(self.structure.groups[number], table["row"], self.designs)
@@ -128,7 +128,7 @@ class Branch:
         return PartialPosture(self.mechanism, drive, origin, direction, sine, shape=shape, led=led), group
 
     def _note(self, table: Table, number: int, placed: PartialPosture, group: Group, sine: Reals | None) -> None:
-        """Enter a placed group into knots."""
+        """Write a placed group to the table."""
         count = len(table["place"])
 
         def flat(value: Columns) -> Numbers:
@@ -157,7 +157,7 @@ class Branch:
                 table[f"duals{number}"][:, k, c] = flat(duals[k, c])
 
     def _between(self, low: Table, high: Table, number: int) -> Table:
-        """Knots half way between others, with all groups up to one placed."""
+        """Create knots half way between others, with all groups up to `number` placed."""
         middle = some(low, np.arange(len(low["place"])))
         middle["place"] = 0.5 * (low["place"] + high["place"])
         middle["coarse"] = np.zeros(len(middle["place"]), bool)
@@ -167,13 +167,13 @@ class Branch:
             if self.structure.groups[k].free and not self.forms[k]:
                 guess = (low[f"free{k}"] + 0.5 * self.ways(k, low, high)).T
             self.set(middle, k, guess)
-            # What is certain of a step is of its halves; their straight lines may be off by as much again.
+            # a certificate also holds for both halves, with twice the box: their chords differ from that of the step
             low[f"box{k}"] = 2 * low[f"box{k}"]
             middle[f"box{k}"], middle[f"sure{k}"] = low[f"box{k}"].copy(), low[f"sure{k}"].copy()
         return middle
 
     def ways(self, number: int, low: Table, high: Table) -> Reals:
-        """From the coordinates of a group at knots to those at others, by the shorter way, shape (knots, free)."""
+        """Change of a group's coordinates between knots, the shorter way round, shape (knots, free)."""
         group = self.structure.groups[number]
         way = high[f"free{number}"] - low[f"free{number}"]
         turns = np.array(group.angles)
@@ -183,14 +183,14 @@ class Branch:
     # Certainty
 
     def certify(self, low: Table, high: Table, number: int, at: Any = None) -> tuple[Reals, Flags]:
-        """Box of a group in steps, (steps, free), nan where it is not certain, and whether those before it are.
+        """Return boxes of a group in steps (steps, free), nan if uncertain; True if earlier groups are certain.
 
-        So many steps at a time as stay in the cache. `at`: steps from these knots of a table to the next.
+        Works in blocks that fit the cache. `at`: first knots of the steps, if both tables are the same.
         """
         count = len(low["place"] if at is None else at)
         parts = []
-        for first in range(0, max(count, 1), CACHED):
-            block = slice(first, first + CACHED)
+        for first in range(0, max(count, 1), STEPS_PER_BLOCK):
+            block = slice(first, first + STEPS_PER_BLOCK)
             begin, end = (block, block) if at is None else (at[block], at[block] + 1)
             parts.append(self._certified(some(low, begin), some(high, end), number))
         boxes, before = zip(*parts, strict=True)
@@ -204,7 +204,7 @@ class Branch:
         with np.errstate(all="ignore"):
             turned = np.angle(high["direction"] * np.conj(low["direction"])).T
             shift = (high["origin"] - low["origin"]).T
-            step = Step(
+            step = KnotStep(
                 low["row"],
                 np.ascontiguousarray(low["origin"].T),
                 np.ascontiguousarray(shift),
@@ -219,20 +219,20 @@ class Branch:
                     np.array([np.moveaxis(end[name], 0, -1) for end in (low, high)], order="C")
                     for name in (f"columns{k}", f"duals{k}")
                 )
-                certificate = Certificate(group, self.loops[k], step, Ends(free, *sides))
+                certificate = StepCertificate(group, self.loops[k], step, Ends(free, *sides))
                 box = certificate.box
                 if k == number:
                     return box.T, before
                 passed = finest & np.isfinite(low["sine"][:, k] + high["sine"][:, k])
-                box = np.where(np.isnan(box) & passed, np.abs(ways.T) + NARROW * FINEST, box)
+                box = np.where(np.isnan(box) & passed, np.abs(ways.T) + DYAD_CHANGE_WIDTH * FINEST, box)
                 before &= np.isfinite(box).all(axis=0)
                 certificate.fill(box)
         raise AssertionError
 
     def refine(self, number: int, which: Integers, finest: float | None = None) -> None:
-        """Halve some steps of a group until they are certain, or as fine as `finest` of a stride, or as is of use."""
+        """Halve steps of a group until they are certain, or as short as `finest` in strides."""
         finest = (self.finest(number) if finest is None else finest) * self.path.stride
-        most, table = max(MOST, len(which)), self.table
+        most, table = max(MAX_HALVED, len(which)), self.table
         box, before = self.certify(table, table, number, which)
         split = self._split(table, table, number, (box, before), finest, most, which)
         table[f"box{number}"][which], table[f"sure{number}"][which] = box, np.isfinite(box).all(axis=1)
@@ -258,47 +258,49 @@ class Branch:
     def _split(
         self, low: Table, high: Table, number: int, known: tuple[Reals, Flags], finest: float, most: int, at: Any = None
     ) -> Flags:
-        """Flags of the steps to be halved, `known` and `at` as of `certify`."""
+        """Select the steps to halve; `known` and `at` as in `certify`."""
         box, before = known
         begin, end = (slice(None), slice(None)) if at is None else (at, at + 1)
-        edge = (EDGE if all(self.forms) else self.edge) * self.path.stride if self.forms[number] else finest
+        edge = (LIMIT_RESOLUTION if all(self.forms) else self.edge) * self.path.stride if self.forms[number] else finest
         length = high["place"][end] - low["place"][begin]
         closes = np.isfinite(np.array([low["sine"][begin, number], high["sine"][end, number]]))
-        # What is certain of groups before it is of halves, too, though their own boxes may not tell.
+        # certificates of earlier groups also hold in halves, even if the halves' boxes are unknown
         sure: Any = np.all([low[f"sure{k}"][begin] for k in range(number)], axis=0) if number else True
         split: Flags = ~np.isfinite(box).all(axis=1) & (length > finest) & (before | sure) & closes.any(axis=0)
         split &= closes.all(axis=0) | (length > edge)
-        if np.count_nonzero(split) > most:  # nothing is certain anywhere, such as far from any machine's sizes
+        if np.count_nonzero(split) > most:  # no step is certain, as for absurd dimensions
             split[:] = False
         return split
 
     def uncertain_steps(self, number: int) -> list[tuple[int, int]]:
-        """First and last knot of every run of steps that are not certain."""
+        """First and last knot of each run of uncertain steps."""
         at = steps(self.table)
         open_ = at[~self.table[f"sure{number}"][at]]
         runs = np.split(open_, np.flatnonzero(np.diff(open_) > 1) + 1) if len(open_) else []
         return [(int(run[0]), int(run[-1]) + 1) for run in runs]
 
     def finest(self, number: int) -> float:
-        """Shortest step of a group that is of use, of a stride."""
-        return FINEST if self.forms[number] else NARROWEST
+        """Shortest useful step of a group, in strides."""
+        return FINEST if self.forms[number] else FINEST_GENERAL
 
     def width(self, number: int) -> float:
-        """Greatest width of the uncertain steps about a change point of a group."""
-        return (NARROW if self.forms[number] else WIDE) * self.finest(number) * self.path.stride
+        """Largest width of uncertain steps about a change point of a group."""
+        return (
+            (DYAD_CHANGE_WIDTH if self.forms[number] else GENERAL_CHANGE_WIDTH) * self.finest(number) * self.path.stride
+        )
 
     def before(self, row: int, place: float) -> int:
-        """Number of the knot of a design before a place, never the last one."""
+        """Index of a design's knot before a place, never its last knot."""
         return int(located(self.table, np.array([place]), self.rows)[row, 0])
 
     def end(self, number: int, row: int, sense: int, place: float) -> None:
-        """Let nothing be known of a group outward of a place: the drives do not come there."""
+        """End a group at a place: make it unknown on the side away from the drawing."""
         ends = {sense: np.full(self.rows, sense * np.inf) for sense in (1, -1)}
         ends[sense][row] = place
         self._end_beyond(number, ends[-1], ends[1])
 
     def _end_beyond(self, number: int, low: Reals, high: Reals) -> None:
-        """Let nothing be known of a group outside of two places of every design, shape (designs,) each."""
+        """Make a group unknown outside of two places per design, shape (designs,) each."""
 
         def outside(table: Table) -> Flags:
             row, place = table["row"], table["place"]
@@ -314,7 +316,7 @@ class Branch:
         table[f"box{number}"][at] = np.nan
 
     def _forget(self, number: int, lost: Flags | Integers) -> None:
-        """Make a group nan at some knots."""
+        """Set a group to nan at some knots."""
         table = self.table
         for name in ("origin", "direction"):
             for link in self.structure.groups[number].links:
@@ -324,7 +326,7 @@ class Branch:
             table[f"{name}{number}"][lost] = np.nan
 
     def closed(self, sense: int) -> bool:
-        """Whether the branches of all designs end on a side of the drawing: farther out there is nothing."""
+        """True if the branches of all designs end on a side of the drawing; there is no motion beyond."""
         row = self.table["row"]
         outermost = np.flatnonzero(np.diff(row, append=-1) if sense > 0 else np.diff(row, prepend=-1))
         return bool(np.isnan(self.table["sine"][outermost]).any(axis=1).all())
@@ -332,7 +334,7 @@ class Branch:
     # Dyads
 
     def follow_dyad(self, number: int) -> None:
-        """Follow a dyad to where it opens or runs to infinity; its sign changes at every change point on the way."""
+        """Track a dyad until it opens or runs to infinity; its sign changes at each change point."""
         self.set(self.table, number)
         self.refine(number, steps(self.table))
         self._stop(number)
@@ -352,7 +354,7 @@ class Branch:
             self._forget(number, ended)
 
     def _stop(self, number: int) -> None:
-        """Let a dyad end, outward of the drawing, at the first knot at which it is open."""
+        """End a dyad at the first open knot on each side of the drawing."""
         open_ = np.isnan(self.table["sine"][:, number])
         if not open_.any():
             return
@@ -364,10 +366,10 @@ class Branch:
         self._end_beyond(number, low, high)
 
     def _behind_infinity(self, number: int) -> Integers:
-        """Numbers of the first knots, outward of the drawing, behind places at which a slide of a dyad is infinite.
+        """Indices of the first knots beyond places with an infinite slide of a dyad.
 
-        Two sliding lines become parallel there, and their sine changes its sign. A slide that stays finite, because the
-        lines coincide, passes smoothly.
+        Two sliding lines become parallel there, and their sine changes sign. If the lines coincide, the slide stays
+        finite and passes smoothly.
         """
         table, at = self.table, steps(self.table)
         place, sine = table["place"], table["sine"][:, number]
@@ -380,24 +382,27 @@ class Branch:
         return knots
 
     def _touches(self, number: int) -> list[int]:
-        """Knots nearest to where the sine of a dyad comes to zero and goes on.
+        """Knots nearest to the places at which the sine of a dyad touches zero.
 
-        There it falls to a part of what it is a few of the finest steps aside; where it only comes near zero it turns
-        around gently.
+        The sine drops sharply within a few of the finest steps. If it only comes near zero, it turns around gently.
         """
         place, row, sine = self.table["place"], self.table["row"], np.abs(self.table["sine"][:, number])
         open_ = ~self.table[f"sure{number}"] & (np.diff(place, append=np.inf) <= 2 * FINEST * self.path.stride)
         least = np.zeros(len(place), bool)
-        count = len(place) - 2 * BESIDE
+        count = len(place) - 2 * SIDE_KNOTS
         if count > 0:
-            here = sine[BESIDE:-BESIDE]
+            here = sine[SIDE_KNOTS:-SIDE_KNOTS]
             before, after = (
-                np.array([sine[BESIDE + k * way :][:count] for k in range(1, BESIDE + 1)]) for way in (-1, 1)
+                np.array([sine[SIDE_KNOTS + k * way :][:count] for k in range(1, SIDE_KNOTS + 1)]) for way in (-1, 1)
             )
-            inside = open_[BESIDE:-BESIDE] & open_[BESIDE - 1 :][:count] & (row[: -2 * BESIDE] == row[2 * BESIDE :])
+            inside = (
+                open_[SIDE_KNOTS:-SIDE_KNOTS]
+                & open_[SIDE_KNOTS - 1 :][:count]
+                & (row[: -2 * SIDE_KNOTS] == row[2 * SIDE_KNOTS :])
+            )
             with np.errstate(invalid="ignore"):
                 lowest = (here < before.min(axis=0)) & (here <= after.min(axis=0))
-                least[BESIDE:-BESIDE] = inside & lowest & (2 * here <= np.minimum(before[-1], after[-1]))
+                least[SIDE_KNOTS:-SIDE_KNOTS] = inside & lowest & (2 * here <= np.minimum(before[-1], after[-1]))
         touches: list[int] = []
         for at in np.flatnonzero(least):
             if touches and row[touches[-1]] == row[at] and place[at] - place[touches[-1]] <= self.width(number):
@@ -407,7 +412,7 @@ class Branch:
 
 
 def lengths(mechanism: Mechanism) -> tuple[int, ...]:
-    """Shape of the dimensions: () or (designs, 1)."""
+    """Return the shape of the dimensions: () or (designs, 1)."""
     values = [place for link in mechanism.links for place in link.points.values()]
     values += [value for part in mechanism.fixed_angles for value in part.lengths]
     values += mechanism.drawing.values()

@@ -1,4 +1,4 @@
-"""The way of the drives from the drawing through all positions asked, as a function of one coordinate."""
+"""Drive path: drive coordinates from the drawing through all requested positions, as functions of one parameter."""
 
 from __future__ import annotations
 
@@ -14,38 +14,38 @@ from rigid.decomposition.order import structure
 from rigid.drawing import Drawing
 from rigid.mechanism import Mechanism
 
-TURN = 64  # knots
-STRIDE = 2 * math.pi / TURN  # of a pin's drive from one knot to the next [rad]
-SLIDES = 50  # strides of a slider's drive in the size of the drawing
-BLOCK = 16  # knots by which a branch is known further
-ASIDE = 0.0618  # of a stride
-STILL = 1e-9  # the drawing is the first position [rad or m]
-FINEST = 2.0**-18  # of a stride: how near a change point is closed in on
+KNOTS_PER_TURN = 64
+STRIDE = 2 * math.pi / KNOTS_PER_TURN  # knot distance of a pin's drive [rad]
+STRIDES_PER_SIZE = 50  # strides of a slider's drive over the size of the drawing
+BLOCK = 16  # number of knots by which a branch is extended
+KNOT_OFFSET = 0.0618  # of knots from round angles, in strides
+STILL = 1e-9  # largest distance of places that count as equal [rad or m]
+FINEST = 2.0**-18  # resolution of a change point, in strides
 
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """Coordinates of the drives along the way, by the place s on it.
+    """Drive coordinates along the path, by the path parameter s.
 
-    For a single drive s is its coordinate, and the way a line both ways from the drawing; for several s counts the
-    positions passed.
+    For a single drive s is its coordinate, and the path extends both ways from the drawing. For several drives s counts
+    the positions.
 
     Attributes
     ----------
     begin
         s of the drawing.
     asked
-        s of the positions asked, shape (positions,), or (designs, positions) where designs pass others.
+        s of the requested positions, shape (positions,), or (designs, positions) if designs differ.
     stride
-        Greatest step of s.
+        Largest step of s.
     turn
-        s of a whole turn after which the drive is where it was; 0 where there is none.
+        Change of s in a full turn after which the drive is back; 0 without.
     outline
-        s of the first, least and greatest position of the whole motion, of which those asked may be a part.
+        s of the first, smallest and largest position of the whole motion; `asked` may be a part of it.
     vertices
-        Coordinates of the drives at s = 0, 1, 2, ..., shape (drives, n); None for a single drive.
+        Drive coordinates at s = 0, 1, 2, ..., shape (drives, n); None for a single drive.
     whole
-        The positions asked are the whole motion.
+        True if `asked` is the whole motion.
     """
 
     begin: float
@@ -58,7 +58,7 @@ class Path:
 
     @cached_property
     def span(self) -> tuple[float, float]:
-        """Least and greatest s of the positions asked; the drawing's where there are none."""
+        """Smallest and largest s of the requested positions; the drawing's s if there are none."""
         if self.whole:
             return self.outline[1], self.outline[2]
         if not len(self.asked):
@@ -66,13 +66,13 @@ class Path:
         return self.asked.min(), self.asked.max()
 
     def shifted(self, shift: float) -> Path:
-        """The same with all places less by a shift."""
+        """Shift the path by -`shift`."""
         return replace(
             self, begin=self.begin - shift, asked=self.asked - shift, outline=tuple(s - shift for s in self.outline)
         )
 
     def drives(self, places: Any) -> Reals:
-        """Coordinates of the drives, shape (drives, ...)."""
+        """Drive coordinates at places, shape (drives, ...)."""
         if self.vertices is None:
             return np.asarray(places)[None]
         flat = np.ravel(places)
@@ -80,16 +80,18 @@ class Path:
         return np.array([np.interp(flat, grid, row) for row in self.vertices]).reshape(-1, *np.shape(places))
 
     def grid(self, low: float, high: float) -> Reals:
-        """Knots from `low` to `high` at least, the drawing among them."""
+        """Knots that cover `low` to `high`, including the drawing."""
         if self.vertices is None:
             below, above = (int(np.ceil(way / self.stride - 1e-9)) for way in (self.begin - low, high - self.begin))
             number = np.arange(-max(below, 0), max(above, 0) + 1)
-            # Off the even places, at which mechanisms are often singular.
-            return np.asarray(self.begin + self.stride * (number + np.where(number % TURN, ASIDE, 0.0)), float)
+            # offset from round angles, at which many mechanisms are singular
+            return np.asarray(
+                self.begin + self.stride * (number + np.where(number % KNOTS_PER_TURN, KNOT_OFFSET, 0.0)), float
+            )
         return np.arange(self.vertices.shape[1], dtype=float)
 
     def onward(self, low: float, high: float) -> bool:
-        """Whether the drives go on from one place to the other, rather than turn back between them."""
+        """True if the drives do not reverse between two places."""
         if self.vertices is None:
             return True
         first, last = int(np.floor(low)), int(np.ceil(high))
@@ -98,7 +100,7 @@ class Path:
 
 
 def path_through(mechanism: Mechanism, drive: Reals, lead: Reals | None = None) -> Path:
-    """The way from the drawing, by `lead` where it is given, through the positions asked."""
+    """Build the path from the drawing, through `lead` if given, to the requested positions."""
     _, slides, wraps = drawn_drives(mechanism)
     given = drive if lead is None or not lead.shape[1] else np.concatenate([lead, drive], axis=1)
     ways = first_ways(mechanism, given)
@@ -120,9 +122,9 @@ def path_through(mechanism: Mechanism, drive: Reals, lead: Reals | None = None) 
 
 
 def outline(drive: Any) -> Any:
-    """The positions that tell from where the drives set out, which serve as the `lead` of a part of a motion.
+    """Positions that determine how the drives leave the drawing, as `lead` for a part of a motion.
 
-    Of a single drive the first, least and greatest, of several all.
+    First, smallest and largest position of a single drive; all positions of several drives.
     """
     if len(drive) != 1:
         return drive
@@ -131,7 +133,7 @@ def outline(drive: Any) -> Any:
 
 
 def first_ways(mechanism: Mechanism, drive: Any) -> list[float]:
-    """Ways of the drives from the drawing to the first position [rad or m]: the shorter where turns do not matter."""
+    """Way of each drive from the drawing to the first position [rad or m], the shorter one if turns do not count."""
     drawn, slides, wraps = drawn_drives(mechanism)
     first = drive[:, 0] if drive.ndim == 2 else drive[:, 0, 0]
     return [
@@ -142,16 +144,16 @@ def first_ways(mechanism: Mechanism, drive: Any) -> list[float]:
 
 @lru_cache(maxsize=64)
 def drive_strides(mechanism: Mechanism) -> Reals:
-    """How far apart knots are along every drive [rad or m]."""
+    """Knot distance of each drive [rad or m]."""
     _, slides, _ = drawn_drives(mechanism)
-    return np.where(slides, mechanism.size / SLIDES, STRIDE)
+    return np.where(slides, mechanism.size / STRIDES_PER_SIZE, STRIDE)
 
 
 @lru_cache(maxsize=64)
 def drawn_drives(mechanism: Mechanism) -> tuple[list[float], Flags, bool]:
-    """Coordinates of the drives as drawn, whether they are slides, and whether whole turns of them do not matter.
+    """Drawn drive coordinates; True for each slide; True if full turns of the drives do not count.
 
-    They do where a gear is driven by a joint that is not itself moved: its angle is counted from the drawing on.
+    Turns count if a joint that is not driven drives a gear: its angle is counted from the drawing.
     """
     drawing = Drawing(mechanism)
     joints = structure(mechanism).joints

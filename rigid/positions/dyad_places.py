@@ -1,4 +1,4 @@
-"""The two links of a dyad put where they meet, whichever of the five dyads it is."""
+"""Placement of both links of a dyad, for the five kinds of dyads."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from rigid.plane import ROUND_OFF, cross, dot
 from rigid.positions import dyads
 from rigid.positions.partial_posture import PartialPosture
 
-AT_MOST = 1e-6  # slack behind a singular position
+MAX_SLACK = 1e-6  # tolerance of a squared sine behind a singular position
 
 
 def place_dyad(placed: PartialPosture, group: Group, drawing: Drawing, flip: Columns) -> Columns:
-    """Place the two bodies of a dyad; `flip` is -1 where it folds the other way than drawn."""
+    """Place both links of a dyad; `flip` is -1 for the assembly opposite to the drawing."""
     solve, *joints = _solution(group)
     sine = solve(placed, *joints, drawing, flip)
     for joint in group.fixed:
@@ -31,7 +31,7 @@ def place_dyad(placed: PartialPosture, group: Group, drawing: Drawing, flip: Col
 
 @lru_cache(maxsize=1024)
 def _solution(group: Group) -> tuple[Callable[..., Columns], Joint, Joint, Joint]:
-    """Closed form for a dyad by its type, its outer joints, pins first, and the inner one."""
+    """Closed form for a dyad, its outer joints (pins first), and its inner joint."""
     assert group.dyad is not None
     *outer, inner = group.dyad
     first, second = sorted(outer, key=lambda joint: not joint.turns)
@@ -44,11 +44,11 @@ def _solution(group: Group) -> tuple[Callable[..., Columns], Joint, Joint, Joint
 
 
 def place_dyad_with_slack(placed: PartialPosture, group: Group, drawing: Drawing, flip: Columns) -> Columns:
-    """Place a dyad; where a singular position before it has cost digits, it may miss by as many."""
+    """Place a dyad, with a tolerance that allows for digits lost at singular positions of earlier groups."""
     sine = place_dyad(placed, group, drawing, flip)
     if placed.sine and np.isnan(np.min(sine)):
         worst = reduce(np.minimum, (np.square(before) for before in placed.sine))
-        placed.slack = np.minimum(ROUND_OFF / np.maximum(worst, ROUND_OFF), AT_MOST)
+        placed.slack = np.minimum(ROUND_OFF / np.maximum(worst, ROUND_OFF), MAX_SLACK)
         sine = place_dyad(placed, group, drawing, flip)
         placed.slack = ROUND_OFF
     return sine
@@ -84,7 +84,7 @@ def _two_pins(
 
 @lru_cache(maxsize=1024)
 def _drawn_side(mechanism: Mechanism, first: str, second: str, inner: str) -> Any:
-    """+1 where the inner pin is drawn left of the way from one outer pin to the other, else -1."""
+    """+1 if the inner pin is drawn left of the line from the first to the second outer pin, else -1."""
     drawing = Drawing(mechanism)
     drawn = [drawing.at(name) for name in (first, second, inner)]
     base = drawn[1] - drawn[0]

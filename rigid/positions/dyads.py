@@ -1,8 +1,7 @@
 """Positions of the five dyads in closed form.
 
-Each function finds where two links meet from what carries them and returns what places the links, and the sine s at
-which they meet: zero at a singular position, nan where they cannot meet. `side` is the branch, +1 or -1; s^2 that is
-below zero by no more than `slack` counts as zero.
+Each function returns the position of both links and the sine s of the angle at which they meet: zero at a singular
+position, nan if they cannot meet. `side` selects the branch, +1 or -1. Values of s^2 above -`slack` count as zero.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from rigid.plane import ROUND_OFF, cross, dot
 
 
 def _root(square: Any, slack: Columns) -> Columns:
-    """Square root; 0 just below zero, nan further below."""
+    """Square root; 0 if slightly negative, nan below -`slack`."""
     if not np.asarray(square).min() >= 0.0:
         square = np.where((square < 0.0) & (square > -slack), 0.0, square)
     return np.sqrt(square)
@@ -25,20 +24,20 @@ def _root(square: Any, slack: Columns) -> Columns:
 def circle_circle(
     first: Columns, second: Numbers, arm_first: Columns, arm_second: Columns, side: Columns, slack: Columns = ROUND_OFF
 ) -> tuple[Complexes, Complexes, Reals]:
-    """RRR: directions of two links with outer pins at `first` and `second` that share a pin.
+    """RRR: directions of two links with outer pins at `first` and `second`, and a common inner pin.
 
     Parameters
     ----------
     first, second
         Outer pins [m], complex, shape (..., positions).
     arm_first, arm_second
-        From either link's outer pin to the inner one, in the link's own axes [m], complex.
+        Vector from each outer pin to the inner pin in link axes [m], complex.
     side
-        +1 where the inner pin is left of the way from `first` to `second`.
+        +1 if the inner pin is left of the line from `first` to `second`.
 
     Returns
     -------
-    Unit vectors of both links' axes, and s = sine of the angle between the arms.
+    Unit vectors of both links' axes; s = sine of the angle between the arms.
     """
     base = second - first
     square = base.real**2 + base.imag**2
@@ -56,22 +55,22 @@ def circle_circle(
 def circle_line(
     center: Columns, arm: Columns, point: Columns, along: Columns, side: Columns, slack: Columns = ROUND_OFF
 ) -> tuple[Columns, Columns, Columns]:
-    """RRP: a link pinned at `center` and at a point that is carried along a line.
+    """RRP: direction of a link with an outer pin at `center`, and an inner pin that slides on a line.
 
     Parameters
     ----------
     center
         Outer pin [m], complex.
     arm
-        From the outer pin to the inner one in the link's own axes [m], complex.
+        Vector from the outer pin to the inner pin in link axes [m], complex.
     point, along
-        Where the inner pin is at slide 0 [m], and the unit vector of the slide, complex.
+        Inner pin at slide 0 [m], and unit vector of the slide, complex.
     side
-        +1 where the inner pin is ahead of the foot of `center` on the line.
+        +1 if the inner pin is ahead of the foot of `center` on the line.
 
     Returns
     -------
-    Unit vector of the link's axes, the slide [m], and s = sine of the angle between the arm and the line's normal.
+    Unit vector of the link's axes; slide [m]; s = sine of the angle between the arm and the line's normal.
     """
     length = abs(arm)
     behind = point - center
@@ -85,22 +84,22 @@ def circle_line(
 def slotted(
     owner: Columns, block: Complexes, foot: Any, along: Any, side: Columns, slack: Any = ROUND_OFF
 ) -> tuple[Complexes, Reals, Reals]:
-    """RPR: two links pinned at `owner` and `block`, one sliding on the other.
+    """RPR: direction of a link with outer pin `owner`, on which a link with outer pin `block` slides.
 
     Parameters
     ----------
     owner, block
-        Outer pins of the line's owner and of the link that slides [m], complex.
+        Outer pins of the line's owner and of the sliding link [m], complex.
     foot
-        From the owner's pin to the block's pin at slide 0, in the owner's axes [m], complex.
+        Vector from the owner's pin to the block's pin at slide 0, in owner axes [m], complex.
     along
-        Unit vector of the line in the owner's axes.
+        Unit vector of the line in owner axes.
     side
-        +1 where the block's pin is ahead of the owner's along the line.
+        +1 if the block's pin is ahead of the owner's along the line.
 
     Returns
     -------
-    Unit vector of the owner's axes, the slide [m], and s = (distance of the pins along the line)/(distance).
+    Unit vector of the owner's axes; slide [m]; s = distance of the pins along the line / distance.
     """
     base = block - owner
     distance = abs(base)
@@ -112,6 +111,6 @@ def slotted(
 
 
 def line_line(gap: Complexes, along: Columns, other: Columns) -> tuple[Reals, Reals, Columns]:
-    """PRP, RPP: slides x and y with `x along - y other = gap`, and s = sine of the angle between the lines."""
+    """PRP, RPP: slides x and y so that `x along - y other = gap`; s = sine of the angle between the lines."""
     s = cross(other, along)
     return cross(other, gap) / s, cross(along, gap) / s, s

@@ -1,4 +1,4 @@
-"""Where the links of a group are between two places on the way of the drives, with certainty.
+"""Proof that exactly one branch of a group runs between two places on the drive path.
 
 Derivation: docs/theory.md, "The branch".
 """
@@ -17,27 +17,27 @@ from rigid.decomposition.groups import Group
 from rigid.joints import Joint
 from rigid.plane import ROUND_OFF
 
-ROUNDS = 6
-WIDER = 1.05  # by which a box is blown up, so that it is mapped into its inside
-NOISE = 4 * ROUND_OFF  # of a gap, over the sizes of its vectors
-LEAST = 1e-13  # half width of a box [rad or m] below which round-off counts
+ROUNDS = 6  # attempts to find a box that is mapped into itself
+INFLATION = 1.05  # factor on a box, so that it is mapped into its interior
+NOISE = 4 * ROUND_OFF  # round-off of a gap, relative to the sizes of its vectors
+MIN_BOX = 1e-13  # smallest half width of a box [rad or m], because of round-off
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
-    """Steps from one knot to the next, shape (steps,) in the last axis.
+class KnotStep:
+    """Motion of the links in steps between knots; the steps are the last axis.
 
     Attributes
     ----------
     row
-        Number of the design.
+        Index of the design.
     origin, shift
-        Of every link at the first knot [m] and from there to the second, complex, shape (links, steps).
+        Origin of every link at the first knot, and its displacement to the second [m], complex, shape (links, steps).
     turned
-        Angle of every link from the first knot to the second [rad], shape (links, steps).
+        Rotation of every link in the step [rad], shape (links, steps).
     bend, stray
-        How far the angle of a link [rad] and its origin [m] may be from the straight line between the knots, shape
-        (links, steps); filled group by group.
+        Largest deviation of a link's angle [rad] and origin [m] from linear motion in the step, shape (links, steps);
+        filled group by group.
     """
 
     row: Integers
@@ -50,14 +50,14 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """A group at the two ends of steps.
+    """A group at both ends of steps.
 
     Attributes
     ----------
     free
         Coordinates of the free joints, shape (2, free, steps).
     columns, duals
-        As in `Closure`, complex, shape (2, free, cuts, steps).
+        See `Closure`, complex, shape (2, free, cuts, steps).
     """
 
     free: Reals
@@ -67,18 +67,18 @@ class Ends:
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """The gap of a cut joint as a sum of vectors that turn with links.
+    """The gap of a cut joint as a sum of vectors that rotate with links.
 
     Attributes
     ----------
     arms
-        Link to the vector in its axes [m].
+        Vector of each link in link axes [m].
     slides
-        Number of a tree joint to +1 or -1: the slide's vector turns with the child.
+        +1 or -1 for each sliding tree joint, by index; the slide's vector rotates with the child.
     roots
-        Placed link to the weight of its origin.
+        Weight of the origin of each link of an earlier group.
     owner
-        The link in whose axes the gap is measured, None for a pin's.
+        Link in whose axes the gap of a slider is measured; None for a pin.
     """
 
     arms: Mapping[int, Columns]
@@ -88,7 +88,7 @@ class Loop:
 
 
 def loop(group: Group, cut: Joint) -> Loop:
-    """The loop that a cut joint closes."""
+    """Return the loop that a cut joint closes."""
     arms: dict[int, Any] = {}
     slides: dict[int, int] = {}
     roots: dict[int, int] = {}
@@ -107,19 +107,19 @@ def loop(group: Group, cut: Joint) -> Loop:
     return Loop(arms, slides, roots, None if cut.turns else cut.owner)
 
 
-class Certificate:
-    """Whether one branch of a group, and no other, runs from one end of a step to the other near the straight line.
+class StepCertificate:
+    """Proof that exactly one branch of a group runs through a step, near linear motion.
 
-    `box` is how far the free coordinates may be from it, shape (free, steps); nan where that is not certain.
+    `box`: bound of the deviation of the free coordinates, shape (free, steps); nan if there is no proof.
     """
 
-    def __init__(self, group: Group, loops: tuple[Loop, ...], step: Step, ends: Ends) -> None:
+    def __init__(self, group: Group, loops: tuple[Loop, ...], step: KnotStep, ends: Ends) -> None:
         self.group, self.loops, self.step, self.ends = group, loops, step, ends
         self.carried = [{link for link, _ in carried} for carried in group.carried]
         self.base = self._base()
 
     def _base(self) -> dict[int, Reals]:
-        """Bend of every link that it has from the placed ones."""
+        """Bend of each link due to links of earlier groups."""
         base = {link: self.step.bend[link] for link in range(len(self.step.bend))}
         for hinge in self.group.tree:
             base[hinge.child] = base[hinge.parent]
@@ -128,7 +128,7 @@ class Certificate:
         return base
 
     def _led(self, hinge: Joint) -> Reals:
-        """How far a gear's follower may be from the straight line."""
+        """Deviation of a gear's follower from linear motion."""
         assert hinge.gear is not None
         total: Reals = np.zeros(())
         for ratio, driver in hinge.gear.sources:
@@ -143,7 +143,7 @@ class Certificate:
 
     @cached_property
     def _slide(self) -> dict[int, tuple[Reals, Reals]]:
-        """Greatest slide and its change, of every tree joint that slides."""
+        """Largest slide, and change of the slide, of each sliding tree joint."""
         travels = {}
         for number, hinge in enumerate(self.group.tree):
             if hinge.turns:
@@ -158,14 +158,14 @@ class Certificate:
         return travels
 
     def _relative(self, link: int | None, owner: int | None) -> tuple[Columns, Columns]:
-        """Turn of a link in the axes of another, and the bend of both."""
+        """Rotation of a link relative to another, and the sum of both bends."""
         if link == owner:
             return 0.0, 0.0
         turned = (0.0 if link is None else self.step.turned[link]) - (0.0 if owner is None else self.step.turned[owner])
         return turned, sum(self.base[each] for each in (link, owner) if each is not None)
 
     def _stray(self, loop: Loop, links: set[int] | None) -> Columns:
-        """How far the part of a loop on some links, all for None, may be from the straight line."""
+        """Deviation from linear motion of the part of a loop on some links (all for None)."""
         total: Any = 0.0
         for link, arm in loop.arms.items():
             if links is None or link in links:
@@ -186,13 +186,13 @@ class Certificate:
         return total
 
     def _extent(self, loop: Loop) -> Columns:
-        """Sum of the sizes of a loop's vectors [m], which its round-off goes with."""
+        """Sum of the lengths of a loop's vectors [m], for its round-off."""
         total = sum(self._size(arm) for arm in loop.arms.values())
         total = total + sum(self._slide[number][0] for number in loop.slides)
         return total + sum(np.abs(self.step.origin[link]) for link in loop.roots)
 
     def _slope(self, loop: Loop, k: int, links: set[int] | None) -> Columns:
-        """How much the part of a loop on some links changes per change of a free coordinate."""
+        """Derivative bound of the part of a loop on some links with respect to a free coordinate."""
         turns = self.group.angles[k]
         owned = turns and loop.owner is not None and loop.owner in self.carried[k]
         total: Any = 0.0
@@ -209,7 +209,7 @@ class Certificate:
 
     @cached_property
     def box(self) -> Reals:
-        """See the class."""
+        """Boxes of the free coordinates, see the class."""
         free, cuts, count = len(self.group.free), len(self.loops), len(self.step.row)
         if not free:
             return np.zeros((0, count))
@@ -238,20 +238,20 @@ class Certificate:
             return self._boxed(gap, twist, bent, slope)
 
     def _boxed(self, gap: Reals, twist: Reals, bent: Reals, slope: Reals) -> Reals:
-        """Boxes that Newton's method with a constant matrix maps into themselves, from both ends."""
+        """Find boxes that Newton's method with a constant matrix maps into themselves, from both ends."""
         lines = np.array(self.group.guides)[:, None]
-        box: Any = LEAST
+        box: Any = MIN_BOX
         maps = []
         for duals, sign in zip(self.ends.duals, (0.5, -0.5), strict=True):
             weight = np.where(lines, np.abs(duals.real), np.abs(duals))
             change = sign * (self.ends.columns[1] - self.ends.columns[0])
             start = (weight * gap).sum(axis=1) + (np.abs(duals.imag) * lines * twist).sum(axis=1)
             first = np.abs((duals[:, None] * change).sum(axis=2).imag) + (weight[:, None] * bent).sum(axis=2)
-            maps.append((start + LEAST, first, (weight[:, None, None] * slope).sum(axis=3)))
+            maps.append((start + MIN_BOX, first, (weight[:, None, None] * slope).sum(axis=3)))
             box = np.maximum(box, start)
         sure = np.zeros(box.shape[1:], bool)
         for _ in range(ROUNDS):
-            box = np.where(sure, box, box * WIDER)  # one that is sure stays: grown with others it would not be
+            box = np.where(sure, box, box * INFLATION)  # proven boxes stay: growing with the others could spoil them
             again = np.max([self._mapped(each, box) for each in maps], axis=0)
             sure = (again < box).all(axis=0)
             if sure.all():
@@ -266,7 +266,7 @@ class Certificate:
         return mapped
 
     def fill(self, box: Reals) -> None:
-        """Fill in how far the links of the group may be from the straight line, its coordinates by `box`."""
+        """Write the deviations of the group's links, for coordinates within `box`."""
         step = self.step
         for number, hinge in enumerate(self.group.tree):
             parent, child = hinge.parent, hinge.child

@@ -1,4 +1,4 @@
-"""Places on the way of the drives at which a mechanism is known, design by design in order."""
+"""Knots: places on the drive path at which a mechanism's posture is known, ordered by design and place."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ import numpy as np
 from rigid.arrays import Integers
 
 Table = dict[str, Any]
-"""Arrays with the knots as their first axis.
+"""Arrays with the knots as first axis.
 
 place
-    Place s on the way.
+    Path parameter s.
 row
-    Number of the design.
+    Index of the design.
 coarse
-    Whether it belongs to the grid that all designs share.
+    True if the knot belongs to the grid common to all designs.
 origin, direction
     Of every link, complex, shape (knots, links).
 led
-    Coordinate of every joint that drives a gear and is not itself moved, shape (knots, gears).
+    Coordinate of each joint that drives a gear and is not driven, shape (knots, gears).
 sine, sign
-    Of every group, and +1, or -1 where a dyad folds the other way than drawn, shape (knots, groups).
+    Sine of every group; +1, or -1 if a dyad is assembled opposite to the drawing, shape (knots, groups).
 free0, columns0, duals0, ...
-    Of every group: coordinates of its free joints, and columns and duals as in `Closure`.
+    Per group: coordinates of its free joints; columns and duals, see `Closure`.
 box0, sure0, ...
-    Of every group, from the knot to the next: how far the coordinates may be from the straight line, and whether the
-    branch is certain there.
+    Per group, for the step to the next knot: deviation bound of the coordinates from linear motion; True if the
+    branch is certain.
 """
 
 
 def knots(places: Any, rows: int, links: int, groups: int, gears: int) -> Table:
-    """Knots of nothing but the ground."""
+    """Create knots without placed links (except the ground)."""
     count = rows * len(places)
     table: Table = {
         "place": np.tile(np.asarray(places, float), rows),
@@ -49,23 +49,23 @@ def knots(places: Any, rows: int, links: int, groups: int, gears: int) -> Table:
 
 
 def some(table: Mapping[str, Any], which: Any) -> Table:
-    """Some of the knots."""
+    """Select knots."""
     return {name: value[which] for name, value in table.items()}
 
 
 def merged(tables: list[Table]) -> Table:
-    """Knots of several tables in order."""
+    """Merge tables, ordered by design and place."""
     joined = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
     return some(joined, np.lexsort((joined["place"], joined["row"])))
 
 
 def steps(table: Mapping[str, Any]) -> Integers:
-    """Numbers of the knots that are followed by one of the same design."""
+    """Indices of knots followed by a knot of the same design."""
     return np.flatnonzero(table["row"][1:] == table["row"][:-1])
 
 
 def located(table: Mapping[str, Any], places: Any, rows: int) -> Integers:
-    """Number of the knot before each of some places, shape (rows, places), never the last of a design."""
+    """Index of the knot before each place, shape (rows, places), never the last one of a design."""
     place, row = table["place"], table["row"]
     if rows == 1:
         before = np.searchsorted(place, np.ravel(places), side="right") - 1

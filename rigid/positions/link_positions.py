@@ -1,4 +1,4 @@
-"""Positions of all links, group by group: driven links, dyads in closed form, any other group by Newton's method."""
+"""Positions of all links, group by group."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rigid.decomposition.groups import Group, Structure
 from rigid.drawing import Drawing
 from rigid.joint_places import joint_place
 from rigid.mechanism import Mechanism
-from rigid.positions.branch import Branch
+from rigid.positions.branch import TrackedBranch
 from rigid.positions.drive_path import FINEST, STILL, Path, path_through
 from rigid.positions.dyad_places import place_dyad, place_dyad_with_slack
 from rigid.positions.knots import located
@@ -21,26 +21,26 @@ from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.reached import branch_through
 from rigid.postures import Posture
 
-FIRM = 0.5  # sine of dyads above which, at near positions, they pass no change point
-NEAR = 0.1  # steps of a drive [rad], and of such a sine, that are near
-DEEP = 2.0**-46  # of a stride: how near the end of a reach is closed in on where positions are asked there
-CLOSE = 1e-6  # beyond the box that is certain
-ASIDE = 2  # knots beside a change point between which it is passed
+MIN_FIRM_SINE = 0.5  # dyads with larger sines pass no change point between near positions
+MAX_NEAR_STEP = 0.1  # largest step of a drive [rad], and of such a sine, between near positions
+DEEP = 2.0**-46  # resolution of a limit of motion in strides, if positions close to it are requested
+BOX_MARGIN = 1e-6  # tolerance in addition to the certified box
+PASS_KNOTS = 2  # knots on each side of a change point from which its crossing is interpolated
 
 
 def place(
     mechanism: Mechanism, structure: Structure, drive: Reals, near: Posture | None = None, lead: Reals | None = None
 ) -> tuple[PartialPosture, tuple[Closure, ...]]:
-    """Every link at every position.
+    """Place every link at every position.
 
     Parameters
     ----------
     drive
         Coordinates of the drives [rad or m], shape (drives, positions).
     near
-        As for `motion`.
+        See `motion`.
     lead
-        Coordinates of the drives that are passed between the drawing and the first position, shape (drives, n).
+        Drive coordinates between the drawing and the first position, shape (drives, n).
     """
     if near is None:
         placed = _followed(mechanism, structure, path_through(mechanism, drive, lead), drive)
@@ -66,7 +66,7 @@ def _drive(placed: PartialPosture, group: Group) -> None:
 
 
 def _place_near(placed: PartialPosture, group: Group, near: Posture) -> None:
-    """Place a group where it is nearest to a posture."""
+    """Place a group closest to a given posture."""
     if not group.free:
         _drive(placed, group)
     elif not group.closed_form:
@@ -81,7 +81,7 @@ def _place_near(placed: PartialPosture, group: Group, near: Posture) -> None:
 
 
 def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Reals) -> PartialPosture:
-    """All links, every dyad folded as drawn, any other group as near to the drawing as it gets."""
+    """Place all links: dyads assembled as drawn, other groups by Newton's method from the drawing."""
     links, drawing = len(mechanism.links), Drawing(mechanism)
     placed = PartialPosture(mechanism, drive, [0.0] * links, [1.0] * links)
     for group in structure.groups:
@@ -97,28 +97,28 @@ def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Reals) -> Parti
 
 
 def _dense(path: Path) -> bool:
-    """Whether positions asked are near one another, and the drawing is among them."""
+    """True if the requested positions are close together and include the drawing."""
     if path.vertices is not None:
         return False
     low, high = path.span
-    covered = low - NEAR <= path.begin <= high + NEAR or 0 < path.turn <= high - low + NEAR
+    covered = low - MAX_NEAR_STEP <= path.begin <= high + MAX_NEAR_STEP or 0 < path.turn <= high - low + MAX_NEAR_STEP
     steps = path.asked[..., 1:] - path.asked[..., :-1]
-    return bool(covered and np.abs(steps).max(initial=0.0) <= min(NEAR, path.stride))
+    return bool(covered and np.abs(steps).max(initial=0.0) <= min(MAX_NEAR_STEP, path.stride))
 
 
 def _firm(sines: Any) -> bool:
-    """Whether dyads meet nowhere near a change point."""
+    """True if no dyad is near a change point."""
     for sine in sines:
         size = np.abs(sine)
-        if not size.min() >= FIRM:
+        if not size.min() >= MIN_FIRM_SINE:
             return False
-        if size.ndim and not np.abs(sine[..., 1:] - sine[..., :-1]).max(initial=0.0) <= NEAR:
+        if size.ndim and not np.abs(sine[..., 1:] - sine[..., :-1]).max(initial=0.0) <= MAX_NEAR_STEP:
             return False
     return True
 
 
 def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Reals) -> PartialPosture:
-    """Place all links on the branch that is followed from the drawing."""
+    """Place all links on the branch tracked from the drawing."""
     drawn = path.vertices is None and all(abs(end - path.begin) <= STILL for end in path.span)
     plain = _as_drawn(mechanism, structure, drive) if drawn or structure.closed_form else None
     if plain is not None and (drawn or not plain.sine or (_dense(path) and _firm(plain.sine))):
@@ -134,8 +134,8 @@ def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Rea
     return _on(branch, places, at, drive)
 
 
-def _as_far(plain: PartialPosture, branch: Branch, at: Any) -> PartialPosture:
-    """Dyads as drawn, but for those behind an end of the branch."""
+def _as_far(plain: PartialPosture, branch: TrackedBranch, at: Any) -> PartialPosture:
+    """Keep dyads as drawn, but set those beyond an end of the branch to nan."""
     if np.isfinite(branch.table["sine"]).all():
         return plain
     at = at if branch.designs else at[0]
@@ -145,10 +145,10 @@ def _as_far(plain: PartialPosture, branch: Branch, at: Any) -> PartialPosture:
     return plain
 
 
-def _lose(placed: PartialPosture, branch: Branch, number: int, at: Any, wide: Any) -> None:
-    """Make a dyad nan behind the end of its branch, even if it closes there.
+def _lose(placed: PartialPosture, branch: TrackedBranch, number: int, at: Any, wide: Any) -> None:
+    """Set a dyad to nan beyond the end of its branch, even if it closes there.
 
-    In the step that holds the end it is behind it if it does not close, or if its sine has changed its sign.
+    In the step with the end, a position is beyond it if the dyad does not close or its sine has changed sign.
     """
     free = sum(bool(group.free) for group in branch.structure.groups[:number])
     sine = branch.table["sine"][:, number]
@@ -164,8 +164,8 @@ def _lose(placed: PartialPosture, branch: Branch, number: int, at: Any, wide: An
     placed.sine[free] = np.where(lost, np.nan, placed.sine[free])
 
 
-def _on(branch: Branch, places: Any, at: Integers, drive: Reals) -> PartialPosture:
-    """Place all links at places of a branch, `at` the knots before them."""
+def _on(branch: TrackedBranch, places: Any, at: Integers, drive: Reals) -> PartialPosture:
+    """Place all links at places on a branch; `at` are the knots before them."""
     mechanism, structure = branch.mechanism, branch.structure
     at = at if branch.designs else at[0]
     places = places if branch.designs else np.ravel(places)
@@ -202,12 +202,12 @@ def _on(branch: Branch, places: Any, at: Integers, drive: Reals) -> PartialPostu
 
 
 def _through(
-    placed: PartialPosture, branch: Branch, number: int, at: Integers, places: Reals, wide: Any, where: Flags
+    placed: PartialPosture, branch: TrackedBranch, number: int, at: Integers, places: Reals, wide: Any, where: Flags
 ) -> None:
-    """Place a group at a change point, which it passes smoothly, where round-off leaves nothing of its equations."""
+    """Place a group at a change point by interpolation, if its equations are singular to round-off."""
     table, shape = branch.table, np.shape(placed.sine[-1])
     row = table["row"][at]
-    ends = [np.clip(at + ahead, 0, len(table["row"]) - 1) for ahead in (-ASIDE, ASIDE + 1)]
+    ends = [np.clip(at + ahead, 0, len(table["row"]) - 1) for ahead in (-PASS_KNOTS, PASS_KNOTS + 1)]
     low, high = (np.where(table["row"][end] == row, end, at + k) for k, end in enumerate(ends))
     part = wide((places - table["place"][low]) / (table["place"][high] - table["place"][low]))
     for link in branch.structure.groups[number].links:
@@ -216,22 +216,22 @@ def _through(
         )
         turned = here * np.exp(1j * part * np.angle(there * np.conj(here)))
         direction = np.broadcast_to(placed.direction[link], shape)
-        lost = where & ~(np.abs(direction - turned) <= CLOSE)
+        lost = where & ~(np.abs(direction - turned) <= BOX_MARGIN)
         placed.direction[link] = np.where(lost, turned, direction)
         origin = np.broadcast_to(placed.origin[link], shape)
         placed.origin[link] = np.where(lost, before + part * (after - before), origin)
         placed.sine[-1] = np.where(lost, 0.0, placed.sine[-1])
 
 
-def _at_an_end(branch: Branch, places: Reals, at: Integers) -> bool:
-    """Whether a position is asked so near the end of the reach that it may still be within."""
+def _at_an_end(branch: TrackedBranch, places: Reals, at: Integers) -> bool:
+    """True if a position is so close to a limit of motion that it may still be reachable."""
     place, lost = branch.table["place"], np.isnan(branch.table["sine"]).any(axis=1)
     width = max(branch.width(number) for number, form in enumerate(branch.forms) if not form)
     near = [np.abs(places - place[one]) <= width for one in (at, at + 1)]
     return bool(((lost[at + 1] & ~lost[at] & near[0]) | (lost[at] & ~lost[at + 1] & near[1])).any())
 
 
-def _between(placed: PartialPosture, branch: Branch, number: int, at: Integers, part: Reals, wide: Any) -> Reals:
+def _between(placed: PartialPosture, branch: TrackedBranch, number: int, at: Integers, part: Reals, wide: Any) -> Reals:
     """Place a group between knots of its branch."""
     group, table = branch.structure.groups[number], branch.table
     low, high = ({f"free{number}": table[f"free{number}"][which.ravel()]} for which in (at, at + 1))
@@ -242,7 +242,7 @@ def _between(placed: PartialPosture, branch: Branch, number: int, at: Integers, 
     coordinates = newton(placed, group, start)
     box = table[f"box{number}"][at.ravel()]
     box = np.where(np.isfinite(box), box, np.abs(change) + branch.width(number))
-    limit = np.stack([wide(box[:, k]) for k in free]) * (1 + CLOSE) + CLOSE
+    limit = np.stack([wide(box[:, k]) for k in free]) * (1 + BOX_MARGIN) + BOX_MARGIN
     with np.errstate(invalid="ignore"):
         astray = ~(np.abs(coordinates - start) <= limit).all(axis=0)
     coordinates = np.where(astray, np.nan, coordinates)

@@ -1,4 +1,4 @@
-"""Positions of a group that no closed form covers, from places near by: Newton's method on all at once."""
+"""Positions of groups without closed form, by Newton's method at all positions at once."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from rigid.plane import ROUND_OFF, number
 from rigid.positions.partial_posture import PartialPosture
 from rigid.postures import Posture
 
-STEPS = 40
-TOLERANCE = 1e-14  # of a step, in radians or sizes of the mechanism
-FITS = 1e-10  # opening of surplus joints that counts as closed, in radians or sizes of the mechanism
+STEPS = 40  # Newton steps at most
+TOLERANCE = 1e-14  # largest last step, in radians or mechanism sizes
+FITS = 1e-10  # largest gap of a redundant joint that counts as closed, in radians or mechanism sizes
 
 
 def _shape(placed: PartialPosture) -> tuple[int, ...]:
@@ -30,7 +30,7 @@ def _shape(placed: PartialPosture) -> tuple[int, ...]:
 
 
 def correct(placed: PartialPosture, group: Group, near: Posture) -> Columns:
-    """Place the links of any group from a posture near it, every position on its own; nan where none is found."""
+    """Place a group from a nearby posture, each position on its own; nan without a solution."""
     free = [group.tree[number] for number in group.free]
     shape = _shape(placed)
     start = np.stack([np.broadcast_to(joint.coordinate(near), shape) for joint in free])
@@ -38,7 +38,7 @@ def correct(placed: PartialPosture, group: Group, near: Posture) -> Columns:
 
 
 def require_closed(placed: PartialPosture, group: Group) -> None:
-    """Make a driven group nan where surplus joints do not fit."""
+    """Set a driven group to nan if its redundant joints do not fit."""
     size = placed.mechanism.size if group.cut or group.rings else 1.0
     for joint in group.cut + group.rings:
         closed = joint.closes(placed, FITS, FITS * size)
@@ -46,7 +46,7 @@ def require_closed(placed: PartialPosture, group: Group) -> None:
 
 
 def tree_closure(placed: PartialPosture, group: Group, coordinates: Any) -> Closure:
-    """The group with its links placed by the coordinates of the free joints."""
+    """Place the group's links by the coordinates of the free joints, and return its closure."""
     free = iter(coordinates)
     for joint in group.tree:
         placed.hang(joint, placed.coordinate(joint) if joint.moved else next(free))
@@ -55,7 +55,7 @@ def tree_closure(placed: PartialPosture, group: Group, coordinates: Any) -> Clos
 
 
 def _shut(placed: PartialPosture, joint: Joint, gap: Columns) -> Flags:
-    """Whether a cut joint is closed but for round-off."""
+    """True if a cut joint is closed to round-off."""
     ends = ((joint.child, joint.at_child), (joint.parent, joint.at_parent))
     size = sum(np.abs(placed.origin[link]) + np.abs(local) for link, local in ends)
     shut: Flags = joint.within(gap, 2 * ROUND_OFF, ROUND_OFF * size)
@@ -63,7 +63,7 @@ def _shut(placed: PartialPosture, joint: Joint, gap: Columns) -> Flags:
 
 
 def closes(placed: PartialPosture, group: Group, coordinates: Any, parts: Columns) -> Flags:
-    """Whether coordinates of the free joints close a group but for so many times the round-off."""
+    """True if coordinates of the free joints close a group to `parts` times the round-off."""
     closed = tree_closure(placed, group, coordinates)
     gaps = [(place.joint, place.joint.gap(placed) / parts) for place in closed.cut]
     shut: Flags = np.all([_shut(placed, joint, gap) for joint, gap in gaps], axis=0)
@@ -71,7 +71,7 @@ def closes(placed: PartialPosture, group: Group, coordinates: Any, parts: Column
 
 
 def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int = STEPS) -> Reals:
-    """Coordinates of the free joints that close the group; nan where none are found."""
+    """Find the coordinates of the free joints that close the group; nan without a solution."""
     free = [group.tree[number] for number in group.free]
     column = (-1, *[1] * (coordinates.ndim - 1))
     sense = np.array([joint.sense for joint in free]).reshape(column)
@@ -86,7 +86,7 @@ def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int 
             step = -np.stack([sum((row[c] * gap).imag for c, gap in enumerate(gaps)) for row in closed.duals])
             coordinates = coordinates + sense * step
             settled = np.all(np.abs(step) < TOLERANCE * (unit + np.abs(coordinates)), axis=0)
-            # Near a singular position round-off in the gaps keeps the steps from vanishing: there is no better place.
+            # near a singular position round-off keeps the steps finite: accept closed joints if steps stop shrinking
             length = (np.abs(step) / unit).max(axis=0)
             shut = [_shut(placed, place.joint, gap) for gap, place in zip(gaps, closed.cut, strict=True)]
             settled |= np.all(shut, axis=0) & (length > before / 4)
@@ -101,10 +101,10 @@ def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int 
 
 
 def sine_of(closed: Closure) -> Columns:
-    """Smallest singular value of the loop equations, every free joint scaled to unit effect.
+    """Smallest singular value of the loop equations, each free joint scaled to unit effect.
 
-    For a dyad that closes at a pin it lies between |s| and |s|/sqrt(2), s the sine at which the links meet. Rotations
-    at closing sliders count as the displacement they make at the longest arm, so that no unit of length comes in.
+    For a dyad that closes at a pin it lies between |s| and |s|/sqrt(2), with the sine s of the dyad. Rotations at
+    closing sliders count as displacements of the longest arm, so that the result does not depend on the unit of length.
     """
     table = columns(closed.group, closed.tree, closed.cut)
     effect = np.array(np.broadcast_arrays(*(entry for column in table for entry in column)), complex)

@@ -1,4 +1,4 @@
-"""Where the links placed so far are."""
+"""Positions of the links placed so far."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from rigid.mechanism import Mechanism
 from rigid.plane import ROUND_OFF, unit
 from rigid.postures import Posture
 
-TURNS = 8  # of a gear's driver either way, that a posture is compared with
+TURNS = 8  # turns of a gear's driver, each way, among which the nearest to a posture is chosen
 
 
 @dataclass(eq=False)
 class PartialPosture:
-    """Links placed so far: origins [m] and unit vectors of their axes, per link, shape (..., positions)."""
+    """Links placed so far: origins [m] and unit vectors of their axes, one array of shape (..., positions) per link."""
 
     mechanism: Mechanism
     drive: Reals
     origin: list[Columns]
     direction: list[Columns]
-    sine: list[Columns] = field(default_factory=list)  # of every group but the driven links
-    slack: Columns = ROUND_OFF  # how far below zero the square of a sine is still zero
-    near: Posture | None = None  # as for `motion`
+    sine: list[Columns] = field(default_factory=list)  # of every group except driven links
+    slack: Columns = ROUND_OFF  # squared sines above -slack count as zero
+    near: Posture | None = None  # see `motion`
     shape: tuple[int, ...] = ()  # of the columns
-    led: dict[Any, Reals] = field(default_factory=dict)  # about where the joints are that drive gears [rad]
-    seen: dict[Any, Any] = field(default_factory=dict)  # and where they are
+    led: dict[Any, Reals] = field(default_factory=dict)  # approximate angles of joints that drive gears [rad]
+    seen: dict[Any, Any] = field(default_factory=dict)  # their exact angles
 
     def coordinate(self, joint: Joint) -> Columns:
-        """Coordinate of a joint that a drive or a gear moves [rad or m]; 0 of a weld, which has none."""
+        """Coordinate of a joint moved by a drive or a gear [rad or m]; 0 for a weld."""
         if joint.drive is not None:
             return self.drive[joint.drive]
         if joint.gear is None:
@@ -44,7 +44,7 @@ class PartialPosture:
         for ratio, driver in joint.gear.sources:
             drawn = drawing.coordinate(driver)
             now = self.coordinate(driver) if driver.moved else self._measured(driver, drawn)
-            # What moves the driver may count its coordinate the other way than the gear does.
+            # the driver's coordinate may have the opposite sense in the gear
             followed = followed + ratio * driver.sense * (now - drawn)
             if joint.turns and driver.turns and not driver.moved:
                 turns.append(2 * np.pi * ratio)
@@ -53,7 +53,7 @@ class PartialPosture:
         return followed
 
     def _nearest(self, joint: Joint, coordinate: Reals, turn: float) -> Columns:
-        """A follower's angle with that number of its driver's turns that puts it nearest to a posture."""
+        """Angle of a follower, with the turns of its driver that bring it closest to the posture `near`."""
         assert self.near is not None
         seen = self.near.direction[joint.child] * np.conj(self.direction[joint.parent])
         angles = [coordinate + turn * count for count in sorted(range(-TURNS, TURNS + 1), key=abs)]
@@ -61,7 +61,7 @@ class PartialPosture:
         return np.choose(np.argmin(np.round(away, 9), axis=0), angles)
 
     def _measured(self, joint: Joint, near: float) -> Columns:
-        """Coordinate of a placed joint: an angle without jumps from one position to the next, or a slide."""
+        """Coordinate of a placed joint; angles are continuous over the positions."""
         measured = joint.coordinate(self)
         if not joint.turns:
             return measured

@@ -1,4 +1,4 @@
-"""The range a mechanism is followed over from its drawing: that asked for, or the turns after which it repeats."""
+"""Range over which a mechanism is tracked from its drawing: as requested, or the turns of a closed cycle."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import numpy as np
 from rigid.arrays import Reals
 from rigid.decomposition.groups import Structure
 from rigid.mechanism import Mechanism
-from rigid.positions.branch import Branch
+from rigid.positions.branch import TrackedBranch
 from rigid.positions.drive_path import BLOCK, STILL, Path, drawn_drives
 from rigid.positions.knots import located
 from rigid.positions.trace import Trace
 
-TURNS = (1, 2, 4, 8)  # of the drive, after which a mechanism may be where it was
-SAME = 1e-7  # of the size, and of a unit vector
+TURNS = (1, 2, 4, 8)  # of the drive, after which a mechanism may return to its first posture
+SAME = 1e-7  # tolerance of an equal posture, relative to the size and in unit vectors
 
 
 def _followed(
     mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any, edge: float
-) -> Branch:
-    """All groups followed along the way between two places."""
-    branch = Branch(mechanism, structure, path, low, high, forms, edge)
+) -> TrackedBranch:
+    """Track all groups along the path between two places."""
+    branch = TrackedBranch(mechanism, structure, path, low, high, forms, edge)
     for number, group in enumerate(structure.groups):
         branch.enter(number)
         branch.measure(group)
@@ -39,19 +39,19 @@ def _followed(
 
 def branch_through(
     mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float
-) -> tuple[Branch, Reals]:
-    """The branch of a mechanism, as far as the positions asked go, and these on it.
+) -> tuple[TrackedBranch, Reals]:
+    """Track the branch as far as the requested positions; return it and their places on it.
 
-    The drive goes straight from the drawing to a position. Where it comes to an end on the way, nothing is known. The
-    first position is reached by the shorter way, or by the longer where that is barred; where both are, the drive
-    begins where it passes the drawing.
+    The drive goes straight from the drawing to a position; positions beyond a limit of motion are unknown. The first
+    position is reached by the shorter way, else by the longer way. If both are barred, the drive starts at the turn at
+    which it passes the drawing.
     """
     if path.vertices is not None:
         return _followed(mechanism, structure, path, 0.0, 0.0, forms, edge), path.asked
     kept = mechanism.__dict__.setdefault("_branches", {})
     begin, block = path.begin, BLOCK * path.stride
     if path.turn and (turns := np.round((begin - drawn_drives(mechanism)[0][0]) / path.turn)):
-        # The drawing's own coordinate: what is known of it serves whatever turn is asked.
+        # the drawing's own coordinate, so that the result can be reused for any turn
         path = path.shifted(path.turn * turns)
         begin = path.begin
     low, high = map(float, path.span)
@@ -62,7 +62,7 @@ def branch_through(
         whole = _known(mechanism, structure, path, *ends, forms, edge, kept)
         if whole.closed(int(sense)):
             break
-        if _returns(whole, begin, begin + period):  # behind an end nothing is placed: no end is in between
+        if _returns(whole, begin, begin + period):  # positions beyond an end are nan, so there is no end in between
             return whole, begin + np.mod(path.asked - begin, period)
     branch = _covering(mechanism, structure, path, forms, edge, kept)
     if path.turn and _ends(branch) and not _reached(branch, path.outline[0]):
@@ -74,9 +74,9 @@ def branch_through(
 
 
 def _other_starts(path: Path) -> list[Path]:
-    """The drive begun other whole turns away, where the shorter way to the first position is barred.
+    """Paths that start full turns away, if the shorter way to the first position is barred.
 
-    Once from the other side of it, once at the drawing next to it that the drive is to pass.
+    One starts from the other side of the first position, one at the nearest drawing that the drive passes.
     """
     begin, turn = path.begin, path.turn
     first, least, most = path.outline
@@ -85,8 +85,10 @@ def _other_starts(path: Path) -> list[Path]:
     return [replace(path.shifted(shift), begin=begin) for shift in (turn * np.sign(first - begin), *passed)]
 
 
-def _covering(mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float, kept: Any) -> Branch:
-    """The branch from the drawing as far as the positions asked go, in blocks of knots."""
+def _covering(
+    mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float, kept: Any
+) -> TrackedBranch:
+    """Track the branch from the drawing as far as the requested positions, in blocks of knots."""
     begin, block = path.begin, BLOCK * path.stride
     low, high = path.span
     below, above = (np.ceil(max(way, 0.0) / block) * block for way in (begin - low, high - begin))
@@ -95,16 +97,16 @@ def _covering(mechanism: Mechanism, structure: Structure, path: Path, forms: Any
     )
 
 
-def _reached(branch: Branch, place: float) -> bool:
-    """Whether the branch of some design comes to a knot beside a place."""
+def _reached(branch: TrackedBranch, place: float) -> bool:
+    """True if the branch of some design is known at a knot next to a place."""
     at = located(branch.table, np.array([place]), branch.rows)[:, 0]
     closes = np.isfinite(branch.table["sine"]).all(axis=1)
     inside = (branch.table["place"][at] <= place + STILL) & (place - STILL <= branch.table["place"][at + 1])
     return bool((inside & (closes[at] | closes[at + 1])).any())
 
 
-def _returns(branch: Branch, first: float, last: float) -> bool:
-    """Whether all designs are at one place as they are at another."""
+def _returns(branch: TrackedBranch, first: float, last: float) -> bool:
+    """True if all designs have equal postures at two places."""
     place, to = branch.table["place"], np.array([first, last])
     at = located(branch.table, to + STILL, branch.rows)
     ends = np.where(np.abs(place[at + 1] - to) < np.abs(place[at] - to), at + 1, at)
@@ -119,16 +121,16 @@ def _returns(branch: Branch, first: float, last: float) -> bool:
     return bool(max(away) < SAME and (at_begin["sign"] == at_end["sign"]).all())
 
 
-def _ends(branch: Branch) -> bool:
-    """Whether a branch ends somewhere on the way."""
+def _ends(branch: TrackedBranch) -> bool:
+    """True if a branch ends on the path."""
     return bool(np.isnan(branch.table["sine"]).any())
 
 
 def _known(
     mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any, edge: float, kept: Any
-) -> Branch:
-    """The branch from one place to another, made once."""
-    branch: Branch | None = kept.get((forms, edge))
+) -> TrackedBranch:
+    """Return the branch between two places, from the cache if possible."""
+    branch: TrackedBranch | None = kept.get((forms, edge))
     if branch is not None:
         if branch.low <= low + STILL or branch.closed(-1):
             low = branch.low

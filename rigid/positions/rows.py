@@ -1,4 +1,4 @@
-"""Selection of some of the designs of a mechanism, link, load or section."""
+"""Selection of designs from mechanisms, links, loads or sections."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ PLAIN = (str, float, complex, int, type(None))
 
 
 def select_designs(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
-    """The same mechanism, link, load or section for some of its designs: every array of their shape is cut.
+    """Select designs of a mechanism, link, load or section, by cutting every array of shape `designs`.
 
-    `rows` is a slice, or an array of numbers that may repeat.
+    `rows`: slice, or array of indices that may repeat.
     """
     if not designs or (isinstance(rows, slice) and rows == slice(0, designs[0])):
         return value
@@ -23,7 +23,7 @@ def select_designs(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
 
 
 def _cut(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
-    if isinstance(value, PLAIN):  # most parts are
+    if isinstance(value, PLAIN):  # the most frequent case
         return value
     if isinstance(value, np.ndarray):
         return value[rows] if value.shape == designs else value

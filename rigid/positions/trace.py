@@ -1,4 +1,4 @@
-"""A group that no closed form covers, followed along the knots of a branch."""
+"""Tracking of a group without closed form along the knots of a branch."""
 
 from __future__ import annotations
 
@@ -7,35 +7,35 @@ from typing import Any
 import numpy as np
 
 from rigid.arrays import Integers, Reals
-from rigid.positions.branch import Branch
+from rigid.positions.branch import TrackedBranch
 from rigid.positions.knots import Table, merged, some, steps
 
-BESIDE = 2.0**-16  # of a stride: how far beside a change point the branches are told apart
-LEAST_BESIDE = 2.0**-20  # the same beside one of which less is not certain
-SMOOTH = 0.1  # of the way to there: how far from smooth the branch may go on
-SHORTEST = 2.0**-34  # of a stride: the shortest step of a march
-FEWER = 8  # times shorter than the last a step is before it has to be certain
-MOST = 400  # steps of a march
-HIDDEN = 2e-6  # a sine at which round-off may hide one branch from another
-CLEAR = 0.1  # a sine of groups before, from which round-off of them is no more than of any
-FEWEST = 8  # knots of the grid at which links that turn with the drive are seen to
-EASY = 2  # steps after which a march goes in longer ones
-CORRECTIONS = 10  # of a knot that is close to its guess
-STRAIGHT = 0.25  # of a step: how far from straight a march leaps
-ROUGH = 2.0**-6  # of a stride: how fine a walk is made certain at first
-STILL = 1e-15  # [rad or m]: no way
-NOISE = 1e-9  # [rad or m]: what round-off may do there
+BRANCH_DISTANCE = 2.0**-16  # distance from a change point at which branches are distinct, in strides
+MIN_DISTANCE = 2.0**-20  # the same beyond a change point narrowed by round-off
+SMOOTH = 0.1  # largest deviation from linear motion of a smooth branch, relative to the way
+SHORTEST = 2.0**-34  # shortest step of a march, in strides
+MAX_SHORTENING = 8  # a step this much shorter than the last leap needs a certificate
+MAX_MARCH = 400  # steps of a march
+HIDDEN = 2e-6  # smaller sines may hide one branch from another by round-off
+CLEAR = 0.1  # with larger sines of earlier groups, their round-off is negligible
+MIN_KNOTS = 8  # grid knots needed to find links that turn with the drive
+EASY = 2  # successful steps after which a march doubles its step
+CORRECTIONS = 10  # Newton steps from a close guess
+STRAIGHT = 0.25  # largest deviation from linear motion of a leap, relative to its length
+ROUGH = 2.0**-6  # resolution of the first certification of a walk, in strides
+STILL = 1e-15  # shorter ways are zero [rad or m]
+NOISE = 1e-9  # round-off near a change point [rad or m]
 
 
 class Trace:
-    """The knots of a branch with one group followed through them."""
+    """Knots of a branch, with one group tracked through them."""
 
-    def __init__(self, branch: Branch, number: int) -> None:
+    def __init__(self, branch: TrackedBranch, number: int) -> None:
         self.branch, self.number = branch, number
         self.group = branch.structure.groups[number]
 
     def run(self) -> None:
-        """Walk from the drawing, make it certain, and go on from where that went astray or came to an end."""
+        """Walk from the drawing, certify the steps, and continue beyond uncertain ones."""
         branch = self.branch
         coarse = np.flatnonzero(branch.table["coarse"]).reshape(branch.rows, -1)
         begin = int(np.abs(branch.table["place"][coarse[0]] - branch.path.begin).argmin())
@@ -49,11 +49,11 @@ class Trace:
                 self._mend(row, sense)
 
     def _drawn(self) -> Reals:
-        """Coordinates of the group as it is drawn, shape (free,)."""
+        """Drawn coordinates of the group, shape (free,)."""
         return np.array([self.branch.drawing.coordinate(self.group.tree[at]) for at in self.group.free])
 
     def _place(self, which: Integers | list[np.intp], guess: Reals) -> Reals:
-        """Place the group at knots of the table; its coordinates, shape (free, knots). Steps to them are open again."""
+        """Place the group at knots; return its coordinates, shape (free, knots). Adjacent steps become uncertain."""
         part = some(self.branch.table, which)
         self.branch.set(part, self.number, guess)
         for name, value in part.items():
@@ -64,9 +64,9 @@ class Trace:
         return coordinates
 
     def _walk(self, order: Integers, start: Reals, known: int = 0) -> None:
-        """Place the group at knots, shape (designs, n), one after the other, each begun on the line through two.
+        """Place the group at knots, shape (designs, n), one after the other, by linear extrapolation.
 
-        The first `known` of them stay where they are.
+        The first `known` knots stay unchanged.
         """
         last, guess, walked = start, start, False
         place = self.branch.table["place"]
@@ -85,7 +85,7 @@ class Trace:
             last, walked = here, True
 
     def _whole(self, here: Reals, near: Reals) -> Reals:
-        """The same angles, near others."""
+        """Shift angles by full turns to be close to others."""
         turns = np.array(self.group.angles)[:, None]
         return np.where(turns, here - 2 * np.pi * np.round((here - near) / (2 * np.pi)), here)
 
@@ -101,7 +101,7 @@ class Trace:
         self._place(which, (low[f"free{self.number}"] + part[:, None] * self.branch.ways(self.number, low, high)).T)
 
     def _mend(self, row: int, sense: int) -> None:
-        """Go outward from the drawing and see to every run of steps that are not certain."""
+        """Go outward from the drawing and handle each run of uncertain steps."""
         branch = self.branch
         passed = closed_in = marched = branch.path.begin - sense
         leaps, carried = True, False
@@ -121,7 +121,7 @@ class Trace:
             elif table["sine"][run[0], self.number] <= HIDDEN and self._passes(row, sense, start, stop):
                 passed = stop
                 continue
-            if (start - marched) * sense <= 0:  # no farther than the march before
+            if (start - marched) * sense <= 0:  # no progress since the last march
                 if carried := self._carries(row, sense, start):
                     continue
                 branch.end(self.number, row, sense, start)
@@ -135,7 +135,7 @@ class Trace:
                 continue
             marched, leaps, here = start, True, sure
             if stuck:
-                knot = self._beyond(row, sense, here) if len(knots) < MOST else None
+                knot = self._beyond(row, sense, here) if len(knots) < MAX_MARCH else None
                 if knot is None:
                     if carried := self._carries(row, sense, here):
                         continue
@@ -146,7 +146,7 @@ class Trace:
             self._onward(row, sense, here)
 
     def _next(self, row: int, sense: int, passed: float) -> tuple[int, int] | None:
-        """Inner and outer knot of the next run of steps that are not certain, outward of a place."""
+        """Inner and outer knot of the next run of uncertain steps beyond a place."""
         table, start = self.branch.table, self.branch.path.begin
         place = table["place"]
         for first, last in self.branch.uncertain_steps(self.number)[::sense]:
@@ -163,7 +163,7 @@ class Trace:
         return None
 
     def _single(self, row: int, place: float, guess: Reals | None) -> Table:
-        """A knot of one design anywhere, with the group placed from a guess and those before it from the knots."""
+        """Create a knot of one design, with the group placed from a guess and earlier groups from the table."""
         branch = self.branch
         at = branch.before(row, place)
         low, high = some(branch.table, [at]), some(branch.table, [at + 1])
@@ -183,35 +183,35 @@ class Trace:
         return knot
 
     def _ahead(self, row: int, place: float, step: float) -> tuple[Any, Any, float]:
-        """A place a little farther, the straight way of the coordinates to there, and how far off it may be.
+        """Extrapolate the group a little ahead: place, coordinates, and their tolerance.
 
-        On this scale a branch goes on straight where round-off alone is in the way, and has turned back at an end.
+        On this scale a branch continues straight if only round-off is in the way, and turns back at a limit of motion.
         """
         two, one = (self._single(row, place - k * step, None) for k in (2, 1))
         slope = self.branch.ways(self.number, two, one)
         return place + step, one[f"free{self.number}"] + 2 * slope, np.abs(slope).max() * SMOOTH + NOISE
 
     def _beyond(self, row: int, sense: int, place: float) -> Table | None:
-        """The smooth branch a little beyond a change point; None where there is none."""
+        """Knot of the smooth branch just beyond a change point, or None."""
         with np.errstate(all="ignore"):
-            to, guess, known = self._ahead(row, place, sense * BESIDE * self.branch.path.stride)
+            to, guess, known = self._ahead(row, place, sense * BRANCH_DISTANCE * self.branch.path.stride)
             if (to - self._last(row, sense)) * sense > 0:
                 return None
             knot = self._single(row, to, guess.T)
             return knot if self._off(knot, guess) <= known else None
 
     def _carries(self, row: int, sense: int, place: float) -> bool:
-        """Whether the group turns with the drive from a place on; its knots are entered so.
+        """True if the group turns with the drive from a place on; its knots are then placed so.
 
-        Links that like cranks carry turn as fast as the drive, or not at all, on their one smooth branch: that is
-        known to the end of the way, whatever round-off hides there, if it closes the group all along.
+        Links carried by parallel cranks turn as fast as the drive, or not at all, on their only smooth branch.
+        Round-off may hide it, but it holds to the end of the path if it closes the group everywhere.
         """
         branch, table, begin = self.branch, self.branch.table, self.branch.path.begin
         outward = (table["row"] == row) & ((table["place"] - begin) * sense >= 0.0)
         beyond = outward & ((table["place"] - place) * sense > 0.0)
         passed = np.flatnonzero(outward & ~beyond & np.isfinite(table["sine"][:, self.number]))
         clear = np.flatnonzero(outward & table["coarse"] & (table["sine"][:, : self.number] > CLEAR).all(axis=1))
-        if branch.path.vertices is not None or not branch.path.turn or len(passed) < 2 or len(clear) < FEWEST:
+        if branch.path.vertices is not None or not branch.path.turn or len(passed) < 2 or len(clear) < MIN_KNOTS:
             return False
         one, other, looked_at = (some(table, which) for which in (passed[:-1], passed[1:], clear))
         with np.errstate(all="ignore"):
@@ -232,7 +232,7 @@ class Trace:
         return False
 
     def _off(self, knot: Table, guess: Any) -> float:
-        """How far a knot is from coordinates guessed."""
+        """Largest difference between a knot and guessed coordinates."""
         return float(np.abs(self._whole(knot[f"free{self.number}"].T, guess.T).T - guess).max())
 
     def _last(self, row: int, sense: int) -> float:
@@ -241,16 +241,16 @@ class Trace:
         return float(table["place"][table["row"] == row][::sense][-1])
 
     def _passes(self, row: int, sense: int, start: float, stop: float) -> bool:
-        """Whether the table goes on smoothly through a change point, as narrow as round-off makes it."""
+        """True if the table continues smoothly through a change point that is as narrow as round-off."""
         if not self.branch.path.onward(*sorted((start, stop))):
             return True
         with np.errstate(all="ignore"):
-            step = max(abs(stop - start), LEAST_BESIDE * self.branch.path.stride)
+            step = max(abs(stop - start), MIN_DISTANCE * self.branch.path.stride)
             to, guess, known = self._ahead(row, 0.5 * (start + stop), sense * step)
             return (to - self._last(row, sense)) * sense > 0 or self._off(self._single(row, to, None), guess) <= known
 
     def _certain(self, row: int, sense: int, inner: float, outer: float) -> float:
-        """How far outward steps from a place to another are certain."""
+        """Return how far the steps between two places are certain, outward from `inner`."""
         table = self.branch.table
         at = steps(table)
         at = at[(table["row"][at] == row) & ~table[f"sure{self.number}"][at]]
@@ -259,9 +259,9 @@ class Trace:
         return float(open_.min() * sense) if len(open_) else outer
 
     def _march(self, row: int, sense: int, inner: int, leaps: bool) -> tuple[list[Table], bool]:
-        """Steps outward from a knot, and whether there are no more within a stride.
+        """Take steps outward from a knot, up to a stride; return them, and True if stuck.
 
-        They are certain, or leap: as long as they go on nearly straight, to be made certain all at once.
+        Steps are certified at once, or (`leaps`) only nearly straight, to be certified together later.
         """
         branch, name = self.branch, f"free{self.number}"
         table, stride = branch.table, branch.path.stride
@@ -277,7 +277,7 @@ class Trace:
         step, gone, easy = stride / 8, 0.0, 0
         leapt = step if leaps and slope.any() else np.inf
         with np.errstate(all="ignore"):
-            while gone < stride and here["place"][0] != end and len(knots) < MOST:
+            while gone < stride and here["place"][0] != end and len(knots) < MAX_MARCH:
                 if step < min(branch.edge, SHORTEST) * stride:
                     break
                 to = float(here["place"][0]) + sense * step
@@ -285,7 +285,7 @@ class Trace:
                 guess = here[name] + slope * (to - here["place"])
                 knot = self._single(row, to, guess.T)
                 good = leapt < np.inf and self._off(knot, guess) <= STRAIGHT * np.abs(guess - here[name]).max()
-                if not good and step * FEWER <= leapt:
+                if not good and step * MAX_SHORTENING <= leapt:
                     pair = (here, knot) if sense > 0 else (knot, here)
                     good = np.isfinite(branch.certify(*pair, self.number)[0]).all()
                 if not good:
@@ -299,7 +299,7 @@ class Trace:
         return knots, gone < stride and here["place"][0] != end
 
     def _enter(self, row: int, inner: float, knots: list[Table]) -> None:
-        """Enter knots in place of those from a place on, but for the grid, and make their steps certain."""
+        """Replace the knots beyond a place, except for the grid, and certify their steps."""
         branch, name = self.branch, f"free{self.number}"
         if not knots:
             return
@@ -327,7 +327,7 @@ class Trace:
         branch.refine(self.number, begins[mine])
 
     def _onward(self, row: int, sense: int, last: float) -> None:
-        """Walk on from a knot, and make the steps beyond certain again, unless the table goes on from there."""
+        """Walk on from a knot and certify the steps, unless the table already continues from it."""
         branch, name = self.branch, f"free{self.number}"
         if self._rejoins(row, sense, last):
             return
@@ -335,7 +335,9 @@ class Trace:
         mine = table["row"] == row
         at = int(np.flatnonzero(mine & (table["place"] == last))[0])
         outer = np.flatnonzero(mine & ((table["place"] - last) * sense > 0))[::sense]
-        inner = np.flatnonzero(mine & ((last - table["place"]) * sense > 0.5 * BESIDE * branch.path.stride))[::sense]
+        inner = np.flatnonzero(mine & ((last - table["place"]) * sense > 0.5 * BRANCH_DISTANCE * branch.path.stride))[
+            ::sense
+        ]
         first = int(inner[-1]) if len(inner) else at
         grid = outer[table["coarse"][outer]]
         self._walk(np.array([[first, at, *grid]]), table[name][first][:, None], 2)
@@ -345,7 +347,7 @@ class Trace:
         branch.refine(self.number, begins[mine[begins] & (nearer >= last * sense)], ROUGH)
 
     def _rejoins(self, row: int, sense: int, last: float) -> bool:
-        """Whether certain steps lead from a knot to the next of the grid as the table has it."""
+        """True if certain steps lead from a knot to the next grid knot of the table."""
         branch, table = self.branch, self.branch.table
         outer = table["place"][(table["row"] == row) & table["coarse"] & ((table["place"] - last) * sense > 0)][::sense]
         if not len(outer):
