@@ -11,7 +11,7 @@ import numpy as np
 
 from elastic.arrays import Coefficients, PerBeam, VectorCoefficients
 from elastic.beams.blocks import Block
-from elastic.beams.compliance import Compliance, designs_of
+from elastic.beams.compliance import BeamCompliance, designs_of
 from elastic.beams.division import Division, division_of, on_pieces
 from elastic.beams.elastic_line import Amplitudes
 from elastic.beams.section import JointCompliance, Section
@@ -93,7 +93,7 @@ class Deflection:
     angle: Reals
     gaps: JointGaps
     blocks: tuple[Block, ...]
-    compliance: Compliance
+    compliance: BeamCompliance
     unmarked: Deflection | None = None
     added: AddedLoads | None = None
     couple: Coefficients | None = None

@@ -12,7 +12,7 @@ from elastic.arrays import PerBeam
 from elastic.beams.polynomials import evaluate, turning_points, zeros_of
 from elastic.beams.section import Section
 from elastic.derived import coefficients
-from elastic.links.members import Run, members_of, spans_of
+from elastic.links.members import BeamRun, members_of, spans_of
 from elastic.solution import Deflection
 from rigid import Reals
 from rigid.constants import per_row
@@ -52,7 +52,7 @@ def euler_loads(deflection: Deflection) -> PerBeam:
     return loads
 
 
-def _load_of_span(span: Run, sections: Sequence[Section], length: Reals) -> Reals:
+def _load_of_span(span: BeamRun, sections: Sequence[Section], length: Reals) -> Reals:
     """Critical load of beams in a row, pinned at the ends of the row [N], shape (..., 1)."""
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     matrix: Any = 0.0

@@ -16,15 +16,15 @@ from elastic.beams.cross_sections import (
     tapered,
     tube,
 )
-from elastic.beams.outline import OutlineError, outline
+from elastic.beams.outline import CrossSectionError, outline
 from elastic.beams.section import RIGID, JointCompliance, Section, Taper, with_rotary_inertia
 
 __all__ = [
     "POISSON",
     "RIGID",
     "SHAPES",
+    "CrossSectionError",
     "JointCompliance",
-    "OutlineError",
     "Section",
     "Shape",
     "Taper",

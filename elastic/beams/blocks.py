@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from elastic.beams.compliance import Compliance
+from elastic.beams.compliance import BeamCompliance
 from rigid.arrays import Columns, Complexes, Flags, Reals
 
 
@@ -31,7 +31,7 @@ class Block:
     moment: Reals
     here: Flags | bool = True
 
-    def beyond(self, compliance: Compliance) -> dict[str, tuple[Columns, ...]]:
+    def beyond(self, compliance: BeamCompliance) -> dict[str, tuple[Columns, ...]]:
         """Return the jump of each field across the block, in powers of (xi - xi of the block)."""
         length = compliance.length
         k, along, across, moment = self.beam, self.force.real, self.force.imag, self.moment

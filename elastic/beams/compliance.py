@@ -19,7 +19,7 @@ Ends = tuple[Coefficients, Coefficients, Coefficients, Coefficients]
 
 
 @dataclass(frozen=True, eq=False)
-class Compliance:
+class BeamCompliance:
     """Flexibilities of all beams; rows of shape (beams, ..., 1).
 
     Attributes
@@ -69,15 +69,15 @@ class Compliance:
         return alone, stretch, bend, shear
 
     @property
-    def unstrained(self) -> Compliance:
+    def unstrained(self) -> BeamCompliance:
         """The same beams without free strain."""
         return replace(self, strain=np.zeros_like(self.strain))
 
 
 @lru_cache(maxsize=64)
-def compliance_of(mechanism: Mechanism, sections: tuple[Section, ...], ndim: int, powers: int) -> Compliance:
+def compliance_of(mechanism: Mechanism, sections: tuple[Section, ...], ndim: int, powers: int) -> BeamCompliance:
     """Return the flexibilities for columns of `ndim` axes and bending moments with `powers` powers of xi."""
-    return Compliance(beam_constants(mechanism, ndim).length, *_of_sections(sections, ndim, powers), powers)
+    return BeamCompliance(beam_constants(mechanism, ndim).length, *_of_sections(sections, ndim, powers), powers)
 
 
 @lru_cache(maxsize=64)

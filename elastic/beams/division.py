@@ -15,7 +15,7 @@ import numpy as np
 
 from elastic.arrays import AtStations, Coefficients, PerBeam
 from elastic.beams.blocks import Block
-from elastic.beams.compliance import Compliance
+from elastic.beams.compliance import BeamCompliance
 from elastic.beams.elastic_line import Amplitudes
 from elastic.beams.polynomials import added, evaluate, shifted
 from elastic.beams.section import Section
@@ -79,7 +79,7 @@ def _undivided(sections: tuple[Section, ...], ndim: int) -> Division | None:
     return Division(np.arange(len(sections)), np.zeros(rows), np.ones(rows), sections, ())
 
 
-def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance: Compliance) -> Coefficients:
+def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance: BeamCompliance) -> Coefficients:
     """Return N, V, M, u, w or phi in powers of t from 0 to 1 on each piece, shape (n, pieces, ..., positions)."""
     values: Coefficients = getattr(amplitudes, field)
     free: Coefficients | None = None

@@ -8,13 +8,13 @@ from functools import reduce
 import numpy as np
 
 from elastic.arrays import Coefficients, PerBeam, VectorCoefficients, VectorPerBeam
-from elastic.beams.compliance import Compliance
+from elastic.beams.compliance import BeamCompliance
 from elastic.beams.polynomials import added
 from rigid.arrays import Numbers
 
 
 def section_forces(
-    q: VectorCoefficients, couple: Coefficients | None, pull: VectorPerBeam, twist: PerBeam, compliance: Compliance
+    q: VectorCoefficients, couple: Coefficients | None, pull: VectorPerBeam, twist: PerBeam, compliance: BeamCompliance
 ) -> tuple[Coefficients, Coefficients, Coefficients]:
     """Return N, V, M by equilibrium of the part beyond each section; exact for polynomial loads.
 
@@ -81,7 +81,7 @@ class Amplitudes:
 
 
 def elastic_line(
-    N: Coefficients, V: Coefficients, M: Coefficients, compliance: Compliance
+    N: Coefficients, V: Coefficients, M: Coefficients, compliance: BeamCompliance
 ) -> tuple[Amplitudes, tuple[PerBeam, ...]]:
     """Integrate u, w, phi of beams clamped at their start: N/EA once, M/EI twice, and shear.
 

@@ -18,7 +18,7 @@ STRIP_WIDTH = 1e-4  # strip whose area gives the length of a cut
 MESHED_SIZE = 100.0  # scaled size of the section: the mesher fails at micrometre sizes
 
 
-class OutlineError(ValueError):
+class CrossSectionError(ValueError):
     """The outline crosses itself, or a hole is not inside it."""
 
 
@@ -32,7 +32,7 @@ def outline(ring: Ring, holes: tuple[Ring, ...] = ()) -> Shape:
 
     Raises
     ------
-    OutlineError
+    CrossSectionError
         If the corners do not form one connected section.
     ModuleNotFoundError
         If sectionproperties is not installed.
@@ -41,7 +41,7 @@ def outline(ring: Ring, holes: tuple[Ring, ...] = ()) -> Shape:
 
     drawn = Polygon([(z, y) for y, z in ring], [[(z, y) for y, z in hole] for hole in holes])
     if not drawn.is_valid or not drawn.area > 0.0:
-        raise OutlineError("its sides cross one another, or its holes leave it")
+        raise CrossSectionError("its sides cross one another, or its holes leave it")
     from sectionproperties.analysis.section import Section
     from sectionproperties.pre.geometry import Geometry
 

@@ -2,12 +2,12 @@
 
 from elastic.links.added_loads import AddedLoads, map_loads
 from elastic.links.beam_trees import acting_points, in_line, lined_up
-from elastic.links.members import Run, Runs, members_of, spans_of
+from elastic.links.members import BeamRun, BeamRuns, members_of, spans_of
 
 __all__ = [
     "AddedLoads",
-    "Run",
-    "Runs",
+    "BeamRun",
+    "BeamRuns",
     "acting_points",
     "in_line",
     "lined_up",

@@ -8,7 +8,7 @@ import numpy as np
 
 from elastic.arrays import Coefficients, PerBeam
 from elastic.beams.blocks import Block, at
-from elastic.beams.compliance import Compliance
+from elastic.beams.compliance import BeamCompliance
 from elastic.beams.elastic_line import Amplitudes, elastic_line, free_line, section_forces
 from elastic.links.beam_trees import root_of
 from elastic.links.configuration import Configuration, LinkLoads, NodeDisplacements
@@ -36,7 +36,7 @@ class LinkResponse:
     blocks: tuple[Block, ...]
 
 
-def clamped_response(configuration: Configuration, compliance: Compliance, loads: LinkLoads) -> LinkResponse:
+def clamped_response(configuration: Configuration, compliance: BeamCompliance, loads: LinkLoads) -> LinkResponse:
     """Compute section forces and displacements of links clamped at their roots, with rings cut open."""
     N, V, M = section_forces(loads.q, loads.couple, *end_loads(configuration, loads), compliance)
     for block in loads.blocks:

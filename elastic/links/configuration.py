@@ -10,7 +10,7 @@ import numpy as np
 
 from elastic.arrays import Coefficients, PerBeam, VectorCoefficients, VectorPerBeam
 from elastic.beams.blocks import Block
-from elastic.beams.compliance import Compliance
+from elastic.beams.compliance import BeamCompliance
 from elastic.beams.section import JointCompliance
 from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import BeamTrees, trees_of
@@ -128,7 +128,7 @@ class ElasticProblem:
 
     motion: Motion
     configuration: Configuration
-    compliance: Compliance
+    compliance: BeamCompliance
     joints: Mapping[str, JointCompliance]
     loads: LinkLoads
     added: AddedLoads | None = None

@@ -22,7 +22,7 @@ STRAIGHT = 1e-3  # [rad] largest angle between beams of one member: drawings hav
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class BeamRun:
     """Collinear beams in a row.
 
     Attributes
@@ -54,10 +54,10 @@ class Run:
 
 
 @dataclass(frozen=True, eq=False)
-class Runs:
+class BeamRuns:
     """All beams of a mechanism, divided into runs."""
 
-    runs: tuple[Run, ...]
+    runs: tuple[BeamRun, ...]
 
     @cached_property
     def whole(self) -> bool:
@@ -102,13 +102,13 @@ class Runs:
 
 
 @lru_cache(maxsize=64)
-def members_of(mechanism: Mechanism) -> Runs:
+def members_of(mechanism: Mechanism) -> BeamRuns:
     """Divide the beams of a mechanism into members."""
-    return Runs(tuple(_run(mechanism, chain) for chain in _chains(mechanism)))
+    return BeamRuns(tuple(_run(mechanism, chain) for chain in _chains(mechanism)))
 
 
 @lru_cache(maxsize=64)
-def spans_of(mechanism: Mechanism) -> Runs:
+def spans_of(mechanism: Mechanism) -> BeamRuns:
     """Divide the members at their joints, into parts that can buckle."""
     joined = {(at, joint.point(at)) for joint in structure(mechanism).joints for at in (joint.parent, joint.child)}
     spans: list[list[tuple[int, bool]]] = []
@@ -118,16 +118,16 @@ def spans_of(mechanism: Mechanism) -> Runs:
             if not place or (at, beam.end if turned else beam.start) in joined:
                 spans.append([])
             spans[-1].append((number, turned))
-    return Runs(tuple(_run(mechanism, span) for span in spans))
+    return BeamRuns(tuple(_run(mechanism, span) for span in spans))
 
 
-def _run(mechanism: Mechanism, chain: list[tuple[int, bool]]) -> Run:
+def _run(mechanism: Mechanism, chain: list[tuple[int, bool]]) -> BeamRun:
     lengths = [_length(mechanism, number) for number, _ in chain]
     ends = [*accumulate(lengths, initial=0.0 * lengths[0])]
     turned = tuple(way for _, way in chain)
     start = tuple(ends[at + way] / ends[-1] for at, way in enumerate(turned))
     width = tuple((-length if way else length) / ends[-1] for length, way in zip(lengths, turned, strict=True))
-    return Run(tuple(number for number, _ in chain), turned, start, width)
+    return BeamRun(tuple(number for number, _ in chain), turned, start, width)
 
 
 def _length(mechanism: Mechanism, number: int) -> Columns:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from elastic.beams.compliance import Compliance
+from elastic.beams.compliance import BeamCompliance
 from elastic.beams.section import JointCompliance, Section
 from elastic.links.beam_trees import BeamTrees
 from elastic.links.sliding_blocks import block_places
@@ -38,7 +38,7 @@ def require_prismatic_rails(motion: Motion, trees: BeamTrees, sections: Sequence
                 )
 
 
-def require_soft_rings(mechanism: Mechanism, trees: BeamTrees, compliance: Compliance) -> None:
+def require_soft_rings(mechanism: Mechanism, trees: BeamTrees, compliance: BeamCompliance) -> None:
     """Raise MechanismError if all beams of a link with a ring are rigid: their forces are indeterminate."""
     for cut in trees.cuts:
         numbers = [branch.number for branch in trees.trees[cut.link]]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from elastic.arrays import Matrices, VectorCoefficients
-from elastic.beams.compliance import Compliance
+from elastic.beams.compliance import BeamCompliance
 from elastic.links.clamped_links import LinkResponse, clamped_response
 from elastic.links.configuration import Configuration, LinkLoads, NodeDisplacements, NodeLoads
 from elastic.links.free_body import add_load
@@ -16,14 +16,14 @@ from rigid.arrays import Reals
 CLOSINGS = 2  # the second pass removes round-off between beams of very different stiffness
 
 
-def link_response(configuration: Configuration, compliance: Compliance, loads: LinkLoads) -> LinkResponse:
+def link_response(configuration: Configuration, compliance: BeamCompliance, loads: LinkLoads) -> LinkResponse:
     """Section forces and displacements of the links under load, clamped at their roots, rings closed."""
     if configuration.trees.cuts:
         loads = _with_redundants(configuration, compliance, loads)
     return clamped_response(configuration, compliance, loads)
 
 
-def _with_redundants(configuration: Configuration, compliance: Compliance, loads: LinkLoads) -> LinkLoads:
+def _with_redundants(configuration: Configuration, compliance: BeamCompliance, loads: LinkLoads) -> LinkLoads:
     """Add the loads that close the rings: force method, three redundants per ring."""
     scaled, scale = _flexibility(configuration, compliance, loads.q)
     for _ in range(CLOSINGS):
@@ -40,7 +40,9 @@ def _with_redundants(configuration: Configuration, compliance: Compliance, loads
     return loads
 
 
-def _flexibility(configuration: Configuration, compliance: Compliance, q: VectorCoefficients) -> tuple[Matrices, Reals]:
+def _flexibility(
+    configuration: Configuration, compliance: BeamCompliance, q: VectorCoefficients
+) -> tuple[Matrices, Reals]:
     """Flexibility of the cuts, scaled to a unit diagonal, shape (..., n, n), and the scale (..., n).
 
     Computed in link axes, so that it does not depend on the position.

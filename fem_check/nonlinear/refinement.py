@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from elastic import JointCompliance, Section, reference_deflection
-from elastic.links import Runs, members_of
+from elastic.links import BeamRuns, members_of
 from fem_check.nonlinear.collocation import Beginning, CollocatedMotion, Collocation, Progress
 from fem_check.nonlinear.marching import POINTS, slopes
 from fem_check.nonlinear.rigid_places import DoesNotCloseError, DriveLaw, RigidPlaces, coordinates
@@ -280,7 +280,7 @@ class _Problem:
         return moved, members_of(system.mechanism).from_chord(moved[1], xi)
 
 
-def _change(coarse: Reals, fine: Reals, members: Runs) -> float:
+def _change(coarse: Reals, fine: Reals, members: BeamRuns) -> float:
     """Largest difference of two deflections, relative to the worst member's largest."""
     base = reference_deflection(members.greatest(np.abs(fine).max(axis=(1, 2))))
     stride = (fine.shape[-1] - 1) // (coarse.shape[-1] - 1)

@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 import msgspec
 
 from elastic import SHAPES, Section, Shape, section_of, tapered
-from elastic.beams import POISSON, OutlineError, outline
+from elastic.beams import POISSON, CrossSectionError, outline
 from kinelast.scene.error import SceneError, fault, likely
 from kinelast.scene.format import (
     BeamTable,
@@ -315,7 +315,7 @@ def _outlined(shape: Outline, name: str) -> Shape:
     first, *holes = (tuple((float(real(y)), float(real(z))) for y, z in ring) for ring in places)
     try:
         return outline(first, tuple(holes))
-    except OutlineError as error:
+    except CrossSectionError as error:
         raise fault(f"sections.{name}", "points", f"they are no section: {error}") from error
 
 

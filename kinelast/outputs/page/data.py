@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from elastic import FIELDS, coefficients
-from elastic.links import Runs, members_of
+from elastic.links import BeamRuns, members_of
 from kinelast.figures.cycle import EXTREME_FIELDS, Cycle, drive_words
 from kinelast.figures.drives import (
     cam_flanks,
@@ -273,7 +273,7 @@ def _beams(results: Results) -> list[dict[str, Any]]:
     return rows
 
 
-def _member(members: Runs, number: int) -> dict[str, Any]:
+def _member(members: BeamRuns, number: int) -> dict[str, Any]:
     """Ends of a beam's member, each as beam, xi and sign across this beam; where the beam begins on it, how it goes."""
     run = members.runs[members.number[number]]
     at = run.beams.index(number)
