@@ -1,4 +1,4 @@
-"""The live editor: a scene drawn, moved and bent in the browser, beside the text of its file."""
+"""Live editor: draw, move and load a scene in the browser, next to its text."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ __all__ = ["serve", "view"]
 
 
 def serve(argument: str | None, tell: Callable[[str], None], browse: bool = True) -> int:
-    """Serve the editor of a scene until it is interrupted, as `live.server.serve`; the exit status.
+    """Serve the editor of a scene until interrupted; return the exit status. See `live.server.serve`.
 
     Raises
     ------
     ModuleNotFoundError
-        Starlette or uvicorn is not installed.
+        If Starlette or uvicorn is not installed.
     """
     from live.server import serve
 
@@ -29,12 +29,12 @@ def serve(argument: str | None, tell: Callable[[str], None], browse: bool = True
 
 
 def view(given: Scene | Document | str | Path | None) -> LiveView:
-    """The editor of a scene as a notebook shows it, as `kinelast.live`.
+    """Return the editor of a scene for a notebook; see `kinelast.live`.
 
     Raises
     ------
     ModuleNotFoundError
-        Starlette or uvicorn is not installed.
+        If Starlette or uvicorn is not installed.
     """
     from live.notebook import LiveView
 

@@ -1,4 +1,4 @@
-"""Answers to a text: its mistakes with their lines, its parts as drawn, and how the mechanism moves and bends."""
+"""Answers to a scene's text: errors with lines, drawn parts, motion and deflection."""
 
 from __future__ import annotations
 
@@ -48,18 +48,18 @@ from rigid import (
     reachable,
 )
 
-POSITIONS, FRAMES = 72, 120  # of a quick answer, and at most of the picture of a whole one
+POSITIONS, FRAMES = 72, 120  # positions of a quick answer; largest number of frames of a full answer's picture
 STATIONS = np.linspace(0.0, 1.0, 9)
-HALF, SAME = 0.5, 1e-7  # of a sine at which links meet, and of the size
+MAX_BEND, SAME = 0.5, 1e-7  # of a step, relative to the group's sine; tolerance of equal places, relative to the size
 SHOWN = ("deflection", "chord", "stress", "safety", "drive_effort", "joint_force", "shaking_force",
-         "transmission_angle", "output_error", "mass")  # fmt: skip
-NUMBERS = 400  # that are offered at most
+        "transmission_angle", "output_error", "mass")  # fmt: skip
+MAX_NUMBERS = 400  # numbers that get a slider
 Answer = dict[str, Any]
 
 
 @dataclass
 class Memory:
-    """The motion of the last picture: while something is dragged the next is near to it, and quickly found from it."""
+    """Motion of the last picture: during a drag, the next motion starts from it."""
 
     motion: Motion | None = None
 
@@ -73,10 +73,10 @@ def quick_answer(
     folder: Path | None = None,
     graph: str = "",
 ) -> tuple[Answer, bytes]:
-    """The quasi-static answer to a text at few positions, as plain data, and the numbers of its picture.
+    """Answer a text quasi-statically at few positions; return plain data and the arrays of its picture.
 
-    Files that the text names are read from a `folder`, where there is one. Every mistake is part of the answer; nothing
-    is raised. A sheet without points and moving links has no picture, and no mistakes.
+    Reads named files from `folder`. Errors are part of the answer; nothing is raised. A sheet without points and moving
+    links has neither picture nor errors.
     """
     answer: Answer = {"mistakes": [], "sheet": None, "numbers": None, "picture": None}
     data = b""
@@ -89,24 +89,24 @@ def quick_answer(
             return answer, data
         document = replace(document_from_dict(tables, name, read=beside(folder)), source=text)
         if with_numbers:
-            answer["numbers"] = offered(document, text)
+            answer["numbers"] = adjustable_numbers(document, text)
         with np.errstate(all="ignore"):
             scene = document.with_positions(min(POSITIONS, document.table.run.positions)).scene
-            answer["picture"], data = _closing(scene, dragged, memory or Memory(), graph)
+            answer["picture"], data = _picture_until_stop(scene, dragged, memory or Memory(), graph)
     except (SceneError, MechanismError, ValueError) as error:
         answer["mistakes"] = mistakes_of(error, text, beside(folder))
-    except Exception as error:  # the page goes on with the next text
+    except Exception as error:  # the page continues with the next text
         answer["mistakes"] = [{"line": None, "message": f"the program failed, please report this: {error!r}"}]
     return answer, data
 
 
 def _list(value: Any) -> list[Any]:
-    """A list of a file; an empty one where something else stands."""
+    """Return a list of the file, or an empty one if the value is not a list."""
     return value if isinstance(value, list) else []
 
 
 def _readable(parts: Iterable[Any]) -> list[Any]:
-    """Parts that are drawn by several tables; none where one of them cannot be read."""
+    """Return parts drawn from several tables, or none if a table is invalid."""
     try:
         return list(parts)
     except (TypeError, AttributeError):
@@ -114,7 +114,7 @@ def _readable(parts: Iterable[Any]) -> list[Any]:
 
 
 def sheet(tables: Mapping[str, Any]) -> Answer:
-    """The parts of a scene as its tables draw them, whether it moves or not; those that cannot be read are left out."""
+    """Parts of a scene as drawn by its tables, even if it does not move; invalid parts are left out."""
     if is_chain(tables):
         raise ValueError("joints in space cannot be drawn in the plane")
 
@@ -162,13 +162,13 @@ def sheet(tables: Mapping[str, Any]) -> Answer:
     }
 
 
-def offered(document: Document, text: str) -> list[Answer]:
-    """The numbers of a scene with their values [SI], units, lines, and the ranges for a slider."""
+def adjustable_numbers(document: Document, text: str) -> list[Answer]:
+    """Numbers of a scene with value [SI], unit, line and slider range."""
     known, table = places(text), document.table
-    told: list[Answer] = []
+    offers: list[Answer] = []
     written = {key[:2] for key in (*known.values, *known.tables)}
     for path in numbers(table):
-        if len(told) == NUMBERS:
+        if len(offers) == MAX_NUMBERS:
             break
         try:
             place = place_of(table, path)
@@ -176,9 +176,9 @@ def offered(document: Document, text: str) -> list[Answer]:
         except SceneError:
             continue
         if place.names[0] in ("materials", "sections") and tuple(place.names[:2]) not in written:
-            continue  # of a library beside the scene
+            continue  # from a library file
         first = known.nearest(tuple(place.names))
-        told.append(
+        offers.append(
             {
                 "path": path,
                 "unit": "1" if place.variable.unit in BARE else place.variable.unit,
@@ -189,11 +189,11 @@ def offered(document: Document, text: str) -> list[Answer]:
                 "whole": isinstance(place.leaf, int),
             }
         )
-    return told
+    return offers
 
 
 def _range(document: Document, path: str, base: float) -> tuple[float, float]:
-    """Values between which a slider goes: those of the scene's sweep or tolerance, else half and twice the value."""
+    """Slider range of a number: its sweep or tolerance, else from half to twice its value."""
     table = document.table
     swept = table.sweep.vary.get(path)
     if swept is not None and not isinstance(swept, list):
@@ -209,15 +209,15 @@ def _range(document: Document, path: str, base: float) -> tuple[float, float]:
     return min(base / 2, base * 2), max(base / 2, base * 2)
 
 
-def _closing(scene: Scene, dragged: bool, memory: Memory, graph: str) -> tuple[Answer, bytes]:
-    """The picture of a scene up to where it closes, and how far that is.
+def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str) -> tuple[Answer, bytes]:
+    """Draw a scene up to the position at which its motion stops, and report this position.
 
-    While a point is dragged, that is told to a position: to find it exactly takes longer than all the rest.
+    During a drag the stop is reported to one position only, because its exact place takes longer than everything else.
 
     Raises
     ------
     SceneError
-        It does not close where it is drawn.
+        If the mechanism does not close as drawn.
     """
     times = scene.course.times()
     near = _near(scene, times, memory.motion) if dragged else None
@@ -241,10 +241,10 @@ def _closing(scene: Scene, dragged: bool, memory: Memory, graph: str) -> tuple[A
     output = output_of(scene, cycle.deflection if dragged else None)
     chosen = [each for each in figures_of(output) if each.key in _wanted(scene)]
     columns = columns_of(Results(scene, cycle.deflection), graph) if graph or not dragged else ()
-    told, data = picture(scene, cycle.deflection, cycle.efforts, columns)
+    drawing, data = picture(scene, cycle.deflection, cycle.efforts, columns)
     values = magnitudes(cycle, chosen)
     return {
-        **told,
+        **drawing,
         "figures": figure_rows(scene, chosen, values),
         "limits": limit_rows(scene, values),
         "closes": closes,
@@ -255,19 +255,18 @@ def _closing(scene: Scene, dragged: bool, memory: Memory, graph: str) -> tuple[A
 
 
 def _near(scene: Scene, times: Reals, before: Motion | None) -> Motion | None:
-    """The motion near to another of a mechanism of the same parts; None where it may be on another branch.
+    """Motion close to an earlier one of the same mechanism, or None if it may be on another branch.
 
-    It is on the branch that is drawn where it begins as drawn, no group comes to fold the other way, and it goes on
-    without a bend by half the sine at which the links of its groups meet: the two ways in which a dyad closes are
-    turned by that sine or more from one another. Towards an end of its reach that sine falls to zero, and nothing is
-    asked of the bend. A picture needs no more certainty; what is let go of is followed from the drawing.
+    It is on the drawn branch if it starts as drawn, no group changes its assembly, and no step bends by half the sine
+    of its groups or more: both assemblies of a dyad differ by this sine. Near a limit of motion the sine falls to zero
+    and the bend is not checked. This is certain enough for a picture during a drag.
     """
     if before is None or before.columns != times.shape or _parts(before) != _parts(scene):
         return None
     free = [closed.group for closed in before.closures if closed.group.free]
     if not (all(group.closed_form for group in free) or reachable(before).all()):
         return None
-    known = np.arange(len(times)) < _reached(before)  # behind an end dyads fold as drawn
+    known = np.arange(len(times)) < _reached(before)  # beyond a limit of motion dyads are as drawn
     here = posture(before)
     here = replace(here, origin=np.where(known, here.origin, np.nan), direction=np.where(known, here.direction, np.nan))
     moved = scene.course.near(times, here)
@@ -283,7 +282,7 @@ def _near(scene: Scene, times: Reals, before: Motion | None) -> Motion | None:
     course = np.concatenate([moved.direction[:, : len(sine)], moved.origin[:, : len(sine)] / size])
     bend = np.abs(np.diff(course, 2, axis=-1)).max(axis=0, initial=0.0)
     least = np.minimum(np.minimum(sine[2:], sine[:-2]), sine[1:-1])
-    if count < 3 or not ((bend < HALF * least).all() and (sine > 0.0).all()):
+    if count < 3 or not ((bend < MAX_BEND * least).all() and (sine > 0.0).all()):
         return None
     if any((np.isfinite(fold) & (fold != fold[..., :1])).any() for fold in folds):
         return None
@@ -293,7 +292,7 @@ def _near(scene: Scene, times: Reals, before: Motion | None) -> Motion | None:
 
 
 def _reached(moved: Motion) -> int:
-    """How many positions close before the first that does not."""
+    """Number of positions before the first that does not close."""
     ok = reachable(moved)
     return len(ok) if ok.all() else int(ok.argmin())
 
@@ -303,7 +302,7 @@ def _parts(of: Motion | Scene) -> list[list[str]]:
 
 
 def _reach_words(scene: Scene, moved: Motion) -> str:
-    """Where a motion stops, and the joint that opens there."""
+    """Describe where a motion stops and which joint opens."""
     try:
         require_reached(scene, moved)
     except SceneError as error:
@@ -312,22 +311,22 @@ def _reach_words(scene: Scene, moved: Motion) -> str:
 
 
 def _stop_words(scene: Scene, moved: Motion, count: int) -> str:
-    """The same to a position: the last of so many that closes stands for the place where the motion stops."""
+    """Describe where a motion stops, to one position: the last that closes."""
     ends = [(moved.drive[:, count - 1], opening_joint(moved, slice(count, count + 1)))]
     return reach_words(moved, ends, scene.told_in.get("m", (1.0, "m")))
 
 
 def whole_picture(results: Results) -> tuple[Answer, bytes]:
-    """The picture of a whole answer, its figures with their errors."""
+    """Picture of a full answer, with figures and their errors."""
     scene, peaks = results.scene, results.figures.peaks
     chosen = [each for each in results.figures.figures if each.key in _wanted(scene)]
     values = {each.key: np.array([abs(peak.value) for peak in peaks[each.key]]) for each in chosen}
-    told, data = picture(scene, results.deflection, results.efforts, columns_of(results), FRAMES)
+    drawing, data = picture(scene, results.deflection, results.efforts, columns_of(results), FRAMES)
     rows = figure_rows(scene, chosen, values)
     for row in rows:
         error = peaks[row["key"]][row.pop("item")].error
         row["error"] = None if error is None else float(error.size)
-    return {**told, "figures": rows, "limits": limit_rows(scene, values)}, data
+    return {**drawing, "figures": rows, "limits": limit_rows(scene, values)}, data
 
 
 def _wanted(scene: Scene) -> set[str]:
@@ -335,7 +334,7 @@ def _wanted(scene: Scene) -> set[str]:
 
 
 def columns_of(results: Results, graph: str = "") -> list[Column]:
-    """Curves over the positions: the columns of positions.csv and motion.csv, or a named one."""
+    """Columns of positions.csv and motion.csv, or one of them by name."""
     tables = position_table(results), motion_table(results)
     known = {column.name: column for table in tables for column in table.columns}
     return [column for name, column in known.items() if (name == graph if graph else name != "time")]
@@ -344,7 +343,7 @@ def columns_of(results: Results, graph: str = "") -> list[Column]:
 def picture(
     scene: Scene, bent: Deflection, efforts: Any, columns: Sequence[Column], most: int = POSITIONS
 ) -> tuple[Answer, bytes]:
-    """The mechanism as it moves and bends: its parts as plain data, and their numbers as float32 in a row."""
+    """Moving and bending mechanism: parts as plain data, arrays as consecutive float32."""
     taken = slice(None, None, -(-len(bent.motion.time) // most))
     arrays: dict[str, Any] = {"time": bent.motion.time[taken], "drive": bent.motion.drive[..., taken]}
     arrays["effort"] = np.asarray(efforts)[..., taken]
@@ -380,7 +379,7 @@ def picture(
 
 
 def _peaks(law: Any) -> list[float | None] | None:
-    """Greatest rate, acceleration and jerk of a drive's law, None where infinite; None where an effort drives."""
+    """Peak speed, acceleration and jerk of a drive's law, None if infinite; None for an effort."""
     peaks = None if isinstance(law, DriveEffort) else law_peaks(law)
     if peaks is None:
         return None
@@ -388,7 +387,7 @@ def _peaks(law: Any) -> list[float | None] | None:
 
 
 def _points(moved: Motion) -> dict[str, Any]:
-    """Places of all named points over the positions [m], complex."""
+    """Positions of all named points over time [m], complex."""
     points: dict[str, Any] = {}
     for number, link in enumerate(moved.mechanism.links):
         for point in link.points:
@@ -398,7 +397,7 @@ def _points(moved: Motion) -> dict[str, Any]:
 
 
 def _beams(bent: Deflection, taken: slice) -> dict[str, Any]:
-    """Rigid ends of every beam, displacement and stress [m, Pa] at stations, (beams, positions, stations, ...)."""
+    """Rigid ends [m], displacements [m] and stresses [Pa] of every beam, shape (beams, positions, stations, ...)."""
     moved, mechanism = bent.motion, bent.motion.mechanism
     ends, ways = [], []
     for at, beam in mechanism.beams:
@@ -414,14 +413,14 @@ def _beams(bent: Deflection, taken: slice) -> dict[str, Any]:
 
 
 def _pairs(values: Any) -> Any:
-    """Complex numbers as pairs along a last axis."""
+    """Split complex numbers into pairs along a last axis."""
     values = np.array(values, complex)
     return np.stack([values.real, values.imag], axis=-1)
 
 
 def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any]) -> list[Answer]:
-    """The figures that are read first, in their order: each of the item with the largest, or the least."""
-    told, known = [], {figure.key: figure for figure in chosen}
+    """Main figures in display order, each for its governing item."""
+    rows, known = [], {figure.key: figure for figure in chosen}
     for key in SHOWN:
         sizes = values.get(key, np.zeros(0))
         if not np.isfinite(sizes).any():
@@ -430,12 +429,12 @@ def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any
         item = int(np.nanargmin(sizes) if figure.over == LEAST else np.nanargmax(sizes))
         names = items_of(scene, figure.of)
         row = {"key": key, "name": figure.name, "value": float(sizes[item]), "unit": figure.units(scene)[item]}
-        told.append({**row, "item": item, "on": names[item], "error": None})
-    return told
+        rows.append({**row, "item": item, "on": names[item], "error": None})
+    return rows
 
 
 def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
-    """Return the limits of the scene with the figures that they bound, without errors."""
+    """Limits of the scene with their governing values, without errors."""
 
     def judged(limit: Limit) -> bool:
         items = bounded_items(scene, limit)
@@ -456,14 +455,14 @@ def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
 
 
 def packed(answer: Answer, data: bytes) -> bytes:
-    """An answer for the page: the length of its JSON, which ends on a multiple of four, the JSON, and the numbers."""
+    """Serialise an answer: length of the JSON (padded to a multiple of four), JSON, array data."""
     head = json.dumps(_finite(answer), allow_nan=False).encode()
     head += b" " * (-len(head) % 4)
     return struct.pack("<I", len(head)) + head + data
 
 
 def _finite(value: Any) -> Any:
-    """Plain data with None for numbers that are none, which JSON has not."""
+    """Replace nan and inf by None, because JSON has no such numbers."""
     if isinstance(value, float) and not math.isfinite(value):
         return None
     if isinstance(value, dict):

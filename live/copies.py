@@ -1,4 +1,4 @@
-"""Links drawn once more, beside themselves or mirrored, with all that hangs on them but loads, springs and gears."""
+"""Copies of links, shifted or mirrored, including attached parts except loads, springs and gears."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from live.parts import EditError, Tables, along, drawn, fix, ground_points, new_
 from live.text import with_table, with_value
 from rigid import GROUND
 
-APART = 1.2  # widths of the links by which their copies stand beside them
-ON_LINE = 1e-9  # of the width: a point on the mirror's line is its own image
+APART = 1.2  # offset of a copy, relative to the width of the links
+ON_LINE = 1e-9  # a point this close to the mirror line is its own image, relative to the width
 
 
 def copy(text: str, tables: Tables, change: Tables) -> str:
-    """A link, or all that move, once more; where `mirror`, across the upright line through the point `about`.
+    """Copy a link or all moving links, or mirror them at the vertical line through the point `about`.
 
-    A point on that line is shared. Without `about` the line goes through the first support, or else the first point.
+    Points on the line are shared. Default of `about`: the first support, else the first point.
     """
     links = tables.get("links", {})
     names = [change["link"]] if change.get("link") else [name for name in links if name != GROUND]
@@ -56,7 +56,7 @@ def copy(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _link(link: Tables, named: Mapping[str, str], mirror: bool) -> dict[str, Any]:
-    """The entries of a link's copy."""
+    """Entries of the copy of a link."""
     entries: dict[str, Any] = _renamed(link, named)
     if isinstance(link["points"], dict):
         entries["points"] = {named[point]: _flipped(place, mirror) for point, place in link["points"].items()}
@@ -68,12 +68,12 @@ def _link(link: Tables, named: Mapping[str, str], mirror: bool) -> dict[str, Any
 
 
 def _flipped(place: list[Any], mirror: bool) -> list[Any]:
-    """A place in a link's own axes, of which the second turns over where it is mirrored."""
+    """Return a place in link axes; mirrored, its second coordinate changes sign."""
     return [place[0], _opposite(place[1])] if mirror else place
 
 
 def _hanging(tables: Tables, names: list[str], named: Mapping[str, str], mirror: bool) -> Iterator[tuple[Any, Any]]:
-    """Paths and entries of the masses, welds, slots, sliders, and drives of constant speed of the copied links."""
+    """Paths and entries of the links' masses, welds, slots, sliders, and constant-speed drives."""
     for point, mass in tables.get("masses", {}).items():
         if named.get(point, point) != point:
             yield ("masses", named[point]), mass
@@ -95,7 +95,7 @@ def _hanging(tables: Tables, names: list[str], named: Mapping[str, str], mirror:
 
 
 def _renamed(value: Any, named: Mapping[str, str]) -> Any:
-    """Entries in which copied points and links have the names of their copies."""
+    """Rename points and links in entries to those of the copy."""
     if isinstance(value, dict):
         kept = ("section", "material", "motor")
         return {key: each if key in kept else _renamed(each, named) for key, each in value.items()}
@@ -105,14 +105,14 @@ def _renamed(value: Any, named: Mapping[str, str]) -> Any:
 
 
 def _opposite(value: Any) -> Any:
-    """A number, or one with its unit, of the other sign."""
+    """Change the sign of a number, with or without unit."""
     if isinstance(value, str):
         return value.strip()[1:] if value.strip().startswith("-") else f"-{value.strip()}"
     return -value
 
 
 def _turned_over(direction: Any) -> Any:
-    """A direction mirrored across an upright line."""
+    """Mirror a direction at a vertical line."""
     if isinstance(direction, list):
         return [_opposite(direction[0]), direction[1]]
     angle = float(Quantity.of_unit("rad", direction)) if isinstance(direction, str) else float(direction)

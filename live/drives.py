@@ -1,4 +1,4 @@
-"""Drives of a scene, their laws, gears and cylinders, added to its text or taken away from it."""
+"""Edits that add or remove drives, motion laws, gears and cylinders."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ from rigid import GROUND
 from rigid.laws import CURVES
 
 SPEED, LAW = "60 rpm", "cycloidal"
-LASTS = "1 s"  # a stroke of a drive that slides
+LASTS = "1 s"  # duration of a sliding drive's stroke
 CONSTANT, SPLINE = "constant speed", "spline through points"
 MOTIONS = [CONSTANT, *(curve for curve in CURVES if curve not in ("dwell", "constant-speed")), SPLINE]
-"""The menu of motions: strokes that begin and end at rest, and two more."""
+"""Menu of motions: rest-to-rest strokes, constant speed, and a spline."""
 UNITS = {
     True: ("m", "m/s"),
     False: ("rad", "rad/s"),
-}  # of a coordinate and its rate, where it slides and where it turns
+}  # of a coordinate and its rate; True for a slider
 
 
 def _shared(tables: Tables, link: str, other: str) -> list[str]:
-    """Points of a link at which another one is pinned to it."""
+    """Points at which two links are pinned together."""
     points = points_of(tables["links"].get(other, {}))
     return [point for point in points_of(tables["links"].get(link, {})) if point in points]
 
 
 def _carriers(tables: Tables, *links: str) -> Iterator[str]:
-    """Links to which all of some links are pinned: the ground first, others by their joints from it."""
+    """Links to which all given links are pinned; the ground first, then by number of joints from it."""
     near, seen = [GROUND], {GROUND}
     for each in near:
         found = [name for name in tables["links"] if name not in seen and _shared(tables, name, each)]
@@ -58,17 +58,17 @@ def _carriers(tables: Tables, *links: str) -> Iterator[str]:
 
 
 def _joint(tables: Tables, link: str, carrier: str) -> dict[str, Any]:
-    """The joint of a link on another as a drive or a gear names it."""
+    """Entries that name the joint of a link on its carrier."""
     pins = _shared(tables, link, carrier)
-    told = {"link": link} if carrier == GROUND else {"link": link, "on": carrier}
-    return told if len(pins) == 1 else {**told, "at": pins[0]}
+    names = {"link": link} if carrier == GROUND else {"link": link, "on": carrier}
+    return names if len(pins) == 1 else {**names, "at": pins[0]}
 
 
 def add_drive(text: str, tables: Tables, change: Tables) -> str:
-    """A drive of a link about its pin, or of a point along its slot; or none any longer.
+    """Add a drive to a link at its pin or to a point along its slot, or remove the present one.
 
-    A link turns at constant speed: about its pin on the ground, or else on the link that is nearer to the ground. A
-    point goes along its slot and back.
+    A link turns at constant speed, on the ground if pinned there, else on the link closest to the ground. A point moves
+    along its slot and back.
     """
     if "point" in change:
         return _add_slide(text, tables, change["point"])
@@ -79,12 +79,12 @@ def add_drive(text: str, tables: Tables, change: Tables) -> str:
     carrier = next(_carriers(tables, link), None)
     if carrier is None:
         raise EditError(f'"{link}" has no pin about which a drive could turn it: draw a link to it, or fix a point')
-    told = {**_joint(tables, link, carrier), "speed": change.get("speed", SPEED)}
-    return with_table(text, ("drives", 0), told)
+    entries = {**_joint(tables, link, carrier), "speed": change.get("speed", SPEED)}
+    return with_table(text, ("drives", 0), entries)
 
 
 def _there_and_back(way: float) -> list[dict[str, str]]:
-    """A law that goes so far [m], to two digits, and returns."""
+    """Law that moves by a distance [m], rounded to two digits, and back."""
     by = f"{float(f'{1000 * way:.2g}'):g} mm"
     return [{"curve": LAW, "duration": LASTS, "by": each} for each in (by, _opposite(by))]
 
@@ -94,7 +94,7 @@ def _opposite(value: str) -> str:
 
 
 def _add_slide(text: str, tables: Tables, point: str) -> str:
-    """A drive of a point along its slot; or none any longer."""
+    """Add a drive along a point's slot, or remove the present one."""
     for kind, key in (("slots", "point"), ("sliders", "through")):
         for name, table in tables.get(kind, {}).items():
             if table.get(key) != point:
@@ -109,9 +109,9 @@ def _add_slide(text: str, tables: Tables, point: str) -> str:
 
 
 def set_law(text: str, tables: Tables, change: Tables) -> str:
-    """The motion of a drive: at constant speed, by a curve so far in so long, and back where asked for; or by points.
+    """Set the motion of a drive: constant speed, a stroke (optionally with return), or a spline through points.
 
-    Quantities are texts with their units; points are as in a CSV file.
+    Quantities are texts with units; points are CSV text.
     """
     number = int(change["drive"])
     drive = tables["drives"][number]
@@ -135,7 +135,7 @@ def set_law(text: str, tables: Tables, change: Tables) -> str:
 
 
 def spline_points(written: str, unit: str, per_length: float) -> list[list[Any]]:
-    r"""Times and coordinates of a CSV text as they may stand in a scene, see `kinelast.scene.drives.motion_table`.
+    r"""Convert CSV text to the times and coordinates of a scene, see `kinelast.scene.drives.motion_table`.
 
     Examples
     --------
@@ -149,7 +149,7 @@ def spline_points(written: str, unit: str, per_length: float) -> list[list[Any]]
 
 
 def add_gear(text: str, tables: Tables, change: Tables) -> str:
-    """Wheels on two links, which mesh from outside, or a wheel and a rack in a slot; or none any longer."""
+    """Add external gears on two links, or a wheel and a rack in a slot, or remove the present pair."""
     pair = change["driver"], change["follower"]
     if any(isinstance(end, dict) for end in pair):
         return _add_rack(text, tables, *pair)
@@ -166,9 +166,9 @@ def add_gear(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _add_rack(text: str, tables: Tables, driver: Any, follower: Any) -> str:
-    """A wheel on a link and a rack, each an end: a link by its name, a table with the `point` in its slot.
+    """Add a wheel and a rack; each end is a link name, or a table with the rack's `point` in its slot.
 
-    The wheel rolls where the slot's line is nearest to its pin; the ratio follows from that distance.
+    The distance of the slot's line from the wheel's pin gives the ratio.
     """
     wheel = next((end for end in (driver, follower) if isinstance(end, str)), None)
     slid = next(end["point"] for end in (driver, follower) if isinstance(end, dict))
@@ -196,14 +196,14 @@ def _add_rack(text: str, tables: Tables, driver: Any, follower: Any) -> str:
 
 
 def _pin(tables: Tables, joint: Tables) -> str | None:
-    """The first pin of a joint that names a link."""
+    """First pin of a joint that names a link, or None."""
     link, carrier = joint.get("link"), joint.get("on", GROUND)
     known = isinstance(link, str) and isinstance(carrier, str)
     return next(iter(_shared(tables, str(link), str(carrier))), None) if known else None
 
 
 def wheels(tables: Tables) -> Iterator[dict[str, Any]]:
-    """Every gear with the names of its joints, its ratio, and the pins of its wheels; none of a rack."""
+    """Joint names, wheel pins and ratio of each gear; no pins for a rack."""
     for gear in tables.get("gears", ()):
         ends = [gear.get(end) if isinstance(gear.get(end), dict) else {} for end in ("driver", "follower")]
         pins = [
@@ -214,9 +214,9 @@ def wheels(tables: Tables) -> Iterator[dict[str, Any]]:
 
 
 def add_cylinder(text: str, tables: Tables, change: Tables) -> str:
-    """A cylinder between two points: barrel, rod, their slider, and a drive that pushes a tenth of its length and back.
+    """Add a cylinder between two points: barrel, rod, slider, and a drive over a tenth of its length and back.
 
-    A place where nothing is becomes a point of the ground.
+    A new point becomes a point of the ground.
     """
     text, (start, end) = with_points(text, tables, [change["from"], change["to"]])
     tables = tomllib.loads(text)
@@ -227,14 +227,14 @@ def add_cylinder(text: str, tables: Tables, change: Tables) -> str:
         text = fix(text, tables, {"point": start})
     if start == end:
         raise EditError("a cylinder needs two points apart from each other")
-    for point in (start, end):  # it is pinned also where links are welded
+    for point in (start, end):  # keeps its pin even if other links are welded here
         if point in tables.get("welds", {}):
             text = with_value(text, ("welds", point, "links"), welded(tables, point))
     return _with_cylinder(text, tables, start, end)
 
 
 def _with_cylinder(text: str, tables: Tables, start: str, end: str) -> str:
-    """A text with the tables of a cylinder from a point to another."""
+    """Add the tables of a cylinder between two points."""
     name = new_name([*tables.get("cylinders", ()), *tables.get("sliders", ()), *tables.get("slots", ())], "cylinder_")
     middle, barrel, rod = f"{name}_middle", f"{name}_barrel", f"{name}_rod"
     sheet = drawn(tables)
@@ -261,9 +261,9 @@ def _place(place: complex, tables: Tables) -> list[float]:
 
 
 def with_cylinders(before: Tables, text: str, point: str) -> str:
-    """A text in which the cylinders at a point that was moved lie along their two ends again.
+    """Realign cylinders after one of their end points has moved.
 
-    A `length` that was that between the ends stays so.
+    A cylinder's `length` is updated if it was the distance of its ends.
     """
     if "cylinders" not in before:
         return text
@@ -281,6 +281,6 @@ def with_cylinders(before: Tables, text: str, point: str) -> str:
 
 
 def _ends(tables: Tables, parts: Tables) -> tuple[complex, complex] | None:
-    """Places between which a cylinder pushes; None where they are not drawn."""
+    """Places of both ends of a cylinder, or None if they are not drawn."""
     sheet = drawn(tables)
     return (sheet[parts["from"]], sheet[parts["to"]]) if {parts["from"], parts["to"]} <= sheet.keys() else None

@@ -1,4 +1,4 @@
-"""Edits of a scene as changes of its text: points moved, numbers set, parts added or taken away."""
+"""Edits of a scene's text: move points, set numbers, add and remove parts."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from live.parts import (
 from live.text import as_toml, places, replaced, with_value, without
 from rigid import GROUND, MechanismError, position_of
 
-BARE = "1", "", "rad/rad", "rad/m", "m/rad"  # units that are not written
+BARE = "1", "", "rad/rad", "rad/m", "m/rad"  # units that are not written in the file
 EMPTY = """title = "New mechanism"
 
 [points]
@@ -57,36 +57,36 @@ gravity = [0, -9.81]
 
 
 def edited(text: str, change: Mapping[str, Any], folder: Path | None = None) -> str:
-    """The text of a scene after an edit.
+    """Apply an edit to the text of a scene.
 
     Parameters
     ----------
     change
-        `do`: a name of `EDITS`; and what that takes. Places are in m, angles in rad, numbers in SI units.
+        `do`: a name in `EDITS`, and its arguments. Places in m, angles in rad, other numbers in SI units.
     folder
-        Of the files that the scene may name.
+        Folder of files that the scene names.
 
     Raises
     ------
     EditError
-        The edit does not fit the scene.
+        If the edit does not fit the scene.
     ValueError
-        The text is no TOML.
+        If the text is not TOML.
     """
     do = EDITS.get(str(change.get("do")))
     if do is None:
         raise EditError(f"there is no edit {change.get('do')!r}")
     try:
-        text, change = _joined(text, {**change, "folder": folder})
+        text, change = _with_joined_points(text, {**change, "folder": folder})
         return do(text, _tables(text), change)
     except (KeyError, TypeError, IndexError) as error:
         raise EditError(f"the edit does not fit the scene: {error}") from None
 
 
-def _joined(text: str, change: dict[str, Any]) -> tuple[str, dict[str, Any]]:
-    """A text in which every place on a link that an edit draws to is a point of that link; and the edit of the points.
+def _with_joined_points(text: str, change: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Replace each place on a link by a new point of this link; return the text and the edit.
 
-    Such a place is {link, between, share}, as `add_to_link` takes it.
+    Such a place is {link, between, share}, see `add_to_link`.
     """
     for key in {"points", "from", "to"} & change.keys():
         ends = change[key] if key == "points" else [change[key]]
@@ -101,15 +101,15 @@ def _joined(text: str, change: dict[str, Any]) -> tuple[str, dict[str, Any]]:
 
 @lru_cache(maxsize=4)
 def _tables(text: str) -> Tables:
-    """The tables of a text, which every movement of a drag begins from."""
+    """Parse a text; cached for the steps of a drag."""
     return read_toml(text)
 
 
 @lru_cache(maxsize=4)
 def start_of(text: str, folder: Path | None = None) -> tuple[dict[str, complex], dict[str, complex]]:
-    """Places of the points [m], and unit vectors of the links' axes, where the mechanism stands at its start.
+    """Positions of the points [m] and unit vectors of the links at the start of the motion.
 
-    Empty where it is not determined or does not close.
+    Both are empty if the scene is invalid or does not close.
     """
     try:
         with np.errstate(all="ignore"):
@@ -128,7 +128,7 @@ def start_of(text: str, folder: Path | None = None) -> tuple[dict[str, complex],
 
 
 def _number(there: Any, value: float, unit: str, per_bare: float = 1.0) -> Any:
-    """A value in SI units written as the one that stands there; bare where that has no unit of this kind."""
+    """Write an SI value like an existing number, or without unit if that has none of this kind."""
     with suppress(ValueError):
         return written_like(there, value, unit, DIGITS, per_bare)
     return written_like(None, value, unit, DIGITS, per_bare)
@@ -141,10 +141,9 @@ def _place(tables: Tables, there: Any, place: complex) -> str:
 
 
 def move(text: str, tables: Tables, change: Tables) -> str:
-    """A point put in another place: where it is drawn, with the lengths of the links of two points that end there.
+    """Move a point: its drawn place, and the lengths of two-point links that end there.
 
-    Where links stand otherwise than drawn, and one of the point has its shape from the drawing, the drawn place moves
-    as far, turned back with that link.
+    If links start in another posture than drawn, the drawn place moves by the same amount, rotated back with the link.
     """
     point, to = change["point"], complex(*change["to"])
     now, ways = start_of(text, change["folder"])
@@ -165,12 +164,12 @@ def move(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _drawn_shapes(links: Tables) -> Tables:
-    """Those of some links that have their shape from the drawing."""
+    """Select the links that take their shape from the drawing."""
     return {name: link for name, link in links.items() if "length" not in link and not isinstance(link["points"], dict)}
 
 
 def _turned_back(links: Tables, sheet: Mapping[str, complex], ways: Mapping[str, complex]) -> complex:
-    """Unit vector that turns a step in the plane to the drawing's, of the first link that is drawn."""
+    """Unit vector that rotates a step from the first posture back to the drawing, by the first drawn link."""
     for name, link in links.items():
         ends = [sheet[each] for each in list(link["points"])[:2] if each in sheet]
         if name != GROUND and name in ways and len(ends) == 2 and ends[0] != ends[1]:
@@ -181,7 +180,7 @@ def _turned_back(links: Tables, sheet: Mapping[str, complex], ways: Mapping[str,
 def _of_link(
     tables: Tables, spans: Any, name: str, link: Tables, point: str, to: complex, now: Any, ways: Any
 ) -> Iterator[Any]:
-    """Changes of a link that has the point: of its length, or of the point in its own axes."""
+    """Changes of a link with the point: its length, or the point's local coordinates."""
     per_length = scale_of(tables)
     if "length" in link and len(link["points"]) == 2:
         other = next(each for each in link["points"] if each != point)
@@ -199,7 +198,7 @@ def _of_link(
 
 
 def _starts(tables: Tables, spans: Any, links: Tables, point: str, to: complex, now: Any) -> Iterator[Any]:
-    """Changes of the start angles of drives that turn a link with the point at an end of its axes."""
+    """Changes of the start angles of drives on links that end at the point."""
     for number, drive in enumerate(tables.get("drives", ())):
         ends = list(links.get(drive.get("link"), {}).get("points", ()))[:2]
         if "start" not in drive or point not in ends or len(ends) < 2 or not all(each in now for each in ends):
@@ -213,9 +212,9 @@ def _starts(tables: Tables, spans: Any, links: Tables, point: str, to: complex, 
 
 
 def add_to_link(text: str, tables: Tables, change: Tables) -> str:
-    """A point more of a link, with its path drawn: one of the scene, to which the link is pinned then, or a new one.
+    """Add a traced point to a link: a point of the scene, which is then pinned to the link, or a new one.
 
-    At a place `at`; or on the line `between` two points, at a `share` of it. Beside the links' lines it bears nothing.
+    The place is `at`, or a `share` of the line `between` two points. A point off the beams carries no load.
     """
     name, link = change["link"], tables["links"][change["link"]]
     ends = points_of(link)
@@ -230,9 +229,9 @@ def add_to_link(text: str, tables: Tables, change: Tables) -> str:
     if point in ends:
         raise EditError(f'"{name}" has the point "{point}" already')
     if "between" in change:
-        text = with_value(text, ("points", point), _plain(place, tables))  # exactly on it
+        text = with_value(text, ("points", point), _plain(place, tables))  # unrounded, exactly on the line
     if "length" in link or isinstance(link["points"], dict):
-        text = _in_own_axes(text, tables, name, point, {**seen, point: _seen(change, seen, point)}, ways)
+        text = _in_own_axes(text, tables, name, point, {**seen, point: _place_at_start(change, seen, point)}, ways)
     else:
         text = with_value(text, ("links", name, "points"), [*ends, point])
     if "beams" in link or link.get("rigid") or ("between" in change and len(ends) == 2):
@@ -240,8 +239,8 @@ def add_to_link(text: str, tables: Tables, change: Tables) -> str:
     return with_value(text, ("links", name, "beams"), [list(pair) for pair in pairwise(ends)])
 
 
-def _seen(change: Tables, seen: Mapping[str, complex], point: str) -> complex:
-    """The place of a new point where the mechanism stands at its start."""
+def _place_at_start(change: Tables, seen: Mapping[str, complex], point: str) -> complex:
+    """Place of a new point in the first posture of the motion."""
     if "between" in change:
         first, last = (seen[each] for each in change["between"])
         return first + round(float(change["share"]), 3) * (last - first)
@@ -249,7 +248,7 @@ def _seen(change: Tables, seen: Mapping[str, complex], point: str) -> complex:
 
 
 def _in_own_axes(text: str, tables: Tables, name: str, point: str, seen: Mapping[str, complex], ways: Any) -> str:
-    """A text in which a link has its points, and one more, by places in its own axes."""
+    """Give a link's points, and one more, by local coordinates."""
     link = tables["links"][name]
     ends = points_of(link)
     first, last = (seen[each] for each in ends[:2])
@@ -265,7 +264,7 @@ def _plain(place: complex, tables: Tables) -> list[float]:
 
 
 def put(text: str, tables: Tables, change: Tables) -> str:
-    """A value of any kind put in a place of the file."""
+    """Set a value of any kind by its path."""
     return with_value(text, tuple(change["path"]), change["value"])
 
 
@@ -276,7 +275,7 @@ def _is_number(written: str) -> bool:
 
 
 def set_number(text: str, tables: Tables, change: Tables) -> str:
-    """A number by its path: in the SI unit, written in the unit that stands there; or a text with its unit."""
+    """Set a number by its path: an SI value, written in the file's unit, or text with a unit."""
     document = document_from_text(text, read=beside(change["folder"]))
     from kinelast.scene.variables import in_file, place_of
 
@@ -295,7 +294,7 @@ def set_number(text: str, tables: Tables, change: Tables) -> str:
         node = node[name] if not isinstance(name, int) or isinstance(node, list) else node
     names = place.names
     if names not in places(text).values and isinstance(names[-1], int):
-        names = names[:-1]  # one size for both ends of a beam
+        names = names[:-1]  # one value for both ends of a beam
     if isinstance(place.leaf, int):
         return with_value(text, names, round(value))
     if isinstance(written, str) and unit not in BARE:

@@ -1,4 +1,4 @@
-"""Entries of a scene's tables by their keys, set and taken away as they are typed; and tables that are not drawn."""
+"""Edits of table entries by key, and of tables without a drawing."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ FIRST: Mapping[str, Mapping[str, Any]] = {
     "fatigue": {"surface": "machined"},
     "sensitivities": {"figures": ["deflection"]},
 }
-"""Tables with which a part begins that is not drawn."""
-APART = 0.3  # share of the drawing by which the shaft of a new cam lies below its roller
-COUNT, PART = 11, "1 %"  # designs of a sweep, and a tolerance, to begin with
+"""Initial contents of tables without a drawing."""
+APART = 0.3  # distance of a new cam's shaft below its roller, relative to the drawing's size
+COUNT, PART = 11, "1 %"  # initial number of designs in a sweep; initial tolerance
 
 
 @cache
 def keys() -> dict[str, list[tuple[str, str]]]:
-    """By the tables of a scene all keys that they may have, with the words on them."""
+    """All keys of each table of a scene, with their descriptions."""
     schema = scene_schema()["$defs"]
-    told = {}
+    described = {}
     for name, entry in schema["SceneTable"]["properties"].items():
         known = {
             key: value.get("description", "")
@@ -40,12 +40,12 @@ def keys() -> dict[str, list[tuple[str, str]]]:
             for key, value in schema[table]["properties"].items()
         }
         if known:
-            told[name] = sorted(known.items())
-    return told
+            described[name] = sorted(known.items())
+    return described
 
 
 def _tables(entry: Any) -> Iterator[str]:
-    """Names of the tables that an entry of the schema may be, or hold."""
+    """Names of the tables that a schema entry may be or contain."""
     if "$ref" in entry:
         yield entry["$ref"].rpartition("/")[2]
     for each in (entry.get("additionalProperties"), entry.get("items"), *entry.get("anyOf", ())):
@@ -53,7 +53,7 @@ def _tables(entry: Any) -> Iterator[str]:
 
 
 def typed(words: str) -> Any:
-    """A value as it was typed: as TOML where it is some, else a text.
+    """Parse a typed value: as TOML if possible, else as text.
 
     Examples
     --------
@@ -61,30 +61,30 @@ def typed(words: str) -> Any:
     (5, [1, 2], '5 N/mm', 'a')
     """
     try:
-        told = read_toml(f"typed = {words.strip()}")
+        parsed = read_toml(f"typed = {words.strip()}")
     except tomllib.TOMLDecodeError:
         return words.strip()
-    plain = isinstance(told["typed"], str | int | float | list | dict)
-    return told["typed"] if len(told) == 1 and plain else words.strip()
+    plain = isinstance(parsed["typed"], str | int | float | list | dict)
+    return parsed["typed"] if len(parsed) == 1 and plain else words.strip()
 
 
 def entry(text: str, tables: Tables, change: Tables) -> str:
-    """An entry of a table by its path, as it was typed; taken away where nothing was."""
+    """Set a table entry by its path to the typed value, or remove it if empty."""
     path = tuple(change["path"])
     words = str(change["value"])
     return with_value(text, path, typed(words)) if words.strip() else without(text, path)
 
 
 def add_table(text: str, tables: Tables, change: Tables) -> str:
-    """A table more of those that are not drawn: a section, a material, limits; a point's joint, a number's sweep.
+    """Add a table without a drawing: section, material, limits, a point's joint, a number's sweep, ...
 
-    A motor is that of the drive that is named, a section or a material that of the link.
+    `of`: path of the drive or link that the new motor, section or material belongs to.
     """
     kind = change["kind"]
     if kind in ("sweep", "tolerances", "optimize"):
-        return _studied(text, kind, change)
+        return _with_study(text, kind, change)
     if kind == "cams":
-        return _rolled(text, tables, change)
+        return _with_cam(text, tables, change)
     if kind not in FIRST:
         raise EditError(f"there is no table {kind!r} to add")
     if kind in ("limits", "fatigue", "sensitivities"):
@@ -102,8 +102,8 @@ def add_table(text: str, tables: Tables, change: Tables) -> str:
     return with_value(text, (*of, stem), named) if of else text
 
 
-def _rolled(text: str, tables: Tables, change: Tables) -> str:
-    """A text with a cam more, below the roller that a moving point of a link becomes."""
+def _with_cam(text: str, tables: Tables, change: Tables) -> str:
+    """Add a cam below a moving point of a link, which becomes its roller."""
     point, links = str(change.get("name") or ""), tables.get("links", {})
     owner = next((name for name, link in links.items() if name != GROUND and point in points_of(link)), None)
     places = drawn(tables)
@@ -124,8 +124,8 @@ def _rolled(text: str, tables: Tables, change: Tables) -> str:
     return with_table(text, ("cams", new_name(tables.get("cams", ()), "cam_")), table)
 
 
-def _studied(text: str, kind: str, change: Tables) -> str:
-    """A text in which a number is swept, scatters, or is a variable of the best design."""
+def _with_study(text: str, kind: str, change: Tables) -> str:
+    """Make a number a sweep variable, a toleranced number, or an optimisation variable."""
     path = str(change.get("number") or "")
     if not path:
         raise EditError("choose the number first that is to vary")

@@ -1,4 +1,4 @@
-"""The file of a live scene: read, watched, and written as a whole where it is still the one that was read."""
+"""File of a live scene: read, watch, and overwrite it if unchanged on disk."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ UNREADABLE = "unreadable"
 
 
 class ChangedError(Exception):
-    """The file on disk is not the one that was read."""
+    """The file on disk has changed since it was read."""
 
 
 @dataclass(frozen=True)
 class SceneFile:
-    """The one file that is read and written; None where none was given.
+    """The only file that the editor reads and writes; `path` is None without a file.
 
     Attributes
     ----------
     path
-        The file, whether it is there or not.
+        Path of the file, which may not exist yet.
     first
-        The text to begin with where it is not there.
+        Initial text if the file does not exist.
     """
 
     path: Path | None
@@ -37,18 +37,18 @@ class SceneFile:
 
     @property
     def folder(self) -> Path | None:
-        """Where the files are that the scene may name; None where it is no file."""
+        """Folder of the files that the scene names, or None."""
         return None if self.path is None else self.path.parent
 
     def read(self) -> tuple[str, str]:
-        """The text and its digest; SceneError where the file cannot be read."""
+        """Return the text and its checksum; raise SceneError if the file cannot be read."""
         if self.path is None or not self.path.exists():
             return self.first, MISSING
         content = file_bytes(self.path)
         return decoded(content, str(self.path)), _digest(content)
 
     def digest(self) -> str:
-        """Return the digest of the file as it is now; `UNREADABLE` for a pipe, a folder or a file that is too large."""
+        """Checksum of the present file; `UNREADABLE` for a pipe, a folder or a file that is too large."""
         try:
             return MISSING if self.path is None else _digest(file_bytes(self.path))
         except MissingFileError:
@@ -57,25 +57,25 @@ class SceneFile:
             return UNREADABLE
 
     def write(self, text: str, known: str) -> str:
-        """The digest of the file with a text written into it.
+        """Overwrite the file with a text and return its checksum.
 
         Parameters
         ----------
         known
-            The digest of the file as it was read.
+            Checksum of the file when it was read.
 
         Raises
         ------
         ChangedError
-            The file is no longer that one; nothing is written.
+            If the file has changed since; nothing is written.
         OSError
-            The disk does not take it; the file stays as it was.
+            If the disk refuses; the file stays unchanged.
         """
         if self.path is None:
             raise ChangedError("no file was given to the command: download the text instead")
         if self.digest() not in (known, MISSING):
             raise ChangedError(f"{self.path.name} has changed on disk since it was read: nothing was overwritten")
-        target = self.path.resolve()  # a link stays one
+        target = self.path.resolve()  # keep a symbolic link
         content = text.encode("utf-8")
         number, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
         try:

@@ -1,4 +1,4 @@
-"""The whole answer to a text, by the theory and accuracy that it asks for, in a process that can be ended."""
+"""Full answer with the theory and accuracy of the scene, in a process that can be killed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any
 
 
 def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, Any], bytes, bytes]:
-    """The whole answer to a text, the numbers of its picture, and its report; files beside it are in the folder."""
+    """Return the full answer to a text, the arrays of its picture, and its report; named files are in `folder`."""
     import numpy as np
 
     from kinelast import __version__
@@ -30,7 +30,7 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
     from live.answer import whole_picture
     from live.mistakes import mistakes_of
 
-    told: dict[str, Any] = {"mistakes": [], "picture": None, "line": ""}
+    empty: dict[str, Any] = {"mistakes": [], "picture": None, "line": ""}
     try:
         with np.errstate(all="ignore"):
             document = document_from_text(text, name, read=beside(folder))
@@ -54,29 +54,33 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
                 "verdict": figures["acceptance"]["verdict"],
                 "limits": [_limit(row) for row in figures["acceptance"]["limits"]],
             }
-            return {**told, "picture": drawn, "line": line}, data, report_page(results, figures, line, handout(figures))
-    except (ValueError, ArithmeticError) as error:  # of a scene, a mechanism, or a request
-        return {**told, "mistakes": mistakes_of(error, text, beside(folder))}, b"", b""
+            return (
+                {**empty, "picture": drawn, "line": line},
+                data,
+                report_page(results, figures, line, handout(figures)),
+            )
+    except (ValueError, ArithmeticError) as error:  # of the scene, the mechanism or the request
+        return {**empty, "mistakes": mistakes_of(error, text, beside(folder))}, b"", b""
 
 
 def _limit(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A limit beside its figure, judged with the error of that."""
-    told = {"kind": row["kind"], "on": row["on"], "outcome": row["outcome"], "kept": bool(row["passed"])}
-    return {**told, "bound": row["limit"]["value"], "value": row["found"]["value"], "unit": row["limit"]["unit"]}
+    """A limit, its governing value and its outcome, judged with the error."""
+    outcome = {"kind": row["kind"], "on": row["on"], "outcome": row["outcome"], "kept": bool(row["passed"])}
+    return {**outcome, "bound": row["limit"]["value"], "value": row["found"]["value"], "unit": row["limit"]["unit"]}
 
 
 def _work(pipe: Any, text: str, name: str, folder: Path | None) -> None:
-    """In the process: answer, and send."""
+    """Compute and send the answer; runs in the process."""
     with suppress(BrokenPipeError, KeyboardInterrupt):
         try:
             pipe.send(whole_answer(text, name, folder))
         except Exception as error:
-            told = {"mistakes": [{"line": None, "message": f"the program failed: {error!r}"}], "picture": None}
-            pipe.send(({**told, "line": ""}, b"", b""))
+            failure = {"mistakes": [{"line": None, "message": f"the program failed: {error!r}"}], "picture": None}
+            pipe.send(({**failure, "line": ""}, b"", b""))
 
 
 def _context() -> Any:
-    """Processes that begin with all that they need already imported, where the system can."""
+    """Process context with preloaded imports, if the system supports it."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
@@ -89,7 +93,7 @@ STARTING = threading.Lock()
 
 @contextmanager
 def _without_main() -> Iterator[None]:
-    """While a process is started: it would run the user's script first, which may begin an editor once more."""
+    """Hide `__main__` while a process starts: it would run the user's script, which may start another editor."""
     with STARTING:
         main = sys.modules["__main__"]
         sys.modules["__main__"] = ModuleType("__main__")
@@ -100,7 +104,7 @@ def _without_main() -> Iterator[None]:
 
 
 class Worker:
-    """Computes one whole answer at a time: a newer one, or a drag, ends the one before."""
+    """Computes one full answer at a time; a newer request or a drag cancels it."""
 
     def __init__(self) -> None:
         self._context = _context()
@@ -108,21 +112,21 @@ class Worker:
         self._process: Any = None
 
     def begin(self) -> None:
-        """Import all that is needed ahead of the first answer."""
+        """Preload imports before the first answer."""
         os.environ.setdefault("OMP_NUM_THREADS", "1")
         process = self._context.Process(target=str, daemon=True)
         with _without_main():
             process.start()
 
     def cancel(self) -> None:
-        """End the answer that is under way."""
+        """Cancel the running answer."""
         with self._lock:
             if self._process is not None:
                 self._process.kill()
                 self._process = None
 
     def answer(self, text: str, name: str, folder: Path | None = None) -> tuple[dict[str, Any], bytes, bytes] | None:
-        """The whole answer; None where it was cancelled meanwhile."""
+        """Return the full answer, or None if it was cancelled."""
         self.cancel()
         ours, theirs = self._context.Pipe(duplex=False)
         process = self._context.Process(target=_work, args=(theirs, text, name, folder), daemon=True)
@@ -131,8 +135,8 @@ class Worker:
             self._process = process
         theirs.close()
         try:
-            told: tuple[dict[str, Any], bytes, bytes] = ours.recv()
-            return told
+            answer: tuple[dict[str, Any], bytes, bytes] = ours.recv()
+            return answer
         except EOFError:
             return None
         finally:

@@ -1,4 +1,4 @@
-"""Mistakes of a scene's text with their lines."""
+"""Errors in a scene's text, with lines."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from live.text import line_of, places
 
 
 def mistakes_of(error: Exception, text: str, read: Read) -> list[dict[str, Any]]:
-    """All mistakes of a text from its top, the one that it was not answered for where there is no other.
+    """List all errors of a text from top to bottom, or only `error` if no others are found.
 
-    `read` reads the files that it names.
+    `read` reads files that the scene names.
     """
     others = error.others if isinstance(error, SceneError) else ()
-    told = [mistake(each, text) for each in mistakes_in(text, read) or [error, *others]]
-    return sorted(told, key=lambda each: each["line"] or math.inf)
+    found = [mistake(each, text) for each in mistakes_in(text, read) or [error, *others]]
+    return sorted(found, key=lambda each: each["line"] or math.inf)
 
 
 def mistake(error: Exception, text: str) -> dict[str, Any]:
-    """A mistake in a text: its line, None where it has none, and the message."""
+    """Return line (or None) and message of an error."""
     if not isinstance(error, SceneError):
         at = re.search(r"at line (\d+)", str(error))
         return {"line": int(at[1]) if at else None, "message": str(error)}

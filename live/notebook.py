@@ -1,4 +1,4 @@
-"""The live editor in a notebook: its server in a thread of the kernel, its page in a frame beneath the cell."""
+"""Live editor in a notebook: server in a thread of the kernel, page in a frame below the cell."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ ELSEWHERE = "If the frame stays empty, this browser does not reach the kernel's 
 
 
 class LiveView:
-    """A scene being edited: its page where a notebook shows it, its text and its scene as they were saved last.
+    """Editor of a scene: page for a notebook, last saved text and scene.
 
     Attributes
     ----------
     address
-        Of the page, with the token of this view.
+        Address of the page, including the token of this view.
     """
 
     def __init__(self, given: Scene | Document | str | Path | None) -> None:
@@ -55,19 +55,19 @@ class LiveView:
 
     @property
     def text(self) -> str:
-        """The text of the file as it was saved last; as it was given where nothing was saved."""
+        """Last saved text, or the initial text."""
         return self._file.read()[0]
 
     @property
     def scene(self) -> Scene:
-        """The scene of that text; SceneError where it is none."""
+        """Scene of `text`; raises SceneError if the text is invalid."""
         return document_from_text(self.text, self.name, read=beside(self._file.folder)).scene
 
     @cached_property
     def widget(self) -> Any:
-        """The same editor as a widget, for a kernel on another computer than the browser; ModuleNotFoundError.
+        """Editor as a widget, for a kernel on another computer; raises ModuleNotFoundError without anywidget.
 
-        Its questions go as messages of the notebook, which takes a little longer than the frame.
+        Its requests are notebook messages, slightly slower than the frame's.
         """
         from live.widget import widget_of
 
@@ -78,14 +78,14 @@ class LiveView:
             raise ModuleNotFoundError(missing, name=error.name) from None
 
     def wait(self, browse: bool = True) -> None:
-        """Serve until it is interrupted or closed: the end of a script ends its threads; `browse`: open the page."""
+        """Block until interrupted or closed, so that a script does not end; open the page if `browse`."""
         if browse:
             webbrowser.open(self.address)
         with suppress(KeyboardInterrupt):
             self._thread.join()
 
     def close(self) -> None:
-        """End the server; the page keeps a text that is not saved."""
+        """Stop the server; the page keeps unsaved text."""
         self._server.should_exit = True
         self._thread.join()
 
@@ -93,7 +93,7 @@ class LiveView:
         return f'LiveView("{self.name}": {self.address})'
 
     def _repr_html_(self) -> str:
-        """The page in a frame, and its address: the frame asks the computer on which the browser runs."""
+        """Frame with the page, and its address; the frame needs browser and kernel on the same computer."""
         address = escape(self.address)
         link = f'<a href="{address}" target="_blank" rel="noopener">{escape(self.name)} in a window of its own</a>'
         frame = f'<iframe src="{address}" style="{FRAME}" title="{escape(self.name)}"></iframe>'

@@ -1,4 +1,4 @@
-"""Parts of a scene added to its text or taken away from it: points, links, slots, welds, springs, masses, loads."""
+"""Edits that add or remove parts: points, links, slots, welds, springs, masses, loads."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from kinelast.scene.units import Quantity
 from live.text import with_table, with_value, without
 from rigid import GROUND
 
-DIGITS = 6
-EXACT = 12  # digits where a point has to lie on a line
+DIGITS = 6  # of written numbers
+EXACT = 12  # digits of coordinates that must lie on a line
 SECTION, MATERIAL = "flat 20x5", "S235"
 Tables = Mapping[str, Any]
 
 
 class EditError(ValueError):
-    """An edit that cannot be made of this scene."""
+    """The scene does not permit the edit."""
 
 
 def drawn(tables: Tables) -> dict[str, complex]:
-    """Places of the points as the tables draw them [m]; those that cannot be read are left out."""
+    """Places of the points as drawn [m]; invalid ones are left out."""
     per_length = scale_of(tables)
     points = tables.get("points")
     ground = tables.get("links", {}).get(GROUND, {}) if isinstance(tables.get("links"), dict) else {}
@@ -43,22 +43,22 @@ def drawn(tables: Tables) -> dict[str, complex]:
 
 
 def scale_of(tables: Tables) -> float:
-    """Metres to a bare length of the file."""
+    """Length of a file's bare length unit [m]."""
     return PER_LENGTH.get(tables.get("units", "m"), 1.0)
 
 
 def ground_points(tables: Tables) -> Any:
-    """Points of the ground as the file lists them."""
+    """Points of the ground as listed in the file."""
     return tables.get("links", {}).get(GROUND, {}).get("points", ())
 
 
 def metres(value: Any, per_length: float) -> float:
-    """A length as it stands in a file [m]; ValueError where it is none."""
+    """Convert a length of the file to m; raise ValueError if it is not a length."""
     return float(Quantity.of_unit("m", value)) if isinstance(value, str) else float(value) * per_length
 
 
 def new_name(taken: Any, stem: str) -> str:
-    """The first free name: of a capital letter the next letters, of a word the word and a number."""
+    """First free name: next letters for a capital letter, else stem and number."""
     names = set(taken)
     if len(stem) == 1:
         letters = (chr(code) for code in range(ord(stem), ord("Z") + 1))
@@ -71,7 +71,7 @@ def new_name(taken: Any, stem: str) -> str:
 
 
 def with_points(text: str, tables: Tables, wanted: list[Any]) -> tuple[str, list[str]]:
-    """A text with a point more for every place among some points, and the names of all."""
+    """Add a point for each place in `wanted`; return the text and the names of all points."""
     taken = {*tables.get("points", ()), *drawn(tables)}
     per_length = scale_of(tables)
     names = []
@@ -87,13 +87,13 @@ def with_points(text: str, tables: Tables, wanted: list[Any]) -> tuple[str, list
 
 
 def add_point(text: str, tables: Tables, change: Tables) -> str:
-    """A point more, of a link where one is named, of the ground where it is fixed."""
+    """Add a point, fixed to the ground if `fixed`."""
     text, names = with_points(text, tables, [change["at"]])
     return fix(text, tomllib.loads(text), {"point": names[0]}) if change.get("fixed") else text
 
 
 def add_link(text: str, tables: Tables, change: Tables) -> str:
-    """A link through points and places, of a section and a material; three and more in a ring where `closed`."""
+    """Add a link through points and places; `closed` makes a ring of three or more."""
     text, names = with_points(text, tables, change["points"])
     if len(set(names)) < 2:
         raise EditError("a link needs two points apart from each other")
@@ -108,7 +108,7 @@ def add_link(text: str, tables: Tables, change: Tables) -> str:
 
 
 def fix(text: str, tables: Tables, change: Tables) -> str:
-    """A point that stands on the ground from now on; or no longer."""
+    """Fix a point to the ground, or release it."""
     point = change["point"]
     ground = tables.get("links", {}).get(GROUND)
     if ground is None:
@@ -121,7 +121,7 @@ def fix(text: str, tables: Tables, change: Tables) -> str:
 
 
 def moving_links(tables: Tables, point: str) -> list[str]:
-    """Links that move and have a point, one at least."""
+    """Moving links with a point; raise EditError if there are none."""
     links = tables.get("links", {})
     names = [name for name, link in links.items() if name != GROUND and point in link.get("points", ())]
     if not names:
@@ -130,15 +130,14 @@ def moving_links(tables: Tables, point: str) -> list[str]:
 
 
 def along(direction: complex) -> str:
-    """The angle of a direction as it stands in a file."""
+    """Write the angle of a direction as in a file."""
     return f"{math.degrees(cmath.phase(direction)):.{DIGITS}g} deg"
 
 
 def add_slot(text: str, tables: Tables, change: Tables) -> str:
-    """A straight slot of the ground, or of the link `on`, in which a point moves.
+    """Add a straight slot of the ground, or of the link `on`, for a point; or remove the present one.
 
-    Without a direction it lies along that link, a free end of which is put in line with the point; on the ground along
-    x; or there is none any longer.
+    Default direction: along the link `on`, whose free end is aligned with the point; on the ground, along x.
     """
     point, on = change["point"], change.get("on")
     if on is not None and on in tables.get("links", {}) and "direction" not in change:
@@ -160,7 +159,7 @@ def add_slot(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _aligned(text: str, tables: Tables, name: str, point: str) -> tuple[str, complex]:
-    """A text in which the line of a link passes a point, where an end of it is free; and the line's direction."""
+    """Align the free end of a link with a point, if it has one; return the text and the link's direction."""
     sheet, ends = drawn(tables), points_of(tables["links"][name])
     others = [each for other, link in tables["links"].items() if other != name for each in points_of(link)]
     free = [end for end in ends if end not in others]
@@ -174,7 +173,7 @@ def _aligned(text: str, tables: Tables, name: str, point: str) -> tuple[str, com
 
 
 def weld(text: str, tables: Tables, change: Tables) -> str:
-    """A point at which its links are joined rigidly; or no longer."""
+    """Weld the links at a point, or remove the weld."""
     point = change["point"]
     if point in tables.get("welds", {}):
         return without(text, ("welds", point))
@@ -187,13 +186,13 @@ def weld(text: str, tables: Tables, change: Tables) -> str:
 
 
 def welded(tables: Tables, point: str) -> list[str]:
-    """Links that a weld of a point joins: those that it names, or all that have the point."""
+    """Links that a weld of a point joins: named ones, or all with the point."""
     named = tables.get("welds", {}).get(point, {}).get("links")
     return named or [name for name, link in tables["links"].items() if point in points_of(link)]
 
 
 def add_spring(text: str, tables: Tables, change: Tables) -> str:
-    """A spring between two points, unloaded as drawn."""
+    """Add a spring between two points, unloaded as drawn."""
     text, (first, last) = with_points(text, tables, [change["from"], change["to"]])
     tables = tomllib.loads(text)
     grounded = ground_points(tables)
@@ -211,7 +210,7 @@ def add_spring(text: str, tables: Tables, change: Tables) -> str:
 
 
 def add_mass(text: str, tables: Tables, change: Tables) -> str:
-    """A point mass at a point of a moving link; or none any longer."""
+    """Add a point mass to a moving link, or remove it."""
     point = change["point"]
     if point in tables.get("masses", {}):
         return without(text, ("masses", point))
@@ -220,17 +219,16 @@ def add_mass(text: str, tables: Tables, change: Tables) -> str:
 
 
 def add_load(text: str, tables: Tables, change: Tables) -> str:
-    """A force at a point of a moving link [N]."""
+    """Add a force at a point of a moving link [N]."""
     point = change["point"]
     force = [float(f"{part:.{DIGITS}g}") for part in change["force"]]
     return with_table(text, ("loads", 0), {"link": moving_links(tables, point)[0], "point": point, "force": force})
 
 
 def cylinders_of(tables: Tables) -> Iterator[tuple[str, str, Tables]]:
-    """Every cylinder that a barrel and a rod draw: its name, its slider, and its parts.
+    """Name, slider and parts of each cylinder drawn by a barrel and a rod.
 
-    These are `from` and `to`, the points between which it pushes; `links`, rod and barrel; and `middle`, a second
-    point of the barrel, which fixes the line in it.
+    Parts: `from` and `to`, its end points; `links`, rod and barrel; `middle`, a second point of the barrel on its line.
     """
     links, sliders = tables.get("links", {}), tables.get("sliders", {})
     for drive in tables.get("drives", ()):
@@ -240,12 +238,12 @@ def cylinders_of(tables: Tables) -> Iterator[tuple[str, str, Tables]]:
         others = [point for other, link in links.items() if other != barrel for point in points_of(link)]
         alone = len(ends) == 2 and ends[1] not in others and len(points_of(links.get(rod, {}))) == 1
         if name in tables.get("cylinders", {}) and barrel != GROUND and alone and "through" in slider:
-            told = {"from": ends[0], "to": slider["through"], "links": [rod, barrel], "middle": ends[1]}
-            yield name, drive["slider"], told
+            parts = {"from": ends[0], "to": slider["through"], "links": [rod, barrel], "middle": ends[1]}
+            yield name, drive["slider"], parts
 
 
 def points_of(link: Tables) -> list[str]:
-    """Names of a link's points; none where they cannot be read."""
+    """Names of a link's points; none if invalid."""
     points = link.get("points", ())
     return [str(each) for each in points] if isinstance(points, list | dict) else []
 
@@ -258,7 +256,7 @@ LISTED = {"drive": "drives", "load": "loads", "spring": "springs", "gear": "gear
 
 
 def remove(text: str, tables: Tables, change: Tables) -> str:
-    """A part taken away, with all that hangs on it."""
+    """Remove a part and everything attached to it."""
     kind, name = change["kind"], change["name"]
     if kind in LISTED:
         return without(text, (LISTED[kind], int(name)))
@@ -281,7 +279,7 @@ def remove(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _without_naming(text: str, tables: Tables, names: Callable[[Tables], bool]) -> str:
-    """A text without drives, loads, springs, gears, slots and sliders that name something that goes."""
+    """Remove drives, loads, springs, gears, slots and sliders that name a removed part."""
     for kind in LISTED.values():
         entries = tables.get(kind, [])
         for number in range(len(entries) - 1, -1, -1):
@@ -297,13 +295,13 @@ def _without_naming(text: str, tables: Tables, names: Callable[[Tables], bool]) 
 
 
 def _slides(name: str, table: Tables) -> bool:
-    """Whether a table names a slider."""
+    """True if a table names a slider."""
     return bool(table.get("slider") == name)
 
 
 def _without_cylinder(text: str, tables: Tables, name: str) -> str:
-    """A text without a cylinder, its barrel, its rod and its drive; and without the point that it alone had."""
-    parts = next((told for other, _, told in cylinders_of(tables) if other == name), None)
+    """Remove a cylinder with its barrel, rod, drive and middle point."""
+    parts = next((parts for other, _, parts in cylinders_of(tables) if other == name), None)
     for link in parts["links"] if parts else ():
         text = remove(text, tomllib.loads(text), {"kind": "link", "name": link})
     text = without(text, ("points", parts["middle"])) if parts else text
@@ -311,7 +309,7 @@ def _without_cylinder(text: str, tables: Tables, name: str) -> str:
 
 
 def _without_point(text: str, tables: Tables, point: str) -> str:
-    """A text without a point: links of more than two points lose it, links of two go."""
+    """Remove a point: links of more than two points lose it, links of two points are removed."""
     for name, link in tables.get("links", {}).items():
         points = link.get("points", ())
         if point not in points:

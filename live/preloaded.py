@@ -1,4 +1,4 @@
-"""Imports of a process that gives whole answers, made once before it is forked."""
+"""Imports for processes of full answers, executed once before forking."""
 
 import elastic.elastodynamics  # noqa: F401
 import live.answer  # noqa: F401

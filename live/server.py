@@ -1,4 +1,4 @@
-"""The server of the live editor: page, answers and the one file, on the loopback address, for who has the token."""
+"""Server of the live editor on the loopback address: page, answers, one file; requests need the token."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ from live.share import LANDING, MARK, POLICY, linked
 
 HOST = "127.0.0.1"
 FIRST_PORT, PORTS = 49152, 16000
-LARGEST = 4_000_000  # bytes of a request
-KEPT = 4  # reports
+MAX_REQUEST = 4_000_000  # bytes
+MAX_REPORTS = 4  # reports kept in memory
 WEB = files("live") / "web"
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript"}
 SAFE = {
@@ -54,9 +54,9 @@ PAGE_POLICY = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-i
 
 @dataclass
 class Live:
-    """The state of the server: its file, its addresses, the worker, and the last reports.
+    """State of the server: file, address, worker and last reports.
 
-    `framed`: notebooks on this computer may show the page in a frame; otherwise nothing may.
+    `framed`: notebooks on this computer may show the page in a frame; otherwise no page may.
     """
 
     file: SceneFile
@@ -70,17 +70,17 @@ class Live:
 
     @property
     def hosts(self) -> tuple[str, str]:
-        """Names under which the server may be asked."""
+        """Host names that requests may use."""
         return f"{HOST}:{self.port}", f"localhost:{self.port}"
 
     @property
     def address(self) -> str:
-        """Of the page."""
+        """Address of the page."""
         return f"http://{HOST}:{self.port}/{self.token}/"
 
 
 def refusal(live: Live, request: Request) -> Response | None:
-    """The response to a request that has no right; None where it has."""
+    """Return an error response to an unauthorised request, else None."""
     if request.headers.get("host") not in live.hosts:
         return Response("this is not the address of the editor", 403)
     token = str(request.path_params.get("token", ""))
@@ -95,7 +95,7 @@ Handler = Callable[[Live, Request, Any], Response]
 
 
 def _guarded(live: Live, handler: Handler) -> Callable[[Request], Any]:
-    """A handler that is called in a thread, with the request's JSON, for who has the right."""
+    """Wrap a handler: check the request, parse its JSON, and run the handler in a thread."""
 
     async def respond(request: Request) -> Response:
         refused = refusal(live, request)
@@ -103,7 +103,7 @@ def _guarded(live: Live, handler: Handler) -> Callable[[Request], Any]:
             return refused
         given: Any = {}
         if request.method == "POST":
-            if int(request.headers.get("content-length") or LARGEST + 1) > LARGEST:
+            if int(request.headers.get("content-length") or MAX_REQUEST + 1) > MAX_REQUEST:
                 return Response("too large for a scene", 413)
             try:
                 given = json.loads(await request.body())
@@ -138,7 +138,7 @@ def _web(name: str, ancestors: str = "") -> Response:
 
 
 def _scene(live: Live, request: Request, given: Any) -> Response:
-    """The text of the file, and all that a page begins with."""
+    """Text of the file, and initial data of the page."""
     try:
         text, digest = live.file.read()
     except SceneError as error:
@@ -165,34 +165,34 @@ def _state(live: Live, request: Request, given: Any) -> Response:
 
 
 def _answer(live: Live, request: Request, given: Any) -> Response:
-    """The quick answer to a text after some edits; a whole answer that is under way is ended."""
+    """Apply edits to a text and answer it quickly; cancels a running full answer."""
     text, changes = given["text"], given.get("edits", ())
     live.worker.cancel()
-    told: dict[str, Any] = {"number": given.get("number"), "refused": ""}
+    reply: dict[str, Any] = {"number": given.get("number"), "refused": ""}
     try:
         for change in changes:
             text = edited(text, change, live.file.folder)
     except (EditError, ValueError) as error:
-        text, told["refused"] = given["text"], str(error)
-    asked = bool(given.get("numbers")), bool(given.get("dragged"))
-    answer, data = quick_answer(text, live.name, *asked, live.memory, live.file.folder, str(given.get("graph") or ""))
-    return Response(packed({**answer, **told, "text": text}, data), media_type="application/octet-stream")
+        text, reply["refused"] = given["text"], str(error)
+    options = bool(given.get("numbers")), bool(given.get("dragged"))
+    answer, data = quick_answer(text, live.name, *options, live.memory, live.file.folder, str(given.get("graph") or ""))
+    return Response(packed({**answer, **reply, "text": text}, data), media_type="application/octet-stream")
 
 
 def _full(live: Live, request: Request, given: Any) -> Response:
-    """The whole answer to a text; status 409 where a newer request has ended it."""
-    found = live.worker.answer(given["text"], live.name, live.file.folder)
-    if found is None:
+    """Full answer to a text; status 409 if a newer request cancelled it."""
+    result = live.worker.answer(given["text"], live.name, live.file.folder)
+    if result is None:
         return JSONResponse({"cancelled": True}, 409)
-    answer, data, report = found
+    answer, data, report = result
     key = None
     if report:
         key = secrets.token_urlsafe(6)
         live.reports[key] = report
-        while len(live.reports) > KEPT:
+        while len(live.reports) > MAX_REPORTS:
             live.reports.popitem(last=False)
-    told = {**answer, "number": given.get("number"), "report": key}
-    return Response(packed(told, data), media_type="application/octet-stream")
+    reply = {**answer, "number": given.get("number"), "report": key}
+    return Response(packed(reply, data), media_type="application/octet-stream")
 
 
 def _report(live: Live, request: Request, given: Any) -> Response:
@@ -214,15 +214,15 @@ def _save(live: Live, request: Request, given: Any) -> Response:
         return JSONResponse({"problem": f"not written: {(error.strerror or str(error)).lower()}"}, 507)
 
 
-ASKED: Mapping[str, Handler] = {
+HANDLERS: Mapping[str, Handler] = {
     "scene": _scene, "state": _state, "answer": _answer, "full": _full, "save": _save, "report": _report
 }  # fmt: skip
 
 
-def asked(live: Live, path: str, given: Any) -> Response:
-    """The response to a question that does not come by the socket, but from a page in a notebook's own hands."""
+def response_to(live: Live, path: str, given: Any) -> Response:
+    """Response to a widget's request, which arrives as a notebook message."""
     name, _, key = path.partition("/")
-    handler = ASKED.get(name)
+    handler = HANDLERS.get(name)
     if handler is None:
         return Response("there is no such question", 404)
     request = Request({"type": "http", "path_params": {"key": key}})
@@ -233,7 +233,7 @@ def asked(live: Live, path: str, given: Any) -> Response:
 
 
 def application(live: Live) -> Starlette:
-    """The application of the editor."""
+    """Web application of the editor."""
     routes: tuple[tuple[str, Handler, str], ...] = (
         ("/", _page, "GET"),
         ("/web/{name}", _file_of_page, "GET"),
@@ -257,9 +257,9 @@ def application(live: Live) -> Starlette:
 
 
 def scene_file(argument: str | None) -> tuple[SceneFile, str]:
-    """The file of an argument, there or to be, and its scene's name; a shipped one is to be in the working folder.
+    """File and scene name of an argument; the file may not exist yet, a shipped scene is copied to the working folder.
 
-    The scene that a report or a link carries has no file.
+    Scenes from reports and links have no file.
     """
     if argument is None:
         return SceneFile(None, EMPTY), "scene"
@@ -280,20 +280,20 @@ def scene_file(argument: str | None) -> tuple[SceneFile, str]:
 
 
 def wished_port(name: str) -> int:
-    """The port at which a file is served where that is free; the empty sheet has the same on every computer."""
+    """Preferred port of a file; the same for an empty sheet on every computer."""
     return FIRST_PORT + int(sha256(name.encode()).hexdigest(), 16) % PORTS
 
 
 def bound_socket(name: str) -> socket.socket:
-    """A socket on the loopback address: at the same port for the same file, so that the browser keeps its text."""
+    """Bind a socket on the loopback address, if possible at the same port, so that the browser keeps its text."""
     for port in (wished_port(name), 0):
         bound = socket.socket(
             socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP
-        )  # named: asyncio then sends at once
+        )  # with the protocol named, asyncio sets TCP_NODELAY
         bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, os.name != "nt")
         try:
             bound.bind((HOST, port))
-            bound.listen(64)  # so that who asks early waits
+            bound.listen(64)  # early requests wait
         except OSError:
             bound.close()
             if port == 0:
@@ -304,7 +304,7 @@ def bound_socket(name: str) -> socket.socket:
 
 
 class _Server(uvicorn.Server):
-    """A server that ends the answer under way when it is told to end: nobody is left to read it."""
+    """Server that cancels the running answer on shutdown."""
 
     def __init__(self, live: Live) -> None:
         config = uvicorn.Config(
@@ -319,21 +319,21 @@ class _Server(uvicorn.Server):
 
 
 def server_of(live: Live) -> uvicorn.Server:
-    """The server of an editor, ready to run with its socket."""
+    """Return the server of an editor; run it with its socket."""
     return _Server(live)
 
 
 def serve(argument: str | None, tell: Callable[[str], None], browse: bool = True) -> int:
-    """Serve the editor until it is interrupted; the exit status.
+    """Serve the editor until interrupted; return the exit status.
 
     Parameters
     ----------
     argument
-        A file, a shipped scene, or None for an empty sheet.
+        File, shipped scene, or None for an empty sheet.
     tell
-        Is given the lines for the terminal.
+        Receives the lines for the terminal.
     browse
-        Open the page.
+        True to open the page.
     """
     file, name = scene_file(argument)
     bound = bound_socket(str(file.path))

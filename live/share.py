@@ -1,4 +1,4 @@
-"""A scene carried in a link, and the page that opens such a link in an editor."""
+"""Scenes carried by links, and the landing page of such links."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MARK = "#scene="
 
 
 def fragment(text: str) -> str:
-    """The fragment of a link that carries a text, as `web/share.js` writes it.
+    """Fragment of a link with a scene's text, in the format of `web/share.js`.
 
     Examples
     --------
@@ -24,7 +24,7 @@ def fragment(text: str) -> str:
 
 
 def linked(link: str) -> str:
-    """The text that a link carries; SceneError where it cannot be read."""
+    """Return the text in a link; raise SceneError if it is damaged."""
     letters = link.partition(MARK)[2].strip()
     try:
         inflate = zlib.decompressobj()
@@ -43,6 +43,6 @@ if (/^\/[\w-]+\/$/.test(path)) location.replace(path + location.hash);
 WORDS = """This is an editor of mechanisms. Open the address that the command printed,
 then paste the link on its page."""
 LANDING = f'<!doctype html><html lang="en"><title>Live scene</title><p>{WORDS}</p><script>{SCRIPT}</script></html>'
-"""Where a link leads: a browser that had the editor open goes on to it, others are told what to do. It has no token."""
+"""Landing page of links, without token: forwards to an editor that was open in the browser, else explains."""
 HASH = b64encode(sha256(SCRIPT.encode()).digest()).decode()
 POLICY = f"default-src 'none'; script-src 'sha256-{HASH}'; frame-ancestors 'none'"

@@ -1,4 +1,4 @@
-"""Places of keys and values in a TOML text, and changes that leave all other characters as they are."""
+"""Spans of keys and values in a TOML text, and edits that preserve all other characters."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ Path = tuple[str | int, ...]
 Span = tuple[int, int]
 
 BARE = re.compile(r"[A-Za-z0-9_-]+")
-OTHER = re.compile(r"[^\s,\]}#]+")  # numbers and truth values; scenes hold no dates
+OTHER = re.compile(r"[^\s,\]}#]+")  # numbers and booleans; scenes contain no dates
 BLANK = re.compile(r"(?:[ \t]*\n)*")
 QUOTES = '"""', "'''", '"', "'"
 
 
 @dataclass(frozen=True)
 class Places:
-    """Where the parts of a TOML text stand, by their paths: numbers count the entries of a list from 0.
+    """Spans of the parts of a TOML text by path; list entries count from 0.
 
     Attributes
     ----------
     values
-        Of every value, also within lists and tables in braces, its first character and the one behind its last.
+        Span of each value, including those in lists and inline tables: first character, one past the last.
     tables
-        Of every table with a heading, its heading's first character and the end of the line of its last entry.
+        Span of each table with a heading: first character of the heading, end of the last entry's line.
     """
 
     values: Mapping[Path, Span]
     tables: Mapping[Path, Span]
 
     def nearest(self, path: Path) -> int | None:
-        """First character of the value or table of a path, or of the nearest that holds it; None where none does."""
+        """First character of a path's value or table, or of its nearest parent; None if there is none."""
         for length in range(len(path), 0, -1):
             for spans in (self.values, self.tables):
                 if path[:length] in spans:
@@ -43,7 +43,7 @@ class Places:
 
 @dataclass
 class _Scanner:
-    """Goes through a valid TOML text once."""
+    """Scans a valid TOML text once."""
 
     text: str
     at: int = 0
@@ -72,7 +72,7 @@ class _Scanner:
         return Places(self.values, self.tables)
 
     def _entered(self, keys: list[str], double: bool) -> Path:
-        """The path of a heading: of a list of tables, that of its last entry."""
+        """Path of a heading; for a list of tables, path of its last entry."""
         path: Path = ()
         for number, key in enumerate(keys):
             path = (*path, key)
@@ -83,7 +83,7 @@ class _Scanner:
         return path
 
     def _skip(self) -> bool:
-        """Go on behind spaces, line ends and comments; whether anything follows."""
+        """Skip white space and comments; return True if text follows."""
         while self.at < len(self.text):
             if self.text[self.at] == "#":
                 self.at = self._end_of_line()
@@ -154,7 +154,7 @@ class _Scanner:
 
 @lru_cache(maxsize=8)
 def places(text: str) -> Places:
-    r"""Where the parts of a valid TOML text stand.
+    r"""Return the spans of all parts of a valid TOML text.
 
     Examples
     --------
@@ -167,14 +167,14 @@ def places(text: str) -> Places:
 
 
 def replaced(text: str, changes: Iterable[tuple[Span, str]]) -> str:
-    """A text with other characters in some spans, which do not overlap."""
+    """Replace non-overlapping spans of a text."""
     for (begin, end), new in sorted(changes, reverse=True):
         text = text[:begin] + new + text[end:]
     return text
 
 
 def as_toml(value: Any) -> str:
-    """A value as it is written in a TOML text.
+    """Format a value as TOML.
 
     Examples
     --------
@@ -198,15 +198,15 @@ def _as_key(key: str) -> str:
 
 
 def with_value(text: str, path: Path, value: Any) -> str:
-    """A text with a value put in a place: in that of the value there, or as a new entry of its table.
+    """Set a value by its path: replace it, or add an entry to its table.
 
-    A list or a table in braces that lacks the entry is written anew; a table that is not there is added.
+    Adds the table if needed. An inline list or table is rewritten to take a new entry.
     """
     known = places(text)
     if path in known.values:
         return replaced(text, [(known.values[path], as_toml(value))])
     *above, key = path
-    if tuple(above) in known.values:  # a table in braces
+    if tuple(above) in known.values:  # inline table
         begin, end = known.values[tuple(above)]
         inner = text[begin + 1 : end - 1].rstrip().rstrip(",")
         entry = f"{_as_key(str(key))} = {as_toml(value)}"
@@ -221,7 +221,7 @@ def with_value(text: str, path: Path, value: Any) -> str:
 
 
 def with_table(text: str, path: Path, entries: Mapping[str, Any]) -> str:
-    """A text with one table more, behind the last of its kind: with two brackets where a number ends the path."""
+    """Add a table after the last of its kind; a path that ends in a number adds to a list of tables."""
     heading = ".".join(_as_key(str(part)) for part in path if not isinstance(part, int))
     heading = f"[[{heading}]]" if isinstance(path[-1], int) else f"[{heading}]"
     lines = [heading, *(f"{_as_key(key)} = {as_toml(value)}" for key, value in entries.items())]
@@ -232,7 +232,7 @@ def with_table(text: str, path: Path, entries: Mapping[str, Any]) -> str:
 
 
 def without(text: str, path: Path) -> str:
-    """A text without a table or an entry; a list is written anew without it."""
+    """Remove a table or an entry; inline lists and tables are rewritten."""
     known = places(text)
     below = [span for key, span in known.tables.items() if key[: len(path)] == path]
     if below:
@@ -263,5 +263,5 @@ def _beside(known: Places, above: Path) -> Iterator[Path]:
 
 
 def line_of(text: str, at: int) -> int:
-    """The line that holds a character, from 1."""
+    """Number of the line with a character, from 1."""
     return text.count("\n", 0, at) + 1

@@ -1,28 +1,28 @@
-"""The live editor as a widget: its page asks by messages of a notebook, wherever the kernel runs."""
+"""Live editor as a widget: requests are notebook messages, so the kernel may run anywhere."""
 
 from __future__ import annotations
 
 import threading
 from typing import Any
 
-from live.server import WEB, Live, asked
+from live.server import WEB, Live, response_to
 
 PAGE = "page.html", "live.css", "text.js", "talk.js", "drawing.js", "share.js", "graph.js", "tools.js", "main.js"
 
 
 def widget_of(live: Live) -> Any:
-    """The widget of an editor.
+    """Return the widget of an editor.
 
     Raises
     ------
     ModuleNotFoundError
-        Anywidget is not installed.
+        If anywidget is not installed.
     """
     import anywidget
     import traitlets
 
-    class Editor(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
-        """The page of an editor: its files, the name of its scene, and its address on the kernel's computer."""
+    class EditorWidget(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
+        """Page of the editor: files, scene name, and address on the kernel's computer."""
 
         _esm = (WEB / "widget.js").read_text(encoding="utf-8")
         files = traitlets.Dict().tag(sync=True)
@@ -30,10 +30,10 @@ def widget_of(live: Live) -> Any:
         address = traitlets.Unicode().tag(sync=True)
 
     files = {name: (WEB / name).read_text(encoding="utf-8") for name in PAGE}
-    editor = Editor(files=files, name=live.name, address=live.address)
+    editor = EditorWidget(files=files, name=live.name, address=live.address)
 
     def answer(content: dict[str, Any]) -> None:
-        response = asked(live, str(content["path"]), content["given"])
+        response = response_to(live, str(content["path"]), content["given"])
         editor.send({"number": content["number"], "status": response.status_code}, [bytes(response.body)])
 
     def listen(_: Any, content: dict[str, Any], buffers: Any) -> None:

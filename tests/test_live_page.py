@@ -447,7 +447,7 @@ widget.render({ model, el: document.getElementById("cell") });
 @contextmanager
 def notebook_with_widget(scene, policy=None, answers=True):
     """The address of a page with a widget: requests of that page stand in for messages, and no editor is served."""
-    from live.server import WEB, Live, asked
+    from live.server import WEB, Live, response_to
     from live.widget import PAGE
 
     live = Live(SceneFile(scene), "mine", "secret", 0)
@@ -470,7 +470,7 @@ def notebook_with_widget(scene, policy=None, answers=True):
         def do_POST(self):
             words = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
             if answers:
-                response = asked(live, words["path"], words["given"])
+                response = response_to(live, words["path"], words["given"])
                 self.respond(response.body, response.media_type, response.status_code)
 
         def log_message(self, *words):
