@@ -120,7 +120,7 @@ def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend
     add(quantity(value, diagram.unit), 2 * tick, _bar(left + tick + middle + np.array([-0.5j, 0.5j]) * tall, tick))
     signs: list[tuple[tuple[str, ...], str]] = [((POSITIVE,), f"{diagram.symbol} > 0")]
     if diagram.signed:
-        signs += [((NEGATIVE,), f"{diagram.symbol} < 0"), ((POSITIVE, NEGATIVE), "one over the other")]
+        signs += [((NEGATIVE,), f"{diagram.symbol} < 0"), ((POSITIVE, NEGATIVE), "both overlap")]
     for fills, text in signs:
         square = left + middle + 0.6 * letter * np.array([-1j, 2 - 1j, 2 + 1j, 1j])
         add(text, 1.2 * letter, *(_patch(square, fill) for fill in fills))
