@@ -6,12 +6,12 @@ from figure_table import Table
 from scipy.optimize import brentq
 
 from kinelast.designs.optimum import optimum
-from kinelast.designs.problem import Problem, linearized
+from kinelast.designs.problem import DesignProblem, linearized
 from kinelast.scene.limits import Limit
 
 
 def problem(columns, low, high, figure="cost", **more):
-    return Problem(lambda values: Table(columns(*values.T)), np.array(low), np.array(high), figure, **more)
+    return DesignProblem(lambda values: Table(columns(*values.T)), np.array(low), np.array(high), figure, **more)
 
 
 def test_gradients_are_exact_for_polynomials_of_degree_four():

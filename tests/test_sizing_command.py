@@ -19,7 +19,7 @@ from kinelast.designs import full_sample
 from kinelast.designs.plan import plan_of
 from kinelast.designs.problem import optimization_task, tolerance_task
 from kinelast.designs.search import batched
-from kinelast.designs.studies import ROUNDS
+from kinelast.designs.studies import MAX_ROUNDS
 from kinelast.outputs.sensitivities import Bars, bars_svg
 from kinelast.scene import build, parsing
 from kinelast.scene.document import document_from_text, read_document
@@ -229,7 +229,7 @@ def test_a_study_parses_its_scene_once(option, scene, tmp_path, monkeypatch):
     assert calls["parse"] == ["text", "tables"]
     tables = [given[0] for given in calls["built"]]
     assert all(tables.count(table) == 1 for table in tables)
-    more = {"--optimize": ROUNDS + 1, "--tolerances": full_sample.ROUNDS[-1]}  # a best design is reported, too
+    more = {"--optimize": MAX_ROUNDS + 1, "--tolerances": full_sample.SAMPLE_SIZES[-1]}  # the best design, too
     assert len(tables) <= 1 + more.get(option, 0)
 
 

@@ -1,4 +1,4 @@
-"""Many designs of a scene at once: numbers of the file by their paths, and the figures of every design."""
+"""Many designs of a scene at once: numbers by their paths in, figures out."""
 
 from kinelast.designs.evaluate import Designs, evaluate
 from kinelast.scene.variables import Variable

@@ -1,4 +1,4 @@
-"""A scene and the numbers of it that differ by design, looked at once for all designs, and as arrays of many."""
+"""Base of a scene's designs: the numbers that differ, which of them can be arrays, and the figures."""
 
 from __future__ import annotations
 
@@ -39,24 +39,26 @@ TABLES_ON_AXIS = (
     "sliders",
     "slots",
 )
-EVEN = 16  # positions at which designs are looked at for buckling, besides the worst ones of the scene
-FLOATS = ("poisson", "strain")  # plain numbers of a file that can be arrays
+EVEN_POSITIONS = 16  # at which designs are checked for buckling, in addition to the worst of the scene
+FLOATS = ("poisson", "strain")  # dimensionless numbers that can be arrays
 
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """The base of a scene's designs: its document, and the places and kinds of the numbers that differ.
+    """Document of a scene, and the numbers in which its designs differ.
+
+    "Nominal" below means the scene as written.
 
     Attributes
     ----------
     document
-        As it stands.
+        Nominal document.
     places
-        Of the numbers that differ.
+        Places of the numbers that differ.
     on_axis
-        Whether each of them can be an array; designs that differ in another number are computed apart.
+        For each number, True if it can be an array; designs that differ in another number are computed separately.
     measures
-        The figures that are asked for.
+        Requested figures.
     """
 
     document: Document
@@ -71,25 +73,25 @@ class Base:
 
     @property
     def scene(self) -> Scene:
-        """The scene as it stands."""
+        """Nominal scene."""
         return self.document.scene
 
     @cached_property
     def pressed_at(self) -> Integers:
-        """Positions at which designs are screened for buckling: even ones, and the worst of the scene."""
+        """Positions at which designs are checked for buckling: even ones, and the worst of the nominal scene."""
         times = self.scene.course.times()
         cycle = Cycle(self.scene, self.scene.course.at(times))
-        even = np.linspace(0, len(times) - 1, min(EVEN, len(times))).round().astype(int)
+        even = np.linspace(0, len(times) - 1, min(EVEN_POSITIONS, len(times))).round().astype(int)
         return np.unique([*even, *np.ravel(cycle.pressed.position)])
 
     @cached_property
     def fields(self) -> frozenset[str]:
-        """Fields that the figures take."""
+        """Fields that the figures need."""
         return frozenset(key for measure in self.measures for key in measure.figure.fields)
 
 
 def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | Figure] | None) -> Base:
-    """A scene and its numbers and figures by name; raises as `evaluate`."""
+    """Look up numbers and figures of a scene by name; raises as `evaluate`."""
     table = document.table
     places = tuple(place_of(table, path) for path in paths)
     if varied := _links_that_vary(table, places):
@@ -99,31 +101,31 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | Fi
     keys = {measure.figure.key for measure in known.values()}
     asked = {name.partition(".")[0] for name in figures or () if isinstance(name, str)}
     bounded = {limit.figure for limit in limits_of(scene)}
-    if scene.output is None and not asked | bounded <= keys:  # of an output, to guess
+    if scene.output is None and not asked | bounded <= keys:  # figures of an output: guess the output
         known = design_measures(scene, output_of(scene))
-    told = [name for name, each in known.items() if each.figure.told and each.items is None]
-    names: Sequence[str | Figure] = told if figures is None else figures
+    default = [name for name, each in known.items() if each.figure.told and each.items is None]
+    names: Sequence[str | Figure] = default if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
     return Base(document, places, on_axis, tuple(chosen(known, names)))
 
 
 def design_measures(scene: Scene, output: Output | None) -> dict[str, Measure]:
-    """All figures that the designs of a scene with this output have, by name: with limits whether they are kept."""
+    """All figures of a scene's designs with this output, by name, including those of the limits."""
     figures = figures_of(output)
     return measures_of(scene, [*figures, *limits_kept(scene, figures)] if limits_of(scene) else figures)
 
 
 def _links_that_vary(table: SceneTable, places: Iterable[Place]) -> frozenset[str]:
-    """Names of the links with points among the numbers that differ."""
+    """Names of the links with a varied point."""
     drawn = {place.keys[1] for place in places if place.keys[0] == "points"}
     own = {place.keys[1] for place in places if place.keys[0] == "links" and place.keys[2] == "points"}
     return frozenset(own.union(name for name, link in table.links.items() if drawn & set(link.points)))
 
 
 def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
-    """Whether a number can be an array: it changes neither the scene's parts nor the choice of branch.
+    """True if a number can be an array: it affects neither the parts nor the assembly branch.
 
-    Friction is found for all columns in as many rounds as the slowest takes: there designs would not be their own.
+    With friction no number can: its iteration ends when all columns converge, so designs would affect each other.
     """
     top, *inner = place.keys
     plain = not isinstance(place.leaf, Quantity | Sizes | Direction)
@@ -153,7 +155,7 @@ def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
 
 
 def _follows_its_drawing(table: SceneTable, scene: Scene) -> bool:
-    """Whether every design finds its branch on its own drawing: all groups are links that are driven, or dyads."""
+    """True if the drawing alone determines each design's branch: all groups are driven links or dyads."""
     closed = all(group.closed_form for group in structure(scene.mechanism).groups)
     start_drawn = any(drive.start is None and drive.motion is None and drive.link for drive in table.drives)
     one_way = not start_drawn or len(table.drives) == 1
@@ -161,7 +163,7 @@ def _follows_its_drawing(table: SceneTable, scene: Scene) -> bool:
 
 
 def _goes_by_its_start(table: SceneTable) -> bool:
-    """Whether how far a drive goes is found from its drawn start: its law tells where it ends, or is repeated."""
+    """True if the stroke of a drive depends on its drawn start: its law ends at a given position, or repeats."""
     drawn = [drive for drive in table.drives if drive.start is None and drive.law is not None]
     return any(drive.repeat for drive in drawn) or any(
         segment.to is not None for drive in drawn for segment in drive.law or ()
@@ -174,36 +176,36 @@ def _is_tapered(section: Any) -> bool:
 
 
 def _shears(table: SceneTable) -> bool:
-    """Whether shear rigidities come from E and G."""
+    """True if shear rigidities follow from E and G."""
     return any(material.G is not None for material in table.materials.values())
 
 
 @dataclass(frozen=True, eq=False)
 class DesignRows:
-    """Some of the designs: their rows among all, and their values, shape (designs, paths)."""
+    """Some of the designs: row indices and values, shape (designs, paths)."""
 
     rows: Integers
     values: Reals
 
     def at(self, which: Any) -> DesignRows:
-        """Some of them, by their places."""
+        """Select designs by position in this group."""
         return DesignRows(self.rows[which], self.values[which])
 
     def without(self, rows: Any) -> DesignRows:
-        """The others."""
+        """Remove designs by row index."""
         kept = ~np.isin(self.rows, rows)
         return DesignRows(self.rows[kept], self.values[kept])
 
 
 def table_with(base: Base, group: DesignRows) -> SceneTable:
-    """Tables of designs that agree in the numbers that cannot be arrays; their first row is the scene as it stands.
+    """Tables of designs with equal values of all numbers that cannot be arrays; the first row is the nominal scene.
 
-    Where no number is an array, all the designs are one, and the tables those of a single scene.
+    If no number is an array, all designs are one, and the tables are those of a single scene.
 
     Raises
     ------
     SceneError
-        A number that they agree in cannot stand there.
+        If a common number is invalid.
     """
     apart = {place.variable.path: group.values[0, k] for k, place in enumerate(base.places) if not base.on_axis[k]}
     table = base.document.with_values(apart).table
@@ -215,7 +217,7 @@ def table_with(base: Base, group: DesignRows) -> SceneTable:
 
 
 def _many(place: Place, each: Any) -> Any:
-    """The content of a place for many designs."""
+    """Content of a place for many designs."""
     leaf, bare_unit = place.leaf, "" if place.variable.unit == "1" else place.variable.unit
     if isinstance(leaf, Sizes):
         both = Size.many(each, bare_unit)
@@ -229,7 +231,7 @@ def _many(place: Place, each: Any) -> Any:
 
 
 def out_of_bounds(base: Base, group: DesignRows) -> Iterator[tuple[Any, Any]]:
-    """Rows of designs with a number that is out of the bounds of its place, and the problem of each."""
+    """Rows of designs with a number out of its bounds, and the message for each."""
     fine = np.ones(len(group.rows), bool)
     for k, place in enumerate(base.places):
         if not base.on_axis[k]:

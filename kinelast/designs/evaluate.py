@@ -1,4 +1,4 @@
-"""All designs of a scene on the array axis: their numbers in, a figure of every design out."""
+"""Evaluation of many designs of a scene on an array axis."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from rigid.arrays import Integers
 from rigid.chunks import columns_of
 from rigid.positions import select_designs
 
-BLOCK = 4096  # designs that are built at once
-KNOTS = 64  # at which a turn is looked at at least where its positions are far apart
-SAFE = 2.0  # times the load over the critical load at some positions, that it may be between them
-WIDE = 2  # times the columns of a motion go together: the greatest values are searched in many steps of few columns
+BLOCK = 4096  # designs built at once
+MIN_POSITIONS = 64  # lower bound of the positions per design, for the batch size
+BUCKLING_MARGIN = 2.0  # largest load between positions, relative to the load at some of them
+BATCH_FACTOR = 2  # batch size relative to that of a motion: the maximum search uses small arrays
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,13 +37,13 @@ class Designs:
     Attributes
     ----------
     columns
-        By name, a figure of every design in SI units, nan where it is not known, shape (designs,).
+        Figures in SI units by name, shape (designs,); nan if unknown.
     units
         Their SI units.
     reason
-        Why a design has no figures; empty where it has, shape (designs,).
+        Why a design has no figures, shape (designs,); empty if it has.
     place
-        By name, where a figure is largest: a number that is the same for the same beam or joint and position.
+        Where a figure is largest, by name: an integer that identifies beam or joint and position.
     """
 
     columns: Mapping[str, Reals]
@@ -58,30 +58,29 @@ class Designs:
 def evaluate(
     scene: Document | Tables, paths: Sequence[str], values: Any, figures: Sequence[str | Figure] | None = None
 ) -> Designs:
-    """Figures of many designs of a scene, which differ in some of its numbers.
+    """Compute quasi-static figures of many designs, which differ in some numbers of a scene.
 
-    The answer is the quasi-static one. What a design comes to does not depend on the others.
+    The result of a design does not depend on the other designs.
 
     Parameters
     ----------
     scene
-        Its document, or the tables of its file.
+        Document, or tables of a file.
     paths
-        Of the numbers, see `variable`.
+        Paths of the numbers, see `variable`.
     values
-        Of every design, in the SI units of the variables, shape (designs, paths).
+        Values in SI units, shape (designs, paths).
     figures
-        Names, or figures of one's own; where left out those of a design's summary. Only what is asked for is computed.
+        Names or `Figure` objects; default: those of a design's summary. Only these are computed.
 
     Raises
     ------
     SceneError
-        The tables hold a mistake, there is no such number, or no such figure. What is wrong with a design alone is
-        its `reason`.
+        If the tables are invalid, or there is no such number or figure. Errors of a single design are its `reason`.
 
     Examples
     --------
-    The mass of the steel four-bar with bars of 3 mm and of 6 mm, in grams:
+    Mass in grams of the steel four-bar with bars of 3 mm and 6 mm:
 
     >>> from kinelast import shipped_scenes
     >>> from kinelast.scene.document import read_document
@@ -94,7 +93,7 @@ def evaluate(
 
 
 def evaluated(base: Base, values: Any) -> Designs:
-    """Figures of many designs, which differ in the numbers of a base; as `evaluate`."""
+    """Compute figures of many designs from their base; see `evaluate`."""
     values, paths = np.asarray(values, float), base.places
     if values.ndim != 2 or values.shape[1] != len(paths):
         raise ValueError(f"values of shape {values.shape} for {len(paths)} paths, expected (designs, {len(paths)})")
@@ -117,12 +116,12 @@ def evaluated(base: Base, values: Any) -> Designs:
 
 
 Words = NDArray[np.object_]
-"""Texts, of every design one."""
+"""One text per design."""
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """Results of some designs: their rows, reasons and figures."""
+class PartialResult:
+    """Results of some designs: rows, reasons and figures."""
 
     rows: Integers
     reason: Any
@@ -130,7 +129,7 @@ class Part:
 
 
 def _groups(base: Base, values: Any) -> Iterator[DesignRows]:
-    """Designs that can be on one axis of arrays: those that agree in the numbers that cannot be arrays."""
+    """Group designs by the numbers that cannot be arrays, in blocks."""
     apart = [k for k, place in enumerate(base.places) if not base.on_axis[k]]
     if not apart:
         same = np.zeros(len(values), int)
@@ -144,72 +143,72 @@ def _groups(base: Base, values: Any) -> Iterator[DesignRows]:
                 yield DesignRows(some, values[some])
 
 
-def _computed(base: Base, group: DesignRows) -> Iterator[Part]:
-    """Figures of the designs of a group; those that cannot be built are left with their reasons."""
+def _computed(base: Base, group: DesignRows) -> Iterator[PartialResult]:
+    """Compute a group of designs; designs that cannot be built get a reason."""
     for rows, reason in out_of_bounds(base, group):
-        yield Part(rows, reason, {})
+        yield PartialResult(rows, reason, {})
         group = group.without(rows)
     while len(group.rows):
         try:
             document = base.document
             many = built(table_with(base, group), base.scene.name, document.files, varied=document.varied)
-            scene = _wide(base, many, len(group.rows) + 1)
+            scene = _with_design_axis(base, many, len(group.rows) + 1)
         except (SceneError, MechanismError) as error:
             wrong = getattr(error, "designs", None)
             if wrong is None or not len(wrong):
-                yield Part(group.rows, str(error), {})
+                yield PartialResult(group.rows, str(error), {})
                 return
-            # Row 0 is the scene as it stands.
+            # row 0 is the nominal scene
             bad = group.rows[wrong[wrong > 0] - 1]
             if not len(bad):
-                yield Part(group.rows, f"the scene as it stands: {error}", {})
+                yield PartialResult(group.rows, f"the scene as it stands: {error}", {})
                 return
-            yield Part(bad, str(error), {})
+            yield PartialResult(bad, str(error), {})
             group = group.without(bad)
             continue
-        yield from _moved(base, scene, group)
+        yield from _in_batches(base, scene, group)
         return
 
 
-def _wide(base: Base, scene: Scene, count: int) -> Scene:
-    """A scene of many designs, its sections as arrays, so that all figures have an axis for the designs."""
+def _with_design_axis(base: Base, scene: Scene, count: int) -> Scene:
+    """Make the sections of a scene arrays, so that all figures have an axis of designs."""
     if not scene.sections or not any(base.on_axis):
         return scene
     first = replace(scene.sections[0], EA=np.broadcast_to(scene.sections[0].EA, (count, 1)))
     return replace(scene, sections=(first, *scene.sections[1:]))
 
 
-def _moved(base: Base, scene: Scene, group: DesignRows) -> Iterator[Part]:
-    """The designs of a scene that stands for many, as many at a time as stay in the cache."""
+def _in_batches(base: Base, scene: Scene, group: DesignRows) -> Iterator[PartialResult]:
+    """Compute the designs of an array scene in batches that fit the cache."""
     if not any(base.on_axis):
-        yield from _answered(base, scene, group)
+        yield from _all_positions(base, scene, group)
         return
-    positions = max(scene.run.positions, KNOTS)
-    step = max(WIDE * columns_of(scene.mechanism, positions) // positions, 2) - 1
+    positions = max(scene.run.positions, MIN_POSITIONS)
+    step = max(BATCH_FACTOR * columns_of(scene.mechanism, positions) // positions, 2) - 1
     for first in range(0, len(group.rows), step):
-        yield from _some(base, scene, group, np.arange(first, min(first + step, len(group.rows))), step)
+        yield from _batch(base, scene, group, np.arange(first, min(first + step, len(group.rows))), step)
 
 
-def _some(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) -> Iterator[Part]:
-    """Figures of some designs, behind the scene as it stands, which picks the branch, and padded by copies of it.
+def _batch(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) -> Iterator[PartialResult]:
+    """Compute a batch: the nominal scene, which selects the branch, the designs, and copies of the nominal as padding.
 
-    So what a design comes to does not depend on the others: even the last digits of numpy's products change with the
-    size of the arrays.
+    All batches have one size, so that a design's result does not depend on the others: round-off of numpy's products
+    depends on the array size.
     """
     rows = np.zeros(step + 1, int)
     rows[1 : len(which) + 1] = which + 1
     try:
-        yield from _answered(base, select_designs(scene, rows, (len(group.rows) + 1, 1)), group.at(which))
+        yield from _all_positions(base, select_designs(scene, rows, (len(group.rows) + 1, 1)), group.at(which))
     except (SceneError, MechanismError, TableError) as error:
         if len(which) == 1:
-            yield Part(group.rows[which], str(error), {})
+            yield PartialResult(group.rows[which], str(error), {})
             return
         for half in np.array_split(which, 2):
-            yield from _some(base, scene, group, half, step)
+            yield from _batch(base, scene, group, half, step)
 
 
-def _answered(base: Base, scene: Scene, group: DesignRows) -> Iterator[Part]:
-    """Figures of the designs at all positions; a row 0 before them is left out."""
+def _all_positions(base: Base, scene: Scene, group: DesignRows) -> Iterator[PartialResult]:
+    """Figures of the designs at all positions; the nominal row 0 is left out."""
     rows = group.rows
     cycle = Cycle(scene, scene.course.at(scene.course.times()), wanted=base.fields, used=len(rows) + 1)
     counted = slice(1, len(rows) + 1) if len(cycle.columns) > 1 else slice(None)
@@ -219,13 +218,13 @@ def _answered(base: Base, scene: Scene, group: DesignRows) -> Iterator[Part]:
         figures[measure.name] = np.atleast_1d(value)[counted], np.atleast_1d(place)[counted]
     reason = np.array(np.broadcast_to(np.atleast_1d(_reasons(cycle))[counted], len(rows)))
     if scene.labels and not all(measure.figure.rigid for measure in base.measures):
-        for at in np.flatnonzero((reason == "") & (SAFE * _pressed(base, cycle)[counted] >= 1.0)):
+        for at in np.flatnonzero((reason == "") & (BUCKLING_MARGIN * _pressed(base, cycle)[counted] >= 1.0)):
             reason[at] = _buckles(base, group.values[at])
-    yield Part(rows, reason, figures)
+    yield PartialResult(rows, reason, figures)
 
 
 def _reasons(cycle: Cycle) -> Words:
-    """Why designs have no figures, shape (designs,); empty where they have."""
+    """Why designs have no figures, shape (designs,); empty if they have."""
     motion, reached = cycle.motion, cycle.reached
     known = cycle.columns[:-1]
     reason = np.full(known, "", object)
@@ -240,7 +239,7 @@ def _reasons(cycle: Cycle) -> Words:
                 )
             elif share[at]:
                 reason[at] = f'{share[at]:.0%} of the positions are out of reach: the joint "{joint[at]}" opens'
-    bent = cycle.__dict__.get("deflection")  # where no figure asks for it, it does not matter
+    bent = cycle.__dict__.get("deflection")  # None if no figure needs it
     for block in () if bent is None else bent.blocks:
         off = (reached & np.isnan(block.xi)).any(axis=-1)
         number, beam = motion.mechanism.beams[block.beam]
@@ -252,14 +251,14 @@ def _reasons(cycle: Cycle) -> Words:
 
 
 def _pressed(base: Base, cycle: Cycle) -> Reals:
-    """Load over critical load at most at some positions, shape (designs,)."""
+    """Largest load over critical load at some positions, shape (designs,)."""
     if len(cycle.columns) > 1:
         cycle = Cycle(cycle.scene, cycle.scene.course.at(cycle.scene.course.times()[..., base.pressed_at]))
     return np.atleast_1d(cycle.pressed.value.max(axis=0, initial=0.0))
 
 
 def _buckles(base: Base, values: Reals) -> str:
-    """That a design buckles, in words; empty where it does not. It was only known not to be far from it."""
+    """Describe how a design buckles, empty if it does not; for designs near the critical load."""
     scene = base.document.with_values({place.variable.path: float(value)
                                        for place, value in zip(base.places, values, strict=True)}).scene  # fmt: skip
     words = Results(scene, scene_deflection(scene, scene_motion(scene, partial=True))).buckles
@@ -267,7 +266,7 @@ def _buckles(base: Base, values: Reals) -> str:
 
 
 def _opening_joint(cycle: Cycle) -> Words:
-    """Name of the inner joint of the first group that does not close somewhere, shape (designs,)."""
+    """Inner joint of the first group that does not close at all positions, shape (designs,)."""
     motion = cycle.motion
     name = np.full(cycle.columns[:-1], "", object)
     for closed in motion.closures:
@@ -280,15 +279,15 @@ def _opening_joint(cycle: Cycle) -> Words:
 
 
 class DesignPlan(Protocol):
-    """Which designs there are: the values of numbers of a scene, by the number of the design alone."""
+    """Values of a scene's numbers as a function of the design's index."""
 
     @property
     def count(self) -> int:
-        """How many designs."""
+        """Number of designs."""
 
     @property
     def paths(self) -> tuple[str, ...]:
-        """Which numbers of the scene differ."""
+        """Paths of the numbers that differ."""
 
     def values(self, first: int, last: int) -> Reals:
         """Values of designs first to last - 1 in SI units, shape (last - first, paths)."""
@@ -296,10 +295,9 @@ class DesignPlan(Protocol):
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Figures of the designs of a plan, see `kinelast.sweep.running.Compute`.
+    """Evaluates the designs of a plan, see `kinelast.sweep.running.Compute`.
 
-    A row holds the numbers that differ, by their paths, and the figures by their names; all are kept where a process
-    that computes chunks gets it pickled.
+    A row contains the varied numbers by path and the figures by name.
     """
 
     document: Document
@@ -307,12 +305,12 @@ class Evaluation:
     figures: tuple[str, ...] | None = None
 
     def __reduce__(self) -> Any:
-        """Pickled by document, plan and figures: the base is built again."""
+        """Pickle document, plan and figures; the base is built again."""
         return Evaluation, (self.document, self.plan, self.figures)
 
     @cached_property
     def base(self) -> Base:
-        """The base of all designs, made once in every process."""
+        """Base of all designs, made once per process."""
         return base_of(self.document, self.plan.paths, self.figures)
 
     @property

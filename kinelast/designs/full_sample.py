@@ -1,4 +1,4 @@
-"""Full answers of some sampled machines, and response surfaces that carry them to all of the sample."""
+"""Full answers of some sampled machines, extended to the whole sample by response surfaces."""
 
 from __future__ import annotations
 
@@ -12,23 +12,22 @@ from scipy.interpolate import RBFInterpolator
 from kinelast.figures.limits import FullAnswer
 from rigid.arrays import Flags, Reals
 
-ROUNDS = 8, 16, 32  # machines that are answered in full, until the surfaces are right
-SMOOTH = 0.002  # error of a surface, relative to its figure, that needs no more machines
+SAMPLE_SIZES = 8, 16, 32  # machines with a full answer, until the surfaces are accurate
+MAX_SURFACE_ERROR = 0.002  # of a surface that needs no more machines, relative to its figure
 
 
 @dataclass(frozen=True)
 class FullColumn:
-    """A figure of sampled machines by their full answers.
+    """Figure of sampled machines from full answers.
 
     Attributes
     ----------
     value
-        By the response surface, shape (machines,); nan if a full answer is not known.
+        Values from the response surface, shape (machines,); nan if a full answer is unknown.
     error
-        Greatest error that a full answer states, relative to its figure.
+        Largest stated error of the full answers, relative to the figure.
     surface
-        Error of the response surface, relative to the figure: twice the root mean square of what it misses of each
-        machine that is answered in full, found from the others.
+        Error of the response surface, relative to the figure: twice the rms leave-one-out error.
     """
 
     value: Reals
@@ -39,26 +38,26 @@ class FullColumn:
 def full_columns(
     answer: Callable[[Reals], FullAnswer], machines: Reals, columns: Mapping[str, Reals], scale: Reals
 ) -> dict[str, FullColumn]:
-    """Figures of sampled machines by full answers of some of them.
+    """Extend full answers of some machines to all sampled machines.
 
-    A surface is of the quotient of the full and the quasi-static figure.
+    A response surface interpolates the ratio of full to quasi-static figure.
 
     Parameters
     ----------
     answer
-        From the numbers of a machine to its full answer.
+        Function from the numbers of a machine to its full answer.
     machines, scale
-        Numbers of all machines, shape (machines, numbers), and the tolerance of each number.
+        Numbers of all machines, shape (machines, numbers); tolerance of each number.
     columns
-        Quasi-static figures of all machines by name.
+        Quasi-static figures of all machines, by name.
     """
     shares = machines / np.where(scale > 0.0, scale, 1.0)
     answers: list[FullAnswer] = []
     known: dict[str, FullColumn] = {}
-    for count in ROUNDS:
+    for count in SAMPLE_SIZES:
         answers += [answer(row) for row in machines[len(answers) : count]]
         known = {name: _column(shares, answers, name, np.asarray(values, float)) for name, values in columns.items()}
-        if all(not each.surface > SMOOTH for each in known.values()):
+        if all(not each.surface > MAX_SURFACE_ERROR for each in known.values()):
             break
     return known
 
@@ -80,7 +79,7 @@ def _column(shares: Reals, answers: list[FullAnswer], name: str, plain: Reals) -
 
 
 def _surface(places: Reals, values: Reals) -> Callable[[Reals], Reals]:
-    """A surface through values: a linear one and cubic radial functions, or without the linear one if they are few."""
+    """Interpolate by cubic radial functions plus a linear one, or by linear radial functions if points are few."""
     linear = len(places) > places.shape[1] + 1
     surface: Callable[[Reals], Reals] = RBFInterpolator(
         places, values, kernel="cubic" if linear else "linear", degree=1 if linear else 0
@@ -89,14 +88,14 @@ def _surface(places: Reals, values: Reals) -> Callable[[Reals], Reals]:
 
 
 def kept_by(limits: Sequence[tuple[Callable[[Any], Flags], bool, FullColumn]], side: float) -> Flags:
-    """Whether machines keep all limits, shape (machines,).
+    """True for each machine that keeps all limits, shape (machines,).
 
     Parameters
     ----------
     limits
-        Each as a test of figures, whether its bound is a least value, and the figures.
+        For each limit: test of values, True for a lower bound, and the figure.
     side
-        How many errors of the surface count, on the side of the bound.
+        Number of surface errors added towards the bound.
     """
     kept = [
         test(each.value * (1.0 + (-1.0 if least else 1.0) * (each.error + side * each.surface)))

@@ -1,4 +1,4 @@
-"""The best design of a problem, with its certificate: the limits that hold it, their cost, its neighbours."""
+"""Best design of a problem, with a certificate: active limits, their cost, neighbouring designs."""
 
 from __future__ import annotations
 
@@ -9,29 +9,29 @@ import numpy as np
 from scipy.optimize import lsq_linear
 from scipy.stats import qmc
 
-from kinelast.designs.problem import KEPT, OptimizationTask, Problem, linearized
+from kinelast.designs.problem import RESERVE, DesignProblem, OptimizationTask, linearized
 from kinelast.designs.search import LocalOptimum, evolved, from_many_starts, local_searches
 from kinelast.designs.sensitivities import sensitivities
 from kinelast.figures.limits import FullAnswer, Judgement
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Reals
 
-ACTIVE = 1e-4  # margin of a limit, or share of a range, within which it holds the design
-RADII = (1e-1, 1e-2, 1e-3, 1e-4)  # of neighbours, in shares of the ranges
-NEIGHBOURS = 64  # a radius
-GAIN = 1e-6  # of the cost: what is better by less is not
+ACTIVE = 1e-4  # a limit is active within this margin, a bound within this share of its range
+RADII = (1e-1, 1e-2, 1e-3, 1e-4)  # of neighbours, relative to the ranges
+NEIGHBOURS_PER_RADIUS = 64
+MIN_GAIN = 1e-6  # smallest gain that counts, relative to the cost
 
 
 @dataclass(frozen=True)
 class Neighbours:
-    """Designs close by, at distances of `RADII`.
+    """Neighbouring designs at distances `RADII`.
 
     Attributes
     ----------
     tried, feasible, better
-        How many of each distance were tried, keep all limits, and are better besides.
+        For each radius: number of designs tried, of feasible ones, and of better feasible ones.
     best
-        The best of those, as shares of the variables; None where none is better.
+        Shares of the best better design, or None.
     """
 
     tried: tuple[int, ...]
@@ -42,26 +42,24 @@ class Neighbours:
 
 @dataclass(frozen=True)
 class Certificate:
-    """First-order conditions of an optimum (Karush, Kuhn, Tucker), and neighbours.
+    """First-order optimality conditions (Karush, Kuhn, Tucker), and neighbours.
 
     Attributes
     ----------
     margin
-        What is left to every limit, as a share of it, shape (limits,).
+        Relative margin to each limit, shape (limits,).
     multiplier
-        Per cent that the cost falls by for one per cent more of each limit, shape (limits,); 0 where it does not hold
-        the design.
+        Reduction of the cost in per cent if a limit gives way by one per cent, shape (limits,); 0 if inactive.
     low, high
-        Per cent that the cost falls by for each per cent of a variable's range (as the problem counts it) that its
-        bound gives way, shape (variables,); 0 where that does not hold the design.
+        Reduction of the cost in per cent if a variable's bound gives way by one per cent of its range, shape
+        (variables,); 0 if inactive.
     residual
-        Of the stationarity: what no multiplier of 0 or more balances of the cost's gradient, as a share of that
-        gradient or of the mean one towards neighbours, whichever is greater.
+        Stationarity residual: part of the cost's gradient that non-negative multipliers do not balance. Relative to the
+        gradient or to the mean slope towards neighbours, whichever is larger.
     kinked
-        Whether cost or a limit that holds has a kink there, so that there is more than one gradient and the residual
-        says less.
+        True if the cost or an active limit has a kink; the residual is then less conclusive.
     neighbours
-        Designs close by.
+        Neighbouring designs.
     """
 
     margin: Reals
@@ -73,8 +71,8 @@ class Certificate:
     neighbours: Neighbours
 
 
-def certificate(problem: Problem, shares: np.ndarray, seed: int = 0) -> Certificate:
-    """First-order conditions and neighbours of a design, at shares of shape (variables,)."""
+def certificate(problem: DesignProblem, shares: np.ndarray, seed: int = 0) -> Certificate:
+    """Compute the certificate of a design at shares of shape (variables,)."""
     cost, slope, margin, margin_slope, kinked = _gradients(problem, shares)
     unit = abs(cost) or 1.0
     holds = abs(margin) < ACTIVE
@@ -94,61 +92,65 @@ def certificate(problem: Problem, shares: np.ndarray, seed: int = 0) -> Certific
     return Certificate(margin, multiplier, low, high, residual, kinked_there, around)
 
 
-def _gradients(problem: Problem, shares: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Cost, its slopes, margins, their slopes, and which of all have a kink: as exact as differences are."""
+def _gradients(
+    problem: DesignProblem, shares: np.ndarray
+) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Cost, its slopes, margins, their slopes, and kinks, as accurate as differences permit."""
     at, span = problem.values(shares), problem.span
     sensitivity = sensitivities(problem.figures_of, at, np.where(at == 0, span, np.minimum(abs(at), span)))
     row = {name: k for k, name in enumerate(sensitivity.figures)}
     rows = [row[problem.figure], *(row[limit.figure] for limit in problem.limits)]
     slope, kinked = sensitivity.slope[rows] * problem.rate(at), sensitivity.kink[rows]
-    if not np.isfinite(slope).all():  # a bound beyond which there is nothing
+    if not np.isfinite(slope).all():  # a bound beyond which figures are unknown
         rough = linearized(problem, [shares])[0]
-        return rough.cost, rough.cost_slope, rough.margin + KEPT, rough.margin_slope, kinked
+        return rough.cost, rough.cost_slope, rough.margin + RESERVE, rough.margin_slope, kinked
     judged = problem.judged_by({name: sensitivity.figure[k : k + 1] for name, k in row.items()})
     signs = np.array([(1.0 if limit.least else -1.0) / (abs(limit.bound) or 1.0) for limit in problem.limits])
     sign = -1.0 if problem.largest else 1.0
     margin_slope = slope[1:] * signs[:, None]
-    return float(judged.cost[0]), sign * slope[0], judged.margin[:, 0] + KEPT, margin_slope, kinked
+    return float(judged.cost[0]), sign * slope[0], judged.margin[:, 0] + RESERVE, margin_slope, kinked
 
 
-def _neighbours(problem: Problem, shares: np.ndarray, seed: int) -> tuple[Neighbours, float]:
-    """Designs close by, and the mean slope of the cost towards the farthest of them."""
-    cube = qmc.Sobol(len(shares), rng=np.random.default_rng(seed)).random(NEIGHBOURS)
+def _neighbours(problem: DesignProblem, shares: np.ndarray, seed: int) -> tuple[Neighbours, float]:
+    """Evaluate neighbours; return also the mean slope of the cost towards the farthest ones."""
+    cube = qmc.Sobol(len(shares), rng=np.random.default_rng(seed)).random(NEIGHBOURS_PER_RADIUS)
     around = np.multiply.outer(RADII, 2 * cube - 1).reshape(-1, len(shares))
     tried = np.clip(shares + around, 0.0, 1.0)
     judged = problem.judged(np.concatenate([shares[None], tried]))
     feasible = judged.violation[1:] == 0
     gain = judged.cost[0] - judged.cost[1:]
-    better = feasible & (gain > GAIN * abs(judged.cost[0]))
+    better = feasible & (gain > MIN_GAIN * abs(judged.cost[0]))
     if judged.violation[0] > 0:
-        better = judged.violation[1:] < (1 - GAIN) * judged.violation[0]
+        better = judged.violation[1:] < (1 - MIN_GAIN) * judged.violation[0]
     order = judged.order()
     best = tried[order[order > 0][0] - 1] if better.any() else None
     well, gaining = (tuple(int(n) for n in each.reshape(len(RADII), -1).sum(axis=1)) for each in (feasible, better))
-    far = gain[:NEIGHBOURS] / np.linalg.norm(tried[:NEIGHBOURS] - shares, axis=1)
+    far = gain[:NEIGHBOURS_PER_RADIUS] / np.linalg.norm(tried[:NEIGHBOURS_PER_RADIUS] - shares, axis=1)
     far = abs(far[np.isfinite(far)])
-    return Neighbours((NEIGHBOURS,) * len(RADII), well, gaining, best), float(far.mean()) if len(far) else 0.0
+    return Neighbours((NEIGHBOURS_PER_RADIUS,) * len(RADII), well, gaining, best), float(far.mean()) if len(
+        far
+    ) else 0.0
 
 
-ROUNDS = 4  # local searches from a better neighbour, at most
+MAX_RESTARTS = 4  # local searches from a better neighbour
 
 
 @dataclass(frozen=True)
 class Optimum:
-    """The best design that was found.
+    """Best design found.
 
     Attributes
     ----------
     shares, values
-        Of the variables: of the way between their bounds, and in their units, shape (variables,).
+        Of the variables: shares of their ranges, and values in their units, shape (variables,).
     feasible
-        Whether all limits are kept.
+        True if all limits are kept.
     searches
-        Where the local searches have ended, the best first.
+        Ends of the local searches, best first.
     certificate
-        What speaks for it.
+        Optimality conditions and neighbours.
     designs, calls
-        How many designs were computed, and in how many calls.
+        Number of computed designs, and of batches.
     """
 
     shares: Reals
@@ -161,44 +163,48 @@ class Optimum:
 
 
 def optimum(
-    problem: Problem, evolve: bool = False, seed: int = 0, first: np.ndarray | None = None, progress: Progress = SILENT
+    problem: DesignProblem,
+    evolve: bool = False,
+    seed: int = 0,
+    first: np.ndarray | None = None,
+    progress: Progress = SILENT,
 ) -> Optimum:
-    """The best design: as local searches from many starts find it, or else one from a population that has evolved.
+    """Find the best design by local searches from many starts, or from an evolved population (`evolve`).
 
     Parameters
     ----------
     first
-        A start besides others, as shares of the variables, shape (variables,).
+        Additional start as shares of the variables, shape (variables,).
     progress
-        Hears how far it is.
+        Progress callback.
 
     Raises
     ------
     ValueError
-        No design that was tried has all figures.
+        If no tried design has all figures.
     """
     return _certified(
         problem, (evolved if evolve else from_many_starts)(problem, seed, first, progress), seed, progress
     )
 
 
-def optimum_beside(problem: Problem, shares: np.ndarray, seed: int = 0, progress: Progress = SILENT) -> Optimum:
-    """The best design that a local search comes by from another one, at shares of shape (variables,).
+def optimum_beside(problem: DesignProblem, shares: np.ndarray, seed: int = 0, progress: Progress = SILENT) -> Optimum:
+    """Find the best design by a local search from another design, at shares of shape (variables,).
 
     Raises
     ------
     ValueError
-        As of `optimum`.
+        See `optimum`.
     """
     return _certified(problem, local_searches(problem, [shares], progress), seed, progress)
 
 
-def _certified(problem: Problem, searches: Sequence[LocalOptimum], seed: int, progress: Progress) -> Optimum:
+def _certified(problem: DesignProblem, searches: Sequence[LocalOptimum], seed: int, progress: Progress) -> Optimum:
     if not searches or not np.isfinite(searches[0].violation):
         raise ValueError("no design that was tried has all the figures that are asked for")
     best = searches[0]
     certified = certificate(problem, best.end, seed)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_RESTARTS):
         if certified.neighbours.best is None:
             break
         closer = local_searches(problem, [certified.neighbours.best], progress)[0]
@@ -214,21 +220,20 @@ def _certified(problem: Problem, searches: Sequence[LocalOptimum], seed: int, pr
 
 @dataclass(frozen=True, eq=False)
 class OptimumResult:
-    """A problem and the best design that was found.
+    """Optimization task and best design found.
 
     Attributes
     ----------
     before, after
-        Figures of the scene as it stands and of the best design, by name; nan where they are not known.
+        Figures of the nominal scene and of the best design, by name; nan if unknown.
     held_to
-        Bounds of the quasi-static figures that are searched with: those of the limits less room for what the full
-        answer changes of the figures and for its errors.
+        Bounds used in the quasi-static search: the limits less a reserve for vibration and errors.
     judgements
-        The limits beside the figures of the full answer; empty where there are none, or the search kept none.
+        Limits with the figures of the full answer; empty if there are none, or if no design is feasible.
     quasi_static
-        Whether the scene asks for no other theory, as the search is without vibration.
+        True if the scene's theory is quasi-static, as in the search.
     answer
-        The full answer to the best design, with the figure of the goal; None where no design keeps the limits.
+        Full answer of the best design, including the figure of the goal; None if no design is feasible.
     """
 
     task: OptimizationTask

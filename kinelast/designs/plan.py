@@ -1,4 +1,4 @@
-"""The designs of a sweep: number k of them to the values of its numbers, by a function of k alone."""
+"""Plan of a sweep: the values of design k as a function of k alone."""
 
 from __future__ import annotations
 
@@ -24,51 +24,51 @@ from kinelast.scene.text import COLUMNS, beside
 from kinelast.scene.variables import Place, place_of, value_at
 from rigid import Reals
 
-MOST = 10**18  # designs that can be numbered
-MOST_DRAWN = {"latin-hypercube": 10**7, "sobol": 2**30}  # samples: the one is drawn as a whole, the other of 30 bits
-HEAD = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\])?\s*")
+MAX_DESIGNS = 10**18
+MAX_SAMPLES = {"latin-hypercube": 10**7, "sobol": 2**30}  # the first is drawn as a whole, the second has 30 bits
+HEADING = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\])?\s*")
 
 
 class Factor(Protocol):
-    """Values of one number, or of several together; a sweep is all combinations of its factors."""
+    """Values of one number, or of several together; a sweep contains all combinations of its factors."""
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Number of values."""
         ...
 
     def values(self, number: Any) -> Reals:
-        """Some of them by number, shape (n, numbers)."""
+        """Values by index, shape (n, numbers)."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class ListedValues:
-    """Values one by one, shape (count, numbers): a list, a grid's, those of a table."""
+    """Explicit values, shape (count, numbers), of a list or table."""
 
     rows: Reals
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Number of values."""
         return len(self.rows)
 
     def values(self, number: Any) -> Reals:
-        """Some of them by number, shape (n, numbers)."""
+        """Values by index, shape (n, numbers)."""
         found: Reals = self.rows[number]
         return found
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
-    """So many values of one number from `low` to `high`, evenly spread."""
+class EvenValues:
+    """Evenly spaced values of one number, from `low` to `high`."""
 
     low: float
     high: float
     count: int
 
     def values(self, number: Any) -> Reals:
-        """Some of them by number, shape (n, 1)."""
+        """Values by index, shape (n, 1)."""
         last = self.count - 1
         found = np.where(number == last, self.high, self.low + number * ((self.high - self.low) / last))
         return found[:, None]
@@ -76,18 +76,18 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Values spread over ranges.
+    """Samples of several ranges.
 
     Attributes
     ----------
     count
-        How many.
+        Number of samples.
     low, high
         Ends of the ranges, shape (numbers,).
     method
         "latin-hypercube", or "sobol" for a scrambled Sobol sequence.
     seed
-        Of what is random about them.
+        Seed of the random generator.
     """
 
     count: int
@@ -97,7 +97,7 @@ class Sample:
     seed: int
 
     def values(self, number: Any) -> Reals:
-        """Some of them by number, shape (n, numbers)."""
+        """Values by index, shape (n, numbers)."""
         found: Reals = self.low + self._shares(np.asarray(number)) * (self.high - self.low)
         return found
 
@@ -111,7 +111,7 @@ class Sample:
         if first:
             sequence.fast_forward(first)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # that only powers of 2 are evenly spread
+            warnings.simplefilter("ignore", UserWarning)  # uneven unless the number is a power of 2
             return np.asarray(sequence.random(last - first + 1)[number - first])
 
     @cached_property
@@ -123,14 +123,14 @@ class Sample:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """The designs of a sweep, numbered from 0: all combinations of its factors, the last one changing fastest.
+    """Designs of a sweep, counted from 0: all combinations of the factors, the last one varying fastest.
 
     Attributes
     ----------
     paths, units
-        Of the numbers that differ, and the SI units of their values.
+        Paths of the varied numbers, and their SI units.
     factors
-        Of which each tells the values of one number or of several.
+        Values of one or several numbers each.
     """
 
     paths: tuple[str, ...]
@@ -139,11 +139,11 @@ class Plan:
 
     @property
     def count(self) -> int:
-        """How many designs there are."""
+        """Number of designs."""
         return prod(factor.count for factor in self.factors)
 
     def values(self, first: int, last: int) -> Reals:
-        """Numbers of the designs from `first` to before `last` in SI units, shape (last - first, paths)."""
+        """Values of designs first to last - 1 in SI units, shape (last - first, paths)."""
         number, parts = np.arange(first, last, dtype=np.int64), []
         for factor in reversed(self.factors):
             number, own = np.divmod(number, factor.count)
@@ -152,20 +152,19 @@ class Plan:
 
 
 def plan_of(scene: Document | Tables, folder: Path = Path()) -> Plan:
-    """The plan of a scene's sweep.
+    """Build the plan of a scene's sweep.
 
     Parameters
     ----------
     scene
-        Its document, or the tables of its file.
+        Document, or tables of a file.
     folder
-        Folder of the file; its table of designs is there, or in a folder there.
+        Folder of the file, which also contains its table of designs.
 
     Raises
     ------
     SceneError
-        There is no sweep; a path that names no number; a range the wrong way round; a unit that does not fit; keys that
-        do not go together; a table that cannot be read.
+        If there is no sweep, a path or unit or range is invalid, keys exclude one another, or a table cannot be read.
 
     Examples
     --------
@@ -196,7 +195,7 @@ def plan_of(scene: Document | Tables, folder: Path = Path()) -> Plan:
             continue
         places.append(place)
         if isinstance(entry, RangeTable):
-            factors.append(Grid(*ends(table, place, entry), entry.count or 2))
+            factors.append(EvenValues(*ends(table, place, entry), entry.count or 2))
         else:
             factors.append(ListedValues(np.array([[varied(table, place, text)] for text in entry])))
     if drawn or sweep.method != "grid" or sweep.samples is not None:
@@ -205,13 +204,13 @@ def plan_of(scene: Document | Tables, folder: Path = Path()) -> Plan:
     _require_apart(places)
     paths, units = ([getattr(place.variable, name) for place in places] for name in ("path", "unit"))
     plan = Plan(tuple(paths), tuple(units), tuple(factors))
-    if plan.count > MOST:
-        raise fault("sweep", "vary", f"{plan.count:.3g} designs are too many to be numbered, at most {MOST:.0e}")
+    if plan.count > MAX_DESIGNS:
+        raise fault("sweep", "vary", f"{plan.count:.3g} designs are too many to be numbered, at most {MAX_DESIGNS:.0e}")
     return plan
 
 
 def _sample(sweep: SweepTable, drawn: Sequence[tuple[Place, float, float]]) -> Sample:
-    """The ranges without a count, sampled together."""
+    """Sample all ranges without count together."""
     if sweep.method == "grid":
         if drawn:
             path = drawn[0][0].variable.path
@@ -221,25 +220,25 @@ def _sample(sweep: SweepTable, drawn: Sequence[tuple[Place, float, float]]) -> S
         raise fault("sweep", "method", f"{sweep.method} samples ranges without a count: there is none")
     if sweep.samples is None:
         raise fault("sweep", "samples", f"the key is missing: how many designs {sweep.method} draws")
-    if sweep.samples > MOST_DRAWN[sweep.method]:
-        problem = f"{sweep.method} draws at most {MOST_DRAWN[sweep.method]}, got {sweep.samples}"
+    if sweep.samples > MAX_SAMPLES[sweep.method]:
+        problem = f"{sweep.method} draws at most {MAX_SAMPLES[sweep.method]}, got {sweep.samples}"
         raise fault("sweep", "samples", problem)
     low, high = (np.array(ends) for ends in zip(*((low, high) for _, low, high in drawn), strict=True))
     return Sample(sweep.samples, low, high, sweep.method, sweep.seed)
 
 
 def _table(table: SceneTable, name: str, text: str) -> tuple[list[Place], Reals]:
-    """Places and values of a CSV file: the heading of a column is a path, with a unit in brackets where it has one."""
+    """Places and values of a CSV file; column headings are paths, with the unit in brackets."""
     name = plain(name, 80)
     head, *rows = [row for row in csv.reader(text.splitlines()) if any(cell.strip() for cell in row)] or [[]]
     if not rows:
         raise fault("sweep", "table", f"{name} holds no design: expected a row of paths and a row for every design")
     columns = []
     for cell in head:
-        heading = HEAD.fullmatch(cell)
+        heading = HEADING.fullmatch(cell)
         assert heading is not None
         unit = heading[2] or ""
-        whole = unit and not unit.isdecimal()  # a number in brackets is a part of the path
+        whole = unit and not unit.isdecimal()  # a number in brackets belongs to the path
         columns.append((place_of(table, heading[1] if whole else cell.strip()), unit if whole else ""))
     values = np.empty((len(rows), len(columns)))
     for number, row in enumerate(rows):
@@ -251,7 +250,7 @@ def _table(table: SceneTable, name: str, text: str) -> tuple[list[Place], Reals]
 
 
 def _cell(text: str, unit: str) -> float | str:
-    """A number in the unit of its column, or a text with a unit of its own."""
+    """Number in the unit of its column, or text with its own unit."""
     try:
         bare = float(text)
     except ValueError:
@@ -260,7 +259,7 @@ def _cell(text: str, unit: str) -> float | str:
 
 
 def _require_apart(places: Sequence[Place]) -> None:
-    """Raise where two paths name one number."""
+    """Raise SceneError if two paths name the same number."""
     seen: dict[tuple[Any, ...], str] = {}
     for place in places:
         before = seen.setdefault(place.keys, place.variable.path)

@@ -1,4 +1,4 @@
-"""Problems that a scene's tables pose of its designs: sensitivities, tolerances, and an optimum within limits."""
+"""Tasks posed by a scene's tables: sensitivities, tolerances, and optimization within limits."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from rigid.arrays import Reals
 
 @dataclass(frozen=True, eq=False)
 class ToleranceTask:
-    """Numbers of a scene with their tolerances."""
+    """Toleranced numbers of a scene."""
 
     variables: tuple[Variable, ...]
     tolerances: tuple[Tolerance, ...]
 
 
 def tolerance_task(document: Document) -> ToleranceTask:
-    """The tolerances of a scene.
+    """Read the tolerances of a scene.
 
     Raises
     ------
     SceneError
-        There are none, or one is no number with a unit that fits, or not greater than zero.
+        If there are none, or one is not a positive number with a suitable unit.
     """
     asked = document.table.tolerances
     if not asked:
@@ -46,13 +46,13 @@ def tolerance_task(document: Document) -> ToleranceTask:
 
 
 @dataclass(frozen=True)
-class Step:
-    """Change of a number by which its sensitivities are told.
+class SensitivityStep:
+    """Change of a number for which its sensitivity is reported.
 
     Attributes
     ----------
     size
-        In the SI unit of the number; 0 where there is none.
+        In the SI unit of the number; 0 if unknown.
     kind
         `TOLERANCE`, `ABSOLUTE` or `PER_CENT`.
     """
@@ -62,37 +62,36 @@ class Step:
 
 
 TOLERANCE, ABSOLUTE, PER_CENT = "tolerance", "absolute", "per cent"
-LENGTHS = {"in": 0.01 * PER_LENGTH["in"]}  # by the file's unit of lengths, the largest step [m]; else a millimetre
-PARTS = 10  # of a length, at least, that a step is one of
+MAX_STEP_LENGTHS = {"in": 0.01 * PER_LENGTH["in"]}  # [m] by the file's unit of length; default 1 mm
+MIN_STEPS = 10  # smallest ratio of a length to its step
 
 
-def steps_of(document: Document, variables: Sequence[Variable]) -> list[Step]:
-    """Changes of numbers as a workshop would think of them: by tolerance, or by millimetre or degree, or by 1 %.
+def steps_of(document: Document, variables: Sequence[Variable]) -> list[SensitivityStep]:
+    """Changes of numbers in workshop terms: the tolerance, else 1 mm or 1 degree, else 1 %.
 
-    A length that is less than ten of these changes by a tenth, a hundredth ... of a millimetre; of a coordinate the
-    extent of the drawing counts.
+    Lengths below ten steps change by 0.1 mm, 0.01 mm ...; for a coordinate, the extent of the drawing counts.
     """
     table = document.table
     extent = max((abs(float(each)) for place in table.points.values() for each in place), default=0.0)
     return [_step(table, one, extent) for one in variables]
 
 
-def _step(table: SceneTable, number: Variable, extent: float) -> Step:
+def _step(table: SceneTable, number: Variable, extent: float) -> SensitivityStep:
     if number.path in table.tolerances:
-        return Step(tolerance(table, number.path, table.tolerances[number.path])[1], TOLERANCE)
+        return SensitivityStep(tolerance(table, number.path, table.tolerances[number.path])[1], TOLERANCE)
     if number.unit == "rad":
-        return Step(math.radians(1.0), ABSOLUTE)
+        return SensitivityStep(math.radians(1.0), ABSOLUTE)
     size = max(abs(number.base), extent) if number.path.endswith((".x", ".y")) else abs(number.base)
     if number.unit == "m" and size:
-        most = LENGTHS.get(table.units, 1e-3)
-        tenths = math.ceil(max(0.0, math.log10(PARTS * most / size)) - 1e-9)
-        return Step(most * 10.0**-tenths, ABSOLUTE)
-    return Step(abs(number.base) / 100, PER_CENT)
+        most = MAX_STEP_LENGTHS.get(table.units, 1e-3)
+        tenths = math.ceil(max(0.0, math.log10(MIN_STEPS * most / size)) - 1e-9)
+        return SensitivityStep(most * 10.0**-tenths, ABSOLUTE)
+    return SensitivityStep(abs(number.base) / 100, PER_CENT)
 
 
 @dataclass(frozen=True, eq=False)
 class OptimizationTask:
-    """An optimization: variables with bounds, the figure to optimize, and limits of others."""
+    """Optimization task: variables with bounds, goal, and limits of other figures."""
 
     variables: tuple[Variable, ...]
     low: Reals
@@ -105,19 +104,19 @@ class OptimizationTask:
 
 
 def optimization_task(document: Document, units: Mapping[str, str]) -> OptimizationTask:
-    """The optimization of a scene's [optimize]; its [limits] count too.
+    """Read a scene's [optimize], including its [limits].
 
     Parameters
     ----------
     document
-        The scene as it is written.
+        Scene as written.
     units
-        Of the figures that there are, by name.
+        Units of all known figures, by name.
 
     Raises
     ------
     SceneError
-        The table is missing, or names what there is not, or bounds are the wrong way round.
+        If the table is missing, names unknown items, or has bounds the wrong way round.
     """
     asked = document.table.optimize
     if not asked.variables and asked.minimize is None and asked.maximize is None:
@@ -133,20 +132,20 @@ def optimization_task(document: Document, units: Mapping[str, str]) -> Optimizat
         )
     rows = [bounds(document.table, path, *ends) for path, ends in asked.variables.items()]
     variables, low, high = zip(*rows, strict=True)
-    limits = (*_own(limits_of_items(document.scene), units), *_limits(document.table, units))
+    limits = (*_scene_limits(limits_of_items(document.scene), units), *_limits(document.table, units))
     return OptimizationTask(
         variables, np.array(low), np.array(high),
         figure, asked.maximize is not None, limits, asked.method == "evolution", asked.seed,
     )  # fmt: skip
 
 
-def _own(limits: Sequence[Limit], units: Mapping[str, str]) -> list[Limit]:
-    """The limits of a scene, with the units of their figures.
+def _scene_limits(limits: Sequence[Limit], units: Mapping[str, str]) -> list[Limit]:
+    """Limits of a scene, with the units of their figures.
 
     Raises
     ------
     SceneError
-        There is no figure for one of them.
+        If the figure of a limit is unknown.
     """
     for limit in limits:
         if limit.figure not in units:
@@ -156,44 +155,44 @@ def _own(limits: Sequence[Limit], units: Mapping[str, str]) -> list[Limit]:
     return [replace(limit, unit=units[limit.figure]) for limit in limits]
 
 
-def _each(kind: str, units: Mapping[str, str]) -> list[str]:
-    """The figure of every beam, where there are such figures; else the one of all."""
+def _figures_of_beams(kind: str, units: Mapping[str, str]) -> list[str]:
+    """Names of a figure for each beam if available, else the figure itself."""
     return [name for name in units if name.startswith(f"{kind}.")] or [kind]
 
 
 def _limits(table: SceneTable, units: Mapping[str, str]) -> Sequence[Limit]:
-    """The limits under [optimize.limits]."""
+    """Limits under [optimize.limits]."""
     limits = []
     for bound in figure_bounds(table, table.optimize.limits, "optimize.limits"):
         known_name(bound.table, f'"{bound.name}"', bound.name, units, "figure")
         within = bound.within(units[bound.name])
-        limits += [Limit(each, within, bound.least) for each in _each(bound.name, units)]
+        limits += [Limit(each, within, bound.least) for each in _figures_of_beams(bound.name, units)]
     return limits
 
 
-STEP = 2.0**-14  # of a variable's range, the largest of a gradient's differences
-FAR = 10.0  # ratio of bounds
-KEPT = 1e-7  # share of a limit that is left to it, so that whoever computes anew finds it kept
+GRADIENT_STEP = 2.0**-14  # largest step of difference quotients, relative to a variable's range
+MIN_RATIO = 10.0  # with a larger ratio of its bounds, a variable is scaled logarithmically
+RESERVE = 1e-7  # smallest margin to a limit, so that recomputation also finds it kept
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
-    """A figure to be made small, over variables that are counted from 0 to 1 between their bounds.
+class DesignProblem:
+    """Figure to be minimised over variables scaled from 0 to 1 between their bounds ("shares").
 
-    Where both bounds are greater than zero and far apart, equal steps of that count are equal ratios.
+    The scale is logarithmic if the bounds are positive and far apart.
 
     Attributes
     ----------
     figures_of
-        From values of the variables, shape (designs, variables), to figures.
+        Function from values of the variables, shape (designs, variables), to figures.
     low, high
         Bounds of the variables, shape (variables,).
     figure
-        Which figure is to be least, or, where `largest` is true, largest.
+        Figure to be minimised, or maximised if `largest`.
     limits
-        What other figures are held to.
+        Limits of other figures.
     parts
-        Names of figures of whose squares the one to be least is the sum, where it is such.
+        If the goal is a sum of squares: names of the figures that are squared.
     """
 
     figures_of: FiguresOf
@@ -207,11 +206,11 @@ class Problem:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Figures that have to be known."""
+        """Figures that the problem needs."""
         return tuple(dict.fromkeys([self.figure, *(limit.figure for limit in self.limits), *self.parts]))
 
     def values(self, shares: np.ndarray) -> np.ndarray:
-        """Values of the variables from their shares of the way between the bounds."""
+        """Convert shares of the ranges to values of the variables."""
         shares = np.asarray(shares)
         ratio = np.where(self.by_ratio, self.high, 1.0) / np.where(self.by_ratio, self.low, 1.0)
         by_ratio = np.where(self.by_ratio, self.low, 1.0) * ratio**shares
@@ -219,41 +218,41 @@ class Problem:
         return np.asarray(np.clip(found, self.low, self.high))
 
     def shares(self, values: np.ndarray) -> np.ndarray:
-        """Shares of the way between the bounds, of values within them."""
+        """Convert values of the variables to shares of the ranges."""
         low, high, own = (np.where(self.by_ratio, each, 1.0) for each in (self.low, self.high, values))
         with np.errstate(divide="ignore", invalid="ignore"):
             found = np.where(self.by_ratio, np.log(own / low) / np.log(high / low), (values - self.low) / self.span)
         return np.asarray(np.clip(found, 0.0, 1.0))
 
     def rate(self, values: np.ndarray) -> np.ndarray:
-        """Change of the variables' values to that of their shares, shape (variables,)."""
+        """Derivative of values with respect to shares, shape (variables,)."""
         log = np.log(np.where(self.by_ratio, self.high, 1.0) / np.where(self.by_ratio, self.low, 1.0))
         return np.asarray(np.where(self.by_ratio, values * log, self.span))
 
     @property
     def span(self) -> np.ndarray:
-        """How far the bounds are apart, shape (variables,)."""
+        """Differences of the bounds, shape (variables,)."""
         return np.asarray(self.high - self.low)
 
     @property
     def by_ratio(self) -> np.ndarray:
-        """Which variables count by their ratio to the bounds, as these are far apart; shape (variables,)."""
-        return np.asarray((self.low > 0) & (self.high >= FAR * self.low))
+        """True for each logarithmically scaled variable, shape (variables,)."""
+        return np.asarray((self.low > 0) & (self.high >= MIN_RATIO * self.low))
 
-    def held_to(self, bounds: Sequence[float]) -> Problem:
-        """The same with other bounds of its limits."""
+    def held_to(self, bounds: Sequence[float]) -> DesignProblem:
+        """Return the problem with other bounds of its limits."""
         moved = zip(self.limits, bounds, strict=True)
         return replace(self, limits=tuple(replace(limit, bound=bound) for limit, bound in moved))
 
     def judged(self, shares: np.ndarray) -> Judged:
-        """How good designs are, of shares of shape (designs, variables)."""
+        """Evaluate cost and margins of designs, from shares of shape (designs, variables)."""
         self.counted.append(len(shares))
         return self.judged_by(self.figures_of(self.values(shares)).columns)
 
     def judged_by(self, columns: Mapping[str, np.ndarray]) -> Judged:
-        """How good designs are that have some figures."""
+        """Evaluate cost and margins of designs from their figures."""
         sign = -1.0 if self.largest else 1.0
-        margins = [limit.margin(np.asarray(columns[limit.figure], float)) - KEPT for limit in self.limits]
+        margins = [limit.margin(np.asarray(columns[limit.figure], float)) - RESERVE for limit in self.limits]
         cost = sign * np.asarray(columns[self.figure], float)
         none = np.zeros((0, len(cost)))
         parts = [np.asarray(columns[name], float) for name in self.parts]
@@ -262,16 +261,16 @@ class Problem:
 
 @dataclass(frozen=True)
 class Judged:
-    """How good designs are.
+    """Cost and margins of designs.
 
     Attributes
     ----------
     cost
-        What is to be least, shape (designs,).
+        Value to be minimised, shape (designs,).
     margin
-        What is left to each limit, as a share of it, shape (limits, designs).
+        Relative margin to each limit, shape (limits, designs).
     parts
-        Of whose squares the cost is the sum, where it is one, shape (parts, designs).
+        Figures whose sum of squares is the cost, shape (parts, designs); no rows otherwise.
     """
 
     cost: Reals
@@ -280,18 +279,18 @@ class Judged:
 
     @property
     def violation(self) -> np.ndarray:
-        """Sum of the shares by which limits are not kept, shape (designs,); infinite where a figure is not known."""
+        """Sum of relative limit violations, shape (designs,); inf if a figure is unknown."""
         return violation(self.cost, self.margin)
 
     def order(self) -> np.ndarray:
-        """Numbers of the designs from the best on: those that keep all limits by cost, then others by violation."""
+        """Indices of the designs, best first: feasible ones by cost, then others by violation."""
         broken = self.violation
         return np.lexsort((np.where(broken > 0, 0.0, self.cost), broken))
 
 
 @dataclass(frozen=True)
 class Linear:
-    """A design, and how cost, margins and parts change with the shares of its variables: slopes (..., variables)."""
+    """A design with gradients of cost, margins and parts; slopes of shape (..., variables) per share."""
 
     shares: Reals
     cost: float
@@ -303,18 +302,18 @@ class Linear:
 
     @property
     def violation(self) -> float:
-        """As of `Judged`."""
+        """See `Judged`."""
         return float(violation(np.array(self.cost), self.margin))
 
 
 def violation(cost: np.ndarray, margin: np.ndarray) -> np.ndarray:
-    """Sum of the shares by which limits are violated; less than half of the reserve `KEPT` is no violation."""
-    whole = np.where(margin < -KEPT / 2, -margin, 0.0).sum(axis=0)
+    """Sum of relative limit violations; less than half of `RESERVE` does not count."""
+    whole = np.where(margin < -RESERVE / 2, -margin, 0.0).sum(axis=0)
     return np.where(np.isfinite(margin).all(axis=0) & np.isfinite(cost), whole, np.inf)
 
 
-def linearized(problem: Problem, several: Sequence[np.ndarray]) -> list[Linear]:
-    """Designs with their gradients, from one call for all moved designs: four to a variable, of fourth order."""
+def linearized(problem: DesignProblem, several: Sequence[np.ndarray]) -> list[Linear]:
+    """Linearise several designs with one evaluation: four differences per variable, of fourth order."""
     asked = [_moved(np.clip(shares, 0.0, 1.0)) for shares in several]
     found = problem.judged(np.concatenate([designs for _, designs in asked]))
     values = np.concatenate([found.cost[None], found.margin, found.parts])
@@ -324,7 +323,7 @@ def linearized(problem: Problem, several: Sequence[np.ndarray]) -> list[Linear]:
 
 
 def _moved(shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """By how much variables are moved, (4, variables), and the designs: the one, and those that are moved."""
+    """Offsets of the variables, (4, variables), and the designs: the original, then the displaced ones."""
     offsets = _offsets(shares)
     moved = np.tile(shares, (*offsets.shape, 1))
     own = np.arange(len(shares))
@@ -333,7 +332,7 @@ def _moved(shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _linear(shares: np.ndarray, offsets: np.ndarray, values: np.ndarray, limits: int) -> Linear:
-    """A design with its gradients, from cost, margins and parts of it and of moved ones, (1 + ..., designs)."""
+    """Linearise a design from cost, margins and parts of it and of displaced ones, (1 + ..., designs)."""
     change = (values[:, 1:] - values[:, :1]).reshape(-1, *offsets.shape)
     own, slope = values[:, 0], (_weights(offsets) * change).sum(axis=1)
     end = 1 + limits
@@ -341,15 +340,15 @@ def _linear(shares: np.ndarray, offsets: np.ndarray, values: np.ndarray, limits:
 
 
 def _offsets(shares: np.ndarray) -> np.ndarray:
-    """By how much variables are moved, to both sides or inwards; shape (4, variables)."""
-    middle = np.array([-1.0, -0.5, 0.5, 1.0])[:, None] * STEP
-    inward = np.array([0.5, 1.0, 1.5, 2.0])[:, None] * STEP
-    free = (shares >= STEP) & (shares <= 1 - STEP)
+    """Offsets of the variables, to both sides or inwards, shape (4, variables)."""
+    middle = np.array([-1.0, -0.5, 0.5, 1.0])[:, None] * GRADIENT_STEP
+    inward = np.array([0.5, 1.0, 1.5, 2.0])[:, None] * GRADIENT_STEP
+    free = (shares >= GRADIENT_STEP) & (shares <= 1 - GRADIENT_STEP)
     return np.where(free, middle, np.where(shares < 0.5, inward, -inward))
 
 
 def _weights(offsets: np.ndarray) -> np.ndarray:
-    """Weights of differences that make a slope exact for polynomials of degree four; shape (4, variables)."""
+    """Weights of difference quotients that are exact for polynomials of degree four, shape (4, variables)."""
     powers = offsets.T[:, None, :] ** np.arange(1, len(offsets) + 1)[:, None]  # (variables, powers, offsets)
     one = np.eye(len(offsets))[:, :1]
     return np.asarray(np.linalg.solve(powers, np.broadcast_to(one, (len(powers), *one.shape)))[..., 0].T)

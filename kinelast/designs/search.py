@@ -1,4 +1,4 @@
-"""Searches for the best design: local ones from many starts, side by side, or a population that evolves."""
+"""Optimization methods: parallel local searches from many starts, or differential evolution."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import differential_evolution, least_squares, minimize
 from scipy.stats import qmc
 
-from kinelast.designs.problem import Linear, Problem, linearized
+from kinelast.designs.problem import DesignProblem, Linear, linearized
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Reals
 
@@ -26,11 +26,11 @@ def batched(
     jobs: Sequence[Callable[[Callable[[Question], Answer]], Result]],
     answers: Callable[[list[Question]], list[Answer]],
 ) -> list[Result]:
-    """Results of jobs that run side by side.
+    """Run jobs side by side and answer their questions in batches.
 
-    A job is a function of what it asks its questions by. When each job that has not ended has asked one, all are
-    answered by one call of `answers`, in the caller's thread and in the jobs' order: who is quick and who is slow makes
-    no difference. What a job or `answers` raises ends all.
+    A job calls its argument to ask a question. When every running job has asked one, one call of `answers` answers all,
+    in the caller's thread and in the order of the jobs. So timing does not affect the result. An exception of a job or
+    of `answers` ends all jobs.
     """
     if not jobs:
         return []
@@ -56,18 +56,18 @@ def batched(
         try:
             _serve(asked, replies, answers)
         except BaseException:
-            for reply in replies:  # one that waits, or will ask once more
+            for reply in replies:  # for jobs that wait or ask again
                 reply.put(_Stop())
             raise
         return [each.result() for each in running]
 
 
 class _Stop:
-    """Instead of an answer: there are no more."""
+    """Reply that ends a job."""
 
 
 class _StoppedError(Exception):
-    """Ends a job that waits for an answer that will not come."""
+    """Raised in a job that must end."""
 
 
 _DONE = object()
@@ -92,32 +92,32 @@ def _serve(
             waiting.clear()
 
 
-SAMPLED = 64  # designs to a variable, of which the best are starts
-MOST_SAMPLED = 1024
+SAMPLES_PER_VARIABLE = 64  # designs from which starts are selected
+MAX_SAMPLES = 1024
 STARTS = 8
-ASUNDER = 0.1  # how far starts are apart, of the diagonal
-ITERATIONS, FURTHER = 40, 200  # of every local search, and of the best one if it has not ended then
-PRECISION = 1e-13  # of the cost, at which a local search ends
-POPULATION, GENERATIONS = 15, 400  # to a variable; at most
-OUT_OF_STEPS = 9  # as scipy says it
-LOST = 1e3  # cost, in units of the start's, of a design that has no figures
-WORSE = 1e50  # than any cost: designs that break a limit come after all others
+MIN_START_DISTANCE = 0.1  # relative to the diagonal of the unit cube
+MAX_ITERATIONS, MAX_FURTHER_ITERATIONS = 40, 200  # of each local search; of the best one if not converged
+PRECISION = 1e-13  # relative change of the cost at which a local search ends
+POPULATION, GENERATIONS = 15, 400  # population per variable; largest number of generations
+ITERATION_LIMIT_STATUS = 9  # scipy's status of a search that ran out of iterations
+PENALTY = 1e3  # cost of a design without figures, relative to the start
+INFEASIBLE = 1e50  # offset that ranks infeasible designs after all others
 
 
 @dataclass(frozen=True)
 class LocalOptimum:
-    """Where a local search has ended.
+    """End of a local search.
 
     Attributes
     ----------
     start, end
         Shares of the variables, shape (variables,).
     cost
-        What is to be least, there.
+        Value to be minimised.
     violation
-        Sum of the shares by which limits are not kept.
+        Sum of relative limit violations.
     ended
-        Whether the search ended by itself.
+        True if the search converged.
     """
 
     start: Reals
@@ -128,47 +128,47 @@ class LocalOptimum:
 
     @property
     def rank(self) -> tuple[float, float]:
-        """By which the better comes first."""
+        """Sort key, best first."""
         return self.violation, self.cost
 
 
 def from_many_starts(
-    problem: Problem, seed: int = 0, first: np.ndarray | None = None, progress: Progress = SILENT
+    problem: DesignProblem, seed: int = 0, first: np.ndarray | None = None, progress: Progress = SILENT
 ) -> list[LocalOptimum]:
-    """Local searches from the best designs of a Latin hypercube, that lie apart; the best first.
+    """Local searches from distinct good designs of a Latin hypercube; best first.
 
     Parameters
     ----------
     first
-        One more start, shape (variables,).
+        Additional start, shape (variables,).
     """
     return local_searches(problem, _starts(problem, seed, first), progress)
 
 
-def _starts(problem: Problem, seed: int, first: np.ndarray | None) -> list[np.ndarray]:
-    """Good designs that lie apart."""
+def _starts(problem: DesignProblem, seed: int, first: np.ndarray | None) -> list[np.ndarray]:
+    """Good designs at a distance from one another."""
     variables = len(problem.low)
     cube = qmc.LatinHypercube(variables, rng=np.random.default_rng(seed))
-    shares = cube.random(min(SAMPLED * variables, MOST_SAMPLED))
+    shares = cube.random(min(SAMPLES_PER_VARIABLE * variables, MAX_SAMPLES))
     judged = problem.judged(shares)
     starts = [] if first is None else [np.asarray(first, float)]
     for number in judged.order()[: int(np.isfinite(judged.violation).sum())]:
-        apart = (np.linalg.norm(shares[number] - start) > ASUNDER * np.sqrt(variables) for start in starts)
+        apart = (np.linalg.norm(shares[number] - start) > MIN_START_DISTANCE * np.sqrt(variables) for start in starts)
         if len(starts) < STARTS and all(apart):
             starts.append(shares[number])
     return starts
 
 
 def evolved(
-    problem: Problem, seed: int = 0, first: np.ndarray | None = None, progress: Progress = SILENT
+    problem: DesignProblem, seed: int = 0, first: np.ndarray | None = None, progress: Progress = SILENT
 ) -> list[LocalOptimum]:
-    """The end of a local search from the best of a population that has evolved (differential evolution)."""
+    """Local search from the best design of a differential evolution."""
     variables, generation = len(problem.low), [0]
 
     def cost(shares: np.ndarray) -> np.ndarray:  # (variables, designs)
         judged = problem.judged(shares.T)
-        broken = np.minimum(judged.violation, LOST)
-        return np.where(broken > 0, WORSE * (1 + broken), judged.cost)
+        broken = np.minimum(judged.violation, PENALTY)
+        return np.where(broken > 0, INFEASIBLE * (1 + broken), judged.cost)
 
     def on_generation(*_: object) -> None:
         generation[0] += 1
@@ -181,18 +181,22 @@ def evolved(
     return local_searches(problem, [np.asarray(result.x)], progress)
 
 
-def local_searches(problem: Problem, starts: Sequence[np.ndarray], progress: Progress = SILENT) -> list[LocalOptimum]:
-    """Where local searches end from several starts at once, the best first; that one goes on until it ends."""
-    optima = _side_by_side(problem, starts, ITERATIONS, progress)
+def local_searches(
+    problem: DesignProblem, starts: Sequence[np.ndarray], progress: Progress = SILENT
+) -> list[LocalOptimum]:
+    """Run local searches from several starts at once, best first; continue the best until it converges."""
+    optima = _side_by_side(problem, starts, MAX_ITERATIONS, progress)
     if optima and not optima[0].ended and np.isfinite(optima[0].violation):
-        further = _side_by_side(problem, [optima[0].end], FURTHER, progress)[0]
+        further = _side_by_side(problem, [optima[0].end], MAX_FURTHER_ITERATIONS, progress)[0]
         if further.rank < optima[0].rank:
             optima[0] = replace(further, start=optima[0].start)
     return optima
 
 
-def _side_by_side(problem: Problem, starts: Sequence[np.ndarray], most: int, progress: Progress) -> list[LocalOptimum]:
-    """Local searches of so many iterations at most; the best first."""
+def _side_by_side(
+    problem: DesignProblem, starts: Sequence[np.ndarray], most: int, progress: Progress
+) -> list[LocalOptimum]:
+    """Run local searches with at most `most` iterations; best first."""
     calls = [0]
 
     def answers(asked: list[np.ndarray]) -> list[Linear]:
@@ -204,10 +208,12 @@ def _side_by_side(problem: Problem, starts: Sequence[np.ndarray], most: int, pro
     return sorted(found, key=lambda each: each.rank)
 
 
-def _local_search(start: np.ndarray, problem: Problem, most: int, ask: Callable[[np.ndarray], Linear]) -> LocalOptimum:
-    """The best design that a local search comes by from a start.
+def _local_search(
+    start: np.ndarray, problem: DesignProblem, most: int, ask: Callable[[np.ndarray], Linear]
+) -> LocalOptimum:
+    """Local search from one start.
 
-    Least squares first where that is what is sought, then sequential quadratic programming where there are limits.
+    Least squares first if the goal is a sum of squares, then sequential quadratic programming if there are limits.
     """
     known: dict[bytes, Linear] = {}
 
@@ -234,31 +240,32 @@ def _local_search(start: np.ndarray, problem: Problem, most: int, ask: Callable[
 
 
 def _least_squares(at: Callable[[np.ndarray], Linear], start: np.ndarray, most: int) -> bool:
-    """Whether a search for the least sum of squares ends."""
+    """Minimise a sum of squares; return True if converged."""
     unit = float(np.linalg.norm(at(start).parts)) or 1.0
     result = least_squares(
-        lambda shares: _known(at(shares).parts / unit, LOST), np.clip(start, 1e-6, 1 - 1e-6), bounds=(0.0, 1.0),
-        jac=lambda shares: _known(at(shares).parts_slope / unit, 0.0), max_nfev=most,
+        lambda shares: _finite(at(shares).parts / unit, PENALTY), np.clip(start, 1e-6, 1 - 1e-6), bounds=(0.0, 1.0),
+        jac=lambda shares: _finite(at(shares).parts_slope / unit, 0.0), max_nfev=most,
         x_scale="jac", xtol=1e-12, ftol=1e-14, gtol=1e-15,
     )  # fmt: skip
     return bool(result.status > 0)
 
 
 def _quadratic_programming(at: Callable[[np.ndarray], Linear], start: np.ndarray, limited: bool, most: int) -> bool:
-    """Whether a search for the least cost within limits ends."""
+    """Minimise the cost within limits; return True if converged."""
     unit = abs(at(start).cost) or 1.0
     constraints = {
         "type": "ineq",
-        "fun": lambda shares: _known(at(shares).margin, -LOST),
-        "jac": lambda shares: _known(at(shares).margin_slope, 0.0),
+        "fun": lambda shares: _finite(at(shares).margin, -PENALTY),
+        "jac": lambda shares: _finite(at(shares).margin_slope, 0.0),
     }
     result = minimize(
-        lambda shares: float(_known(np.array(at(shares).cost / unit), LOST)), start, bounds=[(0.0, 1.0)] * len(start),
-        jac=lambda shares: _known(at(shares).cost_slope / unit, 0.0), constraints=[constraints] if limited else [],
+        lambda shares: float(_finite(np.array(at(shares).cost / unit), PENALTY)),
+        start, bounds=[(0.0, 1.0)] * len(start),
+        jac=lambda shares: _finite(at(shares).cost_slope / unit, 0.0), constraints=[constraints] if limited else [],
         method="SLSQP", options={"maxiter": most, "ftol": PRECISION},
     )  # fmt: skip
-    return bool(result.status != OUT_OF_STEPS)
+    return bool(result.status != ITERATION_LIMIT_STATUS)
 
 
-def _known(values: np.ndarray, instead: float) -> np.ndarray:
+def _finite(values: np.ndarray, instead: float) -> np.ndarray:
     return np.where(np.isfinite(values), values, instead)

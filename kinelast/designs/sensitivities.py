@@ -1,4 +1,4 @@
-"""Sensitivities: how every figure changes with every number of a design, by differences extrapolated to no step."""
+"""Sensitivities: derivatives of figures with respect to a design's numbers, by Richardson extrapolation."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ import numpy as np
 
 from rigid.arrays import Flags, Reals
 
-RATIO = 2.0  # of one step to the next
-FIRST, LEVELS = 4, 18  # steps from 2^-4 of a number's scale down to 2^-21
-DEPTH = 6  # extrapolations: what is left of the truncation goes with the product of so many squares of steps
-QUIET = 3  # extrapolations after which neighbouring steps differ by round-off alone, where they are small
-CERTAIN = 4.0  # times the noise that is seen: few differences show it
+RATIO = 2.0  # of successive steps
+FIRST_EXPONENT, LEVELS = 4, 18  # steps from 2^-4 to 2^-21 of a number's scale
+DEPTH = 6  # extrapolations; the truncation error contains the squares of as many steps
+NOISE_DEPTH = 3  # after as many extrapolations, small steps differ by round-off only
+NOISE_FACTOR = 4.0  # on the observed noise, because few differences show it
 
 
 @dataclass(frozen=True)
 class Extrapolation:
-    """A derivative as the limit of differences.
+    """Derivative as limit of difference quotients.
 
     Attributes
     ----------
     value
-        Shape (...); nan where no step serves.
+        Shape (...); nan if no step is usable.
     error
-        Estimate of its error, truncation and round-off together; shape (...).
+        Estimated truncation and round-off error, shape (...).
     """
 
     value: Reals
@@ -34,35 +34,36 @@ class Extrapolation:
 
 
 def steps(scale: np.ndarray) -> np.ndarray:
-    """Steps of variables, from large to small.
+    """Steps of the variables, largest first.
 
     Parameters
     ----------
     scale
-        How large each variable is, shape (variables,).
+        Magnitude of each variable, shape (variables,).
 
     Returns
     -------
     Shape (levels, variables).
     """
-    return np.asarray(np.multiply.outer(RATIO ** -np.arange(FIRST, FIRST + LEVELS, dtype=float), scale))
+    return np.asarray(
+        np.multiply.outer(RATIO ** -np.arange(FIRST_EXPONENT, FIRST_EXPONENT + LEVELS, dtype=float), scale)
+    )
 
 
 def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation:
-    """The limit of difference quotients with steps that shrink by `RATIO`, by Richardson's extrapolation.
+    """Extrapolate difference quotients with steps that shrink by `RATIO` (Richardson).
 
-    Of all extrapolations the one is taken whose estimated error is least: truncation, by how far it is from those that
-    it is made of (Ridders), and round-off, by the noise of the values or by how far neighbours differ at small steps,
-    whichever is more.
+    Selects the extrapolation with the smallest estimated error. Truncation: difference from its predecessors (Ridders).
+    Round-off: noise of the values, or differences of neighbours at small steps, whichever is larger.
 
     Parameters
     ----------
     quotients
-        Shape (levels, ...), large steps first; nan where a step does not serve.
+        Shape (levels, ...), largest step first; nan for unusable steps.
     noise
-        What round-off of the values makes of the error of every quotient, shape (levels, ...).
+        Error of each quotient by round-off of the values, shape (levels, ...).
     order
-        Of the powers of the step in the quotients' error: 2 for central differences, 1 for one-sided.
+        Order of the powers of the step in the error: 2 for central differences, 1 for one-sided ones.
 
     References
     ----------
@@ -77,7 +78,7 @@ def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation
         rounded = rough[1:] + (rough[1:] + rough[:-1]) / weight
         truncated = np.maximum(abs(finer - value[1:]), abs(finer - value[:-1]))
         tables.append((finer, rounded, truncated))
-    seen = _seen_noise(*tables[QUIET][:2])
+    seen = _seen_noise(*tables[NOISE_DEPTH][:2])
     for value, rounded, truncated in tables[1:]:
         error = truncated + rounded * seen
         error = np.where(np.isfinite(error), error, np.inf)
@@ -89,61 +90,61 @@ def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation
 
 
 def _seen_noise(value: np.ndarray, rounded: np.ndarray) -> np.ndarray:
-    """How many times more than assumed the values are off by round-off, at least 1; shape (...).
+    """Actual over assumed round-off of the values, at least 1, shape (...).
 
-    Seen in the differences of neighbours at small steps, where truncation is nothing beside it.
+    Seen in differences of neighbours at small steps, at which truncation is negligible.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         jumps = abs(np.diff(value, axis=0)) / (rounded[1:] + rounded[:-1])
     known = np.isfinite(jumps)
-    last = known & (known[::-1].cumsum(axis=0)[::-1] <= 5)  # of the five smallest steps
-    return np.asarray(np.maximum(1.0, CERTAIN * np.where(last, jumps, 0.0).max(axis=0, initial=0.0)))
+    last = known & (known[::-1].cumsum(axis=0)[::-1] <= 5)  # the five smallest steps
+    return np.asarray(np.maximum(1.0, NOISE_FACTOR * np.where(last, jumps, 0.0).max(axis=0, initial=0.0)))
 
 
-ROUND_OFF = 4 * np.finfo(float).eps  # relative, of a figure that is computed as well as can be
-APART = 3.0  # times their errors that the slopes to both sides differ by at a kink
-BEND = 1e-6  # of a slope: what differs by less is no kink to speak of
+ROUND_OFF = 4 * np.finfo(float).eps  # smallest relative error of a figure
+KINK_ERRORS = 3.0  # at a kink, one-sided slopes differ by more than this multiple of their errors
+MIN_KINK = 1e-6  # smallest difference of one-sided slopes at a kink, relative to the slope
 
 
-class Figures(Protocol):
-    """Figures of many designs."""
+class FigureColumns(Protocol):
+    """Figures of many designs by name."""
 
     @property
     def columns(self) -> Mapping[str, np.ndarray]:
-        """Of every figure by name, shape (designs,); nan where a design has none."""
+        """Values of each figure, shape (designs,); nan if unknown."""
 
     @property
     def place(self) -> Mapping[str, np.ndarray]:
-        """Where the largest value of a figure is, as a whole number, shape (designs,); of some figures only."""
+        """Location of the largest value of some figures, as an integer, shape (designs,)."""
 
 
-FiguresOf = Callable[[np.ndarray], Figures]
+FiguresOf = Callable[[np.ndarray], FigureColumns]
 
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """Derivatives of figures to variables.
+    """Derivatives of figures with respect to variables.
 
-    All arrays but `at` and `scale` have the shape (figures, variables) unless said otherwise.
+    Arrays have the shape (figures, variables) unless stated otherwise.
 
     Attributes
     ----------
     figures
         Names of the figures.
     at
-        The variables' values, shape (variables,).
+        Values of the variables, shape (variables,).
     figure
-        The figures' values, shape (figures,).
+        Values of the figures, shape (figures,).
     slope, error
-        Derivative, and the estimate of its error. At a kink the mean of both sides; at the end of a range that of the
-        one side there is; nan where there is none.
+        Derivative and its estimated error. At a kink, mean of both sides; at the end of a range, the one-sided
+        derivative; nan if unknown.
     below, above
-        Derivatives to either side.
+        One-sided derivatives.
     kink
-        The slopes to both sides differ: what is largest is so in two places at once, or a magnitude is zero.
+        True if one-sided slopes differ: the largest value is attained twice, or a magnitude is zero.
     still
-        Largest relative change of the variable, to both sides, that was tried and leaves what is largest where it is;
-        0 at a kink. Beyond it the figure may follow another link or position.
+        Largest tried relative change of the variable, both ways, that leaves the location of the largest value
+        unchanged; 0 at a kink. Beyond it the figure may switch to another link or position.
     """
 
     figures: tuple[str, ...]
@@ -158,28 +159,28 @@ class Sensitivities:
 
     @property
     def logarithmic(self) -> np.ndarray:
-        """Per cent of the figure to one per cent of the variable, shape (figures, variables)."""
+        """Per cent of the figure per one per cent of the variable, shape (figures, variables)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(self.slope * self.at / self.figure[:, None])
 
 
 def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | None = None) -> Sensitivities:
-    """Derivatives of all figures to all variables.
+    """Compute derivatives of all figures with respect to all variables.
 
     Parameters
     ----------
     figures_of
-        From values of the variables, shape (designs, variables), to figures; called once.
+        Function from values of the variables, shape (designs, variables), to figures; called once.
     at
-        Where, shape (variables,).
+        Values of the variables, shape (variables,).
     scale
-        How large each variable is, shape (variables,): the largest step is a 16th of it. By default its value, or 1
-        where that is 0.
+        Magnitude of each variable, shape (variables,); the largest step is 1/16 of it. Default: its value, or 1 if it
+        is 0.
 
     Raises
     ------
     ValueError
-        A scale is not greater than zero.
+        If a scale is not positive.
     """
     at = np.asarray(at, float)
     scale = np.where(at == 0, 1.0, abs(at)) if scale is None else np.asarray(scale, float)
@@ -191,14 +192,16 @@ def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | Non
     shape = (len(names), *moved.shape[:3])
     values = np.stack([np.asarray(computed.columns[name], float) for name in names])
     places = np.stack([np.asarray(computed.place.get(name, np.zeros(values.shape[1])), float) for name in names])
-    move = np.diagonal(moved - at, axis1=2, axis2=3)  # as rounded, so that round-off of the step does no harm
-    found_at = _Tried(values[:, 0], values[:, 1:].reshape(shape), places[:, 0], places[:, 1:].reshape(shape), move)
+    move = np.diagonal(moved - at, axis1=2, axis2=3)  # the rounded step, so that its round-off has no effect
+    found_at = _DisplacedDesigns(
+        values[:, 0], values[:, 1:].reshape(shape), places[:, 0], places[:, 1:].reshape(shape), move
+    )
     watched = np.array([name in computed.place for name in names])
-    return _gathered(names, at, found_at, np.where(watched[:, None], _still(found_at, scale), np.nan))
+    return _sensitivities_from(names, at, found_at, np.where(watched[:, None], _still(found_at, scale), np.nan))
 
 
 def _moved(at: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """Designs with one variable moved, shape (sides, levels, variables moved, variables)."""
+    """Designs with one displaced variable, shape (sides, levels, displaced variables, variables)."""
     levels, count = step.shape
     moved = np.broadcast_to(at, (2, levels, count, count)).copy()
     own = np.arange(count)
@@ -208,8 +211,8 @@ def _moved(at: np.ndarray, step: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class _Tried:
-    """Figures and their places of one design, (figures,), and of moved ones, (figures, sides, levels, variables)."""
+class _DisplacedDesigns:
+    """Figures and locations of a design, (figures,), and of displaced ones, (figures, sides, levels, variables)."""
 
     own: Reals
     value: Reals
@@ -219,57 +222,59 @@ class _Tried:
 
     @property
     def smooth(self) -> np.ndarray:
-        """Whether a figure's place is the same at a moved design and at all that are moved less to that side."""
+        """True if the location of a figure is the same at a displaced design and at all smaller displacements."""
         same = (self.place == self.place[:, :, -1:]) & np.isfinite(self.value)
         return np.asarray(np.logical_and.accumulate(same[:, :, ::-1], axis=2)[:, :, ::-1])
 
     @property
     def unmoved(self) -> np.ndarray:
-        """Whether a figure's place is the same at the least moved design and unmoved; (figures, sides, variables)."""
+        """True if the location is equal at the smallest displacement and undisplaced, (figures, sides, variables)."""
         return np.asarray(self.place[:, :, -1] == self.own_place[:, None, None])
 
 
-def _still(tried: _Tried, scale: np.ndarray) -> np.ndarray:
-    """Largest relative change tried, to both sides, that leaves a figure in its place; (figures, variables)."""
+def _still(tried: _DisplacedDesigns, scale: np.ndarray) -> np.ndarray:
+    """Largest tried relative change, both ways, that leaves a figure's location, (figures, variables)."""
     way = np.where(tried.smooth & tried.unmoved[:, :, None], abs(tried.move) / scale, 0.0)
     return np.asarray(way.max(axis=2).min(axis=1))
 
 
 @dataclass(frozen=True)
 class _Slopes:
-    """Derivatives by central, backward and forward differences; (figures, variables)."""
+    """Derivatives by central, backward and forward differences, (figures, variables)."""
 
     middle: Extrapolation
     below: Extrapolation
     above: Extrapolation
 
 
-def _gathered(names: tuple[str, ...], at: np.ndarray, tried: _Tried, still: np.ndarray) -> Sensitivities:
-    """Derivatives from the figures of moved designs.
+def _sensitivities_from(
+    names: tuple[str, ...], at: np.ndarray, tried: _DisplacedDesigns, still: np.ndarray
+) -> Sensitivities:
+    """Compute derivatives from the figures of displaced designs.
 
-    Where two places are largest alike whatever the variable is, as in a cycle that runs there and back, round-off picks
-    one of them anew for every design: differences over all designs count where they are the better ones.
+    If two locations are always equally large, as in a cycle that runs forth and back, round-off picks one at random.
+    Differences across locations are then used if they are more accurate.
     """
     both = np.asarray(tried.unmoved.all(axis=1))
     tracked = _slopes(tried, np.where(tried.smooth, tried.value, np.nan), both)
     every = _slopes(tried, tried.value, np.ones(both.shape, bool))
     below, above = _better(tracked.below, every.below), _better(tracked.above, every.above)
-    gap, doubt = abs(above.value - below.value), APART * (above.error + below.error)
-    kink = (gap > doubt) & (gap > BEND * np.maximum(abs(above.value), abs(below.value)))
+    gap, doubt = abs(above.value - below.value), KINK_ERRORS * (above.error + below.error)
+    kink = (gap > doubt) & (gap > MIN_KINK * np.maximum(abs(above.value), abs(below.value)))
     middle = _better(tracked.middle, every.middle)
     one_side = np.isnan(below.value) | np.isnan(above.value)
     slope = np.where(kink | one_side, (below.value + above.value) / 2, middle.value)
     error = np.where(kink | one_side, (below.error + above.error) / 2, middle.error)
-    for side in (below, above):  # the only one there is
+    for side in (below, above):  # if only one side is known
         error = np.where(np.isnan(slope), side.error, error)
         slope = np.where(np.isnan(slope), side.value, slope)
     return Sensitivities(names, at, tried.own, slope, error, below.value, above.value, kink, np.where(kink, 0.0, still))
 
 
-def _slopes(tried: _Tried, values: np.ndarray, both: np.ndarray) -> _Slopes:
-    """Derivatives by values of moved designs, nan where they do not serve; `both`: where both sides together do."""
+def _slopes(tried: _DisplacedDesigns, values: np.ndarray, both: np.ndarray) -> _Slopes:
+    """Derivatives from values, nan if unusable; `both`: central differences are valid."""
     served = np.where(np.isinf(values), np.nan, values).transpose(1, 2, 0, 3)  # (sides, levels, figures, variables)
-    figures = np.where(np.isinf(tried.own), np.nan, tried.own)[:, None]  # what is endless has no derivative
+    figures = np.where(np.isinf(tried.own), np.nan, tried.own)[:, None]  # inf has no derivative
     left, right = tried.move[:, :, None, :]
     rough = ROUND_OFF * np.maximum(abs(figures), np.where(np.isfinite(served), abs(served), 0.0).max(axis=(0, 1)))
     across = np.where(both, served[1] - served[0], np.nan)
@@ -280,6 +285,6 @@ def _slopes(tried: _Tried, values: np.ndarray, both: np.ndarray) -> _Slopes:
 
 
 def _better(one: Extrapolation, other: Extrapolation) -> Extrapolation:
-    """The limit with the smaller error of two."""
+    """Return the limit with the smaller error."""
     first = ~(other.error < np.where(np.isnan(one.error), np.inf, one.error))
     return Extrapolation(np.where(first, one.value, other.value), np.where(first, one.error, other.error))

@@ -1,4 +1,4 @@
-"""Sensitivities, tolerances and the best design of a scene: from its tables to the answer."""
+"""Studies of a scene: sensitivities, tolerances, optimum."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from kinelast.designs.base import base_of, design_measures
 from kinelast.designs.evaluate import Designs, evaluate, evaluated
 from kinelast.designs.full_sample import FullColumn, full_columns
 from kinelast.designs.optimum import ACTIVE, Optimum, OptimumResult, optimum, optimum_beside
-from kinelast.designs.problem import OptimizationTask, Problem, optimization_task, tolerance_task
+from kinelast.designs.problem import DesignProblem, OptimizationTask, optimization_task, tolerance_task
 from kinelast.designs.sensitivities import Sensitivities, sensitivities
 from kinelast.designs.tolerances import (
     DESIGNS,
@@ -56,14 +56,14 @@ from kinelast.scene.variables import Variable, numbers
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Integers
 
-NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # tables that describe no machine
-NOT_FIGURES = ("reach", LIMITS_KEPT, LIMITS_MARGIN, "condition")  # whose derivatives say nothing
-ROUNDS = 6  # in which an optimum is given room for its error
-GROWTH = 16.0  # of the spare room from round to round, after the third
-SLACK = 0.01  # share of a limit that holds a design, above which that has more room than it needs
-LOOKED_AT = 16  # designs by which it is seen which limits the variables move
-STILL = 1e-9  # of a figure, by which it does not move
-PART, FEW = 512, 64  # designs between two words on how far it is; where some of them are computed one by one
+NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # tables without machine data
+NOT_FIGURES = ("reach", LIMITS_KEPT, LIMITS_MARGIN, "condition")  # figures without meaningful derivatives
+MAX_ROUNDS = 6  # rounds in which the bounds of an optimum are tightened
+GROWTH = 16.0  # factor on the spare reserve per round, after the third
+MAX_SPARE = 0.01  # larger margins of active limits are used up in another round, relative to the limit
+SCREENED_DESIGNS = 16  # designs that show which limits the variables affect
+MAX_STILL_CHANGE = 1e-9  # figures that change by less do not depend on the variables, relative
+BATCH, SMALL_BATCH = 512, 64  # designs between progress reports; the same if some are computed one by one
 
 
 def _figures_of(
@@ -73,9 +73,9 @@ def _figures_of(
     progress: Progress = SILENT,
     stage: str = "",
 ) -> Callable[[np.ndarray], Designs]:
-    """From values of some numbers to figures, some designs at a time, which the answer does not depend on."""
+    """Return a function from values of some numbers to figures, evaluated in batches."""
     base = base_of(document, paths, figures)
-    part = PART if all(base.on_axis) else FEW if any(base.on_axis) else 1  # not on one axis of arrays takes long
+    part = BATCH if all(base.on_axis) else SMALL_BATCH if any(base.on_axis) else 1
 
     def found(values: np.ndarray) -> Designs:
         parts = []
@@ -102,12 +102,12 @@ def _place(part: Designs, name: str) -> Integers:
 
 
 def _as_it_stands(document: Document, figures: Sequence[str | Figure] | None) -> Designs:
-    """Figures of a scene as it stands.
+    """Figures of the nominal scene.
 
     Raises
     ------
     SceneError
-        It has none.
+        If it has none.
     """
     found = evaluate(document, [], np.zeros((1, 0)), figures)
     if found.reason[0]:
@@ -118,17 +118,17 @@ def _as_it_stands(document: Document, figures: Sequence[str | Figure] | None) ->
 def sensitivity_study(
     scene: Document | Tables, asked: Sequence[str] = (), progress: Progress = SILENT
 ) -> tuple[Sensitivities, tuple[Variable, ...], Mapping[str, str]]:
-    """Sensitivities of a scene's figures to its numbers; the numbers, and the figures' units.
+    """Sensitivities of a scene's figures, the varied numbers, and the figures' units.
 
     Parameters
     ----------
     asked
-        Paths of the numbers; where left out those of [sensitivities], or else all that describe the machine.
+        Paths of the numbers; default: those of [sensitivities], else all that describe the machine.
 
     Raises
     ------
     SceneError
-        The tables hold a mistake, or name what there is not; or the scene as it stands has no figures.
+        If the tables are invalid, or the nominal scene has no figures.
     """
     document = document_of(scene)
     table = document.table
@@ -144,13 +144,13 @@ def sensitivity_study(
 
 
 def _machine(table: SceneTable) -> list[str]:
-    """Paths of all numbers that describe the machine, and no limit of it."""
+    """Paths of all numbers that describe the machine, without limits."""
     paths = [path for path in numbers(table) if path.partition(".")[0].partition("[")[0] not in NOT_NUMBERS]
     return [path for path in paths if not sets_limit(path)]
 
 
 def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:
-    """Scales of variables: their magnitudes; of a coordinate at least the drawing's extent, of a zero 1."""
+    """Scales of variables: magnitudes; at least the drawing's extent for a coordinate, 1 for zero."""
     extent = max((abs(float(each)) for place in table.points.values() for each in place), default=0.0) or 1.0
     return np.array(
         [
@@ -161,20 +161,19 @@ def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:
 
 
 def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: Progress = SILENT) -> ToleranceResult:
-    """Ranges of a scene's figures under its [tolerances].
+    """Scatter of a scene's figures under its [tolerances].
 
-    Besides the figures of a design's summary, where the scene names its output: how far that is off by geometry, by
-    deflection, and by both.
+    If the scene names its output, also the output's error by geometry and by geometry plus deflection.
 
     Parameters
     ----------
     designs
-        How many to sample, at least.
+        Smallest number of samples.
 
     Raises
     ------
     SceneError
-        As `sensitivity_study`; or there are no tolerances.
+        See `sensitivity_study`; also if there are no tolerances.
     """
     document = document_of(scene)
     table, built, asked = document.table, document.scene, tolerance_task(document)
@@ -221,22 +220,22 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
 
 @dataclass(frozen=True, eq=False)
 class PosedProblem:
-    """A scene's [optimize] as a problem; its figures as it stands, their units, whether it is quasi-static."""
+    """A scene's [optimize] as a problem, nominal figures, units, and True for a quasi-static scene."""
 
     task: OptimizationTask
-    problem: Problem
+    problem: DesignProblem
     before: Mapping[str, float]
     units: Mapping[str, str]
     quasi_static: bool
 
 
 def problem_of(given: Document | Tables) -> PosedProblem:
-    """The problem that a scene's [optimize] poses.
+    """Pose the problem of a scene's [optimize].
 
     Raises
     ------
     SceneError
-        The tables hold a mistake, name what there is not, or ask for nothing.
+        If the tables are invalid, or there is no goal.
     """
     document = document_of(given)
     table, scene = document.table, document.scene
@@ -249,17 +248,17 @@ def problem_of(given: Document | Tables) -> PosedProblem:
     names = list(dict.fromkeys([asked.figure, *(limit.figure for limit in asked.limits), *parts]))
     paths = [one.path for one in asked.variables]
     figures_of = _figures_of(document, paths, [by_name.get(name, name) for name in names])
-    problem = Problem(figures_of, asked.low, asked.high, asked.figure, asked.largest, asked.limits, tuple(parts))
+    problem = DesignProblem(figures_of, asked.low, asked.high, asked.figure, asked.largest, asked.limits, tuple(parts))
     return PosedProblem(asked, problem, _first(base.columns), base.units, scene.theory.plain)
 
 
 def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> OptimumResult:
-    """The best design that a scene's [optimize] asks for.
+    """Find the best design by a scene's [optimize].
 
     Raises
     ------
     SceneError
-        As `problem_of`; or no design that was tried has the figures.
+        See `problem_of`; also if no tried design has the figures.
     """
     document = document_of(scene)
     posed = problem_of(document)
@@ -270,7 +269,7 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Opti
         best = optimum(problem, asked.evolve, asked.seed, first, progress)
     except ValueError as error:
         raise fault("optimize", "", str(error)) from None
-    last = _with_room(document, asked, _Judged(problem, best), progress)
+    last = _with_room(document, asked, _FullyJudged(problem, best), progress)
     after = _first(last.problem.figures_of(last.best.values[None]).columns)
     held_to = tuple(limit.bound for limit in last.problem.limits)
     return OptimumResult(
@@ -279,62 +278,61 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Opti
 
 
 def _require_within_reach(scene: Scene, posed: PosedProblem, first: np.ndarray) -> None:
-    """Raise where limits are not kept that no variable moves: that is seen by a few designs, before any search."""
+    """Raise SceneError if a violated limit depends on no variable, judged by a few designs before the search."""
     asked, problem = posed.task, posed.problem
-    cube = qmc.Sobol(len(first), rng=np.random.default_rng(asked.seed)).random(LOOKED_AT)
+    cube = qmc.Sobol(len(first), rng=np.random.default_rng(asked.seed)).random(SCREENED_DESIGNS)
     with np.errstate(all="ignore"):
         columns = problem.figures_of(problem.values(np.concatenate([first[None], cube]))).columns
-    told = []
+    problems = []
     for limit in problem.limits:
         values = np.asarray(columns[limit.figure], float)
-        still = np.isfinite(values).all() and np.ptp(values) <= STILL * np.abs(values).max()
+        still = np.isfinite(values).all() and np.ptp(values) <= MAX_STILL_CHANGE * np.abs(values).max()
         if still and limit.margin(values).max() < 0:
             value, bound = beside(float(values[0]), float(limit.bound), posed.units[limit.figure], scene.told_in)
-            told.append(f"{limit.figure} is {value}, {'at least' if limit.least else 'at most'} {bound} is allowed")
-    if told:
+            problems.append(f"{limit.figure} is {value}, {'at least' if limit.least else 'at most'} {bound} is allowed")
+    if problems:
         why = "no design keeps what none of the variables moves"
         what = "vary what it depends on, or change the limit"
-        raise fault("optimize.variables", "", f"{why}: {'; '.join(told)}: {what}")
+        raise fault("optimize.variables", "", f"{why}: {'; '.join(problems)}: {what}")
 
 
 @dataclass(frozen=True, eq=False)
-class _Judged:
-    """The best design of a problem, and its full answer: its limits beside their figures, and the goal's."""
+class _FullyJudged:
+    """Best design of a problem and its full answer."""
 
-    problem: Problem
+    problem: DesignProblem
     best: Optimum
     answer: FullAnswer | None = None
 
     @property
     def judgements(self) -> tuple[Judgement, ...]:
-        """Of the limits; none where there is no answer."""
+        """Limits with their values; empty without a full answer."""
         return self.answer.judgements if self.answer else ()
 
     @property
     def settled(self) -> bool:
-        """Whether nothing is gained by moving bounds: none lies within the error, those that hold are used up."""
+        """True if no limit is within its error, and active limits leave no margin: tightening bounds gains nothing."""
         if any(each.outcome in (TOO_NEAR, BROKEN) for each in self.judgements):
             return False
         holds = np.abs(self.best.certificate.margin) < ACTIVE
         left = [float(each.limit.margin(each.worst)) for each in self.judgements]
-        return not any(hold and share > SLACK for hold, share in zip(holds, left, strict=True))
+        return not any(hold and share > MAX_SPARE for hold, share in zip(holds, left, strict=True))
 
 
-def _with_room(document: Document, asked: OptimizationTask, first: _Judged, progress: Progress) -> _Judged:
-    """The best design that keeps all limits by its full answer, errors and all; or else the last one tried.
+def _with_room(document: Document, asked: OptimizationTask, first: _FullyJudged, progress: Progress) -> _FullyJudged:
+    """Find the best design that keeps all limits by its full answer, including errors; else return the last one tried.
 
-    A search that stands on its limits by quasi-static figures would leave nothing for vibration, nor for any error: the
-    best design is answered in full, the bounds are moved by that, and the search goes on from there. Without limits it
-    is answered for the figure of the goal.
+    A quasi-static search leaves no reserve for vibration and errors. So the best design gets a full answer, the bounds
+    are moved accordingly, and the search continues. Without limits, only the goal gets a full answer.
     """
     goal = design_measures(document.scene, output_of(document.scene)).get(asked.figure)
-    worth = bool(asked.limits) or (goal is not None and not goal.figure.rigid)  # else no theory of the links matters
+    worth = bool(asked.limits) or (goal is not None and not goal.figure.rigid)  # other goals do not depend on theory
     kept, now = None, first
     before: list[tuple[float, float]] | None = None
-    for left in reversed(range(ROUNDS)):
+    for left in reversed(range(MAX_ROUNDS)):
         if not now.best.feasible or not worth:
             break
-        progress("the best design, answered in full", ROUNDS - 1 - left, ROUNDS)
+        progress("the best design, answered in full", MAX_ROUNDS - 1 - left, MAX_ROUNDS)
         chosen = zip((number.path for number in asked.variables), now.best.values.tolist(), strict=True)
         scene = document.with_values(dict(chosen)).scene
         now = replace(now, answer=full_answer(scene, asked.limits, [asked.figure]))
@@ -346,15 +344,15 @@ def _with_room(document: Document, asked: OptimizationTask, first: _Judged, prog
         known = [(float(columns[each.limit.figure][0]), each.worst) for each in now.judgements]
         each_before = before or (None,) * len(known)
         rows = zip(now.judgements, known, each_before, strict=True)
-        spare = SPARE * GROWTH ** max(0, ROUNDS - 3 - left)  # errors may differ from one design to the next
+        spare = SPARE * GROWTH ** max(0, MAX_ROUNDS - 3 - left)  # errors differ between designs
         problem = now.problem.held_to([room(judged, value, other, spare) for judged, (value, _), other in rows])
         before = known
-        now = _Judged(problem, optimum_beside(problem, now.best.shares, asked.seed, progress))
+        now = _FullyJudged(problem, optimum_beside(problem, now.best.shares, asked.seed, progress))
     return kept or now
 
 
 def _known_figures(table: SceneTable, scene: Scene, path: Sequence[Figure]) -> list[str | Figure]:
-    """All figures that a limit or a goal may name; those that take long where one does."""
+    """All figures that a limit or goal may name; expensive ones only if named."""
     limits = (limit.figure for limit in limits_of(scene))
     named = {table.optimize.minimize, table.optimize.maximize, *table.optimize.limits, *limits}
     measures = design_measures(scene, output_of(scene)).values()
@@ -362,7 +360,7 @@ def _known_figures(table: SceneTable, scene: Scene, path: Sequence[Figure]) -> l
 
 
 def _path_figures(table: SceneTable, scene: Scene) -> list[Figure]:
-    """Figures of the path under [optimize.path], where there is one."""
+    """Figures of the path under [optimize.path]."""
     asked = table.optimize.path
     if asked is None:
         return []

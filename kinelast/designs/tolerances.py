@@ -1,4 +1,4 @@
-"""Scatter of a design's figures from tolerances of its numbers, and errors of its output."""
+"""Scatter of figures from tolerances of a design's numbers; error of its output."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scipy.stats import binomtest, norm, qmc, sobol_indices, uniform
 from elastic import displacement_of
 from elastic.assessment import angle_error
 from kinelast.designs.full_sample import FullColumn, kept_by
-from kinelast.designs.sensitivities import Figures, FiguresOf, Sensitivities
+from kinelast.designs.sensitivities import FigureColumns, FiguresOf, Sensitivities
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import FIXED, SCENE, Figure, fixed, largest_of, whole
 from kinelast.figures.limits import UNKNOWN, FullAnswer, Judgement
@@ -23,23 +23,23 @@ from kinelast.scene.variables import Variable
 from rigid import Motion, position_of
 from rigid.arrays import Complexes, Numbers, Reals
 
-REPEATS = 8  # sets of points that are scrambled apart
-DESIGNS = 2048  # by default, in all sets together
+REPEATS = 8  # independently scrambled sets of points
+DESIGNS = 2048  # default number of samples, in all sets together
 QUANTILES = (0.025, 0.5, 0.975)
-WITHIN = 3.0  # standard deviations that a tolerance of a normal distribution stands for
-INDEX_SAMPLE = 256  # times two more than there are variables: designs for Sobol's indices
+NORMAL_DEVIATIONS = 3.0  # tolerance of a normal distribution, in standard deviations
+INDEX_SAMPLE = 256  # designs for Sobol's indices, per (variables + 2)
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How a number scatters about its value.
+    """Scatter of a number about its value.
 
     Attributes
     ----------
     half
-        The tolerance: half the width of its range, in the number's own unit.
+        Tolerance: half the width of the range, in the number's unit.
     normal
-        Distributed normally, with a standard deviation of a third of `half`; else uniformly within it.
+        True for a normal distribution with standard deviation `half` / 3; else uniform.
     """
 
     half: float
@@ -48,25 +48,25 @@ class Tolerance:
     @property
     def deviation(self) -> float:
         """Standard deviation."""
-        return self.half / (WITHIN if self.normal else np.sqrt(3.0))
+        return self.half / (NORMAL_DEVIATIONS if self.normal else np.sqrt(3.0))
 
     def scattered(self, shares: np.ndarray) -> np.ndarray:
-        """Differences from the value below which given shares of all pieces are; of the shares' shape."""
+        """Quantiles of the deviation for given shares, same shape."""
         return self.deviation * ndtri(shares) if self.normal else self.half * (2 * shares - 1)
 
 
 @dataclass(frozen=True)
 class FirstOrder:
-    """Scatter of figures as their slopes tell it.
+    """Scatter of figures to first order.
 
     Attributes
     ----------
     deviation
         Standard deviation, shape (figures,).
     worst
-        Largest difference with every number at the end of its tolerance, shape (figures,).
+        Largest deviation if every number is at the end of its tolerance, shape (figures,).
     share
-        Of each number in the variance, shape (figures, variables); nan where nothing scatters.
+        Share of each number in the variance, shape (figures, variables); nan without scatter.
     """
 
     deviation: Reals
@@ -75,7 +75,7 @@ class FirstOrder:
 
 
 def first_order(found: Sensitivities, tolerances: Sequence[Tolerance]) -> FirstOrder:
-    """Scatter of figures to first order, of numbers that are independent; at a kink by the steeper side."""
+    """First-order scatter of figures for independent numbers; the steeper side counts at a kink."""
     slope = np.where(found.kink, np.maximum(abs(found.below), abs(found.above)), abs(found.slope))
     deviation = slope * np.array([each.deviation for each in tolerances])
     variance = (deviation**2).sum(axis=1)
@@ -91,13 +91,13 @@ class Scatter:
     Attributes
     ----------
     mean, deviation, low, median, high
-        The last three: 2.5, 50 and 97.5 per cent of all designs are below.
+        `low`, `median`, `high`: quantiles at 2.5 %, 50 % and 97.5 %.
     least, largest
-        Of the sample.
+        Extremes of the sample.
     error
-        Standard errors of mean, deviation, low, median and high, from the spread of repeated samples; shape (5,).
+        Standard errors of mean, deviation, low, median and high, from repeated samples, shape (5,).
     known
-        Share of the designs that have the figure; the others are left out.
+        Share of designs that have the figure; others are left out.
     """
 
     mean: float
@@ -112,9 +112,9 @@ class Scatter:
 
 
 def sample(tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIGNS, seed: int = 0) -> np.ndarray:
-    """Designs within tolerances by scrambled Sobol points, shape (repeats, points, variables).
+    """Sample designs within tolerances by scrambled Sobol points, shape (repeats, points, variables).
 
-    As many as are asked for, or more: points of a set are a power of two.
+    At least `designs`: the number of points in a set is a power of two.
     """
     seeds = np.random.SeedSequence(seed).spawn(REPEATS)
     shares = [_points(len(at), points_for(designs), np.random.default_rng(each)) for each in seeds]
@@ -122,32 +122,32 @@ def sample(tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIG
 
 
 def points_for(designs: int) -> int:
-    """Points of each of the repeated sets for so many designs or more: a power of two."""
+    """Points in each of the repeated sets for at least `designs` designs, a power of two."""
     return int(2 ** max(math.ceil(math.log2(designs / REPEATS)), 0))
 
 
 def _points(variables: int, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Points within the unit cube, none of them on its faces."""
+    """Points in the interior of the unit cube."""
     points = np.asarray(qmc.Sobol(variables, rng=rng).random(count))
     return np.asarray(np.clip(points, 2.0**-33, 1 - 2.0**-33))
 
 
 def scattered(tolerances: Sequence[Tolerance], shares: np.ndarray) -> np.ndarray:
-    """Differences from all values, of shares of shape (..., variables)."""
+    """Deviations of all numbers for shares of shape (..., variables)."""
     return np.stack([each.scattered(shares[..., k]) for k, each in enumerate(tolerances)], axis=-1)
 
 
 def scatter(
     figures_of: FiguresOf, tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIGNS, seed: int = 0
 ) -> dict[str, Scatter]:
-    """Distributions of all figures over designs that scatter within tolerances, from one call for all designs."""
+    """Sample distributions of all figures under tolerances, with one evaluation."""
     tried = sample(tolerances, at, designs, seed)
     found = figures_of(tried.reshape(-1, tried.shape[-1]))
     return {name: _scatter(np.asarray(each, float).reshape(tried.shape[:2])) for name, each in found.columns.items()}
 
 
 def _scatter(values: np.ndarray) -> Scatter:
-    """The distribution of a figure, (repeats, points)."""
+    """Distribution of a figure, (repeats, points)."""
     known = np.isfinite(values)
     if not known.any():
         nan = math.nan
@@ -166,20 +166,19 @@ def _moments(values: np.ndarray) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class KeptShare:
-    """Share of the machines that keep all limits.
+    """Share of machines that keep all limits.
 
     Attributes
     ----------
     plain
-        By quasi-static figures, errors not counted.
+        By quasi-static figures, without errors.
     in_full
-        By full answers of the machines, with their errors; nan where a limit cannot be judged.
+        By full answers, with errors; nan if a limit cannot be judged.
     low, high
-        Between which that is with a confidence of 95 %, as so many were sampled (Clopper and Pearson 1934), and with
-        the error of the response surface.
+        95 % confidence interval of `in_full` (Clopper and Pearson 1934), including the error of the response surface.
     beyond
-        Share of the machines whose whole error of the output, with that of their geometry, is beyond the limit of the
-        output's deflection; nan without such a limit.
+        Share of machines whose total output error, by geometry and deflection, exceeds the limit of the output's
+        deflection; nan without such a limit.
     """
 
     plain: float
@@ -192,18 +191,18 @@ class KeptShare:
 def kept_share(
     columns: Mapping[str, Reals], judgements: Sequence[Judgement], full: Mapping[str, FullColumn], output: str = ""
 ) -> KeptShare:
-    """Share of sampled machines that keep all limits.
+    """Estimate the share of machines that keep all limits.
 
     Parameters
     ----------
     columns
-        Quasi-static figures of the limits by name, shape (machines,).
+        Quasi-static figures of the limits, by name, shape (machines,).
     judgements
-        Of the limits, by the full answer of the nominal machine.
+        Limits with the full answer of the nominal machine.
     full
-        The same figures by full answers of the machines.
+        Figures by full answers of the machines.
     output
-        Name of the column of the whole error of the output, which its limit is compared with as well.
+        Name of the column with the total output error.
     """
     plain = np.logical_and.reduce([each.limit.kept(columns[each.limit.figure]) for each in judgements])
     bound = next((each.limit for each in judgements if each.limit.figure == OUTPUT_ERROR), None)
@@ -218,12 +217,12 @@ def kept_share(
 
 
 def variance_shares(
-    figures_of: Callable[[np.ndarray], Figures], tolerances: Sequence[Tolerance], at: np.ndarray, seed: int = 0
+    figures_of: Callable[[np.ndarray], FigureColumns], tolerances: Sequence[Tolerance], at: np.ndarray, seed: int = 0
 ) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
-    """Shares of the variance that a number has alone, and with all it acts together with: Sobol's indices.
+    """Sobol indices: share of each number in the variance, alone and including interactions.
 
-    They hold beyond the first order, which `first_order` is not told to do. Shapes (variables,); nan of a figure that
-    some design does not have, or that does not scatter.
+    Unlike `first_order` not limited to small tolerances. Shapes (variables,); nan for a figure without scatter, or
+    unknown for some design.
     """
     names: list[str] = []
 
@@ -241,28 +240,28 @@ def variance_shares(
 
 @dataclass(frozen=True, eq=False)
 class ToleranceResult:
-    """All that is known of figures under tolerances.
+    """Results of a tolerance study.
 
     Attributes
     ----------
     variables, tolerances
-        The numbers that scatter, and by how much.
+        Varied numbers and their tolerances.
     nominal
-        Sensitivities of the design as it stands, by which the first order goes.
+        Sensitivities of the nominal design.
     first
-        First order, in the order of the sensitivities' figures.
+        First-order scatter, in the order of the sensitivities' figures.
     sampled
-        Of samples, by figure.
+        Sampled distributions by figure.
     shares
-        Sobol's indices, by figure: alone, and with all it acts together with; shapes (variables,).
+        Sobol indices by figure, alone and including interactions, shapes (variables,).
     units
-        Of the figures.
+        Units of the figures.
     designs
-        How many were sampled.
+        Number of samples.
     answer
-        The full answer of the scene as it stands.
+        Full answer of the nominal scene.
     kept
-        Share of the machines that keep all limits; None without limits.
+        Share of machines that keep all limits; None without limits.
     """
 
     variables: tuple[Variable, ...]
@@ -282,14 +281,14 @@ FARTHEST, SQUARES = "path_error", "path_squares"
 
 
 def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
-    """Largest error of the output over the cycle from that of the nominal mechanism with rigid links.
+    """Largest output error over the cycle, relative to the nominal mechanism with rigid links.
 
-    By the geometry of the links alone, and with their deflection besides; the deflection alone is `output_error`.
+    Two figures: by geometry alone, and by geometry plus deflection. See `output_error` for deflection alone.
 
     Parameters
     ----------
     nominal
-        The motion of the mechanism as it stands, at the positions of the designs.
+        Motion of the nominal mechanism, at the positions of the designs.
     """
     if output.point:
         place = position_of(nominal, output.link, output.point)
@@ -316,9 +315,9 @@ def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
 
 
 def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
-    """How far a point is from given places, one for each position, with rigid links.
+    """Distance of a point from given places, one per position, with rigid links.
 
-    The largest distance, the sum of their squares, and what that is the sum of the squares of: two components a place.
+    Figures: largest distance, sum of squares, and the components whose squares are summed.
     """
     wanted = np.array(places)
 
@@ -343,7 +342,7 @@ def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
 
 
 def path_parts(count: int) -> tuple[str, ...]:
-    """Names of the parts of `SQUARES`."""
+    """Names of the components summed in `SQUARES`."""
     return tuple(name for _, _, name in _parts(count))
 
 

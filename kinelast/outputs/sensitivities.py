@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.designs.problem import PER_CENT, TOLERANCE, Step
+from kinelast.designs.problem import PER_CENT, TOLERANCE, SensitivityStep
 from kinelast.designs.sensitivities import Sensitivities
 from kinelast.designs.tolerances import GEOMETRIC, WHOLE, KeptShare, Scatter, ToleranceResult
 from kinelast.outputs.table import Table
@@ -84,7 +84,7 @@ class ToldSensitivities:
     result: Sensitivities
     variables: Sequence[Variable]
     units: Mapping[str, str]
-    steps: Sequence[Step]
+    steps: Sequence[SensitivityStep]
     told_in: ToldIn = field(default_factory=dict)
 
     @cached_property
