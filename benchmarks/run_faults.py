@@ -339,7 +339,7 @@ def differences(found: dict[str, bytes], expected: dict[str, bytes]) -> list[str
 
 def run(count: int, seed: int) -> int:
     """Disturb so many runs more of a seed; how many of these went wrong."""
-    sweeps.CHUNK = CHUNK  # of this process and its forks
+    sweeps.CHUNK_TIME = CHUNK  # of this process and its forks
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell lets what it starts in the background ignore it
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
     counts = noted()

@@ -20,7 +20,7 @@ from kinelast.figures.summary import summary as summary_of
 from kinelast.runs import computed
 from kinelast.scene.document import document_from_dict, document_of
 from kinelast.scene.text import file_text, toml_tables
-from kinelast.sweep.pages import Aim, Answering, Rows, tallied
+from kinelast.sweep.pages import Aim, FullAnswers, Rows, tallied
 from kinelast.tasks.progress import SILENT
 from kinelast.tasks.request import Request
 
@@ -193,7 +193,7 @@ def answered_by(monkeypatch, limits, aim, change):
     rows = Rows(Evaluation(document, plan_of(tables), ("mass", "deflection", *kept)))
     columns, reasons = rows(0, 40)
     tally = tallied(rows.stored([({"design": np.arange(40.0), **columns}, reasons)]), aim, keep=False)
-    Answering(rows, tally, SILENT)()
+    FullAnswers(rows, tally, SILENT)()
     return tally, evaluate(document, [DEPTH], depths[:, None], ["deflection"]).columns["deflection"]
 
 

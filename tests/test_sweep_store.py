@@ -162,7 +162,7 @@ def test_a_chunk_that_fails_is_noted_with_its_reason_and_done_when_it_no_longer_
 
 def test_what_fails_always_is_not_tried_a_million_times(tmp_path):
     fails = frozenset(range(0, COUNT, 10))
-    assert len(sweep(tmp_path, Parabolas(fails=fails), chunk=10).manifest.failed) == running.MOST_FAILED
+    assert len(sweep(tmp_path, Parabolas(fails=fails), chunk=10).manifest.failed) == running.MAX_FAILED
 
 
 def test_columns_that_differ_are_a_failure_not_a_mixture(tmp_path):
@@ -463,6 +463,6 @@ def test_a_scheduler_without_workers_is_waited_for_and_said(tmp_path):
 
 def test_no_scheduler_is_told(tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="dask.distributed is not installed")
-    monkeypatch.setattr(cluster, "PATIENCE", "0.2s")
+    monkeypatch.setattr(cluster, "TIMEOUT", "0.2s")
     with pytest.raises(RequestError, match=r'--scheduler: nobody answers at "tcp://127.0.0.1:9"'):
         sweep(tmp_path, scheduler="tcp://127.0.0.1:9")

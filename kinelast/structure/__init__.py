@@ -1,4 +1,4 @@
-"""The structure of a mechanism, or of a chain of joints in space, as data and as text for a terminal."""
+"""Structure of a planar mechanism or of a spatial chain of joints, as data and as text."""
 
 from __future__ import annotations
 
@@ -38,28 +38,28 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
 
 
-WIDTH = 110
-NEARLY = 1e-3
+WIDTH = 110  # of lines
+NEARLY_SINGULAR = 1e-3  # ratio of smallest non-zero to largest singular value
 
 
 def section(name: str, lines: Iterable[str]) -> str:
-    """A heading, its lines indented, an empty line."""
+    """Format a heading, indented lines, and an empty line."""
     return "\n".join([name, *(f"  {line}".rstrip() for line in lines), ""])
 
 
 def table_lines(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Rows with their columns set one below the other."""
+    """Align the columns of rows."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))] if rows else []
     return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
 def wrapped_lines(text: str) -> list[str]:
-    """A sentence in lines that fit a terminal."""
+    """Wrap a sentence to the width of a terminal."""
     return wrap(text, WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
 
 
 def loop_lines(graph: Graph) -> list[str]:
-    """Each loop as the nodes and branches met on the way round."""
+    """Each loop as a walk over nodes and branches."""
     lines = []
     for number, loop in enumerate(fundamental_loops(graph), 1):
         steps = []
@@ -75,7 +75,7 @@ def loop_lines(graph: Graph) -> list[str]:
 
 
 def rank_lines(ranks: Mobility) -> list[str]:
-    """Both sides of the count by ranks, and how clear the decision was."""
+    """Ranks of the kinematic and the static side, and how clear the decision is."""
     m, h = int(ranks.mobility), int(ranks.hyperstaticity)
     kinematic = (ranks.kinematic_unknowns, ranks.kinematic_equations, int(ranks.kinematic_rank))
     static = (ranks.static_unknowns, ranks.static_equations, int(ranks.static_rank))
@@ -86,7 +86,7 @@ def rank_lines(ranks: Mobility) -> list[str]:
     ]
     if not ranks.sides_agree:
         lines.append("the two sides disagree: the position is too near a singular one to tell")
-    if float(ranks.kept) < NEARLY:
+    if float(ranks.kept) < NEARLY_SINGULAR:
         lines += wrapped_lines(
             f"nearly singular: the smallest singular value that counts is {float(ranks.kept):.1e} of the greatest. "
             "With slightly other dimensions m and h may both be greater: if these are rounded, give more digits"
@@ -95,13 +95,13 @@ def rank_lines(ranks: Mobility) -> list[str]:
 
 
 def redundancy_lines(names: Sequence[str]) -> list[str]:
-    """Which joints hold forces that statics does not tell."""
+    """Joints with statically indeterminate forces."""
     if not names:
         return ["every joint force follows from statics"]
     return wrapped_lines("redundant: statics alone does not tell the forces in " + ", ".join(names))
 
 
-MOST_NAMED = 3  # contacts in a message
+MOST_NAMED = 3  # contacts named in a message
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,19 +111,19 @@ class StructureReport:
     Attributes
     ----------
     title
-        Of the scene; may be empty.
+        Title of the scene; may be empty.
     mechanism, joints
-        What is reported on, and its pairs in the order of the branches of `links`.
+        The mechanism; its kinematic pairs in the order of the branches of `links`.
     links, bars
-        Graph of links and joints, and graph of joints and bars.
+        Graph of links and joints; graph of joints and bars.
     ranks
-        Mobility and hyperstaticity at the drawn position; what prevents them where it cannot be put together.
+        Mobility and hyperstaticity at the drawn position, or an error message if it cannot be assembled.
     redundant
-        Joints whose forces statics alone cannot tell.
+        Joints with statically indeterminate forces.
     triangles
-        Triples of links pinned to one another in one line.
+        Triples of links pinned to one another on one line.
     groups
-        In the order of solution; what prevents it where the drives do not determine the mechanism.
+        Groups in the order of solution, or an error message if the drives do not determine the mechanism.
     """
 
     title: str
@@ -138,12 +138,12 @@ class StructureReport:
 
 
 def structure_report(subject: Mechanism | Scene, contacts: Iterable[Contact] = ()) -> StructureReport:
-    """Everything that is known of a mechanism's structure; `contacts` are its cams and slipping gears as drawn.
+    """Analyse the structure of a mechanism; `contacts` are cams and slipping gears as drawn.
 
     Raises
     ------
     MechanismError
-        A gear whose wheels touch nowhere.
+        If the wheels of a gear do not touch.
     """
     mechanism = subject if isinstance(subject, Mechanism) else subject.mechanism
     title = "" if isinstance(subject, Mechanism) else subject.title or subject.name
@@ -171,7 +171,7 @@ def structure_report(subject: Mechanism | Scene, contacts: Iterable[Contact] = (
 
 
 def _not_by_groups(contacts: Sequence[Contact]) -> str:
-    """Why a mechanism with contacts has no groups: mobility counts contacts, groups are joined by lower pairs."""
+    """Explain why a mechanism with contacts has no groups, which consist of lower pairs."""
     names = ", ".join(f'"{contact.name}"' for contact in contacts[:MOST_NAMED])
     names += ", ..." if len(contacts) > MOST_NAMED else ""
     one = len(contacts) == 1
@@ -180,7 +180,7 @@ def _not_by_groups(contacts: Sequence[Contact]) -> str:
 
 
 def structure_text(subject: Mechanism | Scene | StructureReport, contacts: Iterable[Contact] = ()) -> str:
-    """The structure of a mechanism in lines for a terminal."""
+    """Structure of a mechanism as text for a terminal."""
     report = subject if isinstance(subject, StructureReport) else structure_report(subject, contacts)
     sections = [
         (f"Links ({len(report.mechanism.links)})", _links(report)),
@@ -249,7 +249,7 @@ def _driven(drives: Sequence[int]) -> str:
 
 
 def _bars(graph: Graph) -> list[str]:
-    """Bars with their nodes; incidence and loop matrix as far as they fit a line."""
+    """Bars with their nodes; incidence and loop matrix if they fit the width."""
     rows = [(f"{number}", bar.name, f"{bar.start} -> {bar.end}") for number, bar in enumerate(graph.branches, 1)]
     lines = table_lines(rows)
     heads = [row[0] for row in rows]
@@ -271,12 +271,12 @@ def _signs(matrix: np.ndarray[tuple[int, ...], np.dtype[np.int64]], labels: Sequ
 
 
 def spatial_text(joints: Sequence[SpatialJoint], title: str = "", fixed: str | None = None) -> str:
-    """The structure of a chain of joints in space, for structure alone, in lines for a terminal.
+    """Structure of a spatial chain of joints as text for a terminal.
 
     Raises
     ------
     MechanismError
-        The joints make no chain.
+        If the joints do not form a chain.
     """
     chain = spatial_chain(joints, fixed)
     ranks = mobility(chain)
@@ -315,7 +315,7 @@ def _carried(joint: SpatialJoint) -> str:
 def _laws(
     freedoms: Sequence[Sequence[str]], graph: Graph, rates: np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 ) -> list[str]:
-    """With one mobility, all rates over the first that is not zero."""
+    """With one degree of freedom: all rates relative to the first that is not zero."""
     if rates.shape[1] == 0:
         return ["no motion"]
     if rates.shape[1] != 1:

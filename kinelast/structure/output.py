@@ -1,4 +1,4 @@
-"""The structure of a scene: read whether it moves or not, and told in the terminal and in a folder with its diagram."""
+"""Structure of a scene, even if it cannot move: terminal text and folder with diagram."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class StructureScene:
-    """A scene without motion: its mechanism, or its joints in space.
+    """A scene without motion: a mechanism, or joints in space.
 
     Attributes
     ----------
     name, title, source, path
-        As of a `Scene`.
+        See `Scene`.
     mechanism, contacts
-        A planar mechanism with its gears and cams; None for a chain in space.
+        Planar mechanism and its contacts (gears, cams); None for a spatial chain.
     joints, fixed
-        Joints of a chain in space, and its fixed link where the scene tells it.
+        Joints of a spatial chain, and its fixed link or None.
     """
 
     name: str
@@ -58,12 +58,12 @@ class StructureScene:
 
 
 def read_structure(path: str | Path) -> StructureScene:
-    """The structure in a TOML file, of any scene.
+    """Read the structure of a scene's TOML file.
 
     Raises
     ------
     SceneError
-        The file cannot be read or holds a mistake. A mechanism that cannot move is none.
+        If the file is invalid; a mechanism that cannot move is valid.
     """
     if not isinstance(path, str | Path):
         raise TypeError(f"expected the path of a scene's file, got {shown(path)}")
@@ -72,12 +72,12 @@ def read_structure(path: str | Path) -> StructureScene:
 
 
 def structure_from_text(text: str, name: str = "scene", path: str = "") -> StructureScene:
-    """The structure in a TOML text; `path` stands for the file in messages."""
+    """Read the structure from a TOML text; `path` names the file in messages."""
     return structure_from_dict(toml_tables(text, path), name, path)
 
 
 def structure_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "") -> StructureScene:
-    """The structure in the tables of a TOML file; `path` stands for the file in messages."""
+    """Read the structure from the tables of a TOML file; `path` names the file in messages."""
     with of_file(path):
         return _chain(parse_chain(raw), name, path) if is_chain(raw) else _planar(raw, name, path)
 
@@ -132,7 +132,7 @@ def _chain(table: ChainTable, name: str, path: str) -> StructureScene:
 
 
 def try_structure(task: Task, _: Progress = SILENT) -> Outcome:
-    """How a scene's structure went, with its text; the files are put into the scene's folder."""
+    """Write the structure files of a scene to its folder; return the outcome with the text."""
     return guarded(task.name, partial(_structure, task))
 
 
@@ -145,7 +145,7 @@ def _structure(task: Task) -> Outcome:
 
 
 def _files(scene: StructureScene, text: str) -> tuple[dict[str, str], str]:
-    """The files of a structure, and the words on its diagram."""
+    """Files of a structure, and a phrase about its diagram."""
     files = {"structure.txt": text}
     if scene.mechanism is None:
         return files, ""
@@ -158,7 +158,7 @@ def _files(scene: StructureScene, text: str) -> tuple[dict[str, str], str]:
 
 
 def scene_text(scene: StructureScene) -> str:
-    """The structure of a scene in lines for a terminal."""
+    """Structure of a scene as text for a terminal."""
     if scene.mechanism is None:
         from kinelast.structure import spatial_text
 
@@ -169,12 +169,12 @@ def scene_text(scene: StructureScene) -> str:
 
 
 def skeleton_svg(subject: Mechanism | Scene) -> str:
-    """The skeleton diagram as SVG text.
+    """Skeleton diagram as SVG text.
 
     Raises
     ------
     MechanismError
-        The mechanism does not close near its drawing.
+        If the mechanism does not close near its drawing.
     """
     from matplotlib import rc_context
 
@@ -186,7 +186,7 @@ def skeleton_svg(subject: Mechanism | Scene) -> str:
 
 
 def skeleton(subject: Mechanism | Scene) -> Figure:
-    """The skeleton diagram as a matplotlib figure, to be saved in any format."""
+    """Skeleton diagram as a matplotlib figure."""
     from matplotlib.figure import Figure
 
     mechanism = subject if isinstance(subject, Mechanism) else subject.mechanism

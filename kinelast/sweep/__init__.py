@@ -1,1 +1,1 @@
-"""The sweep of a scene: any number of designs, computed anywhere in chunks, each kept as soon as it is there."""
+"""Sweeps: any number of designs, computed anywhere in chunks, each stored when complete."""

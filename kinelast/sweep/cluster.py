@@ -1,8 +1,7 @@
-"""A sweep past one machine: its chunks on the workers of a dask scheduler.
+"""Sweep on the workers of a dask scheduler.
 
-A worker is sent the sweep once, when it joins, and the numbers of chunks after that. What a lost worker was at, or
-held, dask gives to the others. The scheduler never knows of more chunks than the workers need to stay busy, so that
-neither it nor this process grows with the sweep.
+A worker receives the sweep once, when it joins, then only indices of chunks. dask reassigns the chunks of a lost
+worker. The scheduler holds only as many chunks as keep the workers busy, so its memory does not grow with the sweep.
 """
 
 from __future__ import annotations
@@ -20,78 +19,78 @@ from kinelast.tasks.processes import Lost
 from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.request import RequestError
 
-AHEAD = 3  # chunks a thread has, done or to do
-LOOKED = 5.0  # [s] after which workers are counted again
-PATIENCE = "10s"  # for a scheduler to answer
+AHEAD = 3  # chunks per thread, running or queued
+COUNT_INTERVAL = 5.0  # [s] between counts of the workers
+TIMEOUT = "10s"  # of the connection to a scheduler
 A = TypeVar("A")
 
 
 def cluster_answers(
     work: Callable[[int], A], numbers: Iterator[int], address: str, progress: Progress = SILENT
 ) -> Generator[tuple[int, A | Lost], None, None]:
-    """Numbers with their answers, as they come from the workers of a scheduler; see `map_surviving`.
+    """Yield indices of chunks with their results, as they arrive from the workers; see `map_surviving`.
 
     Raises
     ------
     RequestError
-        There is no scheduler at the address; its workers have other versions of what computes.
+        If there is no scheduler at the address, or its workers have other versions.
     ConnectionError
-        It was there, and is no more.
+        If the connection is lost.
     """
     try:
         from distributed import Client
     except ModuleNotFoundError:
         raise RequestError('--scheduler needs dask: pip install "distributed" "pyarrow"') from None
     try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
+        client = Client(address, timeout=TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise RequestError(f'--scheduler: nobody answers at "{plain(address, 200)}" ({_told(error)})') from None
+        raise RequestError(f'--scheduler: nobody answers at "{plain(address, 200)}" ({_error_text(error)})') from None
     name = f"kinelast-{secrets.token_hex(8)}"
     try:
         _send(client, name, work)
         if not client.nthreads():
             shown = plain(address, 200)
             progress.tell(f'--scheduler: "{shown}" has no worker yet, waiting for one: dask worker {shown}')
-        yield from _collected(client, name, numbers)
+        yield from _results(client, name, numbers)
     finally:
-        with suppress(Exception):  # a scheduler that is gone has nothing to forget
+        with suppress(Exception):  # if the scheduler is gone
             client.unregister_worker_plugin(name)
         client.close(timeout=1)
 
 
 def _send(client: Any, name: str, work: Callable[[int], Any]) -> None:
-    """Give the work to all workers that are there, and to those to come."""
+    """Send the work to all present and future workers."""
     from distributed import WorkerPlugin
 
-    class Held(WorkerPlugin):  # type: ignore[misc]  # pickled by value: dask is loaded nowhere else
-        """Work that a worker holds."""
+    class StoredWork(WorkerPlugin):  # type: ignore[misc]  # pickled by value: dask is loaded nowhere else
+        """Work stored on a worker."""
 
         def __init__(self, work: Callable[[int], Any]) -> None:
             self.work = work
 
     try:
-        client.register_plugin(Held(work), name=name)
+        client.register_plugin(StoredWork(work), name=name)
     except Exception as error:
-        told = f"its workers do not take the work ({_told(error)}): is kinelast installed there?"
-        raise RequestError(f"--scheduler: {told}") from None
+        problem = f"its workers do not take the work ({_error_text(error)}): is kinelast installed there?"
+        raise RequestError(f"--scheduler: {problem}") from None
 
 
 def _answer(name: str, number: int) -> tuple[dict[str, str], Any]:
-    """The answer of a worker: the versions that it computes with, and the result."""
+    """Result of a worker, and the versions that it uses."""
     from distributed import get_worker
 
     return versions(), get_worker().plugins[name].work(number)
 
 
-def _collected(client: Any, name: str, numbers: Iterator[int]) -> Generator[tuple[int, Any], None, None]:
-    """Answers as they come, while as many more numbers are handed over as keep the workers busy."""
+def _results(client: Any, name: str, numbers: Iterator[int]) -> Generator[tuple[int, Any], None, None]:
+    """Yield results as they arrive, and submit as many chunks as keep the workers busy."""
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
 
     coming, numbered, here = as_completed(loop=client.loop), dict[str, int](), versions()
-    most, counted = 0, -LOOKED
+    most, counted = 0, -COUNT_INTERVAL
     while True:
-        if time.monotonic() > counted + LOOKED:
+        if time.monotonic() > counted + COUNT_INTERVAL:
             most, counted = AHEAD * max(1, sum(client.nthreads().values())), time.monotonic()
         for number in islice(numbers, max(0, most - len(numbered))):
             future = client.submit(_answer, name, number, key=f"{name}-{number}", pure=False)
@@ -104,15 +103,15 @@ def _collected(client: Any, name: str, numbers: Iterator[int]) -> Generator[tupl
         try:
             there, answer = future.result()
         except KilledWorker as error:
-            yield number, Lost(_told(error))
+            yield number, Lost(_error_text(error))
             continue
         except Exception as error:
-            raise ConnectionError(f"--scheduler: it can no longer be reached ({_told(error)})") from None
+            raise ConnectionError(f"--scheduler: it can no longer be reached ({_error_text(error)})") from None
         future.release()
         if there != here:
             raise RequestError(f"--scheduler: a worker has {there}, and here is {here}: results would differ")
         yield number, answer
 
 
-def _told(error: BaseException) -> str:
+def _error_text(error: BaseException) -> str:
     return plain(f"{type(error).__name__}: {error}", 200)

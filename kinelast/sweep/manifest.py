@@ -1,4 +1,4 @@
-"""The manifest of a sweep's folder: its sweep, its division into chunks, and the chunks that failed."""
+"""Manifest of a sweep's folder: its inputs, its chunks, and failed chunks."""
 
 from __future__ import annotations
 
@@ -18,50 +18,49 @@ from kinelast.scene.error import plain
 from kinelast.tasks.request import RequestError
 
 NAME = "manifest.json"
-SHOWN = 60  # letters of a value in a message
+SHOWN = 60  # characters of a value in a message
 
 
 @dataclass(frozen=True)
-class Kept:
-    """Fingerprint of a chunk's content: how many designs and bytes it has, and their SHA-256."""
+class ChunkChecksum:
+    """Checksum of a chunk: number of designs, bytes, SHA-256."""
 
     rows: int
     size: int
     sha256: str
 
     @classmethod
-    def of(cls, rows: int, content: bytes) -> Kept:
-        """The fingerprint of a chunk's content."""
+    def of(cls, rows: int, content: bytes) -> ChunkChecksum:
+        """Return the checksum of a chunk's content."""
         return cls(rows, len(content), hashlib.sha256(content).hexdigest())
 
     def fits(self, content: bytes) -> bool:
-        """Whether a content is the one that was kept."""
+        """True if a content matches the checksum."""
         return len(content) == self.size and hashlib.sha256(content).hexdigest() == self.sha256
 
 
 @dataclass(frozen=True)
 class Manifest:
-    """A sweep and how far it is.
+    """State of a sweep.
 
-    A chunk is done where its content is what it is known by, see `store`; failed where it is named here; in flight
-    or to come elsewhere.
+    A chunk is complete if its content matches its checksum (`store`), or failed if listed here.
 
     Attributes
     ----------
     identity
-        All that the figures depend on: what the caller says, and the versions of what computes them.
+        Inputs that determine the figures, including the versions of the software.
     designs, chunk
-        How many designs there are, and how many of them are a chunk, save the last one.
+        Number of designs; number per chunk, except for the last.
     store
-        Name of the file or the folder with the designs.
+        Name of the file or folder with the designs.
     columns
-        Names of the columns and their units, in the order of the store; empty until a chunk is done.
+        Units by column name, in the order of the store; empty until a chunk is complete.
     failed
-        Why chunks failed, by their number.
+        Why chunks failed, by index.
     kept
-        What the chunks of a complete store are known by, in their order.
+        Checksums of the chunks in a complete store.
     complete
-        Whether every design is in the store.
+        True if the store contains every design.
     """
 
     identity: Mapping[str, Any]
@@ -70,27 +69,27 @@ class Manifest:
     store: str
     columns: Mapping[str, str] = field(default_factory=dict)
     failed: Mapping[int, str] = field(default_factory=dict)
-    kept: Sequence[Kept] = ()
+    kept: Sequence[ChunkChecksum] = ()
     complete: bool = False
 
     @property
     def chunks(self) -> int:
-        """How many chunks there are."""
+        """Number of chunks."""
         return -(-self.designs // self.chunk)
 
     def span(self, number: int) -> tuple[int, int]:
-        """The first design of a chunk, and the one after its last."""
+        """First design of a chunk, and one past its last."""
         return number * self.chunk, min((number + 1) * self.chunk, self.designs)
 
     def count(self, numbers: Collection[int]) -> int:
-        """How many designs some chunks hold."""
+        """Number of designs in some chunks."""
         last = self.chunks - 1
         return len(numbers) * self.chunk - (self.chunks * self.chunk - self.designs if last in numbers else 0)
 
 
 @cache
 def versions() -> dict[str, str]:
-    """Versions that have a say in the last digits of a figure and in the bytes of a file."""
+    """Versions of software that affects last digits of figures and bytes of files."""
     found = {"kinelast": __version__, "numpy": metadata.version("numpy"), "scipy": metadata.version("scipy")}
     with suppress(metadata.PackageNotFoundError):
         found["pyarrow"] = metadata.version("pyarrow")
@@ -98,7 +97,7 @@ def versions() -> dict[str, str]:
 
 
 def manifest_bytes(manifest: Manifest) -> bytes:
-    """A manifest as JSON, the same for the same content."""
+    """Serialise a manifest as JSON; equal content gives equal bytes."""
     data = asdict(manifest)
     data["identity"] = dict(manifest.identity)
     data["failed"] = {str(number): why for number, why in sorted(manifest.failed.items())}
@@ -106,17 +105,17 @@ def manifest_bytes(manifest: Manifest) -> bytes:
 
 
 def _digest(data: Mapping[str, Any]) -> str:
-    """Digest of a manifest."""
+    """Checksum of a manifest."""
     return hashlib.sha256(json.dumps(json.loads(json_bytes(data)), sort_keys=True).encode()).hexdigest()
 
 
 def read_manifest(folder: Path) -> Manifest | None:
-    """The manifest in a folder; None where there is none.
+    """Read the manifest of a folder; None if there is none.
 
     Raises
     ------
     RequestError
-        It cannot be read.
+        If it cannot be read.
     """
     path = folder / NAME
     if not path.exists():
@@ -126,15 +125,15 @@ def read_manifest(folder: Path) -> Manifest | None:
         if data.pop("sha256") != _digest(data):
             raise ValueError("it is not as it was written")
         data["failed"] = {int(number): str(why) for number, why in data["failed"].items()}
-        data["kept"] = [Kept(**each) for each in data["kept"]]
+        data["kept"] = [ChunkChecksum(**each) for each in data["kept"]]
         return Manifest(**data)
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
-        told = plain(str(error), 200)
-        raise RequestError(f"{path} is no manifest of a sweep ({told}): choose another -o, or remove it") from None
+        message = plain(str(error), 200)
+        raise RequestError(f"{path} is no manifest of a sweep ({message}): choose another -o, or remove it") from None
 
 
 def require_same(kept: Manifest, asked: Manifest, folder: Path) -> None:
-    """Raise where a folder holds another sweep than the one that is to go on in it, told by the differences."""
+    """Raise RequestError if a folder holds a sweep with other inputs; the message lists the differences."""
     there, here = _flat(kept), _flat(asked)
     names = sorted(name for name in there.keys() | here.keys() if there.get(name) != here.get(name))
     if names:
@@ -148,7 +147,7 @@ def require_same(kept: Manifest, asked: Manifest, folder: Path) -> None:
 
 
 def _flat(manifest: Manifest) -> dict[str, Any]:
-    """The entries that must be the same, by names to tell differences by."""
+    """Entries that must be equal, by dotted names."""
     flat: dict[str, Any] = {"designs": manifest.designs, "chunk": manifest.chunk, "store": manifest.store}
     waiting: list[tuple[str, Any]] = list(json.loads(json_bytes(dict(manifest.identity))).items())
     while waiting:

@@ -1,4 +1,4 @@
-"""The sweep of a scene: all its designs computed and kept, their summary, and the best."""
+"""Sweep of a scene: compute and store all designs, find the best, summarise."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from kinelast.scene.error import SceneError, fault
 from kinelast.scene.numbers import error_percent, quantity, round_down
 from kinelast.scene.text import file_bytes, of_file
 from kinelast.sweep.manifest import Manifest, read_manifest
-from kinelast.sweep.pages import Aim, Answering, Rows, Tally, answers_told, design_text, tallied, write_pages
+from kinelast.sweep.pages import Aim, FullAnswers, Rows, Tally, answers_as_data, design_text, tallied, write_pages
 from kinelast.sweep.running import filled, run_plan
 from kinelast.sweep.store import NUMBER, stored_chunks
 from kinelast.tasks.processes import cores
@@ -34,32 +34,32 @@ from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, guarded
 from rigid import counted
 
-LONG = 10.0  # [s] from which on it is told before the start how long a sweep takes
-TRIED = 200  # designs by which that is known
-PAGED = 1_000_000  # designs of which there is a page
-TICK = 1e-7  # [s] that a design takes at least
-CHUNK = 1.0  # [s] on one core, of a chunk: what a run that is ended loses
-SLOW = 0.3  # [s] a design, of which no more are tried
-FEWER = "positions or --jobs"
-REASONS = 20  # that are counted by name
+LONG = 10.0  # [s] duration from which a sweep is announced
+TRIAL_DESIGNS = 200  # designs from which the duration is estimated
+MAX_PAGED = 1_000_000  # designs on one page
+MIN_DESIGN_TIME = 1e-7  # [s]
+CHUNK_TIME = 1.0  # [s] on one core; lost if a run is stopped
+SLOW = 0.3  # [s] after a longer trial, no more designs are tried
+ADVICE = "positions or --jobs"
+REASONS = 20  # most frequent reasons in the summary
 ERROR_UNKNOWN = "the designs are computed without vibration: only the full answer of one tells its error"
 MOST_SHOWN = 3  # numbers of the best design in the closing line
 
 
 def try_sweep(request: Request, batch: Batch, task: Task, progress: Progress = SILENT) -> Outcome:
-    """Compute the designs of a scene and write its folder; every fault becomes the outcome.
+    """Compute the designs of a scene and write its folder; all errors become the outcome.
 
     Parameters
     ----------
     progress
-        Hears how far it is, and before it starts how long it takes.
+        Progress callback, which also announces the duration.
     """
-    return guarded(task.name, partial(_sweep, task, request, batch, progress), FEWER, str(task.folder))
+    return guarded(task.name, partial(_sweep, task, request, batch, progress), ADVICE, str(task.folder))
 
 
 def try_design(number: int, task: Task, _: Progress = SILENT) -> Outcome:
-    """Write the scene of one design of a sweep beside the scene's folder, as SCENE_design_NUMBER.toml."""
-    return guarded(task.name, partial(_design, task, number), FEWER, str(task.folder))
+    """Write the scene of one design next to the scene's folder, as SCENE_design_NUMBER.toml."""
+    return guarded(task.name, partial(_design, task, number), ADVICE, str(task.folder))
 
 
 def _design(task: Task, number: int) -> Outcome:
@@ -83,7 +83,7 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
     document = document_from_bytes(content, task.path).with_positions(request.positions)
     with of_file(document.path):
         plan = plan_of(document, task.path.parent)
-        figures, aim = _asked_of(document, plan)
+        figures, aim = _figures_and_aim(document, plan)
     evaluation = Evaluation(document, plan, figures)
     each = _duration(evaluation)
     takes = each * plan.count / (batch.jobs or cores())
@@ -114,8 +114,8 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
         number, why = min(manifest.failed.items())
         first, _ = manifest.span(number)
         return Outcome(BUG, f"{task.name}: {plan.count - outcome.kept} designs failed, from no. {first} on: {why}")
-    tally = tallied(rows.stored(stored_chunks(task.folder, manifest)), aim, keep=plan.count <= PAGED)
-    Answering(rows, tally, progress.within(task.name))()
+    tally = tallied(rows.stored(stored_chunks(task.folder, manifest)), aim, keep=plan.count <= MAX_PAGED)
+    FullAnswers(rows, tally, progress.within(task.name))()
     manifest = filled(outcome, rows.cells(tally)).manifest
     summary = _summary(task, evaluation, tally, manifest)
     put(task.folder / "sweep.json", json_bytes(summary, indent=1) + b"\n")
@@ -124,12 +124,12 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
     failed, why = FINE, ""
     if tally.kept:
         failed, why = write_pages(task, evaluation, tally, request.positions, batch, progress)
-    told = f"{line} -> {task.folder}" + "".join(f"\n{task.name}: {each}" for each in why.splitlines())
-    return Outcome(max(status, failed), told, DONE, figures=summary)
+    message = f"{line} -> {task.folder}" + "".join(f"\n{task.name}: {each}" for each in why.splitlines())
+    return Outcome(max(status, failed), message, DONE, figures=summary)
 
 
-def _asked_of(document: Document, plan: Plan) -> tuple[tuple[str, ...], Aim]:
-    """Names of the figures, and which of them tells the best design."""
+def _figures_and_aim(document: Document, plan: Plan) -> tuple[tuple[str, ...], Aim]:
+    """Names of the figures, and the aim of the sweep."""
     sweep = document.table.sweep
     if sweep.smallest is not None and sweep.largest is not None:
         raise fault("sweep", "largest", "the best design is either the smallest or the largest of one figure")
@@ -147,11 +147,11 @@ def _asked_of(document: Document, plan: Plan) -> tuple[tuple[str, ...], Aim]:
 
 
 def _duration(evaluation: Evaluation) -> float:
-    """How long a design takes on one core [s], by the first ones."""
-    evaluation(0, 1)  # what is done once
+    """Time per design on one core [s], from the first ones."""
+    evaluation(0, 1)  # warm-up
     count, took = 0, 0.0
-    for count in (1, min(TRIED, evaluation.plan.count)):
-        begin = time.process_time()  # others may be at work on this machine
+    for count in (1, min(TRIAL_DESIGNS, evaluation.plan.count)):
+        begin = time.process_time()  # independent of other processes on this machine
         evaluation(0, count)
         took = time.process_time() - begin
         if took > SLOW:
@@ -160,15 +160,15 @@ def _duration(evaluation: Evaluation) -> float:
 
 
 def _chunk(folder: Path | None, each: float, count: int) -> int:
-    """How many designs are kept together: about a second's, in steps; as before in a folder that is gone on with."""
-    with suppress(RequestError):  # told where the sweep begins
+    """Designs per chunk: about `CHUNK_TIME`, rounded; the same as before if a sweep is resumed."""
+    with suppress(RequestError):  # raised again at the start of the sweep
         if folder and (kept := read_manifest(folder)):
             return kept.chunk
-    return min(count, max(1, int(round_down(CHUNK / max(each, TICK)))))
+    return min(count, max(1, int(round_down(CHUNK_TIME / max(each, MIN_DESIGN_TIME)))))
 
 
 def _identity(content: bytes, plan: Plan, evaluation: Evaluation, positions: int | None) -> dict[str, Any]:
-    """All that the figures of a sweep depend on: the file, the table of designs, figures and positions."""
+    """Inputs that determine the figures of a sweep: file, table of designs, figures and positions."""
     drawn = hashlib.sha256()
     for factor in plan.factors:
         if isinstance(factor, ListedValues):
@@ -183,7 +183,7 @@ def _identity(content: bytes, plan: Plan, evaluation: Evaluation, positions: int
 
 
 def _summary(task: Task, evaluation: Evaluation, tally: Tally, manifest: Manifest) -> dict[str, Any]:
-    """A sweep as plain data that JSON can hold."""
+    """Summary of a sweep as plain data."""
     units = {NUMBER: "1", **evaluation.units}
 
     def figure(name: str, value: float) -> dict[str, Any]:
@@ -203,7 +203,7 @@ def _summary(task: Task, evaluation: Evaluation, tally: Tally, manifest: Manifes
         "best": None if best is None else {name: figure(name, value) for name, value in best.items() if name != NUMBER},
         "best_design": None if best is None else int(best[NUMBER]),
         "acceptance": tally.accepted,
-        "answered": [{"design": number, **told} for number, told in answers_told(tally, units).items()],
+        "answered": [{"design": number, **answer} for number, answer in answers_as_data(tally, units).items()],
         "near": tally.near,
         "limits_kept": tally.limits_kept,
         "without_figures": sum(tally.reasons.values()),
@@ -215,7 +215,7 @@ def _summary(task: Task, evaluation: Evaluation, tally: Tally, manifest: Manifes
 
 
 def _verdict(tally: Tally) -> str:
-    """The verdict on the best design, in words."""
+    """Describe the verdict on the best design."""
     accepted = tally.accepted
     if accepted is None:
         return ""
@@ -233,7 +233,7 @@ def _verdict(tally: Tally) -> str:
 
 
 def _closing(evaluation: Evaluation, tally: Tally) -> str:
-    """The summary of a sweep in one line."""
+    """Summarise a sweep in one line."""
     units, words, told_in = evaluation.units, [f"{tally.designs} designs"], evaluation.base.scene.told_in
     if tally.limits_kept is not None:
         words.append(f"{tally.limits_kept} keep all limits without vibration and error")
@@ -249,8 +249,8 @@ def _closing(evaluation: Evaluation, tally: Tally) -> str:
         paths = evaluation.plan.paths[:MOST_SHOWN]
         numbers = [f"{path} {quantity(tally.best[path], units[path], told_in=told_in)}" for path in paths]
         which = "largest" if aim.largest else "smallest"
-        told = _verdict(tally)
-        words.append(f"{which} {aim.figure} {size}: no. {tally.best[NUMBER]:.0f} ({', '.join(numbers)}){told}")
+        verdict = _verdict(tally)
+        words.append(f"{which} {aim.figure} {size}: no. {tally.best[NUMBER]:.0f} ({', '.join(numbers)}){verdict}")
     if tally.reasons:
         reason, count = tally.reasons.most_common(1)[0]
         others = "" if len(tally.reasons) == 1 else f", {count} of them"

@@ -1,4 +1,4 @@
-"""The summary of a sweep, its page, and pages of single designs that it leads to: the best and those on the front."""
+"""Tally of a sweep, full answers of its best designs, and pages of the sweep and of single designs."""
 
 from __future__ import annotations
 
@@ -37,42 +37,41 @@ from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FINE, MESSAGE, Task, shipped_scenes
 
-LEADING = 1000  # designs of which one is looked for that is acceptable by its full answer
-GRID = 1000  # designs at most that a report has a slider over
-SHORTLIST = 8  # of them that are answered in full
-NEAR = 4  # that are besides, of those whose outcome the full answer may change
-SHORT = -0.5  # margin of limits that the full answer is looked at to make up for
-IN_FULL, ERROR = " in full", " error"  # behind the name of a figure, of columns
-NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # which differ by design in a reason
+MAX_LEADING = 1000  # best designs kept, among which one is sought that is acceptable by its full answer
+MAX_GRID = 1000  # designs over which a report has a slider
+SHORTLIST = 8  # best designs with a full answer
+MAX_NEAR = 4  # further designs with a full answer, because it may change their outcome
+MIN_MARGIN = -0.5  # designs with a smaller margin cannot be saved by the full answer
+IN_FULL, ERROR = " in full", " error"  # suffixes of column names
+NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # in reasons; they differ by design
 
 
 @dataclass(frozen=True)
 class Aim:
-    """Which figure is to be small, or large."""
+    """Figure to be minimised, or maximised."""
 
     figure: str
     largest: bool
 
     @property
     def sign(self) -> float:
-        """The factor of the figure that is to be small."""
+        """Sign that makes the aim a minimum."""
         return -1.0 if self.largest else 1.0
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of a sweep, see `kinelast.sweep.running.Compute`: quasi-static figures, and room for full answers.
+    """Rows of a sweep, see `kinelast.sweep.running.Compute`: quasi-static figures, and cells for full answers.
 
-    They are in the units in which the scene is told. A row tells by which theory it is answered, and where that is a
-    full answer its figures with their errors and the verdict: these cells are filled once it is known which designs
-    they matter to.
+    Units are those of the scene. The cells (theory, figures with errors, verdict) are filled later, for selected
+    designs.
     """
 
     evaluation: Evaluation
 
     @cached_property
     def bent(self) -> tuple[str, ...]:
-        """Figures that a theory of the links changes."""
+        """Figures that depend on the theory of the links."""
         base = self.evaluation.base
         known = (each for each in base.measures if not each.figure.rigid and base.scene.labels)
         return tuple(each.name for each in known if each.name not in (LIMITS_KEPT, LIMITS_MARGIN))
@@ -80,32 +79,32 @@ class Rows:
     @property
     def units(self) -> dict[str, str]:
         """Units of the columns."""
-        return {name: self._told(unit)[1] for name, unit in self._si.items()}
+        return {name: self._unit_of(unit)[1] for name, unit in self._si.items()}
 
     @cached_property
     def _si(self) -> dict[str, str]:
         units = self.evaluation.units
         return {**units, **{name + end: units[name] for name in self.bent for end in (IN_FULL, ERROR)}}
 
-    def _told(self, unit: str) -> tuple[float, str]:
+    def _unit_of(self, unit: str) -> tuple[float, str]:
         return self.evaluation.base.scene.told_in.get(unit, (1.0, unit))
 
     def factor(self, name: str) -> float:
-        """By which a column in its SI unit is multiplied."""
-        return self._told(self._si.get(name, ""))[0]
+        """Factor from the SI unit of a column to its unit."""
+        return self._unit_of(self._si.get(name, ""))[0]
 
     def __call__(self, first: int, last: int) -> tuple[dict[str, Any], Sequence[str]]:
         """Columns of designs first to last - 1, and why some have no figures."""
         columns, reasons = self.evaluation(first, last)
-        told = {name: values * self.factor(name) for name, values in columns.items()}
+        shown = {name: values * self.factor(name) for name, values in columns.items()}
         later = {name + end: np.full(last - first, np.nan) for name in self.bent for end in (IN_FULL, ERROR)}
         theory = ["" if reason else QUASI_STATIC for reason in reasons]
-        return {**told, **later, THEORY: theory, VERDICT: [""] * (last - first)}, reasons
+        return {**shown, **later, THEORY: theory, VERDICT: [""] * (last - first)}, reasons
 
     def stored(
         self, chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]]
     ) -> Iterator[tuple[dict[str, Any], Sequence[str]]]:
-        """Quasi-static columns of stored designs in SI units, and reasons."""
+        """Convert stored designs to quasi-static columns in SI units, with reasons."""
         plan = self.evaluation.plan
         for columns, reasons in chunks:
             first = int(columns[NUMBER][0])
@@ -114,7 +113,7 @@ class Rows:
             yield {NUMBER: columns[NUMBER], **own, **numbers}, reasons
 
     def cells(self, tally: Tally) -> dict[int, dict[str, Any]]:
-        """Cells of the rows that are answered in full, by number of the design and name of the column."""
+        """Cells of the full answers, by index of the design and column name."""
         return {
             number: {
                 **{name + end: value * self.factor(name) for name, pair in found.figures.items()
@@ -128,22 +127,22 @@ class Rows:
 
 @dataclass
 class Tally:
-    """Summary of a sweep's designs: how many have no figures and why, ranges of figures, the best; or all.
+    """Summary of a sweep: counts, reasons without figures, ranges, the best; optionally all designs.
 
     Attributes
     ----------
     limits_kept
-        How many keep all limits by their quasi-static figures; None without limits.
+        Number of designs that keep all limits by quasi-static figures; None without limits.
     leading
-        The best of these, the best first; without limits of all.
+        Best designs that keep all limits, best first.
     short
-        Of those that do not keep all limits the nearest to them, the nearest first.
+        Designs closest to their limits among those that violate one, closest first.
     best
-        The first of those that lead, or where there are limits the best that is acceptable by its full answer.
+        Best design; with limits, the best that is acceptable by its full answer.
     answered
-        Full answers to designs by their numbers, in the order in which they were answered.
+        Full answers by index of the design, in order of computation.
     near
-        How many designs, of those looked at, are not answered in full though vibration and errors may decide on them.
+        Number of examined designs without full answer, though vibration and errors may change their outcome.
     """
 
     aim: Aim
@@ -159,7 +158,7 @@ class Tally:
     kept: list[tuple[Mapping[str, Any], Sequence[str]]] = field(default_factory=list)
 
     def add(self, columns: Mapping[str, Any], reasons: Sequence[str]) -> None:
-        """Count some more designs."""
+        """Add designs."""
         self.designs += len(reasons)
         self.reasons.update(NUMBERS.sub("...", reason) for reason in reasons if reason)
         for name, values in columns.items():
@@ -171,7 +170,7 @@ class Tally:
         if LIMITS_KEPT in columns:
             kept, margin = columns[LIMITS_KEPT] == 1.0, columns[LIMITS_MARGIN]
             self.limits_kept = (self.limits_kept or 0) + int(np.count_nonzero(kept))
-            near = good & ~kept & (margin >= SHORT)
+            near = good & ~kept & (margin >= MIN_MARGIN)
             self.short = _first(self.short, columns, np.where(near, -margin, np.inf), LIMITS_MARGIN, -1.0)
             good &= kept
         sign = self.aim.sign
@@ -181,7 +180,7 @@ class Tally:
 
     @property
     def accepted(self) -> dict[str, Any] | None:
-        """The verdict on the best design; None where there are no limits, or no design keeps them."""
+        """Verdict on the best design; None without limits, or if no design keeps them."""
         found = self.answered.get(int(self.best[NUMBER])) if self.best else None
         return verdict_on(found.judgements) if found and self.limits_kept is not None else None
 
@@ -189,14 +188,14 @@ class Tally:
 def _first(
     rows: list[dict[str, float]], columns: Mapping[str, Any], order: Any, key: str, sign: float
 ) -> list[dict[str, float]]:
-    """Rows and some more of them, at most `LEADING`, in the order of a column; left out where `order` is infinite."""
-    some = np.argsort(order, kind="stable")[: min(LEADING, int(np.count_nonzero(np.isfinite(order))))].tolist()
+    """Merge rows with new ones and keep the first `MAX_LEADING` by a column; skip rows with infinite `order`."""
+    some = np.argsort(order, kind="stable")[: min(MAX_LEADING, int(np.count_nonzero(np.isfinite(order))))].tolist()
     more = [{name: float(values[at]) for name, values in columns.items()} for at in some]
-    return sorted([*rows, *more], key=lambda row: sign * row[key])[:LEADING]
+    return sorted([*rows, *more], key=lambda row: sign * row[key])[:MAX_LEADING]
 
 
 def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim, keep: bool) -> Tally:
-    """The tally of all designs; `keep` them too."""
+    """Tally all designs, and store them if `keep`."""
     tally = Tally(aim)
     for columns, reasons in chunks:
         tally.add(columns, reasons)
@@ -206,13 +205,12 @@ def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim,
 
 
 @dataclass(eq=False)
-class Answering:
-    """Answers in full to the designs that it matters to: the best, and those that vibration and errors may decide.
+class FullAnswers:
+    """Computes full answers of selected designs: the best, and those that vibration and errors may decide.
 
-    What the full answer changes of a figure goes with it from one design to the next, as `room` has it: by the last
-    one answered the others are expected to keep their limits or not. First the best that is expected to keep them is
-    answered, until none that is expected to be better is left; then those whose expected outcome is not that of
-    their quasi-static figures, or that are better than the best if the full answer changes them less, the best first.
+    The ratio of full to quasi-static figure is carried over from the last answer to other designs (`room`), to predict
+    whether these keep their limits. First the best predicted design is answered, until no better one is left. Then
+    designs with a prediction that differs from their quasi-static outcome, or that might still be the best.
     """
 
     rows: Rows
@@ -224,7 +222,7 @@ class Answering:
         self.document, self.paths = self.rows.evaluation.document, plan.paths
         self.designs = [*tally.leading, *tally.short]
         self.aims = np.array([tally.aim.sign * row[tally.aim.figure] for row in self.designs])
-        self.in_full = np.full(len(self.designs), np.nan)  # the same by full answers
+        self.in_full = np.full(len(self.designs), np.nan)  # aims by full answers
         limits = list(dict.fromkeys(limit.figure for limit in limits_of_items(self.document.scene)))
         self.known: Mapping[str, Any] = {}
         if limits and self.designs:
@@ -236,9 +234,9 @@ class Answering:
         self.left, self.off = np.ones(len(self.designs), bool), 0.0
 
     def __call__(self) -> None:
-        """Answer them."""
+        """Compute the full answers."""
         tally = self.tally
-        if not self.rows.bent and not self.known:  # no theory of the links matters
+        if not self.rows.bent and not self.known:  # figures do not depend on the theory
             return
         if not tally.leading and tally.short:
             self._answer(0, "the design nearest to its limits, answered in full", 0, 1)
@@ -247,24 +245,24 @@ class Answering:
             if at is None or (self.passed.any() and self.aims[at] >= self.aims[self.passed].min()):
                 break
             self._answer(at, "the best designs, answered in full", done, SHORTLIST)
-        for done in range(NEAR):
+        for done in range(MAX_NEAR):
             at = self._best(self._near)
             if at is None:
                 break
-            self._answer(at, "designs near a limit or the best, answered in full", done, NEAR)
+            self._answer(at, "designs near a limit or the best, answered in full", done, MAX_NEAR)
         tally.near = int(np.count_nonzero(self._near))
         if self.passed.any():
             tally.best = self.designs[int(np.where(self.passed, self.in_full, np.inf).argmin())]
 
     @property
     def _near(self) -> Any:
-        """Whether vibration and errors may decide on a design that is not answered in full, shape (designs,)."""
+        """True for each unanswered design that vibration and errors may decide, shape (designs,)."""
         best = self.aims[self.passed].min(initial=np.inf)
         better = self.expected & (self.aims < best + self.off) if self.passed.any() else False
         return self.left & ((self.expected != self.before) | better)
 
     def _best(self, among: Any) -> int | None:
-        """The best of some designs; None of none."""
+        """Index of the best of the selected designs, or None."""
         return int(np.where(among, self.aims, np.inf).argmin()) if among.any() else None
 
     def _answer(self, at: int, stage: str, done: int, most: int) -> None:
@@ -286,34 +284,34 @@ class Answering:
                 self.expected &= replace(judged.limit, bound=room(judged, float(figures[at]))).kept(figures)
 
 
-def answers_told(tally: Tally, units: Mapping[str, str]) -> dict[int, dict[str, Any]]:
-    """The full answers to designs by number as plain data that JSON can hold, null where not known."""
-    told: dict[int, dict[str, Any]] = {}
+def answers_as_data(tally: Tally, units: Mapping[str, str]) -> dict[int, dict[str, Any]]:
+    """Full answers by index of the design as plain data; None if unknown."""
+    plain_data: dict[int, dict[str, Any]] = {}
     for number, answer in tally.answered.items():
         figures = {
             name: {"value": value if math.isfinite(value) else None, "unit": units[name],
                    "error": error if math.isfinite(error) else None}
             for name, (value, error) in answer.figures.items()
         }  # fmt: skip
-        told[number] = {"theory": answer.theory, **verdict_on(answer.judgements), "figures": figures}
-    return told
+        plain_data[number] = {"theory": answer.theory, **verdict_on(answer.judgements), "figures": figures}
+    return plain_data
 
 
-FOLDER = "designs"  # in that of the scene
-"""Each of its folders bears the number of its design."""
+FOLDER = "designs"  # in the scene's folder
+"""Contains a folder for each selected design, named by its index."""
 
 
 def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | None, most: int) -> list[int]:
-    """Numbers of the designs that have pages of their own: the best first, then the front, evenly thinned.
+    """Select the designs with a page: the best, then the Pareto front, thinned evenly.
 
     Parameters
     ----------
     columns
-        By name the values of all designs, shape (designs,), nan where unknown.
+        Values of all designs by name, shape (designs,); nan if unknown.
     pair
-        Names of the two columns whose front it is.
+        Names of the two columns of the front.
     most
-        How many designs, at most.
+        Largest number of designs.
 
     Examples
     --------
@@ -331,33 +329,33 @@ def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | N
 
 
 def design_text(document: Document, number: int, values: Mapping[str, float], file: str) -> str:
-    """The text of the scene of one design, from the swept scene and the name of its file."""
+    """Text of the scene of one design, from the swept scene and its file name."""
     return document.with_values(values, f"design {number}").text(f"Design {number} of the sweep of {file}.")
 
 
 def write_pages(
     task: Task, evaluation: Evaluation, tally: Tally, positions: int | None, batch: Batch, progress: Progress
 ) -> tuple[int, str]:
-    """Write the page of all designs of a sweep, and the folders of single ones that it leads to.
+    """Write the page of all designs, and the folders of selected ones.
 
-    The page stands there before the folders do, so that it is not lost with them.
+    The page is written first, so that it exists even if a folder fails.
 
     Parameters
     ----------
     task
-        The scene that is swept; the folder of its sweep.
+        Swept scene, and the folder of its sweep.
     evaluation
-        Of its designs.
-    found
-        The designs, all of them kept.
+        Evaluation of the designs.
+    tally
+        Tally with all designs stored.
     positions
-        Of a single design, where they are not the scene's own.
+        Number of positions of a single design; default: the scene's.
     batch
-        Tells how many designs have pages of their own, and whether those that are there are kept.
+        Number of designs with pages, and whether existing pages are reused.
 
     Returns
     -------
-    Exit status, and lines on the pages that failed; the sweep is whole all the same.
+    Exit status, and error lines of failed pages; the sweep itself is complete.
     """
     paths, figures = list(evaluation.plan.paths), list(evaluation.figures or ())
     columns = {name: np.concatenate([part[name] for part, _ in tally.kept]) for name in evaluation.units}
@@ -375,7 +373,7 @@ def write_pages(
         figures,
         best,
         told_in=evaluation.base.scene.told_in,
-        answered=answers_told(tally, evaluation.units),
+        answered=answers_as_data(tally, evaluation.units),
     )
     scene = task.path.stem if task.path in shipped_scenes().values() else task.path.name
     options = f"--positions {positions}" if positions else ""
@@ -394,12 +392,12 @@ def write_pages(
 
 
 def what_if(evaluation: Evaluation, columns: Mapping[str, Any], reasons: Sequence[str], number: int) -> dict[str, Any]:
-    """Figures of all designs against the one number that is varied, under `what_if`; nothing where there are several.
+    """Data for a slider over the only varied number, under `what_if`; empty if several numbers vary.
 
-    `here` is the place of the design of that number among the values, which grow.
+    `here` is the index of the design in the ascending values.
     """
     path, *others = evaluation.plan.paths
-    if others or len(reasons) > GRID:
+    if others or len(reasons) > MAX_GRID:
         return {}
     order = np.argsort(columns[path], kind="stable")
     figures = [
@@ -408,8 +406,8 @@ def what_if(evaluation: Evaluation, columns: Mapping[str, Any], reasons: Sequenc
         if name != path
     ]
     values = [float(columns[path][at]) for at in order]
-    here, told = int(np.flatnonzero(order == number)[0]), [reasons[at] for at in order]
-    grid = {"path": path, "unit": evaluation.units[path], "values": values, "here": here, "reasons": told}
+    here, reasons_here = int(np.flatnonzero(order == number)[0]), [reasons[at] for at in order]
+    grid = {"path": path, "unit": evaluation.units[path], "values": values, "here": here, "reasons": reasons_here}
     return {"what_if": {**grid, "figures": figures}}
 
 
@@ -425,10 +423,9 @@ def _folders(
     resume: bool,
     progress: Progress,
 ) -> tuple[list[int], int, str]:
-    """Make the folders of single designs, all at once or, where something stands in the way, none.
+    """Write the folders of selected designs, all or none.
 
-    Numbers of those that have a page; status and words of those that failed. They are full answers, by the scene's own
-    theory, of the positions of the sweep.
+    Returns the designs with a page, the status, and the errors. Pages show full answers by the scene's own theory.
     """
     request, target = Request(positions=positions), task.folder / FOLDER
     hashes = {str(number): hashlib.sha256(each.encode()).hexdigest() for number, each in texts.items()}
@@ -445,9 +442,9 @@ def _folders(
                 path, folder = part / f"{task.folder.name}_design_{number}.toml", part / str(number)
                 path.write_text(each, encoding="utf-8", newline="")
                 outcome = try_scene(request, False, Task(path, folder, f"page of design {number}", beside[number]))
-                if outcome.interrupted:  # an integration, which keeps what it has until then: no whole page
+                if outcome.interrupted:  # an interrupted integration keeps a part only
                     raise KeyboardInterrupt
-                if outcome.unwritten:  # none then, so that --resume makes all of them
+                if outcome.unwritten:  # discard all, so that --resume writes all
                     raise RequestError(outcome.line.replace(str(part), str(target)))
                 if (folder / "report.html").is_file():
                     pages.append(number)
@@ -457,6 +454,6 @@ def _folders(
             lasting = {"kinelast": __version__, "made_from": made, "pages": pages, "failed": failed}
             seal(part, lasting)
     except (RequestError, OSError) as error:
-        told = error.strerror.lower() if isinstance(error, OSError) and error.strerror else str(error)
-        return [], BAD_INPUT, plain(f"no pages of single designs: {told}", MESSAGE)
+        message = error.strerror.lower() if isinstance(error, OSError) and error.strerror else str(error)
+        return [], BAD_INPUT, plain(f"no pages of single designs: {message}", MESSAGE)
     return pages, status, "\n".join(failed)

@@ -1,4 +1,4 @@
-"""A sweep of any size: chunk by chunk, side by side, each kept as soon as it is there."""
+"""Execution of a sweep of any size: chunks in parallel, each stored when complete."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from kinelast.tasks.processes import Lost, map_surviving
 from kinelast.tasks.progress import SILENT, Progress, stops_kept
 from kinelast.tasks.request import RequestError
 
-TRIES = 3  # of a chunk whose process dies
-MOST_NAMED = 5  # chunks in a message
-MOST_FAILED = 10  # chunks of a run: what fails so often fails always
+TRIES = 3  # attempts at a chunk whose process dies
+MOST_NAMED = 5  # chunks named in a message
+MAX_FAILED = 10  # failed chunks that stop a run
 
 
 class Compute(Protocol):
-    """A computation of designs: pickled, and called anywhere, in any order."""
+    """Computation of designs; must be picklable, and callable anywhere in any order."""
 
     @property
     def units(self) -> Mapping[str, str]:
-        """Units of the columns by their names."""
+        """Units by column name."""
 
     def __call__(self, first: int, last: int) -> tuple[Mapping[str, Any], Sequence[str]]:
-        """Columns by name, each of shape (last - first,), of designs first to last - 1, and reasons for every nan."""
+        """Columns of designs first to last - 1, each of shape (last - first,), and reasons for nan."""
 
 
 @dataclass(frozen=True)
 class SweepState:
-    """How far a sweep is: designs that are kept of all, and why chunks failed."""
+    """State of a sweep: stored designs and failed chunks."""
 
     folder: Path
     manifest: Manifest
@@ -46,7 +46,7 @@ class SweepState:
 
 @dataclass(frozen=True)
 class Chunk:
-    """A chunk that was computed: the content of its file, and its columns."""
+    """Computed chunk: file content and columns."""
 
     content: bytes
     columns: tuple[str, ...]
@@ -55,21 +55,21 @@ class Chunk:
 
 @dataclass(frozen=True)
 class ChunkWork:
-    """The work on a chunk, in any process: its designs are computed, and made a file's content."""
+    """Computes a chunk and encodes its file, in any process."""
 
     compute: Compute
     manifest: Manifest
 
     def __call__(self, number: int) -> Chunk | str:
-        """The chunk, or why it failed."""
+        """Return the chunk, or why it failed."""
         first, last = self.manifest.span(number)
         try:
-            with stops_kept(), np.errstate(all="ignore"):  # what is no number is told as none
+            with stops_kept(), np.errstate(all="ignore"):  # nan is reported as missing
                 columns, reasons = self.compute(first, last)
             content = encoded(self.manifest.store, first, columns, self.compute.units, reasons)
         except MemoryError:
             return "out of memory: ask for smaller chunks"
-        except Exception:  # one chunk that the program fails on must not take the others with it
+        except Exception:  # a failing chunk must not stop the others
             return traceback.format_exc()
         return Chunk(content, tuple(columns), len(reasons))
 
@@ -85,35 +85,34 @@ def run_plan(
     progress: Progress = SILENT,
     resume: bool = False,
 ) -> SweepState:
-    """Compute all designs of a sweep and keep them in a folder.
+    """Compute all designs of a sweep and store them in a folder.
 
-    Whatever ends it, what is kept stays kept, and `resume` goes on from there. The store has the same bytes in the end,
-    whatever happened on the way and wherever it was computed.
+    Complete chunks survive interruption; `resume` continues with the rest. The final bytes are the same in any case.
 
     Parameters
     ----------
     count
-        How many designs there are: numbers 0 to count - 1.
+        Number of designs.
     compute
-        Computes designs first to last - 1, see `Compute`. A row depends on the number of its design alone.
+        Computes designs first to last - 1, see `Compute`. A row must depend on the index of its design only.
     identity
-        What the figures depend on, as JSON can hold it; versions are added.
+        Inputs that determine the figures, as JSON data; versions are added.
     chunk
-        Designs that are computed, sent and kept together, about a second's.
+        Designs per chunk, about one second of work.
     jobs
-        Processes side by side on this machine; 1: this one.
+        Number of parallel processes; 1: this process only.
     scheduler
-        Address of a dask scheduler whose workers compute instead, as "tcp://host:8786".
+        Address of a dask scheduler whose workers compute, such as "tcp://host:8786".
     progress
-        Hears how far it is, and where it ends early what is kept.
+        Progress callback; also reports what is stored after an interruption.
     resume
-        Go on with what is kept there.
+        True to continue with stored chunks.
 
     Raises
     ------
     RequestError
-        The folder holds another sweep, or this one and `resume` was not said; another run holds it; it cannot be
-        written; too many chunks fail.
+        If the folder holds another sweep, or this one without `resume`; if it is locked by another run or cannot be
+        written; or if too many chunks fail.
     """
     store = Store(folder, store_name(count))
     manifest = Manifest({**identity, "versions": versions()}, count, chunk, store.name)
@@ -137,7 +136,7 @@ def run_plan(
 
 
 def _begun(store: Store, asked: Manifest, resume: bool) -> Manifest:
-    """The manifest of a folder that is ready for a sweep: the one kept there, or a new one."""
+    """Prepare a folder for a sweep; return its manifest or a new one."""
     folder, kept = store.folder, read_manifest(store.folder)
     if kept is None:
         store.require_free()
@@ -156,7 +155,7 @@ def _begun(store: Store, asked: Manifest, resume: bool) -> Manifest:
 
 
 def _checked(store: Store, manifest: Manifest, progress: Progress) -> tuple[Manifest, list[int]]:
-    """The manifest of the chunks that are as they were kept, and numbers of those that are not any more."""
+    """Verify stored chunks; return the manifest, and the indices of damaged chunks."""
     done, wrong = store.checked(manifest)
     if not manifest.complete:
         if wrong:
@@ -164,8 +163,8 @@ def _checked(store: Store, manifest: Manifest, progress: Progress) -> tuple[Mani
         return manifest, wrong
     if len(done) == manifest.chunks and store.is_whole(manifest):
         return manifest, []
-    told = f"computed again: {_chunks(wrong)}" if wrong else "joined again"
-    progress.tell(f"{store.folder / store.name} is not as it was written; {told}")
+    action = f"computed again: {_chunks(wrong)}" if wrong else "joined again"
+    progress.tell(f"{store.folder / store.name} is not as it was written; {action}")
     if store.name == CSV:
         store.part(manifest)
     else:
@@ -176,7 +175,7 @@ def _checked(store: Store, manifest: Manifest, progress: Progress) -> tuple[Mani
 
 
 def _chunks(numbers: Sequence[int]) -> str:
-    """Chunks by their numbers, few of many."""
+    """Name chunks by index, at most `MOST_NAMED`."""
     more = f" and {len(numbers) - MOST_NAMED} more" if len(numbers) > MOST_NAMED else ""
     return f"chunk{'s'[: len(numbers) > 1]} {', '.join(map(str, numbers[:MOST_NAMED]))}{more}"
 
@@ -190,7 +189,7 @@ def _computed(
     scheduler: str | None,
     progress: Progress,
 ) -> Manifest:
-    """Compute the chunks that are not done, wrong ones first, and keep each as it comes; the manifest of all kept."""
+    """Compute and store missing chunks, damaged ones first; return the manifest."""
     failed: dict[int, str] = {}
     first = [*wrong, *(number for number in range(manifest.chunks) if number not in store.kept and number not in wrong)]
     with closing(
@@ -202,7 +201,7 @@ def _computed(
                 failed[number] = chunk
                 manifest = replace(manifest, failed=dict(failed))
                 store.note(manifest)
-                if len(failed) == MOST_FAILED:
+                if len(failed) == MAX_FAILED:
                     break
                 continue
             if not manifest.columns:
@@ -217,7 +216,7 @@ def _computed(
 def _source(
     work: ChunkWork, numbers: Iterator[int], jobs: int, scheduler: str | None, progress: Progress
 ) -> Generator[tuple[int, Chunk | str | Lost], None, None]:
-    """Chunks as they come, from wherever they are computed."""
+    """Yield chunks from a scheduler, processes, or this process."""
     if scheduler is not None:
         from kinelast.sweep.cluster import cluster_answers
 
@@ -228,7 +227,7 @@ def _source(
 
 
 def _agreeing(answer: Chunk | str | Lost, manifest: Manifest) -> Chunk | str:
-    """A chunk that has the columns of the others; or why there is none."""
+    """Return a chunk with the same columns as the others, else an error message."""
     if isinstance(answer, Lost):
         return f"its process was ended {TRIES} times ({answer.how}), by the system if memory ran out: smaller chunks?"
     if isinstance(answer, Chunk) and manifest.columns and list(manifest.columns) != list(answer.columns):
@@ -237,7 +236,7 @@ def _agreeing(answer: Chunk | str | Lost, manifest: Manifest) -> Chunk | str:
 
 
 def _finished(store: Store, manifest: Manifest) -> Manifest:
-    """The manifest of a sweep that has come to its end, as it stands in the folder then."""
+    """Complete the store if all chunks are present; return the final manifest."""
     if len(store.kept) < manifest.chunks:
         whole = replace(manifest, complete=False, kept=())
         store.note(whole)
@@ -251,12 +250,12 @@ def _finished(store: Store, manifest: Manifest) -> Manifest:
 
 
 def filled(state: SweepState, cells: Mapping[int, Mapping[str, Any]]) -> SweepState:
-    """A complete sweep with other values in some cells, by number of the design and name of the column.
+    """Change cells of a complete sweep, by index of the design and column name.
 
     Raises
     ------
     RequestError
-        Another run holds the folder; it cannot be written.
+        If another run locks the folder, or it cannot be written.
     """
     store = Store(state.folder, state.manifest.store)
     with locked(state.folder, patience=0.0):

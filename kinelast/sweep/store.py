@@ -1,9 +1,8 @@
-"""Where the designs of a sweep are kept: a file a chunk, which is there as a whole or not at all.
+"""Storage of a sweep's designs: one file per chunk, written completely or not at all.
 
-Up to `SMALL` designs, and where there is no pyarrow, the store is one CSV file in the end, joined of the chunks'.
-Larger ones are a Parquet data set, a folder of the chunks' files: they stay as they are, so that nothing is written
-twice, no step at the end waits for a single process, and every reader of Parquet takes the folder as one table. The
-bytes are the same however many processes computed the chunks, and in whatever order.
+Up to `MAX_CSV` designs, or without pyarrow, the chunks are finally joined to one CSV file. Larger sweeps are a Parquet
+data set, a folder with the chunks' files, which any Parquet reader opens as one table. The bytes do not depend on the
+processes that computed the chunks, nor on their order.
 """
 
 from __future__ import annotations
@@ -23,40 +22,40 @@ import numpy as np
 
 from kinelast.outputs.outbox import UNFINISHED, put
 from kinelast.outputs.table import Column, Table, csv_bytes, parquet_bytes, quoted
-from kinelast.sweep.manifest import NAME, Kept, Manifest, manifest_bytes
+from kinelast.sweep.manifest import NAME, ChunkChecksum, Manifest, manifest_bytes
 from kinelast.tasks.request import RequestError
 
-SMALL = 100_000  # designs
-BLOCK = 10_000  # rows that are read at once
+MAX_CSV = 100_000  # designs in a CSV store
+BLOCK = 10_000  # rows read at once
 CSV, PARQUET = "designs.csv", "designs.parquet"
-JOURNAL = "kept.txt"  # what chunks are known by, until they are all there
-NUMBER, REASON = "design", "reason"  # the columns that every store has
+JOURNAL = "kept.txt"  # checksums of chunks until all are complete
+NUMBER, REASON = "design", "reason"  # columns of every store
 THEORY, VERDICT = "theory", "verdict"
-TEXTS = THEORY, VERDICT  # columns of words besides, which a sweep of a scene has
+TEXTS = THEORY, VERDICT  # further text columns of a scene's sweep
 
 Columns = Mapping[str, Any]
 
 
 def store_name(designs: int) -> str:
-    """Name of the store of so many designs."""
-    return PARQUET if designs > SMALL and find_spec("pyarrow") else CSV
+    """Name of the store for a number of designs."""
+    return PARQUET if designs > MAX_CSV and find_spec("pyarrow") else CSV
 
 
 def encoded(store: str, first: int, columns: Columns, units: Mapping[str, str], reasons: Sequence[str]) -> bytes:
-    """A chunk as the content of its file.
+    """Encode a chunk as the content of its file.
 
     Parameters
     ----------
     store
         `CSV` or `PARQUET`.
     first
-        Number of the first design.
+        Index of the first design.
     columns
-        Numbers by the names of their columns, each of shape (designs,).
+        Values by column name, each of shape (designs,).
     units
-        Units of columns, which become a part of their names.
+        Units, which become part of the column headings.
     reasons
-        Why a design has no figures, or fewer; empty where all is well.
+        Why a design lacks figures, or empty.
     """
     table = Table(
         (
@@ -72,21 +71,21 @@ def encoded(store: str, first: int, columns: Columns, units: Mapping[str, str], 
 
 
 class Store:
-    """The files of a sweep's folder, written by one process."""
+    """Files of a sweep's folder, written by one process."""
 
     def __init__(self, folder: Path, name: str) -> None:
         self.folder, self.name = folder, name
         self.parts = folder / (PARQUET if name == PARQUET else f"{CSV}.parts")
         self._end = Path(name).suffix
-        self.kept: dict[int, Kept] = {}
+        self.kept: dict[int, ChunkChecksum] = {}
 
     def checked(self, manifest: Manifest) -> tuple[set[int], list[int]]:
-        """Numbers of the chunks that are as they were kept, and of those that are not any more.
+        """Verify the chunks; return indices of valid chunks, and of damaged ones.
 
         Raises
         ------
         RequestError
-            A file among the chunks' is of none of them.
+            If the folder contains a file that belongs to no chunk.
         """
         if manifest.complete and self.name == CSV:
             contents = self._parted(manifest)
@@ -107,24 +106,24 @@ class Store:
         return self.parts / f"{number:010}{self._end}"
 
     def _require_own(self, manifest: Manifest) -> None:
-        """Raise where a reader of the data set would take a file for one of its chunks that is none."""
+        """Raise RequestError if the data set contains a file that belongs to no chunk: readers would include it."""
         with suppress(OSError):
             for entry in sorted(os.scandir(self.parts), key=lambda each: each.name):
                 name = entry.name.removesuffix(self._end)
                 if not entry.name.startswith(".") and not (name.isdecimal() and int(name) < manifest.chunks):
                     raise RequestError(f"{entry.path} is of no chunk of this sweep: move it")
 
-    def _noted(self) -> dict[int, Kept]:
-        """Fingerprints of chunks as noted, a line each; a line that was torn is as if it had not been."""
+    def _noted(self) -> dict[int, ChunkChecksum]:
+        """Read the journal of checksums; incomplete lines are ignored."""
         noted = {}
         for line in _content(self.folder / JOURNAL).decode("ascii", "replace").splitlines():
             with suppress(ValueError):
                 number, rows, size, sha256 = line.split(" ")
-                noted[int(number)] = Kept(int(rows), int(size), sha256)
+                noted[int(number)] = ChunkChecksum(int(rows), int(size), sha256)
         return noted
 
     def _parted(self, manifest: Manifest) -> Iterator[bytes]:
-        """The one file of CSV as its chunks."""
+        """Split the CSV file into its chunks."""
         content = _content(self.folder / CSV)
         at = len(_head(manifest))
         for entry in manifest.kept:
@@ -132,13 +131,13 @@ class Store:
             at += entry.size
 
     def part(self, manifest: Manifest) -> None:
-        """Make files of the chunks of the one file of CSV that are as they were kept."""
+        """Split the CSV file into files of its valid chunks."""
         for number, content in enumerate(self._parted(manifest)):
             if number in self.kept:
                 self.keep(number, self.kept[number].rows, content)
 
     def is_whole(self, manifest: Manifest) -> bool:
-        """Whether all there is stands in its place, nothing before, between or behind."""
+        """True if the store contains nothing but its header and chunks."""
         if self.name == PARQUET:
             return True
         head = _head(manifest)
@@ -146,7 +145,7 @@ class Store:
         return content.startswith(head) and len(content) == len(head) + sum(entry.size for entry in manifest.kept)
 
     def require_free(self) -> None:
-        """Raise where somebody else's files have the names of the store."""
+        """Raise RequestError if foreign files have the names of the store."""
         for name in (CSV, PARQUET):
             if (self.folder / name).exists():
                 raise RequestError(
@@ -154,7 +153,7 @@ class Store:
                 )
 
     def clear(self) -> None:
-        """Remove all that a sweep has left here, its manifest last."""
+        """Remove all files of a sweep, the manifest last."""
         for name in (CSV, PARQUET, f"{CSV}.parts", JOURNAL, NAME):
             path = self.folder / name
             if path.is_dir():
@@ -163,43 +162,43 @@ class Store:
                 path.unlink(missing_ok=True)
 
     def tidy(self) -> None:
-        """Remove unfinished files."""
+        """Remove incomplete files."""
         for folder in (self.folder, self.parts):
             with suppress(OSError):
                 for path in folder.glob(f".*{UNFINISHED}"):
                     path.unlink()
 
     def keep(self, number: int, rows: int, content: bytes) -> None:
-        """Put the file of a chunk into its place, and note its fingerprint."""
+        """Write the file of a chunk, and its checksum to the journal."""
         self.parts.mkdir(parents=True, exist_ok=True)
-        entry = Kept.of(rows, content)
+        entry = ChunkChecksum.of(rows, content)
         put(self._place(number), content)
         self.kept[number] = entry
         self._journal({number: entry})
 
     def note_kept(self) -> None:
-        """Note the fingerprints of the chunks that are there."""
+        """Write the checksums of present chunks to the journal."""
         self._journal(self.kept)
 
-    def _journal(self, entries: Mapping[int, Kept]) -> None:
+    def _journal(self, entries: Mapping[int, ChunkChecksum]) -> None:
         with (self.folder / JOURNAL).open("ab") as file:
             for number, entry in entries.items():
                 file.write(f"{number} {entry.rows} {entry.size} {entry.sha256}\n".encode())
 
     def note(self, manifest: Manifest) -> None:
-        """Put the manifest into its place."""
+        """Write the manifest."""
         self.folder.mkdir(parents=True, exist_ok=True)
         put(self.folder / NAME, manifest_bytes(manifest))
 
     def join(self, manifest: Manifest) -> None:
-        """Make the one file of CSV of the chunks' in their order; a Parquet data set is whole as it is."""
+        """Join the chunks to one CSV file; a Parquet data set needs no joining."""
         if self.name == CSV:
             put(self.folder / CSV, _head(manifest), *map(self._place, range(manifest.chunks)))
 
     def fill(self, manifest: Manifest, cells: Mapping[int, Mapping[str, Any]]) -> Manifest:
-        """Fill cells of a complete store: by number of the design, values by name of the column; its manifest then.
+        """Change cells of a complete store, by index of the design and column name; return the new manifest.
 
-        A file whose cells are as told already is not written again.
+        Unchanged files are not written.
         """
         kept, names = list(manifest.kept), [NUMBER, *manifest.columns, REASON]
         csv_parts = list(self._parted(manifest)) if self.name == CSV else []
@@ -210,7 +209,7 @@ class Store:
             after = (_csv_filled if self.name == CSV else _parquet_filled)(before, names, own)
             if after == before:
                 continue
-            kept[number] = Kept.of(kept[number].rows, after)
+            kept[number] = ChunkChecksum.of(kept[number].rows, after)
             if csv_parts:
                 csv_parts[number] = after
             else:
@@ -223,14 +222,14 @@ class Store:
         return filled
 
     def drop_parts(self) -> None:
-        """Remove the chunks' files where they were joined, and the notes on them."""
+        """Remove the files of joined chunks, and the journal."""
         if self.name == CSV:
             shutil.rmtree(self.parts, ignore_errors=True)
         (self.folder / JOURNAL).unlink(missing_ok=True)
 
 
 def _content(path: Path) -> bytes:
-    """The content of a file; empty where there is none."""
+    """Content of a file; empty if it does not exist."""
     try:
         return path.read_bytes()
     except OSError:
@@ -238,22 +237,22 @@ def _content(path: Path) -> bytes:
 
 
 def _csv_filled(content: bytes, names: Sequence[str], cells: Mapping[int, Mapping[str, Any]]) -> bytes:
-    """Rows of CSV with other values in some cells, by number of the row; other rows stay as they are."""
+    """Change cells of CSV rows, by row; other rows stay unchanged."""
     lines, rows, first = content.decode().split("\n"), [], 0
     reader = csv.reader(f"{line}\n" for line in lines)
     for at, row in enumerate(reader):
         changed = cells.get(at, {})
-        told = {name: csv_bytes(Table((Column(name, [value]),)), head=False).decode()[:-1]
+        texts = {name: csv_bytes(Table((Column(name, [value]),)), head=False).decode()[:-1]
                 for name, value in changed.items()}  # fmt: skip
         pairs = zip(names, row, strict=True) if changed else ()
-        filled = ",".join(told.get(name, quoted(cell)) for name, cell in pairs)
+        filled = ",".join(texts.get(name, quoted(cell)) for name, cell in pairs)
         rows.append(filled if changed else "\n".join(lines[first : reader.line_num]))
         first = reader.line_num
     return "\n".join(rows).encode()
 
 
 def _parquet_filled(content: bytes, names: Sequence[str], cells: Mapping[int, Mapping[str, Any]]) -> bytes:
-    """The file of a chunk of Parquet with other values in some cells, by number of the row."""
+    """Change cells of a Parquet chunk, by row."""
     import pyarrow.parquet
 
     table = pyarrow.parquet.read_table(pyarrow.BufferReader(content))
@@ -269,16 +268,16 @@ def _parquet_filled(content: bytes, names: Sequence[str], cells: Mapping[int, Ma
 
 
 def _head(manifest: Manifest) -> bytes:
-    """The headings of the one file of CSV."""
+    """Header of the CSV file."""
     none = np.zeros(0)
     names = (Column(name, none, unit) for name, unit in manifest.columns.items())
     return csv_bytes(Table((Column(NUMBER, none), *names, Column(REASON, none))))
 
 
 def stored_chunks(folder: Path, manifest: Manifest) -> Iterator[tuple[dict[str, Any], list[str]]]:
-    """The designs that are kept, some at a time in the order of their numbers, as columns by name and reasons.
+    """Yield stored designs in blocks, in order, as columns by name and reasons.
 
-    The column `NUMBER` tells which ones they are. Nothing is held but what is asked for next.
+    The column `NUMBER` contains their indices. Only one block is in memory.
     """
     names = {Column(name, (), unit).heading: name for name, unit in manifest.columns.items()}
     if manifest.store == PARQUET:
