@@ -1,6 +1,8 @@
 // The drawing: parts as the text draws them, and the mechanism as it moves, bends and is stressed.
+/** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const svg = $("svg"), NS = "http://www.w3.org/2000/svg", STOPS = [[33, 102, 172], [217, 183, 74], [178, 24, 43]];
+/** @type {Record<string, any>} */
 export const view = {
   x: 0, y: 0, scale: 400, factor: 1, most: 0, position: 0, sheet: null, picture: null, stale: false, chosen: null, preview: null, guides: [], cursor: null, paths: true, sizes: false, trace: null, width: 1, height: 1,
 };
@@ -20,7 +22,9 @@ export function quantity(value, unit, digits = 3) {
   return `${Number((value / factor).toPrecision(digits))} ${name}`;
 }
 
+/** @type {(place: number[]) => [number, number]} */
 export const toScreen = ([x, y]) => [view.width / 2 + (x - view.x) * view.scale, view.height / 2 - (y - view.y) * view.scale];
+/** @type {(place: number[]) => [number, number]} */
 export const toPlane = ([x, y]) => [view.x + (x - view.width / 2) / view.scale, view.y - (y - view.height / 2) / view.scale];
 
 // Grid steps are 1, 2 or 5 times a power of ten, and no closer than some pixels.
@@ -85,7 +89,7 @@ function fill(name, marks) {
   const layer = layers[name];
   while (layer.childNodes.length > marks.length) layer.lastChild.remove();
   marks.forEach(([tag, attributes, words], k) => {
-    let node = layer.childNodes[k];
+    let node = layer.children[k];
     if (!node || node.tagName !== tag) {
       const fresh = document.createElementNS(NS, tag);
       if (node) node.replaceWith(fresh); else layer.append(fresh);
@@ -197,7 +201,7 @@ function sizes(sheet, place) {
   });
 }
 
-const crosshair = ([x, y]) => `M${x - 22},${y}h16m12,0h16M${x},${y - 22}v16m0,12v16`;
+const crosshair = (/** @type {number[]} */ [x, y]) => `M${x - 22},${y}h16m12,0h16M${x},${y - 22}v16m0,12v16`;
 
 // By how much a link is turned from the drawing: a slot in it turns with it.
 function turnOf(link, place) {
@@ -253,7 +257,7 @@ function symbols(sheet, place) {
 }
 
 // The nearest point or link to a place on the screen, within some pixels.
-export function pointUnder([x, y], reach = 15) {
+export function pointUnder(/** @type {number[]} */ [x, y], reach = 15) {
   let best = null, least = reach;
   for (const name of Object.keys(view.sheet?.points ?? {})) {
     const place = isMiddle(name) ? null : pointNow(name), p = place && toScreen(place), away = p ? Math.hypot(p[0] - x, p[1] - y) : Infinity;
@@ -261,7 +265,7 @@ export function pointUnder([x, y], reach = 15) {
   }
   return best;
 }
-export function linkUnder([x, y], reach = 11, without = null) {
+export function linkUnder(/** @type {number[]} */ [x, y], reach = 11, without = null) {
   let best = null, least = reach;
   const cylinders = Object.entries(view.sheet?.cylinders ?? {}).map(([name, { from, to }]) => ({ cylinder: name, points: [from, to], beams: [] }));
   for (const link of [...(view.sheet?.links ?? []), ...cylinders]) {

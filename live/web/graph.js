@@ -1,6 +1,8 @@
 // A graph of one figure over the positions, beside the drawing; and lists that can be searched.
 import { quantity, view } from "./drawing.js";
-const $ = (id) => document.getElementById(id), SHORT = 12; // entries of a list that needs no search
+/** @type {(id: string) => any} */
+const $ = (id) => document.getElementById(id);
+const SHORT = 12; // entries of a list that needs no search
 const HEIGHT = 100, EDGE = 6, NONE = "none";
 
 // The name of the figure that is drawn; empty where none is.

@@ -5,6 +5,7 @@ import { drawGraph, figure, listFigures, searchable } from "./graph.js";
 import * as share from "./share.js";
 import * as tools from "./tools.js";
 import { draw, drawGrid, fit, measure, quantity, rescale, view } from "./drawing.js";
+/** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const state = { digest: "", saved: "", path: null, name: "", numbers: [], dragging: null, playing: null, latencies: [], drawing: [], whole: 0, queue: Promise.resolve(), shipped: {}, tables: {}, keys: {}, motions: [] };
 const KEY = () => `live ${state.path ?? ""}`;
@@ -220,7 +221,7 @@ function inspect() {
   const box = $("inspector"), held = [...box.querySelectorAll("input, select")].indexOf(document.activeElement);
   box.replaceChildren();
   fillInspector(box);
-  if (held >= 0) box.querySelectorAll("input, select")[held]?.focus(); // who goes from field to field goes on
+  if (held >= 0) /** @type {NodeListOf<HTMLElement>} */ (box.querySelectorAll("input, select"))[held]?.focus(); // who goes from field to field goes on
 }
 function fillInspector(box) {
   const { chosen, sheet } = view;
@@ -340,7 +341,7 @@ function notice(words, passing = false, ...buttons) {
   const box = $("notice");
   box.replaceChildren(words, ...buttons.map(([label, act]) => Object.assign(document.createElement("button"), { textContent: label, onclick: () => { hush(true); act(); } })));
   box.hidden = false;
-  box.dataset.passing = passing;
+  box.dataset.passing = String(passing);
 }
 function hush(all = false) {
   if (all || $("notice").dataset.passing === "true") $("notice").hidden = true;
@@ -520,14 +521,15 @@ function wire() {
     if (event.target === document.body) tools.keys(event); // without a click
     if (!(event.ctrlKey || event.metaKey)) return;
     const act = { s: save, z: () => travel(event.shiftKey ? text.redo() : text.undo()), y: () => travel(text.redo()) };
-    const key = event.key.toLowerCase(), field = event.target;
+    const key = event.key.toLowerCase(), field = /** @type {any} */ (event.target);
     if (!act[key]) return;
     event.preventDefault();
     if (key !== "s" && typed(field)) field.value = field.defaultValue; else act[key]();
   });
   // A value that is again what it was is none that was typed.
   document.addEventListener("change", (event) => {
-    if (isField(event.target) && !typed(event.target)) event.stopPropagation();
+    const field = /** @type {any} */ (event.target);
+    if (isField(field) && !typed(field)) event.stopPropagation();
   }, true);
   new ResizeObserver(() => { measure(); text.measure(); show(); }).observe($("svg"));
 }

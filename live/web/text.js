@@ -1,4 +1,5 @@
 // The text beside the drawing: its lines, mistakes and changes marked, and undo over everything that changes it.
+/** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const area = $("text"), gutter = $("gutter"), marks = $("marks");
 let LINE = 19, room = 400;
@@ -74,7 +75,7 @@ export function tellMistakes(found) {
 }
 
 export function goTo(line) {
-  const at = current.split("\n").slice(0, line - 1).join("\n").length + (line > 1);
+  const at = current.split("\n").slice(0, line - 1).join("\n").length + Number(line > 1);
   area.setSelectionRange(at, at);
   reveal(line - 1);
 }

@@ -1,5 +1,6 @@
 // Tools on the drawing: pointer and keys become edits of the scene.
 import { draw, drawGrid, gridStep, handle, linkUnder, nearestPosition, pointNow, pointUnder, quantity, toPlane, toScreen, view } from "./drawing.js";
+/** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const svg = $("svg");
 export const TOOLS = [
@@ -18,7 +19,9 @@ export const TOOLS = [
   ["gear", "Gear", "r", "Click the link that drives, then the one that follows: wheels that mesh from outside, or no longer; a point in a slot is a rack"],
 ];
 const FIRST = 5; // tools that are needed first, before the others
-let tool = "move", gesture = null, clicks = [], driver = null, actions = null, exact = false, visited = -1;
+/** @type {any} */
+let gesture = null;
+let tool = "move", clicks = [], driver = null, actions = null, exact = false, visited = -1;
 
 export function begin(given) {
   actions = given;
@@ -48,7 +51,7 @@ export function begin(given) {
 export function take(name) {
   tool = name;
   clear();
-  document.querySelectorAll("[data-tool]").forEach((button) => button.setAttribute("aria-pressed", String(button.dataset.tool === name)));
+  /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-tool]")).forEach((button) => button.setAttribute("aria-pressed", String(button.dataset.tool === name)));
   $("hint").textContent = TOOLS.find(([each]) => each === name)[3];
 }
 

@@ -99,9 +99,9 @@ def _pieces(body: str) -> list[bytes]:
 
 @cache
 def _script(names: tuple[str, ...]) -> bytes:
-    """The files one behind the other, without their comments and indents: a tenth of them."""
+    """Return scripts joined into one, without comments and indents."""
     whole = b"\n".join((WEB / f"{name}.js").read_bytes() for name in names)
-    return re.sub(rb"(?m)^[ \t]*(//.*\n)?", b"", whole)
+    return re.sub(rb"(?m)^[ \t]*(//.*\n|/\*\*.*\*/\n)?", b"", whole)
 
 
 @cache

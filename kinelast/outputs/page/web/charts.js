@@ -25,7 +25,7 @@ function styled(curves, sizes) {
   const ranked = curves.map((_, k) => k).sort((a, b) => sizes[b] - sizes[a]);
   const first = curves.some((curve) => curve.shown) ? ranked.filter((k) => curves[k].shown) : ranked.slice(0, MOST_CURVES);
   const shown = new Set(first), taken = new Set(), styles = [];
-  const inOrder = [...curves.keys()].sort((a, b) => shown.has(b) - shown.has(a) || a - b);
+  const inOrder = [...curves.keys()].sort((a, b) => Number(shown.has(b)) - Number(shown.has(a)) || a - b);
   for (const [dash, k] of inOrder.entries()) {
     const wanted = curves[k].colour ?? k, any = Array.from({ length: LINK_COLOURS }, (_, n) => (wanted + n) % LINK_COLOURS);
     const colour = any.find((each) => !taken.has(each)) ?? any[0];

@@ -51,11 +51,11 @@ function mechanismSection() {
   });
   // Keys of the picture, and while nothing else has the keyboard and the picture is seen, of the page.
   document.addEventListener("keydown", (event) => {
-    const inside = part.contains(event.target), box = holder.getBoundingClientRect();
-    if (event.ctrlKey || event.altKey || event.metaKey || !(inside || (event.target === document.body && box.bottom > 0 && box.top < innerHeight))) return;
-    if (event.target.matches("input:not([type=checkbox]), select, summary")) return;
+    const target = /** @type {any} */ (event.target), inside = part.contains(target), box = holder.getBoundingClientRect();
+    if (event.ctrlKey || event.altKey || event.metaKey || !(inside || (target === document.body && box.bottom > 0 && box.top < innerHeight))) return;
+    if (target.matches("input:not([type=checkbox]), select, summary")) return;
     const steps = { ArrowLeft: -1, ArrowRight: 1, ...(inside ? { PageUp: -10, PageDown: 10 } : {}) };
-    if (event.key === " " && event.target.matches("button, input")) return;
+    if (event.key === " " && target.matches("button, input")) return;
     if (event.key === " ") toggle();
     else if (event.key in steps) { stop(); showPosition(instant.position + steps[event.key]); }
     else return;

@@ -66,7 +66,7 @@ function kinematicsSection() {
 
 function pointCurves(grid, { link, point }) {
   const local = localOf(link, point);
-  for (const [heading, unit, of] of [["Position", "m", placeOf], ["Velocity", "m/s", velocityOf], ["Acceleration", "m/s^2", accelerationOf]]) {
+  for (const [heading, unit, of] of /** @type {[string, string, any][]} */ ([["Position", "m", placeOf], ["Velocity", "m/s", velocityOf], ["Acceleration", "m/s^2", accelerationOf]])) {
     const sizes = heading === "Position" ? [] : [curve("size", (i) => size(of(link, local, i)), 2)];
     add(grid, `${heading} of ${point}`, unit, [curve("x", (i) => of(link, local, i)[0], 0), curve("y", (i) => of(link, local, i)[1], 1), ...sizes]);
   }

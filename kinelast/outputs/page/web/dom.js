@@ -1,4 +1,5 @@
 // Elements made of data: text is always text, never markup.
+/** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -18,7 +19,6 @@ function download(name, type, content) {
   h("a", { href: address, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(address), 1000);
 }
-const fileName = (words) => `${summary.scene.name}_${words.toLowerCase().replace(/[^a-z0-9]+/g, "_")}`;
 
 function section(id, short, heading, ...children) {
   $("contents").append(h("li", {}, h("a", { href: `#${id}` }, short)));
@@ -35,5 +35,3 @@ const hint = (...words) => h("p", { class: "soft hint" }, words); // what to do 
 const soft = (...words) => h("p", { class: "soft" }, words);
 const jargon = (word, means) => h("abbr", { title: means, tabindex: 0 }, word);
 const variable = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-const LINK_COLOURS = 8;
-const linkColour = (link) => (link === GROUND ? "var(--ink)" : `var(--l${(link - 1) % LINK_COLOURS})`);

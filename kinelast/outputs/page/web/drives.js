@@ -79,6 +79,7 @@ function cloud(grid, name, given, speeds, torques) {
   const most = (x) => Math.min(given.peak_torque ?? Infinity, given.stall_torque && given.top_speed ? given.stall_torque * Math.max(0, 1 - Math.abs(x) / given.top_speed) : Infinity);
   const rated = (x) => (given.rated_torque && Math.abs(x) <= (given.rated_speed ?? given.top_speed ?? Infinity) ? given.rated_torque : NaN);
   const lines = Array.from({ length: 201 }, (_, k) => ({ x: ((k - 100) / 100) * widest, line: true }));
+  /** @type {{ x: number, y?: number, line?: boolean }[]} */
   const all = [...lines, ...known.map((i) => ({ x: speeds[i], y: torques[i] }))].sort((one, other) => one.x - other.x);
   const only = (of) => all.map((each) => { const value = each.line ? of(each.x) : NaN; return isFinite(value) ? value : null; });
   const data = [all.map(({ x }) => turns(x)), all.map(({ y }) => y ?? null), only(rated), only((x) => -rated(x)), only(most), only((x) => -most(x))];

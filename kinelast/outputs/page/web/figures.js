@@ -111,5 +111,5 @@ function inputsSection() {
 
 function footer() {
   const { made_from: made, kinelast, versions, scene } = summary, written = new Date(document.lastModified);
-  $("foot").append(`kinelast ${kinelast}`, versions ? `, ${Object.entries(versions).map(([name, version]) => `${name} ${version}`).join(", ")}` : "", `; scene “${scene.name}”`, made.sha256 ? `, SHA-256 ${made.sha256}` : "", `; this file is of ${isNaN(written) ? "an unknown date" : written.toLocaleString()}. All figures with their units are in summary.json, those of every position in positions.csv. Curves by uPlot (MIT licence, © Leon Sorokin).`);
+  $("foot").append(`kinelast ${kinelast}`, versions ? `, ${Object.entries(versions).map(([name, version]) => `${name} ${version}`).join(", ")}` : "", `; scene “${scene.name}”`, made.sha256 ? `, SHA-256 ${made.sha256}` : "", `; this file is of ${isNaN(written.getTime()) ? "an unknown date" : written.toLocaleString()}. All figures with their units are in summary.json, those of every position in positions.csv. Curves by uPlot (MIT licence, © Leon Sorokin).`);
 }

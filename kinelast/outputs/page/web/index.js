@@ -72,7 +72,7 @@ function draw() {
   $("about").textContent = `${rows.length} scene${rows.length === 1 ? "" : "s"}: ${["done", "failed", "skipped"].map((what) => `${count(what)} ${what}`).join(", ")}; ${found.length} match, ${shown.length} shown.`;
 }
 
-$("filter").addEventListener("input", (event) => { state.words = event.target.value; state.shown = STEP; draw(); });
+$("filter").addEventListener("input", () => { state.words = $("filter").value; state.shown = STEP; draw(); });
 $("main").append(h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Scenes" }, h("table", {}, h("caption", {}, "Scenes"), h("thead", {}, h("tr", {}, order.map((k) => heads[k]))), body)), more);
 theme();
 draw();

@@ -84,7 +84,7 @@ function polar(joint, name) {
     const [x, y] = vector("force", joint.k, i), [dx, dy] = link === GROUND ? [1, 0] : vector("direction", link - 1, i);
     tips.push(counted(i) ? [sign * (dx * x + dy * y), sign * (dx * y - dy * x)] : [NaN, NaN]);
   }
-  const most = Math.max(...tips.map(([x, y]) => Math.hypot(x, y)).filter(isFinite), 1e-300), R = 88, at = ([x, y]) => [(R * x) / most, (-R * y) / most];
+  const most = Math.max(...tips.map(([x, y]) => Math.hypot(x, y)).filter(isFinite), 1e-300), R = 88, at = (/** @type {number[]} */ [x, y]) => [(R * x) / most, (-R * y) / most];
   let path = "", pen = "M";
   for (const tip of tips) { const [x, y] = at(tip); if (!isFinite(x + y)) { pen = "M"; continue; } path += `${pen}${x.toFixed(1)} ${y.toFixed(1)}`; pen = "L"; }
   const svg = s("svg", { viewBox: "-100 -100 200 200", role: "img", "aria-label": `Polar diagram of the force on ${name} at ${joint.joint}`, class: "polar" });

@@ -38,7 +38,7 @@ async function start() {
   trustSection();
   inputsSection();
   footer();
-  foldAll([...document.querySelectorAll("main > section")].filter((part) => !first.has(part)));
+  foldAll([.../** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("main > section"))].filter((part) => !first.has(part)));
   showPosition(positionOf(summary.largest_chord ?? summary.output));
   document.body.dataset.ready = "yes";
 }

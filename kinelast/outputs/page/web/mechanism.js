@@ -17,11 +17,11 @@ const camBody = (cam, scale = 1) => {
   const rim = scale * camRim(cam), ring = `M${rim} 0A${rim} ${rim} 0 1 0 ${-rim} 0A${rim} ${rim} 0 1 0 ${rim} 0Z`;
   return (cam.outer.includes(true) ? ring : "") + cam.flanks.map((flank) => outlineOf(flank, scale)).join("");
 };
-const camTurned = (k, i, [px, py] = [0, 0]) => { const [x, y] = vector("cam_turn", k, i); return `matrix(${x} ${-y} ${y} ${x} ${px} ${py})`; };
+const camTurned = (k, i, /** @type {number[]} */ [px, py] = [0, 0]) => { const [x, y] = vector("cam_turn", k, i); return `matrix(${x} ${-y} ${y} ${x} ${px} ${py})`; };
 
 const corners = (() => {
   const low = [Infinity, Infinity], high = [-Infinity, -Infinity];
-  const reach = ([x, y]) => {
+  const reach = (/** @type {number[]} */ [x, y]) => {
     if (!isFinite(x + y)) return;
     low[0] = Math.min(low[0], x); low[1] = Math.min(low[1], y);
     high[0] = Math.max(high[0], x); high[1] = Math.max(high[1], y);
@@ -62,8 +62,10 @@ const bareLinks = model.links.map((_, k) => k).filter((k) => k > GROUND && !mode
 function drawMechanism(holder, tip) {
   const svg = s("svg", { role: "img", "aria-labelledby": "mechanism-words", tabindex: 0, class: "mechanism" });
   holder.append(svg);
-  let scale = 1, left = 0, top = 0, width = 0, height = 0, unit = 10, parts;
-  const at = ([x, y]) => [left + scale * x, top - scale * y];
+  let scale = 1, left = 0, top = 0, width = 0, height = 0, unit = 10;
+  /** @type {Record<string, any>} */
+  let parts;
+  const at = (/** @type {number[]} */ [x, y]) => [left + scale * x, top - scale * y];
   const line = (places) => {
     let text = "", pen = "M";
     for (const place of places) {

@@ -1,8 +1,15 @@
 // Where everything is, how it moves, and how far it is displaced. Link 0 is the ground.
 const GROUND = 0;
+const LINK_COLOURS = 8;
+const linkColour = (link) => (link === GROUND ? "var(--ink)" : `var(--l${(link - 1) % LINK_COLOURS})`);
+/** @typedef {[number, number]} Vector x and y */
+/** @type {(one: number[], other: number[]) => Vector} */
 const times = ([a, b], [c, d]) => [a * c - b * d, a * d + b * c];
+/** @type {(one: number[], other: number[]) => Vector} */
 const plus = ([a, b], [c, d]) => [a + c, b + d];
+/** @type {(factor: number, place: number[]) => Vector} */
 const scaled = (f, [a, b]) => [f * a, f * b];
+/** @type {(place: number[]) => number} */
 const size = ([a, b]) => Math.hypot(a, b);
 
 const localOf = (link, point) => model.links[link].points[point];

@@ -3,7 +3,7 @@ const ABOVE = 11, BELOW = 3; // pixels that letters take above and below their f
 const SIDES = [[1, -1], [-1, -1], [1, 1], [-1, 1], [1.2, 0], [-1.2, 0], [0, -1.2], [0, 1.2]];
 
 // Places around another: x, y of a name's foot, and 1 where it begins there, -1 where it ends, 0 where that is its middle.
-function around([x, y], far) {
+function around(/** @type {number[]} */ [x, y], far) {
   return [far, 2 * far, 3 * far].flatMap((away) =>
     SIDES.map(([dx, dy]) => [x + dx * away, y + dy * away + (dy > 0 ? ABOVE : dy < 0 ? 0 : ABOVE / 2), Math.sign(dx)]));
 }

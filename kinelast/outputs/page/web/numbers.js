@@ -16,8 +16,8 @@ function prefixedScale(largest, unit) {
   if (raised) {
     // A prefix would be raised with the metre.
     if (!(size > 0 && isFinite(size))) return [1, unit];
-    const name = Object.keys(METRES).find((each) => size >= Math.pow(METRES[each], raised[1]) * (1 - 1e-9)) ?? "µm";
-    return [1 / Math.pow(METRES[name], raised[1]), name + unit.slice(1)];
+    const name = Object.keys(METRES).find((each) => size >= Math.pow(METRES[each], Number(raised[1])) * (1 - 1e-9)) ?? "µm";
+    return [1 / Math.pow(METRES[name], Number(raised[1])), name + unit.slice(1)];
   }
   if (UNPREFIXED.has(unit) || unit.startsWith("1/") || !isFinite(size) || size < 1e-12) return [1, unit];
   if (unit === "s" && size >= 3600) return [1 / 3600, "h"];

@@ -23,7 +23,7 @@ function scatterSection() {
     return answer?.verdict ? answer.verdict === "not acceptable" : kept !== null && kept[k] === 0;
   }
 
-  function widened([low, high]) { const room = 0.03 * (high - low); return [low - room, high + room]; }
+  function widened(/** @type {number[]} */ [low, high]) { const room = 0.03 * (high - low); return [low - room, high + room]; }
 
   function draw() {
     if (!made) return;
@@ -35,7 +35,7 @@ function scatterSection() {
     frame(pen);
     const size = COUNT > 3000 ? 3 : 5;
     pen.globalAlpha = COUNT > 500 ? 0.55 : 0.85;
-    for (const k of [...among].sort((a, b) => breaks(b) - breaks(a))) { const [x, y] = at(k); pen.fillStyle = breaks(k) ? BREAKS : paint(k); pen.fillRect(x - size / 2, y - size / 2, size, size); }
+    for (const k of [...among].sort((a, b) => Number(breaks(b)) - Number(breaks(a)))) { const [x, y] = at(k); pen.fillStyle = breaks(k) ? BREAKS : paint(k); pen.fillRect(x - size / 2, y - size / 2, size, size); }
     pen.globalAlpha = 1;
     pen.strokeStyle = variable("--amber"); pen.lineWidth = 1.8;
     pen.beginPath();
@@ -118,10 +118,10 @@ function scatterSection() {
 function line(pen, x0, y0, x1, y1) {
   pen.beginPath(); pen.moveTo(x0, y0); pen.lineTo(x1, y1); pen.stroke();
 }
-function ring(pen, [x, y], radius) {
+function ring(pen, /** @type {number[]} */ [x, y], radius) {
   pen.beginPath(); pen.arc(x, y, radius, 0, 7); pen.stroke();
 }
-function star(pen, [x, y]) {
+function star(pen, /** @type {number[]} */ [x, y]) {
   pen.beginPath();
   for (let k = 0; k < 10; k++) { const r = k % 2 ? 4.5 : 11, angle = (k * Math.PI) / 5 - Math.PI / 2; pen.lineTo(x + r * Math.cos(angle), y + r * Math.sin(angle)); }
   pen.closePath();

@@ -125,3 +125,5 @@ function scaleOfField(field) {
       }
   return (scales[field] = largest);
 }
+
+const fileName = (words) => `${summary.scene.name}_${words.toLowerCase().replace(/[^a-z0-9]+/g, "_")}`;

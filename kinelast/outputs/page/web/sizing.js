@@ -30,7 +30,7 @@ function tolerancesSection({ designs, numbers, figures, theory, limits_kept: kep
   const known = figures.filter(({ value, sampled }) => value !== null && sampled.low !== null), scattered = numbers.map(({ path, plus_minus, unit, distribution }) => `${path} ± ${sized(plus_minus, unit)}${distribution === "normal" ? " (normal)" : ""}`);
   const columns = [
     { name: "figure", text: ({ name }) => name },
-    ...[["as it stands", ({ value }) => value], ["2.5 %", ({ sampled }) => sampled.low], ["median", ({ sampled }) => sampled.median], ["97.5 %", ({ sampled }) => sampled.high], ["largest", ({ sampled }) => sampled.largest]].map(([name, of]) => ({ name, of, words: (each) => sized(of(each), each.unit) })),
+    ...(/** @type {[string, any][]} */ ([["as it stands", ({ value }) => value], ["2.5 %", ({ sampled }) => sampled.low], ["median", ({ sampled }) => sampled.median], ["97.5 %", ({ sampled }) => sampled.high], ["largest", ({ sampled }) => sampled.largest]])).map(([name, of]) => ({ name, of, words: (each) => sized(of(each), each.unit) })),
     { name: "in full", means: `the scene as it stands with its error: ${theory}`, of: ({ in_full: full }) => full, words: withError },
     { name: "± to first order", means: "three standard deviations, by the slopes of the design as it stands", of: ({ first_order: first }) => (first.deviation === null ? null : 3 * first.deviation), words: ({ first_order: first, unit }) => (first.deviation === null ? number(null) : sized(3 * first.deviation, unit)) },
   ];
