@@ -59,7 +59,7 @@ def chunk_costs(seconds: float, ready: Ready) -> list[dict[str, Any]]:
     """What a chunk costs besides computing, per store and way, also as a share of what it takes in all."""
     rows = []
     for name in (CSV, PARQUET):
-        store.SMALL = 10**9 if name == CSV else 0
+        store.MAX_CSV = 10**9 if name == CSV else 0
         content = processor_seconds(lambda name=name: encoded(name, 0, ready.columns, ready.units, ready.reasons))
         for way, options in ways():
             with tempfile.TemporaryDirectory() as folder, options as more:

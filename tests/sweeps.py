@@ -67,7 +67,7 @@ def main(folder, count, chunk, jobs, seconds, store):
     from kinelast.sweep.running import run_plan
     from kinelast.tasks.progress import stoppable
 
-    stores.SMALL = 10**9 if store == "csv" else 0
+    stores.MAX_CSV = 10**9 if store == "csv" else 0
     with stoppable():
         run_plan(
             int(count),

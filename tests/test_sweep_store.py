@@ -39,7 +39,7 @@ def kind(request, monkeypatch):
     """Either kind of store, whatever the number of designs."""
     if request.param == "parquet":
         pytest.importorskip("pyarrow", reason="pyarrow is not installed")
-    monkeypatch.setattr(store, "SMALL", 10**9 if request.param == "csv" else 0)
+    monkeypatch.setattr(store, "MAX_CSV", 10**9 if request.param == "csv" else 0)
     return request.param
 
 
@@ -106,7 +106,7 @@ def test_a_small_store_is_one_table_that_names_units(tmp_path):
 
 def test_a_large_store_is_one_table_to_every_reader_of_parquet(tmp_path, monkeypatch):
     dataset = pytest.importorskip("pyarrow.dataset", reason="pyarrow is not installed")
-    monkeypatch.setattr(store, "SMALL", 0)
+    monkeypatch.setattr(store, "MAX_CSV", 0)
     sweep(tmp_path)
     table = dataset.dataset(tmp_path / "designs.parquet").to_table()
     assert table.column_names == ["design", "length [m]", "tip [m]", "class", "reason"]
@@ -327,7 +327,7 @@ def test_a_note_that_was_torn_is_as_if_it_had_not_been(tmp_path, whole):
 
 
 def test_of_a_store_cut_in_half_the_first_half_is_not_computed_again(tmp_path, monkeypatch):
-    monkeypatch.setattr(store, "SMALL", 10**9)
+    monkeypatch.setattr(store, "MAX_CSV", 10**9)
     sweep(tmp_path)
     path, compute = tmp_path / "designs.csv", Listed()
     cut(path, path.read_bytes())
@@ -338,7 +338,7 @@ def test_of_a_store_cut_in_half_the_first_half_is_not_computed_again(tmp_path, m
 
 def test_a_foreign_file_among_the_chunks_is_named(tmp_path, monkeypatch):
     pytest.importorskip("pyarrow", reason="pyarrow is not installed")
-    monkeypatch.setattr(store, "SMALL", 0)
+    monkeypatch.setattr(store, "MAX_CSV", 0)
     sweep(tmp_path)
     chunk = tmp_path / "designs.parquet" / "0000000004.parquet"
     chunk.with_name("0000000077.parquet").write_bytes(chunk.read_bytes())
