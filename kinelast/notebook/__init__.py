@@ -22,7 +22,7 @@ from rigid import Load, Mechanism, Motion, acceleration_of, position_of, velocit
 from rigid.arrays import Complexes, Reals
 
 STATIONS = 101  # per beam, evenly spaced from end to end
-MAX_SHOWN = 60  # letters of an argument in a message
+MAX_SHOWN = 60  # characters of an argument in a message
 
 
 def load(scene: str | Path) -> Scene:
@@ -140,7 +140,7 @@ def rigid_line(course: Motion, beam: int) -> Complexes:
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class SceneMotion(Motion):
-    """Motion with points and links by name: `motion["B"].position`. A point comes before a link of the same name."""
+    """Motion with points and links by name: `motion["B"].position`. A point precedes a link of the same name."""
 
     scene: Scene
 
@@ -234,7 +234,7 @@ def deflection(scene: Scene | Document, positions: int | None = None) -> SceneDe
 
 
 def named_deflection(scene: Scene, bent: Deflection) -> SceneDeflection:
-    """Return a deflection that knows its scene."""
+    """Return a deflection with names from its scene."""
     parts = {each.name: getattr(bent, each.name) for each in fields(bent)}
     return SceneDeflection(**{**parts, "motion": _motion(scene, bent.motion)}, scene=scene)
 
@@ -273,7 +273,7 @@ def scene_of(given: object) -> Scene:
 
 
 def request_of(**asked: Any) -> Request:
-    """Return the request of options by name, without those that are None. A value may be a text, as in the command.
+    """Build a request from options by name; None means default. Values may be text as on the command line.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Answers and reports that a notebook shows below the cell, and the editor in a frame."""
+"""Answers and reports for notebooks, and the editor in a frame."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ FRAME = "width:100%;height:48em;border:1px solid #ccd"
 
 
 class ByName(Mapping[str, T]):
-    """Parts of an answer by name, as items and as attributes. The tab key completes both."""
+    """Parts of an answer by name, as items and as attributes, with tab completion."""
 
     def __init__(self, names: Iterable[str], part: Callable[[str], T]) -> None:
         self._names, self._part = tuple(names), part
@@ -77,7 +77,7 @@ class ByName(Mapping[str, T]):
 
 @dataclass(frozen=True, repr=False)
 class AnsweredPoint(PointMotion):
-    """Rigid motion of a point, and its displacement from there [m], complex, shape (positions,)."""
+    """Rigid motion of a point, and its displacement from the rigid position [m], complex, shape (positions,)."""
 
     displacement: Complexes
 
@@ -167,7 +167,7 @@ class Answer:
 
     @cached_property
     def figures(self) -> Figures:
-        """Entries of summary.json. Each entry of the table `figures` is also found directly by name."""
+        """Entries of summary.json. Entries of the table `figures` are also available directly by name."""
         made = made_from(self.scene.text.encode(), self.request, {})
         whole = {"kinelast": __version__, **summary(self.results), "made_from": made}
         return figures_of(whole, self.scene.told_in)

@@ -30,8 +30,8 @@ class ModeShapes:
     line
         Axis of the rigid beam [m], complex, shape (positions, stations).
     displacement
-        Displacement from there, complex, shape (modes, positions, stations). The largest one of each mode is 1, over
-        all beams.
+        Displacement from the rigid beam, complex, shape (modes, positions, stations). The largest one of each mode,
+        over all beams, is 1.
     """
 
     line: Complexes
@@ -59,7 +59,7 @@ class NaturalFrequencies:
 
     @property
     def omega(self) -> Reals:
-        """Natural frequencies [rad/s], rising, shape (modes, positions)."""
+        """Natural frequencies [rad/s], ascending, shape (modes, positions)."""
         return self.modes.omega
 
     @property

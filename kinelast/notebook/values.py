@@ -1,4 +1,4 @@
-"""Figures of an answer by name, printed as a number with its unit."""
+"""Figures of an answer by name, which print with unit and error."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Value(dict[str, Any]):
 
 
 class Figures(dict[str, Any]):
-    """Entries of summary.json. `figures["mass"]` also finds the figure of that name in `figures["figures"]`."""
+    """Entries of summary.json. `figures["mass"]` also finds a figure in `figures["figures"]`."""
 
     def __missing__(self, name: str) -> Any:
         figures = super().get("figures", {})

@@ -1,4 +1,4 @@
-"""Requests, tasks and outcomes; at the root an option of the command: a field of a request, its words, their value."""
+"""Requests, tasks and outcomes. The root defines options: fields of a request that the command line sets."""
 
 from __future__ import annotations
 
@@ -7,44 +7,44 @@ from dataclasses import MISSING, dataclass, field
 from typing import Any
 
 CHECKS = ("nonlinear", "solid")
-ELEMENTS = 16  # to a beam, of a bare --check
+ELEMENTS = 16  # per beam, default of --check
 MOST_ELEMENTS = 4096
 MOST_PIXELS = 7680
 MOST_SPEEDS = 10_000
 
 
 class OptionError(ValueError):
-    """The words of an option cannot be read."""
+    """An option has an invalid value."""
 
 
 @dataclass(frozen=True)
 class Option:
-    """An option of the command line, as metadata of its field.
+    """Command-line option, as metadata of its field.
 
     Attributes
     ----------
     group
-        Under which heading of the help it stands.
+        Heading in the help.
     help
-        What it does; the default follows in brackets where `shows` says so.
+        Description; the help adds the default in brackets if `shows`.
     metavar
-        What stands for its value in the help; empty of a switch.
+        Placeholder of the value in the help; empty for a switch.
     read
-        From its word to its value; raises `OptionError`, with what was expected.
+        Function from text to value; raises `OptionError`.
     flags
-        Its names; where left out, that of the field.
+        Flags; default: from the field's name.
     choices
-        The words that there are, where they are few.
+        Permitted values; empty if not limited.
     belongs
-        The field without which it means nothing.
+        Field of the option that this one requires.
     bare
-        Its value where it is given without a word.
+        Value of the bare flag.
     many
-        Whether it is given as often as needed, its values a tuple.
+        True if the option can be repeated; its value is a tuple.
     shows
-        Whether the help tells the field's default.
+        True if the help shows the default.
     writes
-        Names of the files and folders that it adds to those of a scene.
+        Names of additional files and folders in a scene's results.
     """
 
     group: str
@@ -61,14 +61,14 @@ class Option:
 
 
 def option(group: str, help: str, metavar: str = "", *, default: Any = MISSING, **words: Any) -> Any:  # noqa: A002
-    """A field of a dataclass that is an option; without a metavar or choices it is a switch, False unless given."""
+    """Define a dataclass field as an option; without metavar and choices it is a switch, False by default."""
     if default is MISSING:
         default = None if metavar or words.get("choices") else False
     return field(default=default, metadata={"option": Option(group, help, metavar, **words)})
 
 
 def at_least(least: int, most: int | None = None) -> Callable[[str], int]:
-    """A whole number from one to another."""
+    """Return a reader of whole numbers within bounds."""
 
     def count(text: str) -> int:
         try:
@@ -84,7 +84,7 @@ def at_least(least: int, most: int | None = None) -> Callable[[str], int]:
 
 
 def positive(text: str) -> float:
-    """A number above 0."""
+    """Read a positive number."""
     try:
         value = float(text)
     except ValueError:
@@ -95,17 +95,17 @@ def positive(text: str) -> float:
 
 
 def names(text: str) -> tuple[str, ...]:
-    """Words between commas, each once."""
+    """Split words at commas, without duplicates."""
     return tuple(dict.fromkeys(word.strip() for word in text.split(",") if word.strip()))
 
 
 def are_checks(text: str) -> bool:
-    """Whether a word can only mean checks, and not a scene."""
+    """True if a word can only be checks, not a scene."""
     return all(word.isdecimal() or word in CHECKS for word in text.split(","))
 
 
 def checks(text: str) -> tuple[int | str, ...]:
-    """Checks: elements to a beam, "nonlinear", "solid"."""
+    """Read checks: elements per beam, "nonlinear", "solid"."""
     asked = [word if word in CHECKS else at_least(1, MOST_ELEMENTS)(word) for word in text.split(",")]
     if sum(isinstance(check, int) for check in asked) > 1:
         raise OptionError(f"expected one number of elements, not {text!r}")
@@ -113,7 +113,7 @@ def checks(text: str) -> tuple[int | str, ...]:
 
 
 def speeds(text: str) -> tuple[float, float, int]:
-    """Two speeds [rad/s or m/s] and a count."""
+    """Read two speeds [rad/s or m/s] and a count."""
     from kinelast.scene.quantities import Speed
 
     try:
@@ -123,8 +123,8 @@ def speeds(text: str) -> tuple[float, float, int]:
             raise ValueError
         return first, last, int(count)
     except ValueError:
-        told = 'two speeds above 0, the greater one last, and how many, as in "20 rad/s : 200 rad/s : 100"'
-        raise OptionError(f"expected {told}, not {text!r}") from None
+        expected = 'two speeds above 0, the greater one last, and how many, as in "20 rad/s : 200 rad/s : 100"'
+        raise OptionError(f"expected {expected}, not {text!r}") from None
 
 
 def _bare(word: str) -> str | float:
@@ -135,7 +135,7 @@ def _bare(word: str) -> str | float:
 
 
 def share(text: str) -> float:
-    """A share, also in per cent."""
+    """Read a fraction or per cent."""
     from kinelast.scene.quantities import Share
 
     try:
@@ -145,19 +145,19 @@ def share(text: str) -> float:
 
 
 def size(text: str) -> tuple[int, int]:
-    """Width and height in pixels."""
+    """Read width and height in pixels."""
     try:
         width, height = (int(word) for word in text.lower().split("x"))
         if min(width, height) < 160 or max(width, height) > MOST_PIXELS or width % 2 or height % 2:
             raise ValueError
     except ValueError:
-        told = f'two even numbers of pixels from 160 to {MOST_PIXELS}, as in "1920x1080"'
-        raise OptionError(f"expected {told}, not {text!r}") from None
+        expected = f'two even numbers of pixels from 160 to {MOST_PIXELS}, as in "1920x1080"'
+        raise OptionError(f"expected {expected}, not {text!r}") from None
     return width, height
 
 
 def colour(text: str) -> str:
-    """A colour that pictures know."""
+    """Check the name of a colour."""
     from animations import colour
 
     try:
@@ -168,7 +168,7 @@ def colour(text: str) -> str:
 
 
 def shown(text: str) -> tuple[str, ...]:
-    """Names of the things shown in a picture besides the mechanism."""
+    """Read names of items shown in a picture in addition to the mechanism."""
     from animations import SHOWN
 
     words = () if text.strip() == "none" else names(text)
@@ -179,7 +179,7 @@ def shown(text: str) -> tuple[str, ...]:
 
 
 def diagrams(text: str) -> tuple[str, ...]:
-    """Names of diagrams that there are."""
+    """Read names of diagrams."""
     from animations import DIAGRAMS
     from elastic import FIELDS
     from kinelast.scene.error import likely
@@ -187,6 +187,6 @@ def diagrams(text: str) -> tuple[str, ...]:
     asked = names(text)
     for name in asked:
         if name not in (*DIAGRAMS, *FIELDS):
-            near = likely(name, DIAGRAMS).partition("; there is")[0]  # all are listed anyhow
+            near = likely(name, DIAGRAMS).partition("; there is")[0]  # the message lists all names anyway
             raise OptionError(f'there is no diagram "{name}"{near}; all: {", ".join(DIAGRAMS)}')
     return asked

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from importlib.metadata import entry_points
 from typing import Any, Protocol, cast
 
-GROUP = "kinelast.editor"  # of the entry point, which names a module
+GROUP = "kinelast.editor"  # entry point that names a module
 
 
 class NoEditorError(LookupError):

@@ -1,4 +1,4 @@
-"""Work side by side, in processes that are started anew when they die, and die with this one."""
+"""Parallel work in processes, which are restarted if they die and end with this process."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from typing import Any, Generic, TypeVar
 
 from kinelast.tasks.progress import ignored_interrupts, without_interrupts
 
-GRACE = 2.0  # [s] that a worker has to end by itself
+GRACE = 2.0  # [s] for a worker to end by itself
 T = TypeVar("T")
 A = TypeVar("A")
 
 
 @dataclass(frozen=True)
 class Lost:
-    """In place of an answer where the process at work has died: how it ended."""
+    """Result of a task whose process died; `how` describes its end."""
 
     how: str
 
 
 @dataclass(eq=False)
 class _Worker:
-    """A process, the line to it, and the task that it is at."""
+    """Process, connection, and current task."""
 
     process: Any
     line: Connection
     task: Any = None
 
     def takes(self, task: Any) -> bool:
-        """Whether a task could be handed over: not where the process has died meanwhile."""
+        """Send a task; return False if the process has died."""
         self.task = task
         try:
             self.line.send(task)
@@ -46,33 +46,33 @@ class _Worker:
 
 
 class _Queue(Generic[T]):
-    """Tasks to come, first those that a dead process has left."""
+    """Queue of tasks; tasks of dead processes come first."""
 
     def __init__(self, tasks: Iterable[T]) -> None:
         self._tasks, self._left = iter(tasks), deque[T]()
 
     def next(self) -> T | None:
-        """The next task; None where there is none now."""
+        """Return the next task, or None."""
         return self._left.popleft() if self._left else next(self._tasks, None)
 
     def put_back(self, task: T) -> None:
-        """Take a task back."""
+        """Return a task to the queue."""
         self._left.append(task)
 
 
 def map_surviving(
     work: Callable[[T], A], tasks: Iterable[T], jobs: int, tries: int = 1
 ) -> Generator[tuple[T, A | Lost], None, None]:
-    """Tasks with their answers, in the order in which these are found, computed in so many processes.
+    """Yield tasks with their results, in order of completion, from parallel processes.
 
-    A process has its next task before its answer is handed out. However this ends, no process is left behind.
+    A process gets its next task before its result is yielded. No process survives the generator.
 
     Parameters
     ----------
     work
-        Goes to every process once; it, tasks and answers can be pickled. No task is None.
+        Function, sent to every process once. Function, tasks and results must be picklable; no task may be None.
     tries
-        How often a task is begun at most whose process dies; then it is `Lost`.
+        Attempts at a task whose process dies, before it is `Lost`.
     """
     queue, deaths, workers = _Queue(tasks), Counter[T](), list[_Worker]()
     try:
@@ -103,7 +103,7 @@ def map_surviving(
 
 
 def cores() -> int:
-    """How many cores this process may use."""
+    """Number of cores available to this process."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -111,7 +111,7 @@ def _started(work: Callable[[Any], Any]) -> _Worker:
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=_serve, args=(there, work), daemon=True)
-    resource_tracker.ensure_running()  # else it is started meanwhile, and lets interrupts through again
+    resource_tracker.ensure_running()  # before interrupts are blocked, which its start would undo
     with without_interrupts():
         process.start()
     there.close()
@@ -119,19 +119,19 @@ def _started(work: Callable[[Any], Any]) -> _Worker:
 
 
 def _dismiss(workers: list[_Worker], worker: _Worker) -> None:
-    """Let a worker go; it ends as its line does."""
+    """Release a worker; it ends when its connection is closed."""
     workers.remove(worker)
     worker.line.close()
 
 
 def _ready(workers: list[_Worker]) -> list[_Worker]:
-    """Workers that have answered or died; waits for the first."""
+    """Wait for workers that have answered or died."""
     heard = set(wait([each for worker in workers for each in (worker.line, worker.process.sentinel)]))
     return [worker for worker in workers if worker.line in heard or worker.process.sentinel in heard]
 
 
 def _answer(worker: _Worker) -> Any:
-    """The answer of a worker, or how it has died."""
+    """Result of a worker, or `Lost`."""
     try:
         if worker.line.poll():
             return worker.line.recv()
@@ -143,7 +143,7 @@ def _answer(worker: _Worker) -> Any:
 
 
 def _end(workers: list[_Worker]) -> None:
-    """End the workers that still run."""
+    """Terminate all workers."""
     for worker in workers:
         worker.process.terminate()
     for worker in workers:
@@ -155,12 +155,12 @@ def _end(workers: list[_Worker]) -> None:
 
 
 def _serve(line: Connection, work: Callable[[Any], Any]) -> None:
-    """The loop of a worker: task after task, until nobody asks any more."""
+    """Loop of a worker: process tasks until the connection closes."""
     threading.Thread(target=_die_with_parent, daemon=True).start()
     while True:
         try:
             task = line.recv()
-        except (EOFError, OSError):  # the other end is closed, or gone with something unread
+        except (EOFError, OSError):  # the connection is closed or broken
             return
         answer = work(task)
         with suppress(OSError):
@@ -168,7 +168,7 @@ def _serve(line: Connection, work: Callable[[Any], Any]) -> None:
 
 
 def _die_with_parent() -> None:
-    """End this process as soon as the one that started it has ended, however that came about."""
+    """End this process when its parent ends for any reason."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()

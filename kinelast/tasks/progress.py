@@ -1,4 +1,4 @@
-"""Progress of a run: its listener, the signals that end it, and the threads of its linear algebra."""
+"""Progress callbacks, signals that stop a run, and threads of linear algebra."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ if TYPE_CHECKING:
 
 
 class Progress:
-    """A listener who keeps it to himself; the command's shows a bar, or prints a line now and then."""
+    """Progress callback that does nothing; the command's shows a bar or prints lines."""
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        """Hear the stage of a run, how much of it is done, and how much is to be done."""
+        """Receive the stage of a run, the work done, and the total."""
 
     def tell(self, sentence: str) -> None:
-        """Hear a sentence for the user, on how long something takes or on kept results."""
+        """Receive a sentence for the user, on duration or stored results."""
 
     def within(self, name: str) -> Progress:
-        """A listener to a part of the work, that hears its stages under a name."""
-        return _Part(self, name)
+        """Return a callback that adds a name to stages and sentences."""
+        return _NamedProgress(self, name)
 
 
-class _Part(Progress):
+class _NamedProgress(Progress):
     def __init__(self, whole: Progress, name: str) -> None:
         self._whole, self._name = whole, name
 
@@ -44,7 +44,7 @@ SILENT = Progress()
 
 
 def lasting(seconds: float) -> str:
-    """A duration in words."""
+    """Format a duration."""
     for size, unit in ((365.25 * 86400, "years"), (86400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
         if seconds >= 2 * size:
             return f"{seconds / size:.3g} {unit}"
@@ -54,13 +54,13 @@ def lasting(seconds: float) -> str:
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 
-AGAIN = 0.5  # [s] after which a stop that was swallowed is raised once more
+AGAIN = 0.5  # [s] until a swallowed stop is raised again
 _asked: list[int] = []
-"""Signals that have asked this process to end."""
+"""Signals received."""
 
 
 class StoppedError(BaseException):
-    """The process was told to end, by the signal `number`."""
+    """A signal (`number`) stops the process."""
 
     def __init__(self, number: int) -> None:
         super().__init__(signal.Signals(number).name)
@@ -69,11 +69,10 @@ class StoppedError(BaseException):
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Let signals that end the process raise `StoppedError`, and an interrupt `KeyboardInterrupt`.
+    """Raise `StoppedError` on signals that end the process, and KeyboardInterrupt on an interrupt.
 
-    One that the process was started to ignore stays ignored. Libraries written in C may make an error of their own of
-    what is raised while they are loaded, or clear it and go on: such an error is taken for the stop (`stops_kept`), and
-    a `StoppedError` that is gone is raised again.
+    Ignored signals stay ignored. C libraries may replace or clear an exception while they are loaded. A replaced one is
+    taken for the stop (`stops_kept`); a cleared `StoppedError` is raised again.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -81,7 +80,7 @@ def stoppable() -> Iterator[None]:
 
     def stop(number: int, _frame: Any) -> NoReturn:
         for each in SIGNALS:
-            signal.signal(each, signal.SIG_IGN)  # while it cleans up
+            signal.signal(each, signal.SIG_IGN)  # during cleanup
         _asked.append(number)
         if alarms:
             signal.setitimer(signal.ITIMER_REAL, AGAIN, AGAIN)
@@ -117,7 +116,7 @@ def stoppable() -> Iterator[None]:
 
 @contextmanager
 def stops_kept() -> Iterator[None]:
-    """Take any exception for a stop once one was asked for, since libraries make errors of their own of it."""
+    """After a stop signal, convert any exception to the stop, because libraries may replace it."""
     try:
         yield
     except Exception as error:
@@ -127,7 +126,7 @@ def stops_kept() -> Iterator[None]:
 
 
 def _is_handled(kind: type[BaseException]) -> bool:
-    """Whether an exception of a kind is being handled, or one that came of it: it is tidied up then."""
+    """True while an exception of a kind, or one caused by it, is handled."""
     error = sys.exception()
     while error is not None and not isinstance(error, kind):
         error = error.__context__
@@ -136,7 +135,7 @@ def _is_handled(kind: type[BaseException]) -> bool:
 
 @contextmanager
 def ignored_interrupts() -> Iterator[None]:
-    """Ignore the keyboard's interrupt, while the work that it has ended is tidied up."""
+    """Ignore keyboard interrupts during cleanup."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -149,7 +148,7 @@ def ignored_interrupts() -> Iterator[None]:
 
 @contextmanager
 def signals_held_back() -> Iterator[None]:
-    """Hold back all signals that end the process, while a few steps are made that belong together."""
+    """Block stop signals during steps that belong together."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -162,7 +161,7 @@ def signals_held_back() -> Iterator[None]:
 
 @contextmanager
 def without_interrupts() -> Iterator[None]:
-    """Hold the keyboard's interrupt back; processes that are started meanwhile never see it."""
+    """Block keyboard interrupts; processes started meanwhile inherit this."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -175,9 +174,9 @@ def without_interrupts() -> Iterator[None]:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """The linear algebra of numpy and scipy keeps to one thread meanwhile; a decorator too.
+    """Limit linear algebra to one thread, as context manager or decorator.
 
-    The command has set that before numpy was loaded; who asks from Python has numpy loaded already.
+    The command sets this before it loads numpy; in a Python session numpy is already loaded.
     """
     if os.environ.get("OMP_NUM_THREADS") == "1":
         yield
@@ -188,7 +187,7 @@ def one_thread() -> Iterator[None]:
 
 @lru_cache(maxsize=2)
 def _controller(_: bool) -> ThreadpoolController:
-    """Made once, and once more where scipy has brought a library of its own."""
+    """Create the controller; again after scipy has loaded its own library."""
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()

@@ -1,6 +1,6 @@
-"""Requests: options of a scene besides its own tables, and of a run over scenes.
+"""Requests: options of a scene in addition to its tables, and of a run over scenes.
 
-The fields are the options of the command, which makes its parser of them; there is no other list.
+The command builds its parser from these fields.
 """
 
 from __future__ import annotations
@@ -28,24 +28,24 @@ from kinelast.tasks import (
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene, Theory
 
-MOST_POSITIONS = 1_000_000  # as for [run] positions in a scene
+MOST_POSITIONS = 1_000_000  # the same as for [run] positions
 MOST_STATIONS = 10_001
 MOST_SAMPLES = 1_000_000
 STYLES = ("plain", "solid")
 FORMATS = ("mp4", "gif", "png")
 SHELLS = ("bash", "zsh", "fish")
 ALWAYS = ("report.html", "positions.csv")
-"""What is written of every scene, with its summary.json."""
+"""Files of every scene, in addition to summary.json."""
 SCENE, CHECKING, PICTURES, DESIGNS, RUNNING = GROUPS = ("scene", "checks", "pictures", "designs", "running")
 
 
 class RequestError(ValueError):
-    """Something is asked for that cannot be given."""
+    """A request cannot be met."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """Options of one scene: all that its results depend on besides its file."""
+    """Options of one scene: all inputs of its results except its file."""
 
     positions: int | None = option(
         SCENE, "positions over the cycle, instead of the scene's own", "N", read=at_least(1, MOST_POSITIONS)
@@ -205,21 +205,21 @@ class Request:
 
     @property
     def elements(self) -> int | None:
-        """Finite elements to a beam that the answer is compared with; None where it is not."""
+        """Finite elements per beam of the check, or None."""
         return next((check for check in self.checks if isinstance(check, int)), None)
 
     @property
     def nonlinear(self) -> bool:
-        """Whether the whole mechanism is checked, vibrating and displaced as far as it will."""
+        """True if the whole mechanism is checked geometrically nonlinear, with vibration."""
         return "nonlinear" in self.checks
 
     @property
     def solid(self) -> bool:
-        """Whether links are checked as plane bodies."""
+        """True if links are checked as plane bodies."""
         return "solid" in self.checks
 
     def theory_of(self, scene: Scene) -> Theory:
-        """The theory of motion that is asked for: by the command, or else by the scene."""
+        """Theory of the request, else of the scene."""
         if self.theory is None and self.accuracy is None:
             return scene.theory
         return replace(scene.theory, name=self.theory, accuracy=self.accuracy)
@@ -227,7 +227,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Batch:
-    """Options of a run over scenes: which, for reports or else, where to, and how."""
+    """Options of a run over scenes: scenes, kind of run, folder, processes."""
 
     scenes: tuple[str, ...] = option(
         SCENE,
@@ -310,11 +310,11 @@ class Batch:
 
 
 def options_of(*lists: type) -> dict[str, tuple[Option, Any]]:
-    """The options of `Request` and `Batch`, or of one of them, by their fields, each with its default."""
+    """Options of `Request` and `Batch`, or one of them, by field, with defaults."""
     return {each.name: (each.metadata["option"], each.default) for one in lists for each in fields(one)}
 
 
 def written() -> set[str]:
-    """Names of all files and folders that a scene's folder may hold of this program, but of films."""
+    """Names of all files and folders in a scene's results, except films."""
     options = options_of(Request, Batch).values()
     return {*ALWAYS, *(name for each, _ in options for name in each.writes)}

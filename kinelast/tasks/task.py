@@ -1,4 +1,4 @@
-"""Tasks: scenes that arguments name, and the outcome of each; a fault of one does not take the others with it."""
+"""Scenes named by arguments, their tasks and outcomes; an error of one scene does not stop the others."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kinelast.scene.error import SceneError, plain
 from kinelast.tasks.progress import stops_kept
 from kinelast.tasks.request import RequestError
 
-LINE = 200  # letters of an argument in a message
+LINE = 200  # characters of an argument in a message
 MECHANISMS = Path(__file__).parent.parent / "mechanisms"
 
 
@@ -25,12 +25,12 @@ def shipped_scenes() -> dict[str, Path]:
 
 
 def shipped_structures() -> dict[str, Path]:
-    """Paths of the shipped scenes that describe a structure alone, by name."""
+    """Paths of the shipped structure-only scenes by name."""
     return {path.stem: path for path in sorted((MECHANISMS / "structure").glob("*.toml"))}
 
 
 def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
-    """The files of the scenes, each once, and the problems of arguments that name none."""
+    """Find scene files without duplicates; return them, and errors of invalid arguments."""
     paths: dict[str, Path] = {}
     problems = []
     for argument in arguments:
@@ -47,13 +47,13 @@ def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
             if not path.stem.strip("."):
                 problems.append(f'"{plain(str(path), LINE)}" has no name before .toml, which its results would bear')
             else:
-                paths.setdefault(os.path.abspath(path), path)  # noqa: PTH100 - which looks at no link
+                paths.setdefault(os.path.abspath(path), path)  # noqa: PTH100 - does not follow links
     return list(paths.values()), problems
 
 
 def _paths(argument: str) -> list[Path] | str:
-    """The files that an argument names, or the problem with it."""
-    if not argument.strip():  # as of a variable of the shell that is not set: not all of the working folder
+    """Files that an argument names, or an error message."""
+    if not argument.strip():  # an unset shell variable must not select the working folder
         return "a scene without a name was given: name a .toml file or a shipped scene, see --list"
     path, shown = Path(argument), plain(argument, LINE)
     if path.is_file() or (path.suffix == ".toml" and not path.is_dir() and not has_magic(argument)):
@@ -64,7 +64,7 @@ def _paths(argument: str) -> list[Path] | str:
     if path.is_dir():
         return _inside(path) or f'the folder "{shown}" holds no .toml file'
     if has_magic(argument):
-        found = [Path(each) for each in sorted(glob(argument, recursive=True))]  # noqa: PTH207 - of a folder too
+        found = [Path(each) for each in sorted(glob(argument, recursive=True))]  # noqa: PTH207 - with folders
         scenes = [scene for each in found for scene in (_inside(each) if each.is_dir() else [each])]
         return scenes or f'there is no file like "{shown}"'
     from difflib import get_close_matches
@@ -75,15 +75,15 @@ def _paths(argument: str) -> list[Path] | str:
 
 
 def _inside(folder: Path) -> list[Path]:
-    """Scenes in a folder and in the folders in it, hidden ones left out."""
+    """Scenes in a folder and its subfolders, without hidden ones."""
     found = [path for path in sorted(folder.rglob("*.toml")) if path.is_file()]
     return [path for path in found if not any(part.startswith(".") for part in path.relative_to(folder).parts)]
 
 
 def result_names(paths: Sequence[Path]) -> list[Path] | str:
-    """Under which names the results of scenes stand: their own, after folders where scenes are named alike.
+    """Unique result names of scenes: file names, preceded by folders if ambiguous.
 
-    A text says which scenes would share a folder all the same.
+    Returns an error message if two scenes would still share a folder.
     """
     count = Counter(path.stem for path in paths)
     names = []
@@ -102,15 +102,15 @@ def result_names(paths: Sequence[Path]) -> list[Path] | str:
 
 
 def _folder(path: Path) -> str:
-    return os.path.dirname(os.path.abspath(path))  # noqa: PTH100, PTH120 - which looks at no link
+    return os.path.dirname(os.path.abspath(path))  # noqa: PTH100, PTH120 - does not follow links
 
 
 FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
-"""Exit statuses of the command, the greatest of all scenes' counts."""
+"""Exit statuses; the command returns the largest of all scenes."""
 DONE, FAILED, SKIPPED = "done", "failed", "skipped"
-MESSAGE = 1000  # letters of a line, at most
+MESSAGE = 1000  # characters of a line
 OURS = ("kinelast", "rigid", "elastic", "machine", "fem_check", "animations", "exchange")
-TO_INSTALL = {  # by the name that is imported, where that is not what is installed
+TO_INSTALL = {  # distribution by imported name, if different
     "imageio_ffmpeg": "imageio[ffmpeg]",
     "shapely": "sectionproperties",
     "skfem": "scikit-fem",
@@ -121,9 +121,9 @@ TO_INSTALL = {  # by the name that is imported, where that is not what is instal
 
 @dataclass(frozen=True)
 class Task:
-    """A scene's file, the folder for its results, and the name of both in messages.
+    """File of a scene, folder for its results, and name for messages.
 
-    `beside` is what its summary tells besides its own figures, by key.
+    `beside`: additional entries of its summary.
     """
 
     path: Path
@@ -134,11 +134,9 @@ class Task:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a scene went.
+    """Outcome of a scene: exit status, one line of text, state, questions about figures, figures, duration [s].
 
-    The exit status it calls for, one line about it, whether it was done, failed or skipped, questions about its
-    figures, its figures where there are any, and how many seconds it took. `interrupted`: a user ended it, and what was
-    found until then is kept. `unwritten`: the disk did not take it, and the next time it may.
+    `interrupted`: stopped by the user, partial results are stored. `unwritten`: a write error, which may be temporary.
     """
 
     status: int
@@ -152,14 +150,14 @@ class Outcome:
 
 
 def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", place: str = "") -> Outcome:
-    """The outcome of a scene's work, or of the exception that it raises.
+    """Run the work on a scene, and convert exceptions to an outcome.
 
     Parameters
     ----------
     fewer
-        What to ask less of where memory runs out.
+        Advice for the case that memory runs out.
     place
-        Where it was written to, for faults of the disk that name no file.
+        Target of the results, for disk errors without file name.
     """
     try:
         with stops_kept():
@@ -168,26 +166,26 @@ def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", pl
         return Outcome(BAD_INPUT, f"{name}: out of memory: ask for fewer {fewer}")
     except OSError as error:
         where = f"{error.filename or place}: " if error.filename or place else ""
-        missing = isinstance(error, SceneError)  # of a scene's file that is not there
-        told = str(error) if missing else f"not written: {where}{(error.strerror or str(error)).lower()}"
-        return Outcome(BAD_INPUT, f"{name}: {_lines(told)}", unwritten=not missing)
+        missing = isinstance(error, SceneError)  # a scene's file is missing
+        message = str(error) if missing else f"not written: {where}{(error.strerror or str(error)).lower()}"
+        return Outcome(BAD_INPUT, f"{name}: {_lines(message)}", unwritten=not missing)
     except Exception as error:
         from rigid import MechanismError
 
         if isinstance(error, (SceneError, MechanismError, RequestError)):
             return Outcome(BAD_INPUT, f"{name}: {_lines(str(error))}")
-        if told := missing_package(error):
-            return Outcome(BAD_INPUT, f"{name}: {told}")
+        if message := missing_package(error):
+            return Outcome(BAD_INPUT, f"{name}: {message}")
         return Outcome(BUG, f"{name}: the program failed, please report this:\n{traceback.format_exc()}")
 
 
 def _lines(text: str) -> str:
-    """A message, every line of it as it can be printed."""
+    """Make every line of a message printable."""
     return "\n".join(plain(line, MESSAGE) for line in text.split("\n"))
 
 
 def missing_package(error: BaseException) -> str:
-    """The message on a package that is not installed; empty of any other error."""
+    """Message about a package that is not installed; empty for other errors."""
     name = (error.name or "").partition(".")[0] if isinstance(error, ModuleNotFoundError) else ""
     if not name or name in OURS:
         return ""
