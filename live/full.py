@@ -19,10 +19,10 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
 
     from kinelast import __version__
     from kinelast.figures.summary import summary
-    from kinelast.outputs.batch import headline
     from kinelast.outputs.handout import handout
     from kinelast.outputs.page import report_page
     from kinelast.outputs.sealed import made_from
+    from kinelast.outputs.words import headline
     from kinelast.runs import SHOWN, computed, is_long
     from kinelast.scene.document import document_from_text
     from kinelast.scene.text import beside

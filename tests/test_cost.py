@@ -180,9 +180,9 @@ def test_designs_that_are_computed_one_by_one_are_told_one_by_one():
 def test_speeds_tell_how_finely_the_motion_is_resolved():
     heard = Heard()
     speeds(scene_from_text(ARM), (20.0, 60.0, 2), heard)
-    assert any("positions of the cycle" in stage for stage, _, _ in heard.stages)
+    assert any("solving speeds (" in stage for stage, _, _ in heard.stages)
     assert {(0, 2), (1, 2)} <= {(done, total) for stage, done, total in heard.stages if stage.endswith(": speeds")}
-    between = [(done, total) for stage, done, total in heard.stages if "looked at between" in stage]
+    between = [(done, total) for stage, done, total in heard.stages if "searching between" in stage]
     assert len(between) > 2
     assert all(done < total for done, total in between)
 
@@ -191,4 +191,4 @@ def test_vibration_tells_how_finely_the_motion_is_resolved():
     heard = Heard()
     scene = scene_from_text(edited(FOUR_BAR, ("positions = 36", "positions = 8")))
     computed(scene, Request(), heard)
-    assert len({stage for stage, _, _ in heard.stages if "vibration, " in stage}) > 1
+    assert len({stage for stage, _, _ in heard.stages if "solving vibration (" in stage}) > 1

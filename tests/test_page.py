@@ -134,7 +134,24 @@ def test_the_figures_are_those_of_the_summary(steel, reports):
 
 
 @pytest.mark.parametrize(
-    "value", [0.0, 1.0, -13.126, 0.00115849, 2.2e-6, 999.96, 12345.0, 12.6e6, 1e7, 3.2e-15, 0.0001, 5e-324]
+    "value",
+    [
+        0.0,
+        1.0,
+        -13.126,
+        0.00115849,
+        2.2e-6,
+        99.7,
+        999.96,
+        9999.7,
+        9999999.7,
+        12345.0,
+        12.6e6,
+        1e7,
+        3.2e-15,
+        0.0001,
+        5e-324,
+    ],
 )
 def test_numbers_are_written_as_python_writes_them(value, steel):
     assert steel.run("return [4, 3, 2].map((digits) => kinelast.number(arguments[0], digits))", value) == [
@@ -319,7 +336,7 @@ def test_words_of_a_scene_are_data(driver, tmp_path):
     assert page.run("return document.querySelectorAll('h1 *, .source *').length") == 0
     assert page.run("return document.querySelector('pre').textContent") == ODD
     answer = page.run("return document.querySelector('.front').innerText")
-    assert 'no material tells its yield stress, as in yield = "355 MPa" under [materials.steel]' in answer
+    assert 'add a yield stress, as in yield = "355 MPa" under [materials.steel]' in answer
     assert page.run("return window.hit ?? 'none'") == "none"
     assert errors(page) == []
 

@@ -27,7 +27,7 @@ from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import theory_figures
 from kinelast.figures.theory import damping_of
 from kinelast.figures.trust import exceedance_figures, findings
-from kinelast.outputs.batch import _theory, reached_words
+from kinelast.outputs.words import _theory, reached_words
 from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.error import SceneError

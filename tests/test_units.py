@@ -148,7 +148,7 @@ class TestAsWritten:
 
     def test_limits_and_lengths_on_the_terminal(self, tmp_path, capsys):
         told = self.lines(tmp_path, capsys, WRITTEN)
-        assert re.search(r"NOT ACCEPTABLE: output 0\.0\d+° ± \S+ %, allowed 0\.05°", told)
+        assert re.search(r"NOT ACCEPTABLE: output error 0\.0\d+° ± \S+ % \(limit 0\.05°\)", told)
         assert re.search(r"largest deflection 0\.1\d+ mm ± .* \(rod, 1\d\d mm along it", told)
         assert "stress 5" in told
         assert " MPa" in told
@@ -165,7 +165,7 @@ class TestAsWritten:
         plain = plain.replace("depth = 6", 'depth = "6 mm"').replace("width = 10", 'width = "10 mm"')
         plain = re.sub(r"= \[(\d+), (\d+)\]", lambda row: f"= [{int(row[1]) / 1e3}, {int(row[2]) / 1e3}]", plain)
         told = self.lines(tmp_path, capsys, plain)
-        assert "allowed 0.9 mrad" in told
+        assert "(limit 0.9 mrad)" in told
         assert re.search(r"largest deflection 1\d\d\.?\d* µm", told)
 
     def test_a_unit_is_the_one_that_is_written_most(self):

@@ -140,13 +140,14 @@ def _require_fitting(
         parser.error("--accuracy chooses the theory: leave out --theory or --accuracy")
 
 
-SOON, SELDOM = 1.0, 10.0  # [s] until there is a bar, and between two lines where there is no terminal
+SOON, SELDOM = 1.0, 10.0  # [s] until the bar appears, and between lines without a terminal
+MANY = 100  # parts of a stage from which their share is printed, not their number
 
 
 def say(text: str, stream: TextIO | None) -> None:
     """Print lines: control characters escaped, a question mark for letters that the terminal has not.
 
-    A stream that takes no more, as a pipe that was closed or a disk that is full, is given no more.
+    Output to a closed pipe or a full disk stops without an error.
     """
     if stream is None:
         return
@@ -179,12 +180,12 @@ def fill_closed_streams() -> None:
 
 @contextmanager
 def listener(quiet: bool) -> Iterator[Progress]:
-    """Whom to report progress to: after a second a bar on a terminal, elsewhere a line now and then."""
+    """Yield the listener to the progress: a bar on a terminal, otherwise a line every `SELDOM` seconds."""
     if quiet:
         yield SILENT
         return
     if not sys.stderr or not sys.stderr.isatty():
-        yield _NowAndThen()
+        yield _Lines()
         return
     bar = _Bar()
     timer = threading.Timer(SOON, bar.show)
@@ -198,28 +199,30 @@ def listener(quiet: bool) -> Iterator[Progress]:
 
 
 class Sentences(Progress):
-    """A listener who passes on sentences alone."""
+    """Listener that prints sentences only."""
 
     def tell(self, sentence: str) -> None:
-        """Say a sentence."""
+        """Print a sentence."""
         say(sentence, sys.stderr)
 
 
-class _NowAndThen(Sentences):
-    """A line now and then."""
+class _Lines(Sentences):
+    """Listener that prints a line every `SELDOM` seconds."""
 
     def __init__(self) -> None:
-        self._told = time.monotonic()
+        self._start = self._last = time.monotonic()
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        """Say how far things are, where it is long since that was said."""
-        if time.monotonic() > self._told + SELDOM and done < total:
-            self._told = time.monotonic()
-            say(f"{stage}: {done} of {total}", sys.stderr)
+        """Print the stage, its share and the elapsed time."""
+        now = time.monotonic()
+        if now > self._last + SELDOM and done < total:
+            self._last = now
+            share = "" if total == 1 else f" {done} of {total}," if total < MANY else f" {100 * done / total:.0f} %,"
+            say(f"{stage},{share} {now - self._start:.0f} s", sys.stderr)
 
 
 class _Bar(Sentences):
-    """A bar that is there from a moment on."""
+    """Listener that shows a bar once `show` is called."""
 
     def __init__(self) -> None:
         self._bar: Any = None

@@ -45,6 +45,7 @@ PASSED = {KEPT: True, BROKEN: False}
 LIMITS_KEPT, LIMITS_MARGIN = "limits_kept", "limits_margin"
 ONE_POSITION = "only one position of the cycle is computed: ask for more --positions"
 WIDENED = 2.0  # errors of a figure beyond `UNRELIABLE`, within which its limit is too close to decide
+RECIPROCAL = "safety", "endurance"  # figures that are a strength over a stress
 SPARE = 1e-4  # share of a limit that is left besides the error, as that changes with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
 """Keys of figures of beams, and the fields that have their place."""
@@ -58,10 +59,14 @@ def widened(value: Any, error: Any) -> Any:
 def severity(limit: Limit, value: Any, error: Any) -> Integers:
     """Places in `SEVERITY` of the outcomes for figures with their errors, shape (...).
 
-    A limit is too close to decide if its bound lies within the error; within `WIDENED` times an unreliable error.
+    A limit is too close to decide if its bound lies within the error; within `WIDENED` times an unreliable error. The
+    error of a safety factor is that of the stress in its denominator.
     """
     error = widened(value, error)
-    below, above = limit.kept(value - error), limit.kept(value + error)
+    least = value - error
+    if limit.figure in RECIPROCAL:
+        least = np.divide(value, 1.0 + np.divide(error, value, where=value > 0.0, out=np.zeros(np.shape(value))))
+    below, above = limit.kept(least), limit.kept(value + error)
     known = np.where(below & above, SEVERITY.index(KEPT), np.where(below | above, SEVERITY.index(TOO_NEAR), 0))
     return np.where(np.isnan(value) | np.isnan(error), SEVERITY.index(UNKNOWN), known)
 
@@ -366,6 +371,12 @@ def _error(peak: Peak) -> float:
     return math.nan if peak.error is None else peak.error.size
 
 
+def _with_error(value: float, error: float) -> dict[str, Any]:
+    """Error of a figure as entries of its row."""
+    unreliable = {"unreliable": True} if error > UNRELIABLE * abs(value) else {}
+    return {"error": error if math.isfinite(error) else None, **unreliable}
+
+
 def _row(results: Results, figures: Mapping[str, Any], judged: Judgement) -> dict[str, Any]:
     """The figure that a limit bounds, with its place; without a value where it is not known."""
     kind = judged.limit.kind
@@ -375,8 +386,7 @@ def _row(results: Results, figures: Mapping[str, Any], judged: Judgement) -> dic
         output = figures["output"]
         return {**output, "label": output["name"], "shares": None}
     if kind not in results.figures.peaks:
-        return figure(judged.value, judged.limit.unit, error=judged.error if math.isfinite(judged.error) else None,
-                      label="")  # fmt: skip
+        return figure(judged.value, judged.limit.unit, **_with_error(judged.value, judged.error), label="")
     if kind not in PLACES:
         peak, label = results.figures.peaks[kind][judged.item], items_of(results.scene, judged.limit.of)[judged.item]
         endless = {"endless": True} if math.isinf(peak.value) else {}
@@ -448,8 +458,10 @@ def _reserve(
     beam, peak = min(known, key=lambda each: abs(each[1].value) ** power)
     value = (abs(peak.value) / bound) ** power
     error = _error(peak) * abs(power) * value / abs(peak.value)
-    told = {"error": error if math.isfinite(error) else None}
-    yield mode, figure(value, "1", **told, label=results.scene.labels[beam], **_moment(results, peak))
+    yield (
+        mode,
+        figure(value, "1", **_with_error(value, error), label=results.scene.labels[beam], **_moment(results, peak)),
+    )
 
 
 def _moment(results: Results, peak: Peak) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from kinelast.figures.drives import CAM_FIGURES, cam_flanks, cam_force
 from kinelast.figures.entry import CYLINDER, DRIVE, HELD, MOTOR, cams_with, items_of
 from kinelast.figures.joints import JOINT_FIGURES, lost_contact, numbers_with
 from kinelast.figures.peaks import STATIONS
-from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, error_of, figure, largest
+from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, figure, largest
 from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
 from machine.cams import CamPush, cut_depth
@@ -124,7 +124,7 @@ def strength_figures(results: Results) -> dict[str, dict[str, Any]]:
         label: {
             "stress_range": _swing(run.swings[:, beam], float(results.deflection.length[beam, 0])),
             "yield_stress": figure(float(results.deflection.sections[beam].yield_stress), "Pa"),
-            "safety_factor": figure(run.peaks["safety"][beam].value, "1", **error_of(run.peaks["safety"][beam])),
+            "safety_factor": largest(results, run.peaks["safety"][beam], "1"),
             "buckling": largest(results, run.peaks["buckling"][beam], "1"),
             "slenderness": figure(results.slenderness[beam], "1"),
         }

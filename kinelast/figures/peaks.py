@@ -14,9 +14,10 @@ from elastic import FIELDS, Kind, Largest
 from elastic.assessment import stress_ends
 from kinelast.figures.cycle import EXTREME_FIELDS, NOISE, WELL, Cycle
 from kinelast.figures.entry import AVERAGE, FIXED, LARGEST, LEAST, Figure
-from kinelast.figures.errors import FigureError
+from kinelast.figures.errors import LITTLE, FigureError
 from kinelast.figures.registry import NAMES, figures_of
 from kinelast.scene.limits import Output
+from kinelast.scene.numbers import UNRELIABLE
 from rigid import Motion
 from rigid.arrays import Reals
 
@@ -61,7 +62,9 @@ class RunFigures:
     stress
         Least and largest normal stress [Pa], as of `elastic.assessment.stress_ends` at `STATIONS`.
     length
-        Of the longest beam [m].
+        Length of the longest beam [m].
+    efforts
+        Units of the drives' efforts.
     """
 
     output: Output | None
@@ -76,6 +79,7 @@ class RunFigures:
     rates: Reals
     stress: Reals
     length: float
+    efforts: tuple[str, ...]
 
     def with_errors(self, errors: Mapping[str, Sequence[FigureError]]) -> RunFigures:
         """The same, every peak with its error."""
@@ -134,18 +138,25 @@ class RunFigures:
         force = greatest(("joint_force", "shaking_force", "N", "V"))
         power = greatest(("drive_power", "friction_power"))
         stresses = (NAMES.get(key, key) for key in EXTREME_FIELDS if FIELDS[key].kind is Kind.STRESS)
+        turning = [abs(peak.value) for peak, unit in zip(self.peaks["drive_effort"], self.efforts, strict=True)
+                   if unit == "N m" and math.isfinite(peak.value)]  # fmt: skip
         return {
             "N": force,
-            "N m": force * self.length,
+            "N m": max(force * self.length, *turning, greatest(("M", "shaking_moment"))),
             "m": greatest(("u", "deflection", "displacement")),
+            "rad": greatest(("phi", "angle_error")),
             "Pa": greatest(stresses),
             "W": power,
             "J": power * (self.span[1] - self.span[0]),
         }
 
     def rounded(self, values: Any, unit: str) -> Reals:
-        """Values with zero in place of those that are round-off beside `scales`."""
+        """Return the values with round-off set to zero."""
         return np.where(np.abs(values) <= NOISE * self.scales.get(unit, 0.0), 0.0, values)
+
+    def unreliable(self, value: float, error: float, unit: str) -> bool:
+        """Return whether an error is large, relative to the value or, if that is nearly zero, to the scale."""
+        return error > UNRELIABLE * max(abs(value), LITTLE * self.scales.get(unit, 0.0))
 
 
 def run_figures(cycle: Cycle, output: Output | None) -> RunFigures:
@@ -172,6 +183,7 @@ def run_figures(cycle: Cycle, output: Output | None) -> RunFigures:
         _rates(motion),
         np.array(stress_ends(cycle.well_conditioned, STATIONS)) if scene.labels else np.zeros((2, 2, 0, len(STATIONS))),
         float(np.max(bent.length, initial=0.0)),
+        tuple(next(each for each in chosen if each.key == "drive_effort").units(scene)),
     )
 
 
@@ -200,6 +212,7 @@ def joined(first: RunFigures | None, second: RunFigures) -> RunFigures:
         np.array([reduce(np.minimum, (part.stress[0] for part in counted)),
                   reduce(np.maximum, (part.stress[1] for part in counted))]),
         max(first.length, second.length),
+        second.efforts,
     )  # fmt: skip
 
 

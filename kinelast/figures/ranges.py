@@ -1,4 +1,4 @@
-"""Checks of the sizing formulas' ranges: by which figures, and which limits cannot be judged outside."""
+"""Ranges of the sizing formulas, and limits that cannot be judged outside them."""
 
 from __future__ import annotations
 

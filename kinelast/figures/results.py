@@ -19,7 +19,7 @@ from kinelast.figures.errors import FigureError, GradedFigure, Measured, with_bo
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, run_figures
 from kinelast.scene.data import QUASI_STATIC, Scene, Theory, scene_deflection, scene_motion
-from kinelast.scene.numbers import coordinate, percent, quantity
+from kinelast.scene.numbers import coordinate, number, percent, quantity
 from kinelast.tasks.progress import SILENT, Progress, one_thread
 from rigid import ConstantSpeed, Mechanism, Motion, Reals
 from rigid.arrays import Flags
@@ -168,6 +168,15 @@ class Results:
                  for (name, _, unit, _), value in zip(self.drive_words, drive, strict=True)]  # fmt: skip
         link = self.mechanism.links[self.mechanism.beams[beam][0]].name
         return buckling_words(link, sizes[beam], where)
+
+    @cached_property
+    def yields(self) -> str:
+        """Largest stress in terms of the yield strength, as a sentence; empty if no link yields."""
+        known = {beam: peak.value for beam, peak in enumerate(self.figures.peaks["safety"]) if peak.value < 1.0}
+        if not known:
+            return ""
+        beam = min(known, key=lambda each: known[each])
+        return f"stress is {number(1.0 / known[beam], 3)} times the yield strength of {self.scene.member_names[beam]}"
 
     def _drive_at(self, position: int) -> Sequence[float]:
         coordinates: list[float] = self.motion.drive[:, position].tolist()
@@ -479,14 +488,15 @@ def worst_figure(results: Results) -> dict[str, Any]:
     }
 
 
-def error_of(peak: Peak) -> dict[str, Any]:
-    """Error of a peak in its unit, and whether a check measured most of it; null where it is not known, and why."""
+def error_of(results: Results, peak: Peak, unit: str) -> dict[str, Any]:
+    """Error of a peak in its unit, or why it is unknown; `error_measured` by a check; `unreliable` if it is large."""
     if peak.error is None or math.isnan(peak.value):
         return {"error": None}
     if peak.error.unknown:
         return {"error": None, "error_unknown": peak.error.unknown}
-    measured = {"error_measured": True} if peak.error.measured else {}
-    return {"error": peak.error.size if math.isfinite(peak.error.size) else None, **measured}
+    size = float(results.figures.rounded(peak.error.size, unit))
+    marks = {"error_measured": peak.error.measured, "unreliable": results.figures.unreliable(peak.value, size, unit)}
+    return {"error": size if math.isfinite(size) else None, **{name: True for name, holds in marks.items() if holds}}
 
 
 def largest(results: Results, peak: Peak, unit: str, **more: Any) -> dict[str, Any]:
@@ -494,4 +504,4 @@ def largest(results: Results, peak: Peak, unit: str, **more: Any) -> dict[str, A
     if math.isnan(peak.value):
         return figure(math.nan, unit, **more)
     place = at_peak(results, peak) if not math.isnan(peak.time) else {}
-    return figure(results.figures.rounded(peak.value, unit), unit, **error_of(peak), **more, **place)
+    return figure(results.figures.rounded(peak.value, unit), unit, **error_of(results, peak, unit), **more, **place)

@@ -171,7 +171,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
         progress(f"{scene.name}: speeds", done, of)
 
     def moved(times: Reals) -> Motion:
-        progress(f"{scene.name}: speeds, {len(times)} positions of the cycle", *answered)
+        progress(f"{scene.name}: solving speeds ({len(times):,} points)", *answered)
         return scene.course.at(times)
 
     try:
@@ -258,15 +258,15 @@ class _Looking:
     begin: float = math.nan  # of the look [s]; infinite once it was told
 
     def __call__(self, done: int, of: int) -> None:
-        self.progress(f"{self.name}: speeds looked at between those asked for", done, of)
+        self.progress(f"{self.name}: searching between the speeds", done, of)
         if math.isnan(self.begin):
             self.begin = time.monotonic()
         left = (time.monotonic() - self.begin) / max(done, 1) * (of - done)
         if done and self.begin < math.inf:
             self.begin = math.inf
             if left > LONG:
-                what = f"a look at {of} speeds between those asked for takes about {lasting(left)}"
-                self.progress.tell(f"{self.name}: {what}; a narrower range takes less")
+                what = f"the search at {of} speeds takes about {lasting(left)}"
+                self.progress.tell(f"{self.name}: {what}; give a narrower range to shorten it")
 
 
 def with_limit_speed(

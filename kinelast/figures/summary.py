@@ -90,6 +90,7 @@ def summary(results: Results) -> dict[str, Any]:
         "life": life_figures(results),
         "breaks_first": breaks_first(results),
         "buckles": results.buckles or None,
+        "yields": results.yields or None,
         "drives": {
             name: {"coordinate": coordinate, **figures}
             for (name, coordinate, *_), figures in zip(results.drive_words, drive_figures(results), strict=True)
@@ -100,7 +101,7 @@ def summary(results: Results) -> dict[str, Any]:
             "force": largest(results, peaks["shaking_force"][0], "N"),
             "moment": largest(results, peaks["shaking_moment"][0], "N m"),
         },
-        "vibration": vibration_figures(results),
+        "vibration": None if results.buckles else vibration_figures(results),
         "check": check_summary(results),
         "nonlinear_check": nonlinear_figures(results.nonlinear),
         "solid_check": solid_figures(results.solid),
@@ -231,7 +232,7 @@ def _peak(results: Results, field: str, peak: Peak, beam: int) -> dict[str, Any]
     return figure(
         results.figures.rounded(peak.value, FIELDS[field].unit),
         FIELDS[field].unit,
-        **error_of(peak),
+        **error_of(results, peak, FIELDS[field].unit),
         along=figure(peak.xi * length, "m"),
         xi=figure(peak.xi, "1")["value"],
         time=figure(peak.time, "s"),

@@ -217,7 +217,7 @@ def answer(
         motion_at, cycle = _held(scene, plain.motion) if rests else (scene.course.at, period)
 
         def resolved(times: Reals) -> Motion:
-            progress(f"{scene.name}: vibration, {len(times)} positions of the cycle", 0, 1)
+            progress(f"{scene.name}: solving vibration ({len(times):,} points)", 0, 1)
             return motion_at(times)
 
         linear = _vibrating(scene, plain.motion, resolved, cycle, tolerance)

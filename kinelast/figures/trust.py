@@ -20,7 +20,7 @@ from kinelast.figures.parts import cam_rows, friction_figures
 from kinelast.figures.ranges import outside_ranges
 from kinelast.figures.results import Results, at_peak, worst_figure
 from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT
-from kinelast.scene.numbers import LEAST_TOLD, UNRELIABLE, error_percent, number, percent, quantity
+from kinelast.scene.numbers import error_percent, number, percent, quantity
 from rigid import Friction, counted
 
 THEORY, CAMS = "Accuracy", "Cams"
@@ -30,7 +30,7 @@ HEADINGS = {
     "axial force": "Buckling",
     "yield": "Strength",
 }
-TOLD_FROM = 0.01  # of an error, its parts that are told
+MIN_SHARE = 0.01  # of an error, smallest part that is listed
 WITHIN = {
     "slenderness": "beam theory leaves out less than {:.0f} % of the deflection of any link",
     "deflection": "none deflects by more than {:.0f} % of its length",
@@ -58,7 +58,7 @@ UNKNOWN = {
 
 
 def findings(results: Results) -> list[Finding]:
-    """All that can be said about a scene's figures, the worst first."""
+    """All findings on a scene's figures, the worst first. Of links that buckle, only the rigid motion is judged."""
     unsorted = [
         *input_findings(results),
         *_theory(results),
@@ -67,28 +67,27 @@ def findings(results: Results) -> list[Finding]:
         *_cams(results),
         *_ranges(results),
         *_friction(results),
-        *_formulas(results),
-        *_check(results),
         *_exceedances(results),
-        *_within(results),
     ]
+    if not results.buckles:
+        unsorted += [*_formulas(results), *_check(results), *_within(results)]
     return sorted(unsorted, key=lambda finding: ORDER.index(finding.level))
 
 
 def doubts(results: Results) -> list[str]:
-    """Reasons why no limit can be called kept: findings that make the figures unreliable.
+    """Reasons why no limit can be called kept: a link yields, or findings make the figures unreliable.
 
-    Strength does not count: a link that yields is a bad answer, not a doubtful one. An error that is known does not
-    count either: each limit is judged by the error of its own figure.
+    A known error does not count: each limit is judged with the error of its own figure.
     """
-    counted = [finding for finding in findings(results) if finding.level == POOR]
-    return [f"not reliable: {each.heading.lower()}" for each in counted if each.heading != HEADINGS["yield"]]
+    poor = [finding.heading for finding in findings(results) if finding.level == POOR]
+    unreliable = [f"not reliable: {heading.lower()}" for heading in poor if heading != HEADINGS["yield"]]
+    return [results.yields, *unreliable] if results.yields else unreliable
 
 
 def reliability(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
     """The worst level of findings as plain data, and their headings.
 
-    Strength does not count, see `doubts`.
+    Strength does not count: the summary says separately that a link yields.
     """
     about = [finding for finding in trust if finding["level"] != OPEN and finding["heading"] != HEADINGS["yield"]]
     level = min((finding["level"] for finding in about), key=ORDER.index, default=GOOD)
@@ -96,13 +95,16 @@ def reliability(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
 
 
 def unreliable_figures(rows: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Figures with an error beyond `UNRELIABLE` of their value, the least certain first: `name`, `on`, `share`."""
-    marked = [
-        {"name": row["name"], "on": row.get("on"), "share": abs(row["error"] / row["value"])}
-        for row in rows.values()
-        if row.get("error") and row["value"] and abs(row["error"]) > UNRELIABLE * abs(row["value"])
-    ]
-    return sorted(marked, key=lambda each: -each["share"])
+    """Figures that are marked as unreliable, the least certain first.
+
+    Each has `name`, `on` and `share`: its error over its value, or null if the error is infinite.
+    """
+    marked = []
+    for row in rows.values():
+        if row.get("unreliable") and row["value"]:
+            share = None if row["error"] is None else abs(row["error"] / row["value"])
+            marked.append({"name": row["name"], "on": row.get("on"), "share": share})
+    return sorted(marked, key=lambda each: -math.inf if each["share"] is None else -each["share"])
 
 
 def digits_left(condition: float) -> int:
@@ -227,31 +229,33 @@ def _unguided(results: Results, name: str, own: Friction) -> bool:
 
 
 def _theory(results: Results) -> Iterator[Finding]:
-    """How far the answer of the theory that was taken is from the truth."""
+    """Yield the theory of the answer and its accuracy."""
     answer = results.answer
     if answer is None:
         return
     vibrating = answer.vibrating
     if vibrating and not vibrating.stable:
-        text = f"{_sentence(results.instability)}. This is parametric resonance: no steady state comes about, and the"
-        text += " figures are those of links that do not vibrate. Run slower, or make the links stiffer or more damped."
+        text = (
+            f"{_sentence(results.instability)}. This is parametric resonance: no steady state exists, and the figures"
+        )
+        text += " are those without vibration. Run slower, or make the links stiffer or more damped."
         yield Finding(POOR, THEORY, text)
         return
     damping = _damping(results)
-    how = f"Quasi-static: vibration would change the answer by {percent(answer.missed)}{damping}."
+    how = f"Quasi-static: vibration would change the figures by up to {percent(answer.missed)}{damping}."
     if math.isnan(answer.missed):
         how = f"Quasi-static: {answer.unknown}."
     if results.vibrates:
-        felt = "feel the axial forces of the motion"
+        motion = "Axial forces of the motion act on bending."
         if answer.theory == GEOMETRICALLY_EXACT:
-            felt = "are displaced by any amount; N, V, M and stresses hold what damping adds"
-        how = f"{answer.theory.capitalize()}: the links vibrate{damping}, and {felt}. Without vibration"
-        how += f" and large displacement the answer would be {percent(answer.missed)} off."
+            motion = "Displacements may be large. N, V, M and stresses include damping."
+        how = f"{answer.theory.capitalize()}: the links vibrate{damping}. {motion} Vibration and large displacement"
+        how += f" change the figures by up to {percent(answer.missed)}."
     worst, wanted = results.worst, ACCURACY if answer.accuracy is None else answer.accuracy
     if not results.scene.labels:
         how = "No link bends: the figures are those of the rigid motion."
     if results.error_unknown:
-        text = f"{how} How far the figures are off is not known."
+        text = f"{how} The error of the figures is not known."
     elif worst is None:
         text = f"{how} Nothing bends." if results.scene.labels else how
     else:
@@ -260,14 +264,14 @@ def _theory(results: Results) -> Iterator[Finding]:
         shares = ", ".join(
             f"{name} {error_percent(share)}"
             for name, share in parts["errors"].items()
-            if share > TOLD_FROM * worst.share
+            if share > MIN_SHARE * worst.share
         )
-        text = f"{how} The figures that are read are within {percent(max(worst.share, LEAST_TOLD))};"
-        text += f" the worst is the {parts['figure']}{of}: {shares}."
+        text = f"{how} Largest error among the main figures: {error_percent(worst.share)}, {parts['figure']}{of}"
+        text += f" ({shares})."
         if worst.share > wanted:
-            told = nearer(results, worst.error, wanted)
-            text += f" {percent(wanted)} were {'expected' if answer.accuracy is None else 'asked for'}"
-            text += f", {told}." if told else "."
+            advice = nearer(results, worst.error, wanted)
+            text += f" The {'aim' if answer.accuracy is None else 'requested accuracy'} is {percent(wanted)}"
+            text += f": {advice}." if advice else "."
     yield Finding(GOOD if results.error <= wanted else CAUTION, THEORY, text)
 
 
@@ -311,6 +315,8 @@ def _exceedances(results: Results) -> Iterator[Finding]:
     """One for each kind of caution: the worst of its links in full, the others by name."""
     for kind, heading in HEADINGS.items():
         alike = [each for each, _ in results.exceedances if each.kind == kind and not math.isnan(each.figure)]
+        if results.buckles and kind != "axial force":
+            continue
         if not alike:
             continue
         worst, members = max(alike, key=lambda each: each.figure), results.scene.member_names

@@ -27,11 +27,11 @@ from kinelast.notebook import (
     unknown_name,
 )
 from kinelast.notebook.values import Figures, figures_of
-from kinelast.outputs.batch import headline
 from kinelast.outputs.handout import handout
 from kinelast.outputs.page import report_page
 from kinelast.outputs.positions import joint_loads
 from kinelast.outputs.sealed import made_from
+from kinelast.outputs.words import headline
 from kinelast.runs import computed
 from kinelast.scene.data import QUASI_STATIC, Scene
 from kinelast.scene.document import Document

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from kinelast.outputs.batch import error_words
+from kinelast.outputs.words import error_words
 from kinelast.scene.error import likely
 from kinelast.scene.numbers import ToldIn, quantity
 
@@ -23,7 +23,7 @@ class Value(dict[str, Any]):
         self._told_in = told_in
 
     def __repr__(self) -> str:
-        return quantity(float(self), self["unit"], told_in=self._told_in) + error_words(self)
+        return quantity(float(self), self["unit"], told_in=self._told_in) + error_words(self, self._told_in)
 
     def __float__(self) -> float:
         """Return the number in its SI unit, nan if unknown."""

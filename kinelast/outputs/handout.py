@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from kinelast.outputs.batch import check_words, further_checks
+from kinelast.outputs.words import check_words, further_checks
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.numbers import error_percent, quantity
 

@@ -11,11 +11,11 @@ from typing import Any
 from kinelast.figures.inputs import GOOD
 from kinelast.figures.limits import BROKEN, KEPT
 from kinelast.figures.results import Results
-from kinelast.outputs.batch import LEVELS, limit_rows, verdict_words
 from kinelast.outputs.charts import INK, SOFT, STYLE
 from kinelast.outputs.handout import handout
 from kinelast.outputs.pictures import draw_mechanism
-from kinelast.scene.numbers import error_percent, number, quantity
+from kinelast.outputs.words import LEVELS, error_words, limit_rows, verdict_words
+from kinelast.scene.numbers import number, quantity
 
 PAPER, MARGIN = 8.27 + 11.69j, 0.6  # inches, A4
 LEAST_PICTURE, MOST_PICTURE, GAP = 1.5, 4.6, 0.12  # inches
@@ -122,9 +122,7 @@ def _figures(figures: Mapping[str, Any]) -> Iterator[str]:
     told_in = figures["told_in"]
 
     def size(row: Mapping[str, Any]) -> str:
-        known = row.get("error") and row["value"]
-        error = f" ± {error_percent(abs(row['error'] / row['value']))}" if known else ""
-        return quantity(row["value"], row["unit"], told_in=told_in) + error
+        return quantity(row["value"], row["unit"], told_in=told_in) + error_words(row, told_in)
 
     if stress := figures["largest_stress"]:
         safety = figures["strength"][stress["label"]]["safety_factor"]["value"]

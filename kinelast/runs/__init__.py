@@ -183,7 +183,7 @@ def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
     scene, theory = plain.scene, request.theory_of(plain.scene)
     judged = bool(limits_of(scene))
     if scene.labels and not (theory.plain and not judged):
-        progress(f"{scene.name}: vibration", 0, 1)
+        progress(f"{scene.name}: solving vibration", 0, 1)
     return answered(plain, theory, judged, progress)
 
 
@@ -199,9 +199,11 @@ def further_checked(results: Results, request: Request, progress: Progress) -> R
 
     name, nonlinear, solid = results.scene.name, None, None
     if request.nonlinear:
-        nonlinear = nonlinear_check(results, lambda share, _: progress(f"{name}: nonlinear", int(1000 * share), 1000))
+        nonlinear = nonlinear_check(
+            results, lambda share, _: progress(f"{name}: nonlinear check", int(1000 * share), 1000)
+        )
     if request.solid:
-        progress(f"{name}: plane bodies", 0, 1)
+        progress(f"{name}: solid check", 0, 1)
         solid = solid_check(results)
     return replace(results, nonlinear=nonlinear, solid=solid)
 
@@ -212,7 +214,7 @@ def checked(scene: Scene, bent: Deflection, request: Request, progress: Progress
         return None
     from fem_check import compare, solve
 
-    progress(f"{scene.name}: finite elements", 0, 1)
+    progress(f"{scene.name}: finite element check", 0, 1)
     return compare(bent, solve(bent.motion, scene.sections, request.elements, scene.joints))
 
 

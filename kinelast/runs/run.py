@@ -17,10 +17,10 @@ from kinelast import __version__
 from kinelast.figures.registry import limits_of
 from kinelast.figures.results import Results
 from kinelast.outputs import positions as tables
-from kinelast.outputs.batch import headline, limit_lines, questions
 from kinelast.outputs.outbox import complete, foreign
 from kinelast.outputs.sealed import finished, made_from, same_scene, seal, write_json
 from kinelast.outputs.table import write_table
+from kinelast.outputs.words import headline, questions
 from kinelast.runs import (
     SHOWN,
     by_theory,
@@ -117,7 +117,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
 
 def _on_step(scene: Scene, progress: Progress) -> OnStep:
     """Who is told of the steps of an integrated motion, which may take long, or more steps than are allowed."""
-    stage, end = f"{scene.name}: integrated, in thousandths of {scene.run.duration:g} s", scene.run.duration
+    stage, end = f"{scene.name}: integrating {scene.run.duration:g} s of motion", scene.run.duration
     times, began, judged = [0.0], time.perf_counter(), False
 
     def on_step(reached: float) -> None:
@@ -158,7 +158,7 @@ def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Res
             tables.append_table(part / f"{name}.csv", table, first == 0)
         if fields:
             fields.add(results)
-        progress(f"{scene.name}: positions", first + len(results.motion.time), len(instants))
+        progress(f"{scene.name}: solving positions", first + len(results.motion.time), len(instants))
 
     theory = partial(by_theory, request=request, progress=progress)
     results = long_results(scene, instants, on_chunk, require_chunk, theory)
@@ -261,8 +261,6 @@ def _told(task: Task, figures: dict[str, Any]) -> Outcome:
     made = figures["made_from"]
     if older := [name for name, told in figures["earlier"].items() if not same_scene(told["made_from"], made)]:
         line += f"; of an earlier state of the scene: {plain(', '.join(older[:3]), MESSAGE)}"
-    for words in limit_lines(figures):
-        line += f"\n{task.name}: {words}"
     for study in ("balance", "speeds", *STUDIES):
         for words in figures.get(study, {}).get("words", ()):
             line += f"\n{task.name}: {words}"
@@ -311,7 +309,7 @@ def _drawings(
     def stills() -> None:
         from kinelast.outputs.pictures import write_stills
 
-        progress(f"{name}: stills", 0, 1)
+        progress(f"{name}: drawing stills", 0, 1)
         write_stills(part / "stills", results)
 
     def dxf() -> None:
@@ -327,7 +325,7 @@ def _drawings(
     def meshes() -> None:
         from fem_check import write_vtu_series
 
-        progress(f"{name}: meshes", 0, 1)
+        progress(f"{name}: writing meshes", 0, 1)
         write_vtu_series(results.deflection, part / "mesh")
 
     def film(diagram: str) -> None:

@@ -153,8 +153,8 @@ def number(value: float, digits: int = 4) -> str:
     """A number in few digits, with a real minus sign; a dash where there is none."""
     if not math.isfinite(value):
         return DASH if math.isnan(value) else "∞"
-    text = f"{value + 0.0:.{digits}g}"  # which makes of minus zero zero
-    if 10**digits <= abs(value) < 1e7:
+    text = f"{value + 0.0:.{digits}g}"  # adding zero turns -0 into 0
+    if abs(value) < 1e7 and max(abs(value), abs(float(text))) >= 10**digits:
         text = f"{value:.0f}"
     if "e" in text:
         mantissa, power = text.split("e")

@@ -22,6 +22,7 @@ from kinelast.figures.joints import JOINT_FIGURES, LIFE_FIGURES
 from kinelast.figures.results import Results
 from kinelast.outputs.page.data import Numbers, kept_positions, model_of, numbers_of
 from kinelast.outputs.sealed import json_bytes
+from kinelast.outputs.words import verdict_words
 from kinelast.scene.numbers import SI, ToldIn
 from rigid.arrays import Integers, Reals
 
@@ -49,7 +50,8 @@ def report_page(
     store = numbers_of(results, kept)
     numbers, packed = store.bytes()
     model = {**model_of(results, kept, store), "packed": packed}
-    scene = {"summary": figures, "model": model, "handout": handout, "text": results.scene.text}
+    said = {"verdict": verdict_words(figures), "handout": handout}
+    scene = {"summary": figures, "model": model, **said, "text": results.scene.text}
     words = figures["scene"]
     parts = {
         "title": text_of(words["title"]),

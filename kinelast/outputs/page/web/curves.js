@@ -5,7 +5,7 @@ const beamColour = (beam) => model.beams[beam].link - 1;
 function curvesSection() {
   const grid = h("div", { class: "charts" });
   section("curves", "Curves", "Over the cycle", hint("Hover for values, drag sideways to zoom, double-click for all, click to go to that instant; the names switch curves on and off. The line marks the instant that the mechanism is drawn at."), grid);
-  for (const field of ["w", "chord", "mises", "M"]) {
+  for (const field of summary.buckles ? [] : ["w", "chord", "mises", "M"]) {
     if (!has(`extreme.${field}`) || (field === "mises" && !stressed)) continue;
     const own = model.beams.map(({ label }, beam) => curve(label, (i) => Math.abs(row(`extreme.${field}`, beam)[i]), beamColour(beam)));
     add(grid, `Largest ${FIELDS[field].name} along each link`, FIELDS[field].unit, own);
@@ -27,7 +27,7 @@ function add(grid, heading, unit, curves) {
 
 function outputCurve(grid) {
   const output = summary.output;
-  if (!output) return;
+  if (!output || summary.buckles) return;
   const found = outputOf(output);
   if (found) add(grid, `Error of the output: ${output.kind === "angle" ? "angle of " : "point "}${output.name}`, output.unit, found);
 }
@@ -99,7 +99,7 @@ function beamSection() {
 
 function chooseBeam(beam) {
   view.selected = beam;
-  beamPanel.pick.value = beam;
+  if (beamPanel.pick) beamPanel.pick.value = beam;
   showBeam();
   view.redraw();
 }

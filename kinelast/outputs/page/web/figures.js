@@ -6,7 +6,7 @@ function extremesSection() {
   if (!rows.length) return;
   const columns = (field) => {
     const { name, symbol, unit, means } = FIELDS[field];
-    return { name: field === "chord" ? name : `${symbol.replace("_v", "ᵥ")}, ${name}`, means, unit, of: (each) => value(each.peaks[field]), signed: false };
+    return { name: field === "chord" ? name : `${symbol.replace("_v", "ᵥ")}, ${name}`, means, unit, figure: (each) => each.peaks[field], signed: false };
   };
   const link = { name: "Link", text: (each) => each.label };
   const place = (field) => ({ name: "where", wraps: true, text: (each) => (each.peaks[field].value ? `${unbroken(placeWords(each.label, each.peaks[field]))}, ${unbroken(atWords(each.peaks[field]))}` : "") });
@@ -23,11 +23,11 @@ function strengthSection() {
   section("strength", "Strength", "Strength and buckling", soft("Range: how far the normal stress swings over the cycle at one place. Safety: yield stress over the largest von Mises stress. Euler: largest compression over the critical load with both ends pinned; 100 % buckles. Slenderness: length over radius of gyration."),
     table(rows, [
       { name: "Link", text: (each) => each.label },
-      { name: "safety", of: (each) => value(each.safety_factor), digits: 3, worst: "least" },
+      { name: "safety", figure: (each) => each.safety_factor, digits: 3, worst: "least" },
       { name: "yield stress", unit: "Pa", of: (each) => value(each.yield_stress), digits: 3 },
       { name: "stress range", unit: "Pa", of: (each) => value(each.stress_range) },
       { name: "where", text: (each) => (each.stress_range.value ? `${placeWords(each.label, each.stress_range)}, ${each.stress_range.fibre} fibre` : "") },
-      { name: "load / critical [%]", of: (each) => 100 * (value(each.buckling) ?? NaN), digits: 2 },
+      { name: "load / critical [%]", of: (each) => 100 * (value(each.buckling) ?? NaN), words: (each) => number(100 * (value(each.buckling) ?? NaN), 2) + unreliableMark(each.buckling) },
       where("at", (each) => each.buckling),
       { name: "slenderness", of: (each) => value(each.slenderness), digits: 3 },
     ], "Strength of the links"));
@@ -51,16 +51,16 @@ function vibrationSection() {
 function errorsSection() {
   if (!suited) return;
   const points = Object.entries(summary.points).map(([name, row]) => ({ name, ...row })), links = Object.entries(summary.angle_errors).map(([name, error]) => ({ name, error }));
-  const part = (name, key, worst) => [{ name, unit: "m", of: (each) => value(each[key]), worst }, where("at", (each) => each[key])];
+  const part = (name, key, worst) => [{ name, unit: "m", figure: (each) => each[key], worst }, where("at", (each) => each[key])];
   section("errors", "Output", "Error of the output", soft("From where rigid links would be: of points the displacement, how much of it leads off the point's path, to the left of its way, and how much along it, ahead; of links the angle, at the point where it is largest."),
     table(points, [{ name: "Point", text: (each) => each.name }, ...part("displacement", "displacement", true), ...part("off its path", "off_path"), ...part("along its path", "along_path")], "Displacement of the points"),
-    table(links, [{ name: "Link", text: (each) => each.name }, { name: "error of its angle", unit: "rad", of: (each) => value(each.error), worst: true }, { name: "at point", text: (each) => (each.error.value ? each.error.point : "") }, where("at", (each) => each.error)], "Error of the links' angles"));
+    table(links, [{ name: "Link", text: (each) => each.name }, { name: "error of its angle", unit: "rad", figure: (each) => each.error, worst: true }, { name: "at point", text: (each) => (each.error.value ? each.error.point : "") }, where("at", (each) => each.error)], "Error of the links' angles"));
 }
 
 function forcesSection() {
   section("forces", "Joints", "Joints", soft("At the positions of the run", summary.made_from.options.refine ? ": joints and what shakes the ground are not searched between them." : "."),
-    table(summary.joints, [{ name: "Joint", text: (each) => each.joint }, { name: "on link", text: (each) => each.on }, { name: "largest force", unit: "N", of: (each) => value(each.force), worst: true }, where("at", (each) => each.force)], "Joint forces"),
-    table(Object.entries(summary.shaking).map(([name, found]) => ({ name, found })), [{ name: "On the ground", text: (each) => `shaking ${each.name}` }, { name: "largest", text: (each) => figureWords(each.found) }, where("at", (each) => each.found)], "On the ground"));
+    table(summary.joints, [{ name: "Joint", text: (each) => each.joint }, { name: "on link", text: (each) => each.on }, { name: "largest force", unit: "N", figure: (each) => each.force, worst: true }, where("at", (each) => each.force)], "Joint forces"),
+    table(Object.entries(summary.shaking).map(([name, found]) => ({ name, found })), [{ name: "On the ground", text: (each) => `shaking ${each.name}` }, { name: "largest", text: (each) => figureWords(each.found) + errorWords(each.found) }, where("at", (each) => each.found)], "On the ground"));
 }
 
 function registerSection() {
@@ -68,7 +68,7 @@ function registerSection() {
   section("register", "All figures", "All figures", soft("As sweeps and optima name them in summary.json: the largest over the cycle, or the least where less is worse."),
     h("details", {}, h("summary", {}, `${rows.length} figures`), table(rows, [
       { name: "Figure", text: (each) => each.name },
-      { name: "value", text: (each) => figureAngle(each) },
+      { name: "value", text: (each) => figureAngle(each) + errorWords(each) },
       { name: "on", text: (each) => each.on ?? "" },
       { name: "at", text: (each) => (each.drive ? atWords(each) : "") },
     ], "Figures")));

@@ -8,6 +8,9 @@ function runWords() {
   return `${words.join("")}.`;
 }
 
+const ELASTIC = [contributions, beamSection, mapsSection, extremesSection, strengthSection, errorsSection, lifeSection, vibrationSection]; // empty for links that buckle
+const SECTIONS = [contributions, beamSection, curvesSection, speedsSection, whatIfSection, studiesSections, mapsSection, kinematicsSection, extremesSection, strengthSection, errorsSection, forcesSection, drivesSection, camsSection, lifeSection, jointsSection, vibrationSection, registerSection, checkSection, trustSection, inputsSection];
+
 async function start() {
   const script = document.createElement("script");
   script.textContent = new TextDecoder().decode(await inflated("uplot"));
@@ -16,27 +19,7 @@ async function start() {
   theme(restyle);
   answerSection();
   const first = new Set(document.querySelectorAll("section"));
-  contributions();
-  beamSection();
-  curvesSection();
-  speedsSection();
-  whatIfSection();
-  studiesSections();
-  mapsSection();
-  kinematicsSection();
-  extremesSection();
-  strengthSection();
-  errorsSection();
-  forcesSection();
-  drivesSection();
-  camsSection();
-  lifeSection();
-  jointsSection();
-  vibrationSection();
-  registerSection();
-  checkSection();
-  trustSection();
-  inputsSection();
+  for (const part of SECTIONS) if (!summary.buckles || !ELASTIC.includes(part)) part();
   footer();
   foldAll([.../** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("main > section"))].filter((part) => !first.has(part)));
   showPosition(positionOf(summary.largest_chord ?? summary.output));

@@ -29,7 +29,7 @@ function prefixedScale(largest, unit) {
 function plain(value, digits) {
   // Rounded to significant digits, as Python's %g writes it.
   const power = value === 0 ? 0 : Number(value.toExponential(digits - 1).split("e")[1]);
-  if (power < -5 || power >= digits) {
+  if (power < -5 || power >= Math.max(digits, 7)) {
     const [mantissa, exponent] = value.toExponential(digits - 1).split("e");
     return [mantissa.includes(".") ? mantissa.replace(/\.?0+$/, "") : mantissa, Number(exponent)];
   }

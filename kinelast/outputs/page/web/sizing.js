@@ -22,7 +22,8 @@ function sensitivitiesSection({ numbers, figures }) {
 }
 
 const sentence = (words) => `${words[0].toUpperCase()}${words.slice(1)}.`;
-const withError = ({ in_full: full, error, unit }) => (full === null ? "" : `${sized(full, unit)}${error && full ? ` ± ${number((100 * error) / Math.abs(full), 2)} %` : ""}`);
+const UNRELIABLE = 0.25; // of kinelast/scene/numbers.py
+const withError = ({ in_full: full, error, unit }) => (full === null ? "" : sized(full, unit) + errorWords({ value: full, error, unit, unreliable: error > UNRELIABLE * Math.abs(full) }));
 // Angles as degrees, as where the page begins.
 const sized = (value, unit) => figureAngle({ value, unit });
 

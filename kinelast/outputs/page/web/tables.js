@@ -1,14 +1,15 @@
-// Tables that sort by any column, with one unit a column and the worst row marked.
+// Tables that sort by any column, with one unit per column and a mark on the worst row.
 
-// Columns: {name, unit, means, of: row -> number, words: row -> text, text: row -> text, worst, wraps: only where a space is not unbroken}
+// Columns: {name, unit, means, figure: row -> figure or of: row -> number, words: row -> text, text: row -> text, worst, wraps: break lines at plain spaces only}
 const unbroken = (words) => words.replaceAll(" ", "\u00a0");
 function table(rows, columns, caption) {
-  const shown = columns.map((column) => {
+  const shown = columns.map((given) => {
+    const column = given.figure ? { ...given, of: (each) => value(given.figure(each)) } : given;
     if (!column.of) return { ...column, head: column.name, cell: column.text };
     const known = rows.map(column.of).filter((value) => value !== null && value !== undefined && isFinite(value));
     const largest = known.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
     const [factor, unit] = scaleOf(largest, column.unit ?? "1");
-    const cell = column.words ?? ((each) => (column.none && !isFinite(valueOf(column, each)) ? column.none : number(valueOf(column, each) * factor, column.digits ?? 4)));
+    const cell = column.words ?? ((each) => (column.none && !isFinite(valueOf(column, each)) ? column.none : number(valueOf(column, each) * factor, column.digits ?? 4) + unreliableMark(column.figure?.(each))));
     return { ...column, unitShown: unitWords(unit), cell };
   });
   const body = h("tbody");
@@ -59,3 +60,4 @@ function valueOf(column, each) {
   return value === null || value === undefined ? NaN : value;
 }
 const value = (figure) => (figure ? figure.value : null);
+const unreliableMark = (figure) => (figure?.unreliable ? " (unreliable)" : "");

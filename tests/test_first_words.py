@@ -1,0 +1,146 @@
+"""Claim: the first words of an answer, on the terminal and on the page, agree with the figures below them."""
+
+import json
+from pathlib import Path
+
+import pytest
+from browser import Page
+
+from kinelast.cli.command import main
+from kinelast.figures.limits import KEPT, SEVERITY, TOO_NEAR, UNKNOWN, severity
+from kinelast.outputs.words import MAX_NAMED, error_words, verdict_words
+from kinelast.scene.limits import Limit
+
+CASES = Path(__file__).parent / "data" / "cases"
+YIELDS = "drs_push_up"  # at 8 times its yield strength, without limits
+YIELDS_IN_LIMITS = "yields_in_limits"
+BUCKLES, DOUBTFUL, ZERO_MEAN = "buckled_rod", "crash_coulomb", "clearance_order_a"
+VIBRATES, MANY_LIMITS = "quick_return", "pusher"
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("words")
+    text = (CASES / "strong_spring.toml").read_text()
+    (folder / f"{YIELDS_IN_LIMITS}.toml").write_text(f'{text}\n[limits]\ndeflection = "10 mm"\n')
+    scenes = [YIELDS, VIBRATES, MANY_LIMITS, str(folder / f"{YIELDS_IN_LIMITS}.toml")]
+    scenes += [str(CASES / f"{name}.toml") for name in (BUCKLES, DOUBTFUL, ZERO_MEAN)]
+    main([*scenes, "--quiet", "-o", str(folder)])
+    return folder
+
+
+@pytest.fixture
+def shown(driver, out):
+    """Open the report of a scene."""
+    return lambda name: Page(driver, out / name / "report.html")
+
+
+def read(out, name):
+    return json.loads((out / name / "summary.json").read_text())
+
+
+def test_a_link_that_yields_comes_first(out, shown, capsys):
+    assert main([YIELDS, "-o", str(out)]) == 0
+    words = "tress is 8.25 times the yield strength of rod"
+    assert capsys.readouterr().out.startswith(f"{YIELDS}: s{words}; ")
+    assert shown(YIELDS).run("return document.getElementById('acceptance').innerText").startswith(f"S{words}.")
+
+
+def test_no_limit_is_called_kept_beyond_yield(out, shown):
+    accepted = read(out, YIELDS_IN_LIMITS)["acceptance"]
+    assert accepted["verdict"] == "cannot be judged"
+    assert accepted["limits"][0]["kept"], "the elastic deflection is below its limit"
+    words = shown(YIELDS_IN_LIMITS).run("return document.getElementById('acceptance').innerText")
+    assert "times the yield strength of rocker" in words
+
+
+def test_vibration_is_not_an_error_of_the_answer(out, shown):
+    text = shown(VIBRATES).run("return document.body.innerText")
+    share = read(out, VIBRATES)["theory"]["without_vibration"]
+    assert f"vibration changes the figures by up to {100 * share:.0f} %" in text
+    assert f"{100 * share:.0f} % off" not in text
+
+
+@pytest.mark.parametrize(("name", "drive"), [(VIBRATES, "crank"), (YIELDS, "cylinder")])
+def test_peak_power_has_its_sign_and_its_own_instant(name, drive, out, shown):
+    power, effort = (read(out, name)["drives"][drive][key] for key in ("power", "effort"))
+    tiles = shown(name).run("return Array.from(document.querySelectorAll('.tile'), (each) => each.innerText)")
+    tile = next(each for each in tiles if each.startswith("Drive of"))
+    assert power["value"] < 0
+    assert "peak power −" in tile
+    if name == YIELDS:
+        assert power["time"] != effort["time"]
+        assert f"at t = {1e3 * power['time']['value']:.4g} ms" in tile
+
+
+@pytest.mark.parametrize("name", [VIBRATES, ZERO_MEAN])
+def test_the_error_of_a_mean_of_zero_is_no_doubt(name, out, shown):
+    summary = read(out, name)
+    mean, largest = (summary["figures"][key] for key in ("drive_mean", "drive_effort"))
+    assert abs(mean["value"]) < 1e-3 * abs(largest["value"])
+    assert summary["reliability"]["unreliable"] == []
+    assert "All figures are reliable." in shown(name).run("return document.getElementById('trusted').innerText")
+
+
+def test_an_error_beyond_its_figure_is_absolute():
+    row = {"value": 1e-3, "unit": "W", "error": 0.25, "unreliable": True}
+    assert error_words(row, {}) == " ± 250 mW (unreliable)"
+    assert error_words({**row, "error": 3.2e-4}, {}) == " ± 32 % (unreliable)"
+    assert error_words({"value": 0.0, "unit": "W", "error": 0.25}, {}) == " ± 250 mW"
+
+
+def test_links_that_buckle_have_figures_of_the_rigid_motion_alone(out, shown):
+    summary, page = read(out, BUCKLES), shown(BUCKLES)
+    assert summary["vibration"] is None
+    assert {finding["heading"] for finding in summary["trust"]} == {"Buckling", "Shear", "Dead points", "Cycle"}
+    for part in ("limits", "vibration", "extremes", "strength", "errors", "maps", "link"):
+        assert page.run("return document.getElementById(arguments[0])", part) is None, part
+    assert "drive of crank" in page.run("return document.body.innerText").lower()
+    assert page.logs() == []
+
+
+def test_every_unreliable_figure_is_marked(out, shown):
+    page, peaks = shown(DOUBTFUL), read(out, DOUBTFUL)["peaks"]
+    cells = "return Array.from(document.querySelectorAll('#extremes tbody td.figure'), (each) => each.innerText)"
+    marked = [each.endswith("(unreliable)") for each in page.run(cells)]
+    tables = ("w", "chord", "u", "phi"), ("M", "N", "V"), ("mises", "normal", "shear")
+    known = [peaks[label][field] for fields in tables for label in peaks for field in fields]
+    assert marked == [figure["error"] > 0.25 * abs(figure["value"]) for figure in known]
+    assert all(marked)
+    tiles = page.run("return Array.from(document.querySelectorAll('.tile'), (each) => each.innerText)")
+    assert sum("(unreliable)" in tile for tile in tiles) >= 7
+
+
+def test_no_tile_leads_nowhere(out, shown):
+    for name in (ZERO_MEAN, VIBRATES, BUCKLES):
+        page = shown(name)
+        for words in page.run(
+            "return Array.from(document.querySelectorAll('.tile .go'), (e) => e.parentNode.innerText)"
+        ):
+            assert len(words.removesuffix("show").strip(" ,;")) > 2, (name, words)
+
+
+@pytest.mark.parametrize("verdict", ["not acceptable", "cannot be judged", "too close to decide"])
+def test_a_verdict_names_few_limits(verdict, out):
+    summary = read(out, MANY_LIMITS)
+    outcome = {"not acceptable": "not kept"}.get(verdict, verdict)
+    limits = [{**row, "outcome": outcome} for row in summary["acceptance"]["limits"]]
+    words = verdict_words(
+        {**summary, "acceptance": {"verdict": verdict, "passed": None, "problem": "", "limits": limits}}
+    )
+    assert words.endswith(f"and {len(limits) - MAX_NAMED} more of {len(limits)} limits")
+    assert len(words) < 400
+
+
+@pytest.mark.parametrize(
+    ("figure", "value", "error", "outcome"),
+    [
+        ("safety", 17.33, 10.6, KEPT),  # stress 61 % off: at twice that a safety of 7.8
+        ("safety", 2.0, 1.2, TOO_NEAR),
+        ("transmission_angle", 17.33, 10.6, TOO_NEAR),
+        ("safety", 17.33, float("nan"), UNKNOWN),
+    ],
+)
+def test_the_error_of_a_safety_is_that_of_its_stress(figure, value, error, outcome):
+    limit = Limit(figure, 1.5, True, unit="1")
+    assert SEVERITY[int(severity(limit, value, error))] == outcome
