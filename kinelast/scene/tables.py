@@ -62,9 +62,8 @@ class SliderTable(StrictTable, frozen=True, kw_only=True):
 
     link: str  #: the link that slides
     on: str = "ground"  #: the link that carries the line
-    through: (
-        str  #: a point of `link` on the line of sliding; the line passes through its drawn place and is fixed in `on`
-    )
+    #: a point of `link` on the line of sliding; the line passes through its drawn place and is fixed in `on`
+    through: str
     direction: Direction  #: direction of the line in the drawing
 
 
@@ -220,9 +219,8 @@ class CamTable(StrictTable, frozen=True, kw_only=True):
     #: `false`: the force acts along the coordinate of the drive instead of at the contact
     push: bool = True
     width: Size | None = None  #: width of the contact [pressure is not computed]
-    material: str | None = (
-        None  #: material of the cam, under `[materials]` or in the library [pressure is not computed]
-    )
+    #: material of the cam, under `[materials]` or in the library [pressure is not computed]
+    material: str | None = None
     follower_material: str | None = None  #: material of the roller or face [as `material`]
     pressure: Stress | None = None  #: largest allowed Hertzian contact pressure [none]
     pressure_angle: PressureAngle | None = None  #: largest allowed pressure angle, such as `"30 deg"` [none]
@@ -249,9 +247,8 @@ class LoadTable(StrictTable, frozen=True, kw_only=True):
     force: tuple[Force, Force] | None = None  #: force at the point, `[x, y]` [none]
     moment: Moment | None = None  #: moment at the point [none]
     beam: tuple[str, str] | None = None  #: two points of the link; the load acts along the beam between them
-    start: tuple[ForcePerLength, ForcePerLength] | None = (
-        None  #: force per length `[x, y]` at the first point of the beam
-    )
+    #: force per length `[x, y]` at the first point of the beam
+    start: tuple[ForcePerLength, ForcePerLength] | None = None
     #: force per length `[x, y]` at the second point, linear in between [as `start`]
     end: tuple[ForcePerLength, ForcePerLength] | None = None
     #: `"fixed"`: x and y of the drawing; `"turning"`: axes of the link, or of the beam from its first to its second
@@ -384,12 +381,10 @@ class FatigueTable(LinkFatigueTable, frozen=True, kw_only=True):
     """Fatigue: criterion, reliability, factors of all links and of single links."""
 
     criterion: Literal["goodman", "gerber", "soderberg"] = "goodman"  #: mean stress criterion
-    reliability: Annotated[float, Meta(gt=0, lt=1)] = (
-        0.5  #: probability that a part has the endurance limit; 0.5 is the mean
-    )
-    links: dict[str, LinkFatigueTable] = field(
-        default_factory=dict
-    )  #: factors of single links, which override those of all links
+    #: probability that a part has the endurance limit; 0.5 is the mean
+    reliability: Annotated[float, Meta(gt=0, lt=1)] = 0.5
+    #: factors of single links, which override those of all links
+    links: dict[str, LinkFatigueTable] = field(default_factory=dict)
 
 
 Amount = float | str  # in the unit of the number or figure
@@ -407,12 +402,10 @@ class LimitsTable(LinkLimitsTable, frozen=True, kw_only=True):
 
     output: Allowance | None = None  #: output error [none]
     residual: Allowance | None = None  #: distance of the output from its final place once the drives are at rest [none]
-    settling: Duration | None = (
-        None  #: time from that instant until the output has settled, see `settled` under `[run]` [none]
-    )
-    links: dict[str, LinkLimitsTable] = field(
-        default_factory=dict
-    )  #: limits of single links, in addition to those of all links
+    #: time from that instant until the output has settled, see `settled` under `[run]` [none]
+    settling: Duration | None = None
+    #: limits of single links, in addition to those of all links
+    links: dict[str, LinkLimitsTable] = field(default_factory=dict)
     #: limits of any figure by its name, such as `"joint_force.A"`: an upper limit, or a table of `most` and `least`
     figures: dict[str, Amount | BoundTable] = field(default_factory=dict)
 
@@ -478,7 +471,6 @@ class OptimizeTable(StrictTable, frozen=True, kw_only=True):
     #: by the name of a figure: an upper limit, or a table of `most` and `least`
     limits: dict[str, Amount | BoundTable] = field(default_factory=dict)
     path: PathTable | None = None  #: desired path of a point; adds the figures `path_error` and `path_squares` [none]
-    method: Literal["search", "evolution"] = (
-        "search"  #: local searches from many starting points, or differential evolution
-    )
+    #: local searches from many starting points, or differential evolution
+    method: Literal["search", "evolution"] = "search"
     seed: Annotated[int, Meta(ge=0)] = 0  #: seed of the random numbers
