@@ -1,4 +1,4 @@
-"""A scene's document: its text and tables, parsed once; with other values it is another document."""
+"""Document of a scene: text and tables, parsed once; changed values give a new document."""
 
 from __future__ import annotations
 
@@ -38,22 +38,22 @@ Tables = Mapping[str, Any]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Document:
-    """A scene as it is written: its tables and numbers, before a mechanism is built of them.
+    """A scene as written: tables and numbers before the mechanism is built.
 
     Attributes
     ----------
     tables, table
-        Of the file, and parsed.
+        Tables of the file, raw and parsed.
     name, path
-        Of the scene, and of its file, for messages.
+        Name of the scene, and path of its file for messages.
     source
-        The text of the file as it was read; empty where the scene comes from tables.
+        Text of the file; empty if the scene comes from tables.
     values
-        Numbers that differ from the source, by their paths [SI units].
+        Changed numbers by path [SI units].
     varied
-        Names of links with points that differ by design, see `kinelast.scene.build.built`.
+        Names of links whose points differ between designs, see `kinelast.scene.build.built`.
     files
-        Texts of the files beside the scene that it names, as they were read, by their names.
+        Texts of the files that the scene refers to, by file name.
     """
 
     tables: Tables
@@ -70,20 +70,20 @@ class Document:
         return f'Document("{self.name}"{changed})'
 
     def __reduce__(self) -> Any:
-        """Pickled by its fields: all else is built again."""
+        """Pickle the fields only; cached values are rebuilt."""
         return Document, (self.tables, self.table, self.name, self.path, self.source, self.values, self.varied,
                           self.files)  # fmt: skip
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene, built once.
+        """The scene, built on first use.
 
         Raises
         ------
         SceneError
-            The tables tell no mechanism whose motion is determined.
+            The tables do not define a mechanism with a determined motion.
         """
-        with of_file(self.path), _all_told("" if self.values else self.source, self.files.__getitem__):
+        with of_file(self.path), _all_mistakes_of("" if self.values else self.source, self.files.__getitem__):
             scene = replace(built(self.table, self.name, self.files, self.path, self.varied), text=self.text())
             require_determined(scene)
             require_moved(scene)
@@ -91,14 +91,14 @@ class Document:
             return scene
 
     def text(self, head: str = "") -> str:
-        """The text of the file with the values as they are now; its comments and order stay.
+        """Return the text of the file with the current values; comments and order are kept.
 
-        Motions that are in files beside it stand in the text itself, which so is whole wherever it is put.
+        Motions from other files are written into the text, which is then complete by itself.
 
         Parameters
         ----------
         head
-            A comment for the first line.
+            Comment for the first line.
         """
         if not self.source or not (self.values or head or self.files):
             return self.source
@@ -110,33 +110,35 @@ class Document:
         return written(self.source, self.table, self.values, motions, head)
 
     def variable(self, path: str) -> Variable:
-        """A number of the scene by its path; SceneError names the nearest where there is none."""
+        """Return a number of the scene by its path; a SceneError suggests the most similar path."""
         return place_of(self.table, path).variable
 
     def value(self, path: str, text: Any) -> float:
-        """A value for a number as it may stand in the file, in the SI unit of the number; bare lengths in the file's.
+        """Return a value, written as in the file, in the SI unit of the number.
+
+        A length without a unit is in the length unit of the file.
 
         Raises
         ------
         SceneError
-            As `variable`; another dimension, or a value that cannot stand there.
+            As `variable`; wrong dimension or value out of range.
         """
         return value_at(self.table, place_of(self.table, path), text)
 
     def with_values(self, values: Mapping[str, float], note: str = "") -> Document:
-        """The same scene with other values [SI units] for numbers by their paths.
+        """Return the scene with changed numbers, by path [SI units].
 
         Parameters
         ----------
         note
-            What is added to the title, where there is one, to tell the scene from others of that title.
+            Addition to the title, which distinguishes the scene from the original.
 
         Raises
         ------
         SceneError
-            As `variable`; or a value cannot stand there.
+            As `variable`, or a value is out of range.
         TypeError
-            These are no numbers by their paths.
+            `values` is not a mapping from paths to numbers.
         """
         if not isinstance(values, Mapping) or not all(isinstance(each, Real) for each in values.values()):
             expected = "expected numbers in SI units by their paths; with_changes takes them with other units"
@@ -152,7 +154,7 @@ class Document:
         return replace(self, tables=tables, table=table, values={**self.values, **values})
 
     def with_changes(self, changes: str | Sequence[str]) -> Document:
-        """The same scene with other values as they were typed, one or several, as in "links.rod.length=330 mm".
+        """Return the scene with one or several typed changes, such as "links.rod.length=330 mm".
 
         Raises
         ------
@@ -172,7 +174,7 @@ class Document:
             return self.with_values(values, ", ".join(changes))
 
     def with_positions(self, positions: int | None) -> Document:
-        """The same scene at another number of positions, which its text does not tell; None for its own."""
+        """Return the scene with another number of positions (not written to its text); None keeps the number."""
         if positions is None:
             return self
         tables = put(self.tables, ("run", "positions"), positions)
@@ -181,7 +183,7 @@ class Document:
 
 
 def _typed(value: str) -> int | float | str:
-    """A number, or else a text with a unit."""
+    """Return a number if the text is one, otherwise the text."""
     for kind in (int, float):
         with suppress(ValueError):
             return kind(value)
@@ -189,27 +191,27 @@ def _typed(value: str) -> int | float | str:
 
 
 def document_from_bytes(content: bytes, path: str | Path) -> Document:
-    """The document in the bytes of a TOML file; SceneError where they are none."""
+    """Return the document in the bytes of a TOML file; raise SceneError if they are not valid."""
     return document_from_text(decoded(content, str(path)), scene_name(Path(path)), str(path))
 
 
 def document_from_text(text: str, name: str = "scene", path: str = "", read: Read | None = None) -> Document:
-    """The document in a TOML text.
+    """Return the document in a TOML text.
 
     Parameters
     ----------
     path
-        Stands for the file in messages.
+        Path of the file for messages.
     read
-        Reader of the files that the scene names; where left out, of those beside `path`, or in the working folder.
+        Reader of the files that the scene refers to. The default reads them from the folder of `path`.
 
     Raises
     ------
     SceneError
-        The text holds a mistake, or a file that it names cannot be read.
+        The text has a mistake, or a file that it refers to cannot be read.
     """
     read = read or beside(Path(path).parent)
-    with of_file(path), _all_told(text, read):
+    with of_file(path), _all_mistakes_of(text, read):
         tables = toml_tables(text, "")
         document = document_from_dict(tables, name, path, read)
         alone = text if document.tables is tables else with_tables(text, document.tables)
@@ -217,8 +219,8 @@ def document_from_text(text: str, name: str = "scene", path: str = "", read: Rea
 
 
 @contextmanager
-def _all_told(text: str, read: Read) -> Iterator[None]:
-    """Add the other mistakes of a text to the first; where there is no text, as of a design, there is that one."""
+def _all_mistakes_of(text: str, read: Read) -> Iterator[None]:
+    """Add the other mistakes of a text to the first one; without a text (a design) there is only the first."""
     try:
         yield
     except SceneError as error:
@@ -228,9 +230,9 @@ def _all_told(text: str, read: Read) -> Iterator[None]:
 
 
 def mistakes_in(text: str, read: Read) -> tuple[SceneError, ...]:
-    """All mistakes of a TOML text, but for those of its mechanism as a whole, as one that does not close.
+    """Return all mistakes in a TOML text, except those of the whole mechanism (a loop that does not close).
 
-    `read` reads the files that it names.
+    `read` reads the files that the scene refers to.
     """
 
     def require_parts(raw: Tables) -> None:
@@ -243,12 +245,12 @@ def mistakes_in(text: str, read: Read) -> tuple[SceneError, ...]:
 
 
 def files_of(table: SceneTable, read: Read) -> dict[str, str]:
-    """Texts of the files that a scene names, by their names.
+    """Return the texts of the files that a scene refers to, by file name.
 
     Raises
     ------
     SceneError
-        One of them cannot be read.
+        A file cannot be read.
     """
     texts: dict[str, str] = {}
     for number, drive in enumerate(table.drives, 1):
@@ -259,7 +261,7 @@ def files_of(table: SceneTable, read: Read) -> dict[str, str]:
 
 
 def document_from_dict(raw: Tables, name: str = "scene", path: str = "", read: Read | None = None) -> Document:
-    """The document in the tables of a TOML file; parameters and errors as of `document_from_text`."""
+    """Return the document in the tables of a TOML file; parameters and errors as in `document_from_text`."""
     with of_file(path):
         read = read or beside(Path(path).parent)
         tables, texts = with_files(raw, read)
@@ -268,7 +270,7 @@ def document_from_dict(raw: Tables, name: str = "scene", path: str = "", read: R
 
 
 def _parsed(raw: Tables, tables: Tables) -> SceneTable:
-    """Tables as of a file, with those of its library, validated: a mistake in these names the library."""
+    """Validate the tables of a file and its library; a mistake in the library is reported with its name."""
     try:
         return parse_scene(tables)
     except SceneError as error:
@@ -279,41 +281,41 @@ def _parsed(raw: Tables, tables: Tables) -> SceneTable:
 
 
 def document_of(scene: Document | Tables) -> Document:
-    """A document, or the one in the tables of a file."""
+    """Return a document, built from tables if necessary."""
     return scene if isinstance(scene, Document) else document_from_dict(scene)
 
 
 def read_document(path: str | Path) -> Document:
-    """The document in a TOML file; SceneError where it cannot be read or holds a mistake."""
+    """Return the document in a TOML file; raise SceneError if it cannot be read or has a mistake."""
     if not isinstance(path, str | Path):
         raise TypeError(f"expected the path of a scene's file, got {shown(path)}")
     return document_from_bytes(file_bytes(Path(path)), path)
 
 
 def read_scene(path: str | Path) -> Scene:
-    """The scene in a TOML file.
+    """Return the scene in a TOML file.
 
     Raises
     ------
     SceneError
-        The file cannot be read or holds a mistake.
+        The file cannot be read or has a mistake.
     """
     return read_document(path).scene
 
 
 def scene_from_text(text: str, name: str = "scene", path: str = "") -> Scene:
-    """The scene in a TOML text; `path` stands for the file in messages.
+    """Return the scene in a TOML text; `path` is the file name for messages.
 
     Raises
     ------
     SceneError
-        The text holds a mistake.
+        The text has a mistake.
     """
     return document_from_text(text, name, path).scene
 
 
 def scene_from_dict(raw: Tables, name: str = "scene", path: str = "") -> Scene:
-    """The scene in the tables of a TOML file; `path` stands for the file in messages.
+    """Return the scene in the tables of a TOML file; `path` is the file name for messages.
 
     Raises
     ------

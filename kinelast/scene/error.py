@@ -1,4 +1,4 @@
-"""The one way in which a scene file can be wrong."""
+"""Errors of scene files, with their place and the likely correction."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Any
 
-LONGEST_PLACE, LONGEST_PROBLEM = 120, 600  # letters of a message's parts, whatever a file holds
-LONGEST_WORD = 80  # of which near ones are looked for
+LONGEST_PLACE, LONGEST_PROBLEM = 120, 600  # letters of the parts of a message
+LONGEST_WORD = 80  # letters of a name for which similar names are searched
 
 
 class SceneError(ValueError):
-    """A mistake in a scene, told in one message.
+    """A mistake in a scene.
 
     Attributes
     ----------
     file
-        Path of the file, or what stands for it where a scene is not read from a file.
+        Path of the file; empty or a label if the scene does not come from a file.
     table
-        Table of the file, as "links.crank" or "drives[1]"; empty for the top level.
+        Table, such as "links.crank" or "drives[1]"; empty for the top level.
     key
-        Key in the table; empty where the whole table is meant.
+        Key in the table; empty if the whole table is wrong.
     problem
-        What is wrong, what was expected and, where there is one, the likely correction.
+        The mistake, the expected value and the likely correction.
     designs
-        Rows of the designs that are at fault, where a scene stands for many; else None.
+        Rows of the wrong designs if the scene represents several designs, otherwise None.
     others
-        Further mistakes of the same file, each told on a line of its own.
+        Further mistakes of the same file, one line each.
     """
 
     designs: Any = None
@@ -35,48 +35,48 @@ class SceneError(ValueError):
     def __init__(self, file: str, table: str, key: str, problem: str) -> None:
         place = " ".join(plain(part, LONGEST_PLACE) for part in (_header(table), key) if part)
         problem = plain(problem, LONGEST_PROBLEM)
-        told = (plain(file, LONGEST_PROBLEM), place, problem)
-        super().__init__(": ".join(part for part in told if part))
+        parts = (plain(file, LONGEST_PROBLEM), place, problem)
+        super().__init__(": ".join(part for part in parts if part))
         self.file, self.table, self.key, self.problem = file, table, key, problem
 
     def __str__(self) -> str:
         return "\n".join([str(self.args[0]), *map(str, self.others)])
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Survive the way back from a worker process."""
+        """Support pickling, to return the error from a worker process."""
         return type(self), (self.file, self.table, self.key, self.problem), {"others": self.others}
 
     def of_file(self, path: str) -> SceneError:
-        """The same mistakes with the file that they are in."""
+        """Return the same mistakes with the path of their file."""
         error = type(self)(path, self.table, self.key, self.problem)
         error.others = tuple(each.of_file(path) for each in self.others)
         return error
 
 
 class MissingFileError(SceneError, FileNotFoundError):
-    """There is no file, or shipped scene, of the name given for one."""
+    """No file or shipped scene has the given name."""
 
 
 def _header(table: str) -> str:
-    """A table as it is written in a file."""
+    """Return the header of a table as written in a file."""
     name, _, number = table.partition("[")
     return f"[[{name}]] no. {number.rstrip(']')}" if number else f"[{name}]" if name else ""
 
 
 def fault(table: str, key: str, problem: str) -> SceneError:
-    """A mistake found where the file is not known; the reader adds it."""
+    """Return a mistake without its file, which the reader adds."""
     return SceneError("", table, key, problem)
 
 
 def require_absent(where: str, table: object, keys: Iterable[str], problem: str) -> None:
-    """Raise where a table has one of some keys, which belong to another kind of it."""
+    """Raise if a table has a key that belongs to another kind of table."""
     for key in keys:
         if getattr(table, key) is not None:
             raise fault(where, key, problem)
 
 
 def plain(text: str, longest: int) -> str:
-    """A text as it can be printed anywhere: on one line, without control characters, its middle left out if long."""
+    """Return a text on one line without control characters; a long text is cut in the middle."""
     if len(text) > longest:
         text = f"{text[: longest - longest // 3 - 5]} ... {text[-(longest // 3) :]}"
     return "".join(
@@ -85,7 +85,7 @@ def plain(text: str, longest: int) -> str:
 
 
 def likely(word: str, choices: Iterable[str]) -> str:
-    """The end of a message about a name that is not known: the nearest choice, or all when they are few."""
+    """Return the end of a message about an unknown name: the most similar choice, or a short list of all."""
     names = list(choices)
     lower = {name.lower(): name for name in names if len(name) <= LONGEST_WORD}
     near = get_close_matches(word.lower(), lower, n=1, cutoff=0.6) if len(word) <= LONGEST_WORD else []
@@ -97,7 +97,7 @@ def likely(word: str, choices: Iterable[str]) -> str:
 
 
 def known_name(table: str, key: str, name: str, names: Iterable[str], what: str = "link") -> None:
-    """Raise where there is no link, or other thing, of a name."""
+    """Raise if no link (or other item) has the name."""
     names = list(names)
     if name not in names:
         raise fault(table, key, f'there is no {what} "{name}"{likely(name, names)}')
