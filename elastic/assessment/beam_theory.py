@@ -1,4 +1,4 @@
-"""Error of beam theory itself: deflection by shear, by moments that come in at the ends of beams, and at corners."""
+"""Error of beam theory: shear deflection, moments introduced at beam ends, and corners."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ from rigid.constants import per_row
 
 Meetings = dict[tuple[int, str], list[tuple[int, int, Any]]]
 
-NEAR_END = 1 / 8  # of the length of a beam, within which a moment that comes in has become that of a beam
+NEAR_END = 1 / 8  # an introduced moment spreads over this share of a beam's length
 STATIONS = 33  # along a beam, at which deflections are compared
-INTRODUCED = 0.28  # by M/kGA of a moment M that comes in at an end, a pin shifts: measured on plane bodies
-CORNER, SHARPER = 0.275, 2.15  # depths, times tan(turn/2) to this power, for which a corner is stiff: measured likewise
-SHARPEST = 2 * np.pi / 3  # turn, beyond which nothing was measured
+INTRODUCED = 0.28  # shift of a pin by a moment M introduced at an end, relative to M/kGA; measured on plane bodies
+CORNER, SHARPER = 0.275, 2.15  # stiff length of a corner in depths: CORNER tan(turn/2)^SHARPER, measured likewise
+SHARPEST = 2 * np.pi / 3  # largest measured turn of a corner
 
 
 def sections_with_shear(sections: Sequence[Section], poisson: float = POISSON) -> tuple[Section, ...]:
-    """Sections of which all that bend and stretch also shear.
+    """Return the sections, with shear rigidities for all that bend and stretch.
 
-    By `Section.shear_rigidity` where it is known, else as a rectangle of the same EA: k = 10 (1 + nu)/(12 + 11 nu).
+    The rigidity is `Section.shear_rigidity`, else that of a rectangle of equal EA: k = 10 (1 + nu)/(12 + 11 nu).
 
     Parameters
     ----------
     sections
         One per beam.
     poisson
-        Poisson's ratio where nothing is known.
+        Poisson's ratio for sections without shear rigidity.
     """
     return tuple(_sheared(section, poisson) for section in sections)
 
@@ -57,14 +57,14 @@ def _sheared(section: Section, poisson: float) -> Section:
 
 
 def shear_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
-    """Greatest change that shear would bring to the deflection from the chord, over the largest of every member.
+    """Largest change of the chord deflection by shear, relative to the largest of each member.
 
-    Solved once more with shear; 0 of beams that shear already, or cannot bend.
+    Solves once more with shear. 0 for beams that already shear, or cannot bend.
 
     Parameters
     ----------
     poisson
-        Poisson's ratio of beams of which no shear rigidity is known.
+        Poisson's ratio for sections without shear rigidity.
 
     Returns
     -------
@@ -72,7 +72,7 @@ def shear_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
 
     Examples
     --------
-    A square bar of 1 m, 10 cm deep, between two supports: 48 EI/(5 kGA l^2) = 2.45 %.
+    A square bar of 1 m, 10 cm deep, on two supports: 48 EI/(5 kGA l^2) = 2.45 %.
 
     >>> from elastic import Section, deflection
     >>> from rigid import Beam, LineLoad, Link, Mechanism, Slider, motion
@@ -95,16 +95,16 @@ def shear_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
 
 
 def _told_by_statics(deflection: Deflection) -> bool:
-    """Whether statics alone tells the section forces, and they go on without a jump along every member."""
+    """True if section forces are statically determinate and continuous along every member."""
     mechanism, closures = deflection.motion.mechanism, deflection.motion.closures
     undivided = deflection.division.whole and members_of(mechanism).whole and not trees_of(mechanism).cuts
     return undivided and not any(closed.redundancy for closed in closures)
 
 
 def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) -> AtStations:
-    """Deflection from the chord by shear where the forces stay as they are, shape of `sample`.
+    """Chord deflection by shear if forces do not change, shape of `sample`.
 
-    w' = V/kGA = M'/kGA, so it is M from the line through its values at the ends, over kGA.
+    w' = V/kGA = M'/kGA, so it is (M minus the line through its end values)/kGA.
     """
     moment, ndim = sample(deflection, "M", xi), len(deflection.motion.columns)
     line = moment[..., :1] * (1.0 - xi) + moment[..., -1:] * xi
@@ -115,11 +115,11 @@ def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) 
 
 
 def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
-    """Estimated deflection by the introduction of moments at the ends of beams, over the largest of the member.
+    """Estimated deflection by moments introduced at beam ends, relative to the largest of each member.
 
-    Beam theory has a moment, of a drive or a slider, act at a point; in a body it comes in through a pin, and takes
-    about a depth to become that of a beam. The pin's place shifts across by some 0.28 M/kGA. A moment that passes from
-    one beam of a link to the next counts as far as they form a corner.
+    In beam theory the moment of a drive or slider acts at a point. In a body it enters through a pin and becomes a
+    beam's moment over about one depth; the pin shifts sideways by about 0.28 M/kGA. A moment that passes between beams
+    of a link counts according to the angle of their corner.
 
     Returns
     -------
@@ -133,16 +133,16 @@ def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerB
 
 
 def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Deflection:
-    """Deflection with an estimate of the error of beam theory: shear, moments that come in at ends, and stiff corners.
+    """Deflection with an estimate of the error of beam theory: shear, introduced moments, stiff corners.
 
-    Solved once more: beams shear as those of `sections_with_shear`, and next to an end at which a moment comes in they
-    shift across by as much as `introduction_share` says, within about `NEAR_END` of their length. A corner of a link
-    bends less than its beams would there. The same object where nothing is left out.
+    Solves once more with the sections of `sections_with_shear`. Near an end with an introduced moment, within about
+    `NEAR_END` of the length, beams shift as in `introduction_share`. A corner of a link bends less than its beams
+    would. Returns the same object if nothing changes.
 
     Parameters
     ----------
     poisson
-        Poisson's ratio of beams of which no shear rigidity is known.
+        Poisson's ratio for sections without shear rigidity.
     """
     sheared = sections_with_shear(deflection.sections, poisson)
     M, meetings = sample(deflection, "M", [0.0, 1.0]), _meetings(deflection.motion.mechanism)
@@ -158,7 +158,7 @@ def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Defl
 
 
 def _near_ends(at_ends: Numbers) -> Numbers:
-    """Polynomials along the beams that have integrals over xi near their starts and ends, the last axis."""
+    """Polynomials along the beams with given integrals over xi near the starts and ends (last axis)."""
     start, end = np.moveaxis(at_ends, -1, 0)
     rise = round(1.0 / NEAR_END)
     rates: Numbers = rise * np.array([start * comb(rise - 1, k) * (-1.0) ** k for k in range(rise)], complex)
@@ -167,9 +167,9 @@ def _near_ends(at_ends: Numbers) -> Numbers:
 
 
 def _stiff_corners(M: AtStations, meetings: Meetings, sections: Sequence[Section]) -> AtStations:
-    """Rotations that beam theory has too much at both ends of every beam, where it forms a corner with another.
+    """Excess rotation by beam theory at both ends of every beam that forms a corner.
 
-    Half each of M/EI times the length for which the corner is stiff, in depths of the rectangle of the same EA and EI.
+    Half of M/EI times the stiff length of the corner, in depths of the rectangle with the same EA and EI.
     """
     stiff = -CORNER / 2 * np.tan(np.minimum(_turns(meetings, sections), SHARPEST) / 2) ** SHARPER
     kink: AtStations = np.zeros_like(M)
@@ -182,9 +182,9 @@ def _stiff_corners(M: AtStations, meetings: Meetings, sections: Sequence[Section
 
 
 def _turns(meetings: Meetings, sections: Sequence[Section]) -> Reals:
-    """Angle by which the straightest other beam of its link turns off at both ends of every beam, shape (beams, 2).
+    """Angle to the straightest other beam of the link at both ends of every beam, shape (beams, 2).
 
-    None where a beam that meets is hollow or an I: such corners are no plane bodies.
+    Zero if a meeting beam is thin-walled: such corners are no plane bodies.
     """
     turns = np.zeros((len(sections), 2))
     for meeting in meetings.values():
@@ -197,7 +197,7 @@ def _turns(meetings: Meetings, sections: Sequence[Section]) -> Reals:
 
 
 def _meetings(mechanism: Mechanism) -> Meetings:
-    """By link and point the beams that end there: number, which end, and unit vector away from the point."""
+    """Beams that end at each point of each link: index, which end, unit vector away from the point."""
     nodes: Meetings = {}
     for number, (at, beam) in enumerate(mechanism.beams):
         points = mechanism.links[at].points
@@ -208,7 +208,7 @@ def _meetings(mechanism: Mechanism) -> Meetings:
 
 
 def _strained(deflection: Deflection, strain: VectorCoefficients) -> AddedLoads:
-    """The loads of a deflection besides the motion's, with more strain that no force makes."""
+    """Add free strains to the additional loads of a deflection."""
     loads = deflection.added
     if loads is None:
         none = (0.0,) * len(deflection.motion.structure.joints)
@@ -219,9 +219,9 @@ def _strained(deflection: Deflection, strain: VectorCoefficients) -> AddedLoads:
 
 
 def _introduced(M: AtStations, meetings: Meetings) -> AtStations:
-    """Moments that come in at both ends of every beam [N m], with the sign of M, shape (beams, ..., positions, 2).
+    """Moments introduced at both ends of every beam [N m], with the sign of M, shape (beams, ..., positions, 2).
 
-    From outside all of it, from other beams of the link as far as they turn off: none where one goes on straight.
+    Full moment from outside the link; from other beams of the link reduced by the turn, zero for collinear beams.
     """
     moments = np.zeros_like(M)
     for meeting in meetings.values():
@@ -235,20 +235,20 @@ def _introduced(M: AtStations, meetings: Meetings) -> AtStations:
 
 
 def _softest(section: Section) -> Numbers:
-    """1/kGA, the larger of a beam's two ends."""
+    """1/kGA, the larger value of a beam's two ends."""
     taper = section.taper or Taper()
     factor = min(np.polynomial.polynomial.polyval(xi, taper.kGA) for xi in (0.0, 1.0))
     return np.reshape(1.0 / (np.asarray(section.kGA, float) * factor), np.shape(section.kGA)[:-1])
 
 
 def _greatest(values: AtStations) -> PerBeam:
-    """Largest magnitude over positions and stations, the last two axes; unknown values do not count."""
+    """Largest magnitude over positions and stations, the last two axes, without nan and inf."""
     greatest: PerBeam = np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=(-2, -1), initial=0.0)
     return greatest
 
 
 def _over_largest(deflection: Deflection, change: PerBeam, largest: PerBeam) -> PerBeam:
-    """Greatest changes of every beam's member over the base of its relative errors; 0 where nothing bends."""
+    """Largest change in each beam's member, relative to the reference deflection; 0 if nothing bends."""
     members = members_of(deflection.motion.mechanism)
     taken, change = reference_deflection(members.greatest(largest)), members.greatest(change)
     share: PerBeam = np.divide(change, taken, out=np.zeros_like(change), where=taken > 0)

@@ -1,10 +1,9 @@
-"""How near a whole mechanism is to buckling: its load over the load at which its tangent stiffness becomes singular.
+"""Buckling of the whole mechanism: ratio of its load to the load at which the tangent stiffness becomes singular.
 
-At a position, its drives held, K + factor K_G is the stiffness under so many times all forces. K is that of the links,
-soft joints and springs; K_G is that of the axial forces of links that are displaced, and of forces that turn or move
-with them. The load over the critical load is one over the smallest positive factor at which the sum is singular, with
-the ends that the links have. A force that turns with its link makes K_G unsymmetric: roots that are not real are of
-flutter, which statics does not tell. Equations: docs/theory.md.
+At a position with held drives, K + factor K_G is the stiffness under `factor` times all forces. K: links, soft joints
+and springs. K_G: axial forces of displaced links, and forces that turn or move with them. The load ratio is 1 over the
+smallest positive factor for which the sum is singular. A force that turns with its link makes K_G unsymmetric; complex
+roots then mean flutter, which statics cannot judge. Equations: docs/theory.md.
 
 References
 ----------
@@ -29,10 +28,10 @@ from rigid import PointLoad, Reals
 from rigid.arrays import Flags, Integers
 
 INNER = 4  # polynomials along a beam
-REAL = 1e-9  # imaginary part of a real root, relative to the largest root
-RESOLVED = 0.2  # load over critical load, up to which not every position that may have a larger one is looked at
-EVEN = 13  # positions that are looked at in any case
-TOGETHER = 8  # positions that are looked at together
+REAL = 1e-9  # largest imaginary part of a real root, relative to the largest root
+RESOLVED = 0.2  # load ratio from which the largest position is searched
+EVEN = 13  # evenly spaced positions that are always computed
+TOGETHER = 8  # positions computed at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,10 +41,10 @@ class Buckling:
     Attributes
     ----------
     ratio
-        Of every link the largest over the positions, shape (links,): of the modes in which this link buckles, as its
-        axial forces do most of the work; 0 where there is none, nan where it cannot be found.
+        Largest over the positions for each link, shape (links,), of modes in which the axial forces of this link do
+        most of the work; 0 without such a mode, nan if unknown.
     position
-        At which, shape (links,).
+        Position of the largest ratio, shape (links,).
     """
 
     ratio: Reals
@@ -53,26 +52,26 @@ class Buckling:
 
     @property
     def link(self) -> int:
-        """Number of the link that buckles first."""
+        """Index of the link that buckles first."""
         return int(np.nan_to_num(self.ratio).argmax())
 
     @property
     def largest(self) -> float:
-        """Of all links; nan where it cannot be found."""
+        """Largest ratio of all links; nan if unknown."""
         return float(self.ratio.max())
 
 
 def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolved: float = RESOLVED) -> Buckling:
     """Load over critical load of one design, the largest over the positions.
 
-    A safe bound of all positions tells at which ones the eigenvalues have to be found, until no other position can have
-    a larger one than `resolved`. Smaller ones are found at `EVEN` positions and at those of the greatest bounds, and
-    every link's largest is followed from there to the largest of its neighbourhood.
+    An upper bound at all positions selects those with an eigenvalue problem, until no other position can exceed
+    `resolved`. Smaller ratios are computed at `EVEN` positions and those of the largest bounds, then followed to the
+    local maximum for each link.
 
     Parameters
     ----------
     counted
-        Which positions count, shape (positions,).
+        Positions to include, shape (positions,).
     resolved
         Ratio above which the largest of all positions is found.
     """
@@ -91,16 +90,16 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
         while len(some):
             ratios[:, some] = np.nan_to_num(roots.of_links(pressed[some])).T
             some = _unseen(ratios, bound, resolved)
-    except np.linalg.LinAlgError:  # joints that hold rigidly what others hold too, or sizes of no machine
+    except np.linalg.LinAlgError:  # redundant rigid joints, or absurd dimensions
         return Buckling(np.full(links, np.nan), np.zeros(links, int))
     best = np.nanargmax(ratios, axis=1)
     return Buckling(np.nanmax(ratios, axis=1), pressed[best])
 
 
 def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
-    """Next positions: with the greatest bounds above the ratio that is resolved; else beside every link's largest.
+    """Select the next positions: largest bounds above the resolved ratio, else around each link's largest ratio.
 
-    These are where the parabola through the largest and its neighbours is highest, and in the end the next ones to it.
+    The latter are the tops of the parabolas through the largest values and their neighbours, finally their neighbours.
     """
     seen = ~np.isnan(ratios[0])
     above = np.flatnonzero(~seen & (bound > max(np.nanmax(ratios), resolved)))
@@ -124,19 +123,19 @@ def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
 
 
 def buckling_factor(deflection: Deflection) -> Reals:
-    """Factor on all forces at which the mechanism buckles, at every position, shape (positions,).
+    """Factor on all forces at which the mechanism buckles, shape (positions,).
 
-    Infinite where no forces press, nan at singular positions and where it cannot be found.
+    Infinite without compression; nan at singular positions or if unknown.
 
     Parameters
     ----------
     deflection
-        Of one design.
+        Deflection of one design.
 
     Raises
     ------
     ValueError
-        Several designs.
+        If there are several designs.
     """
     columns = deflection.motion.columns
     try:
@@ -148,7 +147,7 @@ def buckling_factor(deflection: Deflection) -> Reals:
 
 
 class _Roots:
-    """Modes in which a mechanism buckles, at any of its positions."""
+    """Buckling modes of a mechanism at any of its positions."""
 
     def __init__(self, deflection: Deflection) -> None:
         motion = deflection.motion
@@ -166,7 +165,7 @@ class _Roots:
         self.symmetric = self.felt.turning is None and not any(turning)
 
     def of_links(self, some: Integers) -> Reals:
-        """Load over critical load of the modes in which every link buckles, shape (positions, links)."""
+        """Load ratios of the modes in which each link buckles, shape (positions, links)."""
         ratio = np.zeros((len(some), len(self.motion.mechanism.links)))
         if not len(self.basis):
             return ratio
@@ -183,8 +182,8 @@ class _Roots:
         return ratio
 
     def _moved(self, some: Integers) -> Displacements:
-        """Displacements per unit of the coordinates of unit stiffness, at some positions."""
-        if trees_of(self.motion.mechanism).rails:  # where blocks are is told of all positions
+        """Displacements per unit of the coordinates with unit stiffness, at some positions."""
+        if trees_of(self.motion.mechanism).rails:  # positions of blocks are computed for all positions
             return self._everywhere[some]
         carried = replace(self.carried, shift=self.carried.shift[..., some], angle=self.carried.angle[..., some],
                           work=self.carried.work[some])  # fmt: skip
@@ -194,12 +193,12 @@ class _Roots:
 
     @cached_property
     def _everywhere(self) -> Displacements:
-        """Displacements per unit of the coordinates of unit stiffness, at all positions."""
+        """Displacements per unit of the coordinates with unit stiffness, at all positions."""
         basis = own_basis(self.structure, self.carried, self.basis)
         return unit_displacements(self.structure, self.motion, self.carried, basis, self.chosen)
 
     def _solved(self, felt: GeometricStiffness, moved: Displacements, pressing: Reals) -> tuple[Reals, Reals]:
-        """Loads over critical loads, rising, and their modes, shape (positions, n), (positions, n, n); 0 of no mode."""
+        """Load ratios, ascending, shape (positions, n), and modes (positions, n, n); 0 for complex roots."""
         springs = [effect.form(moved, moved) for effect in felt.effects if effect.elastic]
         back: Reals = np.eye(pressing.shape[-1])
         if springs:
@@ -217,7 +216,7 @@ class _Roots:
         return np.take_along_axis(values, order, -1), back @ modes
 
     def _working(self, felt: GeometricStiffness, moved: Displacements, modes: Reals) -> Integers:
-        """Link with the most work of its forces in each mode, by number, shape (positions, modes)."""
+        """Index of the link whose forces do the most work in each mode, shape (positions, modes)."""
         mechanism = self.motion.mechanism
         work = np.zeros((len(mechanism.links), len(modes), modes.shape[-1]))
         for beam, (at, _) in enumerate(mechanism.beams):

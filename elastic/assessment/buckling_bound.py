@@ -1,14 +1,14 @@
-"""A safe upper bound on the load over the critical load, of whole arrays of positions and designs.
+"""Upper bound of the load over the critical load, for arrays of positions and designs.
 
-The axial force P of a span works on its slopes. These are the rotation c of its chord and the slopes w' from the chord,
-which add in squares, as w is zero at both ends of the chord:
+The axial force P of a span does work on its slopes: the rotation c of its chord plus the slopes w' from the chord. As
+w is zero at both ends of the chord,
 
     P int (c + w')^2 dx = P L c^2 + P int w'^2 dx <= P L c^2 + (P/P_E + P/kGA) U,
 
-P_E Euler's load of the span pinned at its ends, U its strain energy. The energies of all spans together are that of the
-mechanism, so that the load over the critical load is at most the greatest P/P_E + P/kGA and the greatest eigenvalue of
-the chords' part. That is a small matrix: by how much each chord turns under a couple P L on another. Forces on points
-that turn add rows to it. Its Frobenius norm is taken. Equations: docs/theory.md.
+with Euler's load P_E of the pinned span and its strain energy U. The strain energies add up to that of the mechanism.
+So the load ratio is at most max(P/P_E + P/kGA) plus the largest eigenvalue of the chords' part. This part is a small
+matrix: rotation of each chord by a couple P L on another. Turning forces on points add rows. The Frobenius norm bounds
+the eigenvalue. Equations: docs/theory.md.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ from rigid.constants import per_row
 from rigid.plane import ZERO, dot
 
 PointLoad = tuple[int, str, Columns, Columns]
-"""Link's number, point's name, force in the ground's axes [N], complex, and moment [N m]."""
+"""Link index, point name, force in ground axes [N], complex, moment [N m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """A component of displacements: unit loads, weight of its square, and beams with this chord."""
+    """Component of displacements: unit loads, weight of its square, beams with this chord."""
 
     loads: tuple[PointLoad, ...]
     weight: Reals
@@ -51,12 +51,12 @@ class _Row:
 
 
 def buckling_bound(deflection: Deflection) -> tuple[Reals, PerBeam]:
-    """Load over critical load at most: of the mechanism, and of every beam's span alone in it.
+    """Upper bound of the load over the critical load: of the mechanism, and of each beam's span alone.
 
     Returns
     -------
-    Shape (..., positions), nan at singular positions, infinite where line loads turn with their beams, for which there
-    is no such bound; and shape (beams, ..., positions).
+    Shape (..., positions), nan at singular positions, inf with line loads that turn with their beams (no bound is
+    known); shape (beams, ..., positions).
     """
     columns = deflection.motion.columns
     spans, chords = _spans(deflection)
@@ -76,7 +76,7 @@ def buckling_bound(deflection: Deflection) -> tuple[Reals, PerBeam]:
 
 
 def _spans(deflection: Deflection) -> tuple[PerBeam, list[_Row]]:
-    """Compression of every beam's span over its load pinned at the ends, with shear; and the rows of the chords."""
+    """Compression of each beam's span over its pinned critical load, with shear; rows of the chords."""
     motion = deflection.motion
     mechanism, ndim = motion.mechanism, len(motion.columns)
     pressed = compressions(deflection)
@@ -98,9 +98,9 @@ def _spans(deflection: Deflection) -> tuple[PerBeam, list[_Row]]:
 
 
 def _turned_points(deflection: Deflection) -> tuple[list[_Row], Reals]:
-    """Rows of the forces that displaced points feel; and the share of those that one displacement makes along another.
+    """Rows of the forces on displaced points; bound for forces by one displacement along another.
 
-    Such a form 2 f c is at most |f| |c| + f c, the products taken by the mechanism's compliance.
+    Such a form 2 f c is at most |f| |c| + f c, with products by the mechanism's flexibility.
     """
     chosen, rows = chosen_points(deflection.motion.mechanism), []
     pairs: dict[frozenset[int], Any] = {}
@@ -123,14 +123,14 @@ def _turned_points(deflection: Deflection) -> tuple[list[_Row], Reals]:
 
 
 def _loads_of(row: PointRow, chosen: Points) -> tuple[PointLoad, ...]:
-    """Unit loads that work on a component of displacements; the ground's points do not move."""
+    """Unit loads that do work on a component of displacements; the ground's points do not move."""
     forces = [(*chosen[point], way, 0.0) for point, way in row.ways.items()]
     moments = [(*chosen[point], 0.0, share) for point, share in row.shares.items()]
     return tuple(load for load in (*forces, *moments) if load[0])
 
 
 def _responses(deflection: Deflection, rows: Sequence[_Row]) -> Reals:
-    """By how much the loads of each row, times its weight, displace each other, shape (rows, rows, ..., positions)."""
+    """Displacement of each row by the weighted loads of every row, shape (rows, rows, ..., positions)."""
     motion, sections = deflection.motion, deflection.sections
     problem = problem_of(motion, sections, deflection.joints).unloaded
     states = self_stresses(motion.closures, deflection.forces.flank)
@@ -150,7 +150,7 @@ def _responses(deflection: Deflection, rows: Sequence[_Row]) -> Reals:
 def _displaced(
     problem: ElasticProblem, loads: tuple[PointLoad, ...], flank: Mapping[int, Columns], states: Sequence[JointForces]
 ) -> Callable[[PointLoad], tuple[Columns, Columns]]:
-    """Displacement [m], complex, and rotation of the points of loads, the mechanism under given ones alone."""
+    """Return a function for displacement [m], complex, and rotation of a load's point under given loads alone."""
     motion, trees = problem.motion, problem.configuration.trees
     nothing, still = (0.0,) * len(motion.places), [ZERO] * len(motion.mechanism.links)
     points = tuple(load for load in loads if not load[1].startswith(UNDER))
@@ -181,5 +181,5 @@ def _displaced(
 
 
 def _number(load: PointLoad) -> int:
-    """Number of the joint of a block, of a load under it."""
+    """Index of the joint of the block above a load."""
     return int(load[1].removeprefix(UNDER))

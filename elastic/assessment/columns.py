@@ -1,4 +1,4 @@
-"""Spans of beams as columns: their compression, Euler's load, and how slender they are."""
+"""Spans of beams as columns: compression, Euler load, slenderness."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from elastic.solution import Deflection
 from rigid import Reals
 from rigid.constants import per_row
 
-TERMS = 16  # polynomials for the moment of a tapered column: one more changes its load by round-off
-POINTS = 64  # of Gauss' quadrature, and at which a taper is looked at
+TERMS = 16  # polynomials for the moment of a tapered column; more change its load by round-off only
+POINTS = 64  # Gauss points, and points at which tapers are evaluated
 
 
 def least_axial_force(deflection: Deflection) -> PerBeam:
@@ -33,9 +33,9 @@ def least_axial_force(deflection: Deflection) -> PerBeam:
 
 
 def euler_loads(deflection: Deflection) -> PerBeam:
-    """Euler's critical load of every beam's span from joint to joint of its member, pinned there [N], (beams, ..., 1).
+    """Euler load of each beam's span between two joints of its member, pinned there [N], (beams, ..., 1).
 
-    pi^2 EI/l^2; of a tapered beam by Ritz' method, to round-off; to some 0.1 % where sections change by steps.
+    pi^2 EI/l^2. For a tapered beam by Ritz' method to round-off, to about 0.1 % for stepped sections.
 
     References
     ----------
@@ -53,7 +53,7 @@ def euler_loads(deflection: Deflection) -> PerBeam:
 
 
 def _load_of_span(span: BeamRun, sections: Sequence[Section], length: Reals) -> Reals:
-    """Critical load of beams in a row, pinned at the ends of the row [N], shape (..., 1)."""
+    """Critical load of collinear beams, pinned at the ends of the row [N], shape (..., 1)."""
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     matrix: Any = 0.0
     for start, width, beam in zip(span.start, span.width, span.beams, strict=True):
@@ -69,7 +69,7 @@ def _load_of_span(span: BeamRun, sections: Sequence[Section], length: Reals) -> 
 def _moments(place: Reals) -> Reals:
     """Polynomials for the moment of a pinned column at places from -1 to 1, shape (..., TERMS, places).
 
-    Integrals of Legendre's polynomials, scaled so that those of M'^2 over a length of 1 are the unit matrix.
+    Integrals of Legendre polynomials, scaled so that the integrals of M'^2 over unit length form the unit matrix.
     """
     legendre = np.moveaxis(np.polynomial.legendre.legvander(place, TERMS + 1), -1, -2)
     scale = 2 * np.sqrt(2 * np.arange(1, TERMS + 1) + 1)
@@ -79,9 +79,9 @@ def _moments(place: Reals) -> Reals:
 
 @lru_cache(maxsize=256)
 def _critical_factor(section: Section) -> float:
-    """P l^2/EI at the start of a pinned column: pi^2, less where it tapers.
+    """P l^2/EI at the start of a pinned column: pi^2, or less with a taper.
 
-    With polynomials for the moment: the integral of M'^2 over that of M^2/EI.
+    Ritz' method: integral of M'^2 over integral of M^2/EI.
     """
     if section.taper is None:
         return float(np.pi**2)
@@ -93,22 +93,21 @@ def _critical_factor(section: Section) -> float:
 
 
 def euler_ratio(deflection: Deflection) -> PerBeam:
-    """Largest compression along every beam's span over Euler's load of the span pinned at its ends.
+    """Largest compression along every beam's span over its Euler load.
 
-    A span goes from joint to joint of a member. The compression is taken as if it acted all along it, which is safe,
-    and both ends as held sideways and free to turn. Where an end is not held, as that of a cantilever, Euler's load is
-    less: a quarter.
+    A span lies between two joints of a member. The compression is assumed constant over the span, which is safe. Both
+    ends are assumed to be held sideways and free to turn; the critical load of a cantilever is a quarter of this.
 
     Returns
     -------
-    Shape (beams, ..., positions); 0 in tension and of beams that cannot bend, 1 and above where the beam buckles.
+    Shape (beams, ..., positions); 0 in tension and for beams that cannot bend, from 1 on the beam buckles.
     """
     ratio: PerBeam = compressions(deflection) / euler_loads(deflection)
     return ratio
 
 
 def compressions(deflection: Deflection) -> PerBeam:
-    """Largest compression along every beam's span from joint to joint [N], shape (beams, ..., positions)."""
+    """Largest compression along every beam's span between joints [N], shape (beams, ..., positions)."""
     spans = spans_of(deflection.motion.mechanism)
     return spans.greatest(np.maximum(-least_axial_force(deflection), 0.0))
 
@@ -123,9 +122,9 @@ def least_shear_rigidity(section: Section) -> float | Reals:
 
 
 def slenderness(deflection: Deflection) -> PerBeam:
-    """Length of every beam's member over the beam's radius of gyration, l sqrt(EA/EI), shape (beams, ..., 1).
+    """Length of each beam's member over the beam's radius of gyration, l sqrt(EA/EI), shape (beams, ..., 1).
 
-    The least along a tapered beam. nan of beams that cannot bend or stretch.
+    Smallest value along a tapered beam; nan for beams that cannot bend or stretch.
     """
     ndim = len(deflection.motion.columns)
     EA, EI = (
@@ -139,7 +138,7 @@ def slenderness(deflection: Deflection) -> PerBeam:
 
 
 def member_lengths(deflection: Deflection) -> PerBeam:
-    """Length of every beam's member [m], shape (beams, ..., 1)."""
+    """Length of each beam's member [m], shape (beams, ..., 1)."""
     length = np.array(deflection.length)
     for run in members_of(deflection.motion.mechanism).runs:
         length[[*run.beams]] = deflection.length[[*run.beams]].sum(0)

@@ -1,4 +1,4 @@
-"""Figures over all positions: the largest value and when, the root of the mean square."""
+"""Largest and rms values over all positions; period of a cycle."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from elastic.largest import Largest, largest
 from rigid import Motion, Reals
 from rigid.arrays import ArrayLike
 
-EVEN = 1e-9  # of themselves that equal steps, and a constant speed, may differ by
+EVEN = 1e-9  # largest relative difference of equal steps, and of a constant speed
 
 
 def over_cycle(values: Extreme | ArrayLike) -> Largest:
-    """Largest magnitude over the positions, the last axis; singular positions do not count.
+    """Largest magnitude over the last axis (positions), without singular positions.
 
     Parameters
     ----------
     values
-        Shape (..., positions), or an `Extreme` of such.
+        Shape (..., positions), or an `Extreme` of this shape.
 
     Examples
     --------
@@ -29,7 +29,7 @@ def over_cycle(values: Extreme | ArrayLike) -> Largest:
 
 
 def rms(values: ArrayLike) -> Reals:
-    """Root of the mean square over the positions, the last axis; singular positions do not count."""
+    """Root mean square over the last axis (positions), without singular positions."""
     square = np.square(np.abs(np.asarray(values)))
     known = ~np.isnan(square)
     count = known.sum(axis=-1)
@@ -38,9 +38,9 @@ def rms(values: ArrayLike) -> Reals:
 
 
 def period_of(motion: Motion) -> float:
-    """Duration of the cycle [s] of a motion that goes once round at constant speed, in equal steps, the end left out.
+    """Duration of the cycle [s] of one turn at constant speed in equal steps, without the end point.
 
-    nan of any other motion.
+    nan for any other motion.
     """
     rate = motion.drive_rate
     if not len(rate) or rate.shape[-1] < 3 or not all(drive.turns for drive in motion.mechanism.drives):

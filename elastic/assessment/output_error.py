@@ -1,4 +1,4 @@
-"""How far the machine's output is from where rigid links would have it."""
+"""Error of the machine's output relative to rigid links."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from elastic.solution import Deflection
 from rigid import Reals, velocity_of
 from rigid.arrays import Complexes
 
-AT_REST = 1e-12  # of its greatest speed below which a point rests
+AT_REST = 1e-12  # a slower point is at rest, relative to its largest speed
 
 
 @dataclass(frozen=True, eq=False)
 class PathDeviation:
-    """Displacement of a point as seen on its path, shape (..., positions).
+    """Displacement of a point in the axes of its path, shape (..., positions).
 
     Attributes
     ----------
     along
-        How far it is ahead [m]: on the path, early or late.
+        Distance ahead on the path [m]: the point is early (positive) or late.
     normal
-        How far it is to the left of the path [m]: off the path.
+        Distance to the left of the path [m].
     displacement
-        In the ground's axes [m], complex.
+        In ground axes [m], complex.
     """
 
     along: Reals
@@ -35,9 +35,9 @@ class PathDeviation:
 
 
 def path_deviation(deflection: Deflection, link: str, point: str) -> PathDeviation:
-    """Deviation of a link's point from the path that rigid links give it.
+    """Deviation of a link's point from its path with rigid links.
 
-    `along` and `normal` are nan where the point rests, so that its path has no direction there.
+    `along` and `normal` are nan if the point is at rest, because its path has no direction.
     """
     moved = displacement_of(deflection, link, point)
     velocity = velocity_of(deflection.motion, link, point)
@@ -51,8 +51,8 @@ def path_deviation(deflection: Deflection, link: str, point: str) -> PathDeviati
 def angle_error(deflection: Deflection, link: str, point: str | None = None) -> Reals:
     """Rotation of a link at one of its points from its rigid angle [rad], shape (..., positions).
 
-    A bent link is turned differently at every point; without one, at the origin of its axes. A point on no beam turns
-    with the axes of its link.
+    A bent link has different rotations at different points. Default: the origin of its axes. A point that is not on a
+    beam rotates with the axes of its link.
     """
     mechanism = deflection.motion.mechanism
     at = mechanism.index[link]
@@ -67,9 +67,9 @@ def angle_error(deflection: Deflection, link: str, point: str | None = None) -> 
 
 
 def point_displacements(deflection: Deflection) -> dict[tuple[str, str], Complexes]:
-    """Displacement [m], complex, shape (..., positions), of every point of every moving link by their names.
+    """Displacement [m], complex, shape (..., positions), of every point by names of link and point.
 
-    Joints are points of the links that they join; where a joint gives way these differ.
+    A joint is a point of each of its links; the values differ if the joint is compliant.
     """
     return {
         (link.name, point): displacement_of(deflection, link.name, point)

@@ -1,4 +1,4 @@
-"""Ringing after a stop: how far a machine is from where it will rest, at most, and when it has settled."""
+"""Residual vibration after a stop: begin of the rest, and settling time."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import numpy as np
 from rigid import Reals
 from rigid.arrays import Flags
 
-REST = 1e-9  # of a drive's greatest rate, below which it is round-off
+REST = 1e-9  # smaller drive rates are round-off, relative to the largest
 
 
 def rest_from(rates: Reals) -> Flags:
-    """Whether all drives have come to rest for good, bool, shape (..., positions).
+    """True after all drives have stopped for good, shape (..., positions).
 
     Parameters
     ----------
     rates
-        Of the drives, shape (drives, ..., positions).
+        Drive rates, shape (drives, ..., positions).
     """
     greatest = np.abs(rates).max(axis=-1, keepdims=True, initial=0.0)
     moving = (np.abs(rates) > REST * greatest).any(axis=0)
@@ -25,7 +25,7 @@ def rest_from(rates: Reals) -> Flags:
 
 
 def settling_time(time: Reals, apart: Reals, rests: Flags, tolerance: Reals | float) -> Reals:
-    """Time from the first instant of rest until a distance is within a tolerance for good [s], shape (...).
+    """Time from the first instant of rest until a distance stays within a tolerance [s], shape (...).
 
     Parameters
     ----------
@@ -34,13 +34,13 @@ def settling_time(time: Reals, apart: Reals, rests: Flags, tolerance: Reals | fl
     apart
         Distance from the place of rest, shape (..., positions).
     rests
-        As of `rest_from`.
+        See `rest_from`.
     tolerance
-        In the unit of the distance, a scalar or of shape (...).
+        In the unit of the distance, scalar or shape (...).
 
     Returns
     -------
-    Between two instants as on a straight line; infinite where the last one is still beyond, nan where nothing rests.
+    Linear interpolation between instants; inf if the last instant is beyond the tolerance, nan without rest.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Excitation by the cycle: the harmonics of the quasi-static bending."""
+"""Excitation by the cycle: harmonics of the quasi-static bending."""
 
 from __future__ import annotations
 
@@ -12,45 +12,45 @@ from elastic.solution import Deflection
 from rigid import Reals
 from rigid.arrays import Integers
 
-POINTS = 6  # Gauss points along a beam: the square of the bending moment of a linear load is of the sixth degree
-HELD = 0.05  # share of the strain energy's root from which a harmonic is strong
+POINTS = 6  # Gauss points along a beam, exact for the squared bending moment of a linear load
+HELD = 0.05  # smallest share of a strong harmonic in the root of the strain energy
 
 
 @dataclass(frozen=True, eq=False)
 class Harmonics:
-    """Parts of the bending of all beams by their frequency.
+    """Harmonics of the bending of all beams.
 
     Attributes
     ----------
     omega
-        0, 1, 2, ... times the cycle's angular frequency [rad/s], shape (harmonics,).
+        Multiples 0, 1, 2, ... of the cycle's angular frequency [rad/s], shape (harmonics,).
     share
-        Root of the strain energy that each holds, of that of the whole cycle: the squares add up to 1.
+        Root of each harmonic's share in the strain energy of the cycle; the squares add up to 1.
     """
 
     omega: Reals
     share: Reals
 
     def strong(self, share: float = HELD) -> Integers:
-        """Numbers of the harmonics, but the mean, that hold more than a share."""
+        """Indices of the harmonics above a share, without the mean."""
         return 1 + np.flatnonzero(self.share[1:] > share)
 
 
 def harmonics(deflection: Deflection, period: float) -> Harmonics:
     """Harmonics of the loads, measured by the bending that they cause.
 
-    Bending moments weighed with 1/EI, because they hold what every load does: inertia, lumps and joints.
+    Uses bending moments weighted by 1/EI, because they contain the effect of all loads: inertia, lumps and joints.
 
     Parameters
     ----------
     deflection
-        One design, at equal steps of time over one cycle, the end left out.
+        Deflection of one design, at equal steps of time over one cycle, without the end point.
     period
         Duration of the cycle [s].
 
     Returns
     -------
-    Up to half the number of positions; shares nan where a position is singular, or nothing bends.
+    Harmonics up to half the number of positions; nan if a position is singular or nothing bends.
     """
     columns = deflection.motion.columns
     if len(columns) != 1:
@@ -72,6 +72,6 @@ def harmonics(deflection: Deflection, period: float) -> Harmonics:
 
 @cache
 def _quadrature() -> tuple[Reals, Reals]:
-    """Gauss' stations on [0, 1] and twice their weights."""
+    """Gauss points on [0, 1], and twice their weights."""
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     return (nodes + 1) / 2, weights

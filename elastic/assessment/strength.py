@@ -1,4 +1,4 @@
-"""How far the stresses of the beams swing, and how far they are from yield."""
+"""Stress ranges of the beams, and safety factors against yield."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from rigid.constants import per_row
 
 
 def stress_range(deflection: Deflection, stations: int | ArrayLike) -> Reals:
-    """How far the normal stress swings over the positions, largest minus smallest [Pa].
+    """Range of the normal stress over the positions, largest minus smallest [Pa].
 
     Returns
     -------
-    Shape (2, beams, ..., stations): of the left and the right fibre. Singular positions do not count.
+    Shape (2, beams, ..., stations), left and right fibre, without singular positions.
     """
     least, most = stress_ends(deflection, stations)
     return np.where(least <= most, most - least, np.nan)
 
 
 def stress_ends(deflection: Deflection, stations: ArrayLike) -> tuple[AtStations, AtStations]:
-    """Least and largest normal stress over the positions [Pa], infinite, and the wrong way round, where none is known.
+    """Smallest and largest normal stress over the positions [Pa]; (inf, -inf) if unknown.
 
     Returns
     -------
-    Each of shape (2, beams, ..., stations): of the left and the right fibre. Singular positions do not count.
+    Each of shape (2, beams, ..., stations), left and right fibre, without singular positions.
     """
     sides = [_ends(sample(deflection, side, stations)) for side in FIELDS["normal"].greatest_of]
     least, most = zip(*sides, strict=True)
@@ -48,12 +48,12 @@ def _ends(values: AtStations) -> tuple[AtStations, AtStations]:
 def safety_factor(deflection: Deflection, mises: Extreme | None = None) -> Reals:
     """Yield stress over the largest von Mises stress along every beam, shape (beams, ..., positions).
 
-    Infinite without stress; nan where the yield stress or the dimensions of the section are not known.
+    Infinite without stress; nan if the yield stress or the section's dimensions are unknown.
 
     Parameters
     ----------
     mises
-        From `extremes`, where it is known already.
+        From `extremes`, if already computed.
     """
     largest = (mises or extremes(deflection, ["mises"])["mises"]).value
     limit = per_row([section.yield_stress for section in deflection.sections], largest.ndim - 1, float)

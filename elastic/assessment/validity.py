@@ -1,4 +1,4 @@
-"""Where a figure leaves the range in which linear, quasi-static beam theory holds.
+"""Validity of linear, quasi-static beam theory: figures that leave its range.
 
 Limits and their sources: docs/strength.md.
 """
@@ -25,55 +25,55 @@ KINDS = ("slenderness", "deflection", "axial force", "yield")
 
 @dataclass(frozen=True)
 class ValidityLimit:
-    """From where a figure is to be watched, and from where the answer is not reliable.
+    """Limits of a figure: for a warning, and for an unreliable answer.
 
     Attributes
     ----------
     watch, beyond
-        The figure grows worse from the first to the second.
+        The answer becomes worse from `watch` to `beyond`.
     """
 
     watch: float
     beyond: float
 
     def passed(self, figure: float) -> bool:
-        """Whether a figure is past the first limit."""
+        """True if a figure exceeds the first limit."""
         return figure > self.watch
 
     def far_passed(self, figure: float) -> bool:
-        """Whether it is past the second."""
+        """True if a figure exceeds the second limit."""
         return figure > self.beyond
 
 
-LIMITS = {  # the last is of an answer's whole error, `kinelast.figures.theory`
+LIMITS = {  # "vibration" bounds the total error of an answer, see `kinelast.figures.theory`
     "slenderness": ValidityLimit(0.03, 0.25),
     "deflection": ValidityLimit(0.01, 0.1),
     "axial force": ValidityLimit(0.1, 0.5),
     "yield": ValidityLimit(2 / 3, 1.0),
     "vibration": ValidityLimit(0.03, 0.25),
 }
-"""Bounds of each condition under which the theory holds, by its name."""
+"""Limits of each validity condition, by name."""
 
 
 @dataclass(frozen=True)
 class Exceedance:
-    """A figure that is past its limit.
+    """A figure that exceeds its limit.
 
     Attributes
     ----------
     kind
         One of `KINDS`.
     beam
-        Number of the beam in `Mechanism.beams`; None where it is the mechanism's.
+        Index of the beam in `Mechanism.beams`; None for the mechanism.
     position
-        Number of the position; None where it is not one position's.
+        Index of the position; None if it is not of one position.
     figure, limit
-        The figure and the limit that it is past: share of the largest deflection that beam theory leaves out;
-        deflection over length; compression over Euler's load; von Mises stress over yield stress.
+        Figure and exceeded limit. Slenderness: share of the largest deflection that beam theory neglects; deflection
+        over length; compression over Euler load; von Mises stress over yield stress.
     severe
-        Whether it is past the limit beyond which the answer is not reliable.
+        True if the answer is not reliable.
     message
-        A sentence.
+        Sentence for the user.
     """
 
     kind: str
@@ -90,14 +90,14 @@ def exceedances(
     kinds: Sequence[str] = KINDS,
     known: Mapping[str, Any] | None = None,
 ) -> list[Exceedance]:
-    """Figures of one design that are past their limits, the worst of every beam; nothing where all is well.
+    """Find figures of one design that exceed their limits, the worst of every beam.
 
     Parameters
     ----------
     kinds
-        Those of `KINDS` to judge.
+        Conditions to check.
     known
-        From `extremes`, of "w" and "mises", and "euler_ratio" of that name, where they are computed already.
+        Results already computed: `extremes` of "w" and "mises", and "euler_ratio".
     """
     if len(deflection.motion.columns) != 1:
         raise ValueError(f"columns of shape {deflection.motion.columns}: expected one design")
@@ -116,7 +116,7 @@ def _judged(kind: str, beam: int | None, position: int | None, figure: float, me
 
 
 def _slender(deflection: Deflection, _: Extreme | None) -> Iterator[Exceedance]:
-    """Exceedances by the errors of beam theory: shear, and moments that come in at the ends."""
+    """Exceedances by errors of beam theory: shear, and moments introduced at beam ends."""
     parts = shear_share(deflection), introduction_share(deflection)
     for beam, (shear, introduced) in enumerate(zip(*parts, strict=True)):
         figure = float(max(shear, introduced))
@@ -151,7 +151,7 @@ def _per_beam(kind: str, peak: Largest, message: str) -> Iterator[Exceedance]:
 
 
 def _share(figure: float) -> str:
-    """A part of something in words, or how many times that."""
+    """Format a share in per cent, or a multiple."""
     return f"{100 * figure:.2g} % of" if figure < 1 else f"{figure:.3g} times"
 
 

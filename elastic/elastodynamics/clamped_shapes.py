@@ -1,4 +1,4 @@
-"""One link clamped at the root of its beams: elastic coordinates, and their displacements of its beams and nodes."""
+"""Elastic coordinates of one link clamped at its root, and the displacements of its beams and nodes."""
 
 from __future__ import annotations
 
@@ -18,15 +18,14 @@ SCALES = {"u": 0, "w": 0, "phi": 1, "stretch": 1, "slope": 1, "curvature": 2}
 
 @dataclass(frozen=True, eq=False)
 class ClampedLink:
-    """A link of n elastic coordinates [m].
+    """Link with n elastic coordinates [m].
 
     Attributes
     ----------
     fields
-        "u", "w", "phi" and their derivatives "stretch", "slope", "curvature" in the axes of every beam, shape
-        (beams, points, n).
+        "u", "w", "phi" and derivatives "stretch", "slope", "curvature" in beam axes, shape (beams, points, n).
     nodes
-        Per point with a beam: displacement in the link's axes, complex, and rotation, shape (n,).
+        For each point with a beam: displacement in link axes, complex, and rotation, shape (n,).
     stiffness
         Shape (n, n).
     """
@@ -37,9 +36,9 @@ class ClampedLink:
 
 
 def clamped_link(link: Link, sections: Sequence[Section], root: str, inner: int, points: int) -> ClampedLink:
-    """Elastic coordinates of a link of one design, with `inner` polynomials along every beam, at so many Gauss points.
+    """Elastic coordinates of a link of one design, with `inner` polynomials per beam, at `points` Gauss points.
 
-    The link may turn neither nor move at `root`.
+    The link is clamped at `root`.
     """
     scale = max(float(np.abs(np.ravel(place)[0])) for place in link.points.values()) or 1.0
     scaled, parts = of_design(link, sections, scale, 0)

@@ -1,10 +1,9 @@
-"""Residual correction of reduced coordinates: the answer becomes that in which all elastic coordinates vibrate.
+"""Iterative correction of the reduced coordinates, until the answer includes the inertia of all elastic coordinates.
 
-There are two routes to an answer: the reduced coordinates, and the exact quasi-static answer under the loads that they
-give, which is taken. What the second has and the first has not is felt by neither: its inertia, its damping, and the
-rigid motion's forces on it. These go as a load into the equations of the reduced coordinates, where they may resonate,
-and into the exact answer; and so on, the reduced equations being what iterations of the whole ones are preconditioned
-with. What an iteration is about to change is how far the answer is off. Dashpots and soft joints do not damp it.
+The reduced coordinates give loads; the exact quasi-static answer under these loads is the result. Its displacements
+beyond the reduced coordinates (residual response) have inertia, damping and geometric stiffness of their own. These
+are added as loads to the reduced equations, where they may resonate, and to the exact answer. The reduced equations
+precondition this iteration. The next change is the error. Dashpots and soft joints do not damp the residual response.
 """
 
 from __future__ import annotations
@@ -25,15 +24,15 @@ from elastic.vibration.beam_matrices import rigidity
 from rigid.arrays import Reals
 from rigid.kinetostatics import beam_directions
 
-CORRECTIONS = 8
-FALL = 0.5  # of the error by a correction, below which more coordinates are the shorter way
+CORRECTIONS = 8  # largest number of corrections
+FALL = 0.5  # a correction must reduce the error to this share; otherwise more coordinates are cheaper
 
 
 def corrected(answer: Vibration, tolerance: float) -> tuple[Vibration, float]:
-    """The vibration with the forces of its residual response, and the error that is left in its answer.
+    """Add the forces of the residual response to a vibration; return also the remaining error.
 
-    That is what another correction would change, of the largest displacement: more than the tolerance where corrections
-    do not get there; 0 without beams, where nothing is left out.
+    The error is the change by the next correction, relative to the largest displacement. It exceeds the tolerance if
+    the corrections do not converge; 0 without beams.
     """
     kinds = answer.problem.terms.kinematics
     best, least = answer, np.inf
@@ -66,7 +65,7 @@ def inertia_load(vibration: Vibration, residual: ResidualResponse) -> Reals:
 
 
 def _left_out(vibration: Vibration) -> ResidualResponse:
-    """Residual response: the exact answer less that of the coordinates."""
+    """Residual response: exact answer minus the displacements of the coordinates."""
     terms = vibration.problem.terms
     structure, x = terms.kinematics.structure, terms.grid.at_nodes(vibration.history[0])[..., None]
     strains = strain_rows(structure, terms.kinematics.basis)
@@ -76,7 +75,7 @@ def _left_out(vibration: Vibration) -> ResidualResponse:
 
 
 def displacements_of(vibration: Vibration, bent: Deflection) -> Displacements:
-    """Of a deflection at the nodes, of one kind."""
+    """Displacements of a deflection at the nodes, of one kind."""
     structure, motion = vibration.problem.terms.kinematics.structure, vibration.motion
     u, w, phi, V = (along_beams(bent, name, structure.xi)[..., None] for name in ("u", "w", "phi", "V"))
     beams = beam_directions(motion).T[..., None, None] * (u + 1j * w)

@@ -1,10 +1,9 @@
-"""Blocks on links that bend by any amount: their places on the bent axis, and forces square to it there.
+"""Sliding blocks on links with large bending: positions on the bent axis, and forces normal to it.
 
-The displacement of an axis holds for any amount, and that across the line of the rigid link is closed by the linear
-solution, the block being where it is: so much farther along the line that it lies on the bent axis. That shift, and
-the rotation there, are those of the solution before. A block that holds a moment C against a bent axis is pushed along
-it by C times the curvature, since a slide of the block turns it: Bigoni et al., Eshelby-like forces acting on elastic
-structures, Mechanics of Materials 80 (2015) 368-374. Derivation: docs/theory.md.
+The linear solution closes the displacement across the rigid link's line. Here the block shifts along this line so that
+it lies on the bent axis. Shift and rotation are those of the previous solution. A block that holds a moment C against
+a bent axis is pushed along it by C times the curvature, because sliding turns the block: Bigoni et al., Eshelby-like
+forces acting on elastic structures, Mechanics of Materials 80 (2015) 368-374. Derivation: docs/theory.md.
 """
 
 from __future__ import annotations
@@ -24,27 +23,27 @@ from rigid.arrays import Columns, Complexes, Reals
 from rigid.kinetostatics import beam_directions
 from rigid.plane import cross, dot
 
-SHIFTS = 4  # steps to where on its axis a block is, each of which leaves of it what the axis stretches
+SHIFTS = 4  # iterations for a block's position; each leaves an error of the order of the axial strain
 
 
 @dataclass(frozen=True, eq=False)
 class DisplacedBlock:
-    """The block of a slider on an elastic link that is displaced by any amount, at the points of a grid.
+    """Block of a slider on an elastic link with large displacement, at the points of a grid.
 
     Attributes
     ----------
     joint
-        Number of the slider.
+        Index of the slider.
     slide
-        By how much farther along the line of the rigid link it is on the axis [m].
+        Shift of the block along the rigid link's line onto the bent axis [m].
     force
-        Of the beam on the block in the ground's axes [N], complex.
+        Force of the beam on the block in ground axes [N], complex.
     more
-        Of this force what the linear solution has not.
+        Part of `force` beyond the linear solution.
     lever
-        Moment on the beam's link of the force where the block is, less that where it is in the motion [N m].
+        Moment on the beam's link by the force at the block, minus its moment at the position in the motion [N m].
     gap
-        What of the displacement under the block the link's rotation misses there, from child to parent [m], complex.
+        Displacement under the block that the link's rotation misses, from child to parent [m], complex.
     """
 
     joint: int
@@ -58,14 +57,14 @@ class DisplacedBlock:
 def displaced_blocks(
     turned: Turned, structure: ElasticStructure, forces: Complexes, moments: Reals
 ) -> list[DisplacedBlock]:
-    """Of all sliders on elastic links.
+    """Compute the blocks of all sliders on elastic links.
 
     Parameters
     ----------
     turned
         Displacements at the nodes.
     forces, moments
-        In the joints, in the ground's axes [N, N m], shape (nodes, joints).
+        Joint forces and moments in ground axes [N, N m], shape (nodes, joints).
     """
     trees = trees_of(structure.mechanism)
     return [_displaced(turned, structure, trees, number, forces, moments) for number in trees.rails]
@@ -94,7 +93,7 @@ def _displaced(
 def _under(
     values: Any, structure: ElasticStructure, motion: Motion, trees: BeamTrees, number: int, slide: Columns
 ) -> tuple[Any, Any]:
-    """Values and slopes along the line at a shifted block, of such along beams, shape (nodes, beams, points, 1)."""
+    """Values and slopes along the line at a shifted block, from values along beams (nodes, beams, points, 1)."""
     places = block_places(motion, trees, {number: slide})[list(trees.rails).index(number)]
     there: Any = np.zeros(len(values))
     slope: Any = np.zeros(len(values))

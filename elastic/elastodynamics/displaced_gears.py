@@ -1,9 +1,9 @@
-"""Teeth of displaced wheels: they stay together about the line through the centres, displaced by any amount.
+"""Gear teeth with large displacement of the wheels: they stay in contact about the displaced line of centres.
 
-Rotations are compatible by the ratio as seen from the line through the centres. With z' the vector from the driving
-wheel's centre to the follower's, z that of the rigid motion, the follower is turned by Re(conj(c) log(z'/z)) where the
-linear solution has Re(conj(c) (z' - z)/z); c holds the ratio and the slope of the loaded flank. The teeth push by the
-transpose: along a line of action that turns with the line of centres. Derivation: docs/theory.md.
+Let z' be the vector from the driving wheel's centre to the follower's, and z its rigid value. The follower turns by
+Re(conj(c) log(z'/z)); in the linear solution by Re(conj(c) (z' - z)/z). c contains the ratio and the slope of the
+loaded flank. The tooth force is the transpose: its line of action turns with the line of centres. Derivation:
+docs/theory.md.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ class DisplacedGear:
     Attributes
     ----------
     joint
-        Number of the follower's.
+        Index of the follower's joint.
     turn
-        Rotation of the follower's child from its parent that the linear solution has not [rad].
+        Rotation of the follower's child from its parent beyond the linear solution [rad].
     ends
-        Link and point of the two wheels' centres: of the follower, and of the driving wheel.
+        Link and point of both wheel centres: follower, driving wheel.
     force
-        Of the teeth on the follower in the ground's axes [N], complex: on the other its opposite.
+        Tooth force on the follower in ground axes [N], complex; the opposite acts on the driving wheel.
     more
-        Of this force what the linear solution has not.
+        Part of `force` beyond the linear solution.
     """
 
     joint: int
@@ -45,14 +45,14 @@ class DisplacedGear:
 
 
 def displaced_gears(turned: Turned, moments: Reals) -> Iterator[DisplacedGear]:
-    """Gears with teeth between two wheels of which a centre may move.
+    """Yield the toothed gears between two wheels.
 
     Parameters
     ----------
     turned
         Displacements at the nodes.
     moments
-        In the joints [N m], shape (nodes, joints).
+        Joint moments [N m], shape (nodes, joints).
     """
     for number, place in enumerate(turned.motion.places):
         if place.teeth is not None and place.joint.gear is not None and place.turns and place.joint.gear.driver.turns:

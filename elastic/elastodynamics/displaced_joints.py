@@ -1,4 +1,4 @@
-"""Joints of displaced links: forces and gaps that the linear solution lacks where links bend by any amount."""
+"""Joints with large displacement of the links: forces and gaps beyond the linear solution."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rigid.arrays import Columns, Complexes, Reals
 
 @dataclass(frozen=True, eq=False)
 class DisplacedJoints:
-    """Loads and gaps at the points of a grid, as `AddedLoads` has them, `points` with those that were given."""
+    """Loads and gaps at the points of a grid, in the form of `AddedLoads`; `points` includes the given loads."""
 
     points: Sequence[Load]
     blocks: tuple[tuple[int, Columns, Columns], ...]
@@ -27,16 +27,16 @@ class DisplacedJoints:
 def displaced_joints(
     turned: Turned, structure: ElasticStructure, added: list[Load], forces: Complexes, moments: Reals
 ) -> DisplacedJoints:
-    """Pins and sliders on links without beams, blocks on elastic links, and gears.
+    """Collect pins and sliders on links without beams, blocks on elastic links, and gears.
 
     Parameters
     ----------
     turned
         Displacements at the nodes.
     added
-        Loads on displaced points, from `point_loads`.
+        Loads on displaced points, see `point_loads`.
     forces, moments
-        In the joints, in the ground's axes [N, N m], shape (nodes, joints).
+        Joint forces and moments in ground axes [N, N m], shape (nodes, joints).
     """
     joints = turned.motion.structure.joints
     blocks = displaced_blocks(turned, structure, forces, moments)

@@ -1,12 +1,12 @@
-"""Links displaced by any amount: loads and strains under which the quasi-static answer is that of the exact equations.
+"""Large displacement: loads and strains for which the linear quasi-static answer solves the exact equations.
 
-Reissner's beam: with the displacement d = u + i w in the axes of its rigid place, the rotation phi, and the section
-force N + i Q in the axes of the turned section (Q = -V),
+Reissner's beam: with displacement d = u + i w in the axes of the rigid position, rotation phi, and section force
+N + i Q in the axes of the turned section (Q = -V),
 
     1 + d' = exp(i phi) (1 + eps + i gamma),    P = exp(i phi) (N + i Q),    M' = -Im(conj(1 + d') P) + J (phi + psi)''.
 
-The linear beam has d' = eps + i (phi + gamma) and M' = -Im P. It becomes the exact one under a moment along it and a
-strain that no force makes, both known from the solution before. Derivation: docs/theory.md.
+The linear beam has d' = eps + i (phi + gamma) and M' = -Im P. It becomes exact under a distributed moment and a free
+strain, both from the previous solution. Derivation: docs/theory.md.
 """
 
 from __future__ import annotations
@@ -40,20 +40,20 @@ from rigid.kinetostatics import beam_directions
 
 @dataclass(frozen=True, eq=False)
 class Displaced:
-    """Vibrating links displaced by any amount, at the nodes of a grid.
+    """Vibrating links with large displacement, at the nodes of a grid.
 
     Attributes
     ----------
     vibration
-        The linear one: equations of motion in reduced coordinates about the rigid motion.
+        Linear vibration: equations of motion in reduced coordinates about the rigid motion.
     history
-        Amplitudes of these coordinates, their rates and accelerations, shape (points, r).
+        Amplitudes of these coordinates, with rates and accelerations, shape (points, r).
     residual
-        Displacements that the coordinates do not follow.
+        Displacements beyond the coordinates.
     force
-        P: section force in the axes of the beams' rigid places [N], complex, shape (nodes, beams, Gauss points).
+        P: section force in the axes of the rigid beams [N], complex, shape (nodes, beams, Gauss points).
     joints, moments
-        Joint forces in the ground's axes [N], complex, and moments [N m], shape (nodes, joints).
+        Joint forces in ground axes [N], complex, and moments [N m], shape (nodes, joints).
     shortened, amplitudes
         Foreshortening of the beams and its amplitudes, shape (nodes, k); None if `residual` holds it.
     """
@@ -69,7 +69,7 @@ class Displaced:
 
     @cached_property
     def moved(self) -> Displacements:
-        """All displacements, of one kind."""
+        """Total displacements, of one kind."""
         terms = self.vibration.problem.terms
         followed: Displacements = terms.kinematics.unit @ terms.grid.at_nodes(self.history[0])[..., None]
         moved = followed + self.residual.moved
@@ -79,7 +79,7 @@ class Displaced:
 
     @property
     def accelerations(self) -> Complexes:
-        """Of the displacements of all masses and moments of inertia, at the points, shape (points, masses), complex."""
+        """Accelerations of all masses and moments of inertia at the points, shape (points, masses), complex."""
         terms = self.vibration.problem.terms
         kinds = terms.kinematics
         rows = mass_rows(kinds.structure, self.vibration.motion, kinds.chosen, self.residual.moved)
@@ -90,21 +90,21 @@ class Displaced:
 
     @property
     def viscous(self) -> Reals:
-        """Parts of the forces of all strains that damp, times their points' weights, shape (points, rows)."""
+        """Damping parts of the forces of all strains, times the weights of their points, shape (points, rows)."""
         problem = self.vibration.problem
         return strain_rates(problem, *self.history[:2]) + self.residual.viscous(problem)
 
 
 @dataclass(frozen=True, eq=False)
 class ExactLoads:
-    """Loads under which the quasi-static answer of small displacements is that of displaced links.
+    """Loads for which the linear quasi-static answer has large displacement.
 
     Attributes
     ----------
     added
-        The loads.
+        Additional loads.
     residual
-        P less the answer's N - i V under them [N], complex, shape (points, beams, Gauss points).
+        P minus the answer's N - i V [N], complex, shape (points, beams, Gauss points).
     """
 
     added: AddedLoads
@@ -112,7 +112,7 @@ class ExactLoads:
 
 
 def exact_loads(now: Displaced) -> ExactLoads:
-    """Loads of displaced links at the points of their grid, whole turned sections among them."""
+    """Compute the loads of displaced links at the points of their grid, including turned sections."""
     problem, motion = now.vibration.problem, now.vibration.motion
     kinds = problem.terms.kinematics
     structure, grid = kinds.structure, problem.terms.grid
@@ -162,19 +162,19 @@ def exact_loads(now: Displaced) -> ExactLoads:
 
 
 def _lump_rows(structure: ElasticStructure, size: int) -> int:
-    """How many of the rows of masses are of lumps."""
+    """Number of rows of `masses` that belong to lumps."""
     return len(masses(structure)) - size * (2 if structure.rotary.any() else 1)
 
 
 def _derivative(structure: ElasticStructure, values: Reals) -> Reals:
-    """d/dx along the beams of values at Gauss points, shape (..., beams, points)."""
+    """d/dx along the beams, from values at Gauss points (..., beams, points)."""
     order = np.arange(1, values.shape[-1])
     slopes = (values @ to_powers(values.shape[-1]).T)[..., 1:] * (order / structure.length[:, None])
     return slopes @ np.power.outer(structure.xi, order - 1).T
 
 
 def strain_of(structure: ElasticStructure, section: Complexes) -> Complexes:
-    """eps + i gamma that a section force N + i Q makes, and free strain, shape (..., beams, points)."""
+    """eps + i gamma of a section force N + i Q, plus free strain, shape (..., beams, points)."""
     size = structure.weights.size
     EA, kGA = (
         rigidities(structure)[k * size : (k + 1) * size].reshape(structure.weights.shape) / structure.weights

@@ -1,7 +1,7 @@
-"""Points displaced by any amount: lumps, springs and loads on them, links without beams, and sliders on such links.
+"""Large displacement of points: lumps, springs, loads, links without beams, and sliders on them.
 
-The linear solution turns an arm a of a link without beams by i alpha a, and has its forces act at a. The exact one has
-(exp(i alpha) - 1) a: what is missing opens the joints, and turns the links by the moments of their forces.
+The linear solution displaces the end of an arm a by i alpha a, and applies its forces at a. The exact displacement is
+(exp(i alpha) - 1) a. The difference opens the joints, and its forces exert moments on the links.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from rigid import LineLoad, MechanismError, Motion, PointLoad, Spring, TorsionSp
 from rigid.arrays import Columns, Complexes, Reals
 from rigid.plane import cross, dot
 
-Load = tuple[int, str, Any, Any]  # link's number, point's name, force [N], complex, and moment [N m]
+Load = tuple[int, str, Any, Any]  # link index, point name, force [N], complex, moment [N m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Turned:
     Attributes
     ----------
     motion
-        The rigid one at the nodes, one more than the points.
+        Rigid motion at the nodes, one more than the points.
     moved
         Displacements at the nodes, linear in the angles, of one kind.
     """
@@ -48,53 +48,53 @@ class Turned:
         return self.moved.turns[:, self.chosen.index((at, point)), 0] if at else np.zeros(len(self.moved.angle))
 
     def bare(self, at: int) -> bool:
-        """Whether a link moves and has no beams."""
+        """True if a link moves and has no beams."""
         return at > 0 and not self.motion.mechanism.links[at].beams
 
     def beyond(self, at: int, place: Any) -> Complexes:
-        """(exp(i alpha) - 1 - i alpha) arm of a link without beams that turns by alpha, at the nodes [m], complex."""
+        """(exp(i alpha) - 1 - i alpha) arm of a link without beams, at the nodes [m], complex."""
         moved: Complexes = _beyond(self.angle(at)) * self.motion.direction[at] * place
         return moved
 
     def displacement(self, at: int, point: str) -> Complexes:
-        """Of a chosen point in the ground's axes, at the nodes [m], complex."""
+        """Displacement of a chosen point in ground axes, at the nodes [m], complex."""
         moved = self.linear_displacement(at, point)
         return moved + self.beyond(at, self.point(at, point)) if self.bare(at) else moved
 
     def linear_displacement(self, at: int, point: str) -> Complexes:
-        """The same, linear in the angle of its link."""
+        """Displacement as in `displacement`, linear in the angle of its link."""
         if not at:
             return np.zeros(len(self.moved.angle), complex)
         moved: Complexes = self.moved.moves[:, self.chosen.index((at, point)), 0]
         return moved
 
     def point(self, at: int, name: str) -> complex:
-        """Place of a point in its link's axes [m], complex."""
+        """Position of a point in link axes [m], complex."""
         place: complex = np.ravel(self.motion.mechanism.links[at].points[name])[0]
         return place
 
     def arm(self, at: int, place: Any) -> Complexes:
-        """An arm in a link's axes in the ground's, at the points [m], complex."""
+        """Convert an arm from link axes to ground axes, at the points [m], complex."""
         arm: Complexes = self.motion.direction[at][1:] * place
         return arm
 
 
 def _beyond(angle: Reals) -> Complexes:
-    """exp(i angle) - 1 - i angle, without a difference of large numbers."""
+    """exp(i angle) - 1 - i angle, without cancellation."""
     half = np.sin(angle / 2)
     beyond: Complexes = -2 * half**2 + 1j * (np.sin(angle) - angle)
     return beyond
 
 
 def require_known(motion: Motion) -> None:
-    """Raise where a mechanism has joints that displaced links are not known to hold by.
+    """Raise MechanismError for joints without large-displacement equations.
 
-    Racks they know on wheels whose axes stand still.
+    Racks are supported on wheels with fixed axes.
 
     Raises
     ------
     MechanismError
-        A wheel that runs along a rack; a slider along an elastic link where joints are redundant.
+        If a wheel runs along a rack, or a slider moves on an elastic link while joints are redundant.
     """
     mechanism = motion.mechanism
     for gear in mechanism.gears:
@@ -112,12 +112,13 @@ def require_known(motion: Motion) -> None:
 
 
 def point_loads(turned: Turned, accelerations: Complexes) -> list[Load]:
-    """Forces on points besides those of the rigid motion: inertia, springs, loads that turn with their links.
+    """Forces on points in addition to the rigid motion: inertia, springs, loads that turn with their links.
 
     Parameters
     ----------
     accelerations
-        Of the lumps and their rotations in turn, linear in the angles, at the points, shape (points, 2 lumps), complex.
+        Of lumps and, alternately, their rotations, linear in the angles, at the points, shape (points, 2 lumps),
+        complex.
     """
     return [*_lumps(turned, accelerations), *_springs(turned), *_turning_loads(turned)]
 
@@ -157,7 +158,7 @@ def _springs(turned: Turned) -> Iterator[Load]:
 
 
 def _pull(spring: Spring, vector: Complexes, opening: Complexes) -> Complexes:
-    """Pull of a spring between two points so far apart [N], complex."""
+    """Force of a spring between two points at a given distance [N], complex."""
     reach = np.abs(vector)
     with np.errstate(invalid="ignore", divide="ignore"):
         unit = np.where(reach > 0, vector / reach, 0.0)
@@ -179,20 +180,20 @@ def _turning_loads(turned: Turned) -> Iterator[Load]:
 def bare_links(
     turned: Turned, added: list[Load], forces: Complexes, besides: Iterable[tuple[int, str, Complexes]]
 ) -> tuple[list[Load], list[Complexes]]:
-    """Moments of forces on the turned arms of links without beams, and joints opened by the turning.
+    """Moments of forces on rotated arms of links without beams, and joint gaps by their rotation.
 
     Parameters
     ----------
     added
-        From `point_loads`.
+        See `point_loads`.
     forces
-        In the joints, in the ground's axes [N], complex, shape (nodes, joints).
+        Joint forces in ground axes [N], complex, shape (nodes, joints).
     besides
-        Link's number, point's name and force of what else pushes points, but for given loads.
+        Other forces on points, except given loads: link index, point name, force.
 
     Returns
     -------
-    Loads at points, and per joint the displacement of the child's point from the parent's [m], complex, at the points.
+    Loads at points; per joint, displacement of the child's point from the parent's [m], complex, at the points.
     """
     motion = turned.motion
     mechanism = motion.mechanism
@@ -237,7 +238,7 @@ def _first(turned: Turned, at: int) -> str:
 
 
 def _slider(turned: Turned, number: int, force: Complexes) -> tuple[list[Load], Complexes]:
-    """A block on a link without beams: the force turns with the line, and acts where the block is."""
+    """Block on a link without beams: the force turns with the line and acts at the block."""
     motion, place = turned.motion, turned.motion.places[number]
     joint, owner, block = place.joint, place.joint.owner, place.joint.block
     point, first = joint.point(block) or "", _first(turned, owner)

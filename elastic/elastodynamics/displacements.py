@@ -1,8 +1,8 @@
-"""Displacements of a whole mechanism at the positions of a motion, per unit of its elastic coordinates.
+"""Displacements of the whole mechanism per unit of its elastic coordinates, at the positions of a motion.
 
-Clamped links are carried so that the joints close with the drives held: the same linear problem that the quasi-static
-answer solves. All displacements are from the rigid places in the ground's axes, so that their second derivatives in
-time are accelerations and no Coriolis terms are ever written.
+Clamped links are moved as rigid bodies so that the joints close with held drives, by the linear problem of the
+quasi-static answer. Displacements are relative to the rigid positions, in ground axes. So their second time derivatives
+are accelerations without Coriolis terms.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ UNDER = "under joint "
 
 
 def under(number: int) -> str:
-    """Name of the place on a beam under the block of a joint."""
+    """Name of the point on a beam under a joint's block."""
     return f"{UNDER}{number}"
 
 
@@ -43,13 +43,13 @@ class Displacements:
     Attributes
     ----------
     beams
-        Of the Gauss points along the beams in the ground's axes [m], complex, shape (positions, beams, points, c).
+        Displacement of Gauss points in ground axes [m], complex, shape (positions, beams, points, c).
     slope, phi
-        dw/dx and rotation of the section there [rad], same shape.
+        dw/dx and rotation of the section at these points [rad], same shape.
     angle
-        Of the links' axes [rad], shape (positions, links, c).
+        Rotation of the links' axes [rad], shape (positions, links, c).
     moves, turns
-        Of chosen points: in the ground's axes [m], complex, and rotation [rad], shape (positions, chosen, c).
+        Displacement in ground axes [m], complex, and rotation [rad] of chosen points, shape (positions, chosen, c).
     """
 
     beams: Complexes
@@ -60,7 +60,7 @@ class Displacements:
     turns: Reals
 
     def __matmul__(self, amounts: Any) -> Displacements:
-        """Sums of the kinds; `amounts` of shape (c, k) or (positions, c, k)."""
+        """Combine the kinds linearly; `amounts` of shape (c, k) or (positions, c, k)."""
         wide = np.asarray(amounts)
         if wide.ndim == 2:
             return Displacements(*(part @ wide for part in vars(self).values()))
@@ -75,21 +75,21 @@ class Displacements:
         return Displacements(*(one - part for one, part in zip(vars(self).values(), vars(other).values(), strict=True)))
 
     def __getitem__(self, positions: Any) -> Displacements:
-        """At some of the positions."""
+        """Select positions."""
         return Displacements(*(part[positions] for part in vars(self).values()))
 
 
 @dataclass(frozen=True, eq=False)
 class RigidBodyModes:
-    """How the links must be carried per unit of the elastic coordinates so that the joints close.
+    """Rigid-body motion of the links that closes the joints, per unit of the elastic coordinates.
 
     Attributes
     ----------
     shift, angle
-        Of the links' axes [m], complex, and [rad], shape (links, n, positions).
+        Displacement [m], complex, and rotation [rad] of the links' axes, shape (links, n, positions).
     work
-        Work of the self-stresses on what the coordinates open, shape (positions, self-stresses, n): zero where the
-        mechanism, which has more joints than it needs, fits together.
+        Work of the self-stresses on gaps by the coordinates, shape (positions, self-stresses, n). It must be zero for a
+        mechanism with redundant joints.
     """
 
     shift: Complexes
@@ -98,10 +98,10 @@ class RigidBodyModes:
 
 
 def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyModes:
-    """Solve the joints for unit elastic coordinates.
+    """Close the joints for unit elastic coordinates.
 
-    Teeth of gears stay together along their common tangent, between the two flanks: which of them is loaded may change
-    as the links vibrate, and the displacements have to be smooth in time.
+    Gear teeth are in contact along their common tangent, between both flanks: the loaded flank may change during
+    vibration, but displacements must be smooth in time.
     """
     flank = {at: 0.0 for at, place in enumerate(motion.places) if place.teeth is not None}
     size, count = len(structure.stiffness), motion.columns[-1]
@@ -128,7 +128,7 @@ def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyMo
 def _openings(
     structure: ElasticStructure, motion: Motion, bent: Any, flank: Mapping[int, float]
 ) -> tuple[list[Columns], list[Columns]]:
-    """Gaps that the joints must close, per coordinate, as `links.compatibility.opening` has them for loads."""
+    """Gaps to be closed per coordinate, see `links.compatibility.bent_links` for loads."""
     beams = trees_of(motion.mechanism)
     blocks = dict(zip(beams.rails, block_places(motion, beams), strict=True))
     still = (ZERO, ZERO)
@@ -159,9 +159,9 @@ def _openings(
 def _under_block(
     structure: ElasticStructure, motion: Motion, places: Sequence[OnBeam], bent: Any
 ) -> tuple[Complexes, Reals]:
-    """Displacement and rotation of the line under a block, its link clamped at its root, shape (n, positions).
+    """Displacement and rotation under a block, its link clamped at its root, shape (n, positions).
 
-    Of whichever of the beams in the line it is on.
+    `places`: beams along the line that the block visits.
     """
     moved: Any = 0j
     turned: Any = 0.0
@@ -174,11 +174,11 @@ def _under_block(
 
 
 def own_basis(structure: ElasticStructure, carried: RigidBodyModes, basis: Reals) -> Reals:
-    """A basis of the elastic coordinates, at every position that with the least strain to which the joints fit.
+    """Correct a basis at every position so that redundant joints fit, with the least strain energy.
 
     Returns
     -------
-    Shape (n, r), or (positions, n, r) where the mechanism has more joints than it needs.
+    Shape (n, r), or (positions, n, r) for a mechanism with redundant joints.
     """
     work = carried.work
     if not work.shape[1]:
@@ -190,7 +190,7 @@ def own_basis(structure: ElasticStructure, carried: RigidBodyModes, basis: Reals
 def unit_displacements(
     structure: ElasticStructure, motion: Motion, carried: RigidBodyModes, basis: Any, chosen: Points
 ) -> Displacements:
-    """Displacements per unit of every vector of a basis, shape (n, r) or (positions, n, r)."""
+    """Compute displacements per unit of each vector of a basis, shape (n, r) or (positions, n, r)."""
     wide = np.ndim(basis) == 3
     shift, angle = (
         np.moveaxis(np.einsum("lnp,pnr->lpr", part, basis), 0, 1)
@@ -237,7 +237,7 @@ def unit_displacements(
 def below(
     structure: ElasticStructure, motion: Motion, name: str, beams: Complexes, slope: Reals
 ) -> tuple[Complexes, Reals]:
-    """Displacement of a beam under a block in the ground's axes, and its slope, shape (positions, c)."""
+    """Displacement of a beam under a block in ground axes, and its slope, shape (positions, c)."""
     links, number = trees_of(motion.mechanism), int(name.removeprefix(UNDER))
     moved, turned = np.zeros(1, complex), np.zeros(1)
     for at, place in enumerate(block_places(motion, links)[list(links.rails).index(number)]):
@@ -249,6 +249,6 @@ def below(
 
 
 def _starts(structure: ElasticStructure) -> Complexes:
-    """Where the beams start in their links' axes [m], complex, shape (beams,)."""
+    """Starts of the beams in link axes [m], complex, shape (beams,)."""
     links = structure.mechanism.links
     return np.array([np.ravel(links[at].points[beam.start])[0] for at, beam in structure.mechanism.beams], complex)

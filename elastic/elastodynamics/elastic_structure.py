@@ -1,7 +1,7 @@
-"""A mechanism's elastic coordinates: every link clamped at the root of its beams, every soft joint open by so much.
+"""Elastic coordinates of a mechanism: shapes of clamped links, and openings of soft joints.
 
-They are free of one another, and their stiffness does not change with the position. How the clamped links are carried
-so that the joints close is the position's: `displacements.py`.
+The coordinates are independent, and their stiffness does not depend on the position. The rigid-body motion that closes
+the joints does, see `displacements.py`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from rigid.arrays import Columns, Complexes, Reals
 
 @dataclass(frozen=True, eq=False)
 class SoftFreedom:
-    """A way in which a soft joint opens: `kind` is "x" or "y" of a pin, "across" or "along" a slider, or "turn"."""
+    """Opening of a soft joint: `kind` is "x" or "y" (pin), "across" or "along" (slider), or "turn"."""
 
     joint: int
     kind: str
@@ -30,25 +30,25 @@ class SoftFreedom:
 
 @dataclass(frozen=True, eq=False)
 class ElasticStructure:
-    """One design's elastic coordinates, n in number; beams in the order of `Mechanism.beams`.
+    """The n elastic coordinates of one design; beams in the order of `Mechanism.beams`.
 
     Attributes
     ----------
     xi
-        Gauss points along every beam, shape (points,).
+        Gauss points, shape (points,).
     length
-        [m], shape (beams,).
+        Lengths of the beams [m], shape (beams,).
     weights
-        What turns a sum over the points into an integral over a beam [m], shape (beams, points).
+        Integration weights of the points [m], shape (beams, points).
     mass, rotary
-        Mass and moment of inertia that the points stand for [kg, kg m^2], shape (beams, points).
+        Mass and moment of inertia of the points [kg, kg m^2], shape (beams, points).
     fields
-        "u", "w", "phi", "stretch", "slope", "curvature" per coordinate, of links clamped at their roots, in the beams'
-        axes, shape (beams, points, n).
+        "u", "w", "phi", "stretch", "slope", "curvature" per coordinate, links clamped at their roots, in beam axes,
+        shape (beams, points, n).
     nodes
-        Per link's number and point's name: displacement in the link's axes, complex, and rotation, shape (n,).
+        By link index and point name: displacement in link axes, complex, and rotation, shape (n,).
     soft
-        What the last coordinates are.
+        Openings of soft joints; they are the last coordinates.
     stiffness
         Shape (n, n).
     """
@@ -69,7 +69,7 @@ class ElasticStructure:
 def elastic_structure(
     mechanism: Mechanism, sections: Sequence[Section], joints: Mapping[str, JointCompliance], inner: int
 ) -> ElasticStructure:
-    """Elastic coordinates of a mechanism of one design with `inner` polynomials along its beams."""
+    """Set up the elastic coordinates of a mechanism of one design, with `inner` polynomials along its beams."""
     most = max((count for link in mechanism.links for count in polynomials_along(_lengths(link), inner)), default=0)
     points = most + 4 + (_tapers(mechanism, sections) + 1) // 2
     trees = trees_of(mechanism).trees
@@ -103,12 +103,12 @@ def elastic_structure(
 
 
 def _lengths(link: Link) -> list[float]:
-    """Of the beams of one design [m]."""
+    """Lengths of the beams of one design [m]."""
     return [float(np.abs(np.ravel(link.points[beam.end] - link.points[beam.start])[0])) for beam in link.beams]
 
 
 def _tapers(mechanism: Mechanism, sections: Sequence[Section]) -> int:
-    """Highest degree of the tapers of masses and rigidities along the beams."""
+    """Highest degree of mass and rigidity tapers."""
     degrees = [max(len(beam.mass_taper), len(beam.rotary_taper)) - 1 for _, beam in mechanism.beams]
     degrees += [max(len(part.taper.EI), len(part.taper.EA), len(part.taper.kGA)) - 1 for part in sections if part.taper]
     return max(degrees, default=0)
@@ -134,7 +134,7 @@ def _masses(mechanism: Mechanism, points: int) -> tuple[Any, Any, Any, Any, Any]
 def _soft_freedoms(
     mechanism: Mechanism, joints: Mapping[str, JointCompliance]
 ) -> tuple[tuple[SoftFreedom, ...], list[float]]:
-    """The ways in which soft joints open, and their compliances."""
+    """Openings of soft joints, and their compliances."""
     freedoms, softness = [], []
     for number, joint in enumerate(structure(mechanism).joints):
         compliance = joints.get(joint.name)

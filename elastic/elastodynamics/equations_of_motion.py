@@ -1,8 +1,8 @@
-"""Equations of motion of the elastic coordinates about the rigid motion, at the points of a grid of time.
+"""Equations of motion of the elastic coordinates about the rigid motion, at the points of a time grid.
 
-M x'' + C x' + K x = g, x the amplitudes of a basis of the elastic coordinates: by d'Alembert's principle in the
-ground's axes, where masses do not move and there are no Coriolis terms. The load is the work of the section forces of
-the quasi-static answer on the basis' strains, whatever loads these forces balance. Derivation: docs/elastodynamics.md.
+M x'' + C x' + K x = g for the amplitudes x of a basis of the elastic coordinates, by d'Alembert's principle in ground
+axes, where masses are constant and there are no Coriolis terms. The load g is the work of the quasi-static section
+forces on the strains of the basis. Derivation: docs/elastodynamics.md.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from rigid.kinetostatics import beam_directions
 
 @dataclass(frozen=True, eq=False)
 class Kinematics:
-    """Displacements at the nodes of a grid per unit of a basis: a matter of the positions alone.
+    """Displacements per unit of a basis at the nodes of a grid; they depend on the positions only.
 
     Attributes
     ----------
     basis
-        Of the elastic coordinates, shape (n, r), or (nodes, n, r).
+        Basis of the elastic coordinates, shape (n, r), or (nodes, n, r).
     unit
-        Its displacements at all nodes.
+        Displacements of the basis at all nodes.
     rows
         Displacements of all masses, shape (nodes, masses, r), complex.
     """
@@ -55,7 +55,7 @@ class Kinematics:
 
 
 def kinematics(structure: ElasticStructure, motion: Motion, basis: Reals, chosen: Points) -> Kinematics:
-    """Displacements per unit of a basis at all positions of a motion."""
+    """Compute displacements per unit of a basis at all positions of a motion."""
     carried = rigid_body_modes(structure, motion)
     own = own_basis(structure, carried, basis)
     unit = unit_displacements(structure, motion, carried, own, chosen)
@@ -73,7 +73,7 @@ def masses(structure: ElasticStructure) -> Reals:
 
 
 def mass_rows(structure: ElasticStructure, motion: Motion, chosen: Points, moved: Displacements) -> Complexes:
-    """Displacements of all masses, and rotations of all moments of inertia, shape (positions, masses, c), complex."""
+    """Displacements of all masses, rotations of all moments of inertia, shape (positions, masses, c), complex."""
     count, kinds = len(moved.angle), moved.angle.shape[-1]
     rows = [moved.beams.reshape(count, -1, kinds)]
     if structure.rotary.any():
@@ -88,16 +88,16 @@ def mass_rows(structure: ElasticStructure, motion: Motion, chosen: Points, moved
 
 @dataclass(frozen=True, eq=False)
 class GeometricStiffness:
-    """Geometric stiffness: the forces of the rigid motion on displaced links, at some positions.
+    """Geometric stiffness: forces of the rigid motion on displaced links, at some positions.
 
     Attributes
     ----------
     pull
-        Axial force along the beams times the points' weights [N m], shape (positions, beams, points).
+        Axial force along the beams times the weights of the points [N m], shape (positions, beams, points).
     turning
-        Line load that turns with its beam, times the weights, in the ground's axes [N], complex, same shape.
+        Line loads that turn with their beams, times the weights, in ground axes [N], complex, same shape.
     effects
-        Of points.
+        Forces on displaced points.
     """
 
     pull: Reals
@@ -105,12 +105,12 @@ class GeometricStiffness:
     effects: list[PointEffect]
 
     def __getitem__(self, positions: Any) -> GeometricStiffness:
-        """At some of the positions."""
+        """Select positions."""
         turning = None if self.turning is None else self.turning[positions]
         return GeometricStiffness(self.pull[positions], turning, [effect[positions] for effect in self.effects])
 
     def stiffness(self, felt: Displacements, cause: Displacements) -> Reals:
-        """Forces on the kinds of one displacement per unit of another's, shape (positions, c felt, c cause)."""
+        """Forces along one set of displacements per unit of another, shape (positions, c felt, c cause)."""
         count = len(felt.angle)
         slopes, turned = (part.slope.reshape(count, -1, part.slope.shape[-1]) for part in (felt, cause))
         pull = self.pull.reshape(count, -1, 1)
@@ -140,16 +140,16 @@ def geometric_stiffness(structure: ElasticStructure, bent: Deflection, chosen: P
 
 @dataclass(frozen=True, eq=False)
 class MotionTerms:
-    """Terms of the equations of motion that depend on the positions alone, at the points of a grid.
+    """Terms of the equations of motion that depend on the positions only, at the points of a grid.
 
     Attributes
     ----------
     mass, carried_rate, carried
-        Inertia of the amplitudes' accelerations, rates and of themselves, shape (points, r, r).
+        Inertia of the amplitudes' accelerations, of their rates, and of the amplitudes, shape (points, r, r).
     strains, strain_rate
-        Per amplitude, shape (rows, r) or (points, rows, r), and how these change; 0.0 where they do not.
+        Strains per amplitude, shape (rows, r) or (points, rows, r), and their rates of change; 0.0 if constant.
     elastic, viscous, viscous_rate
-        What the strains, their rates at given shapes, and the shapes' own change make, shape (points, r, r) or (r, r).
+        Forces of strains, of their rates, and of the changing shapes, shape (points, r, r) or (r, r).
     """
 
     kinematics: Kinematics
@@ -165,14 +165,14 @@ class MotionTerms:
     viscous_rate: Columns
 
     def accelerations(self, history: tuple[Reals, Reals, Reals]) -> Complexes:
-        """Accelerations of the masses in the grid's time, of amplitudes and their rates, (points, masses), complex."""
+        """Accelerations of the masses in the grid's time from amplitudes and rates, (points, masses), complex."""
         rows, grid = self.kinematics.rows, self.grid
         steady = (rows[1:] @ history[2][..., None])[..., 0]
         return steady + grid.rates_times(rows, (2 * history[1], history[0]))
 
 
 def motion_terms(kinds: Kinematics, grid: Grid, damping: Damping) -> MotionTerms:
-    """Terms of the equations of motion that depend on the positions at the nodes of a grid alone."""
+    """Compute the terms of the equations of motion that depend on the positions only."""
     structure, basis = kinds.structure, kinds.basis
     inertia = np.empty((3, len(kinds.rows) - 1, basis.shape[-1], basis.shape[-1]))
     weights = masses(structure)[:, None]
@@ -205,17 +205,16 @@ def motion_terms(kinds: Kinematics, grid: Grid, damping: Damping) -> MotionTerms
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Equations of motion on a grid, with the terms by which their solution becomes loads.
+    """Equations of motion on a grid, with the terms that convert their solution to loads.
 
     Attributes
     ----------
     equations
-        Of the amplitudes, at the grid's points, in the grid's time.
+        Equations of the amplitudes at the points, in the grid's time.
     felt
-        At all nodes.
+        Geometric stiffness at all nodes.
     speed
-        At which the positions are passed, over that of the grid's time. Passed faster than that, masses are as if they
-        were so many times squared, and what damps as if so many times.
+        Speed relative to the grid's time. At higher speed, inertia grows with its square, damping linearly.
     """
 
     terms: MotionTerms
@@ -225,7 +224,7 @@ class Problem:
 
 
 def problem(terms: MotionTerms, bent: Deflection, speed: float = 1.0) -> Problem:
-    """Equations of motion about the motion of a deflection at the nodes of a grid, passed at `speed` times its time."""
+    """Assemble the equations of motion about the motion of a deflection, passed at `speed` times the grid's time."""
     kinds, faster = terms.kinematics, speed**2
     felt = geometric_stiffness(kinds.structure, bent, kinds.chosen)
     viscous = faster * terms.carried_rate + speed * terms.viscous

@@ -1,4 +1,4 @@
-"""Residual of the exact equations of displaced links, and the step that an operator of motion makes of it."""
+"""Residual of the exact equations of displaced links, and the correction by linear equations of motion."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from elastic.solution import Deflection, deflection
 from rigid.arrays import Complexes, Numbers, Reals
 from rigid.kinematics import stacked
 
-Response = Callable[[Reals], tuple[Reals, Reals, Reals]]  # from a load to the history that it makes
+Response = Callable[[Reals], tuple[Reals, Reals, Reals]]  # from a load to its history
 
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """Quasi-static answer at the nodes of a grid in the terms of a residual.
+    """Quasi-static answer at the nodes of a grid, as quantities of a residual.
 
     Attributes
     ----------
     force, joints, moments
-        As of `Displaced`, the force without its couples.
+        See `Displaced`; the force without couples.
     strained
-        Forces of the strains, as of `given_forces`.
+        Forces of the strains, see `given_forces`.
     moved
         Displacements, of one kind.
     """
@@ -44,7 +44,7 @@ class Loaded:
     moved: Displacements
 
     def without(self, other: Loaded, share: float) -> Loaded:
-        """Return the same less a share of another one."""
+        """Subtract a share of another answer."""
         return Loaded(
             self.force - share * other.force,
             self.joints - share * other.joints,
@@ -55,7 +55,7 @@ class Loaded:
 
 
 def loaded(vibration: Vibration, bent: Deflection) -> Loaded:
-    """Return a deflection at the nodes of a vibration's grid in the terms of a residual."""
+    """Convert a deflection at the nodes of a vibration's grid to quantities of a residual."""
     structure = vibration.problem.terms.kinematics.structure
     N, V = (along_beams(bent, name, structure.xi) for name in ("N", "V"))
     count = (len(N),)
@@ -66,16 +66,16 @@ def loaded(vibration: Vibration, bent: Deflection) -> Loaded:
 
 @dataclass(frozen=True, eq=False)
 class Unbalanced:
-    """Displaced links with the answer under their loads, which differs from them until they are in balance.
+    """Displaced links and the answer under their loads; both agree in balance.
 
     Attributes
     ----------
     now
-        The links.
+        Displaced links.
     bent
         Quasi-static answer under their loads.
     found
-        That answer in the terms of a residual, its forces with the couples of turned sections.
+        The answer as quantities of a residual; its forces include the couples of turned sections.
     """
 
     now: Displaced
@@ -84,12 +84,12 @@ class Unbalanced:
 
     @cached_property
     def change(self) -> Displacements:
-        """Residual: the answer's displacements less those of the links."""
+        """Residual: displacements of the answer minus those of the links."""
         return self.found.moved - self.now.moved
 
     @cached_property
     def strained(self) -> Reals:
-        """Residual of the forces of strains, shape (nodes, rows); 0 of soft joints."""
+        """Residual of the strains' forces, shape (nodes, rows); 0 for soft joints."""
         now, structure = self.now, self.now.vibration.problem.terms.kinematics.structure
         more = self.found.strained - self.made_by(now.vibration.problem.terms.grid.at_nodes(now.history[0]))
         more -= now.residual.forces
@@ -102,7 +102,7 @@ class Unbalanced:
         return strain_rows(kinds.structure, kinds.basis), rigidities(kinds.structure)
 
     def made_by(self, amounts: Reals) -> Reals:
-        """Return the forces that amounts of the elastic coordinates make by their strains."""
+        """Forces of the strains for given amounts of the elastic coordinates."""
         strains, stiff = self._strains
         forces: Reals = stiff * (strains @ amounts[..., None])[..., 0]
         return forces
@@ -115,19 +115,19 @@ class Unbalanced:
 
     @cached_property
     def static(self) -> Reals:
-        """Amounts of the elastic coordinates that this load makes without inertia, shape (nodes, r)."""
+        """Static response of the elastic coordinates to `push`, shape (nodes, r)."""
         strains, stiff = self._strains
         found: Any = np.linalg.solve((strains.swapaxes(-1, -2) * stiff) @ strains, self.push[..., None])
         return np.asarray(found[..., 0], float)
 
 
 def unbalanced(now: Displaced, loads: ExactLoads, still: Loaded | None = None, share: float = 1.0) -> Unbalanced:
-    """Return the residual of displaced links under their own loads.
+    """Compute the residual of displaced links under their own loads.
 
     Parameters
     ----------
     still
-        Answer of the rigid motion's loads, of which only a `share` acts; None if they act in full.
+        Answer to the rigid motion's loads, of which only a `share` acts; None: they act in full.
     """
     linear = now.vibration
     grid, plain = linear.problem.terms.grid, linear.quasi_static
@@ -140,16 +140,16 @@ def unbalanced(now: Displaced, loads: ExactLoads, still: Loaded | None = None, s
 
 
 def stepped(step: Unbalanced, operator: Vibration, response: Response, fastest: float) -> Displaced:
-    """Return the links after a step that takes the residual away by linear equations of motion.
+    """Correct displaced links by the response of linear equations of motion to the residual.
 
     Parameters
     ----------
     operator
-        Equations of motion, of which the inertia of displacements beside the coordinates is taken.
+        Equations of motion, which also give the inertia of the residual response.
     response
         Response of their coordinates to a load.
     fastest
-        As for `exact_steps.settled_links`.
+        See `exact_steps.settled_links`.
     """
     now = step.now
     grid, unit = now.vibration.problem.terms.grid, now.vibration.problem.terms.kinematics.unit
@@ -166,14 +166,14 @@ def stepped(step: Unbalanced, operator: Vibration, response: Response, fastest: 
 
 
 def shortened(now: Displaced) -> Displaced:
-    """Return displaced links with the foreshortening that belongs to their rotations, if they have one."""
+    """Update the foreshortening to the present rotations, if there is one."""
     if now.shortened is None:
         return now
     return replace(now, amplitudes=now.shortened.amplitudes(now.history[0], now.residual.moved, now.amplitudes))
 
 
 def begin(linear: Vibration) -> Displaced:
-    """Return the linear answer as displaced links."""
+    """Convert the linear answer to displaced links."""
     terms = linear.problem.terms
     residual = linear.residual
     if residual is None:
@@ -186,14 +186,14 @@ def begin(linear: Vibration) -> Displaced:
 
 
 def mixed(before: Sequence[tuple[Displaced, Complexes]]) -> Displaced:
-    """Return the sum of the last steps' answers with the weights that make the sum of their changes least."""
+    """Combine the last steps with the weights that minimise the change (Anderson mixing)."""
     changes = np.array([np.ravel(change).view(float) for _, change in before])
     shares = np.linalg.lstsq(np.diff(changes, axis=0).T, changes[-1], rcond=None)[0]
     return summed([after for after, _ in before], np.diff(shares, prepend=0.0, append=1.0))
 
 
 def summed(parts: Sequence[Displaced], weights: Reals) -> Displaced:
-    """Return a sum of displaced links with weights that add up to one."""
+    """Combine displaced links linearly, with weights that add up to one."""
 
     def total(*values: Any) -> Numbers:
         weighted: Numbers = sum(weight * value for weight, value in zip(weights, values, strict=True))
@@ -209,14 +209,14 @@ def summed(parts: Sequence[Displaced], weights: Reals) -> Displaced:
 
 
 def carried_over(now: Displaced, linear: Vibration, turned: Reals) -> Displaced:
-    """Return displaced links in another discretization of the same elastic coordinates.
+    """Transfer displaced links to another discretization of the same elastic coordinates.
 
     Parameters
     ----------
     linear
         Vibration in that discretization.
     turned
-        Amounts of its coordinates per unit of those of `now`, shape (new r, r).
+        Coordinates per unit of those of `now`, shape (new r, r).
     """
     grid = linear.problem.terms.grid
     sampler = now.vibration.problem.terms.grid.sampler(grid.nodes[1:])

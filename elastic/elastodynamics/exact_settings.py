@@ -1,4 +1,4 @@
-"""Settings of the solver of the exact equations of displaced links."""
+"""Settings of the solver for the exact equations of displaced links."""
 
 from __future__ import annotations
 
@@ -7,41 +7,41 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ExactSettings:
-    """Bounds of the steps towards the exact answer; shares are of the largest displacement unless they say otherwise.
+    """Limits of the iteration; shares are relative to the largest displacement unless stated otherwise.
 
     Attributes
     ----------
     max_steps, max_steps_with_friction
-        Steps about the rigid motion.
+        Largest number of steps about the rigid motion.
     max_mixed
         Earlier steps that are mixed into the next one.
     max_growth
-        A step this many times as large as the smallest one ends the steps.
+        Growth relative to the smallest step that ends the iteration.
     patience, min_progress
-        So many steps must reduce what is left to this share of it, or Newton's method takes over.
+        After `patience` steps without a reduction to the share `min_progress`, Newton's method takes over.
     max_ratio
-        A step that changes more than this share of the last step's change finds hard friction.
+        A step larger than this share of the last one indicates hard friction.
     first_creep, creep_ratio
-        Hard friction begins with this many times its creep, and each step divides it by the ratio.
+        Initial creep of hard friction, relative to its own; factor by which each step divides it.
     max_first_steps, first_step_share, first_resolved, first_enough
-        Steps that tell what a linear answer leaves out: how many, what they may leave open as a share of the first one
-        and in all, and a first step that needs no other.
+        First steps, which estimate the effect of large displacement: number; accepted rest relative to the first step,
+        and absolute; size of a first step that suffices.
     max_newton_steps
-        Of Newton's method at one share of the loads.
+        Newton steps at one share of the loads.
     newton_from
-        Newton's method begins with the best of the other steps if these leave less open than this share.
+        Newton's method starts from the best other step if its rest is below this share.
     max_newton_ratio, min_newton_reuse
-        A step this many times as large as the one before ends the method; one below the other ratio keeps the operator.
+        Growth of a Newton step that ends the method; reduction below which the operator is reused.
     newton_fastest
-        Share of the angular frequency up to which the other steps take inertia beside the coordinates: they mix more.
+        Frequency limit of inertia beyond the coordinates, relative to that of other steps, which mix more.
     balance, max_balances
-        Share of the largest force to which section forces of turned beams are in balance; rounds to get there.
+        Tolerance of section forces of turned beams, relative to the largest force; largest number of iterations.
     first_load_share, min_load_step, load_step_growth
-        Shares of the loads: the first step, the smallest one, and the growth after a share that is settled quickly.
+        Load shares: first step, smallest step, growth after fast convergence.
     quick_steps
-        So few steps settle a share quickly.
+        Number of steps that counts as fast convergence.
     part_tolerance
-        A part of the loads is settled to this share.
+        Tolerance at a part of the loads.
     """
 
     max_steps: int = 30

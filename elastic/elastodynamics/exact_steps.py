@@ -1,12 +1,11 @@
-"""Nonlinear elastodynamics: friction, and the exact equations of displaced links, by steps of the linear ones.
+"""Nonlinear elastodynamics by iteration of linear equations: friction, and exact equations of displaced links.
 
-The residual of the exact equations is that of the quasi-static answer under the loads of displaced links. What an
-answer changes of the displacements before is a quasi-static response; the linear equations of motion in the reduced
-coordinates make it a dynamic one. The first step is the second order of large displacement; steps are mixed after
-Anderson (Iterative procedures for nonlinear integral equations, Journal of the ACM 12 (1965) 547-560) until both what
-one changes and the residual are below the tolerance: the residual has what steps smooth in time, and never feel.
-Where friction is hard, that is where such steps do not halve what is left, each step takes it as viscous, as so much
-per rate as there was at the last one: Coulomb's law is met by ever nearer secants, which joints that stick allow too.
+The residual is the quasi-static answer under the loads of displaced links, minus their displacements. Linear equations
+of motion in reduced coordinates turn it into a dynamic correction. The first step is the second-order effect of large
+displacement. Steps are mixed after Anderson (Iterative procedures for nonlinear integral equations, Journal of the ACM
+12 (1965) 547-560), until both the last change and the residual are below the tolerance. The residual also contains fast
+parts that steps filter out. If friction is hard (steps do not halve the residual), each step treats it as viscous, with
+the ratio of force and rate of the last step. These secants converge to Coulomb's law, even for sticking joints.
 Derivation: docs/theory.md.
 """
 
@@ -37,16 +36,16 @@ from rigid.kinetostatics import friction_per_rate
 def with_friction(
     linear: Vibration, tolerance: float, fastest: float, sliding: Sliding = ()
 ) -> tuple[Vibration, Settled]:
-    """The vibration of small displacements with friction in the joints by its own forces and rates.
+    """Vibration of small displacements, with friction in the joints by its own forces and rates.
 
-    Parameters and the second result as for `settled_links`.
+    Parameters and second result: see `settled_links`.
     """
     rubbed = settled_links(linear, tolerance, fastest, _linear_loads, sliding)
     return replace(linear, history=rubbed.displaced.history, residual=rubbed.displaced.residual), rubbed
 
 
 def _linear_loads(now: Displaced) -> ExactLoads:
-    """Loads of small displacements, which leave sections as they are."""
+    """Loads of small displacements, without turned sections."""
     linear = now.vibration
     added = vibration_loads(linear.problem, linear.motion, now.history, now.residual)
     return ExactLoads(added, np.zeros_like(now.force[1:]))
@@ -60,20 +59,20 @@ def settled_links(
     sliding: Sliding = (),
     begun: Displaced | None = None,
 ) -> Settled:
-    """Links displaced by any amount; they are open by more than the tolerance where steps do not get there.
+    """Iterate to links with large displacement; they stay above the tolerance if the iteration fails.
 
-    Steps about the rigid motion come first: each of them costs little. Newton's method takes over if they stall.
+    Cheap steps about the rigid motion come first. Newton's method takes over if they stall.
 
     Parameters
     ----------
     fastest
-        Angular frequency [rad/s] up to which accelerations of what the linear coordinates do not follow are taken.
+        Frequency limit [rad/s] of inertia beyond the linear coordinates.
     loads_of
-        Loads of displaced links.
+        Function for the loads of displaced links.
     sliding
-        Rates of the joints with friction that the first step takes, as `AddedLoads` has them; their own without.
+        Joint rates for the friction of the first step, see `AddedLoads`; default: their own.
     begun
-        Links that steps begin with, on the same grid; without it they begin with the linear answer.
+        Initial links on the same grid; default: the linear answer.
     """
     if begun is not None and begun.shortened is not None:
         settled = settled_by_newton(linear, tolerance, fastest, begun)
@@ -96,7 +95,7 @@ def _by_linear_steps(
     sliding: Sliding,
     begun: Displaced | None,
 ) -> Settled:
-    """Links after steps about the rigid motion, as of `settled_links`."""
+    """Links after steps about the rigid motion, see `settled_links`."""
     now, last, least = begun or begin(linear), np.inf, np.inf
     response: Response = partial(linear.under, often=begun is None)
     before: list[tuple[Displaced, Complexes]] = []
@@ -129,23 +128,23 @@ def _by_linear_steps(
 
 
 def has_dry_friction(mechanism: Mechanism) -> bool:
-    """Return whether a joint has Coulomb's friction: the linear equations hold viscous friction from the start."""
+    """True if a joint has Coulomb friction; viscous friction is already in the linear equations."""
     return any(bool(np.any(each.coefficient)) for each in mechanism.friction.values())
 
 
 def _rubbed(loads: ExactLoads, sliding: Sliding, blunt: float) -> ExactLoads:
-    """Loads with rates of the joints with friction, and so many times the creep."""
+    """Replace the rates of joints with friction, and multiply their creep."""
     creeping = tuple((number, rate, creep * blunt) for number, rate, creep in sliding)
     return replace(loads, added=replace(loads.added, sliding=creeping))
 
 
 def first_steps(linear: Vibration, fastest: float) -> tuple[Settled, float]:
-    """Links after as few steps as tell all that large displacement changes but for a small share of it.
+    """Take steps until they show the effect of large displacement up to a small share.
 
     Returns
     -------
-    The links after the last step, with the changes that it made; and what further steps may change, as `Settled.open`,
-    where they do not get there, else 0.
+    Links after the last step, with its change; possible change by further steps, see `Settled.open`, or 0 if
+    converged.
     """
     now, enough = begin(linear), 0.0
     before: list[tuple[Displaced, Complexes]] = []
@@ -169,7 +168,7 @@ def first_steps(linear: Vibration, fastest: float) -> tuple[Settled, float]:
 
 
 def _held_back(linear: Vibration, bent: Deflection, sliding: Sliding) -> Response:
-    """Response of the linear equations with Coulomb's friction as if it were viscous: as much per rate as there is."""
+    """Response of the linear equations with Coulomb friction replaced by viscous friction of the present ratio."""
     posed = linear.problem
     kinds, grid = posed.terms.kinematics, posed.terms.grid
     per_rate = friction_per_rate(bent.motion, bent.forces, {number: creep for number, _, creep in sliding})
@@ -190,23 +189,23 @@ def _held_back(linear: Vibration, bent: Deflection, sliding: Sliding) -> Respons
 def _step(
     now: Displaced, response: Response, loads: ExactLoads, fastest: float
 ) -> tuple[Displaced, Complexes, Deflection]:
-    """Displaced links after a step under given loads, with the vibration that a response to loads gives.
+    """Displaced links after a step under given loads.
 
-    Also the residual of the beams' displacements, as of `Settled`, and the quasi-static answer under those loads.
+    Also returns the residual of the beams' displacements, see `Settled`, and the quasi-static answer under these loads.
     """
     found = unbalanced(now, loads)
     return stepped(found, now.vibration, response, fastest), places_of(found.change), found.bent
 
 
 def exact_deflection(now: Displaced, bent: Deflection, sampler: Callable[[Any], Any]) -> Deflection:
-    """Deflection of displaced links at other positions than those of their grid.
+    """Deflection of displaced links at positions other than those of their grid.
 
     Parameters
     ----------
     bent
-        Quasi-static, at these positions.
+        Quasi-static answer at these positions.
     sampler
-        From values at the points of the grid to those at the positions.
+        Function from values at the points of the grid to values at the positions.
     """
     loads = resampled(exact_loads(now).added, sampler)
     return deflection(bent.motion, bent.sections, bent.joints, loads)

@@ -1,9 +1,9 @@
-"""Foreshortening: displacements of the mechanism because pieces of its beams turn without strain, with their rates.
+"""Foreshortening: displacements by rotation of beam pieces without strain, with their rates.
 
-A piece that turns by phi moves its end by exp(i phi) - 1 per length. The linear theory has i phi. The difference,
-(cos phi - 1) along the beam and (sin phi - phi) across it, is a strain without force. Amplitudes of the elastic
-coordinates follow it at every instant, and the joints carry the links along. The rates in time follow from those of
-phi by the chain rule: derivatives of the displacements themselves would amplify the unresolved part of every element.
+A piece with rotation phi displaces its end by exp(i phi) - 1 per length; the linear theory has i phi. The difference,
+(cos phi - 1) along the beam and (sin phi - phi) across it, is a free strain. Amplitudes of the elastic coordinates
+follow it at every instant, and rigid-body motion closes the joints. Time derivatives come from those of phi by the
+chain rule: direct differentiation would amplify the unresolved part of every element.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from elastic.elastodynamics.strains import rigidities, strain_rows
 from elastic.elastodynamics.time_grid import Grid
 from rigid.arrays import Complexes, Reals
 
-MIN_SINGULAR_VALUE = 1e-9  # of the largest one: smaller ones are round-off
+MIN_SINGULAR_VALUE = 1e-9  # smaller ones are round-off, relative to the largest
 MAX_ROUNDS = 12  # of Newton's method for the amplitudes
-ROUND_OFF = 1e-12  # a change of amplitudes below this share of the largest one ends it
+ROUND_OFF = 1e-12  # smallest change of amplitudes, relative to the largest
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Foreshortening:
     Attributes
     ----------
     grid
-        Elements of time.
+        Time grid.
     unit
         Displacements per amplitude, of k kinds.
     rows
@@ -41,7 +41,7 @@ class Foreshortening:
     along, across
         Amplitudes per unit of cos phi - 1 and of sin phi - phi at every Gauss point, shape (k, points).
     turned, own
-        Rotations of the sections at all Gauss points per elastic coordinate and per amplitude, (nodes, points, ...).
+        Section rotations at all Gauss points per elastic coordinate, and per amplitude, (nodes, points, ...).
     """
 
     grid: Grid
@@ -53,16 +53,16 @@ class Foreshortening:
     own: Reals
 
     def amplitudes(self, history: Reals, besides: Displacements, begun: Reals | None = None) -> Reals:
-        """Return the amplitudes at all nodes, shape (nodes, k), by Newton's method.
+        """Compute the amplitudes at all nodes, shape (nodes, k), by Newton's method.
 
         Parameters
         ----------
         history
             Amplitudes of the elastic coordinates at the points, shape (points, r).
         besides
-            Displacements that these coordinates do not follow, of one kind.
+            Displacements beyond these coordinates, of one kind.
         begun
-            Amplitudes to begin with.
+            Initial amplitudes.
         """
         given = self._rotation(self.turned, self.grid.at_nodes(history)) + _sections(besides)[..., 0]
         values = np.zeros((len(given), len(self.along))) if begun is None else begun
@@ -78,9 +78,9 @@ class Foreshortening:
     def accelerations(
         self, history: tuple[Reals, Reals, Reals], besides: Displacements, amplitudes: Reals
     ) -> Complexes:
-        """Return the accelerations of all masses by foreshortening at the points, shape (points, masses), complex.
+        """Accelerations of all masses by foreshortening at the points, shape (points, masses), complex.
 
-        Parameters as of `amplitudes`, with the rates and accelerations of the elastic coordinates.
+        Parameters: see `amplitudes`, with rates and accelerations of the elastic coordinates.
         """
         x, x1, x2 = history
         grid, turned, parts = self.grid, self.turned[1:], self.own[1:]
@@ -101,7 +101,7 @@ class Foreshortening:
         return steady + grid.rates_times(self.rows, (2 * first, here))
 
     def per_coordinate(self, phi: Reals) -> Reals:
-        """Return the amplitudes per unit of the elastic coordinates about given rotations, shape (nodes, k, r)."""
+        """Amplitudes per unit of the elastic coordinates at given rotations, shape (nodes, k, r)."""
         found: Any = np.linalg.solve(self._feedback(phi, self.own), self._per_rotation(phi) @ self.turned)
         return np.asarray(found, float)
 
@@ -115,7 +115,7 @@ class Foreshortening:
         return -np.sin(phi)[:, None] * self.along + (np.cos(phi) - 1)[:, None] * self.across
 
     def _feedback(self, phi: Reals, own: Reals) -> Reals:
-        """Unit matrix less the amplitudes that an amplitude's own rotation makes, shape (nodes, k, k)."""
+        """Unit matrix minus the effect of the amplitudes' own rotation, shape (nodes, k, k)."""
         matrix: Reals = np.eye(len(self.along)) - self._per_rotation(phi) @ own
         return matrix
 
@@ -129,7 +129,7 @@ class Foreshortening:
 
 
 def foreshortening(vibration: Vibration) -> Foreshortening:
-    """Return the foreshortening of all beams of a vibrating mechanism."""
+    """Set up the foreshortening of all beams of a vibrating mechanism."""
     terms = vibration.problem.terms
     kinds, structure = terms.kinematics, terms.kinematics.structure
     size = structure.weights.size

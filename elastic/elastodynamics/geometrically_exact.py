@@ -1,4 +1,4 @@
-"""Geometrically exact elastodynamics: the whole theory of beams, from the answer of small displacements."""
+"""Geometrically exact elastodynamics, starting from the answer of small displacements."""
 
 from __future__ import annotations
 
@@ -29,35 +29,32 @@ from elastic.elastodynamics.solution import (
 )
 from elastic.solution import Deflection
 
-BESIDE = 4.0  # times as much as of the coordinates do elements leave open of what lies beside them, at most
+BESIDE = 4.0  # largest time error of the residual response, relative to that of the coordinates
 
-FALL = 0.7  # of what steps leave open, to which more coordinates are to bring it: else there were enough
-MAX_COMPLETE = 60  # coordinates, up to which all of them are taken if steps lead nowhere in a part of them
-LOST = 0.1  # of the displacements, beyond which steps leave open what nothing finer settles
+FALL = 0.7  # a wider basis must cut the residual to this share, or the basis was wide enough
+MAX_COMPLETE = 60  # largest number of coordinates of which all are used if a part of them does not converge
+LOST = 0.1  # larger residuals do not converge on finer grids, relative to the displacements
 
 
 def with_large_displacement(linear: Elastodynamic, finer: Vibration | None = None) -> tuple[Elastodynamic, float]:
-    """The vibrating mechanism at the same positions after a few steps towards the exact answer, and how much is open.
+    """Estimate the effect of large displacement at the same positions by a few steps towards the exact answer.
 
-    The difference is what the linear answer leaves out: most often one step tells it, the effect of large displacement
-    to second order.
+    The difference to the linear answer is its error. Usually one step suffices: the second-order effect.
 
     Parameters
     ----------
     finer
-        As of `finer_vibration`, where steps are to be those of a finer discretization: what is fine enough for the
-        linear answer may not be for the exact one.
+        See `finer_vibration`; if given, steps use this finer discretization, because the exact answer may need it.
 
     Returns
     -------
-    The answer, of which `exact` tells by how much the last step changed it; and what further steps may change as a
-    share of the largest displacement, 0 where they settle. The linear answer and 0 where nothing vibrates or no steady
-    state comes about.
+    Answer, with the change by the last step in `exact`; possible change by further steps relative to the largest
+    displacement, 0 if converged. Returns the linear answer and 0 if nothing vibrates or no steady state exists.
 
     Raises
     ------
     MechanismError
-        A wheel that runs along a rack; a slider along an elastic link where other joints are redundant.
+        If a wheel runs along a rack, or a slider moves on an elastic link while joints are redundant.
     """
     vibration, discretization = linear.vibration, linear.discretization
     if vibration is None or discretization is None or not _bends(linear):
@@ -70,7 +67,7 @@ def with_large_displacement(linear: Elastodynamic, finer: Vibration | None = Non
 
 
 def finer_vibration(answer: Elastodynamic) -> Vibration | None:
-    """Vibration of small displacements, elements half as long and twice as many modes; None where nothing vibrates."""
+    """Vibration of small displacements with half the element length and twice the modes; None if nothing vibrates."""
     vibration, discretization = answer.vibration, answer.discretization
     if vibration is None or discretization is None:
         return None
@@ -80,19 +77,19 @@ def finer_vibration(answer: Elastodynamic) -> Vibration | None:
 def discretized_finer(
     answer: Elastodynamic, finer: Vibration | None, tolerance: float = TOLERANCE, begun: Elastodynamic | None = None
 ) -> tuple[Deflection, float]:
-    """Deflection at the same positions in a finer discretization, and the share left open there.
+    """Deflection at the same positions in a finer discretization, and its remaining error.
 
-    The difference is what the discretization leaves open of the answer, exact or of small displacements: either time or
-    coordinates alone may show little where both together show more.
+    The difference is the discretization error of the answer. Time and coordinates are refined together, because either
+    alone may show little.
 
     Parameters
     ----------
     finer
-        As of `finer_vibration`, which the exact answer shares with that of small displacements it is made of.
+        See `finer_vibration`; shared by the exact answer and that of small displacements.
     tolerance
-        To which the answer is settled there.
+        Tolerance of the finer answer.
     begun
-        As of `with_large_displacement` there, where that is known.
+        Result of `with_large_displacement` in the finer discretization, if known.
     """
     if finer is None or answer.discretization is None:
         return answer.deflection, 0.0
@@ -112,14 +109,14 @@ def discretized_finer(
 def steps_to_exact(
     vibration: Vibration, discretization: Discretization, newton_to: float | None = None
 ) -> tuple[Settled, float]:
-    """Return displaced links after a few steps from linear vibration, and what they leave open, as of `first_steps`.
+    """Take a few steps from linear vibration towards the exact answer, see `first_steps`.
 
-    If these leave more open than `newton_to`, a share of the largest displacement, Newton's method takes over.
+    Newton's method follows if the change left open exceeds `newton_to`, relative to the largest displacement.
 
     Raises
     ------
     MechanismError
-        As of `with_large_displacement`.
+        See `with_large_displacement`.
     """
     require_known(vibration.motion)
     settled, left = first_steps(vibration, discretization.fastest)
@@ -133,29 +130,28 @@ def steps_to_exact(
 def geometrically_exact(
     linear: Elastodynamic, tolerance: float = TOLERANCE, begun: Settled | None = None
 ) -> Elastodynamic:
-    """The vibrating mechanism with links displaced by any amount: Reissner's beams with shear and rotary inertia.
+    """Solve the vibrating mechanism with large displacement: Reissner's beams with shear and rotary inertia.
 
-    Stability is that about the rigid motion. Where steps towards the exact answer do not settle, `reduction_error` says
-    by how much the last one changed it.
+    Stability is that about the rigid motion. If the iteration does not converge, `reduction_error` is its last change.
 
     Parameters
     ----------
     linear
-        The answer of small displacements, steady or from a start.
+        Answer of small displacements, steady or transient.
     tolerance
-        How far the answer may be from settled, as a share of the largest displacement.
+        Tolerance relative to the largest displacement.
     begun
-        The first steps from the linear answer, as of `with_large_displacement`, where these are known.
+        First steps from the linear answer, see `with_large_displacement`, if known.
 
     Raises
     ------
     MechanismError
-        A wheel that runs along a rack; a slider along an elastic link where other joints are redundant.
+        If a wheel runs along a rack, or a slider moves on an elastic link while joints are redundant.
 
     Returns
     -------
-    At the same positions. N, V, M are in the axes of the section as it is turned, and hold what damping adds. Where
-    nothing vibrates, or no steady state comes about, the linear answer.
+    Answer at the same positions. N, V, M are in the axes of the turned section and include damping. The linear answer
+    if nothing vibrates or no steady state exists.
     """
     vibration, discretization = linear.vibration, linear.discretization
     if vibration is None or discretization is None or not _bends(linear):
@@ -194,7 +190,7 @@ def geometrically_exact(
 def _settled(
     linear: Elastodynamic, exact: Settled, vibration: Vibration, discretization: Discretization, in_elements: float
 ) -> Elastodynamic:
-    """The answer of displaced links as it stands, but for its deflection."""
+    """Assemble the answer of displaced links, without its deflection."""
     return replace(
         linear,
         coordinates=vibration.history[0].shape[1],
@@ -208,19 +204,19 @@ def _settled(
 
 
 def _carried(known: Displaced, vibration: Vibration, before: Discretization, now: Discretization) -> Displaced | None:
-    """Links that Newton's method found, in another discretization; None where other steps found them."""
+    """Transfer links found by Newton's method to another discretization; None if found by other steps."""
     if known.shortened is None or has_dry_friction(vibration.motion.mechanism):
         return None
     return newly_shortened(carried_over(known, vibration, now.per_coordinate_of(before)))
 
 
 def _off(found: Elastodynamic) -> float:
-    """How far an answer may be from settled."""
+    """Total error of an answer."""
     return found.time_error + found.reduction_error
 
 
 def _bends(linear: Elastodynamic) -> bool:
-    """Whether beams vibrate, and come to a steady state."""
+    """True if beams vibrate and a steady state exists."""
     vibration = linear.vibration
     return linear.stable and vibration is not None and bool(vibration.problem.terms.kinematics.structure.weights.size)
 

@@ -1,4 +1,4 @@
-"""Natural modes of the whole mechanism at single positions: frequencies, damping ratios and shapes, drives held."""
+"""Natural modes of the whole mechanism at single positions, with held drives: frequencies, damping ratios, shapes."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from rigid import Motion
 from rigid.arrays import Complexes, Reals
 
 STATIONS = 101
-REFINEMENTS = (4, 8, 12)  # polynomials along every beam, one after the other
-SETTLED = 1e-3  # share of a frequency that the last refinement may change, and that a shape may be off
+REFINEMENTS = (4, 8, 12)  # polynomials per beam in successive refinements
+SETTLED = 1e-3  # largest relative change of a frequency in the last refinement, and error of a shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +37,11 @@ class NaturalModes:
     damping
         Damping ratio [1], same shape.
     displacement
-        Displacement of the beams from their rigid places in the ground's axes, complex, shape (modes, beams, positions,
-        stations). The stations are evenly spaced from end to end. The largest displacement of each mode is 1.
+        Displacement of the beams from their rigid positions in ground axes, complex, shape (modes, beams, positions,
+        stations). Stations are evenly spaced from end to end. The largest displacement of each mode is 1.
     shape_error
-        Largest share by which the frequency of a shape (its Rayleigh quotient) differs from `omega`. It is about the
-        square of the error of the shape. It exceeds `settled` if a block slides on an elastic beam.
+        Largest relative difference between a shape's Rayleigh quotient and `omega`. It is about the square of the
+        shape's error. It exceeds `settled` if a block slides on an elastic beam.
     """
 
     omega: Reals
@@ -68,7 +68,7 @@ def natural_modes(
     Parameters
     ----------
     motion
-        At the positions asked for, of one design.
+        Motion at the requested positions, of one design.
     sections
         One per beam, in the order of `Mechanism.beams`.
     joints
@@ -76,12 +76,12 @@ def natural_modes(
     damping
         Kelvin-Voigt damping. The default is 1 % at the lowest frequency.
     settled
-        Target of the refinement: its last change of a frequency, and `shape_error`.
+        Target of the refinement, for the last change of a frequency and for `shape_error`.
 
     Raises
     ------
     ValueError
-        The motion or the sections have several designs.
+        If the motion or the sections have several designs.
 
     Examples
     --------
@@ -118,7 +118,7 @@ def _with_shapes(
     inner: int,
     stations: int,
 ) -> NaturalModes:
-    """Shapes of known frequencies, with `inner` polynomials along every beam."""
+    """Shapes for known frequencies, with `inner` polynomials along every beam."""
     structure, good = elastic_structure(motion.mechanism, sections, joints, inner), np.isfinite(omega[0])
     kinds = kinematics(structure, motion, unstrained_basis(structure), chosen_points(structure.mechanism))
     values, vectors = np.linalg.eigh(np.where(good[:, None, None], mass_of(kinds), 0.0))

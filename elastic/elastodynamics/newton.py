@@ -1,10 +1,9 @@
-"""Newton's method for the exact equations of displaced links, at growing shares of the loads if it needs them.
+"""Newton's method for the exact equations of displaced links, with load steps if necessary.
 
-The operator is that of small vibrations about the displaced links: coordinates move masses with the foreshortening of
-the turned beams, and geometric stiffness is that of the section forces there. Within a step the forces of turned
-sections are brought into balance at every instant, which takes no inertia. If steps lead away from the solution, the
-loads of the rigid motion grow from nothing: the answer is then the one that is connected with the straight links.
-Derivation: docs/theory.md.
+The operator describes small vibrations about the displaced links: coordinates move masses with the foreshortening of
+turned beams, and geometric stiffness is that of the present section forces. Within a step, forces of turned sections
+are brought into balance at every instant, without inertia. If steps diverge, the loads of the rigid motion grow from
+zero, so that the answer is the one connected with the straight links. Derivation: docs/theory.md.
 """
 
 from __future__ import annotations
@@ -37,14 +36,14 @@ from elastic.solution import Deflection
 
 
 def settled_by_newton(linear: Vibration, tolerance: float, fastest: float, near: Displaced | None) -> Settled | None:
-    """Return displaced links settled by Newton's method; None if it leads nowhere.
+    """Solve displaced links by Newton's method; None if it fails.
 
     Parameters
     ----------
     linear, tolerance, fastest
-        As for `exact_steps.settled_links`.
+        See `exact_steps.settled_links`.
     near
-        Links to begin with. Without them, or if the method leads away from them, the loads grow from nothing.
+        Initial links. Without them, or if the method diverges, the loads grow from zero.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         still, fastest = loaded(linear, linear.quasi_static), SETTINGS.newton_fastest * fastest
@@ -56,14 +55,14 @@ def settled_by_newton(linear: Vibration, tolerance: float, fastest: float, near:
 
 
 def _with_foreshortening(now: Displaced) -> Displaced:
-    """The same links with their foreshortening apart from the displacements beside the coordinates."""
+    """Separate the foreshortening from the residual response."""
     if now.shortened is not None:
         return now
     return newly_shortened(replace(now, residual=_scaled(now, 0.0).residual))
 
 
 def _scaled(now: Displaced, share: float) -> Displaced:
-    """A share of displaced links."""
+    """Scale displaced links by a factor."""
     x, x1, x2 = (share * part for part in now.history)
     residual = replace(now.residual, moved=now.residual.moved @ np.array([[share]]), forces=share * now.residual.forces)
     held = {name: share * getattr(now, name) for name in ("force", "joints", "moments")}
@@ -71,7 +70,7 @@ def _scaled(now: Displaced, share: float) -> Displaced:
 
 
 def _loaded_in_steps(first: Displaced, still: Loaded, tolerance: float, fastest: float) -> Settled | None:
-    """Links under loads that grow from nothing; None where a small step of the loads leads nowhere."""
+    """Solve with loads that grow from zero; None if a small load step fails."""
     share, step = 0.0, SETTINGS.first_load_share
     now, before = _scaled(first, 0.0), None
     while step >= SETTINGS.min_load_step:
@@ -91,13 +90,13 @@ def _loaded_in_steps(first: Displaced, still: Loaded, tolerance: float, fastest:
 
 
 def _extended(before: tuple[float, Displaced], last: tuple[float, Displaced], share: float) -> Displaced:
-    """Links at a share of the loads, on the straight line through those at two other shares."""
+    """Extrapolate links linearly from two load shares to another."""
     reach = (share - last[0]) / (last[0] - before[0])
     return summed([before[1], last[1]], np.array([-reach, 1.0 + reach]))
 
 
 def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, fastest: float) -> Settled | None:
-    """The links nearest to balance under a share of the rigid motion's loads; None where numbers overflow."""
+    """Solve at a share of the rigid motion's loads; return the best step, or None if numbers overflow."""
     now, last, least = begun, np.inf, np.inf
     operator: Vibration | None = None
     before: list[Any] = []
@@ -130,7 +129,7 @@ def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, f
 
 
 def _in_balance(now: Displaced, share: float, still: Loaded) -> Unbalanced:
-    """Residual of links with section forces in balance at their displaced places."""
+    """Residual of links with section forces in balance at their displaced positions."""
     for _ in range(SETTINGS.max_balances):
         solution = unbalanced(now, exact_loads(now), still, share)
         answer = solution.found
@@ -142,18 +141,18 @@ def _in_balance(now: Displaced, share: float, still: Loaded) -> Unbalanced:
 
 
 def newly_shortened(now: Displaced) -> Displaced:
-    """Return links that were carried over to another grid with their foreshortening there."""
+    """Compute the foreshortening of links that were transferred to another grid."""
     shape = foreshortening(now.vibration)
     return replace(now, shortened=shape, amplitudes=shape.amplitudes(now.history[0], now.residual.moved))
 
 
 def tangent(now: Displaced, bent: Deflection) -> Vibration:
-    """Return the small vibrations about displaced links, in the coordinates of the linear ones.
+    """Small vibrations about displaced links, in the coordinates of the linear ones.
 
     Parameters
     ----------
     bent
-        Quasi-static answer under their loads.
+        Quasi-static answer under the loads of the displaced links.
     """
     linear, shape = now.vibration, now.shortened
     assert shape is not None
@@ -166,7 +165,7 @@ def tangent(now: Displaced, bent: Deflection) -> Vibration:
     posed = problem(motion_terms(moving, terms.grid, terms.damping), bent, linear.problem.speed)
     pull = (np.exp(-1j * phi) * now.force).real * kinds.structure.weights
     felt, equations = replace(posed.felt, pull=pull), posed.equations
-    turned = replace(unit, slope=unit.phi)  # a slope is no rotation where the foreshortening goes across
+    turned = replace(unit, slope=unit.phi)  # a slope differs from the rotation if foreshortening has a transverse part
     stiffness = equations.stiffness + (felt.stiffness(turned, turned) - posed.felt.stiffness(unit, unit))[1:]
     posed = replace(posed, felt=felt, equations=replace(equations, stiffness=stiffness))
     return replace(linear, problem=posed, propagation=propagation(terms.grid, posed.equations))

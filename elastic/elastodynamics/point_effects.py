@@ -1,6 +1,6 @@
-"""Forces that displaced points feel: springs and dampers, forces that turn with their link, levers of rigid parts.
+"""Forces on displaced points: springs and dampers, forces that turn with their link, levers of rigid parts.
 
-Each is a row times a stiffness or damping times another row: a force along the first for what the second measures.
+Each is a stiffness or damping between two components of displacements: a force along the first per unit of the second.
 """
 
 from __future__ import annotations
@@ -34,21 +34,21 @@ from rigid.plane import number as plain
 
 @dataclass(frozen=True, eq=False)
 class PointRow:
-    """A component of the displacements of points: sum of dot(way, displacement) and of share times rotation.
+    """Component of point displacements: sum of dot(way, displacement) and share times rotation.
 
     Attributes
     ----------
     ways
-        Per chosen point a vector in the ground's axes, complex, shape (positions,).
+        Vector in ground axes by chosen point, complex, shape (positions,).
     shares
-        Per chosen point what its rotation counts, shape (positions,) or scalar.
+        Factor of the rotation by chosen point, shape (positions,) or scalar.
     """
 
     ways: Mapping[int, Complexes] = field(default_factory=dict)
     shares: Mapping[int, Columns] = field(default_factory=dict)
 
     def __call__(self, moved: Displacements) -> Reals:
-        """Of every kind of displacement, shape (positions, c)."""
+        """Value for each kind of displacement, shape (positions, c)."""
         total: Any = 0.0
         for point, way in self.ways.items():
             total = total + dot(way[:, None], moved.moves[:, point])
@@ -58,12 +58,12 @@ class PointRow:
         return component
 
     def times(self, factor: float) -> PointRow:
-        """So many times the component."""
+        """Scale the component."""
         ways, shares = ({point: factor * value for point, value in part.items()} for part in (self.ways, self.shares))
         return PointRow(ways, shares)
 
     def __getitem__(self, positions: Any) -> PointRow:
-        """At some of the positions."""
+        """Select positions."""
         ways, shares = (
             {point: value[positions] if np.ndim(value) else value for point, value in part.items()}
             for part in (self.ways, self.shares)
@@ -73,10 +73,10 @@ class PointRow:
 
 @dataclass(frozen=True, eq=False)
 class PointEffect:
-    """The force -(stiffness cause + damping d cause/dt) along `felt`, shape (positions,).
+    """Force -(stiffness cause + damping d cause/dt) along `felt`, shape (positions,).
 
-    `elastic` where it is a spring's own stiffness, and not that of forces that displaced points carry along; `rubs`
-    where it is friction, which the joint forces hold.
+    `elastic`: stiffness of a spring, not of a force on displaced points. `rubs`: friction, which is part of the joint
+    forces.
     """
 
     felt: PointRow
@@ -87,17 +87,17 @@ class PointEffect:
     rubs: bool = False
 
     def __getitem__(self, positions: Any) -> PointEffect:
-        """At some of the positions."""
+        """Select positions."""
         return replace(
             self, felt=self.felt[positions], cause=self.cause[positions], stiffness=self.stiffness[positions]
         )
 
     def form(self, felt: Displacements, cause: Displacements) -> Reals:
-        """Stiffness of the kinds of one displacement for those of another, shape (positions, c felt, c cause)."""
+        """Stiffness between the kinds of two displacements, shape (positions, c felt, c cause)."""
         return (self.stiffness[:, None] * self.felt(felt))[..., None] * self.cause(cause)[:, None]
 
     def loads(self, amount: Reals) -> Iterator[tuple[int, Columns, Columns]]:
-        """A force along `felt` at its points: chosen point, force [N], complex, moment [N m]."""
+        """Force along `felt` at its points: chosen point, force [N], complex, moment [N m]."""
         for point, way in self.felt.ways.items():
             yield point, amount * way, 0.0
         for point, share in self.felt.shares.items():
@@ -105,7 +105,7 @@ class PointEffect:
 
 
 def chosen_points(mechanism: Mechanism) -> tuple[tuple[int, str], ...]:
-    """The points that anything but beams depends on: of lumps, loads, springs, and one of every rigid link."""
+    """Points with lumps, loads, springs or joints that need their displacement, and one of every rigid link."""
     points = [(at, lump.point) for at, lump in lumps_of(mechanism)]
     for load in mechanism.loads:
         if isinstance(load, Spring):
@@ -122,7 +122,7 @@ def chosen_points(mechanism: Mechanism) -> tuple[tuple[int, str], ...]:
 
 
 def _joint_points(mechanism: Mechanism) -> Iterator[tuple[int, str]]:
-    """Of blocks, of beams under them, of wheels with teeth, and of pins with friction."""
+    """Points of blocks, of beams under them, of toothed wheels, and of pins with friction."""
     rails, rubbing = trees_of(mechanism).rails, {number for number, _ in rubbing_joints(mechanism)}
     for number, joint in enumerate(structure(mechanism).joints):
         pins: list[Joint] = [joint] if number in rubbing and joint.turns else []
@@ -137,7 +137,7 @@ def _joint_points(mechanism: Mechanism) -> Iterator[tuple[int, str]]:
 
 
 def lumps_of(mechanism: Mechanism) -> list[tuple[int, Lump]]:
-    """Lumps of the moving links with their links' numbers."""
+    """Lumps of the moving links, with link indices."""
     return [(at, lump) for at, link in enumerate(mechanism.links) if at for lump in link.lumps]
 
 
@@ -164,7 +164,7 @@ Numbers = Mapping[tuple[int, str], int]
 
 
 def _lump_arms(motion: Motion, numbers: Numbers) -> Iterator[PointEffect]:
-    """A mass held beside its point: its force has a lever when the point turns."""
+    """Mass with an offset from its point: its force gets a lever when the point rotates."""
     for at, lump in lumps_of(motion.mechanism):
         if np.any(lump.offset) and motion.mechanism.links[at].beams:
             row = PointRow(shares={numbers[at, lump.point]: 1.0})
@@ -181,7 +181,7 @@ def lump_force(motion: Motion, at: int, lump: Lump) -> Complexes:
 
 
 def _rigid_links(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
-    """A link without beams that turns: all its forces along its arms."""
+    """Rotation of a link without beams: all its forces along its arms."""
     motion = bent.motion
     mechanism = motion.mechanism
     for at, link in enumerate(mechanism.links):
@@ -204,7 +204,7 @@ def _rigid_links(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
 
 
 def _blocks(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
-    """A block on a link that turns: the force across the line turns with it, and moves along it with the block."""
+    """Block on a rotating link: the transverse force rotates with the line, and moves with the block."""
     motion = bent.motion
     for number, (place, force) in enumerate(zip(motion.places, bent.forces.force, strict=True)):
         joint, owner = place.joint, place.joint.owner
@@ -218,7 +218,7 @@ def _blocks(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
 
 
 def _slide(motion: Motion, number: int, numbers: Numbers) -> tuple[PointRow, int]:
-    """Displacement of a block along the line of a moving link, seen from it, and that link's chosen point."""
+    """Displacement of a block along the line of a moving link, relative to it, and the link's chosen point."""
     place = motion.places[number]
     joint, owner = place.joint, place.joint.owner
     link = motion.mechanism.links[owner]
@@ -230,7 +230,7 @@ def _slide(motion: Motion, number: int, numbers: Numbers) -> tuple[PointRow, int
 
 
 def sliding_rows(motion: Motion, chosen: Points) -> list[PointRow]:
-    """Displacements along the coordinates of the joints with friction, child from parent, as of `rubbing_joints`."""
+    """Displacements along the coordinates of joints with friction, child from parent, see `rubbing_joints`."""
     numbers = {where: number for number, where in enumerate(chosen)}
     rows = []
     for number, _ in rubbing_joints(motion.mechanism):
@@ -248,7 +248,7 @@ def sliding_rows(motion: Motion, chosen: Points) -> list[PointRow]:
 
 
 def _spring(motion: Motion, spring: Spring, numbers: Numbers) -> Iterator[PointEffect]:
-    """Along the spring its stiffness and damping, across it its tension over its length."""
+    """Stiffness and damping along a spring; tension over length across it."""
     index = motion.mechanism.index
     ends = (index[spring.link], spring.point), (index[spring.on], spring.anchor)
     vector = position_of(motion, *ends[0]) - position_of(motion, *ends[1])
@@ -274,7 +274,7 @@ def _torsion_spring(motion: Motion, spring: TorsionSpring, numbers: Numbers) -> 
 
 
 def _turning_load(motion: Motion, load: PointLoad, numbers: Numbers) -> Iterator[PointEffect]:
-    """A force that turns with its link turns with the section at its point."""
+    """Force that turns with the section at its point."""
     point = numbers[motion.mechanism.index[load.link], load.point]
     for _, _, force, _ in load.forces(motion):
         yield PointEffect(

@@ -1,4 +1,4 @@
-"""Vibration in reduced coordinates, in given elements of time."""
+"""Vibration in reduced coordinates on a given time grid."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from rigid import Motion
 from rigid.arrays import Complexes, Numbers, Reals
 from rigid.kinetostatics import beam_directions
 
-AXIAL = 0.005  # as closely as displacements are axial forces resolved in time
-LITTLE = 0.01  # of the greatest moment over the greatest length, what an axial force counts at least
+AXIAL = 0.005  # weight of unresolved axial forces, relative to displacements
+LITTLE = 0.01  # smallest reference of axial forces, relative to the largest moment over the largest length
 
 Start = Callable[[Propagation, Problem, Deflection], Any]
 
 
 @dataclass(frozen=True, eq=False)
 class Vibration:
-    """The amplitudes at the points of a grid, their rates and accelerations, shape (points, r), with their problem.
+    """Amplitudes at the points of a grid, rates and accelerations, shape (points, r), with their problem.
 
     Attributes
     ----------
     quasi_static
-        At the nodes of the grid.
+        Quasi-static answer at the nodes of the grid.
     residual
-        The displacements and forces beyond the coordinates; None where there are none.
+        Displacements and forces beyond the coordinates, or None.
     """
 
     quasi_static: Deflection
@@ -46,17 +46,17 @@ class Vibration:
 
     @property
     def motion(self) -> Motion:
-        """At the nodes of the grid."""
+        """Rigid motion at the nodes of the grid."""
         return self.quasi_static.motion
 
     @cached_property
     def loads(self) -> AddedLoads:
-        """Of the vibration, at the points."""
+        """Loads of the vibration at the points."""
         return vibration_loads(self.problem, self.motion, self.history, self.residual)
 
     @cached_property
     def deflection(self) -> Deflection:
-        """Of the vibrating mechanism at the nodes."""
+        """Deflection of the vibrating mechanism at the nodes."""
         plain = self.quasi_static
         return deflection(
             plain.motion, plain.sections, plain.joints, resampled(self.loads, self.problem.terms.grid.at_nodes)
@@ -64,25 +64,25 @@ class Vibration:
 
     @cached_property
     def multipliers(self) -> Complexes:
-        """Floquet multipliers of a cycle, by which free vibrations grow in it; none of a run from a start."""
+        """Floquet multipliers: growth of free vibrations per cycle; empty for a transient."""
         return self.propagation.multipliers if self.cyclic else np.zeros(0, complex)
 
     def under(self, load: Reals, often: bool = False) -> tuple[Reals, Reals, Reals]:
-        """The history that another load makes alone, shape (points, r); `often` where many loads are to come."""
+        """History under another load alone, shape (points, r); `often` prepares for many loads."""
         steps = self.propagation.loaded(load, often)
         start = steps.periodic_start() if self.cyclic else np.zeros(2 * load.shape[1])
         return steps.history(start)
 
     @cached_property
     def displacements(self) -> Numbers:
-        """Of the beams' points in their own axes, complex, or without beams the amplitudes, shape (points, places)."""
+        """Displacements of the beams in beam axes, complex, or amplitudes without beams, shape (points, places)."""
         return self.places(self.history[0])
 
     @property
     def unresolved(self) -> Reals:
-        """Unresolved part of the displacements, and of those by inertia alone, in every element, shape (elements,).
+        """Unresolved part of total and inertial displacements in every element, shape (elements,).
 
-        Less closely of the axial forces, which ring faster than links bend and move these by next to nothing.
+        Axial forces count less: they oscillate faster than links bend, with almost no effect on bending.
         """
         terms, (_, _, x2) = self.problem.terms, self.history
         forces = self.problem.equations.mass @ x2[..., None]
@@ -102,7 +102,7 @@ class Vibration:
 
     @property
     def axial_forces(self) -> tuple[Reals, float]:
-        """Forces by which the coordinates stretch beams [N], shape (points, places), and one that is little."""
+        """Axial forces of the coordinates [N], shape (points, places), and a small reference value."""
         kinds = self.problem.terms.kinematics
         structure, basis = kinds.structure, kinds.basis
         count = structure.weights.size
@@ -114,7 +114,7 @@ class Vibration:
         return forces[:, :count], LITTLE * bending / longest if longest else 0.0
 
     def places(self, amounts: Reals) -> Numbers:
-        """Displacements of given amounts of all kinds."""
+        """Displacements for given amounts of all kinds."""
         moved = self.problem.terms.kinematics.unit
         if not moved.beams.size:
             return amounts
@@ -125,8 +125,8 @@ class Vibration:
 def vibration(terms: MotionTerms, bent: Deflection, start: Start | None = None, speed: float = 1.0) -> Vibration:
     """Solve the equations of motion about the motion of a deflection at the nodes of a grid.
 
-    Without a `start` for the state that comes back at the grid's end. The motion is passed at `speed` times the grid's
-    time, in which the history is.
+    Without a `start`, the solution is periodic. The motion is passed at `speed` times the grid's time; the history is
+    in the grid's time.
     """
     posed = problem(terms, bent, speed)
     steps = propagation(terms.grid, posed.equations)

@@ -1,7 +1,7 @@
-"""The few combinations of a mechanism's elastic coordinates in which it is let vibrate.
+"""Reduced basis of the elastic coordinates for vibration.
 
-The lowest modes with the mass averaged over the cycle, and how their inertia at single positions bends the links
-besides (Ritz vectors: Wilson, Yuan and Dickens, Dynamic analysis by direct superposition of Ritz vectors, Earthquake
+The lowest modes with the mass averaged over the cycle, and the quasi-static bending by their inertia at single
+positions (Ritz vectors: Wilson, Yuan and Dickens, Dynamic analysis by direct superposition of Ritz vectors, Earthquake
 Engineering and Structural Dynamics 10 (1982) 813-821).
 """
 
@@ -20,29 +20,29 @@ from elastic.solution import Deflection
 from rigid import Motion
 from rigid.arrays import Reals
 
-NEAR = 8.0  # times the lowest frequency: modes below it vibrate by themselves
-LEAST = 3
-LOADED = 3.0  # times as closely as modes are loads' own shapes followed
-CLOSELY = 90.0  # the same where all is finer: how loads stretch a slender beam is little beside how they bend it
-MASSLESS = 1e-13
+NEAR = 8.0  # modes up to this multiple of the lowest frequency have their own coordinates
+LEAST = 3  # smallest number of modes
+LOADED = 3.0  # accuracy of the shapes of loads, relative to that of modes
+CLOSELY = 90.0  # the same in finer discretizations: axial shapes of slender beams are small next to bending
+MASSLESS = 1e-13  # modes with less mass per stiffness have no mass, relative to the largest
 
 
 @dataclass(frozen=True, eq=False)
 class CycleModes:
-    """The elastic coordinates over a cycle, none left out.
+    """All elastic coordinates over a cycle.
 
     Attributes
     ----------
     unstrained
-        From coordinates in which the stiffness is the unit matrix to the elastic coordinates, shape (n, n).
+        Transformation from coordinates with unit stiffness to the elastic coordinates, shape (n, n).
     masses
-        In those, shape (positions, n, n).
+        Mass matrix in coordinates with unit stiffness, shape (positions, n, n).
     omega
-        Lowest natural frequency at every position [rad/s], the drives held; infinite where nothing vibrates.
+        Lowest natural frequency at every position with held drives [rad/s]; inf if nothing vibrates.
     values, modes
-        Of the mean of the masses: 1/omega^2, falling, and vectors, shape (n, n).
+        Of the mean mass matrix: eigenvalues 1/omega^2, descending, and eigenvectors, shape (n, n).
     bent
-        By loads, quasi-statically, shape (n, columns): a column's length squared is twice its energy.
+        Quasi-static bending by loads, shape (n, columns); a column's squared length is twice its energy.
     """
 
     unstrained: Reals
@@ -54,7 +54,7 @@ class CycleModes:
 
 
 def unstrained_basis(structure: ElasticStructure) -> Reals:
-    """Basis of the elastic coordinates in which the stiffness is the unit matrix, shape (n, n)."""
+    """Basis of the elastic coordinates with unit stiffness, shape (n, n)."""
     stiffness = structure.stiffness
     scale = 1.0 / np.sqrt(np.diagonal(stiffness))
     unstrained: Reals = (np.linalg.inv(np.linalg.cholesky(stiffness * scale[:, None] * scale)) * scale).T
@@ -69,7 +69,7 @@ def mass_of(kinds: Kinematics) -> Reals:
 
 
 def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Deflection]) -> CycleModes:
-    """Modes of a structure over some positions of its cycle, and how it is bent by the loads of some deflections."""
+    """Modes of a structure over positions of its cycle, and its bending by the loads of deflections."""
     unstrained = unstrained_basis(structure)
     kinds = kinematics(structure, motion, unstrained, chosen_points(structure.mechanism))
     reduced_mass = mass_of(kinds)
@@ -84,14 +84,14 @@ def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Defle
 
 
 def reduced_basis(cycle: CycleModes, modes: int, besides: float, closer: float = LOADED) -> Reals:
-    """Basis of some modes and of the bending by their inertia, shape (n, r); the mean mass is the unit matrix.
+    """Basis of modes and of the bending by their inertia, shape (n, r), with unit mean mass.
 
     Parameters
     ----------
     besides
-        From what share of a mode's bending, as a root of energy, another combination counts.
+        Smallest bending that gets a coordinate, relative to a mode's bending, as a root of energy.
     closer
-        Times as closely are the shapes followed in which loads bend.
+        Accuracy of the shapes of loads, relative to `besides`.
     """
     values, chosen = cycle.values[:modes], cycle.modes[:, :modes]
     bent = cycle.masses @ (chosen / values)
@@ -107,7 +107,7 @@ def reduced_basis(cycle: CycleModes, modes: int, besides: float, closer: float =
 
 
 def _with_more(basis: Reals, others: Reals, least: float) -> Reals:
-    """Orthonormal columns with the directions of others that these have a greater part in than `least`."""
+    """Extend orthonormal columns by directions in which `others` have a part greater than `least`."""
     beyond = others - basis @ (basis.T @ others)
     ways, sizes, _ = np.linalg.svd(beyond, full_matrices=False)
     more = ways[:, sizes > least]
@@ -115,7 +115,7 @@ def _with_more(basis: Reals, others: Reals, least: float) -> Reals:
 
 
 def near_modes(cycle: CycleModes) -> int:
-    """How many modes are near the lowest one."""
+    """Number of modes near the lowest one."""
     moving = cycle.values > MASSLESS * cycle.values[0]
     near = int((cycle.values > cycle.values[0] / NEAR**2).sum())
     return min(max(near, LEAST), int(moving.sum()))

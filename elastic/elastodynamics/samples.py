@@ -1,4 +1,4 @@
-"""Fields of a deflection at Gauss points, so that they change smoothly with the position."""
+"""Fields of a deflection at Gauss points, smooth over the positions."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from rigid.arrays import Reals
 
 
 def along_beams(bent: Deflection, field: str, xi: Reals) -> Reals:
-    """A field at Gauss points, shape (..., positions, beams, points).
+    """Field at Gauss points, shape (..., positions, beams, points).
 
-    Under a block a field has a kink or a step, which would pass the points one by one: there the values are those of
-    the polynomial that is nearest the field in the mean, with the same integrals against all shapes of the beam.
+    Under a block a field has a kink or a step, which would jump from point to point. There the values are those of the
+    closest polynomial in the mean, with the same integrals against all shapes of the beam.
     """
     values = np.moveaxis(sample(bent, field, xi), 0, -2)
     division = bent.division
@@ -29,7 +29,7 @@ def along_beams(bent: Deflection, field: str, xi: Reals) -> Reals:
 
 
 def _nearest(parts: Reals, start: Reals, width: Any, xi: Any) -> Reals:
-    """Values at xi of the polynomial nearest to pieces of polynomials, shape (..., positions, points)."""
+    """Values at xi of the polynomial closest to a piecewise polynomial, shape (..., positions, points)."""
     order = len(xi) - 1
     nodes, weights = legendre.leggauss((len(parts) + order) // 2 + 1)
     nodes, weights = (part.reshape(-1, *(1,) * np.ndim(width)) for part in ((nodes + 1) / 2, weights / 2))

@@ -1,9 +1,9 @@
-"""Effect of large displacement: the terms of second order that the linear equations leave out, solved for.
+"""Second-order effect of large displacement, which the linear equations neglect.
 
-In the ground's axes masses do not change, and pins hand displacements on as they are. What is quadratic is how much a
-piece of a beam that is turned by s gets longer, du/dx + s^2/2. The linear equations have the force of the rigid motion
-times s^2/2. What is left are two loads: the force that vibration adds, across what is turned; and the inertia of how
-much nearer to each other the ends of turned pieces are. Derivation: docs/elastodynamics.md.
+In ground axes, masses are constant and pins transmit displacements linearly. The only quadratic term is the axial
+strain du/dx + s^2/2 of a piece with rotation s. The linear equations contain the force of the rigid motion times s^2/2.
+Two loads remain: the force of vibration across turned pieces, and the inertia of the shortening of turned pieces.
+Derivation: docs/elastodynamics.md.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from rigid.kinetostatics import beam_directions
 
 
 def second_order(vibration: Vibration, stations: Reals) -> tuple[Reals, Reals]:
-    """Deflection from the chord of linear vibration at the points of its grid, and its increment of second order.
+    """Chord deflection of linear vibration at the points of its grid, and its second-order increment.
 
-    Rigid links' own turns are left out but for the forces on them.
+    Rotations of rigid links are neglected, except for the forces on them.
 
     Parameters
     ----------
     stations
-        Along the beams, from 0 to 1, shape (stations,).
+        xi along the beams, shape (stations,).
 
     Returns
     -------
@@ -45,7 +45,7 @@ def second_order(vibration: Vibration, stations: Reals) -> tuple[Reals, Reals]:
 
 
 def _across(vibration: Vibration, bent: Deflection, x: Reals) -> Reals:
-    """Load of the forces that vibration adds to those of the rigid motion, shape (points, r)."""
+    """Load by the forces that vibration adds to those of the rigid motion, shape (points, r)."""
     kinds, problem = vibration.problem.terms.kinematics, vibration.problem
     moved = kinds.unit @ x[..., None]
     whole = geometric_stiffness(kinds.structure, bent, kinds.chosen).stiffness(kinds.unit, moved)
@@ -53,7 +53,7 @@ def _across(vibration: Vibration, bent: Deflection, x: Reals) -> Reals:
 
 
 def _nearer(vibration: Vibration, x: Reals) -> Reals:
-    """Load of inertia of the shortening of rotated beam pieces along their rigid places, shape (points, r)."""
+    """Load by the inertia of shortened turned pieces, shape (points, r)."""
     terms, motion = vibration.problem.terms, vibration.motion
     kinds = terms.kinematics
     structure = kinds.structure
@@ -72,12 +72,12 @@ def _nearer(vibration: Vibration, x: Reals) -> Reals:
 
 
 def chord_of(vibration: Vibration, along: Complexes, stations: Reals) -> Reals:
-    """Deflection from the chord at a grid's points, shape (beams, points, stations).
+    """Chord deflection at a grid's points, shape (beams, points, stations).
 
     Parameters
     ----------
     along
-        Displacements of the beams in the ground's axes [m], complex, shape (points, beams, Gauss points).
+        Displacements of the beams in ground axes [m], complex, shape (points, beams, Gauss points).
     """
     w = (np.conj(beam_directions(vibration.motion)).T[1:, :, None] * along).imag
     nodes = vibration.problem.terms.kinematics.structure.xi

@@ -1,4 +1,4 @@
-"""Links displaced by any amount, with how far from the exact equations they are."""
+"""Links with large displacement, and their residual in the exact equations."""
 
 from __future__ import annotations
 
@@ -14,29 +14,28 @@ from elastic.links import members_of
 from elastic.sampling import reference_deflection
 from rigid.arrays import Columns, Complexes
 
-Sliding = tuple[tuple[int, Columns, Columns], ...]  # as of `AddedLoads.sliding`
+Sliding = tuple[tuple[int, Columns, Columns], ...]  # see `AddedLoads.sliding`
 
-BEAMS = 10.0  # times the tolerance that the deflection of a single beam may be off
+BEAMS = 10.0  # tolerance of a single beam's deflection, relative to the overall tolerance
 STATIONS = 21
 TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """Links displaced by any amount after so many steps.
+    """Links with large displacement after a number of steps.
 
     Attributes
     ----------
     displaced
-        The links.
+        Displaced links.
     change, residual
-        Of the beams' displacements [m], complex, shape (points, beams, Gauss points): by one more step, and that of the
-        exact equations, the quasi-static answer under the loads of displaced links less their displacement. Without
-        beams of the links' rotations [rad], shape (points, links, 1), and of shifts.
+        Of the beams' displacements [m], complex, shape (points, beams, Gauss points): change by one more step; residual
+        of the exact equations. Without beams: rotations of the links [rad], shape (points, links, 1), and shifts.
     steps
-        How many were made, with the one more.
+        Number of steps, including the one for `change`.
     sliding
-        Rates of the joints with friction, where it is hard.
+        Rates of joints with hard friction.
     """
 
     displaced: Displaced
@@ -47,19 +46,19 @@ class Settled:
 
     @property
     def share(self) -> float:
-        """The change or the residual, the greater, of the largest displacement."""
+        """Change or residual, the larger, relative to the largest displacement."""
         greatest = np.abs(places_of(self.displaced.moved)).max(initial=TINY)
         return float(max(np.abs(off).max(initial=0.0) for off in (self.change, self.residual)) / greatest)
 
     @property
     def change_share(self) -> float:
-        """The change of one more step, of the largest displacement."""
+        """Change by one more step, relative to the largest displacement."""
         greatest = np.abs(places_of(self.displaced.moved)).max(initial=TINY)
         return float(np.abs(self.change).max(initial=0.0) / greatest)
 
     @cached_property
     def worst(self) -> float:
-        """As `share`, of the deflection from the chord, of the largest of the member for which that is most."""
+        """Change or residual of the chord deflection, relative to the member's largest, for the worst beam."""
         linear, stations = self.displaced.vibration, np.linspace(0.0, 1.0, STATIONS)
         if not self.displaced.moved.beams.size:
             return 0.0
@@ -70,12 +69,12 @@ class Settled:
 
     @property
     def open(self) -> float:
-        """How far from settled it may be: a beam that bends little may be less so."""
+        """Measure of convergence; a beam with little bending may have a larger error."""
         return max(self.share, self.worst / BEAMS)
 
 
 def places_of(moved: Displacements) -> Complexes:
-    """Displacements of one kind at the points, as of `Settled.change`."""
+    """Displacements of one kind at the points, see `Settled.change`."""
     places: Complexes = moved.beams
     if not places.size:
         places = np.concatenate((moved.angle, moved.moves), axis=1)[:, :, None].astype(complex)

@@ -1,4 +1,4 @@
-"""From a motion to its vibration: coordinates and elements of time refined until the answer has settled."""
+"""Vibration from a motion: refinement of coordinates and time elements to a tolerance."""
 
 from __future__ import annotations
 
@@ -32,60 +32,61 @@ from rigid.arrays import Flags, Integers, Numbers, Reals
 
 MotionAt = Callable[[Any], Motion]
 
-SMOOTH = (PointLoad, LineLoad, Spring, TorsionSpring)  # loads that jump nowhere, where no law says how they change
+SMOOTH = (PointLoad, LineLoad, Spring, TorsionSpring)  # loads without jumps, unless a law changes them
 TOLERANCE = 1e-4
-ELEMENTS = 12  # of time, at first
+ELEMENTS = 12  # initial number of time elements
 INNER = 4
-LOOKED_AT = 16  # positions whose modes are looked at
-MOST_LOOKED_AT = 40_000_000  # displacements of masses per coordinate there, beyond which coordinates are not refined
-MOST_ELEMENTS = 2048
-MOST_HALVED = 256  # elements, beyond which twice as many take seconds, and shares tell what they leave open
-ORDER = 5  # with which the error in time falls at worst, for the next guess
-SHORTEST = 1e-4  # element, as a share of the whole stretch of time
-EDGE = 1e-8  # least distance of a break from the end of the stretch, relative to its duration: else it is the end
-MOST_PARTS = 4  # into which an element is divided at once
-GROWS = 2.0  # times as long as one before it is an element at most that follows those that are divided
-ROUNDS = 6
-RUBBED = 2  # rounds with friction, of which more coordinates seldom are what its steps lack
-MOST_NUMBERS = 16_000_000  # accelerations of masses per amplitude: half a GB with all that is made of them
-FINER = 20.0  # times as fine as asked, where time holds back what finer coordinates gain
-TWICE = 2.0  # what contracts for certain: steps are mixed, and take somewhat more
-LOST = 10.0  # times what it should be settled to, beyond which finer elements of time settle nothing
-COARSE = 1e-2  # share to which friction is settled at most, before elements of time are fine
-NOISE = 1e-6  # error in time below which it may be round-off, which shorter elements do not make less
-IN_VAIN = 6  # rounds of shorter elements that do not halve such an error, after which it is taken for that
-AHEAD = 0.1  # of the error in time, to which friction is settled on a grid that is not the last
-SAFE = 4.0  # times what elements leave open by their series the answer's error in time was at most
-NEUTRAL = 1e-6  # growth over a cycle that round-off and the method's own error leave open
+LOOKED_AT = 16  # positions at which modes are computed
+MOST_LOOKED_AT = 40_000_000  # mass displacements per coordinate at these positions; more coordinates are not added
+MOST_ELEMENTS = 2048  # time elements
+MOST_HALVED = 256  # time elements; halving more takes seconds, and their error is then estimated from series
+ORDER = 5  # lowest order of convergence in time, for the next element length
+SHORTEST = 1e-4  # shortest element, relative to the whole duration
+EDGE = 1e-8  # a break this close to the end counts as the end, relative to the duration
+MOST_PARTS = 4  # parts into which an element is divided at once
+GROWS = 2.0  # largest ratio of an element's length to that of a shorter element before it
+ROUNDS = 6  # refinements of the coordinates
+RUBBED = 2  # refinements with friction, which seldom gains from more coordinates
+MOST_NUMBERS = 16_000_000  # mass accelerations per amplitude: half a GB with all derived arrays
+FINER = 20.0  # factor on the time tolerance if time limits the gain by finer coordinates
+TWICE = 2.0  # frequency limit of inertia relative to the first mode left out; a mixed iteration exceeds the certain 1
+LOST = 10.0  # residual, relative to its tolerance, that finer time elements cannot settle
+COARSE = 1e-2  # first tolerance of friction, while time elements are coarse
+NOISE = 1e-6  # smaller time errors may be round-off
+IN_VAIN = 6  # refinements without halving such an error, before round-off is assumed
+AHEAD = 0.1  # tolerance of friction on a grid that will be refined, relative to the time error
+SAFE = 4.0  # largest ratio of the true time error to the estimate from series
+NEUTRAL = 1e-6  # growth per cycle due to round-off and discretization
 
 
 @dataclass(frozen=True, eq=False)
 class Elastodynamic:
-    """A vibrating mechanism at some positions.
+    """Vibrating mechanism at some positions.
 
     Attributes
     ----------
     deflection
-        Of the vibrating mechanism: all fields, joint forces and drive efforts; nan where it is not `stable`. N, V and M
-        are what the strains make; damping adds beta times their rates.
+        All fields, joint forces and drive efforts of the vibrating mechanism; nan if not `stable`. N, V and M are
+        elastic; damping adds beta times their rates.
     quasi_static
-        The answer without vibration at the same positions.
+        Answer without vibration at the same positions.
     damping
-        That was taken.
+        Damping used.
     lowest
-        Lowest natural frequency over the cycle, the drives held [rad/s]; infinite where nothing vibrates.
+        Lowest natural frequency over the cycle with held drives [rad/s]; inf if nothing vibrates.
     multipliers
-        Floquet's, complex, shape (2 coordinates,): by what free vibrations grow over a cycle; none of a transient.
+        Floquet multipliers, complex, shape (2 coordinates,): growth of free vibrations per cycle; empty for a
+        transient.
     coordinates, elements
-        How many amplitudes were let vibrate, and in how many elements of time.
+        Number of amplitudes, and of time elements.
     time_error, reduction_error
-        How far the answer may be from settled in time, and in the coordinates, as shares of the largest displacement.
+        Errors by time elements and by coordinates, relative to the largest displacement.
     vibration
-        In the coordinates that were let vibrate; None where nothing does.
+        Vibration in reduced coordinates; None if nothing vibrates.
     discretization
-        With which it was computed; None where nothing vibrates.
+        Discretization used; None if nothing vibrates.
     exact
-        Links displaced by any amount, where the deflection is theirs; None where it is that of small displacements.
+        Links with large displacement, if the deflection is theirs; None for small displacements.
     """
 
     deflection: Deflection
@@ -106,29 +107,29 @@ class Elastodynamic:
 
     @property
     def edges(self) -> Reals:
-        """Times at which the elements of time begin and end [s]; none where nothing vibrates."""
+        """Edges of the time elements [s]; empty if nothing vibrates."""
         return np.zeros(0) if self.vibration is None else self.vibration.problem.terms.grid.edges
 
     @property
     def axial_error(self) -> float:
-        """Error by the elements of time in axial forces, as a share of the largest one."""
+        """Error of axial forces by the time elements, relative to the largest one."""
         beams = self.vibration is not None and self.vibration.problem.terms.kinematics.structure.weights.size
         return SAFE * float(self.vibration.unresolved_axial.max(initial=0.0)) if self.vibration and beams else 0.0
 
     @property
     def growth(self) -> float:
-        """Of the least stable free vibration over a cycle: below 1 it dies out."""
+        """Growth of the least stable free vibration per cycle; below 1 it decays."""
         return float(np.abs(self.multipliers).max(initial=0.0))
 
     @property
     def stable(self) -> bool:
-        """Whether all free vibrations die out, so that the steady state comes about."""
+        """True if all free vibrations decay, so that a steady state exists."""
         return self.growth <= 1 + NEUTRAL
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A mechanism that is to vibrate, with the positions at which its modes are taken."""
+    """Mechanism for vibration, with the positions at which its modes are computed."""
 
     motion_at: MotionAt
     sections: Sequence[Section]
@@ -148,7 +149,7 @@ def vibrating_model(
     joints: Mapping[str, JointCompliance],
     damping: Damping | float | None,
 ) -> Model:
-    """Elastic coordinates, modes and damping of a mechanism over a stretch of time."""
+    """Set up elastic coordinates, modes and damping of a mechanism over a period of time."""
     if designs_of(tuple(sections)):
         raise ValueError(f"sections of {designs_of(tuple(sections))[0]} designs: expected one design")
     looked_at = checked(motion_at(start + duration * np.arange(LOOKED_AT) / LOOKED_AT))
@@ -162,7 +163,7 @@ def vibrating_model(
 
 
 def _modes(structure: ElasticStructure, motion: Motion, joints: Mapping[str, JointCompliance]) -> CycleModes | None:
-    """Modes of elastic coordinates over some positions of the cycle; None where nothing vibrates."""
+    """Modes of elastic coordinates over some positions of the cycle; None if nothing vibrates."""
     if not len(structure.stiffness):
         return None
     slow = with_rates(motion, 0.0)
@@ -172,14 +173,14 @@ def _modes(structure: ElasticStructure, motion: Motion, joints: Mapping[str, Joi
 
 
 def checked(motion: Motion) -> Motion:
-    """A motion, checked to be of one design and nowhere singular.
+    """Return a motion if it has one design and no singular position.
 
     Raises
     ------
     MechanismError
-        A position is singular or cannot be reached.
+        If a position is singular or out of reach, or a block leaves its beam.
     ValueError
-        There are several designs.
+        If there are several designs.
     """
     if len(motion.columns) != 1:
         raise ValueError(f"columns of shape {motion.columns}: expected one design")
@@ -198,14 +199,14 @@ def checked(motion: Motion) -> Motion:
 
 
 def first_grid(model: Model, start: float, duration: float, breaks: Reals | None = None) -> Grid:
-    """First elements of time: even ones, which begin anew at breaks and where loads jump.
+    """Initial time elements: even, with additional edges at breaks and jumps of the loads.
 
-    Within an element nothing jumps then, as the load of a machine that resists one way, or an acceleration by a law.
+    So loads and accelerations are smooth within each element.
 
     Parameters
     ----------
     breaks
-        Instants just before laws of drives or loads break off [s].
+        Instants just before discontinuities of drive laws or loads [s].
     """
     near, even = SHORTEST * duration, Grid(start + duration * np.linspace(0.0, 1.0, ELEMENTS + 1))
     known = np.zeros(0) if breaks is None else breaks[breaks > start]
@@ -226,20 +227,20 @@ def first_grid(model: Model, start: float, duration: float, breaks: Reals | None
 
 
 def _with_breaks(edges: Reals, breaks: Reals, near: float) -> Reals:
-    """Edges of elements with breaks among them, in place of edges that are nearer to one than `near` [s]."""
+    """Insert breaks into element edges, in place of edges closer than `near` [s]."""
     kept = _apart(edges, breaks, near)
     kept[0], kept[-1] = True, edges[-1] - breaks.max() > EDGE * np.ptp(edges)
     return np.sort(np.append(edges[kept], breaks))
 
 
 def _apart(times: Reals, breaks: Reals, near: float) -> Flags:
-    """Whether instants are farther than `near` [s] from all breaks."""
+    """True for each instant farther than `near` [s] from all breaks."""
     apart: Flags = np.abs(times[:, None] - breaks).min(axis=1, initial=np.inf) > near
     return apart
 
 
 def _jumps_nowhere(model: Model, grid: Grid) -> bool:
-    """Whether loads change smoothly for sure: drives at constant speed, no block on a beam, and no load by a law."""
+    """True if loads are certainly smooth: constant speed, no blocks on beams, no laws of loads."""
     mechanism = model.structure.mechanism
     plain = all(isinstance(load, SMOOTH) and getattr(load, "law", None) is None for load in mechanism.loads)
     if not plain or mechanism.friction or mechanism.gears or trees_of(mechanism).rails:
@@ -251,9 +252,9 @@ def _jumps_nowhere(model: Model, grid: Grid) -> bool:
 
 
 def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: Start | None = None) -> Elastodynamic:
-    """Refine elements of time, then coordinates, until the answer at the positions of a motion has settled.
+    """Refine time elements, then coordinates, until the answer at the positions of a motion has converged.
 
-    Without a `start` it is the steady state of a cycle as long as the grid.
+    Without a `start`, computes the steady state of a cycle as long as the grid.
     """
     plain = deflection(checked(motion), model.sections, model.joints)
     if model.cycle is None:
@@ -265,7 +266,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
     for _ in range(RUBBED if has_dry_friction(motion.mechanism) else ROUNDS):
         solved, reduced, grid, in_elements = resolved_in_time(discretization, grid, tolerance)
         off = reduced + in_elements
-        if best is None or off < best[0]:  # more coordinates may settle less, where loads jump
+        if best is None or off < best[0]:  # more coordinates may be worse if loads jump
             best = off, solved, reduced, grid, in_elements, discretization
         unstable = np.abs(solved.multipliers).max(initial=0.0) > 1 + NEUTRAL
         finer = (
@@ -297,7 +298,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
 
 
 def deflection_at(answer: Elastodynamic, motion: Motion) -> Deflection:
-    """Deflection of the vibrating mechanism at other positions of its motion than it was asked for."""
+    """Deflection of the vibrating mechanism at other positions of its motion."""
     plain = answer.quasi_static
     if answer.vibration is None:
         return deflection(motion, plain.sections, plain.joints)
@@ -309,25 +310,25 @@ def deflection_at(answer: Elastodynamic, motion: Motion) -> Deflection:
 
 
 def numbers_of(discretization: Discretization, grid: Grid) -> int:
-    """Numbers in the accelerations of the masses per amplitude, by far the largest array of a discretization."""
+    """Size of the mass accelerations per amplitude, by far the largest array of a discretization."""
     return numbers_per_amplitude(discretization, grid) * int(discretization.basis.shape[1])
 
 
 def numbers_per_amplitude(discretization: Discretization, grid: Grid) -> int:
-    """The same of a single amplitude."""
+    """Size as in `numbers_of`, for a single amplitude."""
     return 3 * len(grid.nodes) * len(masses(discretization.model.structure))
 
 
 def resolved_in_time(
     discretization: Discretization, grid: Grid, tolerance: float
 ) -> tuple[Vibration, float, Grid, float]:
-    """The vibration in elements of time as short as it takes, with its errors by coordinates and by elements."""
+    """Refine time elements to the tolerance; return the vibration, coordinate error, grid and time error."""
     resolved: Any = None
     rubs, loose = has_dry_friction(discretization.model.structure.mechanism), COARSE
     least, in_vain = math.inf, 0
     sliding: Sliding = ()
     while True:
-        resolved = None  # it makes room for the finer one
+        resolved = None  # frees memory for the finer one
         resolved = vibration_in(discretization, grid)
         if rubs:
             resolved, rubbed = with_friction(resolved, loose, discretization.fastest_inertia, sliding)
@@ -346,7 +347,7 @@ def resolved_in_time(
 
 
 def vibration_in(discretization: Discretization, grid: Grid) -> Vibration:
-    """The vibration in given elements of time."""
+    """Compute the vibration on a given time grid."""
     model, basis = discretization.model, discretization.basis
     motion = checked(model.motion_at(grid.nodes))
     bent = unlocked(deflection(motion, model.sections, model.joints))
@@ -355,22 +356,22 @@ def vibration_in(discretization: Discretization, grid: Grid) -> Vibration:
 
 
 def halved(discretization: Discretization, grid: Grid) -> tuple[Discretization, Grid]:
-    """A finer discretization: elements of time half as long, and twice as many modes."""
+    """Finer discretization with half the element length and twice the modes."""
     return discretization.wider(), grid.divided(np.full(len(grid.steps), 2))
 
 
 def worth_halving(mechanism: Mechanism, elements: int) -> bool:
-    """Whether a discretization of so many elements of time is worth the time that a finer one takes."""
+    """True if a finer discretization of this size is worth its time."""
     return not has_dry_friction(mechanism) and elements <= MOST_HALVED
 
 
 def bounded(answer: Vibration) -> Vibration:
-    """A vibration, checked to be finite.
+    """Return a vibration if it is finite.
 
     Raises
     ------
     MechanismError
-        It grows beyond all numbers, mostly since a node came too near to a singular position for its loads to be known.
+        If it is unbounded, usually because a node is too close to a singular position.
     """
     lost = ~np.isfinite(answer.history[0]).all(axis=-1)
     if lost.any():
@@ -380,18 +381,18 @@ def bounded(answer: Vibration) -> Vibration:
 
 
 def _sampled(sliding: Sliding, known: Grid, grid: Grid) -> Sliding:
-    """Rates of the joints with friction at the points of another grid."""
+    """Rates of joints with friction at the points of another grid."""
     sampler = known.sampler(grid.nodes[1:])
     return tuple((number, sampler(rate), creep) for number, rate, creep in sliding)
 
 
 def unlocked(bent: Deflection) -> Deflection:
-    """A quasi-static answer, checked not to be locked by friction.
+    """Return a quasi-static answer if friction does not lock it.
 
     Raises
     ------
     MechanismError
-        Friction may lock the mechanism at a position.
+        If friction may lock the mechanism at a position.
     """
     locked = np.broadcast_to(bent.forces.locked, bent.motion.columns)
     if locked.any():
@@ -400,9 +401,9 @@ def unlocked(bent: Deflection) -> Deflection:
 
 
 def time_error(resolved: Vibration, tolerance: float) -> tuple[float, Grid | None]:
-    """Error by the elements of time, as a share of the largest displacement; finer ones where that is too much.
+    """Error by the time elements, relative to the largest displacement; a finer grid if it exceeds the tolerance.
 
-    A step of the loads stays one however short its element: such elements do not count.
+    The shortest elements do not count: a step of the loads stays a step in any element.
     """
     grid = resolved.problem.terms.grid
     error = np.where(grid.steps > SHORTEST * np.ptp(grid.edges), SAFE * resolved.unresolved, 0.0)
@@ -413,9 +414,9 @@ def time_error(resolved: Vibration, tolerance: float) -> tuple[float, Grid | Non
 
 
 def _graded(steps: Reals, parts: Integers) -> Integers:
-    """Parts of elements, more where one follows a much shorter one that is divided.
+    """Increase the parts of elements that follow a much shorter divided element.
 
-    What rings there goes on into it, where it is damped for want of resolution, and would be seen only later.
+    Otherwise vibration excited in the short element would be damped in a coarse next one, and be discovered late.
     """
     graded, longest = parts.copy(), math.inf
     for number, step in enumerate(steps):
@@ -425,27 +426,27 @@ def _graded(steps: Reals, parts: Integers) -> Integers:
 
 
 def first_discretization(model: Model, tolerance: float) -> Discretization:
-    """Discretization that an answer is tried with first."""
+    """First discretization to try."""
     assert model.cycle is not None
     return Discretization(model, near_modes(model.cycle), math.sqrt(tolerance), tolerance)
 
 
 @dataclass(frozen=True, eq=False)
 class Discretization:
-    """Discretization of an answer: elastic coordinates, their modes, and elements of time.
+    """Discretization of an answer: elastic coordinates, modes, time tolerance.
 
     Attributes
     ----------
     model, modes, besides
-        Elastic coordinates, how many modes of them are let vibrate, and from what share of these other combinations.
+        Elastic coordinates, number of their modes, and smallest share of other shapes in the basis.
     resolved
-        What elements of time may leave open.
+        Tolerance of time elements.
     start
-        From which it vibrates; None for the state that comes back.
+        Initial state; None for a periodic solution.
     before, in_time, stalled
-        How far the answer was off before what was refined last; whether that was time; whether it gained nothing.
+        Error before the last refinement; True if that was in time; True if it gained nothing.
     closer
-        As of `reduced_basis`.
+        See `reduced_basis`.
     """
 
     model: Model
@@ -460,46 +461,46 @@ class Discretization:
 
     @cached_property
     def basis(self) -> Reals:
-        """Of the coordinates that are let vibrate, shape (n, r)."""
+        """Reduced basis, shape (n, r)."""
         assert self.model.cycle is not None
         return reduced_basis(self.model.cycle, self.modes, self.besides, self.closer)
 
     def per_coordinate_of(self, other: Discretization) -> Reals:
-        """Amounts of its coordinates per unit of another one's, nearest in energy of strain, shape (r, other's r)."""
+        """Coordinates closest in strain energy to unit coordinates of another discretization, shape (r, other's r)."""
         pushed = self.basis.T @ self.model.structure.stiffness
         return np.asarray(np.linalg.solve(pushed @ self.basis, pushed @ other.basis), float)
 
     @property
     def left_out(self) -> float:
-        """Lowest natural frequency of which the mode is not let vibrate by itself [rad/s]."""
+        """Lowest natural frequency of a mode without its own coordinate [rad/s]."""
         assert self.model.cycle is not None
         values = self.model.cycle.values[self.modes :]
         return 1.0 / math.sqrt(values[0]) if len(values) and values[0] > 0 else math.inf
 
     @property
     def fastest_inertia(self) -> float:
-        """Angular frequency up to which inertia beside the coordinates is taken: faster, steps would grow [rad/s]."""
+        """Frequency limit of inertia beyond the coordinates [rad/s]; above it the iteration would diverge."""
         return TWICE * self.left_out
 
     @property
     def fastest(self) -> float:
-        """The same of inertia and of damping, beyond which the forces of rates exceed those of strains [rad/s]."""
+        """Frequency limit for inertia and damping; above it damping forces exceed elastic ones [rad/s]."""
         with np.errstate(divide="ignore"):
             return min(self.fastest_inertia, TWICE * float(1.0 / np.max(self.model.damping.beams, initial=0.0)))
 
     def wider(self) -> Discretization:
-        """The same with twice as many modes of its elastic coordinates, and shapes of loads followed closely."""
+        """Discretization with twice as many modes, and closer shapes of loads."""
         return replace(self, modes=min(2 * self.modes, len(self.model.structure.stiffness)), closer=CLOSELY)
 
     def complete(self, most: int) -> Discretization:
-        """Return the same with all modes of its elastic coordinates, if these are `most` or fewer."""
+        """Discretization with all modes, if there are at most `most`."""
         count = len(self.model.structure.stiffness)
         return replace(self, modes=count) if count <= most else self
 
     def finer(self, error: float, most: float = math.inf) -> Discretization | None:
-        """More coordinates, or shorter elements where these gain nothing; None where neither does.
+        """Next discretization: more coordinates, or shorter elements if these gain nothing; None if neither helps.
 
-        None, too, where it would be more than `most` amplitudes.
+        Also None if it would exceed `most` amplitudes.
         """
         stalled = error > self.before / 2
         if stalled and self.stalled:
@@ -520,7 +521,7 @@ class Discretization:
 
 
 def unanswered(answer: Elastodynamic) -> Elastodynamic:
-    """With nan in place of fields that will not come about."""
+    """Replace the fields of an answer without steady state by nan."""
     nothing = AddedLoads(np.full((1, *answer.deflection.q.shape[1:]), np.nan, complex), (), (), *_still(answer))
     own = answer.quasi_static
     return replace(answer, deflection=deflection(own.motion, own.sections, own.joints, nothing))

@@ -1,4 +1,4 @@
-"""How the vibrating mechanism answers to the speed of its drives."""
+"""Response of the vibrating mechanism as a function of drive speed."""
 
 from __future__ import annotations
 
@@ -45,43 +45,43 @@ from rigid.arrays import Flags, Reals
 from rigid.chunks import columns_of, design_chunks
 from rigid.kinematics import repeated
 
-ELEMENTS = 12
-MANY, EVERY = 8, 3  # of so many speeds asked for at once every third is asked for its errors
-SIDE_BY_SIDE = 128  # speeds whose loads are kept at a time
+ELEMENTS = 12  # initial number of time elements
+MANY, EVERY = 8, 3  # with more than MANY speeds at once, errors are computed at every third
+SIDE_BY_SIDE = 128  # speeds with loads in memory
 TOLERANCE = 2e-3
-NEWTON_TO = 0.1  # share of the largest displacement to which Newton's method settles large displacement for an error
-COARSER = 30.0  # times as fine as asked, from where the next speed may do with the grid before
-MULTIPLES = 6  # of the cycle's frequency, that are looked at where they meet a natural one
+NEWTON_TO = 0.1  # Newton's method settles to this share of the largest displacement when errors are sharpened
+COARSER = 30.0  # the next speed may use the coarser grid if the error is this much below the tolerance
+MULTIPLES = 6  # harmonics of the cycle compared with natural frequencies
 
 Measure = Callable[[Deflection], Any]
 Errors = Callable[[Deflection, Deflection | None, Deflection | None, float, float], Reals]
-"""Errors of the measures of an answer: of it, of it discretized finer, of that with large displacement, None where
-these are not known, of the share to which it has settled, and of that which large displacement may change besides."""
-LOOK, SLOWEST = 0.01, 0.3  # shares of a speed: apart, and down to which, stability is looked at
+"""Errors of the measures of an answer, from: the answer, the same in a finer discretization, the same with large
+displacement (None if unknown), its convergence error, and the remaining effect of large displacement."""
+LOOK, SLOWEST = 0.01, 0.3  # step and lower end of the search for stability, relative to the speed
 
 
 @dataclass(frozen=True, eq=False)
 class SpeedMap:
-    """Answers at several speeds, each so many times that of the motion given.
+    """Answers at several speeds, relative to that of the given motion.
 
     Attributes
     ----------
     ratio
-        Speeds, shape (speeds,).
+        Relative speeds, shape (speeds,).
     values, quasi_static
-        What was measured with and without vibration, shape (speeds, ...); nan where the steady state is unstable.
+        Measures with and without vibration, shape (speeds, ...); nan if the steady state is unstable.
     growth
-        Of the least stable free vibration over a cycle, shape (speeds,).
+        Growth of the least stable free vibration per cycle, shape (speeds,).
     time_error, reduction_error
-        How far the answers may be from settled in time and in the coordinates, as `Elastodynamic` has them, shape
-        (speeds,); the latter nan where the steady state is unstable.
+        Convergence errors, see `Elastodynamic`, shape (speeds,); `reduction_error` is nan if the steady state is
+        unstable.
     errors
-        Of the values, shape (speeds, ...); nan where nobody told, or the steady state is unstable. Where many speeds
-        are asked for, as shares of the values they are those on the line between every third.
+        Errors of the values, shape (speeds, ...); nan if not computed, or if the steady state is unstable. With many
+        speeds, relative errors are interpolated between every third.
     damping
-        That was taken.
+        Damping used.
     omega
-        Natural frequencies at some positions of the cycle, the drives held: the lowest [rad/s], shape (positions,).
+        Lowest natural frequency with held drives at some positions of the cycle [rad/s], shape (positions,).
     """
 
     ratio: Reals
@@ -96,12 +96,12 @@ class SpeedMap:
 
     @property
     def error(self) -> Reals:
-        """How far the answers may be from settled altogether, of the largest displacement, shape (speeds,)."""
+        """Total convergence error, relative to the largest displacement, shape (speeds,)."""
         return self.time_error + self.reduction_error
 
     @property
     def stable(self) -> Flags:
-        """Where all free vibrations die out, bool, shape (speeds,)."""
+        """True if all free vibrations decay, shape (speeds,)."""
         return self.growth <= 1 + NEUTRAL
 
 
@@ -115,27 +115,26 @@ def speed_map(
     damping: Damping | float | None = None,
     tolerance: float = TOLERANCE,
 ) -> SpeedMap:
-    """Steady states at many speeds of the drives; positions, and terms that depend on them alone, are found once.
+    """Compute steady states at many drive speeds; terms that depend on positions only are shared.
 
-    Grids and coordinates are shared by the speeds and refined where one of them asks for it, as for a single one.
+    Grids and coordinates are shared and refined if any speed requires it.
 
     Parameters
     ----------
     motion_at, period, sections, joints, damping
-        As for `elastodynamic`, at the speed of ratio 1; the cycle begins at time 0.
+        See `elastodynamic`, at relative speed 1; the cycle begins at time 0.
     ratios
-        Speeds, above 0.
+        Relative speeds, positive.
     measure
-        What is asked of a deflection at positions all over the cycle, in their order, the last that of the cycle's
-        start. It is given that of several speeds at once, whose columns are (speeds, positions), and returns shape
-        (..., speeds): reduced over the positions, the last axis.
+        Function of a deflection at positions over the cycle, in order, ending at the cycle's start. Columns of the
+        deflection are (speeds, positions); it returns shape (..., speeds), reduced over the positions.
     tolerance
-        How far the answers may be from settled, as a share of the largest displacement.
+        Tolerance relative to the largest displacement.
 
     Raises
     ------
     MechanismError, ValueError
-        As for `elastodynamic`; nothing that vibrates; a speed that is not above 0.
+        See `elastodynamic`; also if nothing vibrates, or a speed is not positive.
     """
     answers = SpeedAnswers(motion_at, period, sections, measure, joints, damping, tolerance)
     answers.find(ratios)
@@ -143,11 +142,11 @@ def speed_map(
 
 
 class SpeedAnswers:
-    """Steady states at speeds that are asked for one after the other; see `speed_map`.
+    """Steady states at speeds requested one after the other; see `speed_map`.
 
-    `still` is measured of the answers without vibration, the same as of the others where left out; `errors` tells
-    those of what is measured; `on_speed` is called with how many speeds are answered, and of how many;
-    `least_damping` is the least damping ratio of a natural mode: half the relative width of its peaks.
+    `still`: measure without vibration, default `measure`. `errors`: errors of the measures. `on_speed`: progress
+    callback with the number of finished and of all speeds. `least_damping`: smallest damping ratio of a natural mode,
+    half the relative width of its peaks.
     """
 
     def __init__(
@@ -176,7 +175,7 @@ class SpeedAnswers:
         self._rows: dict[float, _Row] = {}
 
     def find(self, ratios: Sequence[float]) -> None:
-        """Find the answers at more speeds, refining the discretization for those at which they have not settled."""
+        """Compute more speeds, and refine the discretization for those that have not converged."""
         if not all(ratio > 0 for ratio in ratios):
             raise ValueError(f"speeds from {min(ratios):g}, expected above 0")
         left = sorted({float(ratio) for ratio in ratios} - self._rows.keys())
@@ -202,9 +201,9 @@ class SpeedAnswers:
             self._course = _Course(finer, course.grids)
 
     def sharpen(self, ratio: float) -> bool:
-        """Measure the errors at a known speed anew if a few steps left large displacement open: by Newton's method.
+        """Compute the errors at a known speed by Newton's method if large displacement was left open.
 
-        Return whether they are new.
+        Return True if the errors are new.
         """
         row = self._rows[ratio]
         if self._errors is None or row.growth > 1 + NEUTRAL or (row.told and not row.open):
@@ -215,7 +214,7 @@ class SpeedAnswers:
         return True
 
     def map(self, ratios: Sequence[float] | None = None) -> SpeedMap:
-        """The answers at all speeds that are known, or at some of these."""
+        """Answers at all known speeds, or at the given ones."""
         known = sorted(self._rows) if ratios is None else [float(ratio) for ratio in ratios]
         rows = [self._rows[ratio] for ratio in known]
         parts = {name: np.array([getattr(row, name) for row in rows]) for name in _Row.__match_args__}
@@ -228,11 +227,11 @@ class SpeedAnswers:
         return SpeedMap(np.array(known), **parts, damping=self.damping, omega=self.omega)
 
     def stable(self, ratio: float) -> bool:
-        """Whether the steady state at a speed comes about."""
+        """True if the steady state at a speed is stable."""
         return self._course.growth(ratio) <= 1 + NEUTRAL
 
     def scan(self) -> SpeedScan:
-        """A close look at the speeds between the least and the greatest one that are known, on the finest grid."""
+        """Scan between the smallest and the largest known speed, on the finest grid."""
         course, ends = self._course, (min(self._rows), max(self._rows))
         course.level = len(course.grids) - 1
         problems = [course.problem(ratio) for ratio in (ends[0], math.sqrt(ends[0] * ends[1]), ends[1])]
@@ -246,19 +245,18 @@ def stable_below(
     joints: Mapping[str, JointCompliance] | None = None,
     damping: Damping | float | None = None,
 ) -> float:
-    """Speed of the drives below which all free vibrations die out, of a cycle that is unstable at the speed of ratio 1.
+    """Speed below which all free vibrations decay, for a cycle that is unstable at relative speed 1.
 
-    Looked at is every `LOOK` of the speed down to `SLOWEST`; ranges that are narrower are not seen. Between the last
-    two the border is found by bisection.
+    Checks the speeds in steps of `LOOK` down to `SLOWEST`, which may miss narrower ranges, then bisects.
 
     Parameters
     ----------
     motion_at, period, sections, joints, damping
-        As for `elastodynamic`.
+        See `elastodynamic`.
 
     Returns
     -------
-    Ratio to the speed, to `LOOK`/16; nan where the slowest is unstable too.
+    Relative speed, to `LOOK`/16; nan if the slowest is also unstable.
     """
     answers = SpeedAnswers(motion_at, period, sections, _nothing, joints, damping)
     answers.find([1.0])
@@ -278,18 +276,18 @@ def _nothing(bent: Deflection) -> Reals:
 
 
 def critical_speeds(omega: Reals, multiples: int = MULTIPLES) -> dict[int, tuple[float, float]]:
-    """Ranges of speed in which a multiple of the cycle's frequency runs through a natural frequency.
+    """Speed ranges in which a harmonic of the cycle coincides with a natural frequency.
 
     Parameters
     ----------
     omega
-        Natural frequencies over the cycle [rad/s], of one mode, as `SpeedMap.omega` has them, shape (positions,).
+        Natural frequencies of one mode over the cycle [rad/s], see `SpeedMap.omega`, shape (positions,).
     multiples
-        From 1 to this.
+        Largest harmonic.
 
     Returns
     -------
-    Per multiple the least and the greatest angular frequency of the cycle [rad/s].
+    Smallest and largest angular frequency of the cycle [rad/s] by harmonic.
 
     Examples
     --------
@@ -315,18 +313,18 @@ class _Row:
 
 
 def _share(errors: Any, values: Any) -> Reals:
-    """Errors as shares of values; zero where a value is."""
+    """Relative errors; zero if a value is zero."""
     share: Reals = np.divide(errors, values, out=np.zeros_like(values), where=values > 0.0)
     return share
 
 
 def _on_line(at: Reals, known: Sequence[float], values: Reals) -> Reals:
-    """Values of shape (known, rows) on the lines between those known, shape (at, rows)."""
+    """Interpolate values of shape (known, rows) linearly, shape (at, rows)."""
     return np.stack([np.interp(at, known, column) for column in values.T], axis=-1)
 
 
 class _Course:
-    """Terms of the equations of motion by positions, on grids each finer than the one before, computed on demand."""
+    """Terms of the equations of motion on successively finer grids, computed on demand."""
 
     def __init__(self, discretization: Discretization, grids: list[Grid]) -> None:
         self.discretization = discretization
@@ -336,7 +334,7 @@ class _Course:
         self.level = len(grids) - 1
 
     def here(self) -> tuple[Motion, MotionTerms]:
-        """The motion at the nodes of the grid of this level, and the terms."""
+        """Motion at the nodes of the present grid, and the terms."""
         if self.level not in self.known:
             grid, chosen = self.grids[self.level], chosen_points(self.model.structure.mechanism)
             motion = checked(self.model.motion_at(grid.nodes))
@@ -345,7 +343,7 @@ class _Course:
         return self.known[self.level]
 
     def plain(self, ratio: float) -> Deflection:
-        """The quasi-static answer at a speed, at the nodes."""
+        """Quasi-static answer at a speed, at the nodes."""
         return deflection(_passed(self.here()[0], ratio), self.model.sections, self.model.joints)
 
     def problem(self, ratio: float) -> Problem:
@@ -353,7 +351,7 @@ class _Course:
         return problem(self.here()[1], unlocked(self.plain(ratio)), ratio)
 
     def growth(self, ratio: float) -> float:
-        """Of the least stable free vibration over a cycle."""
+        """Growth of the least stable free vibration per cycle."""
         self.level = len(self.grids) - 1
         posed = self.problem(ratio)
         return float(np.abs(propagation(posed.terms.grid, posed.equations).multipliers).max())
@@ -361,7 +359,7 @@ class _Course:
 
 @dataclass(frozen=True, eq=False)
 class _Steady:
-    """The steady state at one speed, and on its grid the vibration's loads; none if it is unstable."""
+    """Steady state at one speed, and the vibration's loads on its grid; None if unstable."""
 
     ratio: float
     grid: Grid
@@ -376,7 +374,7 @@ class _Steady:
 def _at_speed(
     course: _Course, ratio: float, tolerance: float, errors: Errors | None, by_newton: bool = False
 ) -> _Steady:
-    """On the coarsest of the grids on which the elements leave no more open than asked."""
+    """Compute the steady state on the coarsest grid that meets the tolerance."""
     rubbed: Settled | None = None
     while True:
         terms = course.here()[1]
@@ -389,7 +387,7 @@ def _at_speed(
         course.level += 1
         if course.level == len(course.grids):
             course.grids.append(finer)
-    if error < course.resolved / COARSER:  # the next speed may do with less
+    if error < course.resolved / COARSER:  # try the coarser grid at the next speed
         course.level = max(course.level - 1, 0)
     growth = float(np.abs(answer.propagation.multipliers).max())
     if growth > 1 + NEUTRAL:
@@ -402,7 +400,7 @@ def _at_speed(
 
 
 def _passing(course: _Course, ratio: float) -> _Course:
-    """The terms of one speed, in its own time, on the grid of this level."""
+    """Terms of one speed in its own time, on the present grid."""
     model = course.model
     passing = replace(model, motion_at=lambda times: _passed(model.motion_at(times * ratio), ratio))
     grid = Grid(course.grids[course.level].edges / ratio)
@@ -410,10 +408,7 @@ def _passing(course: _Course, ratio: float) -> _Course:
 
 
 def _errors(course: _Course, tolerance: float, settled: float, errors: Errors, by_newton: bool) -> tuple[Reals, float]:
-    """Errors of the measures of an answer at the points of its grid, and what large displacement leaves open.
-
-    They are those of a single answer: from the finer discretization, and from large displacement.
-    """
+    """Return errors by discretization and large displacement at the points of the grid, and the share left open."""
     answer = vibration(course.here()[1], unlocked(course.plain(1.0)))
     if answer.motion.mechanism.friction:
         answer, _ = with_friction(answer, tolerance, course.discretization.fastest_inertia)
@@ -438,7 +433,7 @@ def _errors(course: _Course, tolerance: float, settled: float, errors: Errors, b
 
 
 def _passed(base: Motion, ratio: Any) -> Motion:
-    """The same cycle at another speed, or at several of shape (speeds, 1): rates go with it, accelerations twice."""
+    """Pass a cycle at another speed, or several (speeds, 1): rates scale with it, accelerations with its square."""
     columns = np.broadcast_shapes(np.shape(ratio), base.columns)
     still = base if columns == base.columns else repeated(base, columns)
     drive = {name: getattr(base, name) for name in ("drive", "drive_rate", "drive_acceleration")}
@@ -458,9 +453,9 @@ def _passed(base: Motion, ratio: Any) -> Motion:
 
 
 def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure, still: Measure) -> dict[float, _Row]:
-    """Measures with and without vibration; nan where the steady state is unstable.
+    """Measures with and without vibration; nan if the steady state is unstable.
 
-    At as many positions, evenly in time, as the finest of the grids has points.
+    Uses evenly spaced positions, as many as the finest grid has points.
     """
     count = max(len(each.grid.nodes) - 1 for each in steady)
     times = course.grids[0].edges[-1] * np.arange(1, count + 1) / count
@@ -489,7 +484,7 @@ def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure, stil
 
 
 def _together(model: Model, base: Motion, some: Sequence[_Steady], measure: Measure, vibrating: bool = False) -> Reals:
-    """Measures of several steady states in one deflection."""
+    """Measure several steady states in one deflection."""
     motion = _passed(base, np.array([[each.ratio] for each in some]))
     if not vibrating:
         return np.moveaxis(measure(deflection(motion, model.sections, model.joints)), -1, 0)

@@ -1,8 +1,8 @@
-"""A close look at many speeds in few coordinates that follow the position: where peaks and unstable ranges are.
+"""Fast scan of many speeds in few coordinates, to find peaks and unstable ranges.
 
-The mean modes of a cycle, with the other coordinates bent at every position as the modes' inertia bends them (inverse
-iteration), vibrate; all else follows the loads quasi-statically. At a tenth of the cost of an answer it tells largest
-values to about a hundredth and frequencies to a thousandth: where to look, not what to tell.
+Vibrating coordinates are the mean modes of a cycle; the other coordinates follow the modes' inertia at every position
+(inverse iteration), and otherwise the loads, quasi-statically. The scan costs a tenth of an answer. Its largest values
+are accurate to about 1 %, its frequencies to 0.1 %: it guides the search and is not reported.
 """
 
 from __future__ import annotations
@@ -22,30 +22,30 @@ from rigid import Motion
 from rigid.arrays import Reals
 from rigid.kinetostatics import beam_directions
 
-HIGHEST_HARMONIC = 16  # of the highest speed: modes that it does not reach follow quasi-statically
+HIGHEST_HARMONIC = 16  # of the highest speed; modes above it follow quasi-statically
 LEAST_MODES = 5
-APART = 1.3  # modes no further apart than that are taken together
-AT_ONCE, MOST_POINTS = 12, 50_000  # speeds, and points of their grids in all, beyond which they go one by one
-ITERATIONS = 2  # inverse, by which mean modes become those of a position
-EVERY = 2  # of how many points of the grid one is looked at for largest values
-MET = 0.3  # of the cycle's frequency that a harmonic may be off a mode's mean frequency
+APART = 1.3  # modes with a smaller frequency ratio stay together
+AT_ONCE, MOST_POINTS = 12, 50_000  # speeds in a batch; total number of grid points in a batch
+ITERATIONS = 2  # inverse iterations from mean modes to modes of a position
+EVERY = 2  # every second point of the grid is evaluated for largest values
+MET = 0.3  # largest difference of a harmonic from a mode's mean frequency, relative to the cycle's frequency
 
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """A close look at several speeds.
+    """Scan of several speeds.
 
     Attributes
     ----------
     ratio
-        Speeds, rising, shape (speeds,).
+        Relative speeds, ascending, shape (speeds,).
     largest
-        Deflection w, deflection from the chord [m], and strain of the outer fibres, shape (3, beams, speeds).
+        Deflection w, chord deflection [m], and strain of the outer fibres, shape (3, beams, speeds).
     growth
-        Of the least stable free vibration over a cycle, shape (speeds,).
+        Growth of the least stable free vibration per cycle, shape (speeds,).
     nearness
-        1 over the distance of the nearest of Floquet's multipliers from 1, shape (speeds,): greatest where a harmonic
-        meets a mode.
+        1 over the distance of the nearest Floquet multiplier from 1, shape (speeds,); largest if a harmonic coincides
+        with a mode.
     """
 
     ratio: Reals
@@ -54,7 +54,7 @@ class Scan:
     nearness: Reals
 
     def with_more(self, other: Scan) -> Scan:
-        """Both, by rising speed."""
+        """Merge two scans by ascending speed."""
         ratio, first = np.unique(np.concatenate((self.ratio, other.ratio)), return_index=True)
         pairs = zip([*vars(self).values()][1:], [*vars(other).values()][1:], strict=True)
         return Scan(ratio, *(np.concatenate(pair, axis=-1)[..., first] for pair in pairs))
@@ -62,18 +62,18 @@ class Scan:
 
 @dataclass(frozen=True)
 class Resonance:
-    """The natural mode that vibrates most, and the harmonic of the cycle that is nearest it.
+    """Natural mode with the largest vibration, and the nearest harmonic of the cycle.
 
     Attributes
     ----------
     harmonic
-        Multiple of the cycle's frequency that is nearest the mode's mean frequency over the cycle.
+        Harmonic of the cycle nearest to the mode's mean frequency.
     mode
-        Number of the mode, the lowest being 1.
+        Number of the mode, from 1.
     beam
-        Number of the beam that the mode strains most.
+        Index of the beam with the largest strain energy of the mode.
     met
-        Whether the harmonic meets the mean frequency, to a share `MET` of the cycle's frequency.
+        True if the harmonic coincides with the mean frequency, within `MET` of the cycle's frequency.
     """
 
     harmonic: int
@@ -84,16 +84,16 @@ class Resonance:
 
 @dataclass(frozen=True, eq=False)
 class SpeedScan:
-    """Equations of a cycle's few coordinates, P points of the grid, q coordinates, by powers of the speed.
+    """Equations of few coordinates (q) at the P points of the grid, in powers of the speed.
 
     Attributes
     ----------
     problem
-        From which they are.
+        Equations of motion from which they derive.
     equations
         Mass, damping, stiffness (3, P, q, q) and load (3, P, q).
     static
-        From powers of the speed to amplitudes that follow quasi-statically, shape (P, r, 3).
+        Amplitudes that follow quasi-statically, per power of the speed, shape (P, r, 3).
     basis
         Amplitudes per coordinate, shape (P, r, q).
     looked_at
@@ -107,7 +107,7 @@ class SpeedScan:
     looked_at: tuple[Reals, ...]
 
     def at(self, ratios: Any, on_speed: Callable[[int, int], None] | None = None) -> Scan:
-        """A look at some speeds; `on_speed` is called with how many of how many are looked at."""
+        """Scan some speeds; `on_speed` receives the number of finished and of all speeds."""
         speeds, parts = np.unique(ratios), []
         together = max(1, min(AT_ONCE, MOST_POINTS // len(self.basis)))
         for first in range(0, len(speeds), together):
@@ -133,7 +133,7 @@ class SpeedScan:
         return speeds[:, None] ** np.arange(3)
 
     def _solved(self, speeds: Reals) -> tuple[Any, Reals]:
-        """Multipliers and the amplitudes of the coordinates, shape (speeds, P, q)."""
+        """Floquet multipliers, and amplitudes of the coordinates, shape (speeds, P, q)."""
         powers = self._powers(speeds)
         each = (np.tensordot(powers, part, 1) for part in vars(self.equations).values())
         stacked = Equations(*(part.reshape(-1, *part.shape[2:]) for part in each))
@@ -141,12 +141,12 @@ class SpeedScan:
 
     @cached_property
     def modes(self) -> tuple[Reals, Reals, tuple[int, ...]]:
-        """Natural modes at every point, the drives held.
+        """Natural modes at every point with held drives.
 
         Returns
         -------
-        Angular frequencies [rad/s], shape (P, q), rising; coordinates per mode, shape (P, q, q), of unit mass; and the
-        numbers of the beams that the modes strain most.
+        Angular frequencies [rad/s], ascending, shape (P, q); coordinates per mode, shape (P, q, q), of unit mass;
+        indices of the beams with the largest strain energy.
         """
         terms, across = self.problem.terms, self.basis.swapaxes(-1, -2)
         root = np.linalg.inv(np.linalg.cholesky(across @ terms.elastic @ self.basis)).swapaxes(-1, -2)
@@ -162,7 +162,7 @@ class SpeedScan:
         return omega, shapes, tuple(int(beam) for beam in of_beams.argmax(axis=0))
 
     def resonance(self, ratio: float) -> Resonance:
-        """The natural mode that vibrates most at a speed, and the harmonic nearest its mean frequency."""
+        """Natural mode with the largest vibration at a speed, and the harmonic nearest to its mean frequency."""
         grid, speeds = self.problem.terms.grid, np.array([ratio])
         omega, shapes, beams = self.modes
         period = float(np.ptp(grid.edges))
@@ -183,23 +183,23 @@ class SpeedScan:
 
 
 def mean_frequencies(problem: Problem) -> Reals:
-    """Of the coordinates' modes with the mass averaged over the cycle [rad/s], rising, shape (r,)."""
+    """Frequencies of the coordinates' modes with the mean mass of the cycle [rad/s], ascending, shape (r,)."""
     diagonal = np.diagonal(problem.terms.elastic, axis1=-2, axis2=-1)
     mean: Reals = np.sqrt(diagonal.reshape(-1, diagonal.shape[-1]).mean(axis=0))
     return mean
 
 
 def speed_scan(motion: Motion, problems: Sequence[Problem], highest: float) -> SpeedScan:
-    """Equations of few coordinates by powers of the speed.
+    """Set up the equations of few coordinates in powers of the speed.
 
     Parameters
     ----------
     motion
-        At the nodes of the grid.
+        Motion at the nodes of the grid.
     problems
-        At three speeds: the equations of motion are quadratic in it.
+        Equations of motion at three speeds; they are quadratic in the speed.
     highest
-        The highest speed that will be asked for.
+        Highest speed of later scans.
     """
     problem = problems[0]
     terms, omega = problem.terms, mean_frequencies(problem)
@@ -212,7 +212,7 @@ def speed_scan(motion: Motion, problems: Sequence[Problem], highest: float) -> S
     basis: Reals = np.broadcast_to(np.eye(len(omega))[:, :count], (len(terms.mass), len(omega), count))
     for _ in range(ITERATIONS):
         bent = np.linalg.solve(terms.elastic, terms.mass @ basis)
-        basis = np.asarray(bent @ np.linalg.inv(bent[:, :count]), float)  # mean modes as they were, others following
+        basis = np.asarray(bent @ np.linalg.inv(bent[:, :count]), float)  # mean modes stay, the others follow
     rate, bend = terms.grid.rates(terms.grid.at_nodes(basis))
     across = basis.swapaxes(-1, -2)
     equations = Equations(
@@ -229,7 +229,7 @@ def speed_scan(motion: Motion, problems: Sequence[Problem], highest: float) -> S
 
 
 def _vibrating(omega: Reals, reach: float) -> int:
-    """How many modes are let vibrate: those up to a frequency, and neighbours of the last."""
+    """Number of vibrating modes: up to a frequency, and close neighbours of the last."""
     count = max(int((omega <= reach).sum()), min(LEAST_MODES, len(omega)))
     while count < len(omega) and omega[count] < APART * omega[count - 1]:
         count += 1
@@ -255,7 +255,7 @@ def _looked_at(problem: Problem, motion: Motion) -> list[Reals]:
 
 
 def _fibre(section: Any) -> float:
-    """Distance of the outer fibres [m]; of a section without dimensions its radius of gyration."""
+    """Distance of the outer fibres [m]; radius of gyration for a section without dimensions."""
     fibre, stretched, bent = (float(np.ravel(getattr(section, name))[0]) for name in ("fibre", "EA", "EI"))
     if np.isfinite(fibre):
         return fibre

@@ -1,7 +1,7 @@
-"""Speeds at which something happens: peaks, borders of unstable ranges, the first speed at which a bound is passed.
+"""Search for speeds of interest: peaks, borders of unstable ranges, first speed that exceeds a bound.
 
-A `SpeedScan` tells where to look, in steps of the damping's width and closer about each local maximum; answers are
-found there and put the scan right in between, by a factor that is linear from one known answer to the next.
+A `SpeedScan` guides the search, with steps of the damping's width and smaller ones about local maxima. Answers computed
+there correct the scan by a factor, which is interpolated linearly between known answers.
 """
 
 from __future__ import annotations
@@ -18,29 +18,29 @@ from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap
 from elastic.elastodynamics.speed_scan import Scan
 from rigid.arrays import Flags, Reals
 
-VISIBLE = 0.01  # by how much a peak is above the line between known speeds, from where it is looked for
-RISING = 0.01  # of itself that it rises above the valleys beside it; one that rises less is drawn by the scan alone
-NEGLIGIBLE = 1e-4  # of the largest of all links, below which a peak is none
-CLOSE = 0.3  # of a peak's half width, within which one answer is enough
-FINEST = 0.15  # of a half width, between which steps the scan stops being refined
-MOST_SCANNED = 2000
-MOST_DRAWN = 600
-ROUNDS = 6
-KNOWN_TO = 1e-3  # to which a border or a limit speed is known, as a share of it
-CAREFUL = 0.6  # of the usual decay, below which a free vibration is looked at closely
+VISIBLE = 0.01  # smallest height of a peak above the line between known speeds
+RISING = 0.01  # smallest rise of a peak above its neighbouring valleys, relative to the peak
+NEGLIGIBLE = 1e-4  # smaller peaks are ignored, relative to the largest of all links
+CLOSE = 0.3  # distance within which one answer suffices, in half widths of a peak
+FINEST = 0.15  # smallest step of the scan, in half widths of a peak
+MOST_SCANNED = 2000  # speeds
+MOST_DRAWN = 600  # speeds
+ROUNDS = 6  # refinements
+KNOWN_TO = 1e-3  # relative accuracy of a border or limit speed
+CAREFUL = 0.6  # a free vibration with slower decay is examined closely, relative to the median
 TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, eq=False)
 class Bounded:
-    """Shares of bounds that are used, one a row.
+    """Utilisation of bounds, one per row.
 
     Attributes
     ----------
     used
-        From a map to the values over their bounds, shape (rows, speeds): above 1 a bound is passed, nan is no answer.
+        Function from a map to values over bounds, shape (rows, speeds): above 1 a bound is exceeded, nan is unknown.
     field, beam
-        Of `Scan.largest`, by which each goes between the speeds; beam -1 for the largest of all.
+        Field and beam of `Scan.largest` for interpolation between speeds; beam -1: largest of all beams.
     """
 
     used: Callable[[SpeedMap], Reals]
@@ -49,16 +49,16 @@ class Bounded:
 
 
 class SpeedSearch:
-    """Answers at more and more speeds between the least and the greatest of those known.
+    """Answers at more and more speeds between the smallest and the largest known one.
 
     Parameters
     ----------
     answers
-        At two speeds or more.
+        Answers at two speeds or more.
     curves
-        From a map to the largest values as `Scan.largest` has them, in any unit, shape (3, beams, speeds).
+        Function from a map to largest values in the form of `Scan.largest`, in any unit, shape (3, beams, speeds).
     on_speed
-        Called with how many speeds are scanned, and of how many.
+        Progress callback with the number of scanned and of all speeds.
     """
 
     def __init__(
@@ -76,13 +76,13 @@ class SpeedSearch:
         self.scan: Scan = self.model.at(np.concatenate([known, *_filled(known, self.step)]), on_speed)
 
     def look(self, ratios: Any) -> None:
-        """Look closely at more speeds."""
+        """Scan more speeds."""
         more = np.setdiff1d(np.ravel(ratios), self.scan.ratio)
         if len(more):
             self.scan = self.scan.with_more(self.model.at(more, self._on_speed))
 
     def find_peaks(self) -> None:
-        """Find answers at all peaks that stand out from the line between the known speeds, and rise from valleys."""
+        """Compute answers at all peaks above the line between known speeds that rise from valleys."""
         for _ in range(ROUNDS):
             chosen = self._apart(self._peaks())
             if not chosen:
@@ -90,9 +90,9 @@ class SpeedSearch:
             self._find(chosen)
 
     def between(self) -> tuple[Reals, Reals]:
-        """The curves at all speeds that were looked at: speeds, and values of shape (3, beams, speeds).
+        """Curves at all scanned speeds: speeds, and values of shape (3, beams, speeds).
 
-        Known answers are among them; in between they are the scan's, put right. nan where no steady state comes about.
+        Values are known answers, or the corrected scan between them; nan without a steady state.
         """
         known = self.answers.map()
         values = self._predicted(known, self.curves(known), self.scan.largest)
@@ -108,7 +108,7 @@ class SpeedSearch:
         self.answers.find(ratios)
 
     def _predicted(self, known: SpeedMap, values: Reals, scanned: Reals) -> Reals:
-        """The scan's values put right by known ones, shape (..., scanned speeds)."""
+        """Correct the scan by known values, shape (..., scanned speeds)."""
         at = np.searchsorted(self.scan.ratio, known.ratio)
         shape = (*values.shape[:-1], len(self.scan.ratio))
         flat, own = values.reshape(-1, values.shape[-1]), scanned.reshape(-1, scanned.shape[-1])
@@ -124,7 +124,7 @@ class SpeedSearch:
         return result.reshape(shape)
 
     def _peaks(self) -> list[tuple[float, float]]:
-        """By how much and where largest values stand out, the scan refined until it does not move them."""
+        """Height and speed of peaks, after refining the scan about them."""
         while True:
             known = self.answers.map()
             values = self.curves(known)
@@ -146,7 +146,7 @@ class SpeedSearch:
             self.look(sorted(more))
 
     def _between(self, at: int) -> Iterator[float]:
-        """Speeds between a scanned one and its neighbours that are further away than need be."""
+        """Speeds between a scanned one and neighbours that are too far away."""
         ratio = self.scan.ratio
         for other in (at - 1, at + 1):
             if 0 <= other < len(ratio) and abs(math.log(ratio[other] / ratio[at])) > FINEST * max(
@@ -155,7 +155,7 @@ class SpeedSearch:
                 yield float(np.sqrt(ratio[other] * ratio[at]))
 
     def _apart(self, peaks: list[tuple[float, float]]) -> list[float]:
-        """Of peaks those that are not close to a greater one, or to an answer that is known."""
+        """Drop peaks close to a larger one or to a known answer."""
         chosen: list[float] = []
         for _, ratio in sorted(peaks, reverse=True):
             near = CLOSE * self.width * ratio
@@ -164,7 +164,7 @@ class SpeedSearch:
         return sorted(set(chosen) - set(self.answers.map().ratio.tolist()))
 
     def find_borders(self) -> list[tuple[float, float]]:
-        """Ranges of speed in which no steady state comes about, answers found beside their borders."""
+        """Find speed ranges without steady state, with answers next to their borders."""
         self._refine_growth()
         unstable = self.scan.growth > 1.0
         changes = np.flatnonzero(unstable[1:] != unstable[:-1])
@@ -174,7 +174,7 @@ class SpeedSearch:
         return list(_ranges(known.ratio, ~known.stable))
 
     def _refine_growth(self) -> None:
-        """Look closely where free vibrations hardly die out."""
+        """Refine the scan at speeds with slow decay of free vibrations."""
         for _ in range(ROUNDS):
             rate = -np.log(np.maximum(self.scan.growth, TINY)) * self.scan.ratio
             tops = [at for at in _tops(-rate) if rate[at] < CAREFUL * np.median(rate)]
@@ -184,7 +184,7 @@ class SpeedSearch:
             self.look(sorted(more))
 
     def _border(self, at: int, low_is_unstable: bool) -> tuple[float, float]:
-        """Two speeds close together, one on either side of a border of stability."""
+        """Two close speeds on both sides of a border of stability."""
         ratio = self.scan.ratio
         low, high = float(ratio[at]), float(ratio[at + 1])
         widen = 1.0 + (high / low - 1.0)
@@ -202,9 +202,9 @@ class SpeedSearch:
         return min(max(low, first), last), min(max(high, first), last)
 
     def find_limit(self, bounded: Bounded) -> tuple[float, float] | None:
-        """The greatest speed up to which no bound is passed, and the next one above; None where none is.
+        """Largest speed up to which all bounds are kept, and the next known one above; None if no bound is exceeded.
 
-        The first is 0 where a bound is passed at the least speed.
+        The first is 0 if a bound is exceeded at the smallest speed.
         """
         for _ in range(4 * ROUNDS):
             known = self.answers.map()
@@ -227,7 +227,7 @@ class SpeedSearch:
         return low, high
 
     def _first_passed(self, bounded: Bounded, known: SpeedMap, used: Reals, high: float) -> float | None:
-        """First speed at which the scan, put right by known answers, has a bound passed; closely looked at."""
+        """First speed at which the corrected scan exceeds a bound, after refinement."""
         for _ in range(ROUNDS):
             largest = self.scan.largest
             scanned = np.array(
@@ -251,7 +251,7 @@ class SpeedSearch:
 
 
 def _beside(crossing: float | None, low: float, high: float) -> list[float]:
-    """Speeds within a bracket, one on either side of where a bound is expected to be passed, or its middle."""
+    """Two speeds in a bracket, on both sides of the expected crossing, or its middle."""
     middle = math.sqrt(low * high)
     if crossing is None or not low < crossing < high:
         return [middle]
@@ -260,22 +260,22 @@ def _beside(crossing: float | None, low: float, high: float) -> list[float]:
 
 
 def _filled(known: Reals, step: float) -> Iterator[Reals]:
-    """Speeds between known ones, so that no step is longer than asked."""
+    """Speeds between known ones, so that no step is longer than `step`."""
     for low, high in pairwise(known):
         count = math.ceil(math.log(high / low) / step)
         yield np.geomspace(low, high, count + 1)[1:-1]
 
 
 def _line(ratio: Reals, known: Reals, values: Reals) -> Reals:
-    """The line through known values; nan values are left out."""
+    """Interpolate known values linearly, without nan."""
     good = np.isfinite(values)
     return np.interp(ratio, known[good], values[good]) if good.any() else np.zeros(len(ratio))
 
 
 def prominences(values: Any) -> Iterator[tuple[int, float]]:
-    """Inner local maxima with the share of themselves by which they rise above the higher of the valleys beside them.
+    """Inner local maxima, with their rise above the higher neighbouring valley, relative to the maximum.
 
-    A valley reaches to the next higher value; nan ends it.
+    A valley extends to the next higher value; nan ends it.
 
     Examples
     --------
@@ -293,14 +293,14 @@ def prominences(values: Any) -> Iterator[tuple[int, float]]:
 
 
 def _tops(values: Reals) -> list[int]:
-    """Where values are greater than their neighbours, ends left out."""
+    """Indices of inner local maxima."""
     padded = np.where(np.isnan(values), -np.inf, values)
     inner = (padded[1:-1] > padded[:-2]) & (padded[1:-1] >= padded[2:])
     return [int(at) for at in np.flatnonzero(inner) + 1]
 
 
 def _ranges(ratio: Reals, marked: Flags) -> Iterator[tuple[float, float]]:
-    """First and last speeds of every run of marked ones."""
+    """First and last speed of each run of marked speeds."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], marked.astype(int), [0]))))
     for first, end in zip(edges[::2], edges[1::2], strict=True):
         yield float(ratio[first]), float(ratio[end - 1])

@@ -1,4 +1,4 @@
-"""The vibrating mechanism in its steady state over a cycle."""
+"""Steady state of the vibrating mechanism over a cycle."""
 
 from __future__ import annotations
 
@@ -28,35 +28,35 @@ def elastodynamic(
     tolerance: float = TOLERANCE,
     breaks: Reals | None = None,
 ) -> Elastodynamic:
-    """Steady state of the vibrating links over a cycle, at the positions of a motion.
+    """Compute the steady state of vibrating links over a cycle, at the positions of a motion.
 
-    The links' displacements from their rigid places have inertia and damping of their own and feel the axial forces of
-    the rigid motion. Drives are held to their laws.
+    Displacements from the rigid positions have their own inertia and damping, and feel the axial forces of the rigid
+    motion. Drives follow their laws.
 
     Parameters
     ----------
     motion
-        The positions asked for, of one design, with their instants.
+        Motion at the requested positions, of one design, with their times.
     motion_at
-        The motion at any instants [s], shape (positions,).
+        Function for the motion at any instants [s], shape (positions,).
     period
-        After which all comes back [s]: several turns where gears or laws ask for it.
+        Period of the cycle [s]; several turns if gears or laws require it.
     sections, joints
-        As for `deflection`.
+        See `deflection`.
     damping
-        Kelvin and Voigt's beta [s], of all beams and soft joints, or a `Damping`. Without it a damping ratio of 0.01 of
-        the lowest natural frequency over the cycle.
+        Kelvin-Voigt beta [s] of all beams and soft joints, or a `Damping`. Default: damping ratio 0.01 at the lowest
+        natural frequency over the cycle.
     tolerance
-        How far the answer may be from settled, as a share of the largest displacement.
+        Tolerance relative to the largest displacement.
     breaks
-        Instants just before laws of drives or loads break off [s]: elements of time end there.
+        Instants just before discontinuities of drive laws or loads [s]; time elements end there.
 
     Raises
     ------
     MechanismError
-        The cycle holds a singular position, or a block leaves its beam.
+        If the cycle contains a singular position, or a block leaves its beam.
     ValueError
-        Several designs at once.
+        If there are several designs.
     """
     model = vibrating_model(motion_at, motion.time[0], period, sections, joints or {}, damping)
     return settled(model, motion, first_grid(model, float(motion.time[0]), period, breaks), tolerance)

@@ -1,6 +1,6 @@
-"""Strains of the beams and openings of the soft joints, their rigidities, and Kelvin and Voigt's damping.
+"""Strains of beams and openings of soft joints, their rigidities, and Kelvin-Voigt damping.
 
-One row for every strain at every Gauss point, then one for every way in which a joint gives way.
+Rows: each strain at each Gauss point, then each opening of a soft joint.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from elastic.vibration.beam_matrices import rigidity
 from rigid.arrays import Reals
 from rigid.plane import dot
 
-RATIO = 0.01  # of steel links with their joints, about
+RATIO = 0.01  # typical damping ratio of steel links with joints
 
 
 @dataclass(frozen=True, eq=False)
 class Damping:
-    """Kelvin and Voigt's: a force is that of the strain plus `beta` times that of its rate [s].
+    """Kelvin-Voigt damping: a strain's force plus `beta` [s] times its rate.
 
     Attributes
     ----------
     beams
-        Per beam, shape (beams,).
+        beta of each beam, shape (beams,).
     joints
-        Of all soft joints.
+        beta of all soft joints.
     ratio
-        Where beta is nan: damping ratio of the lowest natural frequency over the cycle, proportional to the stiffness.
+        Damping ratio of the lowest natural frequency over the cycle, for unknown (nan) beta.
     """
 
     beams: Reals
@@ -40,7 +40,7 @@ class Damping:
     ratio: float = RATIO
 
     def settled(self, lowest: float) -> Damping:
-        """With beta of all beams and joints, for a lowest natural frequency [rad/s]."""
+        """Replace nan by the beta of the damping ratio at a lowest natural frequency [rad/s]."""
         if not np.isnan(self.beams).any() and not math.isnan(self.joints):
             return self
         own = 2 * self.ratio / lowest
@@ -54,7 +54,7 @@ class Damping:
 
 
 def strain_rows(structure: ElasticStructure, basis: Reals) -> Reals:
-    """Strains per vector of a basis: stretch, curvature, slide, openings; shape (rows, r) or (positions, rows, r)."""
+    """Strains per vector of a basis: stretch, curvature, shear, openings; shape (rows, r) or (positions, rows, r)."""
     fields = structure.fields
     own = (fields["stretch"], fields["curvature"], fields["slope"] - fields["phi"])
     size = len(structure.stiffness)
@@ -65,7 +65,7 @@ def strain_rows(structure: ElasticStructure, basis: Reals) -> Reals:
 
 @lru_cache(maxsize=8)
 def rigidities(structure: ElasticStructure) -> Reals:
-    """Rigidity of every row times the row's weight, shape (rows,); 0 where it is infinite."""
+    """Rigidity of every row times its weight, shape (rows,); 0 if infinite."""
     parts = []
     for name in ("EA", "EI", "kGA"):
         for weights, section in zip(structure.weights, structure.sections, strict=True):
@@ -77,7 +77,7 @@ def rigidities(structure: ElasticStructure) -> Reals:
 
 
 def given_forces(structure: ElasticStructure, bent: Deflection) -> Reals:
-    """The same forces of a deflection, with those that would undo free strains, shape (positions, rows)."""
+    """Forces of the rows in a deflection, plus those that compensate free strains, shape (positions, rows)."""
     N, V, M = (along_beams(bent, name, structure.xi) * structure.weights for name in ("N", "V", "M"))
     free = [np.ravel(section.strain)[0] for section in structure.sections]
     stiff = rigidities(structure)[: structure.weights.size].reshape(structure.weights.shape)

@@ -16,22 +16,22 @@ from elastic.solution import Deflection
 from rigid import Reals
 
 STATIONS = 21
-STRAIGHT = 1e-6  # of the largest stretch, below which what all beams bend is round-off
+STRAIGHT = 1e-6  # smaller deflections are round-off, relative to the largest elongation
 TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, eq=False)
 class TheoryError:
-    """Errors as shares of the largest chord deflection of every beam's member, shape (beams,); nan where not known.
+    """Errors relative to the largest chord deflection of each beam's member, shape (beams,); nan if unknown.
 
     Attributes
     ----------
     history
-        Of the quasi-static answer, greatest at any instant and place.
+        Largest error of the quasi-static answer at any instant and place.
     peak
-        Of its largest value over the positions.
+        Error of its largest value over the positions.
     large_displacement
-        What the elastodynamic answer leaves out of the links' large displacement, see `large_displacement_error`.
+        Effect of large displacement that the elastodynamic answer neglects, see `large_displacement_error`.
     """
 
     history: Reals
@@ -40,7 +40,7 @@ class TheoryError:
 
 
 def theory_error(answer: Elastodynamic) -> TheoryError:
-    """Error of the quasi-static answer by vibration: the difference of the two answers, computed."""
+    """Error of the quasi-static answer by vibration: difference of both answers."""
     plain, vibrating = (_chord(bent) for bent in (answer.quasi_static, answer.deflection))
     members = members_of(answer.deflection.motion.mechanism)
     vibrating_peak = members.greatest(np.abs(vibrating).max(axis=(1, 2)))
@@ -52,10 +52,10 @@ def theory_error(answer: Elastodynamic) -> TheoryError:
 
 
 def large_displacement_error(answer: Elastodynamic) -> float:
-    """Error of linear theory by the links' large displacement, as a share of the worst beam's deflection.
+    """Error of linear theory by large displacement, relative to the deflection of the worst beam.
 
-    Of an exact answer it is the last step's change. Else the terms of second order, solved for; and the square of the
-    greatest rotation for those of third order, which are what there is where links bend without vibrating.
+    For an exact answer, the change by its last step. Otherwise the second-order effect, plus the square of the largest
+    rotation for the third order, which is the only effect if links bend without vibration.
     """
     if answer.vibration is None or not answer.stable:
         return 0.0 if answer.vibration is None else math.nan
@@ -65,7 +65,7 @@ def large_displacement_error(answer: Elastodynamic) -> float:
 
 
 def second_order_error(vibration: Vibration, bent: Deflection) -> float:
-    """Terms of second order and third that linear vibration leaves out, as a share of the worst beam's deflection."""
+    """Second- and third-order effects neglected by linear vibration, relative to the deflection of the worst beam."""
     linear, more = second_order(vibration, np.linspace(0.0, 1.0, STATIONS))
     rotation = np.abs(sample(bent, "phi", np.linspace(0.0, 1.0, STATIONS))).max(initial=0.0)
     if not linear.size or not linear.any():
@@ -76,7 +76,7 @@ def second_order_error(vibration: Vibration, bent: Deflection) -> float:
 
 
 def _greatest(chord: Reals) -> Reals:
-    """Greatest magnitude on every beam, shape (beams,)."""
+    """Largest magnitude on every beam, shape (beams,)."""
     greatest: Reals = np.abs(chord).max(axis=(1, 2), initial=0.0)
     return greatest
 

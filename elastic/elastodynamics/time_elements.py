@@ -1,9 +1,9 @@
-"""Linear differential equations of second order with coefficients that change with time, by elements of time.
+"""Linear second-order differential equations with time-dependent coefficients, by elements of time.
 
-Within an element the acceleration is a polynomial through Radau's points: the collocation method Radau IIA of STAGES
-stages, of order 2 STAGES - 1, which damps what it cannot resolve (Hairer and Wanner, Solving Ordinary Differential
-Equations II, section IV.5). All elements are solved at once for any state that they may begin with; what is left is a
-product of small matrices, which gives the periodic solution, Floquet's multipliers or the solution from a given start.
+Within an element the acceleration is a polynomial through Radau points: collocation method Radau IIA with STAGES stages
+and order 2 STAGES - 1, which damps unresolved oscillation (Hairer and Wanner, Solving Ordinary Differential Equations
+II, section IV.5). All elements are solved at once for unit initial states. Products of these small matrices give the
+periodic solution, the Floquet multipliers, or the solution from a given start.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ import numpy as np
 from elastic.elastodynamics.time_grid import Grid, scheme
 from rigid.arrays import Flags, Numbers, Reals
 
-RESOLVED = 2.0  # exponent of growth in an element of time, up to which the method follows it
-TOGETHER = 256  # elements solved at once, for the sake of memory
+RESOLVED = 2.0  # largest exponent of growth in an element that the method follows
+TOGETHER = 256  # elements solved at once, to limit memory
 
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """M x'' + C x' + K x = g at all points of a grid but the start.
+    """M x'' + C x' + K x = g at all points of a grid except the start.
 
     Attributes
     ----------
@@ -47,11 +47,11 @@ class Propagation:
     Attributes
     ----------
     states
-        From the state at an element's start, and 1, to that at its end, shape (elements, 2 r, 2 r + 1).
+        Matrix from the state at an element's start, and 1, to the state at its end, shape (elements, 2 r, 2 r + 1).
     accelerations
-        From the same to x'' at its points, shape (elements, s, r, 2 r + 1).
+        Matrix from the same to x'' at its points, shape (elements, s, r, 2 r + 1).
     matrix
-        Of the accelerations at all points of an element, shape (elements, s r, s r); None where these are many.
+        Matrix of the accelerations at all points of an element, shape (elements, s r, s r); None for large grids.
     """
 
     grid: Grid
@@ -71,20 +71,20 @@ class Propagation:
 
     @cached_property
     def multipliers(self) -> Numbers:
-        """Floquet's multipliers: growth of free vibrations over the whole grid, complex, shape (2 r,).
+        """Floquet multipliers: growth of free vibrations over the grid, complex, shape (2 r,).
 
-        Infinite where growth is too fast for an element: the method would damp it, see `outgrown`.
+        Infinite if growth is too fast for an element: the method would damp it, see `outgrown`.
         """
         found = np.linalg.eigvals(self.whole[0])
         return np.full_like(found, np.inf) if outgrown(self.grid.steps, self.equations).any() else found
 
     @cached_property
     def inverse(self) -> Reals | None:
-        """Of the matrix, which takes as long as some four loads, and makes each of them ten times faster."""
+        """Inverse of `matrix`; it costs as much as four loads, and makes each load ten times faster."""
         return None if self.matrix is None else np.asarray(np.linalg.inv(self.matrix), float)
 
     def loaded(self, load: Reals, often: bool = False) -> Propagation:
-        """The same under another load, shape (points, r); `often` where many loads are to come."""
+        """Return the propagation under another load, shape (points, r); `often` prepares for many loads."""
         radau, count = scheme(self.grid.stages), len(self.grid.steps)
         states, accelerations = self.states.copy(), self.accelerations.copy()
         right = load.reshape(count, -1, 1)
@@ -101,12 +101,12 @@ class Propagation:
         return Propagation(self.grid, replace(self.equations, load=load), states, accelerations, self.matrix)
 
     def periodic_start(self) -> Reals:
-        """The state x, x' that comes back at the end of the grid, shape (2 r,)."""
+        """Periodic initial state x, x', shape (2 r,)."""
         matrix, added = self.whole
         return np.asarray(np.linalg.solve(np.eye(len(added)) - matrix, added), float)
 
     def history(self, start: Reals) -> tuple[Reals, Reals, Reals]:
-        """x, x', x'' at all points but the start, shape (points, r), from the state at the start."""
+        """x, x', x'' at all points except the start, shape (points, r), from the initial state."""
         radau, r = scheme(self.grid.stages), len(start) // 2
         states = [start]
         for step in self.states[:-1]:
@@ -121,7 +121,7 @@ class Propagation:
 
 
 def propagation(grid: Grid, equations: Equations) -> Propagation:
-    """Solve all elements at once, for unit states at their starts and for the load."""
+    """Solve all elements at once, for unit initial states and for the load."""
     count, r = len(grid.steps), equations.load.shape[-1]
     states, accelerations = np.empty((count, 2 * r, 2 * r + 1)), np.empty((count, grid.stages, r, 2 * r + 1))
     matrix: Any = None
@@ -132,16 +132,16 @@ def propagation(grid: Grid, equations: Equations) -> Propagation:
 
 
 def periodic_amplitudes(grid: Grid, equations: Equations) -> tuple[Numbers, Reals]:
-    """Floquet's multipliers and the periodic solutions of several problems on one grid, solved side by side.
+    """Floquet multipliers and periodic solutions of several problems on one grid.
 
     Parameters
     ----------
     equations
-        Those of one problem behind those of another: arrays of (problems * points, ...).
+        Equations of all problems in sequence: arrays of shape (problems * points, ...).
 
     Returns
     -------
-    Multipliers, shape (problems, 2 r), and x at all points, shape (problems, points, r).
+    Multipliers, shape (problems, 2 r); x at all points, shape (problems, points, r).
     """
     radau, r, count = scheme(grid.stages), equations.load.shape[-1], len(grid.steps)
     several = len(equations.load) // (count * grid.stages)
@@ -167,9 +167,9 @@ def periodic_amplitudes(grid: Grid, equations: Equations) -> tuple[Numbers, Real
 
 
 def outgrown(steps: Reals, equations: Equations) -> Flags:
-    """Whether free vibrations grow in an element by more than `RESOLVED`, at any of its points, shape (elements,).
+    """True if free vibrations grow by an exponent above `RESOLVED` in an element, shape (elements,).
 
-    By the equations as they stand at the point. Only a stiffness that is not positive lets them grow so fast.
+    Judged by the equations at each point. Only an indefinite stiffness permits such growth.
     """
     count, r = len(steps), equations.load.shape[-1]
     stiffness = equations.stiffness
@@ -178,7 +178,7 @@ def outgrown(steps: Reals, equations: Equations) -> Flags:
     rate = np.zeros(len(stiffness))
     if soft.any():
         mass, part = equations.mass[soft], np.zeros((np.count_nonzero(soft), 2 * r, 2 * r))
-        scale = 1e-12 * np.trace(mass, axis1=-2, axis2=-1)[:, None, None] / r  # of coordinates without mass
+        scale = 1e-12 * np.trace(mass, axis1=-2, axis2=-1)[:, None, None] / r  # regularises massless coordinates
         inverse = np.linalg.inv(mass + scale * np.eye(r))
         part[:, :r, r:] = np.eye(r)
         part[:, r:, :r], part[:, r:, r:] = -inverse @ stiffness[soft], -inverse @ equations.damping[soft]
@@ -187,7 +187,7 @@ def outgrown(steps: Reals, equations: Equations) -> Flags:
 
 
 def _parts(grid: Grid, equations: Equations) -> Iterator[tuple[slice, Any, Equations]]:
-    """Elements that are solved at once: which, their durations, and their equations."""
+    """Yield batches of elements: slice, durations, equations."""
     for first in range(0, len(grid.steps), TOGETHER):
         part = slice(first, first + TOGETHER)
         points = slice(part.start * grid.stages, part.stop * grid.stages)
@@ -195,7 +195,7 @@ def _parts(grid: Grid, equations: Equations) -> Iterator[tuple[slice, Any, Equat
 
 
 def _matrix(steps: Reals, equations: Equations) -> Reals:
-    """Of the accelerations at the points of elements, shape (elements, s r, s r)."""
+    """Matrix of the accelerations at the points of elements, shape (elements, s r, s r)."""
     count, r = len(steps), equations.load.shape[-1]
     s = len(equations.load) // count
     radau = scheme(s)
@@ -211,7 +211,7 @@ def _matrix(steps: Reals, equations: Equations) -> Reals:
 
 
 def _elements(matrix: Reals, steps: Reals, equations: Equations) -> tuple[Reals, Reals]:
-    """States at the ends of elements, and accelerations at their points, per state at their starts and 1."""
+    """States at the ends of elements, and accelerations at their points, per initial state and 1."""
     count, r = len(steps), equations.load.shape[-1]
     s = len(equations.load) // count
     radau = scheme(s)

@@ -1,4 +1,4 @@
-"""A stretch of time in elements, and polynomials through Radau's points in each."""
+"""Time grid of elements, with polynomials through Radau points in each."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from numpy.polynomial import legendre
 from rigid.arrays import Complexes, Integers, Numbers, Reals
 
 STAGES = 8
-CACHED = 200_000  # numbers worked on at once
-JUMP = 0.02  # of the greatest magnitude: smaller jumps are left to short elements
-LEFT = {2: 0.5, 6: 0.3}  # of a change, after so many halvings: a jump leaves more, a smooth change less
-HALVED = 24  # times: to some 1e-9 of the whole
+CACHED = 200_000  # numbers processed at once
+JUMP = 0.02  # smallest jump, relative to the largest magnitude; smaller ones are left to short elements
+LEFT = {2: 0.5, 6: 0.3}  # smallest share of a change that remains after so many halvings if it is a jump
+HALVED = 24  # halvings, to about 1e-9 of the duration
 
 
 @dataclass(frozen=True, eq=False)
 class Scheme:
-    """Collocation on [0, 1]: points, integrals up to them, derivatives at them.
+    """Collocation on [0, 1]: points, integration and differentiation matrices.
 
     Attributes
     ----------
     points
-        Shape (s,), the last at 1.
+        Shape (s,), the last is 1.
     once, twice
-        Integrals of what has given values at the points, from 0 to each of them, shape (s, s).
+        Single and double integrals from 0 to each point, from values at the points, shape (s, s).
     first, second
-        Derivatives at the points of what has given values at 0 and at the points, shape (s, s + 1).
+        Derivatives at the points, from values at 0 and at the points, shape (s, s + 1).
     """
 
     points: Reals
@@ -42,7 +42,7 @@ class Scheme:
 
 @lru_cache(maxsize=8)
 def scheme(stages: int = STAGES) -> Scheme:
-    """Radau's points, the zeros of P_s - P_(s-1), with their matrices of integration and differentiation."""
+    """Radau points (zeros of P_s - P_(s-1)), with matrices of integration and differentiation."""
     zeros = legendre.legroots([*[0.0] * (stages - 1), -1.0, 1.0])
     points = np.append((np.sort(zeros.real)[:-1] + 1) / 2, 1.0)
     series = np.eye(stages)
@@ -64,14 +64,14 @@ def _values(places: Any, series: Reals) -> Reals:
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """A stretch of time in elements.
+    """Period of time in elements.
 
     Attributes
     ----------
     edges
-        Where elements begin and end [s], shape (elements + 1,).
+        Starts and ends of elements [s], shape (elements + 1,).
     stages
-        Points in each.
+        Points per element.
     """
 
     edges: Reals
@@ -84,22 +84,22 @@ class Grid:
 
     @cached_property
     def nodes(self) -> Reals:
-        """The start and all points [s], shape (1 + elements stages,)."""
+        """Start and all points [s], shape (1 + elements stages,)."""
         points = self.edges[:-1, None] + self.steps[:, None] * scheme(self.stages).points
         return np.append(self.edges[0], points.ravel())
 
     def cycled(self, times: Reals) -> Reals:
-        """Instants of a stretch that repeats, as those of the grid."""
+        """Map instants of a periodic process to the grid."""
         within: Reals = self.edges[0] + np.mod(times - self.edges[0], np.ptp(self.edges))
         return within
 
     def at_nodes(self, values: Numbers) -> Numbers:
-        """Values at all points but the start, shape (points, ...), and before them the first element's value there."""
+        """Prepend the extrapolated start value to values at the points, shape (points, ...)."""
         first = values[: self.stages].reshape(self.stages, -1)
         return np.concatenate(((_to_start(self.stages) @ first).reshape(1, *values.shape[1:]), values))
 
     def rates(self, values: Numbers) -> tuple[Numbers, Numbers]:
-        """First and second derivative in time, at all points but the start, of values at the nodes.
+        """First and second time derivative at all points except the start, from values at the nodes.
 
         Parameters
         ----------
@@ -117,7 +117,7 @@ class Grid:
         return one, two
 
     def rates_times(self, values: Numbers, amplitudes: tuple[Reals, Reals]) -> Numbers:
-        """Sum of the first and second derivatives in time of values at the nodes, each times amplitudes at the points.
+        """Sum of first and second time derivatives of values at the nodes, each times amplitudes at the points.
 
         Parameters
         ----------
@@ -145,7 +145,7 @@ class Grid:
         return total
 
     def parts(self, size: int) -> Iterator[tuple[Grid, tuple[slice, slice]]]:
-        """Runs of elements with their nodes and points, so many that `size` numbers at every node stay in cache."""
+        """Yield runs of elements, with their nodes and points, so that `size` numbers per node fit the cache."""
         count = max(1, CACHED // (size * self.stages))
         for first in range(0, len(self.steps), count):
             edges = self.edges[first : first + count + 1]
@@ -153,22 +153,22 @@ class Grid:
             yield Grid(edges, self.stages), (slice(begin, end + 1), slice(begin, end))
 
     def derivative(self, values: Numbers, order: int) -> Numbers:
-        """Derivative in time of values at all points but the start, shape (points, ...), element by element.
+        """Time derivative of values at all points except the start, shape (points, ...), element by element.
 
-        Not across their edges: elements short beside their neighbours would magnify what these leave unresolved.
+        Not across edges: short elements would amplify the unresolved part of longer neighbours.
         """
         own = values.reshape(len(self.steps), self.stages, -1)
         found = (_derivative(self.stages, order) @ own) / self.steps[:, None, None] ** order
         return found.reshape(values.shape)
 
     def sampler(self, times: Reals) -> Callable[[Any], Any]:
-        """Interpolation of values at all points but the start, shape (points, ...), at instants in between."""
+        """Return the interpolation at given instants, from values at all points except the start (points, ...)."""
         element = np.clip(np.searchsorted(self.edges, times, side="right") - 1, 0, len(self.steps) - 1)
         weights = interpolation(scheme(self.stages).points, (times - self.edges[element]) / self.steps[element])
 
         order = np.argsort(element, kind="stable")
         present, first = np.unique(element[order], return_index=True)
-        instants = np.split(order, first[1:])  # of every element, as few as a copy of it for each of them are many
+        instants = np.split(order, first[1:])  # grouped by element, to avoid copies of elements
 
         def sampled(values: Complexes) -> Complexes:
             elements = values.reshape(len(self.steps), self.stages, -1)
@@ -180,10 +180,10 @@ class Grid:
         return sampled
 
     def tail(self, values: Numbers, greatest: float) -> Reals:
-        """Part of values at all points that the points of every element leave unresolved, shape (elements,).
+        """Estimate the unresolved part of values in every element, shape (elements,), relative to `greatest`.
 
-        As a share of something greatest: the last two orders of the Legendre series, less by as much as these are less
-        than the two before them, which is what the next two would be.
+        The last two orders of the Legendre series, times their ratio to the two orders before: an extrapolation to the
+        next two orders.
         """
         elements = values.reshape(len(self.steps), self.stages, -1)
         if not greatest:
@@ -196,13 +196,13 @@ class Grid:
         return share
 
     def smoothed(self, values: Numbers, fastest: float) -> Numbers:
-        """Values at all points without the orders of every element's Legendre series that change faster than allowed.
+        """Remove the orders of every element's Legendre series that change too fast.
 
         Parameters
         ----------
         fastest
-            Angular frequency that second derivatives may come up to [rad/s]; that of order k has a mean of some
-            (0.7 k^2/h)^2. The highest order of all is left out in any case.
+            Largest angular frequency of second derivatives [rad/s]; order k has a mean of about (0.7 k^2/h)^2. The
+            highest order is always removed.
         """
         elements = values.reshape(len(self.steps), self.stages, -1)
         highest = np.minimum(np.sqrt(fastest * self.steps / 0.7), self.stages - 2).astype(int)
@@ -211,7 +211,7 @@ class Grid:
         return smooth
 
     def divided(self, parts: Integers) -> Grid:
-        """With every element in so many equal parts, shape (elements,)."""
+        """Divide every element into a number of equal parts, shape (elements,)."""
         pieces = [
             start + step * np.arange(count) / count
             for start, step, count in zip(self.edges[:-1], self.steps, parts, strict=True)
@@ -220,12 +220,12 @@ class Grid:
 
 
 def jumps(values_at: Callable[[Reals], Reals], times: Reals) -> Reals:
-    """Instants just before which values jump, at most one between two of some times, shape (jumps,).
+    """Instants just before jumps of values, at most one between two given times, shape (jumps,).
 
     Parameters
     ----------
     values_at
-        From instants to values there, shape (instants, n).
+        Function from instants to values, shape (instants, n).
     """
     values = values_at(times)
     scale = np.abs(values).max(axis=0, initial=0.0)
@@ -251,19 +251,19 @@ def jumps(values_at: Callable[[Reals], Reals], times: Reals) -> Reals:
 
 
 def interpolation(nodes: Reals, places: Reals) -> Reals:
-    """From values at nodes on [0, 1] to those at places of the polynomial through them, shape (places, nodes)."""
+    """Matrix from values at nodes on [0, 1] to values of their polynomial at places, shape (places, nodes)."""
     return _values(places, np.eye(len(nodes))) @ _to_series(tuple(nodes.tolist()))
 
 
 def slopes(nodes: Reals, places: Reals) -> Reals:
-    """From values at nodes on [0, 1] to the derivative of the polynomial through them, shape (places, nodes)."""
+    """Matrix from values at nodes on [0, 1] to derivatives of their polynomial at places, shape (places, nodes)."""
     series = np.array([legendre.legder(row) for row in np.eye(len(nodes))])
     return 2.0 * _values(places, series) @ _to_series(tuple(nodes.tolist()))
 
 
 @lru_cache(maxsize=32)
 def _to_series(nodes: tuple[float, ...]) -> Reals:
-    """From values at nodes on [0, 1] to Legendre's series, shape (nodes, nodes)."""
+    """Matrix from values at nodes on [0, 1] to Legendre coefficients, shape (nodes, nodes)."""
     return np.asarray(np.linalg.inv(_values(nodes, np.eye(len(nodes)))), float)
 
 
@@ -274,7 +274,7 @@ def _spectrum(stages: int) -> Reals:
 
 @lru_cache(maxsize=8)
 def _up_to(stages: int) -> Reals:
-    """Per order, from values at the points to those of the series up to that order, shape (stages, stages, stages)."""
+    """By order: matrix that truncates the Legendre series of values at the points, shape (stages, stages, stages)."""
     kept = np.tri(stages)[:, :, None] * _spectrum(stages)
     return _values(scheme(stages).points, np.eye(stages)) @ kept
 
@@ -286,6 +286,6 @@ def _to_start(stages: int) -> Reals:
 
 @lru_cache(maxsize=8)
 def _derivative(stages: int, order: int) -> Reals:
-    """Matrix from values at the points of [0, 1] to derivatives there."""
+    """Matrix from values at the points of [0, 1] to derivatives at these points."""
     series = np.array([legendre.legder(row, order) for row in np.eye(stages)])
     return 2.0**order * _values(scheme(stages).points, series) @ _spectrum(stages)

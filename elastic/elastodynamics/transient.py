@@ -1,4 +1,4 @@
-"""The vibrating mechanism through a motion that does not repeat."""
+"""Vibration of the mechanism through a motion that does not repeat."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from elastic.solution import Deflection, deflection
 from rigid import Motion, with_rates
 from rigid.arrays import Reals
 
-REST = 1e-6  # of a drive's greatest rate, below which it is round-off of a law that begins at rest
+REST = 1e-6  # smaller drive rates are round-off of a law that starts at rest, relative to the largest
 
 
 def transient(
@@ -37,27 +37,27 @@ def transient(
     undeformed: bool = False,
     breaks: Reals | None = None,
 ) -> Elastodynamic:
-    """Vibration of the links from the first position of a motion to its last.
+    """Compute the vibration of the links from the first position of a motion to its last.
 
-    Where the drives begin at rest it starts at rest, with the static deflection under what weighs and presses then: a
-    drive that begins with an acceleration finds straight links. Where they are under way already it starts with the
-    deflection of the quasi-static answer and its rate.
+    If the drives start at rest, the links start at rest with the static deflection under present loads and weight; an
+    initial acceleration then meets links without inertial deflection. If the drives are already moving, the links start
+    with the deflection and rate of the quasi-static answer.
 
     Parameters
     ----------
     motion
-        The positions asked for, of one design, in the order of their instants.
+        Motion at the requested positions, of one design, in the order of time.
     motion_at, sections, joints, damping, tolerance, breaks
-        As for `elastodynamic`.
+        See `elastodynamic`.
     undeformed
-        Start with straight links that move as rigid ones do.
+        True to start with straight links that move as rigid ones.
 
     Raises
     ------
     MechanismError
-        A singular position, or a block that leaves its beam.
+        If there is a singular position, or a block leaves its beam.
     ValueError
-        Several designs at once, or instants that do not grow.
+        If there are several designs, or times that do not increase.
     """
     if not (np.diff(motion.time) > 0).all() or len(motion.time) < 2:
         raise ValueError(f"{len(motion.time)} instants that do not all grow, expected at least 2 that do")
@@ -72,7 +72,7 @@ def transient(
 
 
 def _begins_at_rest(start: Motion, motion: Motion) -> bool:
-    """Whether all drives do, for which a rate is round-off that is nothing beside those of the whole motion."""
+    """True if all drives start at rest, up to round-off of the whole motion."""
     greatest = np.abs(motion.drive_rate).max(axis=-1, initial=0.0)
     return bool((np.abs(start.drive_rate).max(axis=-1, initial=0.0) <= REST * greatest).all())
 
@@ -90,13 +90,13 @@ def _quasi_static(_: Propagation, posed: Problem, bent: Deflection) -> Reals:
 
 
 def _at_rest(_: Propagation, posed: Problem, __: Deflection, static: Deflection) -> Reals:
-    """Amplitudes of a static deflection at the start, and no rates."""
+    """Amplitudes of a static deflection at the start, with zero rates."""
     given = _amplitudes(posed, given_forces(posed.terms.kinematics.structure, static)[0])
     return np.concatenate([given, np.zeros_like(given)])
 
 
 def _amplitudes(posed: Problem, forces: Reals) -> Reals:
-    """Amplitudes at the start that the strains of given forces come to, shape (r,)."""
+    """Amplitudes at the start for the strains of given forces, shape (r,)."""
     structure, basis = posed.terms.kinematics.structure, posed.terms.kinematics.basis
     strains = strain_rows(structure, basis[0] if basis.ndim == 3 else basis)
     stiffness: Any = (strains.T * rigidities(structure)) @ strains

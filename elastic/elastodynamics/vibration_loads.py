@@ -1,7 +1,7 @@
-"""Loads on vibrating links besides those of the rigid motion: along beams, at points and in soft joints.
+"""Loads of vibration in addition to the rigid motion: along beams, at points and in soft joints.
 
-Given to the exact quasi-static solution they make its answer that of the vibrating mechanism: all displacements that
-the reduced coordinates cannot follow are found statically, and forces and fields agree to round-off.
+The quasi-static answer under these loads is that of the vibrating mechanism. Displacements beyond the reduced
+coordinates follow statically, and forces and fields agree to round-off.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from rigid.plane import cross
 
 @lru_cache(maxsize=32)
 def to_powers(points: int) -> Reals:
-    """From values at Gauss points to coefficients in powers of xi, shape (points, points)."""
+    """Matrix from values at Gauss points to coefficients in powers of xi, shape (points, points)."""
     nodes, _ = legendre.leggauss(points)
     series = np.linalg.inv(legendre.legvander(nodes, points - 1))
     in_xi = np.zeros((points, points))
@@ -49,7 +49,7 @@ class ResidualResponse:
     moved
         Displacements of one kind.
     forces
-        That their strains make, as of `given_forces`, shape (nodes, rows); 0 of soft joints.
+        Forces of their strains, see `given_forces`, shape (nodes, rows); 0 for soft joints.
     """
 
     moved: Displacements
@@ -62,7 +62,7 @@ class ResidualResponse:
         return ResidualResponse(self.moved + other.moved, self.forces + other.forces)
 
     def smoothed(self, grid: Grid, fastest: float) -> ResidualResponse:
-        """The same without changes in time faster than an angular frequency, as of `Grid.smoothed`."""
+        """Remove changes in time faster than an angular frequency, see `Grid.smoothed`."""
 
         def slow(values: Numbers) -> Numbers:
             return grid.at_nodes(grid.smoothed(values[1:], fastest))
@@ -77,7 +77,7 @@ class ResidualResponse:
 
 
 class GatheredLoads:
-    """Loads on the way to `AddedLoads`, arrays with the positions first."""
+    """Collects loads for `AddedLoads`, in arrays with the positions first."""
 
     def __init__(self, structure: ElasticStructure, count: int) -> None:
         self.structure = structure
@@ -87,16 +87,16 @@ class GatheredLoads:
         self.blocks: list[tuple[int, Any, Any]] = []
 
     def along_beams(self, force: Complexes) -> None:
-        """A force per length at Gauss points in the beams' axes [N/m], complex, shape (positions, beams, points)."""
+        """Add a force per length at Gauss points in beam axes [N/m], complex, shape (positions, beams, points)."""
         self.q += force @ to_powers(force.shape[-1]).T
 
     @staticmethod
     def positions_last(values: Numbers) -> Numbers:
-        """The same with powers first and positions last, which stood the other way round."""
+        """Swap the axes, so that powers are first and positions last."""
         return np.moveaxis(values, (-1, 0), (0, -1))
 
     def at_ends(self, directions: Complexes, start: Numbers, end: Numbers, moments: bool = False) -> None:
-        """Forces in the beams' axes, complex, or moments on the starts and ends of the beams, (positions, beams)."""
+        """Add forces in beam axes, complex, or moments to the starts and ends of the beams, (positions, beams)."""
         for k, (at, beam) in enumerate(self.structure.mechanism.beams):
             for name, value in ((beam.start, start[:, k]), (beam.end, end[:, k])):
                 pair = (0.0, value) if moments else (directions[:, k] * value, 0.0)
@@ -106,9 +106,9 @@ class GatheredLoads:
 def vibration_loads(
     problem: Problem, motion: Motion, history: tuple[Reals, Reals, Reals], residual: ResidualResponse | None = None
 ) -> AddedLoads:
-    """Loads at a grid's points, positions first, from the amplitudes and their rates, shape (points, r) each.
+    """Compute the loads at a grid's points from amplitudes and their rates, shape (points, r) each.
 
-    `motion` is that at the grid's nodes; `residual` is there besides.
+    `motion`: rigid motion at the grid's nodes. `residual`: displacements beyond the coordinates.
     """
     x, x1, _ = history
     terms, kinds = problem.terms, problem.terms.kinematics
@@ -141,7 +141,7 @@ def vibration_loads(
 
 
 def _of_beams(gathered: GatheredLoads, found: Problem, motion: Motion, slope: Reals, inertia: Complexes) -> Reals:
-    """Add the inertia along the beams; returns the force that works on slopes [N], shape (positions, beams, points)."""
+    """Add the inertia along the beams; return the force on slopes [N], shape (positions, beams, points)."""
     structure, felt, directions = gathered.structure, found.felt, beam_directions(motion).T[1:]
     shape = (len(inertia), *structure.weights.shape)
     size = structure.weights.size
@@ -156,7 +156,7 @@ def _of_beams(gathered: GatheredLoads, found: Problem, motion: Motion, slope: Re
 
 
 def strain_rates(problem: Problem, x: Reals, x1: Reals) -> Reals:
-    """Rates of the forces that strains make, times beta, shape (positions, rows)."""
+    """Rates of the strains' forces, times beta, shape (positions, rows)."""
     terms, structure = problem.terms, problem.terms.kinematics.structure
     rates = (terms.strains @ x1[..., None])[..., 0]
     if np.ndim(terms.strain_rate):
@@ -165,7 +165,7 @@ def strain_rates(problem: Problem, x: Reals, x1: Reals) -> Reals:
 
 
 def of_strain_rates(gathered: GatheredLoads, directions: Complexes, viscous: Reals, flux: Reals) -> None:
-    """Add forces of the strains' rates, and those that work on slopes, as loads along the beams and on their ends."""
+    """Add damping forces of the strains, and forces on slopes, as loads along the beams and on their ends."""
     structure = gathered.structure
     shape = (len(viscous), *structure.weights.shape)
     size = structure.weights.size
@@ -183,7 +183,7 @@ def of_strain_rates(gathered: GatheredLoads, directions: Complexes, viscous: Rea
 
 
 def of_lumps(gathered: GatheredLoads, motion: Motion, inertia: Complexes) -> None:
-    """Inertia of the lumps at their points."""
+    """Add the inertia of the lumps."""
     lumps = lumps_of(gathered.structure.mechanism)
     first = inertia.shape[1] - 2 * len(lumps)
     for number, (at, lump) in enumerate(lumps):
@@ -195,7 +195,7 @@ def of_lumps(gathered: GatheredLoads, motion: Motion, inertia: Complexes) -> Non
 def _of_effects(
     gathered: GatheredLoads, problem: Problem, x: Reals, x1: Reals, residual: ResidualResponse | None
 ) -> None:
-    """Forces that displaced points feel."""
+    """Add the forces on displaced points."""
     if not problem.felt.effects:
         return
     kinds, grid = problem.terms.kinematics, problem.terms.grid
@@ -220,9 +220,9 @@ def _of_effects(
 
 
 def sliding_rates(problem: Problem, motion: Motion, x: Reals, x1: Reals) -> tuple[tuple[int, Reals, float], ...]:
-    """Rates that vibration adds to those of the joints with friction, as `AddedLoads.sliding` has them.
+    """Rates that vibration adds to joints with friction, see `AddedLoads.sliding`.
 
-    Those of the coordinates: what lies beside them is known to be smooth only between changes of friction.
+    Of the coordinates only: the residual response is smooth only between stick-slip events.
     """
     grid, kinds = problem.terms.grid, problem.terms.kinematics
     rates = []
@@ -237,7 +237,7 @@ def sliding_rates(problem: Problem, motion: Motion, x: Reals, x1: Reals) -> tupl
 def openings(
     gathered: GatheredLoads, motion: Motion, viscous: Reals
 ) -> tuple[tuple[Columns, ...], tuple[Columns, ...]]:
-    """Openings that dampers hold back in soft joints, per joint."""
+    """Openings of soft joints that dampers hold back, per joint."""
     structure = gathered.structure
     joints = joints_of(structure.mechanism).joints
     gaps: list[Columns] = [0.0] * len(joints)
@@ -254,7 +254,7 @@ def openings(
 
 
 def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
-    """Loads at other instants: `sampled` turns values at a grid's points, shape (points, k), into those."""
+    """Convert loads to other instants; `sampled` converts values at a grid's points, shape (points, k)."""
     columns = loads.q.shape[-1]
     pairs = [item[-2:] for item in (*loads.points, *loads.blocks, *loads.sliding, *loads.slides)] + list(
         zip(loads.gaps, loads.turns, strict=True)
@@ -283,7 +283,7 @@ def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
 
 
 def of_several_speeds(loads: Sequence[AddedLoads]) -> AddedLoads:
-    """Loads at several speeds, each of columns (positions,), as one of columns (speeds, positions)."""
+    """Combine loads of several speeds, columns (positions,), to columns (speeds, positions)."""
     count = loads[0].q.shape[-1]
 
     def side_by_side(*parts: Any) -> Numbers:
