@@ -1,4 +1,4 @@
-"""The text of a scene's file: read, and written with other values."""
+"""Text of a scene file: read it, and write it with changed values."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PAGES = ".html", ".htm"
 
 
 def file_bytes(path: Path) -> bytes:
-    """Bytes of a scene's file, read once; SceneError where it cannot be read or is no file of a scene's size."""
+    """Return the bytes of a scene file; raise SceneError if it is unreadable or too large."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             raise OSError("a folder, a pipe or a device is no scene")
@@ -35,7 +35,7 @@ def file_bytes(path: Path) -> bytes:
             content = file.read(largest + 1)
     except FileNotFoundError:
         raise MissingFileError(str(path), "", "", "there is no such file") from None
-    except (OSError, ValueError) as error:  # a name that holds a null character is a ValueError
+    except (OSError, ValueError) as error:  # a null character in the name raises ValueError
         problem = getattr(error, "strerror", None) or str(error)
         raise SceneError(str(path), "", "", f"not readable: {problem}") from None
     if len(content) > largest:
@@ -44,7 +44,7 @@ def file_bytes(path: Path) -> bytes:
 
 
 def decoded(content: bytes, path: str) -> str:
-    """The text in a file's bytes, of a report the scene that it carries; SceneError where there is none."""
+    """Return the text of a scene file, or the scene inside a report; raise SceneError if there is none."""
     if content[:15].lower() == b"<!doctype html>":
         return _carried(content, path)
     try:
@@ -55,7 +55,7 @@ def decoded(content: bytes, path: str) -> str:
 
 
 def _carried(page: bytes, path: str) -> str:
-    """The text of the scene that a report carries among its data."""
+    """Return the text of the scene inside a report."""
     data = re.search(rb'<script type="application/json" id="scene">(.*?)</script>', page, re.DOTALL)
     with suppress(msgspec.DecodeError):
         text = msgspec.json.decode(data[1] if data else b"{}", type=_Carried).text
@@ -65,22 +65,22 @@ def _carried(page: bytes, path: str) -> str:
 
 
 class _Carried(Struct):
-    """The scene in a report's data."""
+    """The scene in the data of a report."""
 
     text: str = ""
 
 
 def file_text(path: Path) -> str:
-    """The text of a file; SceneError where it cannot be read."""
+    """Return the text of a file; raise SceneError if it cannot be read."""
     return decoded(file_bytes(path), str(path))
 
 
 COLUMNS = ".csv", ".tsv", ".txt"
-FILES = *COLUMNS, ".toml", ".dxf"  # that a scene may name
+FILES = *COLUMNS, ".toml", ".dxf"  # files that a scene may refer to
 
 
 def beside(folder: Path | None) -> Read:
-    """A reader of the files beside a scene, or in folders there; of no others, and of none where there is no folder.
+    """Return a reader of files in the folder of a scene and its subfolders; it refuses all other files.
 
     Examples
     --------
@@ -111,19 +111,19 @@ def beside(folder: Path | None) -> Read:
 
 
 def scene_name(path: Path) -> str:
-    """The name of a scene, of the letters in its file's name."""
+    """Return the name of a scene: its file name without the suffix, in valid UTF-8."""
     return path.stem.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
 def toml_tables(text: str, path: str) -> dict[str, Any]:
-    """The tables in a TOML text; SceneError where it is none."""
+    """Return the tables of a TOML text; raise SceneError if it is invalid."""
     with of_file(path):
         return parse_toml(text)
 
 
 @contextmanager
 def of_file(path: str) -> Iterator[None]:
-    """Add the file to the message of a mistake in it."""
+    """Add the path of the file to the message of a mistake."""
     try:
         yield
     except SceneError as error:
@@ -132,26 +132,26 @@ def of_file(path: str) -> Iterator[None]:
         raise SceneError(path, "", "", "lists or tables in one another go too deep for a scene") from None
 
 
-DIGITS = range(12, 18)  # of which the fewest are taken that tell a number to its last bit
+DIGITS = range(12, 18)  # numbers are written with as many digits as reproduce their last bit
 Rows = Iterable[Sequence[str | float]]
-SCHEMA = "#:schema"  # whose place is told from the file's own
+SCHEMA = "#:schema"
 
 
 def written(
     text: str, table: SceneTable, values: Mapping[str, float], motions: Mapping[int, Rows], head: str = ""
 ) -> str:
-    """A scene's text with other values, in SI units, for numbers named by their paths.
+    """Return the text of a scene with changed numbers, by path [SI units].
 
-    A number keeps the unit that it has in the file, and is read from the new text to the last bit.
+    A number keeps its unit in the file, and the new text reproduces it to the last bit.
 
     Parameters
     ----------
     table
-        The parsed tables with these values, and with the title that is to be told.
+        Parsed tables with these values and the new title.
     motions
-        Of drives, counted from 0, that have them in files: they stand in the new text itself.
+        Motions from other files, by the number of the drive from 0; they are written into the text.
     head
-        A comment for the first line.
+        Comment for the first line.
     """
     import json
 
@@ -174,7 +174,7 @@ def written(
 
 
 def with_tables(text: str, tables: Mapping[str, Any]) -> str:
-    """A scene's text with other sections and materials than its own, and without its library."""
+    """Return the text of a scene with the given sections and materials instead of its library."""
     import tomlkit
 
     document = tomlkit.parse(text)
@@ -190,19 +190,19 @@ def with_tables(text: str, tables: Mapping[str, Any]) -> str:
 
 
 def _token(number: int) -> str:
-    """A text in the place of the motion of a drive until that is written."""
+    """Return a placeholder for the motion of a drive."""
     return f"motion of the drive {number}"
 
 
 def scene_to_begin_with(text: str) -> str:
-    """A scene's text with the schema of this installation in its first line, for editors that complete by it."""
+    """Return the text of a scene with the installed schema in its first line, for completion in editors."""
     schema = Path(__file__).parents[1] / "scene.schema.json"
     rest = text.partition("\n")[2].lstrip("\n") if text.startswith(SCHEMA) else text
     return f"{SCHEMA} {schema.as_uri()}\n{rest}"
 
 
 def _put(document: Any, table: SceneTable, place: Place, value: float) -> None:
-    """Put a value into a document."""
+    """Write a value into a document."""
     node: Any = document
     for name, following in zip(place.names[:-1], place.names[1:], strict=True):
         if isinstance(node, dict) and name not in node:
@@ -223,7 +223,7 @@ def _value(table: SceneTable, place: Place, written: Any) -> float | None:
 
 
 def _forms(place: Place, there: Any, value: float) -> Iterator[Any]:
-    """A value as it may stand in a file: in the unit that stands there; at last in the SI unit."""
+    """Yield forms of a value: in the unit of the value that it replaces, finally in the SI unit."""
     unit = place.variable.unit
     for digits in () if isinstance(place.leaf, int) else DIGITS:
         if isinstance(there, str) and FORM.fullmatch(there.translate(TYPESET)):

@@ -1,4 +1,4 @@
-"""Quantities as they stand in a file: a number in SI units, or a string with a unit; floats in SI units inside."""
+"""Quantities of a file: numbers in SI units or strings with a unit, converted to floats in SI units."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any, ClassVar, Self
 
 from kinelast.scene.error import likely, plain
 
-# A registry of what mechanisms need: pint's own takes thirty times as long to load, counts an angle as no dimension
-# and so reads 50 Hz as 50 rad/s.
+# Units of mechanisms. The registry of pint takes thirty times as long to load, and an angle has no dimension there,
+# so that 50 Hz would be read as 50 rad/s.
 DEFINITIONS = """
 nano- = 1e-9 = n-
 micro- = 1e-6 = u- = µ- = μ-
@@ -46,7 +46,7 @@ watt = joule / second = W
 """
 COMMON = ("mm", "cm", "m", "in", "kg", "g", "s", "ms", "deg", "rad", "rpm", "rad/s", "m/s", "N", "kN", "MPa", "GPa",
           "N m", "N mm", "kN m", "N/m", "kg/m", "kg/m^3", "kg m^2", "K")  # fmt: skip
-USUAL = {  # what most scenes are written in, as pint would have it, which takes a fifth of a second to load
+USUAL = {  # units of most scenes, converted without pint, which takes 0.2 s to load
     "m": (1.0, "m"), "mm": (0.001, "m"), "cm": (0.01, "m"), "kg": (1.0, "kg"), "g": (0.001, "kg"), "s": (1.0, "s"),
     "ms": (0.001, "s"), "rad": (1.0, "rad"), "deg": (0.017453292519943295, "rad"), "rad/s": (1.0, "rad/s"),
     "rpm": (0.10471975511965977, "rad/s"), "m/s": (1.0, "m/s"), "N": (1.0, "N"), "kN": (1000.0, "N"),
@@ -56,18 +56,18 @@ USUAL = {  # what most scenes are written in, as pint would have it, which takes
 }  # fmt: skip
 MOST_BITS = 10_000
 LONGEST = 80  # letters of a quantity
-SMALLEST, LARGEST = 1e-50, 1e50  # whose fourth power, as in a second moment of area, is still a number
-# One digit to a power, and no power of a power: the parser of units multiplies whatever it is told to.
+SMALLEST, LARGEST = 1e-50, 1e50  # the fourth power (second moment of area) is still finite
+# An exponent has one digit, and there is no power of a power: the parser of units would expand any power.
 POWER = re.compile(r"(?:\^|\*\*)\s*(?:\(\s*[-+]?\d\s*\)|[-+]?\d)(?![\d.])(?!\s*(?:\^|\*\*))")
 FORM = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµμ°][A-Za-zµμ°0-9\s*/^()-]*|1\s*/.*)")
-# Written together, as torque wrenches have it; a power belongs to the metre.
+# "Nm" without a space; an exponent belongs to the metre.
 JOINED = re.compile(r"(?<![\wµμ°])([mkM]?N)([cm]?m)((?:\s*(?:\^|\*\*)\s*\d+)?)(?!\s*(?:\^|\*\*)|\w)")
 TYPESET = str.maketrans({"²": "^2", "³": "^3", "⁴": "^4", "·": " ", "⋅": " ", "\N{MINUS SIGN}": "-"})
 
 
 @cache
 def registry() -> Any:
-    """The units known to scenes."""
+    """Return the registry of all units that scenes may use."""
     import pint
 
     units: Any = pint.UnitRegistry(None)
@@ -81,20 +81,20 @@ class Quantity(float):
     Attributes
     ----------
     expected
-        What a file has to hold, for messages.
+        Expected value in words, for messages.
     units
-        SI units of the dimensions that will do.
+        SI units of the accepted dimensions.
     above, least, most
-        Bounds: greater than the one, at least the other; no larger than `most` in either direction.
+        Bounds: exclusive lower bound, inclusive lower bound, largest magnitude.
     unit
-        Of an instance: the one of `units` it is in; empty for a bare number where there are several.
+        Unit of the instance, one of `units`; empty for a number without a unit if there are several.
     per_length
-        Of an instance: metres in the unit that the file has bare lengths in, where `unit` is empty; else 1.
+        Metres per length unit of the file if `unit` is empty, otherwise 1.
     each
-        Of an instance that stands for many designs: their numbers, shape (designs, 1), the instance itself being nan;
-        else None. See `kinelast.scene.numbers`.
+        Values of several designs, shape (designs, 1), in which case the instance itself is nan; otherwise None. See
+        `kinelast.scene.numbers`.
     written
-        Of an instance: the unit as it stands in the file; empty for a bare number.
+        Unit as written in the file; empty for a number without a unit.
     """
 
     expected: ClassVar[str] = "a number"
@@ -107,23 +107,23 @@ class Quantity(float):
     each: Any = None
     written: str = ""
 
-    def __init_subclass__(cls, **told: Any) -> None:
-        for name, value in told.items():
+    def __init_subclass__(cls, **attributes: Any) -> None:
+        for name, value in attributes.items():
             setattr(cls, name, value)
 
     @classmethod
     def read(cls, value: object, per_length: float = 1.0) -> Self:
-        """From a number or a string.
+        """Read a quantity from a number or a string.
 
         Parameters
         ----------
         per_length
-            Metres in the unit that bare lengths are in.
+            Metres per unit of a length without a unit.
 
         Raises
         ------
         ValueError
-            Neither, an unknown unit, another dimension or out of bounds; the message says what was expected.
+            Neither a number nor a string, unknown unit, wrong dimension, or out of bounds; with the expected value.
 
         Examples
         --------
@@ -150,27 +150,27 @@ class Quantity(float):
 
     @classmethod
     def holds(cls, number: Any) -> Any:
-        """Whether a number in SI units, or every one of an array, is within the bounds."""
+        """Return True if a number in SI units is within the bounds; elementwise for an array."""
         occurs = (abs(number) < cls.most) & ((cls.above != 0) | (number <= 0) | (number >= SMALLEST))
         return occurs & (number > cls.above) & (number >= cls.least)
 
     @classmethod
     def bound(cls, number: float) -> str:
-        """The bound that a number violates, in words."""
+        """Return the violated bound in words."""
         if not abs(number) < cls.most or (cls.above == 0 and 0 < number < SMALLEST):
             return "a number of a size that occurs"
         return "greater than zero" if cls.above == 0 else "not below zero"
 
     @classmethod
     def many(cls, each: Any, unit: str) -> Self:
-        """The quantity for many designs; `each` in one of `units`, shape (designs, 1)."""
+        """Return the quantity for several designs; `each` in one of `units`, shape (designs, 1)."""
         quantity = cls(nan)
         quantity.unit, quantity.per_length, quantity.each = unit, 1.0, each
         return quantity
 
     @classmethod
     def of_unit(cls, unit: str, value: object, per_length: float = 1.0) -> float:
-        """A number or a text with its unit in a given SI unit; "1" for none. `per_length` as for `read`.
+        """Convert a number or a text with a unit to an SI unit ("1" for none). `per_length` as in `read`.
 
         Raises
         ------
@@ -183,13 +183,13 @@ class Quantity(float):
         return float(kind.read(value, per_length))
 
     def within(self, unit: str) -> Any:
-        """The number in the one of `units` that is meant: a bare length is in the file's own."""
+        """Return the number in one of `units`; a length without a unit is in the unit of the file."""
         number = float(self) if self.each is None else self.each
         return number * (self.per_length if unit == "m" and not self.unit else 1.0)
 
     @classmethod
     def _converted(cls, text: str) -> tuple[float, str, str]:
-        """Number in SI units, the unit, and the one that is written."""
+        """Return the number in SI units, the SI unit, and the unit as written."""
         plain = text.translate(TYPESET)
         form = FORM.fullmatch(plain) if len(text) <= LONGEST else None
         if form is None or len(POWER.findall(plain)) < len(re.findall(r"\^|\*\*", plain)):
@@ -197,10 +197,10 @@ class Quantity(float):
         number, name = float(form[1]), form[2].strip()
         try:
             known = _factor(name, cls.units)
-        except Exception as error:  # pint's parser raises whatever it stumbles over
+        except Exception as error:  # the parser of pint raises errors of many types
             names = getattr(error, "unit_names", None)
-            told = _unknown(names, name, cls.units) if names else f"got {shown(text)}"
-            raise ValueError(f"expected {cls.expected}, {told}") from None
+            problem = _unknown(names, name, cls.units) if names else f"got {shown(text)}"
+            raise ValueError(f"expected {cls.expected}, {problem}") from None
         if known is None:
             raise ValueError(f"expected {cls.expected}, got {shown(text)}")
         factor, unit = known
@@ -209,9 +209,9 @@ class Quantity(float):
 
 @cache
 def _factor(name: str, units: tuple[str, ...]) -> tuple[float, str] | None:
-    """Factor of a unit to the SI unit of its dimension among some, and that SI unit; None where none has its dimension.
+    """Return the factor from a unit to the SI unit of the same dimension, and that unit; None if there is none.
 
-    Looked up once for all scenes of a batch: pint takes longer than the deflection. Raises whatever its parser does.
+    Cached, because pint takes longer than the deflection. Raises the errors of its parser.
     """
     if name in USUAL and USUAL[name][1] in units:
         return USUAL[name]
@@ -223,7 +223,7 @@ def _factor(name: str, units: tuple[str, ...]) -> tuple[float, str] | None:
 
 
 def _float(value: float) -> float:
-    """As a float; infinite where a whole number is too large for one."""
+    """Return a float; infinity if an integer is too large."""
     try:
         return float(value)
     except OverflowError:
@@ -231,7 +231,7 @@ def _float(value: float) -> float:
 
 
 def _unknown(names: Any, whole: str, units: tuple[str, ...]) -> str:
-    """The message on an unknown unit, with the nearest one: of the right dimension where it stands alone."""
+    """Return the message on an unknown unit, with the most similar unit of the right dimension."""
     name = names if isinstance(names, str) else next(iter(names))
     dimension = registry().get_dimensionality
     wanted = [dimension(registry().parse_units(unit)) for unit in units]
@@ -245,28 +245,28 @@ def _unknown(names: Any, whole: str, units: tuple[str, ...]) -> str:
 
 
 def shown(value: object) -> str:
-    """A value of a file, for a message."""
+    """Return a value of a file as text for a message."""
     if isinstance(value, str):
         return f'"{plain(value, LONGEST)}"'
     if isinstance(value, bool):
         return str(value).lower()
-    if isinstance(value, int) and value.bit_length() > MOST_BITS:  # which Python may refuse to print
+    if isinstance(value, int) and value.bit_length() > MOST_BITS:  # Python may refuse to print it
         return f"a whole number of some {value.bit_length() * 3 // 10} digits"
     return "a table" if isinstance(value, dict) else plain(str(value), LONGEST)
 
 
 def written_like(there: Any, value: float, unit: str, digits: int, per_bare: float = 1.0) -> str | float:
-    """A value in an SI unit as it is written where another stands: in the unit of that; bare where it has none.
+    """Return a value written in the unit of the value that it replaces, without a unit if that has none.
 
     Parameters
     ----------
     per_bare
-        SI units of a number without a unit.
+        SI value of a number 1 without a unit.
 
     Raises
     ------
     ValueError
-        A unit stands there that is of another kind.
+        The replaced value has a unit of another dimension.
     """
     if isinstance(there, str) and (form := FORM.fullmatch(there.translate(TYPESET))):
         return f"{value / float(Quantity.of_unit(unit, f'1 {form[2]}')):.{digits}g} {form[2].strip()}"
