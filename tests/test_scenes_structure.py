@@ -66,7 +66,7 @@ MISTAKES = [
     ("unknown type", CHAIN, ('"pivot"', '"pivto"'), "joints.turn", "type", 'no type "pivto", did you mean "pivot"'),
     ("no pitch", CHAIN, ('pitch = "2 mm"', ""), "joints.thread", "pitch", "advance per radian"),
     ("pitch of a pivot", CHAIN, ('type = "pivot"', 'type = "pivot"\npitch = 1'), "joints.turn", "pitch", "helical joint"),
-    ("name with a space", CHAIN, ('links = ["frame", ', 'links = ["the frame", '), "joints.turn", '"the frame"', "names are made of"),
+    ("name with a space", CHAIN, ('links = ["frame", ', 'links = ["the frame", '), "joints.turn", '"the frame"', "a name may have"),
     ("no axis", CHAIN, ("[0, 0, 2]", "[0, 0, 0]"), "joints.turn", "axis", "its axis has no length"),
     ("no normal", CHAIN, ('type = "pivot"', 'type = "universal"'), "joints.turn", "normal", "needs a normal"),
     ("fixed nothing", CHAIN, ('fixed = "frame"', 'fixed = "frme"'), "", "fixed", 'fixed link "frme"'),

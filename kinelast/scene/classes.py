@@ -1,4 +1,4 @@
-"""The tables of a scene as Python classes: names, base classes, and fields with their types."""
+"""Scene tables as Python classes: names, base classes and typed fields."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kinelast.scene.quantities import Direction, Sizes
 from kinelast.scene.tables import Place, StrictTable
 from kinelast.scene.units import Quantity
 
-NAMED = {  # classes whose objects a key accepts instead of their names
+NAMED = {  # keys that accept an object of a class instead of its name
     "link": "Link", "on": "Link", "links": "Link", "point": "Point", "points": "Point", "through": "Point",
     "anchor": "Point", "at": "Point", "start": "Point", "end": "Point", "center": "Point", "beam": "Point",
     "beams": "Point", "outline": "Point", "slider": "Slider | Slot", "motor": "Motor", "cylinder": "Cylinder",
@@ -32,7 +32,7 @@ HEADER = "@dataclass(frozen=True, eq=False, repr=False)"
 
 @dataclass(frozen=True)
 class TableClass:
-    """A table as a class; `constants` are its class variables, `required` and `optional` the types of its fields."""
+    """A table as a class: `constants` are class variables, `required` and `optional` field types."""
 
     name: str
     base: str
@@ -42,7 +42,7 @@ class TableClass:
     optional: dict[str, str]
 
     def source(self) -> str:
-        """Source text of the class."""
+        """Return the source text of the class."""
         types = {"under": "str", "shape": "str", "spelled": "Mapping[str, str]"}
         lines = [f'"""{self.doc}"""']
         lines += [f"{key}: ClassVar[{types[key]}] = {value!r}" for key, value in self.constants.items()]
@@ -53,7 +53,7 @@ class TableClass:
 
 
 def table_classes() -> Iterator[TableClass]:
-    """Classes of all tables of a scene."""
+    """Yield the classes of all tables of a scene."""
     places: dict[type[Struct], tuple[str, str]] = {}
     for entry in fields(SceneTable):
         base = {dict: "Named", list: "Listed"}.get(_origin(entry.type), "Part")
@@ -69,7 +69,7 @@ def table_classes() -> Iterator[TableClass]:
 
 
 def _class_of(table: type[Struct], under: str, base: str) -> TableClass:
-    """The class of a table that stands under a key of the scene, or in other tables."""
+    """Return the class of a table under a key of the scene or inside another table."""
     tag, keys = table.__struct_config__.tag, fields(table)
     spelled = {each.name: each.encode_name for each in keys if each.name != each.encode_name}
     constants = {"shape": tag} if tag else {"under": under} if under else {}
@@ -92,7 +92,7 @@ def _class_name(table: type) -> str:
 
 
 def _plain(kind: Any) -> Any:
-    """A type without its bounds."""
+    """Return a type without its bounds."""
     return get_args(kind)[0] if get_origin(kind) is Annotated else kind
 
 
@@ -101,7 +101,7 @@ def _origin(kind: Any) -> Any:
 
 
 def _inside(kind: Any) -> list[type[Struct]]:
-    """Tables in the type of a key."""
+    """Return the tables in the type of a key."""
     kind = _plain(kind)
     if isinstance(kind, type) and issubclass(kind, StrictTable):
         return [kind]
@@ -109,7 +109,7 @@ def _inside(kind: Any) -> list[type[Struct]]:
 
 
 def _annotation(kind: Any, key: str) -> str:
-    """The type of a key in Python."""
+    """Return the Python type of a key."""
     kind = _plain(kind)
     if kind == Place:
         return "Place"
@@ -117,7 +117,7 @@ def _annotation(kind: Any, key: str) -> str:
         return f"Literal[{', '.join(map(repr, get_args(kind)))}]"
     if not get_args(kind):
         return _simple(kind, key)
-    key = "" if float in get_args(kind) else key  # an entry, even of `start`, names no part
+    key = "" if float in get_args(kind) else key  # a number or text, not the name of a part
     inner = [_annotation(part, key) for part in get_args(kind) if part is not NoneType]
     if get_origin(kind) is dict:
         return f"Mapping[Any, {inner[1]}]"
@@ -128,7 +128,7 @@ def _annotation(kind: Any, key: str) -> str:
 
 
 def _simple(kind: type, key: str) -> str:
-    """The type of a key that is no list, mapping or choice."""
+    """Return the Python type of a key that is not a list, mapping or choice."""
     if kind is str:
         return f"{NAMED[key]} | str" if key in NAMED else "str"
     return next((name for ours, name in QUANTITIES if issubclass(kind, ours)), _class_name(kind))

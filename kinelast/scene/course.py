@@ -1,4 +1,4 @@
-"""The course of a scene: its mechanism moved, by laws of its drives or integrated where a drive is an effort."""
+"""Motion of a scene: by the laws of its drives, or integrated if a drive is an effort."""
 
 from __future__ import annotations
 
@@ -24,33 +24,33 @@ if TYPE_CHECKING:
     from rigid.dynamics import ForwardError, IntegratedMotion
 
 OnStep = Callable[[float], None]
-CLOSER = 1440  # instants that are looked at, at least
-FINE, SHARES = 20001, 64  # instants at which accelerations of laws are looked for, and of each law's that are taken
-LOOKED_AT = 257  # instants of a run, to see whether it ends at rest
+CLOSER = 1440  # smallest number of instants at which rigid figures are searched
+FINE, SHARES = 20001, 64  # instants for the acceleration of a law, and extra instants where it is large
+LOOKED_AT = 257  # instants that show whether a run ends at rest
 
 
 @dataclass(frozen=True)
 class Run:
-    """Which instants of the motion are looked at.
+    """Instants of a run.
 
     Attributes
     ----------
     positions
-        How many, from the start on.
+        Number of positions from the start.
     duration
-        [s].
+        Duration [s].
     turn
-        The duration is one cycle of the mechanism, and its end, which is its start, is not repeated.
+        True if the duration is one cycle of the mechanism; its end equals its start and is not repeated.
     tolerance
-        Relative, of a step where a motion is integrated.
+        Relative tolerance of a step if the motion is integrated.
     steps
-        After so many an integration is given up.
+        Largest number of steps of an integration.
     cycle
-        After which the mechanism repeats its motion, however long the run [s]; nan where it never does.
+        Period of the motion [s], independent of the duration; nan if the motion never repeats.
     no_cycle
-        Why it never does; empty where it does, or where nobody would expect it to.
+        Reason why the motion never repeats; empty if it does or if nobody expects it.
     told
-        The scene tells the duration.
+        True if the scene gives the duration.
     """
 
     positions: int
@@ -65,18 +65,18 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class Course(ABC):
-    """A mechanism with all that tells its motion; the motion itself at any instants.
+    """A mechanism with the laws of its motion, which give the motion at any instants.
 
     Attributes
     ----------
     mechanism
         Geometry, mass, drives, loads and springs.
     laws
-        One per drive: time [s] to coordinate, rate and acceleration; or an effort, and the motion follows.
+        One per drive: a function from time [s] to coordinate, rate and acceleration, or an effort.
     run
-        Instants to look at.
+        Instants of the run.
     path
-        Of the scene's file, for messages.
+        Path of the scene file, for messages.
     """
 
     mechanism: Mechanism
@@ -85,9 +85,9 @@ class Course(ABC):
     path: str = ""
 
     def times(self, positions: int | None = None) -> Reals:
-        """Instants of the run [s], shape (positions,); `positions` overrides how many.
+        """Return the instants of the run [s], shape (positions,), or (designs, positions) if durations differ.
 
-        Of many designs whose runs last differently long, shape (designs, positions).
+        `positions` overrides the number of positions of the run.
         """
         count = self.run.positions if positions is None else positions
         if count < 1:
@@ -97,17 +97,17 @@ class Course(ABC):
 
     @cached_property
     def breaks(self) -> Breaks:
-        """Instants at which the laws of drives and loads break off; for one design."""
+        """Instants at which laws of drives and loads have jumps or kinks; for one design."""
         return breaks_of(self.laws, self.mechanism.loads, float(self.run.duration), self.run.turn, self.at)
 
     def with_breaks(self, times: Reals) -> Reals:
-        """Instants as given [s], and both sides of the breaks between the first and the last, shape (instants,)."""
+        """Return the given instants [s] and both sides of all breaks between them, shape (instants,)."""
         sides = self.breaks.sides
         last = times[0] + self.period if self.run.turn else times[-1]
         return np.unique(np.concatenate([times, sides[(sides >= times[0]) & (sides <= last)]]))
 
     def closer(self, times: Reals) -> Reals:
-        """Instants as given [s], those between them, and some where the laws accelerate most, shape (instants,)."""
+        """Return the given instants [s], instants between them and at large accelerations, shape (instants,)."""
         ends = np.append(times, times[0] + self.period) if self.run.turn else times
         parts = max(2, -(-CLOSER // len(times)))
         wide = np.diff(ends) > APART * self.breaks.aside
@@ -123,49 +123,49 @@ class Course(ABC):
 
     @property
     def period(self) -> float:
-        """After which the mechanism repeats its motion [s]: the run where it is that cycle; else nan."""
+        """Period of the motion [s] if the run is one cycle, otherwise nan."""
         return self.run.duration if self.run.turn else nan
 
     @property
     def span(self) -> tuple[float, float]:
-        """Times between which there is a motion [s]: laws tell it at any."""
+        """First and last time of the motion [s]; unlimited with laws."""
         return -inf, inf
 
     @property
     def stops(self) -> bool:
-        """Whether the drives move, and rest at the end of the run: nobody knows of a motion that is integrated."""
+        """True if the drives move and are at rest at the end of the run; unknown (False) if integrated."""
         return False
 
     @property
     def interrupted(self) -> float | None:
-        """Up to which time the motion was found when a user interrupted it [s]; None where none did."""
+        """Time at which a user interrupted the integration [s]; None if not interrupted."""
         return None
 
     def telling(self, on_step: OnStep) -> Course:
-        """The same course, which calls `on_step` with the time [s] that it has reached where it takes steps."""
+        """Return the same course, which calls `on_step` with the reached time [s] after each step."""
         return self
 
     @abstractmethod
     def at(self, times: Any) -> Motion:
-        """The motion at any instants [s], shape (positions,), as far as it reaches them.
+        """Return the motion at any instants [s], shape (positions,).
 
         Raises
         ------
         SceneError
-            The motion does not begin, or ends before; a table ends too soon.
+            The motion cannot start or ends earlier; a table does not cover the instants.
         """
 
     def near(self, times: Any, postures: Posture) -> Motion:
-        """The motion at instants apart from one another: on the branch of postures near by. Raises as `at`."""
+        """Return the motion at separate instants, on the branch of nearby postures. Errors as in `at`."""
         return self.at(times)
 
     @abstractmethod
     def chunks(self, times: Reals) -> Iterator[Motion]:
-        """The motion, so many instants at a time as stay in the cache. Raises as `at`."""
+        """Yield the motion in chunks that fit into the cache. Errors as in `at`."""
 
     @abstractmethod
     def reached(self, times: Reals) -> Reals:
-        """Those of some instants [s] that the mechanism reaches."""
+        """Return the instants [s] that the mechanism reaches."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,36 +176,36 @@ class CourseByLaws(Course):
 
     @cached_property
     def stops(self) -> bool:
-        """Whether the drives move, and rest at the end of the run."""
+        """True if the drives move and are at rest at the end of the run."""
         times = np.linspace(0.0, float(np.max(self.run.duration)), LOOKED_AT)
         rates = np.array([np.abs(law(times)[1]).reshape(-1, LOOKED_AT).max(axis=0) for law in self.laws])
         resting = rest_from(rates.reshape(len(self.laws), LOOKED_AT))
         return bool(resting[-2] and not resting[0])
 
     def at(self, times: Any) -> Motion:
-        """The motion at any instants."""
+        """Return the motion at any instants."""
         times = np.asarray(times, float)
         with of_scene(self.path, self.mechanism):
             return motion(self.mechanism, *by_laws(self.laws, times), times)
 
     def near(self, times: Any, postures: Posture) -> Motion:
-        """The motion at instants apart from one another."""
+        """Return the motion at separate instants."""
         with of_scene(self.path, self.mechanism):
             return motion(self.mechanism, *by_laws(self.laws, times), times, postures)
 
     def chunks(self, times: Reals) -> Iterator[Motion]:
-        """The motion, chunk by chunk."""
+        """Yield the motion in chunks."""
         with of_scene(self.path, self.mechanism):
             yield from motion_in_chunks(self.mechanism, *by_laws(self.laws, times), times)
 
     def reached(self, times: Reals) -> Reals:
-        """Instants at which all joints close."""
+        """Return the instants at which all joints close."""
         return np.asarray(times[np.concatenate([reachable(part) for part in self.chunks(times)])])
 
 
 @contextmanager
 def of_scene(path: str, mechanism: Mechanism) -> Iterator[None]:
-    """Turn the mechanism's errors into mistakes of its scene."""
+    """Turn errors of the mechanism into errors of the scene."""
     try:
         yield
     except MechanismError as error:
@@ -215,7 +215,7 @@ def of_scene(path: str, mechanism: Mechanism) -> Iterator[None]:
 
 
 def _advice(error: MechanismError) -> str:
-    """Advice on an integration that stops."""
+    """Return advice on an integration that stopped early."""
     if getattr(error, "course", None) is None:
         return ""
     more = "; steps under [run] allows more" if error.kind == "steps" else ""
@@ -223,7 +223,7 @@ def _advice(error: MechanismError) -> str:
 
 
 def table_of(mechanism: Mechanism, error: MechanismError) -> str:
-    """The table of a scene that an error of the mechanism is about."""
+    """Return the scene table that an error of the mechanism is about."""
     if error.kind in ("drawing", "drives"):
         return "points" if error.kind == "drawing" else "drives"
     if len(error.joints) == 1 and error.joints[0] in mechanism.slider_points:
@@ -235,28 +235,28 @@ def table_of(mechanism: Mechanism, error: MechanismError) -> str:
 
 @dataclass(frozen=True, eq=False)
 class IntegratedCourse(Course):
-    """A course with a drive that is an effort: its motion is integrated over the run, once, when it is asked for.
+    """A course with an effort as drive; the motion is integrated once, on first use.
 
     Attributes
     ----------
     on_step
-        Called with the time [s] that is reached after every step.
+        Called with the reached time [s] after each step.
     """
 
     on_step: OnStep | None = None
 
     def telling(self, on_step: OnStep) -> Course:
-        """The same course, not yet integrated."""
+        """Return the same course, not yet integrated."""
         return replace(self, on_step=on_step)
 
     @cached_property
     def integrated(self) -> tuple[IntegratedMotion, ForwardError | None]:
-        """The motion, and the error that stops it where it cannot go on to the end of the run.
+        """Motion, and the error that stopped it before the end of the run.
 
         Raises
         ------
         SceneError
-            It cannot begin.
+            The integration cannot start.
         """
         from rigid.dynamics import ForwardError, forward
 
@@ -275,19 +275,19 @@ class IntegratedCourse(Course):
 
     @property
     def span(self) -> tuple[float, float]:
-        """Times between which the motion is integrated [s]."""
+        """First and last time of the integrated motion [s]."""
         return 0.0, float(self.integrated[0].time[-1])
 
     @property
     def interrupted(self) -> float | None:
-        """Up to which time a user let the motion be integrated [s]."""
+        """Time at which a user interrupted the integration [s]."""
         from rigid.dynamics import INTERRUPTED
 
         stop = self.integrated[1]
         return float(stop.time) if stop is not None and stop.kind == INTERRUPTED else None
 
     def at(self, times: Any) -> Motion:
-        """The motion at any instants."""
+        """Return the motion at any instants."""
         from rigid.dynamics import motion_during
 
         times = np.asarray(times, float)
@@ -295,7 +295,7 @@ class IntegratedCourse(Course):
             return motion_during(self._until(times), times)
 
     def chunks(self, times: Reals) -> Iterator[Motion]:
-        """The motion, chunk by chunk."""
+        """Yield the motion in chunks."""
         from rigid.dynamics import motion_during
 
         with of_scene(self.path, self.mechanism):
@@ -303,11 +303,11 @@ class IntegratedCourse(Course):
             yield from (motion_during(whole, times[k : k + step]) for k in range(0, len(times), step))
 
     def reached(self, times: Reals) -> Reals:
-        """Instants that the integration reaches."""
+        """Return the instants that the integration reaches."""
         return np.asarray(times[times <= self.integrated[0].time[-1]])
 
     def _until(self, times: Reals) -> IntegratedMotion:
-        """The integrated motion; raises the error that stops it before the last of some instants."""
+        """Return the integrated motion; raise the error that stopped it if an instant lies beyond."""
         whole, stop = self.integrated
         if stop is not None and times.max(initial=0.0) > whole.time[-1]:
             raise stop

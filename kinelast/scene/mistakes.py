@@ -1,7 +1,6 @@
-"""All mistakes of a scene's text at once: each is told and mended in a copy as can be guessed, and the next looked for.
+"""All mistakes of a scene's text at once: each is reported, repaired in a copy by a guess, and the search goes on.
 
-A mistake that follows from another is left out: of what a part that could not be mended has left behind, of a key that
-was taken away, of a mechanism that is no longer the one that was meant.
+Mistakes that only follow from a repair are not reported.
 """
 
 from __future__ import annotations
@@ -16,11 +15,11 @@ from typing import Any
 from kinelast.scene.error import SceneError
 from kinelast.scene.parsing import parse_toml, read_toml
 
-MOST = 100  # that are told
-MOST_LETTERS = 2_000_000  # that are read for it, again and again
-Path = tuple[Any, ...]  # of names, and numbers from 0
+MOST = 100  # reported mistakes
+MOST_LETTERS = 2_000_000  # letters read in all repeated checks
+Path = tuple[Any, ...]  # names, and indices from 0
 ALONE = ("run", "limits", "fatigue", "sweep", "sensitivities", "optimize", "title", "source", "units", "structure_only")
-STANDING_IN = {  # for an entry that cannot be mended, so that others may name it
+STANDING_IN = {  # replacements of entries that cannot be repaired, so that others may refer to them
     "masses": 1.0,
     "materials": {"E": 2e11, "density": 8e3, "yield": 2e8, "ultimate": 4e8, "endurance": 1e8},
     "sections": {"shape": "rectangle", "depth": 0.01, "width": 0.01},
@@ -28,17 +27,19 @@ STANDING_IN = {  # for an entry that cannot be mended, so that others may name i
     "motors": {},
     "cylinders": {"bore": 0.05},
 }
-OF_ITSELF = re.compile(r'expected|there is no|the (point|link) "[^"]*" has no')  # whatever stands elsewhere
+OF_ITSELF = re.compile(
+    r'expected|there is no|the (point|link) "[^"]*" has no'
+)  # mistakes that do not depend on other entries
 TABLE = re.compile(r"\s*\[{1,2}\s*([\w.\s\"-]+?)\s*\]{1,2}\s*(#.*)?$")
 
 
 def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tuple[SceneError, ...]:
-    """The mistakes of a TOML text, without its file, in the order in which they are come upon.
+    """Return the mistakes of a TOML text, without the file name, in the order of the checks.
 
     Parameters
     ----------
     check
-        Raises SceneError on the first mistake of the tables of a file.
+        Function that raises SceneError for the first mistake in the tables.
     """
     told, kept, left_out = _unreadable(text)
     try:
@@ -50,9 +51,9 @@ def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tup
         try:
             check(copy.tables)
         except SceneError as error:
-            if not copy.mended(error) or error.key == "library":  # without it names are unknown that it has
+            if not copy.mended(error) or error.key == "library":  # its names are unknown without it
                 break
-        except Exception:  # of a copy that is not what was meant, whatever that leads to
+        except Exception:  # a repaired copy may cause any error
             break
         else:
             break
@@ -60,7 +61,7 @@ def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tup
 
 
 def _unreadable(text: str) -> tuple[tuple[SceneError, ...], str, set[Path]]:
-    """Mistakes of a text that is no TOML, the text without the lines that hold them, and the tables of these lines."""
+    """Return syntax errors of a text, the text without their lines, and the tables of these lines."""
     told: list[SceneError] = []
     lines, left_out = text.splitlines(), set()
     while len(told) < MOST:
@@ -76,13 +77,13 @@ def _unreadable(text: str) -> tuple[tuple[SceneError, ...], str, set[Path]]:
             left_out.add(() if header else _table_of_line(lines, at))
             lines[at] = ""
             while header and at + 1 < len(lines) and not lines[at + 1].lstrip().startswith("["):
-                at += 1  # the keys below it would be those of the table above
+                at += 1  # its keys would belong to the table above
                 lines[at] = ""
     return tuple(told), "\n".join(lines), left_out
 
 
 def _line_at_fault(lines: list[str], error: SceneError) -> int | None:
-    """The line told, or where that is well alone the nearest above that is not, as of a list that is not closed."""
+    """Return the reported line, or if that line is valid by itself the nearest invalid line above."""
     told = re.search(r"at line (\d+)", error.problem)
     last = min(int(told[1]), len(lines)) - 1 if told else len(lines) - 1
     return next((at for at in range(last, -1, -1) if not _reads(lines[at])), last if lines[last].strip() else None)
@@ -97,7 +98,7 @@ def _reads(line: str) -> bool:
 
 
 def _table_of_line(lines: list[str], at: int) -> Path:
-    """The entry that a line belongs to, as a path."""
+    """Return the path of the entry that a line belongs to."""
     above = [match for line in lines[: at + 1] if (match := TABLE.match(line))]
     if not above:
         return ()
@@ -110,21 +111,21 @@ def _table_of_line(lines: list[str], at: int) -> Path:
 
 @dataclass
 class _Copy:
-    """A copy of the tables of a file in which mistakes are mended one after the other.
+    """A copy of the tables of a file in which mistakes are repaired one by one.
 
     Attributes
     ----------
     told
         The mistakes so far.
     doubtful
-        Entries of which keys were taken away or guessed: of these, and of what names them, not all is told; () where
-        a line that cannot be read may be the head of any.
+        Entries with removed or guessed keys; mistakes that depend on them are not reported. () stands for any entry,
+        after an unreadable line.
     seen
         Paths of the mistakes so far.
     gone
-        Paths of entries that were taken away.
+        Paths of removed entries.
     numbers
-        Of every list of tables, the numbers in the file of those that are left.
+        For each list of tables, the numbers in the file of the remaining tables.
     """
 
     tables: dict[str, Any]
@@ -135,7 +136,7 @@ class _Copy:
     numbers: dict[str, list[int]] = field(default_factory=dict)
 
     def mended(self, error: SceneError) -> bool:
-        """Whether the copy could be mended of a mistake, which is told unless it follows from another."""
+        """Repair a mistake, report it unless it follows from another, and return True if repaired."""
         path = path_of(error.table, error.key)
         entry = self._entry(path)
         place = self._in_file(entry) + path[len(entry) :]
@@ -143,13 +144,13 @@ class _Copy:
             return self._key_taken(path, entry) or self._entry_taken(entry)
         self.seen.add(place)
         self.told.append(self._numbered(error, path))
-        if path == ("structure_only",):  # all else is asked otherwise then
+        if path == ("structure_only",):  # all other keys mean something else then
             return False
         ways = self._renamed, self._example_put, self._any_put
         return any(way(path, error.problem) for way in ways) or self._key_taken(path, entry) or self._entry_taken(entry)
 
     def _follows(self, problem: str, path: Path, entry: Path) -> bool:
-        """Whether a mistake may follow from how others were mended."""
+        """Return True if a mistake may follow from a repair."""
         if path[:1] in self.gone or self.gone & {*pairwise(path)} or self._names_what_is_gone(problem):
             return True
         if () in self.doubtful and problem.startswith("the table is missing"):
@@ -160,7 +161,7 @@ class _Copy:
         return bool(self.doubtful and depends) and (self._at(path) is None or not OF_ITSELF.match(problem))
 
     def _names_what_is_gone(self, problem: str) -> bool:
-        """Whether a message misses a name that was taken away, or that may stand in a line that cannot be read."""
+        """Return True if a message misses a removed name, or one that may be in an unreadable line."""
         unknown = re.search(r'(?:no|the) (\w+) "([^"]*)"', problem)
         if not unknown or not re.search(r"\bno\b", problem):
             return False
@@ -169,7 +170,7 @@ class _Copy:
         return bool(near & self.gone) or () in self.doubtful or any((table,) in self.doubtful for table in tables)
 
     def _renamed(self, path: Path, problem: str) -> bool:
-        """Put the name that the message proposes in the place of the wrong one: of a key, a value, or one of a list."""
+        """Replace a wrong key, value or list item by the name that the message suggests."""
         hint = re.search(r'; (?:did you mean|there is|is it) ("[^;]*")', problem)
         holder = self._at(path[:-1])
         if not hint or not path or path[-1] == "shape" or not isinstance(holder, dict | list):
@@ -193,8 +194,8 @@ class _Copy:
         self.doubtful.add(self._in_file(self._entry(path)))
 
     def _example_put(self, path: Path, problem: str) -> bool:
-        """Put the example of the message, or its first choice, in the place of a wrong value."""
-        if path[-1:] == ("shape",):  # on which the other keys depend
+        """Replace a wrong value by the example of the message or its first choice."""
+        if path[-1:] == ("shape",):  # the other keys depend on it
             return self._entry_taken(path[:2])
         example = re.search(r'^expected .*?as in "([^"]*)"', problem)
         choice = re.search(r"^expected one of ([^\s,]+)", problem)
@@ -207,7 +208,7 @@ class _Copy:
         return True
 
     def _any_put(self, path: Path, problem: str) -> bool:
-        """Put any section, material and so on that there is in the place of one that there is not."""
+        """Replace a missing section, material etc. by any existing one."""
         value, there = self._at(path), self.tables.get(f"{path[-1]}s") if path else None
         if not isinstance(value, str) or f'"{value}"' not in problem or not isinstance(there, dict) or value in there:
             return False
@@ -216,7 +217,7 @@ class _Copy:
         return bool(there)
 
     def _key_taken(self, path: Path, entry: Path) -> bool:
-        """Take a key out of its table; of an entry of a list in it, the whole list."""
+        """Remove a key from its table; for an item of a list the whole list."""
         while path and path != entry and not isinstance(path[-1], str):
             path = path[:-1]
         holder = self._at(path[:-1])
@@ -227,7 +228,7 @@ class _Copy:
         return True
 
     def _entry_taken(self, entry: Path) -> bool:
-        """Take an entry away with all that it holds."""
+        """Remove an entry with its contents."""
         holder = self._at(entry[:-1])
         if not entry or self._at(entry) is None:
             return False
@@ -249,9 +250,9 @@ class _Copy:
         return True
 
     def _stand_in(self, entry: Path) -> Any:
-        """A table in the place of an entry that others may name; None where nothing does."""
+        """Return a replacement for an entry that others may refer to; None if nothing does."""
         if len(entry) == 2 and entry[0] == "points":
-            return [0.0173 * len(self.told), 0.0291]  # each elsewhere
+            return [0.0173 * len(self.told), 0.0291]  # all at different places
         if entry[0] != "links" or len(entry) != 2:
             return deepcopy(STANDING_IN.get(entry[0])) if len(entry) == 2 else None
         points = self._at((*entry, "points")) or [*self.tables.get("points", ())][:1]
@@ -261,7 +262,7 @@ class _Copy:
         return {"points": points, "rigid": True, "mass": 1.0, "inertia": 1.0, "center": center}
 
     def _entry(self, path: Path) -> Path:
-        """The entry of a table or list of the top level that a path leads into; the table itself where it has none."""
+        """Return the path of the top-level entry, or of the top-level table, that a path leads into."""
         return path[:2] if path and path[0] not in ALONE else path[:1]
 
     def _at(self, path: Path) -> Any:
@@ -279,13 +280,13 @@ class _Copy:
         return self.numbers.setdefault(name, [*range(len(self.tables[name]))])
 
     def _in_file(self, entry: Path) -> Path:
-        """An entry as it is numbered in the file."""
+        """Return an entry with its number in the file."""
         if len(entry) == 2 and isinstance(entry[1], int) and isinstance(self.tables.get(str(entry[0])), list):
             return entry[0], self._numbers(str(entry[0]))[entry[1]]
         return entry
 
     def _numbered(self, error: SceneError, path: Path) -> SceneError:
-        """A mistake with the number of its entry in the file."""
+        """Return a mistake with the number of its entry in the file."""
         entry = self._entry(path)
         there = self._in_file(entry)
         if there == entry or not error.table.startswith(f"{entry[0]}["):
@@ -295,7 +296,7 @@ class _Copy:
 
 
 def _words(node: Any) -> Iterator[str]:
-    """All texts in tables."""
+    """Yield all texts in tables."""
     if isinstance(node, str):
         yield node
     elif isinstance(node, dict | list):
@@ -304,7 +305,7 @@ def _words(node: Any) -> Iterator[str]:
 
 
 def _joined(holder: dict[str, Any], key: str, new: str) -> bool:
-    """Whether the content of a key could be given to another key, which may hold tables itself."""
+    """Move the content of a key to another key, and return True if that was possible."""
     there, content = holder.get(new), holder[key]
     if there is None:
         holder[new] = content
@@ -319,7 +320,7 @@ def _joined(holder: dict[str, Any], key: str, new: str) -> bool:
 
 
 def path_of(table: str, key: str) -> Path:
-    """The path of a message's table and key, counting from 0.
+    """Return the path of the table and key of a message, with indices from 0.
 
     Examples
     --------

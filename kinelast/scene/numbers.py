@@ -1,7 +1,7 @@
-"""Numbers of a scene: for many designs at once, and as a reader wants them, with SI prefixes and few digits.
+"""Numbers of a scene: arrays for several designs, and text with SI prefixes and few digits.
 
-The builders of a scene do the same arithmetic on both. A condition on a number is put by `require`, which finds the
-designs at fault.
+The builders of a scene use the same arithmetic for one design and for several. `require` checks a condition and reports
+the designs that violate it.
 """
 
 from __future__ import annotations
@@ -19,35 +19,35 @@ from rigid.arrays import Complex, Real
 
 
 def real(quantity: Any) -> Any:
-    """A quantity as a number, or as an array where it differs by design; such an array stays.
+    """Return a quantity as a float, or as an array if it differs between designs.
 
-    Of no closer type: who takes it is written for one design, and so is typed.
+    The type is Any because callers are typed for one design.
     """
     each = quantity if isinstance(quantity, np.ndarray) else getattr(quantity, "each", None)
     return float(quantity) if each is None else each
 
 
 def vector(place: Iterable[Any]) -> Complex:
-    """Two components as a complex number, or as an array where one differs by design."""
+    """Return two components as a complex number, or as an array if they differ between designs."""
     x, y = (real(part) for part in place)
     together: Complex = x + 1j * y if isinstance(x, np.ndarray) or isinstance(y, np.ndarray) else complex(x, y)
     return together
 
 
 def direction_of(direction: Any) -> Complex:
-    """A direction as a complex number, or as an array where it differs by design."""
+    """Return a direction as a complex number, or as an array if it differs between designs."""
     each = getattr(direction, "each", None)
     seen: Complex = direction if each is None else each
     return seen
 
 
 def phase(way: Complex) -> Real:
-    """Angle of a complex number [rad]."""
+    """Return the angle of a complex number [rad]."""
     return np.angle(way) if isinstance(way, np.ndarray) else cmath.phase(way)
 
 
 def quotient(vector: Complex, size: Any) -> Complex:
-    """A vector over a number; 0 where both are, of designs."""
+    """Divide a vector by a number; 0 / 0 of a design gives 0."""
     if not isinstance(size, np.ndarray) and not isinstance(vector, np.ndarray):
         return complex(vector) / float(size)
     size = np.where(size == 0.0, 1.0, size)
@@ -55,24 +55,24 @@ def quotient(vector: Complex, size: Any) -> Complex:
 
 
 def any_nonzero(value: Real | Complex) -> bool:
-    """Whether a number is not zero, or that of any design."""
+    """Return True if a number is not zero for any design."""
     return bool(np.any(value)) if isinstance(value, np.ndarray) else bool(value)
 
 
 def require(holds: Any, table: str, key: str, problem: str | Callable[[Any], str]) -> None:
-    """Raise where a condition does not hold; of many designs, tell which are at fault.
+    """Raise if a condition does not hold; report the designs that violate it.
 
     Parameters
     ----------
     holds
-        Whether it does, or an array of that.
+        The condition, bool or array of bool.
     problem
-        What to say; or a function that says it, given what picks the number of a design at fault, see `pick`.
+        Message, or a function that returns it. The function gets a selector of the wrong design in an array.
 
     Raises
     ------
     SceneError
-        Its `designs` are the rows of those at fault, and what it says that of the first.
+        The message is about the first wrong design; `designs` has the rows of all.
     """
     if isinstance(holds, np.ndarray):
         wrong = np.flatnonzero(~holds)
@@ -89,27 +89,25 @@ def require(holds: Any, table: str, key: str, problem: str | Callable[[Any], str
 
 
 def _picked(value: Any, row: int | None) -> Any:
-    """A number, or that of one design."""
+    """Return a number, or the number of one design."""
     return value.ravel()[row if value.size > 1 else 0] if isinstance(value, np.ndarray) else value
 
 
-LEAST_TOLD = (
-    1e-4  # share: an error below it is behind the digits that are told, and behind all that is known of a machine
-)
+LEAST_TOLD = 1e-4  # smaller relative errors are below the printed digits
 UNRELIABLE = 0.25  # error relative to the figure, beyond which the figure is marked as unreliable
-HOUR = 3600.0  # [s], from which on a time is told in hours
-LEAST_STRESS = 1e-3  # in the unit that a scene is told in, below which a stress is told in that with a prefix
+HOUR = 3600.0  # [s]; longer times are printed in hours
+LEAST_STRESS = 1e-3  # in the stress unit of the report; smaller stresses are printed with a prefix
 ToldIn = Mapping[str, tuple[float, str]]
-"""By SI unit, the factor to the unit that quantities of it are told in, and its name."""
+"""Units of a report: by SI unit, the conversion factor and the name of the unit."""
 SI: ToldIn = {}
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 DASH, MINUS = "\u2013", "\u2212"
 RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 UNPREFIXED = ("", "deg", "kg", "kg/m", "kg/m^3", "kg m^2", "1")
-RAISED_LENGTH = re.compile(r"m\^(\d)")  # at the head of a unit: a prefix there is raised with it
+RAISED_LENGTH = re.compile(r"m\^(\d)")  # a prefix is raised to the same power
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6}
 
-REPORT_UNITS = {  # by SI unit: what it is multiplied by, and the unit that this gives
+REPORT_UNITS = {  # by SI unit: conversion factor and unit of the report
     "mm": {
         "m": (1e3, "mm"), "m^2": (1e6, "mm^2"), "m/s": (1e3, "mm/s"), "m/s^2": (1e3, "mm/s^2"), "Pa": (1e-6, "MPa"),
         "N": (1.0, "N"), "N/m": (1e-3, "N/mm"), "N m^2": (1e6, "N mm^2"), "W/m^2": (1e-6, "MPa m/s"),
@@ -124,7 +122,7 @@ REPORT_UNITS = {  # by SI unit: what it is multiplied by, and the unit that this
 
 
 def scale_of(largest: float, unit: str) -> tuple[float, str]:
-    """Factor and prefixed unit in which a quantity of this size reads best.
+    """Return the factor and the prefixed unit that suit a quantity of this size.
 
     >>> scale_of(0.00146, "m")
     (1000.0, 'mm')
@@ -142,7 +140,7 @@ def scale_of(largest: float, unit: str) -> tuple[float, str]:
 
 
 def _raised(size: float, unit: str, power: int) -> tuple[float, str]:
-    """Of an area, a volume or the like, as of `scale_of`: in the largest power of a length of which there is one."""
+    """Return factor and unit of an area, volume etc.: the largest length unit whose power fits."""
     if not 0.0 < size < math.inf:
         return 1.0, unit
     name = next((name for name, metres in METRES.items() if size >= metres**power * (1 - 1e-9)), "µm")
@@ -150,7 +148,7 @@ def _raised(size: float, unit: str, power: int) -> tuple[float, str]:
 
 
 def number(value: float, digits: int = 4) -> str:
-    """A number in few digits, with a real minus sign; a dash where there is none."""
+    """Format a number with few digits and a typographic minus sign; a dash for nan."""
     if not math.isfinite(value):
         return DASH if math.isnan(value) else "∞"
     text = f"{value + 0.0:.{digits}g}"  # adding zero turns -0 into 0
@@ -163,14 +161,14 @@ def number(value: float, digits: int = 4) -> str:
 
 
 def percent(share: float) -> str:
-    """A share in per cent, to two digits."""
+    """Format a share in per cent with two digits."""
     if math.isnan(share):
         return "unknown"
     return "beyond measure" if math.isinf(share) else f"{number(100 * share, 2)} %"
 
 
 def error_percent(share: float) -> str:
-    """An error as a share in per cent; one below `LEAST_TOLD` as less than that.
+    """Format a relative error in per cent; errors below `LEAST_TOLD` as "< 0.01 %".
 
     >>> error_percent(0.0123), error_percent(2e-7)
     ('1.2 %', '< 0.01 %')
@@ -179,7 +177,7 @@ def error_percent(share: float) -> str:
 
 
 def quantity(value: float, unit: str, digits: int = 4, told_in: ToldIn = SI) -> str:
-    """A number with its unit, prefixed, or in the unit that a scene tells such quantities in.
+    """Format a number with its unit: that of the report, or an SI unit with a prefix.
 
     >>> quantity(0.00146, "m")
     '1.46 mm'
@@ -196,7 +194,7 @@ def quantity(value: float, unit: str, digits: int = 4, told_in: ToldIn = SI) -> 
 
 
 def beside(value: float, limit: float, unit: str, told_in: ToldIn = SI) -> tuple[str, str]:
-    """A figure and its limit, both with their unit; a time in that of its limit.
+    """Format a figure and its limit; a time is in the unit of its limit.
 
     >>> beside(6294.0, 7.2e7, "s")
     ('1.748 h', '20000 h')
@@ -206,7 +204,7 @@ def beside(value: float, limit: float, unit: str, told_in: ToldIn = SI) -> tuple
 
 
 def coordinate(value: float, unit: str, told_in: ToldIn = SI) -> str:
-    """A drive's coordinate: an angle in degrees within a turn, a slide in its unit.
+    """Format the coordinate of a drive: an angle in degrees from 0 to 360, or a travel.
 
     >>> coordinate(-0.5 * math.pi, "rad")
     '270°'
@@ -215,13 +213,13 @@ def coordinate(value: float, unit: str, told_in: ToldIn = SI) -> str:
 
 
 def _within_turn(angle: float) -> float:
-    """An angle [deg] from 0 to below 360, round-off below a whole turn taken for none."""
+    """Reduce an angle [deg] to 0 <= angle < 360; round-off just below 360 gives 0."""
     within = angle % 360.0
     return 0.0 if within > 360.0 - 5e-7 else within
 
 
 def ticks(low: float, high: float, count: int = 5) -> list[float]:
-    """Round numbers that span an interval, about `count` of them.
+    """Return about `count` round numbers within an interval.
 
     >>> ticks(0.0, 360.0)
     [0.0, 100.0, 200.0, 300.0]
@@ -234,7 +232,7 @@ def ticks(low: float, high: float, count: int = 5) -> list[float]:
 
 
 def round_up(value: float) -> float:
-    """The next of 1, 2, 2.5, 5 times a power of ten.
+    """Round up to 1, 2, 2.5 or 5 times a power of ten.
 
     >>> round_up(3.1)
     5.0
@@ -244,7 +242,7 @@ def round_up(value: float) -> float:
 
 
 def round_down(value: float) -> float:
-    """The last of 1, 2, 5 times a power of ten.
+    """Round down to 1, 2 or 5 times a power of ten.
 
     >>> round_down(43.0)
     20.0

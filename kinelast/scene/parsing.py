@@ -1,4 +1,4 @@
-"""From the contents of a file to its tables, and from a validator's errors to messages for users."""
+"""Parsing and validation of scene files, with messages for users."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ NOT_MODELLED = {
     "impact": "impact is",
 }
 DID = "; did you mean "
-ELSEWHERE = {  # where keys belong that are looked for in other tables
+ELSEWHERE = {  # the right table of keys that users try in other tables
     "friction": "it belongs under [joints.NAME]",
     "viscosity": "it belongs under [joints.NAME]",
     "clearance": "it belongs under [bearings.NAME]",
@@ -45,7 +45,7 @@ ELSEWHERE = {  # where keys belong that are looked for in other tables
 }
 
 
-MAX_PARTS = 32  # of a dotted key: the time that tomllib takes for a key grows with the square of them
+MAX_PARTS = 32  # parts of a dotted key; the time of tomllib grows with their square
 PART = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
 TOO_DEEP = re.compile(rf"{PART}(?:[ \t]*\.[ \t]*{PART}){{{MAX_PARTS}}}")
 
@@ -60,42 +60,42 @@ def read_toml(text: str) -> dict[str, Any]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """The tables of a TOML text; SceneError with line and column where it is none, TypeError of another thing."""
+    """Return the tables of a TOML text; raise SceneError with line and column, or TypeError if it is not a text."""
     if not isinstance(text, str):
         raise TypeError(f"expected the text of a scene's file, got {shown(text)}")
     try:
         return read_toml(text)
     except tomllib.TOMLDecodeError as error:
-        told = re.sub(r"\('(.*?)',?\)", lambda names: f"[{names[1]}]".replace("', '", "."), str(error))
-        raise fault("", "", f"not readable as TOML: {told}{_toml_hint(text, str(error))}") from None
-    except ValueError:  # Python's bound on the digits of a whole number
+        problem = re.sub(r"\('(.*?)',?\)", lambda names: f"[{names[1]}]".replace("', '", "."), str(error))
+        raise fault("", "", f"not readable as TOML: {problem}{_toml_hint(text, str(error))}") from None
+    except ValueError:  # limit of Python on the digits of an integer
         raise fault("", "", "not readable as TOML: a whole number of thousands of digits") from None
 
 
 KEY = r"""\s*[\w."'-]+\s*=\s*"""
 HINTS: tuple[
     tuple[str, Callable[[re.Match[str]], str]], ...
-] = (  # what a line looks like that is no TOML, and its likely correction
+] = (  # patterns of invalid lines, and the likely correction
     (
         r"[^#]*?([\u201a-\u201f\u2018\u2019\u00ab\u00bb])",
-        lambda found: f'a text stands in straight quotes, ", not in {found[1]}',
+        lambda found: f'put a text in straight quotes, ", not in {found[1]}',
     ),
-    (KEY + r"([-+]?\d+),(\d+)\s*(?:#|$)", lambda found: f"a decimal point is a point: write {found[1]}.{found[2]}"),
+    (KEY + r"([-+]?\d+),(\d+)\s*(?:#|$)", lambda found: f"use a decimal point: write {found[1]}.{found[2]}"),
     (
         KEY + r"([-+]?[\d.][\d.eE+-]*\s*[A-Za-zµμ°][^\s#]*)",
-        lambda found: f'a number with a unit stands in quotes, as in "{found[1]}"',
+        lambda found: f'put a number with a unit in quotes, as in "{found[1]}"',
     ),
     (
         r"\s*\[+\s*(?:[\w-]+\.)*([\w-]+(?:\s+[\w-]+)+)|\s*([\w-]+(?:\s+[\w-]+)+)\s*=",
-        lambda found: f"a name holds no spaces: write {'_'.join((found[1] or found[2]).split())}",
+        lambda found: f"a name has no spaces: write {'_'.join((found[1] or found[2]).split())}",
     ),
     (r'[^"]*"[^"]*(?:"[^"]*"[^"]*)*$', lambda _: "is a closing quote missing?"),
-    (KEY + r"""([^\W\d][^"'\[{#]*)""", lambda found: f'a text stands in quotes, as in "{found[1].strip()}"'),
+    (KEY + r"""([^\W\d][^"'\[{#]*)""", lambda found: f'put a text in quotes, as in "{found[1].strip()}"'),
 )
 
 
 def _toml_hint(text: str, message: str) -> str:
-    """The likely correction of a line that is no TOML."""
+    """Return the likely correction of an invalid line."""
     at = re.search(r"at line (\d+)", message)
     lines = text.splitlines()
     line = lines[int(at[1]) - 1][:200] if at and int(at[1]) <= len(lines) else ""
@@ -104,7 +104,7 @@ def _toml_hint(text: str, message: str) -> str:
 
 
 def is_chain(raw: Mapping[str, Any]) -> bool:
-    """Whether the tables describe joints in space, and so structure alone; TypeError of another thing."""
+    """Return True if the tables describe joints in space (structure only); raise TypeError if they are not a dict."""
     if not isinstance(raw, Mapping):
         raise TypeError(f"expected the tables of a scene's file as a dictionary, got {shown(raw)}")
     joints = raw.get("joints")
@@ -112,12 +112,12 @@ def is_chain(raw: Mapping[str, Any]) -> bool:
 
 
 def parse_scene(raw: Mapping[str, Any]) -> SceneTable:
-    """Validated tables of a scene.
+    """Return the validated tables of a scene.
 
     Raises
     ------
     SceneError
-        Names the table and the key that are wrong.
+        A table or key is wrong; the message names it.
     """
     if is_chain(raw):
         raise fault("joints", "", "joints in space are for their structure alone: ask for it with --structure")
@@ -126,13 +126,13 @@ def parse_scene(raw: Mapping[str, Any]) -> SceneTable:
 
 
 def parse_parts(table: SceneTable, raw: Mapping[str, Any], names: Iterable[str]) -> SceneTable:
-    """Parsed tables of a scene with some entries of the top level parsed anew; raises as `parse_scene`."""
+    """Return tables with some top-level entries parsed again; errors as in `parse_scene`."""
     fields, hook = _fields(SceneTable), partial(read_quantity, per_length=PER_LENGTH[table.units])
     return msgspec.structs.replace(table, **{name: _part(name, fields[name].type, raw[name], hook) for name in names})
 
 
 def parse_chain(raw: Mapping[str, Any]) -> ChainTable:
-    """Validated tables of a chain of joints in space; raises as `parse_scene`."""
+    """Return the validated tables of a chain of joints in space; errors as in `parse_scene`."""
     table: ChainTable = _parsed(raw, ChainTable)
     return table
 
@@ -155,27 +155,27 @@ def _parsed(raw: Mapping[str, Any], whole: Any) -> Any:
 
 @cache
 def _fields(whole: Any) -> dict[str, msgspec.structs.FieldInfo]:
-    """The fields of a table by name: found once, by evaluating their annotations."""
+    """Return the fields of a table by name."""
     return {field.name: field for field in msgspec.structs.fields(whole)}
 
 
 def _part(name: str, kind: Any, value: Any, hook: Hook) -> Any:
-    """One entry of the top level, a table at a time, so that messages can name it."""
+    """Convert one top-level entry table by table, so that messages can name the table."""
     kind = get_args(kind)[0] if get_origin(kind) is Annotated else kind
     if get_origin(kind) is dict:
         entry = get_args(kind)[1]
         leaf = name in ("points", "masses", "tolerances")
         if not isinstance(value, dict) or not (leaf or all(isinstance(item, dict) for item in value.values())):
             example = f"[{name}] with NAME = ..." if leaf else f"[{name}.NAME]"
-            raise fault(name, "", f"expected tables of their own, written {example}")
-        for key in value if name != "tolerances" else ():  # whose keys are paths
+            raise fault(name, "", f"expected separate tables, written {example}")
+        for key in value if name != "tolerances" else ():  # keys of tolerances are paths
             check_name(name, key)
         if leaf:
             return {key: _converted(item, entry, name, key, hook) for key, item in value.items()}
         return {key: _converted(item, entry, f"{name}.{key}", hook=hook) for key, item in value.items()}
     if get_origin(kind) is list:
         if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
-            raise fault(name, "", f"expected tables of a list, written [[{name}]] with two brackets")
+            raise fault(name, "", f"expected a list of tables, written [[{name}]] with two brackets")
         entry = get_args(kind)[0]
         return [_converted(item, entry, f"{name}[{number}]", hook=hook) for number, item in enumerate(value, 1)]
     place = (name, "") if _tables(kind) else ("", name)
@@ -183,9 +183,9 @@ def _part(name: str, kind: Any, value: Any, hook: Hook) -> Any:
 
 
 def check_name(table: str, name: str) -> None:
-    """Raise where a name holds more than letters, digits, - and _."""
+    """Raise if a name has other characters than letters, digits, - and _."""
     if not NAME.fullmatch(name):
-        raise fault(table, f'"{name}"', "names are made of the letters A-Z, a-z, digits, - and _")
+        raise fault(table, f'"{name}"', "a name may have the letters A-Z and a-z, digits, - and _")
 
 
 def _converted(value: Any, kind: Any, table: str, prefix: str = "", hook: Hook = read_quantity) -> Any:
@@ -195,7 +195,7 @@ def _converted(value: Any, kind: Any, table: str, prefix: str = "", hook: Hook =
         report = REPORT.fullmatch(str(error))
         assert report is not None
         path = _path(report["path"] or "")
-        key, problem = _told(report["what"], path, value, kind)
+        key, problem = _message(report["what"], path, value, kind)
         topic = "points" if table == "points" else key
         if topic in EXAMPLES and problem.startswith(("expected a list", "the key is missing")):
             problem += f"; as in {EXAMPLES[topic]}"
@@ -206,7 +206,7 @@ def _converted(value: Any, kind: Any, table: str, prefix: str = "", hook: Hook =
 
 
 def _found(value: Any, path: str) -> Any:
-    """The value in a file at a path that counts from 1; a table where that cannot be told."""
+    """Return the value at a path whose indices count from 1; an empty table if there is none."""
     for part in re.findall(r"[^.\[\]]+", path):
         try:
             value = value[int(part) - 1] if isinstance(value, list) else value[part]
@@ -216,13 +216,13 @@ def _found(value: Any, path: str) -> Any:
 
 
 def _path(path: str) -> str:
-    """A validator's path as one would say it: numbers from 1."""
+    """Return the path of a validator with indices from 1."""
     path = re.sub(r"\[(\d+)\]", lambda found: f"[{int(found[1]) + 1}]", path)
     return path.replace("[...]", "").lstrip(".")
 
 
-def _told(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
-    """The key at fault and the message on it."""
+def _message(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
+    """Return the wrong key and the message."""
     inner = f"{path}." if path else ""
     if match := re.fullmatch(r"Object contains unknown field `(.*)`", what):
         if match[1] in NOT_MODELLED:
@@ -231,9 +231,9 @@ def _told(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
         hint = f"; {ELSEWHERE[match[1]]}" if match[1] in ELSEWHERE else likely(match[1], known)
         return inner + match[1], f"there is no such key{hint}"
     if match := re.fullmatch(r"Object missing required field `(.*)`", what):
-        told = "the key is missing" + (_choices(kind) if match[1] == "shape" else "")
+        missing = "the key is missing" + (_choices(kind) if match[1] == "shape" else "")
         near = likely(match[1], [key for key in _found(value, path) if key not in _keys(kind, path, value)])
-        return inner + match[1], told + (f"; is it {near[len(DID) : -1]}?" if near.startswith(DID) else "")
+        return inner + match[1], missing + (f"; is it {near[len(DID) : -1]}?" if near.startswith(DID) else "")
     if match := re.fullmatch(r"Invalid (?:enum )?value (.*)", what):
         word = match[1].strip("'\"")
         choices = _tags(kind) if path == "shape" else _literals(kind, path, value) if path else _words(kind)
@@ -263,18 +263,18 @@ def _choices(kind: Any) -> str:
 
 
 def _keys(kind: Any, path: str, value: Any) -> list[str]:
-    """Keys that a table may have."""
+    """Return the keys of a table."""
     return [field.encode_name for field in _entries(kind, path, value)]
 
 
 def _literals(kind: Any, path: str, value: Any) -> list[str]:
-    """Words that a key may hold."""
+    """Return the allowed words of a key."""
     inside, _, key = path.rpartition(".")
     return next(_words(field.type) for field in _entries(kind, inside, value) if field.encode_name == key)
 
 
 def _entries(kind: Any, path: str, value: Any) -> list[msgspec.structs.FieldInfo]:
-    """The fields of the table that stands at a path; of several that may stand there, the one of its shape."""
+    """Return the fields of the table at a path; of several possible tables, that of the given shape."""
     tables = _tables(kind)
     for name in re.findall(r"[^.\[\]]+", re.sub(r"\[\d+\]", "", path)):
         fields = [field for table in tables for field in msgspec.structs.fields(table) if field.encode_name == name]
@@ -284,12 +284,12 @@ def _entries(kind: Any, path: str, value: Any) -> list[msgspec.structs.FieldInfo
 
 
 def _tables(kind: Any) -> list[Any]:
-    """The tables that a kind of entry is, may be, or is a list of."""
+    """Return all tables in the type of an entry."""
     if hasattr(kind, "__struct_config__"):
         return [kind]
     return [table for part in get_args(kind) for table in _tables(part)]
 
 
 def _words(kind: Any) -> list[str]:
-    """Words of a choice, also where a key that may be left out is a choice of nothing too."""
+    """Return the words of a choice, optional or not."""
     return [word for each in (kind, *get_args(kind)) for word in get_args(each) if isinstance(word, str)]
