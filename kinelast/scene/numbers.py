@@ -140,7 +140,7 @@ def scale_of(largest: float, unit: str) -> tuple[float, str]:
 
 
 def _raised(size: float, unit: str, power: int) -> tuple[float, str]:
-    """Return factor and unit of an area, volume etc.: the largest length unit whose power fits."""
+    """Return factor and unit of an area, volume etc., in the largest length unit that suits."""
     if not 0.0 < size < math.inf:
         return 1.0, unit
     name = next((name for name, metres in METRES.items() if size >= metres**power * (1 - 1e-9)), "µm")

@@ -206,7 +206,7 @@ def _converted(value: Any, kind: Any, table: str, prefix: str = "", hook: Hook =
 
 
 def _found(value: Any, path: str) -> Any:
-    """Return the value at a path whose indices count from 1; an empty table if there is none."""
+    """Return the value at a path with indices from 1; an empty table if there is none."""
     for part in re.findall(r"[^.\[\]]+", path):
         try:
             value = value[int(part) - 1] if isinstance(value, list) else value[part]

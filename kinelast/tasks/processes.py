@@ -22,7 +22,7 @@ A = TypeVar("A")
 
 @dataclass(frozen=True)
 class Lost:
-    """Result of a task whose process died; `how` describes its end."""
+    """Result of a task after the death of its process; `how` describes the end."""
 
     how: str
 
