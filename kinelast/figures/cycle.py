@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Protocol, TypeVar
@@ -27,14 +27,15 @@ from elastic import (
 from elastic.assessment import PathDeviation, buckling_bound, buckling_ratio, euler_ratio, path_deviation
 from elastic.beams import designs_of
 from kinelast.scene.data import Scene, scene_deflection
-from kinelast.scene.drives import drive_names
+from kinelast.scene.names import drive_words, joint_words, points_of
 from kinelast.tasks.progress import one_thread
 from machine.drives import time_weights
 from machine.joints import JointCourse, joint_course
 from machine.life import Fatigue, fatigue
-from rigid import Mechanism, Motion, Reals, drive_efforts, reachable, structure
+from rigid import Mechanism, Motion, Reals, drive_efforts, reachable
 from rigid.arrays import Flags, Numbers
 
+__all__ = ["drive_words", "joint_words", "points_of"]
 Result = TypeVar("Result")
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not Kind.LOAD)
 WELL = 1e6  # condition up to which a position counts in the largest values: beyond, round-off grows into them
@@ -310,27 +311,6 @@ def greatest_along(values: Any) -> Reals:
     at = np.abs(values).argmax(axis=-1)
     greatest: Reals = np.take_along_axis(values, at[..., None], -1)[..., 0]
     return greatest
-
-
-def points_of(mechanism: Mechanism) -> Iterator[tuple[str, int]]:
-    """Every named point that moves, once, with the number of a link it belongs to."""
-    seen = set(mechanism.links[0].points)
-    for number, link in enumerate(mechanism.links[1:], 1):
-        for point in link.points:
-            if point not in seen:
-                seen.add(point)
-                yield point, number
-
-
-def drive_words(mechanism: Mechanism) -> list[tuple[str, str, str, str]]:
-    """Per drive: its name, the word for its coordinate, and the units of coordinate and effort."""
-    kinds = {True: ("angle", "rad", "N m"), False: ("slide", "m", "N")}
-    return [(name, *kinds[drive.turns]) for name, drive in zip(drive_names(mechanism), mechanism.drives, strict=True)]
-
-
-def joint_words(mechanism: Mechanism) -> list[tuple[str, str]]:
-    """Per joint: its name and that of the link that bears the load given; the parent bears the opposite."""
-    return [(joint.name, mechanism.links[joint.child].name) for joint in structure(mechanism).joints]
 
 
 FEW = 64  # beams, whose matrices take 1.5 GB at most, and a quarter of a minute

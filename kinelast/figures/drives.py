@@ -23,9 +23,11 @@ from kinelast.figures.entry import (
     ROLLED,
     UNEVEN,
     Figure,
+    Kind,
     averaged,
-    cams_with,
     each,
+    items_of,
+    least,
 )
 from kinelast.scene.data import Scene
 from machine.cams import CamCourse, CamPush, cam_course, line_pressure
@@ -55,12 +57,12 @@ from rigid.plane import dot
 PerDrive = Callable[[Cycle, int], Reals]
 
 
-def of_drive(values: PerDrive, of: str = DRIVE) -> Callable[[Cycle], list[Reals]]:
+def of_drive(values: PerDrive, of: Kind = DRIVE) -> Callable[[Cycle], list[Reals]]:
     """Values of the drives that are items of a kind, from those of a drive by its number."""
     return lambda cycle: [values(cycle, number) for number in drives_of(cycle.scene, of)]
 
 
-def drives_of(scene: Scene, of: str) -> list[int]:
+def drives_of(scene: Scene, of: Kind) -> list[int]:
     """Numbers of the drives that are items of a kind."""
     with_one = {MOTOR: scene.motors, CYLINDER: scene.cylinders, UNEVEN: scene.unevenness}
     return sorted(with_one[of]) if of in with_one else list(range(len(scene.mechanism.drives)))
@@ -93,7 +95,7 @@ def load_inertia(cycle: Cycle, number: int) -> Reals:
     return np.broadcast_to(whole, cycle.columns)
 
 
-def _over_time(measure: Callable[..., Reals], values: PerDrive, of: str = DRIVE) -> Callable[[Cycle], Any]:
+def _over_time(measure: Callable[..., Reals], values: PerDrive, of: Kind = DRIVE) -> Callable[[Cycle], Any]:
     """Figures that average values of the drives over the positions that count."""
 
     def over_time(cycle: Cycle, number: int) -> Reals:
@@ -192,15 +194,11 @@ def _flow(cycle: Cycle, number: int) -> Reals:
     return flow_rate(cycle.scene.cylinders[number], rate(cycle, number))
 
 
-def _rod_buckling(cycle: Cycle) -> Largest:
-    rows = [
-        np.where(cycle.counted, buckling_safety(cycle.scene.cylinders[number], effort(cycle, number)), np.inf)
-        for number in drives_of(cycle.scene, CYLINDER)
-    ]
-    return cycle.least(np.array(rows).reshape(-1, *cycle.columns))
+def _rod_buckling(cycle: Cycle, number: int) -> Reals:
+    return buckling_safety(cycle.scene.cylinders[number], effort(cycle, number))
 
 
-def _units(turns: str, slides: str, of: str = DRIVE) -> Callable[[Scene], list[str]]:
+def _units(turns: str, slides: str, of: Kind = DRIVE) -> Callable[[Scene], list[str]]:
     return lambda scene: [turns if scene.mechanism.drives[n].turns else slides for n in drives_of(scene, of)]
 
 
@@ -244,7 +242,8 @@ DRIVE_FIGURES: tuple[Figure, ...] = (
     Figure("rod_slenderness", "slenderness of a cylinder's rod", "1", CYLINDER,
            averaged(of_drive(lambda cycle, number: cycle.scene.cylinders[number].slenderness, CYLINDER)), AVERAGE,
            rigid=True),
-    Figure("rod_buckling", "buckling safety of a cylinder's rod", "1", CYLINDER, _rod_buckling, LEAST),
+    Figure("rod_buckling", "buckling safety of a cylinder's rod", "1", CYLINDER,
+           least(of_drive(_rod_buckling, CYLINDER)), LEAST),
 )  # fmt: skip
 
 
@@ -349,7 +348,7 @@ def cam_faults(scene: Scene, figures: Mapping[str, Any]) -> Iterator[tuple[str, 
         By key, values of every item; those of `CAM_NEEDS` are looked at, where they are.
     """
     known = {
-        key: dict(zip(cams_with(scene, kind), figures[key], strict=True))
+        key: dict(zip(items_of(scene, kind), figures[key], strict=True))
         for key, kind in CAM_NEEDS.items()
         if key in figures
     }
@@ -362,12 +361,12 @@ def cam_faults(scene: Scene, figures: Mapping[str, Any]) -> Iterator[tuple[str, 
         yield f"the follower leaves the cam {name}", least_force < -NOISE * np.abs(force)
 
 
-def _of_cams(values: OfCam, of: str = CAM) -> Callable[[Cycle], Largest]:
+def _of_cams(values: OfCam, of: Kind = CAM) -> Callable[[Cycle], Largest]:
     """Largest magnitudes of values of the cams of a kind."""
-    return each(lambda cycle: [values(cycle, name) for name in cams_with(cycle.scene, of)])
+    return each(lambda cycle: [values(cycle, name) for name in items_of(cycle.scene, of)])
 
 
-def _least_of_cams(values: Callable[[CamCourse], Any], of: str = CAM) -> Callable[[Cycle], Largest]:
+def _least_of_cams(values: Callable[[CamCourse], Any], of: Kind = CAM) -> Callable[[Cycle], Largest]:
     """The least of values of the flanks of the cams of a kind."""
 
     def of_cam(cycle: Cycle, name: str) -> Any:
@@ -376,21 +375,15 @@ def _least_of_cams(values: Callable[[CamCourse], Any], of: str = CAM) -> Callabl
     return _least_values(of_cam, of)
 
 
-def _least_values(values: OfCam, of: str) -> Callable[[Cycle], Largest]:
+def _least_values(values: OfCam, of: Kind) -> Callable[[Cycle], Largest]:
     """The least of values of the cams of a kind, over the positions that count."""
-
-    def find(cycle: Cycle) -> Largest:
-        known = (np.broadcast_to(values(cycle, name), cycle.columns) for name in cams_with(cycle.scene, of))
-        rows = [np.where(cycle.counted, row, np.inf) for row in known]
-        return cycle.least(np.array(rows).reshape(-1, *cycle.columns))
-
-    return find
+    return least(lambda cycle: [values(cycle, name) for name in items_of(cycle.scene, of)])
 
 
-def _cam_units(turns: str, slides: str, of: str) -> Callable[[Scene], list[str]]:
+def _cam_units(turns: str, slides: str, of: Kind) -> Callable[[Scene], list[str]]:
     """Units of figures of cams by the drives that they move."""
     return lambda scene: [
-        turns if scene.mechanism.drives[scene.cams[name].drive].turns else slides for name in cams_with(scene, of)
+        turns if scene.mechanism.drives[scene.cams[name].drive].turns else slides for name in items_of(scene, of)
     ]
 
 

@@ -22,9 +22,11 @@ from kinelast.figures.entry import (
     PLAIN,
     ROLLING,
     Figure,
+    Kind,
     averaged,
     each,
     has_part,
+    least,
 )
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import Output
@@ -37,42 +39,36 @@ OfJoint = Callable[[Any, JointCourse], Any]
 """From the part of a joint, and its force and motion, to values of every position, or of the whole run."""
 
 
-def numbers_with(scene: Scene, part: str) -> list[int]:
+def numbers_with(scene: Scene, part: Kind) -> list[int]:
     """Numbers of the joints that have a part, or are under [bearings] at all."""
     words = enumerate(joint_words(scene.mechanism))
-    return [number for number, (name, _) in words if has_part(scene, name, part)]
+    return [number for number, (name, _) in words if has_part(scene, name, part.name)]
 
 
-def of_joints(values: OfJoint, part: str) -> Callable[[Cycle], list[Any]]:
+def of_joints(values: OfJoint, part: Kind) -> Callable[[Cycle], list[Any]]:
     """Values of the joints that have a part."""
 
     def found(cycle: Cycle) -> list[Any]:
         names = [name for name, _ in joint_words(cycle.scene.mechanism)]
         numbers = numbers_with(cycle.scene, part)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return [values(getattr(cycle.scene.bearings[names[number]], part, None), cycle.joint(number))
+            return [values(getattr(cycle.scene.bearings[names[number]], part.name, None), cycle.joint(number))
                     for number in numbers]  # fmt: skip
 
     return found
 
 
-def _least(values: OfJoint, part: str) -> Callable[[Cycle], Largest]:
+def _least(values: OfJoint, part: Kind) -> Callable[[Cycle], Largest]:
     """The least over the positions that count."""
-    found = of_joints(values, part)
-
-    def find(cycle: Cycle) -> Largest:
-        rows = [np.where(cycle.counted, row, np.inf) for row in found(cycle)]
-        return cycle.least(np.array(rows).reshape(-1, *cycle.columns))
-
-    return find
+    return least(of_joints(values, part))
 
 
-def _one(values: OfJoint, part: str) -> Callable[[Cycle], Largest]:
+def _one(values: OfJoint, part: Kind) -> Callable[[Cycle], Largest]:
     """Figures that are of the whole run."""
     return averaged(of_joints(values, part))
 
 
-def _every(values: OfJoint, part: str) -> Callable[[Cycle], Largest]:
+def _every(values: OfJoint, part: Kind) -> Callable[[Cycle], Largest]:
     """Largest magnitudes of values at every position."""
     return each(of_joints(values, part))
 

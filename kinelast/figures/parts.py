@@ -12,7 +12,7 @@ import numpy as np
 from elastic.assessment import harmonics
 from kinelast.figures.cycle import NOISE
 from kinelast.figures.drives import CAM_FIGURES, cam_flanks, cam_force
-from kinelast.figures.entry import CYLINDER, DRIVE, HELD, MOTOR, cams_with, items_of
+from kinelast.figures.entry import CYLINDER, DRIVE, HELD, MOTOR, items_of
 from kinelast.figures.joints import JOINT_FIGURES, lost_contact, numbers_with
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, figure, largest
@@ -236,7 +236,7 @@ def drive_figures(results: Results) -> list[dict[str, Any]]:
                 keys = [each.key for each in results.figures.figures if each.of == of]
                 data = {key: float(np.ravel(value)[0]) for key, value in vars(part).items()}
                 given = {key: value if math.isfinite(value) else None for key, value in data.items()}
-                row[of] = {"given": given, **{key: _figure_of(results, key, name) for key in keys}}
+                row[of.name] = {"given": given, **{key: _figure_of(results, key, name) for key in keys}}
         rows.append(row)
     return rows
 
@@ -262,7 +262,7 @@ def cam_rows(results: Results) -> dict[str, dict[str, Any]]:
         flanks = cam_flanks(cycle, name)
         figures = {each.key: _figure_of(results, each.key, name) for each in CAM_FIGURES}
         undercut = np.any([flank.undercut for flank in flanks], axis=0)
-        force = cam_force(cycle, name) if name in cams_with(scene, HELD) else np.ones(1)
+        force = cam_force(cycle, name) if name in items_of(scene, HELD) else np.ones(1)
         noise = NOISE * float(np.nanmax(np.abs(force), initial=0.0))
         lost = np.broadcast_to(force < -noise, results.motion.columns)
         rows[name] = {

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from kinelast.figures.drives import CAM_NEEDS, cam_faults
-from kinelast.figures.entry import CYLINDER, EYE, FATIGUED, PIN, PRESSED, ROLLING, UNEVEN, cams_with, items_of
+from kinelast.figures.entry import CYLINDER, EYE, FATIGUED, PIN, PRESSED, ROLLING, UNEVEN, Kind, items_of
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
 from machine import Range
@@ -39,7 +39,7 @@ class RangeCheck:
     """
 
     range: Range
-    of: str
+    of: Kind
     by: str
     refuses: tuple[str, ...] = ()
     quantity: Callable[[Scene, Any], Any] = lambda _, values: values
@@ -50,7 +50,7 @@ def _unevenness(scene: Scene, _: Any) -> Any:
 
 
 def _over_yield(scene: Scene, pressures: Any) -> Any:
-    yields = [np.ravel(scene.cams[name].yield_stress)[0] for name in cams_with(scene, PRESSED)]
+    yields = [np.ravel(scene.cams[name].yield_stress)[0] for name in items_of(scene, PRESSED)]
     return pressures / np.array(yields)
 
 

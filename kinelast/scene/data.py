@@ -14,9 +14,10 @@ import numpy as np
 from elastic import Deflection, JointCompliance, Section, deflection
 from elastic.links import members_of
 from kinelast.scene.course import Course, CourseByLaws, Run, table_of
-from kinelast.scene.drives import DriveEffort, DriveLaw, drive_names
+from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import FigureBound, Limit, Output
+from kinelast.scene.names import drive_names
 from kinelast.scene.numbers import REPORT_UNITS, ToldIn
 from kinelast.scene.sections import Material, SectionSource
 from kinelast.scene.units import shown

@@ -16,6 +16,7 @@ from kinelast.scene.error import fault, known_name, likely, require_absent
 from kinelast.scene.format import SceneTable
 from kinelast.scene.links import Points, drawn_direction, known_point
 from kinelast.scene.loads import APART, factor_law
+from kinelast.scene.names import drive_names
 from kinelast.scene.numbers import phase, quantity, real, require, vector
 from kinelast.scene.quantities import Abscissa, Angle, Coordinate, Length, Time
 from kinelast.scene.sections import materials_of, poisson_of
@@ -98,14 +99,6 @@ def build_drives(
             raise fault("run", "duration", 'the key is missing: with an effort, say how long to run, as in "50 ms"')
         built.append((drive, _effort(where, table, unit, start, duration, links, sliders)))
     return tuple(drive for drive, _ in built), tuple(law for _, law in built)
-
-
-def drive_names(mechanism: Mechanism) -> list[str]:
-    """Names of the drives, numbered where several have the same."""
-    names = [drive.name for drive in mechanism.drives]
-    if len(set(names)) < len(names):
-        return [f"{name}.{number}" for number, name in enumerate(names, 1)]
-    return names
 
 
 def motor_of(scene: SceneTable, number: int) -> Motor | None:

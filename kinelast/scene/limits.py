@@ -8,9 +8,24 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.scene.drives import drive_names
 from kinelast.scene.error import SceneError, fault, known_name, likely
+from kinelast.scene.figure import (
+    BEAM,
+    CAM,
+    CYLINDER,
+    EYE,
+    FATIGUED,
+    MOTOR,
+    PIN,
+    PLAIN,
+    PRESSED,
+    ROLLING,
+    SCENE,
+    STOPPING,
+    Kind,
+)
 from kinelast.scene.format import SceneTable
+from kinelast.scene.names import drive_names
 from kinelast.scene.numbers import real
 from kinelast.scene.tables import (
     LEAST_ALLOWED,
@@ -65,7 +80,7 @@ class Limit:
     unit
         Of the bound; empty where it is that of an output whose kind the scene leaves open.
     of
-        Items of the figure, as of `kinelast.figures.entry.Figure`.
+        Kind of the items of the figure.
     named
         Whether it is by the name of the figure, instead of a key of its own under `[limits]`.
     """
@@ -75,7 +90,7 @@ class Limit:
     least: bool = False
     item: str = ""
     unit: str = ""
-    of: str = "beam"
+    of: Kind = BEAM
     named: bool = False
 
     @property
@@ -180,12 +195,12 @@ def _limits(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
         yield from _of_links(table, own, name)
     if limits.output is not None:
         bound, unit = _of_output(table, mechanism, "limits", "output", limits.output)
-        yield Limit(OUTPUT_ERROR, bound, unit=unit, of="scene")
+        yield Limit(OUTPUT_ERROR, bound, unit=unit, of=SCENE)
     if limits.residual is not None:
         bound, unit = _of_output(table, mechanism, "limits", "residual", limits.residual)
-        yield Limit("residual", bound, unit=unit, of="scene that stops")
+        yield Limit("residual", bound, unit=unit, of=STOPPING)
     if limits.settling is not None:
-        yield Limit("settling", real(limits.settling), unit="s", of="scene that stops")
+        yield Limit("settling", real(limits.settling), unit="s", of=STOPPING)
 
 
 def build_settled(table: SceneTable, mechanism: Mechanism) -> Real | None:
@@ -214,28 +229,29 @@ def _of_links(asked: SceneTable, table: LinkLimitsTable, link: str) -> Iterator[
             unit = value.units[0] if isinstance(value, Quantity) else "1"
             if kind in ("endurance", "life") and asked.fatigue is None:
                 raise fault("limits", kind, "asks for the fatigue of the links: add [fatigue]")
-            of = "fatigued beam" if kind in ("endurance", "life") else "beam"
+            of = FATIGUED if kind in ("endurance", "life") else BEAM
             yield Limit(kind, real(value), kind in LEAST_ALLOWED, link, unit, of)
 
 
-BEARING_LIMITS = {  # by the part of a joint and its key: the figure, its unit, and whether it may not be less
-    "rolling": {
+# By the part of a joint and its key: the figure, its unit, and whether it may not be less.
+BEARING_LIMITS: Mapping[Kind, Mapping[str, tuple[str, str, bool]]] = {
+    ROLLING: {
         "life": ("bearing_life", "s", True),
         "safety": ("bearing_static_safety", "1", True),
         "least_load": ("bearing_load_share", "1", True),
         "least_overlap": ("bearing_overlap", "1", True),
     },
-    "plain": {
+    PLAIN: {
         "pressure": ("bearing_pressure", "Pa", False),
         "speed": ("bearing_speed", "m/s", False),
         "pressure_speed": ("bearing_pv", "W/m^2", False),
     },
-    "pin": {
+    PIN: {
         "shear": ("pin_shear", "Pa", False),
         "bending": ("pin_bending", "Pa", False),
         "safety": ("pin_safety", "1", True),
     },
-    "eye": {
+    EYE: {
         "bearing": ("eye_bearing", "Pa", False),
         "net": ("eye_net", "Pa", False),
         "tear_out": ("eye_tear_out", "Pa", False),
@@ -254,7 +270,7 @@ def sets_limit(path: str) -> bool:
     """
     table, _, rest = path.partition(".")
     part, _, key = rest.rpartition(".")
-    of_parts = BEARING_LIMITS.get(part.rpartition(".")[2], {})
+    of_parts = {kind.name: bounds for kind, bounds in BEARING_LIMITS.items()}.get(part.rpartition(".")[2], {})
     known: dict[str, Any] = {"motors": MOTOR_LIMITS, "cylinders": CYLINDER_LIMITS, "bearings": of_parts}
     known["cams"] = CAM_LIMITS
     limits = known.get(table, {})
@@ -265,7 +281,7 @@ def _of_bearings(table: SceneTable) -> Iterator[Limit]:
     """Limits that the parts of joints set."""
     for name, bearing in table.bearings.items():
         for of, bounds in BEARING_LIMITS.items():
-            part = getattr(bearing, of)
+            part = getattr(bearing, of.name)
             for key, (figure, unit, least) in bounds.items() if part is not None else ():
                 value = getattr(part, key)
                 if value is not None:
@@ -278,7 +294,7 @@ def _of_cams(table: SceneTable) -> Iterator[Limit]:
         for key, (figure, unit, least) in CAM_LIMITS.items():
             value = getattr(cam, key)
             if value is not None:
-                yield Limit(figure, real(value), least, name, unit, "pressed cam" if key == "pressure" else "cam")
+                yield Limit(figure, real(value), least, name, unit, PRESSED if key == "pressure" else CAM)
 
 
 def _of_drives(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
@@ -287,13 +303,13 @@ def _of_drives(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
         drive = table.drives[number]
         motor = None if drive.motor is None else table.motors.get(drive.motor)
         cylinder = None if drive.cylinder is None else table.cylinders.get(drive.cylinder)
-        for part, of, bounds in ((motor, "motor", MOTOR_LIMITS), (cylinder, "cylinder", CYLINDER_LIMITS)):
+        for part, of, bounds in ((motor, MOTOR, MOTOR_LIMITS), (cylinder, CYLINDER, CYLINDER_LIMITS)):
             for key, (figure, unit) in bounds.items():
                 value = None if part is None else getattr(part, key)
                 if value is not None:
                     yield Limit(figure, real(value), key == "buckling_safety", name, unit, of)
         if motor is not None and motor.stall_torque is not None and motor.top_speed is not None:
-            yield Limit("motor_use", 1.0, False, name, "1", "motor")
+            yield Limit("motor_use", 1.0, False, name, "1", MOTOR)
 
 
 def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:

@@ -1,0 +1,219 @@
+"""Figures: their items, their reduction over positions and items, and functions that find them in a cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from elastic import Largest, largest_row
+from kinelast.scene.names import drive_names, joint_words, points_of
+from machine.cams import BOTH, Cam
+from rigid.kinetostatics import rubbing_joints
+
+if TYPE_CHECKING:
+    from kinelast.figures.cycle import Cycle
+    from kinelast.scene.data import Scene
+
+LARGEST, LEAST, MOST, FIXED = "largest magnitude", "least", "most", "the same at all positions"
+AVERAGE = "over the time of the cycle"
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of items that figures are of; `names` finds those of a scene."""
+
+    name: str
+    names: Callable[[Scene], Iterable[str]] = field(compare=False, repr=False)
+
+    def __str__(self) -> str:
+        return self.name
+
+
+def items_of(scene: Scene, kind: Kind) -> list[str]:
+    """Names of the items of a kind in a scene."""
+    return [*kind.names(scene)]
+
+
+def _rubbing(scene: Scene) -> list[str]:
+    names = joint_words(scene.mechanism)
+    return [names[number][0] for number, _ in rubbing_joints(scene.mechanism)]
+
+
+SCENE = Kind("scene", lambda _: ("",))
+STOPPING = Kind("scene that stops", lambda scene: [""] * scene.course.stops)
+FRICTION = Kind("scene with friction", lambda scene: [""] * bool(rubbing_joints(scene.mechanism)))
+BEAM = Kind("beam", lambda scene: scene.labels)
+LINK = Kind("link", lambda scene: (link.name for link in scene.mechanism.links[1:]))
+POINT = Kind("point", lambda scene: (name for name, _ in points_of(scene.mechanism)))
+JOINT = Kind("joint", lambda scene: (name for name, _ in joint_words(scene.mechanism)))
+RUBBING = Kind("joint with friction", _rubbing)
+DRIVE = Kind("drive", lambda scene: drive_names(scene.mechanism))
+
+
+def _drives_with(scene: Scene, numbers: Container[int]) -> list[str]:
+    return [name for number, name in enumerate(drive_names(scene.mechanism)) if number in numbers]
+
+
+MOTOR = Kind("motor", lambda scene: _drives_with(scene, scene.motors))
+CYLINDER = Kind("cylinder", lambda scene: _drives_with(scene, scene.cylinders))
+UNEVEN = Kind("uneven drive", lambda scene: _drives_with(scene, scene.unevenness))
+FATIGUED = Kind("fatigued beam", lambda scene: scene.labels if scene.fatigue else ())
+
+
+def _pressed(cam: Cam) -> bool:
+    """Whether the pressure of the contact is known; a knife edge has none."""
+    known = not (np.isnan(cam.width).any() or np.isnan(cam.modulus).any())
+    return known and not (cam.roller is not None and np.equal(cam.radius, 0.0).all())
+
+
+def _cams(name: str, has: Callable[[Cam], bool]) -> Kind:
+    """The cams of which a condition holds."""
+    return Kind(name, lambda scene: [cam for cam in scene.cams if has(scene.cams[cam])])
+
+
+CAM = _cams("cam", lambda _: True)
+ROLLED = _cams("cam with a roller", lambda cam: cam.roller is not None)
+FACED = _cams("cam with a face", lambda cam: cam.face is not None)
+HELD = _cams("open cam", lambda cam: cam.flank != BOTH)
+PRESSED = _cams("pressed cam", _pressed)
+
+
+def has_part(scene: Scene, joint: str, part: str) -> bool:
+    """Whether a joint has a part; with the name of no part, whether it is a pin under [bearings]."""
+    parts = scene.bearings.get(joint)
+    if parts is None:
+        return False
+    if part == "bearing":
+        return joint not in scene.mechanism.slider_points
+    return getattr(parts, part) is not None
+
+
+def _joints(part: str) -> Kind:
+    """The joints that have a part."""
+    return Kind(part, lambda scene: [name for name, _ in joint_words(scene.mechanism) if has_part(scene, name, part)])
+
+
+BEARING, ROLLING, PLAIN, PIN, EYE, CLEARANCE = map(_joints, ("bearing", "rolling", "plain", "pin", "eye", "clearance"))
+CLEARANCES = Kind("scene with clearance", lambda scene: [""] * bool(items_of(scene, CLEARANCE)))
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of a machine.
+
+    Attributes
+    ----------
+    key
+        Its name in files, as in `[optimize]`; of an item `KEY.ITEM`.
+    name
+        The figure in words.
+    unit
+        SI unit; of every item one if they differ.
+    of
+        Kind of its items.
+    find
+        From a cycle to the largest values of the items over the positions, shape (items, ...).
+    over
+        Reduction over positions and items: `LARGEST`, `LEAST`, `MOST`, `FIXED` or `AVERAGE`.
+    fields
+        Keys of the fields that it takes.
+    everywhere
+        Whether ill-conditioned positions count too.
+    told
+        Whether a design's row has it by default.
+    asked
+        Whether it is computed only if named.
+    limit
+        Key that bounds it, under `[limits]` or in the table of its part; empty if none does.
+    rigid
+        Whether it belongs to the rigid motion, which no theory of the links changes.
+    exact
+        Whether no number of positions changes it.
+    here
+        Whether it describes the given positions, so that no other instants belong to it.
+    whole
+        Whether it belongs to the whole run and cannot be merged from chunks; an `AVERAGE` does.
+    power
+        Largest power of the loads by which its magnitude grows: relative errors count as many times.
+    remains_of
+        The larger figure to a share of which the answer is settled.
+    """
+
+    key: str
+    name: str
+    unit: str | Callable[[Scene], Sequence[str]]
+    of: Kind
+    find: Callable[[Cycle], Largest]
+    over: str = LARGEST
+    fields: tuple[str, ...] = ()
+    everywhere: bool = False
+    asked: bool = False
+    told: bool = False
+    limit: str = ""
+    rigid: bool = False
+    exact: bool = False
+    here: bool = False
+    whole: bool = False
+    power: float = 1.0
+    remains_of: Figure | None = None
+
+    def of_motion(self, scene: Scene) -> bool:
+        """Whether it is found in the rigid motion, at instants between the positions too."""
+        return (self.rigid or not scene.labels) and not self.here
+
+    def units(self, scene: Scene) -> list[str]:
+        """Unit of every item."""
+        if not isinstance(self.unit, str):
+            return [*self.unit(scene)]
+        return [self.unit] * len(items_of(scene, self.of))
+
+
+def sole(found: Largest) -> Largest:
+    """Largest values of the scene as those of its only item."""
+    return Largest(*(np.asarray(each)[None] for each in vars(found).values()))
+
+
+def whole(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
+    """Figures of the scene from its values at every position."""
+    return lambda cycle: sole(cycle.largest(values(cycle)))
+
+
+def each(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
+    """Figures of items from their values at every position."""
+    return lambda cycle: cycle.largest(cycle.rows(values(cycle)))
+
+
+def least(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
+    """Least values of items over the positions that count, from their values at every position."""
+
+    def find(cycle: Cycle) -> Largest:
+        rows = [np.where(cycle.counted, row, np.inf) for row in values(cycle)]
+        return cycle.least(np.array(rows).reshape(-1, *cycle.columns))
+
+    return find
+
+
+def largest_of(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
+    """The figure of the scene that is the largest of several rows of values at every position."""
+    return lambda cycle: sole(largest_row(cycle.largest(cycle.rows(values(cycle)))))
+
+
+def fixed(value: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
+    """A figure of the scene that belongs to no position."""
+    return lambda cycle: sole(
+        Largest(np.broadcast_to(value(cycle), cycle.columns[:-1]), np.full(cycle.columns[:-1], -1))
+    )
+
+
+def averaged(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
+    """Figures of items over the whole cycle, from their values, shape (items, ...)."""
+
+    def find(cycle: Cycle) -> Largest:
+        found = [np.broadcast_to(each, cycle.columns[:-1]) for each in values(cycle)]
+        rows = np.array(found) if found else np.zeros((0, *cycle.columns[:-1]))
+        return Largest(rows, np.full(rows.shape, -1))
+
+    return find
