@@ -26,6 +26,7 @@ from animations.shapes import (
     diagram_shapes,
     link_shapes,
     outline_shapes,
+    stroke_shapes,
 )
 from animations.solid import SolidShape
 from animations.solid_mechanism import mechanism_bodies
@@ -161,6 +162,7 @@ def shapes_of(deflection: Deflection, diagram: Diagram, scales: Scales, style: S
         if scales.exaggeration:
             shapes += deformed_shapes(deflection, scales.exaggeration)
         shapes += symbol_shapes(deflection, scales.pin, moved)
+        shapes += stroke_shapes(deflection, style.strokes, moved)
     shapes += attachment_shapes(deflection, scales.pin, moved)
     return [shape for shape in shapes if shape.faces or shape.lines]
 

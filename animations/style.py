@@ -40,6 +40,8 @@ class Style:
         Scale factor of displacements; None: a round number, so that the largest is about a tenth of the mechanism.
     outlines
         Corners of the links' bodies in the links' axes [m], complex, by link name.
+    strokes
+        Lines of further symbols: name of a link, and points in its axes [m], complex.
     """
 
     title: str = ""
@@ -51,6 +53,7 @@ class Style:
     scale: float | None = None
     exaggeration: float | None = None
     outlines: Mapping[str, Sequence[complex]] = field(default_factory=dict)
+    strokes: Sequence[tuple[str, Sequence[complex]]] = ()
 
     def __post_init__(self) -> None:
         """Raise ValueError for an invalid choice."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import math
 import struct
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,8 @@ from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit, tolerance
 from kinelast.scene.parsing import is_chain, read_toml
+from kinelast.scene.part import Stroke
+from kinelast.scene.parts import strokes_of
 from kinelast.scene.text import beside
 from kinelast.scene.variables import numbers, place_of
 from live.drives import wheels
@@ -301,6 +304,14 @@ def _parts(of: Motion | Scene) -> list[list[str]]:
     return [[link.name, *link.points] for link in of.mechanism.links]
 
 
+def _segments(motion: Motion, stroke: Stroke, taken: slice) -> Iterator[Any]:
+    """Both ends of every segment of a stroke [m], complex, each of shape (positions,)."""
+    at = motion.mechanism.index[stroke.link]
+    for start, end in pairwise(stroke.points):
+        for point in (start, end):
+            yield np.broadcast_to(motion.origin[at] + motion.direction[at] * point, motion.columns)[taken]
+
+
 def _reach_words(scene: Scene, moved: Motion) -> str:
     """Describe where a motion stops and which joint opens."""
     try:
@@ -352,6 +363,8 @@ def picture(
     )
     points = _points(bent.motion)
     arrays["points"] = _pairs([place[taken] for place in points.values()])
+    if strokes := strokes_of(scene):
+        arrays["strokes"] = _pairs([place for stroke in strokes for place in _segments(bent.motion, stroke, taken)])
     if scene.labels:
         arrays |= _beams(bent, taken)
     store, data, at = {}, [], 0

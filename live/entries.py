@@ -8,6 +8,7 @@ from functools import cache
 from typing import Any
 
 from kinelast.scene.parsing import read_toml
+from kinelast.scene.parts import PARTS
 from kinelast.scene.schema import scene_schema
 from live.parts import EditError, Tables, drawn, new_name, points_of
 from live.text import with_table, with_value, without
@@ -85,6 +86,12 @@ def add_table(text: str, tables: Tables, change: Tables) -> str:
         return _with_study(text, kind, change)
     if kind == "cams":
         return _with_cam(text, tables, change)
+    part = next((each for each in PARTS if each.key == kind), None)
+    if part is not None:
+        keys = part.begin(*map(str, (change.get("of") or ("", ""))[:2]))
+        if keys is None:
+            raise EditError(f"choose first: {part.menu}")
+        return with_table(text, (kind, new_name(tables.get(kind, ()), f"{kind.removesuffix('s')}_")), keys)
     if kind not in FIRST:
         raise EditError(f"there is no table {kind!r} to add")
     if kind in ("limits", "fatigue", "sensitivities"):

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
+from kinelast.scene.parts import PARTS
 from kinelast.scene.tables import PER_LENGTH
 from kinelast.scene.units import Quantity
 from live.text import with_table, with_value, without
@@ -251,6 +252,7 @@ def points_of(link: Tables) -> list[str]:
 SINGLE = {
     "link": "links", "slot": "slots", "slider": "sliders", "weld": "welds", "mass": "masses", "section": "sections",
     "material": "materials", "motor": "motors", "joint": "joints", "bearing": "bearings", "cam": "cams",
+    **{part.key.removesuffix("s"): part.key for part in PARTS},
 }  # fmt: skip
 LISTED = {"drive": "drives", "load": "loads", "spring": "springs", "gear": "gears"}
 

@@ -25,6 +25,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from kinelast.scene.error import MissingFileError, SceneError
+from kinelast.scene.parts import PARTS
 from kinelast.scene.sections import library_entries
 from kinelast.scene.text import PAGES, file_text
 from kinelast.tasks.task import shipped_scenes
@@ -154,6 +155,7 @@ def _scene(live: Live, request: Request, given: Any) -> Response:
             "sections": [name for name, _ in library_entries("sections")],
             "materials": [name for name, _ in library_entries("materials")],
             "keys": keys(),
+            "parts": {part.key: part.menu for part in PARTS},
             "opens": f"http://{HOST}:{wished_port('None')}/",
             "motions": MOTIONS,
         }

@@ -15,6 +15,8 @@ TABLES = {
     "kinelast/outputs/table.py": "FORMATS",
     "exchange/reading.py": "FORMATS",
     "kinelast/scene/format.py": "SectionTable",
+    "kinelast/scene/part.py": "Part",
+    "kinelast/scene/parts/__init__.py": "PARTS",
 }
 FUNCTIONS = {
     "kinelast/figures/parts.py": "_load",

@@ -18,6 +18,8 @@ from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, figure, largest
 from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
+from kinelast.scene.part import Part
+from kinelast.scene.parts import PARTS
 from machine.cams import CamPush, cut_depth
 from rigid import ConstantSpeed, LineLoad, Link, Lump, PointLoad, Resistance, TorsionSpring, law_peaks
 from rigid.arrays import Flags
@@ -287,6 +289,20 @@ def _marks(results: Results, there: Flags) -> list[dict[str, Any]]:
     at = np.flatnonzero(there & results.counted)
     some = at if len(at) <= MARKS else at[np.linspace(0, len(at) - 1, MARKS).astype(int)]
     return [at_position(results, int(position)) for position in some]
+
+
+def part_rows(results: Results) -> dict[str, dict[str, dict[str, Any]]]:
+    """Facts and figures of the parts of every kind, by kind and name."""
+    return {part.key: {name: _part_row(results, part, name) for name in part.of(results.scene)} for part in PARTS}
+
+
+def _part_row(results: Results, part: Part[Any], name: str) -> dict[str, Any]:
+    facts = part.facts(part.of(results.scene)[name]).items()
+    figures = {each.key: _figure_of(results, each.key, name) for each in part.figures}
+    return {
+        **{key: figure(*fact) if isinstance(fact, tuple) else fact for key, fact in facts},
+        "figures": {key: found for key, found in figures.items() if found is not None},
+    }
 
 
 SENSES = {1: "turns counter-clockwise", -1: "turns clockwise", 0: "swings"}

@@ -48,7 +48,9 @@ from kinelast.figures.output import (
 )
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError, fault, likely
-from kinelast.scene.limits import OUTPUT_ERROR, FigureBound, Limit, Output
+from kinelast.scene.figure import OUTPUT_ERROR, Limit
+from kinelast.scene.limits import FigureBound, Output
+from kinelast.scene.parts import PARTS
 from rigid import transmission_angles
 from rigid.arrays import Complexes, Real, Reals
 from rigid.constants import mass_moments
@@ -167,6 +169,7 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
     *CAM_FIGURES,
     *JOINT_FIGURES,
     *LIFE_FIGURES,
+    *(figure for part in PARTS for figure in part.figures),
     Figure("joint_force", "force in a joint", "N", JOINT,
            each(lambda cycle: [np.abs(force) for force in cycle.deflection.forces.force]), told=True),
     Figure("friction_effort", "effort of friction in a joint", _rubbing_units, RUBBING,

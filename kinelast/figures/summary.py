@@ -25,6 +25,7 @@ from kinelast.figures.parts import (
     joint_rows,
     life_figures,
     nonlinear_figures,
+    part_rows,
     solid_figures,
     strength_figures,
     vibration_figures,
@@ -96,6 +97,7 @@ def summary(results: Results) -> dict[str, Any]:
             for (name, coordinate, *_), figures in zip(results.drive_words, drive_figures(results), strict=True)
         },
         "cams": cam_rows(results),
+        **part_rows(results),
         "friction": friction_figures(results),
         "shaking": {
             "force": largest(results, peaks["shaking_force"][0], "N"),

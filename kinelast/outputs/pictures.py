@@ -23,6 +23,7 @@ from kinelast.outputs.sheet import MechanismAxes
 from kinelast.scene.data import Scene
 from kinelast.scene.numbers import number as written
 from kinelast.scene.numbers import quantity, round_down
+from kinelast.scene.parts import strokes_of
 from kinelast.tasks.request import Request, RequestError
 from rigid import Posture, position_of
 from rigid.kinetostatics import beam_directions
@@ -53,7 +54,7 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
 
     low, high = _extent(results)
     factor = exaggeration(results, abs(high - low))
-    sheet = MechanismAxes(_posture(results, position, factor), _displaced(results, position, factor), (low, high))
+    sheet = _sheet(results, position, factor, (low, high))
     room = 5.0 * sheet.unit
     wide, tall = (high - low).real + 2 * room, (high - low).imag + 2 * room
     scale = min(WIDEST / wide, TALLEST / tall)
@@ -75,7 +76,7 @@ def draw_mechanism(results: Results, axes: Axes, size: complex) -> None:
     """Draw the mechanism where it deflects most, deformed, on axes that are so many inches wide and tall."""
     low, high = _extent(results)
     factor, position = exaggeration(results, abs(high - low)), telling_position(results)
-    sheet = MechanismAxes(_posture(results, position, factor), _displaced(results, position, factor), (low, high))
+    sheet = _sheet(results, position, factor, (low, high))
     wide, tall = (high - low).real + 10 * sheet.unit, (high - low).imag + 10 * sheet.unit
     scale = min(size.real / wide, (size.imag - FOOT) / tall)
     corner = (low + high - size / scale) / 2 - 0.5j * FOOT / scale
@@ -143,6 +144,12 @@ def exaggeration(results: Results, size: float) -> float:
 def _enlarged(values: Any, factor: float) -> Any:
     """Displacements times a factor; zeros, not nan, for a factor of 0."""
     return factor * values if factor else np.zeros_like(values)
+
+
+def _sheet(results: Results, position: int, factor: float, extent: tuple[complex, complex]) -> MechanismAxes:
+    """The mechanism at a position, its displacements exaggerated."""
+    posture, places = _posture(results, position, factor), _displaced(results, position, factor)
+    return MechanismAxes(posture, places, extent, strokes_of(results.scene))
 
 
 def _posture(results: Results, position: int, factor: float) -> Posture:
@@ -355,4 +362,4 @@ def style_of(scene: Scene, request: Request) -> Style:
 
     asked = {name: getattr(request, name) for name in ("size", "exaggeration", "background", "show")}
     given = {name: value for name, value in asked.items() if value is not None}
-    return Style(title=scene.title, outlines=scene.outlines, look=request.style, **given)
+    return Style(title=scene.title, outlines=scene.outlines, strokes=strokes_of(scene), look=request.style, **given)

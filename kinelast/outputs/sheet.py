@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +29,8 @@ class MechanismAxes:
         Of points by link and point [m], where they are drawn elsewhere than in this posture.
     extent
         What is drawn, as its corners [m]; the symbols are in proportion to it.
+    strokes
+        Lines of further symbols: name of a link, and points in its axes [m].
     """
 
     axes: Axes
@@ -38,8 +40,10 @@ class MechanismAxes:
         here: Posture,
         places: Mapping[tuple[str, str], complex] | None = None,
         extent: tuple[complex, complex] | None = None,
+        strokes: Iterable[tuple[str, Sequence[Any]]] = (),
     ) -> None:
         self.here = here
+        self.strokes = [*strokes]
         self.mechanism = here.mechanism
         self.places = {
             (link.name, point): complex(np.ravel(here.point(link.name, point))[0])
@@ -88,6 +92,10 @@ class MechanismAxes:
             self._pin(point, links)
         for drive in self.mechanism.drives:
             self._drive(drive)
+        for link, points in self.strokes:
+            at = self.mechanism.index[link]
+            origin, way = (np.ravel(part[at])[0] for part in (self.here.origin, self.here.direction))
+            self._line([complex(origin + way * point) for point in points], color=INK, linewidth=1.4, zorder=7)
         for owner, point in self.places:
             self._point_name(owner, point)
 

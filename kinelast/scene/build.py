@@ -32,6 +32,8 @@ from kinelast.scene.limits import build_limits, build_output, build_settled, fig
 from kinelast.scene.links import LinkModel, build_links, drawn_places, guiding, undivided
 from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.numbers import real, require, vector
+from kinelast.scene.part import Assembly
+from kinelast.scene.parts import PARTS
 from kinelast.scene.sections import Material, SectionSource, making, materials_of, poisson_of
 from kinelast.scene.tables import BoundTable, FatigueTable, LinkFatigueTable
 from kinelast.scene.units import Quantity
@@ -145,7 +147,6 @@ def built(
         joints=build_joints(table, mechanism),
         materials={material: _material(stuff, material) for material, stuff in materials.items()},
         outlines={body.link.name: body.outline for body in parts.bodies if body.outline},
-        limits=build_limits(table, mechanism),
         bounds=figure_bounds(table, table.limits.figures, "limits.figures"),
         output=build_output(table, mechanism),
         settled=build_settled(table, mechanism),
@@ -159,8 +160,9 @@ def built(
         bearings=build_bearings(table, mechanism),
         cams=cams,
         fatigue=_fatigue(table, beams, made_of, materials),
+        parts={part.key: part.build(part.tables(table), Assembly(table, mechanism)) for part in PARTS},
     )
-    return scene
+    return replace(scene, limits=build_limits(table, scene))
 
 
 def _part_of_a_cycle(table: SceneTable, mechanism: Mechanism, drives: Repetition) -> bool:

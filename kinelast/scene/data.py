@@ -107,6 +107,8 @@ class Scene:
         The question of fatigue; None where it is not asked.
     settled
         Distance from rest within which the output has settled after a stop [m or rad]; None where the file says none.
+    parts
+        Further parts by kind and name, see `kinelast.scene.part`.
     """
 
     name: str
@@ -133,6 +135,7 @@ class Scene:
     cams: Mapping[str, Cam] = field(default_factory=dict)
     fatigue: FatigueTask | None = None
     settled: Any = None
+    parts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f'Scene("{self.name}": {self._told})'

@@ -12,15 +12,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kinelast.scene.error import fault, known_name, likely, require_absent
+from kinelast.scene.error import fault, known_name, require_absent
 from kinelast.scene.format import SceneTable
 from kinelast.scene.links import Points, drawn_direction, known_point
 from kinelast.scene.loads import APART, factor_law
+from kinelast.scene.moved_joint import Drive, coordinate, moved_joint
 from kinelast.scene.names import drive_names
 from kinelast.scene.numbers import phase, quantity, real, require, vector
-from kinelast.scene.quantities import Abscissa, Angle, Coordinate, Length, Time
+from kinelast.scene.quantities import Abscissa, Angle, Length, Time
 from kinelast.scene.sections import materials_of, poisson_of
-from kinelast.scene.tables import PER_LENGTH, CamTable, DriveTable, JointNameTable, MotorTable
+from kinelast.scene.tables import PER_LENGTH, CamTable, DriveTable, MotorTable
 from kinelast.scene.units import Quantity
 from machine.cams import INNER, Cam, contact_modulus
 from machine.drives import Cylinder, Motor
@@ -30,13 +31,11 @@ from rigid import (
     LawError,
     Link,
     Mechanism,
-    PinDrive,
     Reals,
     RepeatedLaw,
     Segment,
     SegmentedLaw,
     Slider,
-    SliderDrive,
     TableLaw,
 )
 from rigid.arrays import Real
@@ -46,8 +45,6 @@ if TYPE_CHECKING:
     from rigid.dynamics import Effort
 
 DriveLaw = Callable[[Any], tuple[Reals, Reals, Reals]]
-Drive = PinDrive | SliderDrive
-DIMENSIONS = {"rad": 'an angle, as in "30 deg"', "m": 'a length, as in "20 mm"'}
 SPEEDS = {"rad/s": 'a speed of rotation, as in "100 rad/s" or "3000 rpm"', "m/s": 'a speed, as in "0.2 m/s"'}
 EFFORTS = {"rad": ("N m", 'a moment, as in "3 N m"'), "m": ("N", 'a force, as in "2 kN"')}
 
@@ -170,25 +167,6 @@ def unevenness_of(scene: SceneTable, number: int) -> Real | None:
     return None if table.unevenness is None else real(table.unevenness)
 
 
-def moved_joint(
-    where: str,
-    inside: str,
-    table: JointNameTable,
-    links: Mapping[str, Link],
-    sliders: Mapping[str, Slider],
-) -> Drive:
-    """The joint that a drive moves or a gear ties; `inside` is the key that its own keys are under."""
-    if not table.told:
-        raise fault(where, f"{inside}link", "expected either link or slider, what is moved")
-    if table.turns:
-        return _pin(where, inside, table, links)
-    for key in ("at", "on"):
-        if getattr(table, key) not in (None, GROUND):
-            raise fault(where, inside + key, "belongs to a link: a slider tells itself what it slides on")
-    known_name(where, f"{inside}slider", table.name, sliders, "slider")
-    return SliderDrive(table.name)
-
-
 def _require_one_way(where: str, table: DriveTable) -> None:
     """Raise where a drive is told in no way or in several, or keys of another way are there."""
     ways = [key for key in ("law", "motion", "effort") if getattr(table, key) is not None]
@@ -201,28 +179,6 @@ def _require_one_way(where: str, table: DriveTable) -> None:
         raise fault(where, "repeat", "belongs to a law or a motion")
 
 
-def _pin(where: str, inside: str, table: JointNameTable, links: Mapping[str, Link]) -> PinDrive:
-    """The pin a link turns about: as said, or the only one that both links share."""
-    link = table.name
-    known_name(where, f"{inside}link", link, links)
-    known_name(where, f"{inside}on", table.on, links)
-    if link == GROUND:
-        problem = "the ground cannot be moved: name the moving link here, and ground under on"
-        raise fault(where, f"{inside}link", problem)
-    if link == table.on:
-        raise fault(where, f"{inside}on", f'the link "{link}" cannot turn on itself')
-    shared = [point for point in links[link].points if point in links[table.on].points]
-    both = f'the links "{link}" and "{table.on}" share'
-    if not shared:
-        raise fault(where, f"{inside}on", f"{both} no point: no pin to turn about")
-    if table.at is None and len(shared) > 1:
-        pins = ", ".join(f'"{point}"' for point in shared)
-        raise fault(where, f"{inside}at", f"{both} {pins}: say which one is meant")
-    if table.at is not None and table.at not in shared:
-        raise fault(where, f"{inside}at", f'{both} no point "{table.at}"{likely(table.at, shared)}')
-    return PinDrive(link, table.at or shared[0], table.on)
-
-
 def _start(where: str, table: DriveTable, unit: str, links: Mapping[str, Link], places: Points) -> Any:
     """Coordinate at the start [rad or m]: as given, else as drawn."""
     if table.motion is not None:
@@ -230,7 +186,7 @@ def _start(where: str, table: DriveTable, unit: str, links: Mapping[str, Link], 
             raise fault(where, "start", "the motion tells where the drive starts: leave it out")
         return 0.0
     if table.start is not None:
-        return _coordinate(where, "start", table.start, unit)
+        return coordinate(where, "start", table.start, unit)
     if table.link is None:
         return 0.0
     one, other = (drawn_direction(links[name], places) for name in (table.on, table.link))
@@ -282,10 +238,10 @@ def _segments(where: str, table: DriveTable, unit: str, start: float) -> Segment
         if (piece.to is None) == (piece.by is None):
             raise fault(where, key, "expected either to, where the segment ends, or by, how far it goes")
         if piece.by is not None:
-            rise = _coordinate(where, f"{key}.by", piece.by, unit)
+            rise = coordinate(where, f"{key}.by", piece.by, unit)
         else:
             assert piece.to is not None
-            rise = _coordinate(where, f"{key}.to", piece.to, unit) - level
+            rise = coordinate(where, f"{key}.to", piece.to, unit) - level
         segments.append(Segment(piece.curve, float(piece.duration), rise))
         level = level + rise  # which may be an array: the start stays
     try:
@@ -298,7 +254,7 @@ def _motion(where: str, table: DriveTable, unit: str) -> TableLaw:
     assert isinstance(table.motion, list)
     times = tuple(float(time) for time, _ in table.motion)
     places = tuple(
-        _coordinate(where, f"motion[{number}]", place, unit) for number, (_, place) in enumerate(table.motion, 1)
+        coordinate(where, f"motion[{number}]", place, unit) for number, (_, place) in enumerate(table.motion, 1)
     )
     if times[0] != 0 or any(after - before <= APART * times[-1] for before, after in pairwise(times)):
         raise fault(where, "motion", "expected times that start at 0 and grow from entry to entry")
@@ -459,12 +415,6 @@ def _effort(
     curve = factor.curve
     law = replace(factor, curve=lambda place: size * curve(place))
     return DriveEffort(Effort(law), start, _speed(where, table, unit))
-
-
-def _coordinate(where: str, key: str, value: Coordinate, unit: str) -> Any:
-    if value.unit not in ("", unit):
-        raise fault(where, key, f"expected {DIMENSIONS[unit]}, got {float(value):g} {value.unit}")
-    return value.within(unit)
 
 
 WHOLE = 1e-9  # of a turn or a motion, by which a cam may miss its start

@@ -1,4 +1,4 @@
-"""Figures: their items, their reduction over positions and items, and functions that find them in a cycle."""
+"""Figures and their limits: items, reduction over positions and items, and functions that find them in a cycle."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from elastic import Largest, largest_row
 from kinelast.scene.names import drive_names, joint_words, points_of
 from machine.cams import BOTH, Cam
+from rigid.arrays import Flags, Reals
 from rigid.kinetostatics import rubbing_joints
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 LARGEST, LEAST, MOST, FIXED = "largest magnitude", "least", "most", "the same at all positions"
 AVERAGE = "over the time of the cycle"
+OUTPUT_ERROR = "output_error"  # key of a figure
 
 
 @dataclass(frozen=True)
@@ -169,6 +171,59 @@ class Figure:
         if not isinstance(self.unit, str):
             return [*self.unit(scene)]
         return [self.unit] * len(items_of(scene, self.of))
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A bound of a figure.
+
+    Attributes
+    ----------
+    figure
+        Key of the figure.
+    bound
+        In the figure's SI unit; of many designs an array.
+    least
+        Whether the bound is a lower one.
+    item
+        Name of the bounded item, for a figure of beams that of a link; empty for all items.
+    unit
+        SI unit of the bound; empty if the scene does not tell whether its output is a length or an angle.
+    of
+        Kind of the figure's items.
+    named
+        Whether the scene bounds the figure by its name, not by a key under `[limits]` or of a part.
+    """
+
+    figure: str
+    bound: Any
+    least: bool = False
+    item: str = ""
+    unit: str = ""
+    of: Kind = BEAM
+    named: bool = False
+
+    @property
+    def kind(self) -> str:
+        """Key under [limits]; the figure's key if the scene bounds it by name."""
+        return "output" if self.figure == OUTPUT_ERROR and not self.named else self.figure
+
+    def kept(self, value: Any) -> Flags:
+        """Whether values keep the limit, bool; an unknown value does not."""
+        return np.asarray(value >= self.bound if self.least else value <= self.bound)
+
+    def used(self, value: Any) -> Reals:
+        """Share of the limit that values use up, above 1 if it is broken: a quotient, if the bound is positive."""
+        size = np.maximum(value, 0.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = self.bound / size if self.least else size / self.bound
+        return np.where(self.bound > 0.0, share, 1.0 - self.margin(value))
+
+    def margin(self, value: Any) -> Reals:
+        """Distance from the bound relative to it, negative if the limit is broken; 1 for an infinite figure."""
+        size = np.where(self.bound == 0.0, 1.0, np.abs(self.bound))
+        left = (value - self.bound if self.least else self.bound - value) / size
+        return np.where(np.isposinf(left), 1.0, left)
 
 
 def sole(found: Largest) -> Largest:

@@ -5,13 +5,15 @@ A new shape of cross-section is a table here, and its function in `elastic.SHAPE
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from msgspec import Meta, field
 
 from kinelast.scene.error import fault
 from kinelast.scene.numbers import real, require
+from kinelast.scene.part import with_parts
+from kinelast.scene.parts import PARTS
 from kinelast.scene.quantities import (
     Acceleration,
     Allowance,
@@ -327,7 +329,7 @@ class RunTable(StrictTable, frozen=True, kw_only=True):
     report_units: Literal["SI", "mm", "in"] | None = None
 
 
-class SceneTable(StrictTable, frozen=True, kw_only=True):
+class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
     """A planar mechanism of rigid and elastic links, its drives and loads."""
 
     title: str = ""  #: heading of the report [the file's name]
@@ -361,6 +363,12 @@ class SceneTable(StrictTable, frozen=True, kw_only=True):
     sensitivities: SensitivitiesTable = field(default_factory=SensitivitiesTable)  #: figures that are differentiated
     tolerances: dict[str, Amount | ToleranceTable] = field(default_factory=dict)  #: how numbers scatter, by their paths
     optimize: OptimizeTable = field(default_factory=OptimizeTable)  #: the best design
+
+
+if TYPE_CHECKING:
+    SceneTable = PlainSceneTable
+else:
+    SceneTable = with_parts(PlainSceneTable, "SceneTable", PARTS)
 
 
 def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:

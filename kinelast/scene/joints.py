@@ -8,10 +8,10 @@ from math import inf, nan, pi
 from typing import Any
 
 from elastic import JointCompliance
-from kinelast.scene.drives import moved_joint
 from kinelast.scene.error import fault, known_name, likely, require_absent
 from kinelast.scene.format import SceneTable
 from kinelast.scene.links import LinkModel, Points, drawn_direction, known_point
+from kinelast.scene.moved_joint import moved_joint
 from kinelast.scene.numbers import direction_of, real, require, vector
 from kinelast.scene.quantities import Damping
 from kinelast.scene.tables import (

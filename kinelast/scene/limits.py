@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from kinelast.scene.error import SceneError, fault, known_name, likely
 from kinelast.scene.figure import (
@@ -16,6 +14,7 @@ from kinelast.scene.figure import (
     EYE,
     FATIGUED,
     MOTOR,
+    OUTPUT_ERROR,
     PIN,
     PLAIN,
     PRESSED,
@@ -23,10 +22,12 @@ from kinelast.scene.figure import (
     SCENE,
     STOPPING,
     Kind,
+    Limit,
 )
 from kinelast.scene.format import SceneTable
 from kinelast.scene.names import drive_names
 from kinelast.scene.numbers import real
+from kinelast.scene.parts import PARTS
 from kinelast.scene.tables import (
     LEAST_ALLOWED,
     PER_LENGTH,
@@ -39,9 +40,12 @@ from kinelast.scene.tables import (
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Place, Variable, place_of, value_at
 from rigid import Mechanism
-from rigid.arrays import Flags, Real, Reals
+from rigid.arrays import Real
 
-OUTPUT_ERROR = "output_error"
+if TYPE_CHECKING:
+    from kinelast.scene.data import Scene
+
+__all__ = ["OUTPUT_ERROR", "Limit"]
 MOTOR_LIMITS = {  # by the key of a motor, the figure that it bounds, and its unit
     "rated_torque": ("motor_rms", "N m"),
     "peak_torque": ("motor_torque", "N m"),
@@ -61,59 +65,6 @@ CAM_LIMITS = {  # by the key of a cam: the figure, its unit, and whether it may 
     "radius": ("cam_radius", "m", True),
     "hollow_radius": ("cam_hollow_radius", "m", True),
 }
-
-
-@dataclass(frozen=True)
-class Limit:
-    """A bound of a figure.
-
-    Attributes
-    ----------
-    figure
-        Key of the figure, see `kinelast.figures.limits`.
-    bound
-        In the figure's SI unit; of many designs an array.
-    least
-        Whether the figure may not be less, instead of not more.
-    item
-        Name of the item that it holds for, of a figure of beams that of a link; empty for all.
-    unit
-        Of the bound; empty where it is that of an output whose kind the scene leaves open.
-    of
-        Kind of the items of the figure.
-    named
-        Whether it is by the name of the figure, instead of a key of its own under `[limits]`.
-    """
-
-    figure: str
-    bound: Any
-    least: bool = False
-    item: str = ""
-    unit: str = ""
-    of: Kind = BEAM
-    named: bool = False
-
-    @property
-    def kind(self) -> str:
-        """The key under [limits]; of one by the name of its figure that of the figure."""
-        return "output" if self.figure == OUTPUT_ERROR and not self.named else self.figure
-
-    def kept(self, value: Any) -> Flags:
-        """Whether values keep it, bool; one that is not known does not."""
-        return np.asarray(value >= self.bound if self.least else value <= self.bound)
-
-    def used(self, value: Any) -> Reals:
-        """Share of it that values use up, beyond 1 where it is not kept: a quotient, where the bound is positive."""
-        size = np.maximum(value, 0.0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = self.bound / size if self.least else size / self.bound
-        return np.where(self.bound > 0.0, share, 1.0 - self.margin(value))
-
-    def margin(self, value: Any) -> Reals:
-        """Distance from the bound as a share of it, negative where it is not kept; of an infinite figure 1."""
-        size = np.where(self.bound == 0.0, 1.0, np.abs(self.bound))
-        left = (value - self.bound if self.least else self.bound - value) / size
-        return np.where(np.isposinf(left), 1.0, left)
 
 
 @dataclass(frozen=True)
@@ -178,17 +129,19 @@ class Output:
         return "m" if self.point else "rad"
 
 
-def build_limits(table: SceneTable, mechanism: Mechanism) -> tuple[Limit, ...]:
-    """All limits of a scene."""
-    return tuple(_limits(table, mechanism))
+def build_limits(table: SceneTable, scene: Scene) -> tuple[Limit, ...]:
+    """All limits of a scene that is built but for them."""
+    return tuple(_limits(table, scene))
 
 
-def _limits(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
-    limits = table.limits
+def _limits(table: SceneTable, scene: Scene) -> Iterator[Limit]:
+    limits, mechanism = table.limits, scene.mechanism
     yield from _of_links(table, limits, "")
     yield from _of_drives(table, mechanism)
     yield from _of_bearings(table)
     yield from _of_cams(table)
+    for part in PARTS:
+        yield from part.limits(table, scene)
     elastic = [link.name for link in mechanism.links[1:] if link.beams]
     for name, own in limits.links.items():
         known_name("limits.links", name, name, elastic, "link with beams")

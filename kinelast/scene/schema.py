@@ -66,6 +66,8 @@ def _commented(table: type[Struct]) -> Mapping[str, str]:
     from inspect import getsource
 
     words: dict[str, str] = {}
+    if "key_words" in vars(table):  # made from parts, without a source
+        return {**vars(table)["key_words"]}
     told: list[str] = []
     for line in getsource(table).splitlines():
         told += WORDS.findall(line)

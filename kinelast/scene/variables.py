@@ -21,7 +21,7 @@ from kinelast.scene.format import LinkTable, SceneTable
 from kinelast.scene.joints import UNITS
 from kinelast.scene.links import drawn_places
 from kinelast.scene.quantities import Abscissa, Angle, Direction, Size, Sizes
-from kinelast.scene.tables import PER_LENGTH
+from kinelast.scene.tables import PER_LENGTH, AgainstTable
 from kinelast.scene.units import Quantity
 from rigid.arrays import Flags
 
@@ -264,7 +264,7 @@ def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> 
     elif keys[0] == "joints":
         turns = keys[1] not in {*table.sliders, *table.slots}
     else:
-        turns = parents[2].turns if keys[0] == "drives" else parents[2].at is not None
+        turns = parents[2].turns if isinstance(parents[2], AgainstTable) else parents[2].at is not None
     turning = [unit for unit in units if "rad" in unit or unit == "N m"]
     return next(unit for unit in units if (unit in turning) == turns)
 

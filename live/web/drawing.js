@@ -181,7 +181,7 @@ export function draw() {
   fill("rigid", rigid);
   fill("bent", bent);
   fill("last", last);
-  symbols(sheet, place);
+  symbols(sheet, place, live, picture, i);
   fill("sizes", sizes(sheet, place));
   fill("guides", [...view.guides.map((d) => ["path", { class: "guide", d }]), ...(view.preview ? [["path", { class: "preview", d: `M${view.preview.map(px).join("L")}` }]] : []), ...(view.cursor ? [["path", { class: "cursor", d: crosshair(toScreen(view.cursor)) }]] : [])]);
 }
@@ -212,7 +212,7 @@ function turnOf(link, place) {
   return now - drawn;
 }
 
-function symbols(sheet, place) {
+function symbols(sheet, place, live, picture, i) {
   const marks = [], names = [], pins = [], at = (name) => { const p = place(name); return p && toScreen(p); };
   const grounded = sheet.links.find(({ name }) => name === "ground")?.points ?? [];
   for (const name of grounded) { const p = at(name); if (p) marks.push(["path", { class: "support", d: `M${p[0]},${p[1]}l-9,14h18zm-13,14h26m-22,0l-4,5m10,-5l-4,5m10,-5l-4,5m10,-5l-4,5` }]); }
@@ -250,6 +250,11 @@ function symbols(sheet, place) {
     const picked = view.chosen?.kind === "point" && view.chosen.name === name;
     pins.push(sheet.welds.includes(name) ? ["rect", { class: `weld${picked ? " pin picked" : ""}`, x: p[0] - 5, y: p[1] - 5, width: 10, height: 10, "data-point": name }] : ["circle", { class: `pin${picked ? " picked" : ""}`, cx: p[0], cy: p[1], r: 5.5, "data-point": name }]);
     names.push(["text", { x: p[0] + 10, y: p[1] - 9 }, name]);
+  }
+  const strokes = live && picture.arrays.strokes;
+  for (let k = 0; strokes && k < strokes.shape[0]; k += 2) {
+    const [a, b] = [k, k + 1].map((end) => { const at = 2 * (end * strokes.shape[1] + i); return toScreen([strokes.values[at], strokes.values[at + 1]]); });
+    marks.push(["path", { class: "stroke", d: `M${a}L${b}` }]);
   }
   fill("symbols", marks);
   fill("names", names);

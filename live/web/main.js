@@ -207,7 +207,7 @@ function enter() {
 const ADDED = [["sections", "section"], ["materials", "material"], ["motors", "motor of the drive"], ["joints", "joint that rubs, gives way, or does not fit"], ["bearings", "bearing"], ["cams", "cam under the point"], ["limits", "limits"], ["sweep", "sweep of the number"], ["tolerances", "tolerance of the number"], ["optimize", "optimum by the number"], ["sensitivities", "sensitivities"], ["fatigue", "fatigue"]];
 function add(kind) {
   const { chosen } = view, now = number(), stem = kind.replace(/s$/, "");
-  const of = (chosen?.kind === "link" && /sections|materials/.test(kind)) || (chosen?.kind === "drive" && kind === "motors") ? placeOfChosen()[0] : null;
+  const of = (chosen?.kind === "link" && /sections|materials/.test(kind)) || (chosen?.kind === "drive" && kind === "motors") || (chosen && kind in state.parts) ? placeOfChosen()[0] : null;
   const name = /joints|bearings|cams/.test(kind) && ["point", "slot", "slider"].includes(chosen?.kind) ? chosen.name : undefined;
   const before = new Set(Object.keys(tableAt([kind]) ?? {}));
   edit({ do: "table", kind, ...(name && { name }), ...(of && { of }), ...(now && { number: now.path, low: now.low, high: now.high, unit: now.unit }) }).then(() => {
@@ -463,7 +463,11 @@ async function start() {
   try { localStorage.setItem("live path", location.pathname); } catch { /* a browser that keeps nothing */ }
   $("name").textContent = told.name;
   $("name").title = told.path ?? "";
-  Object.assign(state, { keys: told.keys, motions: told.motions });
+  Object.assign(state, { keys: told.keys, motions: told.motions, parts: told.parts ?? {} });
+  for (const [kind, words] of Object.entries(told.parts ?? {})) {
+    const stem = kind.replace(/s$/, "");
+    ADDED.push([kind, words]); BESIDE.push(stem); PATHS[stem] = kind;
+  }
   $("add").append(...ADDED.map(([kind, words]) => new Option(words, kind)));
   for (const kind of ["sections", "materials"]) $(kind).replaceChildren(...told[kind].map((name) => new Option(name)));
   $("begin").append(...Object.keys(told.shipped).map((name) => new Option(name, name)));

@@ -22,6 +22,7 @@ from kinelast.figures.drives import (
     motor_torque,
 )
 from kinelast.figures.results import Results
+from kinelast.scene.parts import strokes_of
 from rigid import Spring, TorsionSpring
 from rigid.arrays import Integers, Reals
 
@@ -171,6 +172,10 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
         "springs": list(_springs(results)),
         "gears": list(_gears(results)),
         "cams": list(_cams(results)),
+        "strokes": [
+            {"link": mechanism.index[link], "points": [_pair(point) for point in points]}
+            for link, points in strokes_of(results.scene)
+        ],
         "drives": [
             {
                 "name": name,

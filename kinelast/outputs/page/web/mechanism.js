@@ -131,6 +131,7 @@ function drawMechanism(holder, tip) {
     }));
     parts.wheels = wheels.map((wheel) => ({ wheel, line: parts.rigid.parentNode.insertBefore(s("path", { class: "wheel", style: `stroke:${linkColour(wheel.link)}` }), parts.links) }));
     parts.belts = belts.map((ends) => ({ ends, line: parts.joints.appendChild(s("path", { class: "belt" })) }));
+    parts.strokes = model.strokes.map((stroke) => ({ stroke, line: parts.joints.appendChild(s("path", { class: "stroke" })) }));
     parts.springs = model.springs.map((spring) => ({ spring, line: parts.joints.appendChild(s("path", { class: "spring" })) }));
     parts.pins = pins().map((pin) => ({ ...pin, circle: parts.joints.appendChild(s("circle", { class: pin.welded ? "weld" : pin.joint ? "pin" : "spot", r: pin.joint && !pin.welded ? 0.55 * unit : 0.32 * unit })) }));
     parts.drives = model.drives.map((drive) => ({ drive, mark: parts.joints.appendChild(s("path", { class: "drive" })) }));
@@ -223,6 +224,7 @@ function drawMechanism(holder, tip) {
       if (roller) { const [x, y] = at(placeOf(cam.link, cam.roller, i)); roller.setAttribute("cx", x || 0); roller.setAttribute("cy", y || 0); }
     });
     for (const { ends, line: path } of parts.belts) path.setAttribute("d", line(ends.map(({ link, point }) => drawnPlace(link, point, i, factor))));
+    for (const { stroke, line: path } of parts.strokes) path.setAttribute("d", line(stroke.points.map((point) => drawnCorner(stroke.link, point, i, factor))));
     for (const { spring, line: path } of parts.springs) drawSpring(spring, path, i);
     if (view.names) nameAll(i);
     if (view.reactions) for (const [k, each] of parts.forces.entries()) drawForce(k, each, i);
@@ -237,7 +239,7 @@ function drawMechanism(holder, tip) {
 
   function drawnCorner(link, corner, i, f) {
     const place = placeOf(link, corner, i);
-    if (!f) return place;
+    if (!f || link === GROUND) return place;
     const angle = row("angle", link - 1)[i], [x, y] = armOf(link, corner, i);
     return plus(place, scaled(f, plus(vector("shift", link - 1, i), [-angle * y, angle * x])));
   }

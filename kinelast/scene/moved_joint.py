@@ -1,0 +1,62 @@
+"""Joints with a coordinate as drives, gears and end stops name them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from kinelast.scene.error import fault, known_name, likely
+from kinelast.scene.quantities import Coordinate
+from kinelast.scene.tables import JointNameTable
+from rigid import GROUND, Link, PinDrive, Slider, SliderDrive
+
+Drive = PinDrive | SliderDrive
+DIMENSIONS = {"rad": 'an angle, as in "30 deg"', "m": 'a length, as in "20 mm"'}
+
+
+def moved_joint(
+    where: str,
+    inside: str,
+    table: JointNameTable,
+    links: Mapping[str, Link],
+    sliders: Mapping[str, Slider],
+) -> Drive:
+    """The joint that a table names; `inside` is the prefix of its keys in messages."""
+    if not table.told:
+        raise fault(where, f"{inside}link", "expected either link or slider, what is moved")
+    if table.turns:
+        return _pin(where, inside, table, links)
+    for key in ("at", "on"):
+        if getattr(table, key) not in (None, GROUND):
+            raise fault(where, inside + key, "belongs to a link: a slider tells itself what it slides on")
+    known_name(where, f"{inside}slider", table.name, sliders, "slider")
+    return SliderDrive(table.name)
+
+
+def _pin(where: str, inside: str, table: JointNameTable, links: Mapping[str, Link]) -> PinDrive:
+    """The pin about which a link turns: the named one, or the only one that both links share."""
+    link = table.name
+    known_name(where, f"{inside}link", link, links)
+    known_name(where, f"{inside}on", table.on, links)
+    if link == GROUND:
+        problem = "the ground cannot be moved: name the moving link here, and ground under on"
+        raise fault(where, f"{inside}link", problem)
+    if link == table.on:
+        raise fault(where, f"{inside}on", f'the link "{link}" cannot turn on itself')
+    shared = [point for point in links[link].points if point in links[table.on].points]
+    both = f'the links "{link}" and "{table.on}" share'
+    if not shared:
+        raise fault(where, f"{inside}on", f"{both} no point: no pin to turn about")
+    if table.at is None and len(shared) > 1:
+        pins = ", ".join(f'"{point}"' for point in shared)
+        raise fault(where, f"{inside}at", f"{both} {pins}: say which one is meant")
+    if table.at is not None and table.at not in shared:
+        raise fault(where, f"{inside}at", f'{both} no point "{table.at}"{likely(table.at, shared)}')
+    return PinDrive(link, table.at or shared[0], table.on)
+
+
+def coordinate(where: str, key: str, value: Coordinate, unit: str) -> Any:
+    """A coordinate in its SI unit, rad or m."""
+    if value.unit not in ("", unit):
+        raise fault(where, key, f"expected {DIMENSIONS[unit]}, got {float(value):g} {value.unit}")
+    return value.within(unit)

@@ -1,0 +1,18 @@
+"""Parts of machines, each in one file: a line here registers it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from kinelast.scene.part import Part, Stroke
+from kinelast.scene.parts.stops import STOPS
+
+if TYPE_CHECKING:
+    from kinelast.scene.data import Scene
+
+PARTS: tuple[Part[Any], ...] = (STOPS,)
+
+
+def strokes_of(scene: Scene) -> list[Stroke]:
+    """Lines of the symbols of all parts."""
+    return [stroke for part in PARTS for stroke in part.strokes(scene)]

@@ -1,0 +1,164 @@
+"""End stops: bounds of the angle or the slide of a joint, and its margin to them."""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from elastic import Largest
+from kinelast.scene.error import fault
+from kinelast.scene.figure import LEAST, Figure, Kind
+from kinelast.scene.moved_joint import coordinate, moved_joint
+from kinelast.scene.numbers import require
+from kinelast.scene.part import Assembly, Part, Stroke
+from kinelast.scene.quantities import Coordinate
+from kinelast.scene.tables import JointNameTable
+from rigid import Mechanism, Motion, PinDrive, Reals, SliderDrive
+from rigid.analysis import LinkAngle, Slide
+
+if TYPE_CHECKING:
+    from kinelast.figures.cycle import Cycle
+    from kinelast.scene.data import Scene
+
+TURN = 2.0 * np.pi
+INSIDE = 0.25 * TURN  # [rad]: the angle at the start lies within half a turn of the single stop plus this
+SIZE = 0.04  # half the length of a symbol, relative to the size of the drawing
+
+
+class StopTable(JointNameTable, frozen=True, kw_only=True):
+    """End stops of a joint, named as by drives."""
+
+    #: the coordinate does not go below it: angle of the link's own axes from those of `on`, or slide from the drawn
+    #: place [no lower stop]
+    least: Coordinate | None = None
+    most: Coordinate | None = None  #: the coordinate does not go beyond it [no upper stop]
+    margin: Coordinate | None = None  #: least distance from the stops [0]
+
+    @property
+    def required_margin(self) -> Coordinate:
+        """The least distance from the stops."""
+        return Coordinate.read(0.0) if self.margin is None else self.margin
+
+
+@dataclass(frozen=True)
+class Stop:
+    """End stops of a joint; `least` and `most` [rad or m] are None without a stop on that side."""
+
+    joint: PinDrive | SliderDrive
+    least: Any
+    most: Any
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the coordinate."""
+        return "rad" if self.joint.turns else "m"
+
+    @property
+    def middle(self) -> Any:
+        """Angle that the coordinate is near to at the start."""
+        if self.least is None or self.most is None:
+            return self.most - INSIDE if self.least is None else self.least + INSIDE
+        return (self.least + self.most) / 2.0
+
+    def coordinate(self, motion: Motion) -> Reals:
+        """Angle [rad], continuous over the positions and near to the middle at the start, or slide [m]."""
+        if not isinstance(self.joint, PinDrive):
+            return Slide(self.joint.slider).value(motion)
+        off = LinkAngle(self.joint.link, self.joint.on).difference(motion, self.middle)
+        turns = np.nan_to_num(np.round(np.diff(off, axis=-1, prepend=off[..., :1]) / TURN)).cumsum(axis=-1)
+        return np.asarray(self.middle + off - TURN * turns)
+
+
+def _built(tables: Mapping[str, StopTable], assembly: Assembly) -> dict[str, Stop]:
+    return {name: _stop(f"stops.{name}", table, assembly) for name, table in tables.items()}
+
+
+def _stop(where: str, table: StopTable, assembly: Assembly) -> Stop:
+    joint = moved_joint(where, "", table, assembly.links, assembly.sliders)
+    if table.least is None and table.most is None:
+        raise fault(where, "least", "the key is missing: give least or most, beyond which the joint does not go")
+    unit = "rad" if joint.turns else "m"
+    given = {key: getattr(table, key) for key in ("least", "most", "margin")}
+    least, most, margin = (None if each is None else coordinate(where, key, each, unit) for key, each in given.items())
+    if least is not None and most is not None:
+        require(least < most, where, "most", "expected a value above least")
+        require((most - least < TURN) | (not joint.turns), where, "most", "expected less than a turn above least")
+    if margin is not None:
+        require(margin >= 0.0, where, "margin", "expected a distance that is not negative")
+    return Stop(joint, least, most)
+
+
+def _side(name: str, key: str) -> Kind:
+    """The stops on one side."""
+    return Kind(name, lambda scene: [stop for stop, own in STOPS.of(scene).items() if getattr(own, key) is not None])
+
+
+LOWER, UPPER = _side("lower stop", "least"), _side("upper stop", "most")
+
+
+def _units(kind: Kind) -> Callable[[Scene], list[str]]:
+    return lambda scene: [STOPS.of(scene)[name].unit for name in kind.names(scene)]
+
+
+def _margins(kind: Kind, margin: Callable[[Stop, Reals], Any]) -> Callable[[Cycle], Largest]:
+    """Least margins over all positions, also ill-conditioned ones."""
+
+    def find(cycle: Cycle) -> Largest:
+        stops = [STOPS.of(cycle.scene)[name] for name in kind.names(cycle.scene)]
+        return cycle.least(cycle.rows([margin(stop, stop.coordinate(cycle.motion)) for stop in stops]))
+
+    return find
+
+
+def _facts(stop: Stop) -> dict[str, Any]:
+    ends = {key: (np.ravel(end)[0], stop.unit) for key in ("least", "most") if (end := getattr(stop, key)) is not None}
+    return {"joint": stop.joint.name, **ends}
+
+
+def _strokes(scene: Scene) -> Iterator[Stroke]:
+    """Bars with ticks on the forbidden side."""
+    places = [complex(place) for place in scene.mechanism.drawing.values()]
+    size = SIZE * max((abs(one - other) for one in places for other in places), default=1.0)
+    for stop in STOPS.of(scene).values():
+        for end, side in ((stop.least, -1.0), (stop.most, 1.0)):
+            if end is not None:
+                on, foot, way = _bar(stop, float(np.ravel(end)[0]), size, scene.mechanism)
+                bar = [foot + size * part * way for part in (0.0, 1.0, 2.0)]
+                yield Stroke(on, bar)
+                yield from (Stroke(on, [tick, tick + 0.5 * size * (side * 1j - 1.0) * way]) for tick in bar)
+
+
+def _bar(stop: Stop, end: float, size: float, mechanism: Mechanism) -> tuple[str, complex, complex]:
+    """Link of a bar, its foot and direction: along the turned link, or across the slide."""
+    if not isinstance(stop.joint, PinDrive):
+        slider = mechanism.slider(stop.joint.slider)
+        way = -1j * complex(slider.direction)
+        return slider.on, complex(slider.origin) + end * complex(slider.direction) - size * way, way
+    link, on = (mechanism.links[mechanism.index[name]].points for name in (stop.joint.link, stop.joint.on))
+    arm = max((complex(place) - complex(link[stop.joint.at]) for place in link.values()), key=abs)
+    way = cmath.exp(1j * end) * arm / (abs(arm) or 1.0)
+    return stop.joint.on, complex(on[stop.joint.at]) + 2.0 * size * way, way
+
+
+def _begin(kind: str, name: str) -> dict[str, Any] | None:
+    if kind == "links":
+        return {"link": name, "least": "-30 deg", "most": "30 deg"}
+    return {"slider": name, "least": "-10 mm", "most": "10 mm"} if kind in ("sliders", "slots") else None
+
+
+STOPS: Part[Stop] = Part(
+    "stops", "bounds of joints' coordinates", StopTable, _built,
+    (
+        Figure("lower_stop_margin", "margin of a joint above its lower stop", _units(LOWER), LOWER,
+               _margins(LOWER, lambda stop, value: value - stop.least), LEAST, everywhere=True,
+               limit="required_margin", rigid=True),
+        Figure("upper_stop_margin", "margin of a joint below its upper stop", _units(UPPER), UPPER,
+               _margins(UPPER, lambda stop, value: stop.most - value), LEAST, everywhere=True,
+               limit="required_margin", rigid=True),
+    ),
+    _facts, _strokes, _begin, "end stops of the link or slider",
+)  # fmt: skip

@@ -1,0 +1,223 @@
+"""End stops against closed forms of the extreme positions of linkages."""
+
+import json
+
+import numpy as np
+import pytest
+from scene_texts import edited
+
+from kinelast import scene_from_text
+from kinelast.cli.command import main
+from kinelast.designs import evaluate
+from kinelast.figures.limits import acceptance
+from kinelast.figures.results import results_in_full
+from kinelast.figures.summary import summary
+from kinelast.scene.document import document_from_text
+from kinelast.scene.error import SceneError
+from kinelast.scene.parts import strokes_of
+from live.edit import EditError
+from live.edit import edited as changed
+from rigid import motion, position_of
+
+CRANK, COUPLER, ROCKER, FRAME = 0.1, abs(0.26 + 0.22j), abs(-0.04 + 0.22j), 0.4
+KEYS = 'section = "bar"\nmaterial = "steel"\n'
+FOUR_BAR = f"""
+[materials.steel]
+E = 210e9
+density = 7850
+[sections.bar]
+shape = "rectangle"
+depth = 0.02
+width = 0.008
+[points]
+A = [0, 0]
+B = [0.1, 0]
+C = [0.36, 0.22]
+D = [0.4, 0]
+[links]
+ground.points = ["A", "D"]
+[links.crank]
+points = ["A", "B"]
+{KEYS}
+[links.coupler]
+points = ["B", "C"]
+{KEYS}
+[links.rocker]
+points = ["D", "C"]
+{KEYS}
+[[drives]]
+link = "crank"
+speed = "60 rpm"
+[run]
+positions = 90
+"""
+ROD, HALF = np.hypot(170.0, 40.0), 50.0  # of the slider-crank [mm]
+SLIDER_CRANK = """
+units = "mm"
+[points]
+O = [0, 0]
+A = [30, 40]
+B = [200, 0]
+[links]
+ground.points = ["O"]
+crank = { points = ["O", "A"], rigid = true, mass = "1 kg", center = "O" }
+rod = { points = ["A", "B"], rigid = true, mass = "1 kg", center = "B" }
+piston = { points = ["B"], rigid = true, mass = "1 kg" }
+[sliders.guide]
+link = "piston"
+through = "B"
+direction = [1, 0]
+[[drives]]
+link = "crank"
+speed = "60 rpm"
+"""
+
+
+def stop(keys, joint='link = "rocker"'):
+    return f"[stops.end]\n{joint}\n{keys}\n"
+
+
+def angle(near, far, opposite):
+    """Angle of a triangle between two sides, opposite of the third."""
+    return np.arccos((near**2 + far**2 - opposite**2) / (2 * near * far))
+
+
+HIGHEST, LOWEST = (float(np.pi - angle(FRAME, ROCKER, COUPLER + side * CRANK)) for side in (-1, 1))
+SHARPEST, WIDEST = (float(angle(COUPLER, ROCKER, FRAME + side * CRANK)) for side in (-1, 1))
+IN, OUT = (side * HALF + ROD - 200.0 for side in (-1, 1))  # slides [mm]
+ON_COUPLER = 'link = "rocker"\non = "coupler"'
+GUIDE = 'slider = "guide"'
+
+
+@pytest.mark.parametrize("positions", [24, 90, 361])
+@pytest.mark.parametrize(
+    ("scene", "text", "margins", "verdict"),
+    [
+        (FOUR_BAR, stop('least = "70 deg"\nmost = "150 deg"'),
+         (LOWEST - np.radians(70), np.radians(150) - HIGHEST), "acceptable"),
+        (FOUR_BAR, stop('most = "148 deg"'), (None, np.radians(148) - HIGHEST), "not acceptable"),
+        (FOUR_BAR, stop('least = "94 deg"\nmargin = "1 deg"'), (LOWEST - np.radians(94), None), "acceptable"),
+        (FOUR_BAR, stop('least = "94 deg"\nmargin = "1.2 deg"'), (LOWEST - np.radians(94), None), "not acceptable"),
+        (FOUR_BAR, stop('least = "455 deg"'), (LOWEST - np.radians(95), None), "acceptable"),
+        (FOUR_BAR, stop('least = "30 deg"\nmost = "2.5"'.replace('"2.5"', "2.5"), ON_COUPLER),
+         (SHARPEST - np.radians(30), 2.5 - WIDEST), "acceptable"),
+        (SLIDER_CRANK, stop('least = -80\nmost = "25 mm"\nmargin = 0.3', GUIDE),
+         (1e-3 * (IN + 80.0), 1e-3 * (25.0 - OUT)), "acceptable"),
+        (SLIDER_CRANK, stop("most = 25\nmargin = 0.4", GUIDE), (None, 1e-3 * (25.0 - OUT)), "not acceptable"),
+    ],
+)  # fmt: skip
+def test_margins_are_those_of_the_closed_form_within_their_errors(scene, text, margins, verdict, positions):
+    """The extreme angles of a four-bar's rocker, its transmission angles, and the travel of a slider-crank."""
+    document = document_from_text(scene + text).with_positions(positions)
+    results = results_in_full(document.scene)
+    found = summary(results)
+    for key, exact in zip(("lower_stop_margin", "upper_stop_margin"), margins, strict=True):
+        figure = found["stops"]["end"]["figures"].get(key)
+        if exact is None:
+            assert figure is None
+            continue
+        assert abs(figure["value"] - exact) <= 1.02 * figure["error"] + 1e-15
+        assert figure["error"] < 0.2 / positions**2
+        moved = motion(results.mechanism, [[figure["drive"]["crank"]["value"]]])
+        built = document.scene.parts["stops"]["end"]
+        bound = built.least if key.startswith("lower") else built.most
+        assert abs(built.coordinate(moved)[0] - bound) == pytest.approx(abs(figure["value"]), abs=1e-9)
+    assert acceptance(results, found)["verdict"] == verdict
+
+
+def test_a_link_that_goes_round_passes_its_stop():
+    """Its angle is continuous: a crank from 0 on is a turn less 90 deg beyond the stop at last."""
+    scene = document_from_text(FOUR_BAR + stop('most = "90 deg"', 'link = "crank"')).scene
+    found = summary(results_in_full(scene))["acceptance"]
+    assert found["verdict"] == "not acceptable"
+    assert found["limits"][0]["found"]["value"] == pytest.approx(np.radians(90 - 360), rel=0.02)
+
+
+@pytest.mark.parametrize(("turned", "least", "most"), [(180, "250 deg", "330 deg"), (-90, "-20 deg", "60 deg")])
+def test_an_angle_counts_near_the_middle_of_its_stops(turned, least, most):
+    """A four-bar that is turned as a whole keeps the same margins, across half a turn too."""
+    text = FOUR_BAR
+    for name, (x, y) in {"B": ("0.1", "0"), "C": ("0.36", "0.22"), "D": ("0.4", "0")}.items():
+        place = complex(float(x), float(y)) * np.exp(1j * np.radians(turned))
+        text = edited(text, (f"{name} = [{x}, {y}]", f"{name} = [{place.real:.15f}, {place.imag:.15f}]"))
+    own, other = (
+        summary(results_in_full(scene_from_text(each)))["stops"]["end"]["figures"]
+        for each in (FOUR_BAR + stop('least = "70 deg"\nmost = "150 deg"'),
+                     text + stop(f'least = "{least}"\nmost = "{most}"'))
+    )  # fmt: skip
+    for key, figure in own.items():
+        assert other[key]["value"] == pytest.approx(figure["value"], abs=1e-9)
+
+
+def test_designs_have_the_margins_of_their_own_scenes():
+    """Over lengths of a link and over the stop itself."""
+    text = FOUR_BAR + stop('least = "70 deg"\nmost = "150 deg"')
+    document = document_from_text(text)
+    for path, values in {"links.coupler.length": [0.33, 0.36], "stops.end.most": [2.5, 2.7]}.items():
+        found = evaluate(document, [path], np.array(values)[:, None], ["upper_stop_margin.end"])
+        for number, value in enumerate(values):
+            own = evaluate(document.with_values({path: value}), [], np.zeros((1, 0)), ["upper_stop_margin.end"])
+            assert found.columns["upper_stop_margin.end"][number] == pytest.approx(
+                own.columns["upper_stop_margin.end"][0], rel=1e-12
+            )
+
+
+@pytest.mark.parametrize(
+    ("keys", "joint", "message"),
+    [
+        ("", 'link = "rocker"', "[stops.end] least: the key is missing: give least or most"),
+        ('least = "9 mm"', 'link = "rocker"', '[stops.end] least: expected an angle, as in "30 deg", got 0.009 m'),
+        ("least = 2\nmost = 1", 'link = "rocker"', "[stops.end] most: expected a value above least"),
+        ("least = 0\nmost = 7", 'link = "rocker"', "[stops.end] most: expected less than a turn above least"),
+        ("least = 0\nmargin = -1", 'link = "rocker"', "[stops.end] margin: expected a distance that is not negative"),
+        ("least = 0", 'link = "roker"', '[stops.end] link: there is no link "roker"; did you mean "rocker"?'),
+        ("least = 0", 'link = "rocker"\non = "crank"', '[stops.end] on: the links "rocker" and "crank" share no point'),
+        ("least = 0", "", "[stops.end] link: expected either link or slider"),
+    ],
+)
+def test_mistakes_are_told(keys, joint, message):
+    """With the table and the key."""
+    with pytest.raises(SceneError) as error:
+        _ = document_from_text(FOUR_BAR + stop(keys, joint)).scene
+    assert message in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("scene", "text", "link"),
+    [(FOUR_BAR, stop(f"most = {HIGHEST!r}"), "rocker"), (FOUR_BAR, stop(f"most = {WIDEST!r}", ON_COUPLER), "rocker")],
+)
+def test_the_symbol_lies_along_the_link_that_stands_at_its_stop(scene, text, link):
+    """At the extreme position the first stroke points from the pin along the link."""
+    built = scene_from_text(scene + text)
+    figure = summary(results_in_full(built))["stops"]["end"]["figures"]["upper_stop_margin"]
+    moved = motion(built.mechanism, [[figure["drive"]["crank"]["value"]]])
+    bar = strokes_of(built)[0]
+    at, on = (built.mechanism.index[name] for name in (link, bar.link))
+    stands = [complex(np.ravel(moved.origin[on] + moved.direction[on] * point)[0]) for point in bar.points]
+    start, end = (complex(np.ravel(position_of(moved, link, point))[0]) for point in built.mechanism.links[at].points)
+    pin, far = (start, end) if "D" in built.mechanism.links[on].points else (end, start)
+    ways = [(place - pin) * np.conj(far - pin) for place in stands]
+    assert all(abs(way.imag) <= 3e-4 * way.real for way in ways)
+
+
+def test_bare_bounds_are_in_the_unit_of_the_joint():
+    """Variables too."""
+    angle = document_from_text(FOUR_BAR + stop("most = 2.6")).variable("stops.end.most")
+    slide = document_from_text(SLIDER_CRANK + stop("most = 25", GUIDE)).variable("stops.end.most")
+    assert (angle.unit, angle.base, slide.unit, slide.base) == ("rad", 2.6, "m", 0.025)
+
+
+def test_the_page_the_editor_and_the_terminal_have_them(tmp_path, capsys):
+    """Strokes on the page, one part more in the editor and none after it is taken away, the verdict in the line."""
+    (tmp_path / "stopped.toml").write_text(SLIDER_CRANK + stop("most = 25\nmargin = 1", GUIDE), encoding="utf-8")
+    assert main([str(tmp_path / "stopped.toml"), "--out", str(tmp_path / "out")]) == 1
+    assert "margin of a joint below its upper stop (end) 0.3576 mm" in capsys.readouterr().out
+    page = (tmp_path / "out" / "stopped" / "report.html").read_text(encoding="utf-8")
+    model, _ = json.JSONDecoder().raw_decode(page[page.index('{"fields"') :])
+    assert [stroke["link"] for stroke in model["strokes"]] == [0, 0, 0, 0]
+
+    text = changed(SLIDER_CRANK, {"do": "table", "kind": "stops", "of": ["sliders", "guide"]})
+    assert scene_from_text(text).parts["stops"]["stop_1"].most == pytest.approx(0.01)
+    assert changed(text, {"do": "remove", "kind": "stop", "name": "stop_1"}).strip() == SLIDER_CRANK.strip()
+    with pytest.raises(EditError, match="end stops of the link or slider"):
+        changed(SLIDER_CRANK, {"do": "table", "kind": "stops"})
