@@ -23,7 +23,7 @@ Built = TypeVar("Built")
 
 @dataclass(frozen=True)
 class Assembly:
-    """A mechanism whose parts are being built, and the tables of its scene."""
+    """The mechanism and the tables for which parts are built."""
 
     table: SceneTable
     mechanism: Mechanism

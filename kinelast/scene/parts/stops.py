@@ -126,22 +126,22 @@ def _strokes(scene: Scene) -> Iterator[Stroke]:
     for stop in STOPS.of(scene).values():
         for end, side in ((stop.least, -1.0), (stop.most, 1.0)):
             if end is not None:
-                on, foot, way = _bar(stop, float(np.ravel(end)[0]), size, scene.mechanism)
-                bar = [foot + size * part * way for part in (0.0, 1.0, 2.0)]
+                on, foot, along = _bar(stop, float(np.ravel(end)[0]), size, scene.mechanism)
+                bar = [foot + size * part * along for part in (0.0, 1.0, 2.0)]
                 yield Stroke(on, bar)
-                yield from (Stroke(on, [tick, tick + 0.5 * size * (side * 1j - 1.0) * way]) for tick in bar)
+                yield from (Stroke(on, [tick, tick + 0.5 * size * (side * 1j - 1.0) * along]) for tick in bar)
 
 
 def _bar(stop: Stop, end: float, size: float, mechanism: Mechanism) -> tuple[str, complex, complex]:
     """Link of a bar, its foot and direction: along the turned link, or across the slide."""
     if not isinstance(stop.joint, PinDrive):
         slider = mechanism.slider(stop.joint.slider)
-        way = -1j * complex(slider.direction)
-        return slider.on, complex(slider.origin) + end * complex(slider.direction) - size * way, way
+        along = -1j * complex(slider.direction)
+        return slider.on, complex(slider.origin) + end * complex(slider.direction) - size * along, along
     link, on = (mechanism.links[mechanism.index[name]].points for name in (stop.joint.link, stop.joint.on))
     arm = max((complex(place) - complex(link[stop.joint.at]) for place in link.values()), key=abs)
-    way = cmath.exp(1j * end) * arm / (abs(arm) or 1.0)
-    return stop.joint.on, complex(on[stop.joint.at]) + 2.0 * size * way, way
+    along = cmath.exp(1j * end) * arm / (abs(arm) or 1.0)
+    return stop.joint.on, complex(on[stop.joint.at]) + 2.0 * size * along, along
 
 
 def _begin(kind: str, name: str) -> dict[str, Any] | None:
