@@ -152,7 +152,11 @@ class RunFigures:
 
     def rounded(self, values: Any, unit: str) -> Reals:
         """Return the values with round-off set to zero."""
-        return np.where(np.abs(values) <= NOISE * self.scales.get(unit, 0.0), 0.0, values)
+        scale = self.scales.get(unit, 0.0)
+        if unit in ("W", "J"):  # a drive without effort has round-off of the forces times its rate
+            power = max(self.scales["N"], self.scales["N m"]) * float(np.nanmax(np.abs(self.rates), initial=0.0))
+            scale = max(scale, power if unit == "W" else power * (self.span[1] - self.span[0]))
+        return np.where(np.abs(values) <= NOISE * scale, 0.0, values)
 
     def unreliable(self, value: float, error: float, unit: str) -> bool:
         """Return whether an error is large, relative to the value or, if that is nearly zero, to the scale."""

@@ -494,7 +494,9 @@ def error_of(results: Results, peak: Peak, unit: str) -> dict[str, Any]:
         return {"error": None}
     if peak.error.unknown:
         return {"error": None, "error_unknown": peak.error.unknown}
-    size = float(results.figures.rounded(peak.error.size, unit))
+    size = peak.error.size
+    if not results.figures.rounded(peak.value, unit):
+        size = float(results.figures.rounded(size, unit))
     marks = {"error_measured": peak.error.measured, "unreliable": results.figures.unreliable(peak.value, size, unit)}
     return {"error": size if math.isfinite(size) else None, **{name: True for name, holds in marks.items() if holds}}
 

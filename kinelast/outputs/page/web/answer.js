@@ -82,10 +82,11 @@ function leastSafe() {
 
 // Reliability of the figures. "Reliable" never stands above a doubtful figure or a link that yields.
 function trustLine() {
-  const { level, reasons } = summary.reliability, doubted = doubtedFigures().join(", ");
+  const { level, reasons } = summary.reliability, { one_position: single } = summary.run, doubted = doubtedFigures().join(", ");
   const [words, shown] = summary.buckles ? ["Only figures of the rigid motion are shown", "caution"]
     : level !== "good" ? [`${TRUST_WORDS[level]}: ${reasons.join(", ")}${doubted && `; unreliable: ${doubted}`}`, level]
     : summary.yields ? [`The figures assume elastic links${doubted && `; unreliable: ${doubted}`}`, "caution"]
+    : single ? [`The figures hold at one position only${doubted && `; unreliable: ${doubted}`}`, "caution"]
     : doubted ? [`All figures are reliable except ${doubted}`, "caution"]
     : [TRUST_WORDS.good, level];
   return h("div", { class: `verdict ${shown}`, id: "trusted" }, h("p", {}, h("b", {}, `${words}.`), " ", h("a", { href: "#trust" }, "Why?")));
@@ -93,7 +94,7 @@ function trustLine() {
 
 const FEW_DOUBTED = 2; // figures that the line names
 function doubtedFigures() {
-  const of = (on) => (on ? ` of ${on}` : ""), unjudged = summary.acceptance.limits.filter((limit) => limit.outcome === "cannot be judged");
+  const of = (on) => (on ? ` of ${on}` : ""), unjudged = summary.acceptance.limits.filter((limit) => limit.outcome === "cannot be judged" && !summary.run.one_position && !summary.yields);
   const large = summary.reliability.unreliable.map((each) => `${each.name}${of(each.on)}${each.share === null ? "" : ` (± ${share(each.share)})`}`);
   const all = [...new Set([...unjudged.map((limit) => limitName(limit) + of(limit.found.label || limit.on)), ...large])], more = all.length - FEW_DOUBTED;
   return more > 0 ? [...all.slice(0, FEW_DOUBTED), `${more} more`] : all;
@@ -148,7 +149,7 @@ function tiles() {
   }
   if (theory.error !== null) {
     const vibrates = theory.name === "quasi-static" || theory.without_vibration === null ? "" : `; vibration changes the figures by up to ${share(theory.without_vibration)}`;
-    shown.push(tile("Accuracy", `± ${errorShare(theory.error)}`, `${theory.name} theory${theory.figure ? `; largest error: ${theory.figure}` : ""}${vibrates}`, { level: theory.error > summary.limits.vibration.beyond ? "poor" : theory.error > (theory.accuracy ?? theory.expected) ? "caution" : "good", means: "largest error among the main figures: deflection, stress, output, and the figures of limits" }));
+    shown.push(tile("Accuracy", `± ${errorShare(theory.error)}`, `${summary.links.length ? `${theory.name} theory` : "rigid links"}${theory.figure ? `; largest error: ${theory.figure}` : ""}${vibrates}`, { level: theory.error > summary.limits.vibration.beyond ? "poor" : theory.error > (theory.accuracy ?? theory.expected) ? "caution" : "good", means: "largest error among the main figures: deflection, stress, output, and the figures of limits" }));
   }
   if (nonlinear) {
     const [value, note, level] = nonlinear.problem ? ["cannot be made", nonlinear.problem, "caution"]
