@@ -59,12 +59,12 @@ def made(results: Any, seconds: float) -> tuple[Any, float]:
 
 def fine(results: Any) -> Any:
     """The check to a tolerance that decides."""
-    usual = checks.DECIDED
-    checks.DECIDED = (FINE,)
+    usual = checks.DIVISORS
+    checks.DIVISORS = (FINE,)
     try:
         return made(results, LONGEST_FINE)[0]
     finally:
-        checks.DECIDED = usual
+        checks.DIVISORS = usual
 
 
 def row(scene: Any) -> dict[str, Any]:

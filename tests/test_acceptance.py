@@ -189,7 +189,7 @@ def test_a_limit_that_cannot_be_judged_is_not_kept(tmp_path, capsys):
     text = "\n".join(line for line in SLOW.splitlines() if not line.startswith("yield"))
     status, told, _ = answer(tmp_path, capsys, "\n[limits]\nsafety = 1.5\n", text)
     assert status == 1
-    assert "CANNOT BE JUDGED: safety: there is no figure" in told
+    assert "CANNOT BE JUDGED: safety: the figure is unknown" in told
 
 
 def test_a_failed_limit_counts_again_when_resumed(tmp_path, capsys):

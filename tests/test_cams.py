@@ -763,6 +763,6 @@ def test_findings_on_cams():
         for given in (large, tables(TAPPET))
     )
     assert cut.level == "poor"
-    assert re.match(r"The cam plate cannot be made: it would have to go back on itself, with \S+ mm as least", cut.text)
+    assert re.match(r"The cam plate cannot be made: its profile is undercut \(smallest radius \S+ mm", cut.text)
     assert left.level == "caution"
-    assert "leaves the cam plate in part of the run: a spring that gives 29.59 N along the drive holds it" in left.text
+    assert "leaves the cam plate in part of the run: a spring with 29.59 N along the drive holds it" in left.text

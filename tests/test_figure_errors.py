@@ -299,7 +299,4 @@ def test_what_lies_between_the_positions_is_an_error_of_theirs(run):
     assert results.answer.theory == QUASI_STATIC
     assert value < 0.99 * most
     assert value + error.parts[BETWEEN] == pytest.approx(most, rel=5e-3)
-    assert (
-        nearer(results, error, 0.01)
-        == "mostly between the positions: more of them, as --positions 360, bring it nearer"
-    )
+    assert nearer(results, error, 0.01) == "mostly between the positions: --positions 360 would reduce it"

@@ -468,7 +468,7 @@ def test_round_off_near_a_change_point_is_no_largest_value(start):
     figures = summary(results)
     assert figures["run"]["singular"] + figures["run"]["ill_conditioned"] == 2
     told = " ".join(finding["text"] for finding in figures["trust"])
-    assert ("2 positions are left out of the largest values as too near a dead point" in told) == (start > 0)
+    assert ("The largest values exclude 2 positions near a dead point" in told) == (start > 0)
     beam = results.scene.labels.index("coupler")
     for chord in (one.figures.peaks["chord"][beam] for one in (results, refined(results))):
         sag = 5 * 7850 * 6e-5 * 9.81 * 0.3**4 / (384 * 210e9 * 0.01 * 0.006**3 / 12)
@@ -497,11 +497,11 @@ def test_a_check_without_beams_compares_the_momentum_alone(tmp_path, capsys):
 def test_advice_for_slender_links():
     bar = {"bar": {"shape": "rectangle", "depth": 0.03, "width": 0.01}}
     (text,) = [one.text for one in findings(results_of(sections=bar)) if one.heading == "Stubby links"]
-    assert text.endswith('; beams = "euler-bernoulli" leaves shear out.')
+    assert text.endswith('; beams = "euler-bernoulli" neglects shear.')
     unknown = {"bar": {"shape": "properties", "A": 3e-4, "I": 0.01 * 0.03**3 / 12}}
     unknown_shear = results_of(sections=unknown, run={"positions": 1, "gravity": [0, -9.81]})
     (text,) = [one.text for one in findings(unknown_shear) if one.heading == "Stubby links"]
-    assert text.endswith("; its section tells neither shear_area nor kGA, so shear is left out.")
+    assert text.endswith("; its section has neither shear_area nor kGA, so shear is neglected.")
     softer = results_of(sections=bar, run={"positions": 1, "gravity": [0, -9.81]})
     (text,) = [one.text for one in findings(softer) if one.heading == "Stubby links"]
     assert "where moments come in at its ends." in text

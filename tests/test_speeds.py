@@ -142,7 +142,7 @@ class TestLimitSpeed:
 
 
 def test_next_to_resonance_a_percentage_is_no_figure():
-    """Errors of speeds in words: by how much, and from a half on that nothing is to be relied on, and why."""
+    """Errors of speeds in words: by how much, and from a quarter on that they are unreliable, and why."""
     scene = scene_from_text(FOUR_BAR)
     speed = np.array([100.0, 110.0, 120.0, 130.0])
     peak = SpeedPeak(121.0, "w", 0, 1.0, Resonance(5, 1, 0, True))
@@ -154,14 +154,14 @@ def test_next_to_resonance_a_percentage_is_no_figure():
         (sentence,) = _words(replace(given, figures=rows), scene)
         return sentence
 
-    assert told(0.01, 0.06, 0.4, 0.2) == (
-        "3 of 4 speeds, from 110 rad/s on, are more than 5 % off, 40 % at 120 rad/s: mostly large displacement"
+    assert told(0.01, 0.06, 0.24, 0.2) == (
+        "3 of 4 speeds, from 110 rad/s on, have errors beyond 5 %, up to 24 % at 120 rad/s: mostly large displacement"
     )
     assert told(0.01, 0.06, 2.4, 0.7) == (
-        "3 of 4 speeds, from 110 rad/s on, are more than 5 % off by large displacement, 2 of them unreliable: "
-        "damping decides at resonance, as at 121 rad/s where 5th harmonic meets the 1st mode (mostly crank)"
+        "3 of 4 speeds, from 110 rad/s on, have errors beyond 5 % by large displacement, 2 of them unreliable: "
+        "damping decides at resonance, for example at 121 rad/s, where 5th harmonic meets the 1st mode (mostly crank)"
     )
-    assert told(0.01, 0.06, 0.4, 0.7).endswith("1 of them unreliable, as 130 rad/s")
+    assert told(0.01, 0.06, 0.2, 0.7).endswith("1 of them unreliable, for example 130 rad/s")
 
 
 class TestWhatGoesWithTheSpeed:

@@ -1,4 +1,4 @@
-"""The answer beside two that rest on other theories: large displacements in time, and links as plane bodies."""
+"""Checks of the answer by other theories: large displacements in time, and links as plane bodies."""
 
 from __future__ import annotations
 
@@ -29,33 +29,34 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
     from rigid import Mechanism, Reals
 
-DECIDED = 1.5, 6.0  # parts of what is allowed that the check itself may be off by: at first, and where that decides
-TELLING = 0.2  # of the estimate, that the check may be off by to take its place, where that is no less than `UNTOLD`
-UNTOLD = 0.005  # that it may be off by where nothing is allowed or forbidden
-LEAST_ASKED = 1e-4  # accuracy
-LEAST_GRANTED, MOST_GRANTED = 0.005, 0.1  # of the momentum of vibrating links: beyond, nothing is learnt
-GRANTED_PER_ACCURACY = 0.2  # of the momentum, relative to the accuracy that the solver's tolerance follows
-POSITIONS = 360  # of a run where nothing is asked; up to which the least is granted
+DIVISORS = 1.5, 6.0  # allowed difference over tolerance of the check: first run, and second run if undecided
+MEASURING = 0.2  # largest error of a check that replaces an estimate, relative to the estimate
+DEFAULT_TOLERANCE = 0.005  # of a check without an allowed difference
+MIN_ACCURACY = 1e-4  # finest accuracy that a message advises
+MIN_ALLOWED, MAX_ALLOWED = 0.005, 0.1  # momentum difference of vibrating links; a larger one shows nothing
+ALLOWED_PER_ACCURACY = 0.2  # momentum difference relative to the accuracy, which sets the solver's tolerance
+POSITIONS = 360  # default of a run; beyond, a finer time grid widens the allowed momentum difference
 
 
 def nonlinear_check(results: Results, progress: Callable[[float, str], None] | None = None) -> NonlinearCheck | NotMade:
-    """The mechanism solved once more, with nothing taken from the answer but the scene and its damping.
+    """Solve the mechanism by nonlinear finite elements, with only scene and damping taken from the answer.
 
-    Like is held against like: its beams are those of the answer, and what these leave out is not allowed for.
+    The elements are beams too, so errors of beam theory are not part of the allowed difference.
     """
     from fem_check.nonlinear import DoesNotCloseError, NotCheckedError
 
     course = results.scene.course
     if not isinstance(course, CourseByLaws) or results.left_out:
-        return NotMade("it takes drives that follow laws, all over their run")
+        return NotMade("it needs drives that follow laws and reach all positions")
     estimate = math.nan
     if results.answer:
         estimate = results.answer.by_motion
     try:
-        for part in DECIDED:
+        for divisor in DIVISORS:
             allowed = allowed_difference(estimate)
-            tolerance = min(UNTOLD, allowed / part) if part > DECIDED[0] else min(allowed / part, _telling(estimate))
-            check = _nonlinear(results, course, UNTOLD if math.isnan(allowed) else tolerance, estimate, progress)
+            tolerance = min(allowed / divisor, DEFAULT_TOLERANCE if divisor > DIVISORS[0] else _measuring(estimate))
+            tolerance = DEFAULT_TOLERANCE if math.isnan(allowed) else tolerance
+            check = _nonlinear(results, course, tolerance, estimate, progress)
             if not check.near:
                 break
     except (NotCheckedError, DoesNotCloseError) as error:
@@ -63,8 +64,9 @@ def nonlinear_check(results: Results, progress: Callable[[float, str], None] | N
     return check
 
 
-def _telling(estimate: float) -> float:
-    return math.inf if math.isnan(estimate) else max(TELLING * estimate, UNTOLD)
+def _measuring(estimate: float) -> float:
+    """Return the tolerance at which the check replaces an estimated error."""
+    return math.inf if math.isnan(estimate) else max(MEASURING * estimate, DEFAULT_TOLERANCE)
 
 
 def _nonlinear(
@@ -74,7 +76,7 @@ def _nonlinear(
     estimate: float,
     progress: Callable[[float, str], None] | None,
 ) -> NonlinearCheck:
-    """The check to a tolerance of its own."""
+    """Return the check at a tolerance."""
     from fem_check.nonlinear import refined_deflection
 
     scene, times, period = results.scene, results.motion.time, results.period
@@ -117,9 +119,9 @@ def _nonlinear(
 
 
 def _measured(results: Results, refined: RefinedDeflection) -> Measured:
-    """Errors of the largest displacements of beams, points and the output by the check, at its nodes and instants.
+    """Return the errors of the largest displacements of beams, points and output, measured at nodes and instants.
 
-    Its own error is a share of the deflection of a beam from its chord, and taken as one of displacements alike.
+    The check's own error is relative to the chord deflection, and is applied to all displacements.
     """
     theirs = dict(zip(("u", "w", "phi"), refined.moved, strict=True)) | {"chord": refined.chord}
     ours = {name: sample(results.deflection, name, refined.xi) for name in theirs}
@@ -135,13 +137,13 @@ def _measured(results: Results, refined: RefinedDeflection) -> Measured:
 
 
 def _greatest(values: Reals) -> Reals:
-    """Greatest magnitudes over places and instants of every beam, shape (beams,)."""
+    """Return the greatest magnitude of each beam, shape (beams,)."""
     greatest: Reals = np.nanmax(np.abs(values), axis=(1, 2))
     return greatest
 
 
 def _of_points(mechanism: Mechanism, names: Sequence[str], moved: Mapping[str, Reals]) -> Reals:
-    """Greatest displacements of points at the ends of beams [m], nan of others, shape (points,)."""
+    """Return the greatest displacement of points at beam ends [m], nan for other points, shape (points,)."""
     greatest = np.full(len(names), np.nan)
     size = np.hypot(moved["u"], moved["w"])
     for number, (_, beam) in enumerate(mechanism.beams):
@@ -152,16 +154,19 @@ def _of_points(mechanism: Mechanism, names: Sequence[str], moved: Mapping[str, R
 
 
 def _besides(results: Results, smaller: Reals) -> dict[str, float]:
-    """Shares of beams' deflections that an answer settled in time and coordinates leaves open beyond those it tells.
+    """Return additional discretization errors of the beams, relative to their own deflections.
 
-    `smaller`: per beam, how many times the largest deflection is as large.
+    Parameters
+    ----------
+    smaller
+        Largest deflection of all beams over that of each beam.
     """
     share = results.answer.off.shares.get(TIME, 0.0) if results.answer else 0.0
     return dict(zip(results.scene.labels, (share * np.maximum(smaller - 1.0, 0.0)).tolist(), strict=True))
 
 
 def _damping(results: Results) -> Reals:
-    """beta of every beam [s]: that of the answer, or of the lowest natural frequency."""
+    """Return the damping beta of each beam [s], from the answer or from the lowest natural frequency."""
     if results.answer and results.answer.vibrating:
         return results.answer.vibrating.damping.beams
     from kinelast.figures.theory import damping_of
@@ -171,19 +176,19 @@ def _damping(results: Results) -> Reals:
 
 
 def _poisson(scene: Scene) -> list[float]:
-    """Poisson's ratio of every beam, that of metals where its material does not tell."""
+    """Return Poisson's ratio of each beam, by default that of metals."""
     names = [made.material for made in scene.made_of] or [""] * len(scene.labels)
-    told = [scene.materials[name].poisson if name in scene.materials else None for name in names]
-    return [POISSON if ratio is None else ratio for ratio in told]
+    given = [scene.materials[name].poisson if name in scene.materials else None for name in names]
+    return [POISSON if ratio is None else ratio for ratio in given]
 
 
 def nearer(results: Results, error: FigureError, share: float) -> str:
-    """Advice by which a figure's error comes down to a share of it; empty where there is none.
+    """Return advice that reduces a figure's error to a share of the figure, empty if there is none.
 
-    It names the largest part of the error, and nothing that would not run.
+    It names the largest part of the error and an option that runs for this scene.
     """
     answer, largest = results.answer, error.largest
-    accuracy = f'accuracy = "{percent(max(share / 2, LEAST_ASKED))}" would settle it'
+    accuracy = f'accuracy = "{percent(max(share / 2, MIN_ACCURACY))}" would settle it'
     by_laws = isinstance(results.scene.course, CourseByLaws) and not results.left_out
     if largest == BEAM_THEORY:
         return "" if results.solid or _hollow(results) else f"mostly {largest}: --check solid would measure it"
@@ -191,7 +196,7 @@ def nearer(results: Results, error: FigureError, share: float) -> str:
         return ""
     if largest == BETWEEN:
         more = max(POSITIONS, 4 * len(results.motion.time))
-        return f"mostly {largest}: more of them, as --positions {more}, bring it nearer"
+        return f"mostly {largest}: --positions {more} would reduce it"
     if results.scene.theory.plain:
         return f'mostly {largest}: without theory = "quasi-static" it would be settled'
     if answer.theory == GEOMETRICALLY_EXACT or answer.finer:
@@ -200,17 +205,16 @@ def nearer(results: Results, error: FigureError, share: float) -> str:
 
 
 def _hollow(results: Results) -> bool:
-    """Whether the beam of which beam theory leaves out most has thin walls, which no plane body has."""
+    """Whether the beam with the largest error of beam theory has thin walls, which plane bodies cannot model."""
     parts = [abs(error.parts.get(BEAM_THEORY, 0.0)) for error in results.errors.get("chord", ())]
     return bool(parts) and results.scene.sections[int(np.argmax(parts))].thin_walled
 
 
 def momentum_balances(results: Results) -> dict[str, Balance]:
-    """Newton's laws for the whole machine, of the quasi-static answer and of links that vibrate, by theory.
+    """Return the momentum balances of the whole machine, quasi-static and with vibration, by theory.
 
-    The allowed difference of vibrating links is the answer's error in time, in its coordinates and by large
-    displacement; at least `LEAST_GRANTED`, for differences across time elements, which grow with the square of the
-    number of positions, and at least a share of the accuracy.
+    The allowed difference of vibrating links is the error of the answer in time, coordinates and large displacement,
+    but at least `MIN_ALLOWED`, growing with the square of the number of positions, and a share of the accuracy.
     """
     from elastic.elastodynamics import deflection_at
     from fem_check import balance
@@ -220,18 +224,18 @@ def momentum_balances(results: Results) -> dict[str, Balance]:
     balances = {QUASI_STATIC: balance(results.quasi_static, course.near, course.span)}
     if answer is not None and results.vibrates and answer.vibrating is not None:
         wanted = ACCURACY if answer.accuracy is None else answer.accuracy
-        off = max(answer.by_motion, GRANTED_PER_ACCURACY * wanted)
-        granted = max(LEAST_GRANTED * max(1.0, len(results.motion.time) / POSITIONS) ** 2, off)
-        if granted <= MOST_GRANTED:
+        off = max(answer.by_motion, ALLOWED_PER_ACCURACY * wanted)
+        allowed = max(MIN_ALLOWED * max(1.0, len(results.motion.time) / POSITIONS) ** 2, off)
+        if allowed <= MAX_ALLOWED:
             cycle = results.period if math.isfinite(results.period) else None
             transient = partial(deflection_at, answer.vibrating), answer.vibrating.edges
-            in_time = cycle, granted, answer.theory != ELASTODYNAMIC, None if cycle else transient
+            in_time = cycle, allowed, answer.theory != ELASTODYNAMIC, None if cycle else transient
             balances[answer.theory] = balance(results.deflection, course.near, course.span, *in_time)
     return balances
 
 
 def check_passed(results: Results) -> bool | None:
-    """Whether all comparisons of the finite element check are within their bounds; None where it compares nothing."""
+    """Return whether the finite element check is within its bounds, or None if it compares nothing."""
     comparison, verdicts = results.comparison, []
     assert comparison is not None
     if not comparison.passed or (results.scene.labels and comparison.compared):
@@ -241,7 +245,7 @@ def check_passed(results: Results) -> bool | None:
 
 
 def solid_check(results: Results) -> SolidComparison | NotMade:
-    """Error of beam theory in the quasi-static answer, by links as plane-stress bodies."""
+    """Return the error of beam theory in the quasi-static answer, by plane-stress bodies."""
     from fem_check.solid import compare_solid
 
     try:

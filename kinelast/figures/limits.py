@@ -1,4 +1,4 @@
-"""The judge of limits: of a run, of every design and of every speed; and its verdict as plain data."""
+"""Judgement of limits, for a run, for designs and for speeds, and the verdict as plain data."""
 
 from __future__ import annotations
 
@@ -43,23 +43,23 @@ SEVERITY = BROKEN, UNKNOWN, TOO_NEAR, KEPT
 VERDICTS = {KEPT: "acceptable", BROKEN: "not acceptable", TOO_NEAR: TOO_NEAR, UNKNOWN: UNKNOWN}
 PASSED = {KEPT: True, BROKEN: False}
 LIMITS_KEPT, LIMITS_MARGIN = "limits_kept", "limits_margin"
-ONE_POSITION = "only one position of the cycle is computed: ask for more --positions"
-WIDENED = 2.0  # errors of a figure beyond `UNRELIABLE`, within which its limit is too close to decide
+ONE_POSITION = "only one position of the cycle is computed: give more --positions"
+WIDENED = 2.0  # margin of an unreliable figure, relative to its error
 RECIPROCAL = "safety", "endurance"  # figures that are a strength over a stress
-SPARE = 1e-4  # share of a limit that is left besides the error, as that changes with the design
+SPARE = 1e-4  # margin in addition to the error, relative to the limit, because errors change with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
-"""Keys of figures of beams, and the fields that have their place."""
+"""Field with the place of each figure of beams."""
 
 
 def widened(value: Any, error: Any) -> Any:
-    """Errors by which figures are judged: `WIDENED` times as large if the figure is unreliable."""
+    """Return the errors for judgements: `WIDENED` times larger if the figure is unreliable."""
     return np.where(error > UNRELIABLE * np.abs(value), WIDENED * error, error)
 
 
 def severity(limit: Limit, value: Any, error: Any) -> Integers:
-    """Places in `SEVERITY` of the outcomes for figures with their errors, shape (...).
+    """Return the outcomes of a limit for figures and their errors, as indices into `SEVERITY`, shape (...).
 
-    A limit is too close to decide if its bound lies within the error; within `WIDENED` times an unreliable error. The
+    A limit is too close to decide if its bound is within the error, or within `WIDENED` times an unreliable error. The
     error of a safety factor is that of the stress in its denominator.
     """
     error = widened(value, error)
@@ -72,15 +72,15 @@ def severity(limit: Limit, value: Any, error: Any) -> Integers:
 
 
 def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, Any] | None = None) -> Iterator[Integers]:
-    """Places in `SEVERITY` of the outcomes of all limits of a scene, each of shape (...).
+    """Yield the outcome of each limit of a scene, as indices into `SEVERITY`, shape (...).
 
     Parameters
     ----------
     figures
-        By key, the magnitude of the figure of every item in its SI unit, shape (items, ...): items in the order of
-        `items_of`. A limit cannot be judged if its figure is left out or out of range, or if a cam does not work.
+        Magnitudes of the figures in SI units by key, shape (items, ...), in the order of `items_of`. A limit cannot be
+        judged if its figure is missing or out of range, or if a cam does not work.
     errors
-        Of the same shapes; where left out they are not counted, and no outcome is a verdict.
+        Errors of the same shapes. Without them, the outcomes are no verdicts.
     """
     for limit in limits_of(scene):
         items = bounded_items(scene, limit) if limit.figure in figures else []
@@ -93,7 +93,7 @@ def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, An
 
 
 def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
-    """The figure that is nearest to a limit, or farthest past it, shape (...); nan where one of them is not known."""
+    """Return the figure closest to a limit or farthest beyond it, shape (...), nan if one is unknown."""
     items = bounded_items(scene, limit) if limit.figure in figures else []
     if not items:
         return math.nan
@@ -103,7 +103,7 @@ def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
 
 
 def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure]:
-    """Whether all limits of a scene are kept, 1 or 0, and the least margin: no verdicts, as they know no errors."""
+    """Return two figures without errors: whether all limits are kept (1 or 0), and the smallest margin."""
     needed = {limit.figure for limit in limits_of(scene)} | needed_by_limits(scene)
     bounded = [figure for figure in figures if figure.key in needed]
 
@@ -127,7 +127,7 @@ def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure
 
 @dataclass(frozen=True)
 class Judgement:
-    """A limit beside the figure that decides its outcome: of those that are alike the one nearest to the bound.
+    """Outcome of a limit, with the figure that decides it: the worst, and then the closest to the bound.
 
     Attributes
     ----------
@@ -136,11 +136,11 @@ class Judgement:
     outcome
         One of `SEVERITY`.
     item
-        Number of the item that the figure is of.
+        Number of the figure's item.
     value, error
-        Magnitude of the figure, and its error, in its SI unit; nan where not known.
+        Magnitude and error of the figure in its SI unit, nan if unknown.
     problem
-        Why it cannot be judged, or what would settle it; empty where it is judged, or nothing would.
+        Reason why the limit cannot be judged, or advice that decides it; otherwise empty.
     """
 
     limit: Limit
@@ -152,28 +152,28 @@ class Judgement:
 
     @property
     def worst(self) -> float:
-        """The figure with its error, on the side where the bound is."""
+        """Figure with its error towards the bound."""
         return self.value - self.error if self.limit.least else self.value + self.error
 
 
 def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | None = None) -> Judgement:
-    """A limit of a figure by its key, of some of its items or of all, judged."""
+    """Judge a limit of a figure, for some of its items or for all."""
     peaks = results.figures.peaks.get(key, [])
     exact = any(each.exact for each in results.figures.figures if each.key == key)
     errors = [0.0 if exact else _error(peak) for peak in peaks]
     signed = any(each.over != LARGEST for each in results.figures.figures if each.key == key)
     sizes = [peak.value if signed else abs(peak.value) for peak in peaks]
-    told = [(item, sizes[item], errors[item]) for item in (items or range(len(peaks)))]
+    known = [(item, sizes[item], errors[item]) for item in (items or range(len(peaks)))]
     how, _, item, value, error = min(
         ((int(severity(limit, value, error)), float(limit.margin(value)), item, value, error)
-         for item, value, error in told),
+         for item, value, error in known),
         default=(SEVERITY.index(UNKNOWN), math.nan, 0, math.nan, math.nan),
     )  # fmt: skip
     outcome, problem = SEVERITY[how], ""
     if results.buckles and math.isnan(value):
         outcome, problem = BROKEN, results.buckles
     elif outcome == UNKNOWN:
-        problem = "there is no figure" if math.isnan(value) else results.error_unknown or "its error is not known"
+        problem = "the figure is unknown" if math.isnan(value) else results.error_unknown or "its error is unknown"
     elif outcome == TOO_NEAR:
         parts = peaks[item].error
         assert parts is not None
@@ -181,11 +181,11 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
     if results.one_position and outcome != BROKEN and not exact:
         outcome, problem = UNKNOWN, ONE_POSITION
     judged = Judgement(limit, outcome, item, value, error, problem)
-    return _or_refused(results, judged, key, [item for item, *_ in told])
+    return _or_refused(results, judged, key, [item for item, *_ in known])
 
 
 def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[int]) -> Judgement:
-    """The judgement, or "cannot be judged" if a formula is out of range or a cam does not work."""
+    """Return the judgement, or "cannot be judged" if a formula is out of range or a cam does not work."""
     if judged.outcome == BROKEN:
         return judged
     known = {other: [peak.value for peak in peaks] for other, peaks in results.figures.peaks.items() if peaks}
@@ -194,7 +194,7 @@ def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[i
 
 
 def _if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
-    """The judgements, with "cannot be judged" in place of "kept" if the figures are not reliable."""
+    """Return the judgements, with "cannot be judged" instead of "kept" if the figures are not reliable."""
     kept = any(judged.outcome == KEPT for judged in judgements)
     why = "; ".join(doubts(results)) if kept else ""
     if not why:
@@ -205,7 +205,7 @@ def _if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Jud
 
 
 def limits_of_items(scene: Scene) -> list[Limit]:
-    """Limits of a scene, each of one item, by the name by which its figure is asked for, as in `deflection.rod`."""
+    """Return the limits of a scene for single items, with figure names such as `deflection.rod`."""
     limits = []
     for limit in limits_of(scene):
         items = items_of(scene, limit.of)
@@ -216,16 +216,16 @@ def limits_of_items(scene: Scene) -> list[Limit]:
 
 @dataclass(frozen=True)
 class FullAnswer:
-    """The full answer to a design: by the scene's own theory, with errors.
+    """Answer to a design by the scene's theory, with errors.
 
     Attributes
     ----------
     theory
-        That it took; empty where there is no answer.
+        Name of the theory, empty without an answer.
     judgements
-        Of limits.
+        Judgements of the limits.
     figures
-        By name, a figure's magnitude and its error in its SI unit; nan where not known.
+        Magnitude and error of figures by name in SI units, nan if unknown.
     """
 
     theory: str
@@ -234,7 +234,7 @@ class FullAnswer:
 
 
 def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()) -> FullAnswer:
-    """Limits of figures by their names, and figures by name, of the scene's full answer."""
+    """Return the full answer of a scene with judged limits and figures by name."""
     try:
         results = results_in_full(scene)
     except SceneError as error:
@@ -249,7 +249,7 @@ def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()
 
 
 def _known(results: Results, measure: Measure) -> tuple[float, float]:
-    """A figure by its name, and its error; of those that are only computed where they are asked for too."""
+    """Return a figure and its error, including figures that are computed on request only."""
     entry, peaks = measure.figure, results.figures.peaks.get(measure.figure.key, [])
     if peaks:
         sign = -1.0 if entry.over == LEAST else 1.0
@@ -274,27 +274,28 @@ def _value(measure: Measure, cycle: Cycle) -> float:
 
 
 def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judgement:
-    """A limit of any figure, judged; also of those that are only computed where they are asked for."""
+    """Judge a limit of any figure, including figures that are computed on request only."""
     if measure and measure.figure.key in results.figures.peaks:
         return judgement(results, limit, measure.figure.key, measure.items)
     value, error = _known(results, measure) if measure else (math.nan, math.nan)
     outcome = BROKEN if results.buckles and math.isnan(value) else SEVERITY[int(severity(limit, value, error))]
-    problem = results.buckles or f"the error of {limit.figure} is not known" if outcome == UNKNOWN else ""
+    problem = results.buckles or f"the error of {limit.figure} is unknown" if outcome == UNKNOWN else ""
     return _or_refused(results, Judgement(limit, outcome, 0, value, error, problem), limit.figure, [])
 
 
 def room(judged: Judgement, value: float, before: tuple[float, float] | None = None, spare: float = SPARE) -> float:
-    """Bound of a quasi-static figure of a value by which the figure of the full answer keeps its limit, error and all.
+    """Return the bound of a quasi-static figure for which the full answer, with its error, keeps its limit.
 
-    What the full answer changes of a figure goes with it from one design to the next; where another design is known,
-    it is by a line through both.
+    The ratio of full to quasi-static answer is taken from this design, or extrapolated linearly from two designs.
 
     Parameters
     ----------
+    value
+        Quasi-static figure of the judged design.
     before
-        Of another design, the quasi-static figure and that of the full answer with its error.
+        Quasi-static figure of another design, and its full answer with error.
     spare
-        Share of the limit to leave besides the error.
+        Margin in addition to the error, relative to the limit.
     """
     bound, worst = float(judged.limit.bound), judged.worst
     if not math.isfinite(worst) or not math.isfinite(value):
@@ -306,12 +307,12 @@ def room(judged: Judgement, value: float, before: tuple[float, float] | None = N
 
 
 def verdict_on(judgements: Sequence[Judgement]) -> dict[str, Any]:
-    """The verdict on several limits as plain data.
+    """Return the verdict on several limits as plain data.
 
     Returns
     -------
-    `verdict`: the worst outcome in words; empty where no limit is set. `passed`: whether it is acceptable; None where
-    that is not known, `problem` says why or what would settle it.
+    `verdict`, the worst outcome in words, empty without limits; `passed`, None if unknown; `problem`, the reason or
+    the advice that decides it.
     """
     worst = min((each.outcome for each in judgements), key=SEVERITY.index, default="")
     problem = next((each.problem for each in judgements if each.outcome == worst), "")
@@ -319,16 +320,16 @@ def verdict_on(judgements: Sequence[Judgement]) -> dict[str, Any]:
 
 
 def acceptance(results: Results, figures: Mapping[str, Any]) -> dict[str, Any]:
-    """Every limit of the scene with the figure that it bounds and its outcome, and the verdict on all.
+    """Return the verdict on a scene, and each limit with its figure and outcome.
 
     Parameters
     ----------
     figures
-        The rest of the summary, see `kinelast.figures.summary.summary`: places and units.
+        The rest of the summary, for places and units, see `kinelast.figures.summary.summary`.
 
     Returns
     -------
-    As of `verdict_on`; and `limits`: a row each, `kept` were there no error.
+    The entries of `verdict_on`, and `limits` with a row each. There, `kept` ignores the error.
     """
     judgements = _if_reliable(results, [_of_own(results, limit) for limit in limits_of(results.scene)])
     rows = [_judged_row(results, figures, each) for each in judgements]
@@ -338,7 +339,7 @@ def acceptance(results: Results, figures: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _of_own(results: Results, limit: Limit) -> Judgement:
-    """A limit of the scene, judged."""
+    """Judge a limit of the scene."""
     scene = results.scene
     asked = next((each for each in figures_of(results.figures.output) if each.key == limit.figure and each.asked), None)
     if asked is not None:
@@ -372,13 +373,13 @@ def _error(peak: Peak) -> float:
 
 
 def _with_error(value: float, error: float) -> dict[str, Any]:
-    """Error of a figure as entries of its row."""
+    """Return the error of a figure as entries of its row."""
     unreliable = {"unreliable": True} if error > UNRELIABLE * abs(value) else {}
     return {"error": error if math.isfinite(error) else None, **unreliable}
 
 
 def _row(results: Results, figures: Mapping[str, Any], judged: Judgement) -> dict[str, Any]:
-    """The figure that a limit bounds, with its place; without a value where it is not known."""
+    """Return the figure of a limit with its place, without a value if it is unknown."""
     kind = judged.limit.kind
     if np.isnan(judged.value):
         return figure(np.nan, judged.limit.unit or "m")
@@ -399,7 +400,7 @@ def _row(results: Results, figures: Mapping[str, Any], judged: Judgement) -> dic
     return {**row, "label": label}
 
 
-RESERVES = {  # by mode of failure: the figure of beams, and the power of it that is the reserve
+RESERVES = {  # figure of each mode of failure, and its exponent in the reserve
     "yield": ("safety", 1.0),
     "endurance": ("endurance", 1.0),
     "buckling": ("buckling", -1.0),
@@ -407,17 +408,14 @@ RESERVES = {  # by mode of failure: the figure of beams, and the power of it tha
 
 
 def breaks_first(results: Results) -> list[dict[str, Any]]:
-    """Modes of failure of every link with its reserve: the factor that is left until it fails.
+    """Return the reserves of each link: load factors until it fails, the link with the smallest reserve first.
 
-    Of what is computed and known: yield, endurance and buckling where their figures are; deflections and other figures
-    of beams where a limit is set, and where one of life is and the life ends, in place of endurance the factor of the
-    stress by the slope of the S-N line. Compression over Euler's load is taken as each beam's own, and grows with the
-    load. `kinelast.runs` adds the speed at which the limits end where that is asked for.
+    Modes are yield, endurance and buckling, if known, and the limits of beam figures. A limit of a finite life replaces
+    endurance by the stress factor from the slope of the S-N line. `kinelast.runs` adds the limit speed on request.
 
     Returns
     -------
-    A row for every link with beams, the one that fails first on top: `governs`, its mode, `reserve` with its error, and
-    `reserves` of all modes.
+    Rows of `link`, `governs` (its mode), `reserve` with its error, and `reserves` of all modes.
     """
     mechanism, rows = results.mechanism, []
     for number, link in enumerate(mechanism.links):
@@ -430,7 +428,7 @@ def breaks_first(results: Results) -> list[dict[str, Any]]:
 
 
 def _reserves(results: Results, link: str, beams: Sequence[int]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Modes of failure of a link and their reserves, the least of its beams, of those that are known."""
+    """Yield the known modes of failure of a link, with the smallest reserve of its beams."""
     limits = [(limit, bounded_items(results.scene, limit)) for limit in limits_of(results.scene)]
     asked = max((float(limit.bound) for limit, items in limits if limit.figure == "life" and {*items} & {*beams}),
                 default=None)  # fmt: skip
@@ -465,5 +463,5 @@ def _reserve(
 
 
 def _moment(results: Results, peak: Peak) -> dict[str, Any]:
-    """Time and drives of a peak, where it has any."""
+    """Return time and drive coordinates of a peak, if it has a time."""
     return {} if math.isnan(peak.time) else at_peak(results, peak)

@@ -1,4 +1,4 @@
-"""The output of a machine: a point or an angle, as its scene names it or as its form tells."""
+"""Output of a machine: the point or angle that its scene names, or one derived from its structure."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from rigid.analysis import Coordinate, LimitPosition, LinkAngle, PointCoordinate
 from rigid.arrays import Complexes, Flags, Numbers, Reals, of_designs
 from rigid.plane import dot
 
-INSTANTS = 72  # of the run, at which the output is guessed
-SAME = 1e-6  # share by which errors may differ that are equal but for round-off
+INSTANTS = 72  # of the run, for the choice of the output
+SAME = 1e-6  # relative difference below which errors are equal
 
 
 def output_of(scene: Scene, bent: Deflection | None = None) -> Output | None:
-    """The output that a scene names; else as far as it can be told from its form; None where it cannot.
+    """Return the output that a scene names, or one derived from its structure, or None.
 
-    The same for a report, a design, a speed: the guess asks for the scene alone, without vibration, at `INSTANTS`. Of
-    the traced points, which belong to one link alone, the one that strays most; else of what slides on the ground, or
-    else turns on it, without being driven. A point that nothing displaces is no output. Where a limit
-    of the output has a unit, that tells whether it is a point's or an angle.
+    Candidates are, in this order: traced points, which belong to one link only; points that slide on the ground and
+    are not driven; angles of links that turn on the ground and are not driven. The most displaced candidate is chosen.
+    The unit of a limit of the output decides between point and angle. The choice is quasi-static, at `INSTANTS`, so
+    that reports, designs and speeds agree.
 
     Parameters
     ----------
     bent
-        The scene's deflection, where it is known at other instants that will do.
+        Known deflection of the scene, also at other instants.
     """
     if scene.output is not None:
         return scene.output
@@ -55,7 +55,7 @@ def output_of(scene: Scene, bent: Deflection | None = None) -> Output | None:
 
 
 def _deflection(scene: Scene) -> Deflection | None:
-    """At so many instants of the run as are reached; None where none is."""
+    """Return the deflection at the reachable instants, or None if there are none."""
     times = scene.course.times(INSTANTS)
     try:
         moved = scene.course.at(times)
@@ -69,12 +69,12 @@ def _deflection(scene: Scene) -> Deflection | None:
 
 
 def _size(values: Any) -> float:
-    """Largest magnitude over the positions; zero where none is known."""
+    """Return the largest magnitude over the positions, zero if unknown."""
     return float(np.nan_to_num(largest(np.atleast_1d(np.abs(values))).value))
 
 
 def _noise(bent: Deflection) -> float:
-    """Displacements that are round-off beside those of the links."""
+    """Return the round-off of displacements."""
     along = cycle_maxima(bent, ("u", "w")).values() if bent.sections else ()
     return NOISE * max((float(np.nanmax(each.value, initial=0.0)) for each in along), default=0.0)
 
@@ -85,13 +85,13 @@ def _angle(scene: Scene, bent: Deflection, link: str) -> float:
 
 
 def _farthest(sizes: Mapping[str, float]) -> str:
-    """The name of the largest; of those that are as large to round-off the first; empty where all are zero."""
+    """Return the name of the largest size, the first of equal ones, or an empty string if all are zero."""
     most = max(sizes.values(), default=0.0)
     return next((name for name, size in sizes.items() if size and size >= (1 - SAME) * most), "")
 
 
 def _traced(scene: Scene) -> list[str]:
-    """Moving points of one link alone that no slider is at."""
+    """Return the moving points of a single link that are not at a slider."""
     mechanism = scene.mechanism
     carried = [point for link in mechanism.links for point in link.points]
     at_sliders = mechanism.slider_points.values()
@@ -99,7 +99,7 @@ def _traced(scene: Scene) -> list[str]:
 
 
 def slid(scene: Scene) -> list[str]:
-    """Moving points that slide on the ground without being driven."""
+    """Return the moving points that slide on the ground and are not driven."""
     mechanism = scene.mechanism
     driven, moving = {drive.name for drive in mechanism.drives if not drive.turns}, dict(points_of(mechanism))
     free = (slider for slider in mechanism.sliders if slider.on == GROUND and slider.name not in driven)
@@ -107,7 +107,7 @@ def slid(scene: Scene) -> list[str]:
 
 
 def _turning(scene: Scene) -> list[str]:
-    """Links that turn on the ground without being driven."""
+    """Return the links that turn on the ground and are not driven."""
     driven = {drive.name for drive in scene.mechanism.drives if drive.turns}
     ground, *links = scene.mechanism.links
     pins = ground.points.keys() - scene.mechanism.welded_points
@@ -115,7 +115,7 @@ def _turning(scene: Scene) -> list[str]:
 
 
 def turns_of(cycle: Cycle, output: Output) -> list[LimitPosition]:
-    """Positions at which an output turns back, of a machine with one drive."""
+    """Return the positions at which an output turns back, for a machine with one drive."""
     motion = cycle.motion
     if len(motion.mechanism.drives) != 1 or len(motion.columns) != 1 or not np.isfinite(motion.origin).all():
         return []
@@ -129,13 +129,13 @@ def turns_of(cycle: Cycle, output: Output) -> list[LimitPosition]:
 
 
 def _velocity(motion: Motion, output: Output) -> Numbers:
-    """Velocity of an output: of a point complex [m/s], of a link its rate [rad/s]."""
+    """Return the velocity of an output: complex for a point [m/s], the rate of a link [rad/s]."""
     at = motion.mechanism.index[output.link]
     return velocity_of(motion, at, output.point) if output.point else motion.angular_velocity[at]
 
 
 def path_direction(motion: Motion, output: Output) -> Complexes:
-    """Unit vector of the direction that a point goes along most, shape (..., 1): of a straight line, that line's."""
+    """Return the unit vector of the principal direction of a point's path, shape (..., 1)."""
     places = position_of(motion, motion.mechanism.index[output.link], output.point)
     apart = np.where(np.isfinite(places), places, np.nan)
     apart = apart - np.nanmean(apart, axis=-1, keepdims=True)
@@ -144,7 +144,7 @@ def path_direction(motion: Motion, output: Output) -> Complexes:
 
 
 def stroke_of(cycle: Cycle, output: Output) -> Reals:
-    """Extent of a point's path along `path_direction` [m], between positions by parabolas as of `swing_of`."""
+    """Return the extent of a point's path along `path_direction` [m], with parabolas between positions."""
     motion = cycle.motion
     way = path_direction(motion, output)
     along = dot(way, position_of(motion, motion.mechanism.index[output.link], output.point))
@@ -153,14 +153,14 @@ def stroke_of(cycle: Cycle, output: Output) -> Reals:
 
 
 def between_ends(cycle: Cycle, values: Any) -> tuple[Largest, Largest]:
-    """Least and greatest of values over a run, between positions by parabolas."""
+    """Return the smallest and greatest values over a run, with parabolas between positions."""
     known = np.where(np.isfinite(values), values, np.nanmean(values, axis=-1, keepdims=True))
     lowest = _top(-known, bool(cycle.scene.run.turn))
     return replace(lowest, value=-lowest.value), _top(known, bool(cycle.scene.run.turn))
 
 
 def time_ratio_of(cycle: Cycle, output: Output) -> Reals:
-    """The longer over the shorter time that an output goes one way and the other in a cycle; nan where it has none."""
+    """Return the ratio of the longer to the shorter stroke time in a cycle, nan without a cycle."""
     rate = _velocity(cycle.motion, output)
     if output.point:
         rate = dot(path_direction(cycle.motion, output), rate)
@@ -176,9 +176,9 @@ def time_ratio_of(cycle: Cycle, output: Output) -> Reals:
 
 
 def advantage_of(cycle: Cycle, output: Output) -> Reals:
-    """Rate of the only drive over the speed of an output, which is its force over the effort, shape (..., positions).
+    """Return the mechanical advantage: rate of the only drive over the output speed, shape (..., positions).
 
-    Infinite where the output stands; nan with several drives.
+    It is infinite if the output stands still, and nan with several drives.
     """
     if len(cycle.scene.mechanism.drives) != 1:
         return np.full(cycle.columns, np.nan)
@@ -187,11 +187,11 @@ def advantage_of(cycle: Cycle, output: Output) -> Reals:
     return np.broadcast_to(ratio, cycle.columns)
 
 
-SETTLED = 0.02  # of the greatest distance from rest, within which an output has settled unless a scene says
+SETTLED = 0.02  # default tolerance of settling, relative to the greatest distance from rest
 
 
 def ringing_of(cycle: Cycle, output: Output) -> tuple[Reals, Flags]:
-    """Distance of an output from where it would rest, and whether the drives do, shape (..., positions)."""
+    """Return the distance of an output from its rest position, and whether the drives rest, shape (..., positions)."""
     still, bent = scene_deflection(cycle.scene, with_rates(cycle.motion, 0.0)), cycle.deflection
     if output.point:
         places: Any = [(displacement_of(each, output.link, output.point),) for each in (bent, still)]
@@ -205,17 +205,14 @@ def ringing_of(cycle: Cycle, output: Output) -> tuple[Reals, Flags]:
 
 
 def residual_of(cycle: Cycle, output: Output) -> Largest:
-    """Greatest distance of an output from where it will rest once the drives do; nan where they do not."""
+    """Return the greatest distance of an output from its rest position while the drives rest, nan if they never do."""
     apart, rests = cycle.once(ringing_of, output)
     found = largest(np.where(rests, apart, 0.0))
     return replace(found, value=np.where(rests.any(axis=-1), found.value, np.nan))
 
 
 def settling_of(cycle: Cycle, output: Output) -> Reals:
-    """Time from the first position at which the drives rest until the output stays within its tolerance [s].
-
-    `SETTLED` of the greatest distance where the scene names none.
-    """
+    """Return the settling time [s], from the rest of the drives until the output stays within its tolerance."""
     apart, rests = cycle.once(ringing_of, output)
     most, given = np.where(rests, apart, 0.0).max(axis=-1), cycle.scene.settled
     within = np.maximum(SETTLED * most, NOISE * apart.max(axis=-1))
@@ -225,10 +222,7 @@ def settling_of(cycle: Cycle, output: Output) -> Reals:
 
 
 def swing_of(cycle: Cycle, link: str) -> tuple[Largest, Largest]:
-    """Least and greatest angle of a link over the run [rad], counted on from its start.
-
-    Between positions they are those of parabolas through three of them.
-    """
+    """Return the smallest and greatest angle of a link over the run [rad], with parabolas between positions."""
     way = np.broadcast_to(cycle.motion.direction[cycle.scene.mechanism.index[link]], cycle.columns)
     turned = np.unwrap(np.angle(np.where(np.isfinite(way), way, 1.0)), axis=-1)
     closed = cycle.scene.run.turn and abs(turned[..., -1:] - turned[..., :1]).max(initial=0.0) < np.pi
@@ -237,12 +231,12 @@ def swing_of(cycle: Cycle, link: str) -> tuple[Largest, Largest]:
 
 
 def travel_of(lowest: Largest, highest: Largest) -> Reals:
-    """By how much the greatest value is beyond the least."""
+    """Return the difference between the greatest and the smallest value."""
     return highest.value - lowest.value
 
 
 def _top(values: Any, closed: bool) -> Largest:
-    """Greatest value, of the parabola through the greatest and its neighbours, and the position."""
+    """Return the peak of the parabola through the greatest value and its neighbours, and its position."""
     count = values.shape[-1]
     at = values.argmax(axis=-1)
     sides = [(at + step) % count if closed else np.clip(at + step, 0, count - 1) for step in (-1, 0, 1)]

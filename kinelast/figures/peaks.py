@@ -1,4 +1,4 @@
-"""The figures of one run with their places, reduced over its positions chunk by chunk."""
+"""Figures of a run with their places, reduced over the positions chunk by chunk."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from kinelast.scene.numbers import UNRELIABLE
 from rigid import Motion
 from rigid.arrays import Reals
 
-STATIONS = np.linspace(0.0, 1.0, 101)  # where the swing of stresses is looked at
+STATIONS = np.linspace(0.0, 1.0, 101)  # along a beam, for the range of stresses
 
 
 @dataclass(frozen=True)
 class Peak:
-    """The largest magnitude of a figure of one item over the cycle: value in the figure's unit, and its place.
+    """Extreme value of a figure of one item over the cycle, in the figure's unit, with its place.
 
-    `xi` along the beam; `time` [s]; `drive` coordinates [rad or m]; `refined`: found between the positions; `row`: of
-    several values of the item, which it is; `error`: None where nobody looked.
+    `xi` along the beam; `time` [s]; `drive` coordinates [rad or m]; `refined` if found between the positions; `row`
+    number among several values of the item; `error`, or None if not estimated.
     """
 
     value: float
@@ -43,24 +43,24 @@ class Peak:
 
 @dataclass(frozen=True, eq=False)
 class RunFigures:
-    """The figures of a run.
+    """Figures of a run.
 
     Attributes
     ----------
     output
-        The output that the figures are of.
+        Output of the machine.
     figures, peaks
-        The figures, and by their keys the peak of every item.
+        Figures, and by key the peak of each item.
     positions, singular, locked, ill
-        How many there are, have no figures, have none as friction may lock there, and are conditioned beyond `WELL`.
+        Numbers of positions: all, without figures, locked by friction, ill-conditioned.
     well
-        Whether a position is conditioned up to `WELL`: else all that could be computed count.
+        Whether any position is well conditioned. Otherwise all computed positions count.
     span
-        Time of the first position and of the last [s].
+        Times of the first and the last position [s].
     rates
-        Least and largest rate of every drive [rad/s or m/s], shape (2, drives).
+        Smallest and largest rate of each drive [rad/s or m/s], shape (2, drives).
     stress
-        Least and largest normal stress [Pa], as of `elastic.assessment.stress_ends` at `STATIONS`.
+        Smallest and largest normal stress [Pa] at `STATIONS`, see `elastic.assessment.stress_ends`.
     length
         Length of the longest beam [m].
     efforts
@@ -82,7 +82,7 @@ class RunFigures:
     efforts: tuple[str, ...]
 
     def with_errors(self, errors: Mapping[str, Sequence[FigureError]]) -> RunFigures:
-        """The same, every peak with its error."""
+        """Return the figures with an error for each peak."""
         peaks = {
             key: [replace(peak, error=error) for peak, error in zip(rows, errors[key], strict=True)]
             for key, rows in self.peaks.items()
@@ -90,13 +90,13 @@ class RunFigures:
         return replace(self, peaks=peaks)
 
     def with_averages(self, cycle: Cycle) -> RunFigures:
-        """The same, with those figures that are of the run as a whole as another cycle of the same run has them."""
+        """Return the figures with averages and whole-run figures taken from another cycle of the same run."""
         of_all = [each for each in self.figures if each.over == AVERAGE or each.whole]
         averages = {each.key: _peaks(cycle.of(each), cycle.motion) for each in of_all}
         return replace(self, peaks={**self.peaks, **averages})
 
     def with_motion(self, cycle: Cycle) -> RunFigures:
-        """The same, with figures of the rigid motion as a cycle of closer instants has them."""
+        """Return the figures with rigid-motion figures taken from a cycle with closer instants."""
         better = {}
         for each in (each for each in self.figures if each.of_motion(cycle.scene) and not each.exact):
             rows, known = _peaks(cycle.of(each), cycle.motion), self.peaks[each.key]
@@ -109,27 +109,24 @@ class RunFigures:
         return replace(self, peaks={**self.peaks, **better})
 
     def with_instants(self, further: RunFigures) -> RunFigures:
-        """The same, with those of further instants of the run, which are no positions of it."""
+        """Return the figures with those of further instants, which are not counted as positions."""
         both = joined(self, further)
         keys = "positions", "singular", "locked", "ill", "span"
         return replace(both, **{key: getattr(self, key) for key in keys})
 
     def of_field(self, key: str) -> list[Peak]:
-        """Peaks of a field on every beam."""
+        """Return the peaks of a field on all beams."""
         return self.peaks[NAMES.get(key, key)]
 
     @cached_property
     def swings(self) -> Reals:
-        """Swing of the normal stress in the left and the right fibre [Pa], shape (2, beams, stations)."""
+        """Range of the normal stress in the left and right fibre [Pa], shape (2, beams, stations)."""
         least, most = self.stress
         return np.where(least <= most, most - least, np.nan)
 
     @cached_property
     def scales(self) -> dict[str, float]:
-        """By unit, the greatest forces, moments of them, displacements, stresses and power over the counted positions.
-
-        Of energy, that power for as long as the run.
-        """
+        """Greatest force, moment, displacement, stress, power and energy of the run, by unit."""
 
         def greatest(keys: Iterable[str]) -> float:
             sizes = (abs(peak.value) for key in keys for peak in self.peaks[key])
@@ -164,13 +161,7 @@ class RunFigures:
 
 
 def run_figures(cycle: Cycle, output: Output | None) -> RunFigures:
-    """The figures of a run, or of a chunk of it.
-
-    Parameters
-    ----------
-    output
-        The output of the scene. Figures that are only computed where they are asked for are left out.
-    """
+    """Return the figures of a run or of a chunk, without figures that are computed on request only."""
     scene, motion, bent = cycle.scene, cycle.motion, cycle.deflection
     chosen = tuple(figure for figure in figures_of(output) if not figure.asked)
     ill = ~cycle.singular & ~(cycle.condition <= WELL)
@@ -192,7 +183,7 @@ def run_figures(cycle: Cycle, output: Output | None) -> RunFigures:
 
 
 def joined(first: RunFigures | None, second: RunFigures) -> RunFigures:
-    """The figures of a run of two parts, the second right behind the first."""
+    """Return the figures of a run from those of two consecutive parts."""
     if first is None:
         return second
     peaks = {}
@@ -221,7 +212,7 @@ def joined(first: RunFigures | None, second: RunFigures) -> RunFigures:
 
 
 def _further(first: Peak, second: Peak, over: str) -> Peak:
-    """The one that is larger in magnitude, or less; of equal ones the first; of one that is not known the other."""
+    """Return the more extreme of two peaks, the first if they are equal, the known one if the other is nan."""
     if over in (FIXED, AVERAGE) or math.isnan(second.value):
         return first
     if math.isnan(first.value):
@@ -246,13 +237,13 @@ def _peaks(found: Largest, motion: Motion) -> list[Peak]:
 
 
 def _rates(motion: Motion) -> Reals:
-    """Least and largest rate of the drives where it is known, shape (2, drives); nan where nowhere."""
+    """Return the smallest and largest known rate of each drive, shape (2, drives)."""
     rate = np.broadcast_to(motion.drive_rate, motion.drive.shape)
     return np.array([np.fmin.reduce(rate, axis=-1), np.fmax.reduce(rate, axis=-1)])
 
 
 def greatest(peaks: Sequence[Peak], over: str = LARGEST) -> int | None:
-    """Number of the item that has the greatest magnitude of those known; or the least, where all are known; or None."""
+    """Return the number of the item with the greatest known magnitude, or with the smallest if all are known."""
     known = [number for number, peak in enumerate(peaks) if not math.isnan(peak.value)]
     if over == LEAST:
         return min(known, key=lambda number: peaks[number].value) if peaks and len(known) == len(peaks) else None

@@ -33,7 +33,7 @@ class RangeCheck:
     by
         Key of the figure that is checked, with the same items.
     refuses
-        Keys of figures with the same items whose limits cannot be judged outside.
+        Keys of figures with the same items. Outside the range, their limits cannot be judged.
     quantity
         From scene and values of the figure, shape (items, ...), to the checked quantity.
     """
@@ -71,7 +71,7 @@ CHECKS = (
 
 
 def needed_by_limits(scene: Scene) -> set[str]:
-    """Return the keys of the figures that a judge of the scene's limits looks at besides the limited ones."""
+    """Return the keys of further figures that the judgement of the scene's limits needs."""
     limited = {limit.figure for limit in limits_of(scene)}
     return {*(CAM_NEEDS if scene.cams else ()), *(check.by for check in CHECKS if limited & {*check.refuses})}
 

@@ -1,4 +1,4 @@
-"""One scene answered: its deflection, its figures, the checks that were asked for; and figures as plain data."""
+"""Results of a scene: deflection, figures and checks, and figures as plain data."""
 
 from __future__ import annotations
 
@@ -30,43 +30,43 @@ if TYPE_CHECKING:
     from kinelast.figures.theory import Answer
 
 
-ASKED_FOR = "the quasi-static answer is what was asked for"
-INSTANTS = 12  # positions at which natural frequencies are found: they change slowly over the cycle
-WORST = {"deflection": "deflection", "axial force": "buckling", "yield": "stress"}  # figures that cautions are of
-WITHIN = 2.0  # times the answer's own estimate of its error that the check may find
-TWICE = 2.0  # growth of vibration in a cycle, from which it is told as a multiple
-LEAST = 0.01  # share of the largest deflection that the check itself is good to
+ASKED_FOR = "the quasi-static theory was chosen"
+INSTANTS = 12  # positions with natural frequencies, which change slowly over the cycle
+WORST = {"deflection": "deflection", "axial force": "buckling", "yield": "stress"}  # figure of each kind of caution
+WITHIN = 2.0  # largest difference that a check may find, relative to the estimated error
+TWICE = 2.0  # growth of vibration per cycle from which it is printed as a multiple
+LEAST = 0.01  # smallest difference that a check resolves, relative to the largest deflection
 
 
 @dataclass(frozen=True)
 class NotMade:
-    """A check that was asked for and cannot be made; `problem` says why."""
+    """Requested check that cannot be made, with the reason in `problem`."""
 
     problem: str
 
 
 @dataclass(frozen=True)
 class NonlinearCheck:
-    """The deflection from the chord beside that of the whole mechanism, by finite elements of any displacement.
+    """Comparison of the chord deflection with nonlinear finite elements of the whole mechanism.
 
     Attributes
     ----------
     elements, steps, positions
-        To a beam, of time, and how many positions are compared.
+        Elements per beam, time steps, and compared positions.
     difference, without_vibration
-        By label of the beam: greatest difference of the answer, and of the quasi-static one, at any place and
-        instant, over the largest deflection of the beam.
+        By label of the beam: greatest difference of the answer, and of the quasi-static answer, relative to the
+        largest deflection of the beam.
     peak
-        By label: largest deflection by the check [m].
+        By label: largest deflection in the check [m].
     estimate
-        What the answer said that it is off by, without what the check's beams share; nan where it did not.
+        Estimated error of the answer, without errors that the check shares; nan if unknown.
     mesh, step
-        Estimated errors of the check itself, as shares.
+        Estimated relative errors of the check.
     besides
-        By label, how much more it is off as a share of that beam's own deflection: settled to a share of the largest
-        displacement, an answer says less of a link that hardly bends.
+        By label: additional allowance, relative to the beam's own deflection. An answer converges to a share of the
+        largest displacement, which is more for a link that hardly bends.
     measured
-        Errors of the figures that it has as well.
+        Errors of the figures that the check also computes.
     """
 
     elements: int
@@ -83,59 +83,59 @@ class NonlinearCheck:
 
     @property
     def largest(self) -> float:
-        """Of the worst beam."""
+        """Difference of the worst beam."""
         return max(self.difference.values(), default=0.0)
 
     @property
     def error(self) -> float:
-        """Of the check itself."""
+        """Error of the check."""
         return self.mesh + self.step
 
     @property
     def near(self) -> bool:
-        """Whether the difference is so near to its bound that the check's own error decides."""
+        """Whether the difference is closer to its bound than the error of the check."""
         return abs(self._beyond) < self.error
 
     @property
     def cannot_tell(self) -> bool:
-        """Whether the stated error is larger than the answer, so that any difference would agree with it."""
+        """Whether the stated error exceeds the answer, so that any difference would agree."""
         return self.estimate > 1.0
 
     @property
     def _beyond(self) -> float:
-        """By how much the difference of the worst beam is more than may be found; negative where it is less."""
+        """Difference of the worst beam minus its bound."""
         off = ((each, self.estimate + self.besides.get(label, 0.0)) for label, each in self.difference.items())
-        return max((each - allowed_difference(told) for each, told in off), default=-allowed_difference(self.estimate))
+        return max((each - allowed_difference(own) for each, own in off), default=-allowed_difference(self.estimate))
 
     @property
     def passed(self) -> bool | None:
-        """Whether the answer is as near as it said; None without an estimate, or if the check cannot tell."""
+        """Whether the difference is within its bound; None without an estimate or if the check is undecided."""
         if math.isnan(self.estimate) or self.near or self.cannot_tell:
             return None
         return self._beyond <= 0.0
 
 
 def allowed_difference(estimate: float) -> float:
-    """Largest difference that a check may find of an answer with an estimated error; nan without an estimate."""
+    """Return the largest difference that a check may find, nan without an estimated error."""
     return math.nan if math.isnan(estimate) else max(WITHIN * estimate, LEAST)
 
 
 @dataclass(frozen=True, eq=False)
 class Results:
-    """A scene, its deflection, and the finite element check where one was asked for.
+    """A scene with its deflection, its theory and its checks.
 
     Attributes
     ----------
     left_out
-        Number of the run's positions that the mechanism does not reach and that were left out on request.
+        Number of unreachable positions, left out on request.
     run
-        The figures of the run, where it has more positions than the deflection.
+        Figures of a run with more positions than the deflection.
     answer
-        The theory that was taken, and its errors; None where the quasi-static answer was asked for as it is.
+        Theory and its errors; None if the quasi-static theory was chosen without an error estimate.
     balances
-        Newton's laws for the whole machine by theory, where the check was asked for.
+        Momentum balance of the whole machine by theory, if requested.
     nonlinear, solid
-        Further checks, where they were asked for.
+        Further checks, if requested.
     """
 
     scene: Scene
@@ -150,10 +150,7 @@ class Results:
 
     @cached_property
     def buckles(self) -> str:
-        """Which link buckles where, and how far beyond its critical load; empty where none does.
-
-        Then there are no displacements, stresses, or what depends on them.
-        """
+        """The link that buckles, its position and load; empty if none. Beyond it, displacements do not exist."""
         if not self.scene.labels:
             return ""
         known = self.run.peaks["buckling"] if self.run else list(self.cycle.pressed.value)
@@ -184,16 +181,13 @@ class Results:
 
     @property
     def vibrates(self) -> bool:
-        """Whether the answer is that of vibrating links."""
+        """Whether the answer includes vibration."""
         return self.answer is not None and self.answer.theory != QUASI_STATIC
 
     @cached_property
     @one_thread()
     def instability(self) -> str:
-        """How quickly vibration grows where no steady state comes about, and below which speed one does; else nothing.
-
-        Where speeds of the drives mean anything: the whole cycle passes more slowly.
-        """
+        """Growth of vibration without a steady state, and the speed below which one exists; empty if stable."""
         vibrating = self.answer.vibrating if self.answer else None
         if vibrating is None or vibrating.stable:
             return ""
@@ -201,7 +195,7 @@ class Results:
 
         growth, laws = vibrating.growth, self.scene.laws
         grows = f"by {percent(growth - 1)}" if growth < TWICE else f"{growth:.2g} times"
-        grows = f"grows {grows} a cycle" if math.isfinite(growth) else "grows faster than elements of time can follow"
+        grows = f"grows {grows} a cycle" if math.isfinite(growth) else "grows faster than the time steps can follow"
         sole = laws[0].speed if len(laws) == 1 and isinstance(laws[0], ConstantSpeed) else None
         at = "at this speed" if sole is None else f"at {quantity(abs(float(sole)), 'rad/s', 3, self.scene.told_in)}"
         given = self.scene.course.at, self.period, self.scene.sections, self.scene.joints, vibrating.damping
@@ -217,19 +211,19 @@ class Results:
 
     @cached_property
     def one_position(self) -> bool:
-        """Whether a single position of a run in which the drives move is computed."""
+        """Whether only a single position of a moving mechanism is computed."""
         if len(self.motion.time) != 1 or self.left_out:
             return False
         return bool(np.any([np.ptp(part) for part in self._drives]))
 
     @property
     def _drives(self) -> Reals:
-        """Coordinates of the drives at some instants of the run, shape (drives, instants)."""
+        """Coordinates of the drives at three instants of the run, shape (drives, 3)."""
         return self.scene.course.at(np.linspace(0.0, float(self.scene.run.duration), 4)[:-1]).drive
 
     @property
     def error_unknown(self) -> str:
-        """Why nobody knows how far the figures are off; nothing where that is known, or nothing bends."""
+        """Reason why the error of the figures is unknown; empty if it is known or no link bends."""
         if not self.scene.labels:
             return ""
         if self.buckles:
@@ -238,13 +232,13 @@ class Results:
 
     @cached_property
     def errors(self) -> Mapping[str, Sequence[FigureError]]:
-        """Of the figures by key, of every item, as checks measured them and as they are estimated where none did."""
+        """Errors of the figures by key and item: measured by checks, otherwise estimated."""
         if self.answer is None:
             return {}
         errors = self.answer.errors
         if isinstance(self.nonlinear, NonlinearCheck):
-            told = self.nonlinear.measured
-            errors = {key: [told.in_place(key, *each) for each in enumerate(rows)] for key, rows in errors.items()}
+            found = self.nonlinear.measured
+            errors = {key: [found.in_place(key, *each) for each in enumerate(rows)] for key, rows in errors.items()}
         if self.solid is not None and not isinstance(self.solid, NotMade):
             change = np.abs(self.solid.peak - self.solid.largest)
             own = self.solid.refinement * self.solid.largest.max(initial=0.0)
@@ -253,40 +247,40 @@ class Results:
 
     @cached_property
     def graded(self) -> list[GradedFigure]:
-        """The figures that are read, with their errors."""
+        """Main figures with their errors."""
         figures = self.answer.graded if self.answer else ()
         return [replace(each, error=self.errors[each.key][each.item]) for each in figures]
 
     @cached_property
     def worst(self) -> GradedFigure | None:
-        """The figure that is farthest off of those that are read; None where nothing is known of any."""
+        """The main figure with the largest relative error; None if no error is known."""
         return worst_of(self.graded)
 
     @property
     def error(self) -> float:
-        """Of the worst of the figures that are read, as a share; nan where one is not known."""
+        """Largest relative error of the main figures; nan if one is unknown."""
         if self.answer is None:
             return math.nan
         return self.worst.share if self.worst else math.nan if self.error_unknown else 0.0
 
     @property
     def accurate(self) -> bool | None:
-        """Whether the answer is as near as was asked for; None where nothing was asked."""
+        """Whether the requested accuracy is reached; None without a request."""
         return self.answer.reaches(self.error) if self.answer else None
 
     @property
     def quasi_static(self) -> Deflection:
-        """The deflection of links that do not vibrate."""
+        """Quasi-static deflection."""
         return self.answer.quasi_static if self.answer else self.deflection
 
     @cached_property
     def cycle(self) -> Cycle:
-        """The positions at hand."""
+        """Cycle of the computed positions."""
         return Cycle(self.scene, self.motion, self.deflection, tabled=True)
 
     @cached_property
     def figures(self) -> RunFigures:
-        """The figures of the run, with their errors where these are known."""
+        """Figures of the run, with their errors if known."""
         figures = self.run or run_figures(self.cycle, output_of(self.scene))
         if self.answer is None:
             return figures
@@ -295,13 +289,13 @@ class Results:
 
     @property
     def counts(self) -> tuple[int, int, int]:
-        """How many positions there are, are singular, and are left out of the largest values."""
+        """Numbers of all positions, singular positions, and positions left out of the largest values."""
         run = self.figures
         return run.positions, run.singular - run.locked, run.ill if run.well else 0
 
     @property
     def motion(self) -> Motion:
-        """The motion that the deflection belongs to."""
+        """Motion of the rigid links."""
         return self.deflection.motion
 
     @property
@@ -311,43 +305,43 @@ class Results:
 
     @cached_property
     def drive_words(self) -> list[tuple[str, str, str, str]]:
-        """As of `drive_words`: every figure with a place in the cycle asks for them."""
+        """Names, coordinates, units and efforts of the drives, see `kinelast.figures.cycle.drive_words`."""
         return drive_words(self.mechanism)
 
     @cached_property
     def joint_words(self) -> list[tuple[str, str]]:
-        """As of `joint_words`."""
+        """Names of the joints and their links, see `kinelast.figures.cycle.joint_words`."""
         return joint_words(self.mechanism)
 
     @property
     def extremes(self) -> dict[str, Extreme]:
-        """Value of largest magnitude along every beam, per field and stress, shape (beams, positions)."""
+        """Value of largest magnitude along each beam, by field and stress, shape (beams, positions)."""
         return self.cycle.extremes
 
     @property
     def euler_ratio(self) -> Reals:
-        """Compression over Euler's load, shape (beams, positions)."""
+        """Compression relative to Euler's load, shape (beams, positions)."""
         return self.cycle.euler_ratio
 
     @cached_property
     def slenderness(self) -> list[float]:
-        """Length over radius of gyration of every beam; nan of a rigid one."""
+        """Length over radius of gyration of each beam; nan for rigid beams."""
         return [float(value) for value in slenderness(self.deflection)[:, 0]] if self.mechanism.beams else []
 
     @property
     def deviations(self) -> dict[str, PathDeviation]:
-        """Of every named point that moves, shape (positions,)."""
+        """Deviation from the rigid path of each moving point, shape (positions,)."""
         return self.cycle.deviations
 
     @cached_property
     def displacements(self) -> dict[str, Any]:
-        """Of every named point that moves [m], complex, shape (positions,)."""
+        """Displacement of each moving point [m], complex, shape (positions,)."""
         return {point: deviation.displacement for point, deviation in self.deviations.items()}
 
     @cached_property
     @one_thread()
     def frequencies(self) -> Frequencies | None:
-        """Natural frequencies at some of the positions, nan if unknown; None where no link has beams."""
+        """Natural frequencies at some positions, nan if unknown; None if no link has beams."""
         if not self.mechanism.beams:
             return None
         unknown = Frequencies(np.full((1, 1), np.nan), np.zeros(1, int), np.nan)
@@ -355,12 +349,12 @@ class Results:
             return unknown
         try:
             return natural_frequencies(self.motion, self.scene.sections, positions=INSTANTS, joints=self.scene.joints)
-        except np.linalg.LinAlgError:  # far from any machine's sizes: the deflection is known all the same
+        except np.linalg.LinAlgError:  # unrealistic sizes; the deflection is still known
             return unknown
 
     @cached_property
     def period(self) -> float:
-        """Duration of the cycle [s]; nan where the motion is none."""
+        """Duration of the cycle [s]; nan if the motion is not periodic."""
         run = self.scene.run
         if run.no_cycle:
             return math.nan
@@ -368,7 +362,7 @@ class Results:
 
     @cached_property
     def exceedances(self) -> list[tuple[Exceedance, Peak | None]]:
-        """Figures that leave the range in which the theory holds, and where these are largest."""
+        """Figures outside the range of the theory, with their peaks."""
         if not self.mechanism.beams:
             return []
         peaks = self.figures.peaks
@@ -383,29 +377,29 @@ class Results:
 
     @property
     def efforts(self) -> Reals:
-        """Moment [N m] or force [N] of every drive, shape (drives, positions)."""
+        """Moment [N m] or force [N] of each drive, shape (drives, positions)."""
         return self.cycle.efforts
 
     @property
     def singular(self) -> Flags:
-        """Whether a position has no figures: nearly singular, or friction may lock there, shape (positions,)."""
+        """Whether a position is nearly singular or may be locked by friction, shape (positions,)."""
         return self.cycle.singular
 
     @property
     def counted(self) -> Flags:
-        """Whether a position counts in the largest values, shape (positions,)."""
+        """Whether a position counts for the largest values, shape (positions,)."""
         return self.cycle.counted
 
 
 def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = SILENT) -> Results:
-    """The results of a theory of motion, from those without vibration.
+    """Return the results by a theory of motion, from the quasi-static results.
 
-    The quasi-static answer that is asked for by name is told how far it is off, where it is to be judged.
+    If the quasi-static theory is chosen and `judged`, its error is estimated.
 
     Raises
     ------
     SceneError
-        As of `kinelast.figures.theory.answer`.
+        The theory cannot answer, see `kinelast.figures.theory.answer`.
     """
     scene = plain.scene
     if plain.buckles:
@@ -427,7 +421,7 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
 
 
 def with_breaks(results: Results, run: RunFigures) -> RunFigures:
-    """The figures of a run with those at both sides of the breaks of its laws."""
+    """Return the figures of a run, including both sides of the breaks of its laws."""
     scene, answer, sides = results.scene, results.answer, results.scene.course.breaks.sides
     if answer is None or not len(sides):
         return run
@@ -437,45 +431,45 @@ def with_breaks(results: Results, run: RunFigures) -> RunFigures:
 
 
 def results_in_full(scene: Scene) -> Results:
-    """The results of a scene by its own theory, as its report has them, with the errors of its figures.
+    """Return the results of a scene as in its report, with the errors of its figures.
 
     Raises
     ------
     SceneError
-        A position is out of reach; the theory asked for by name cannot answer.
+        A position is out of reach, or the chosen theory cannot answer.
     """
     return answered(Results(scene, scene_deflection(scene, scene_motion(scene))), scene.theory, judged=True)
 
 
 def buckling_words(link: str, ratio: float, where: Sequence[str]) -> str:
-    """That a link buckles, where, and how far beyond its critical load."""
+    """Return a sentence on the link that buckles, its position and its load."""
     return f"{link} buckles{''.join(f', {each}' for each in where)}: the load is {ratio:.3g} times critical"
 
 
 def figure(value: Any, unit: str, **more: Any) -> dict[str, Any]:
-    """A value and its unit; null where there is no number."""
+    """Return a value and its unit, null if the value is not finite."""
     size = float(value)
     return {"value": size if math.isfinite(size) else None, "unit": unit, **more}
 
 
 def coordinates(results: Results, values: Any) -> dict[str, Any]:
-    """Coordinates of the drives by name."""
+    """Return the coordinates of the drives by name."""
     return {name: figure(value, unit) for (name, _, unit, _), value in zip(results.drive_words, values, strict=True)}
 
 
 def at_position(results: Results, position: int) -> dict[str, Any]:
-    """Time and coordinates of the drives at a position."""
+    """Return time and coordinates of the drives at a position."""
     motion = results.motion
     return {"time": figure(motion.time[position], "s"), "drive": coordinates(results, motion.drive[:, position])}
 
 
 def at_peak(results: Results, peak: Peak) -> dict[str, Any]:
-    """Time and coordinates of the drives at a peak."""
+    """Return time and coordinates of the drives at a peak."""
     return {"time": figure(peak.time, "s"), "drive": coordinates(results, peak.drive)}
 
 
 def worst_figure(results: Results) -> dict[str, Any]:
-    """The figure that is farthest off of those that are read, its item, and the parts of its error as shares."""
+    """Return the main figure with the largest relative error, its item, and the parts of its error."""
     worst = results.worst
     if worst is None:
         return {"figure": None, "on": None, "errors": {}}
@@ -489,7 +483,10 @@ def worst_figure(results: Results) -> dict[str, Any]:
 
 
 def error_of(results: Results, peak: Peak, unit: str) -> dict[str, Any]:
-    """Error of a peak in its unit, or why it is unknown; `error_measured` by a check; `unreliable` if it is large."""
+    """Return the error of a peak in its unit, or the reason why it is unknown.
+
+    `error_measured` marks an error measured by a check, `unreliable` a large one.
+    """
     if peak.error is None or math.isnan(peak.value):
         return {"error": None}
     if peak.error.unknown:
@@ -502,7 +499,7 @@ def error_of(results: Results, peak: Peak, unit: str) -> dict[str, Any]:
 
 
 def largest(results: Results, peak: Peak, unit: str, **more: Any) -> dict[str, Any]:
-    """A peak with its error, time and drive."""
+    """Return a peak with its error, time and drive coordinates."""
     if math.isnan(peak.value):
         return figure(math.nan, unit, **more)
     place = at_peak(results, peak) if not math.isnan(peak.time) else {}

@@ -14,16 +14,15 @@ from kinelast.figures.results import Results, figure
 from rigid import posture
 from rigid.arrays import Numbers, Reals
 
-NOTHING = 1e-9  # share of the error below which a rest is round-off
+ROUND_OFF = 1e-9  # remainder relative to the error
 
 
 def output_shares(results: Results, output: dict[str, Any] | None) -> list[dict[str, Any]]:
-    """Share of every link in the error of the output where that is largest.
+    """Return the share of each link in the error of the output at the moment of the largest error.
 
-    Displacements are linear in the compliances of the links as long as statics alone tells the forces between these: a
-    link that is twice as stiff takes half of its share away. So twice the difference is the share, exactly. Of a point
-    it is the part along the whole displacement. What is left over goes to "others": strains, soft joints, and forces
-    that the stiffness of the links divides.
+    In a statically determinate mechanism, displacements are linear in the compliances. A link with twice the stiffness
+    removes half of its share, so the share is exactly twice the difference. For a point it is the component along the
+    total displacement. The remainder is "others": prescribed strains, soft joints, statically indeterminate forces.
 
     Parameters
     ----------
@@ -41,27 +40,27 @@ def output_shares(results: Results, output: dict[str, Any] | None) -> list[dict[
     shares = 2.0 * (total - parts)
     rows = [(results.mechanism.links[at].name, share) for at, share in zip(links, shares, strict=True)]
     rest = total - shares.sum()
-    if abs(rest) > NOTHING * abs(total):
+    if abs(rest) > ROUND_OFF * abs(total):
         rows.append(("others", rest))
     return [{"link": name, **figure(share, output["unit"])} for name, share in rows]
 
 
 def _stiffened(results: Results, links: list[int], time: float) -> Deflection:
-    """The deflection at an instant as it is (the first design), and with one link after another twice as stiff."""
+    """Return the deflection at an instant: unchanged as the first design, then with each link twice as stiff."""
     scene = results.scene
     sections = []
     for (at, _), section in zip(results.mechanism.beams, scene.sections, strict=True):
         factor = np.array([1.0, *(2.0 if at == other else 1.0 for other in links)])[:, None]
         sections.append(replace(section, EA=section.EA * factor, EI=section.EI * factor, kGA=section.kGA * factor))
     at, instant = int(np.argmin(np.abs(results.motion.time - time))), np.array([time])
-    at_hand = results.motion.time[at] == time  # and so the branch is known
+    at_hand = results.motion.time[at] == time  # a computed position, so its branch is known
     moved = scene.course.near(instant, posture(results.motion, [at])) if at_hand else scene.course.at(instant)
     more = results.deflection.added
     return deflection(moved, sections, scene.joints, None if more is None else _of_position(more, at, len(links) + 1))
 
 
 def _of_position(loads: AddedLoads, at: int, designs: int) -> AddedLoads:
-    """Loads at one of the positions, the same for all designs."""
+    """Return the loads at one position for all designs."""
     count = loads.q.shape[-1]
 
     def there(part: Any) -> Numbers:
@@ -72,7 +71,7 @@ def _of_position(loads: AddedLoads, at: int, designs: int) -> AddedLoads:
 
 
 def _error(results: Results, bent: Deflection, output: dict[str, Any]) -> tuple[float, Reals]:
-    """The error as it is, and with each of the links stiffened."""
+    """Return the error unchanged, and with each link stiffened."""
     if output["kind"] == "angle":
         turned = angle_error(bent, output["name"], output["point"])[:, 0]
         return float(turned[0]), turned[1:]

@@ -1,4 +1,4 @@
-"""How the answer goes with the speed of the drive: largest values and their peaks, unstable ranges, the limit speed."""
+"""Answer as a function of the drive speed: largest values, peaks, unstable ranges and the limit speed."""
 
 from __future__ import annotations
 
@@ -30,28 +30,28 @@ from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from rigid import ConstantSpeed, MechanismError, Motion, with_rates
 from rigid.arrays import Flags, Reals
 
-FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # that are told of every beam, and their figures
-SCANNED = {"deflection": 0, "chord": 1, "safety": 2}  # rows of a scan, by the figures that limits bound
-CLOCK = 24  # positions at which loads are asked whether they go by the clock
-PROMINENT = 0.1  # of itself that a peak rises above the valleys beside it, from where it is told
-LONG = 60.0  # [s] from which it is said how long speeds take
-AMPLIFIED = 1.2  # times the answer without vibration, below which no resonance is told of a value
+FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # fields of each beam, and their figures
+SCANNED = {"deflection": 0, "chord": 1, "safety": 2}  # rows of a scan for limited figures
+CLOCK = 24  # positions at which loads are tested for a dependence on time
+PROMINENT = 0.1  # smallest prominence of a reported peak, relative to its height
+LONG = 60.0  # [s] remaining time from which it is announced
+AMPLIFIED = 1.2  # value over quasi-static value from which a resonance is reported
 
 
 @dataclass(frozen=True)
 class SpeedPeak:
-    """A peak of a largest value over the cycle against the speed.
+    """Peak of a largest value over the cycle as a function of speed.
 
     Attributes
     ----------
     speed
-        [rad/s or m/s].
+        Speed of the drive [rad/s or m/s].
     field, beam
-        Of `FIELDS`, and the number of the beam, where the peak is most prominent.
+        Field of `FIELDS` and number of the beam with the most prominent peak.
     value
-        There.
+        Value at the peak.
     resonance
-        Which mode vibrates most; None where vibration adds little.
+        Mode that vibrates most; None if vibration adds little.
     """
 
     speed: float
@@ -63,21 +63,20 @@ class SpeedPeak:
 
 @dataclass(frozen=True)
 class SpeedLimit:
-    """Where the limits of a scene end.
+    """Speed at which the limits of a scene fail.
 
     Attributes
     ----------
     speed, above
-        Up to the first all limits hold, errors and all, at the second they do not; the first 0.0 where they fail at the
-        lowest speed.
+        Highest speed at which all limits hold with their errors (0.0 if none), and lowest speed at which one does not.
     broken
-        Lowest speed at which a limit is not kept whatever the error; infinite if beyond the speeds examined. Between
-        `above` and this speed, limits are too close to decide.
+        Lowest speed at which a limit fails in spite of its error, infinite if not reached. From `above` to this speed,
+        limits are too close to decide.
     limit, item
-        Which fails first, and the number of its item; None where there is no steady state above, or the figure is not
-        known.
+        First limit that fails and the number of its item. None if no steady state exists above, or the figure is
+        unknown.
     resonance
-        Which mode vibrates most there; None where vibration adds little.
+        Mode that vibrates most at this speed; None if vibration adds little.
     """
 
     speed: float
@@ -95,31 +94,31 @@ class Speeds:
     Attributes
     ----------
     speed, asked
-        Of the drive [rad/s or m/s], and which of them were asked for, shape (speeds,): the others were added at peaks,
-        borders of unstable ranges and the limit speed.
+        Speeds of the drive [rad/s or m/s], and whether each was requested, shape (speeds,). The others were added at
+        peaks, borders of unstable ranges and the limit speed.
     map
-        The speed map: values of `FIELDS` [m, m, Pa] per beam, with and without vibration, growth.
+        Speed map: values of `FIELDS` [m, m, Pa] per beam with and without vibration, and growth.
     figures
-        The registered figures as measures, each with its values with vibration and their errors, shape (speeds,).
+        Registered figures as measures, with values and errors, shape (speeds,).
     verdicts
-        At every speed, as of a report; empty without limits.
+        Verdict at each speed; empty without limits.
     highest
-        Highest speed up to which every limit of the scene holds, errors and all, to 0.2 %; None without limits, 0.0
-        where they fail at the first.
+        Highest speed at which all limits hold with their errors, to 0.2 %. 0.0 if they fail at the first speed, None
+        without limits.
     limit
-        What ends there; None where all limits hold at all speeds, or there are none.
+        First failure above `highest`; None if all limits hold at all speeds, or without limits.
     between
-        Speeds [rad/s or m/s], shape (n,), and values of `FIELDS` there, shape (3, beams, n): those of the map, and
-        between them a close look in few coordinates, put right by it.
+        Speeds [rad/s or m/s], shape (n,), and values of `FIELDS`, shape (3, beams, n): a fine scan in reduced
+        coordinates, corrected by the map.
     peaks
-        The prominent ones, by rising speed.
+        Prominent peaks, by rising speed.
     unstable
-        Ranges of speed without a steady state.
+        Speed ranges without a steady state.
     critical
-        Speeds at which a low multiple of the drive's runs through the lowest natural frequencies, by that multiple:
-        least and greatest over the cycle.
+        By multiple of the drive speed: smallest and greatest speed over the cycle at which it meets the lowest natural
+        frequency.
     buckles
-        At every speed, which link buckles; empty where none does. Nothing is known of the links' bending then.
+        Link that buckles at each speed, otherwise empty. Its bending is then unknown.
     """
 
     speed: Reals
@@ -137,9 +136,9 @@ class Speeds:
 
     @property
     def error(self) -> Reals:
-        """Error of the worst of the largest deflection and stress, and of the output, as a share, shape (speeds,)."""
+        """Largest relative error of deflection, stress and output, shape (speeds,)."""
         read = [self.figures[key] for key in (*HEADLINE, OUTPUT_ERROR) if key in self.figures]
-        read = [each for each in read if not np.isnan(each[1]).all()]  # as the stress where no depth is known
+        read = [each for each in read if not np.isnan(each[1]).all()]  # no stress without section depth
         if not read:
             return np.full(self.speed.shape, np.nan)
         shares = [np.divide(error, value, out=0.0 * error, where=~(value <= 0.0)) for _, value, error in read]
@@ -148,14 +147,12 @@ class Speeds:
 
 @one_thread()
 def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = SILENT) -> Speeds:
-    """The answer at speeds from one to another, and at those between them at which something happens.
-
-    The progress is how finely the motion is resolved.
+    """Return the answer at the requested speeds, and at peaks, stability borders and the limit speed between them.
 
     Raises
     ------
     SceneError
-        Other than drives at constant speed move the scene, loads go by the clock, or vibration cannot be answered.
+        A drive has no constant speed, a load depends on time, or vibration cannot be answered.
     """
     nominal = _nominal(scene)
     limits = limits_of(scene)
@@ -238,24 +235,24 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
 
 
 def _loaded(scene: Scene, ratios: Reals) -> list[Results]:
-    """The results without vibration at every speed, which tell the load over the critical load."""
+    """Return the quasi-static results at each speed, for the load ratio of buckling."""
     course = scene_motion(scene)
     moved = (with_rates(course, ratio * course.drive_rate) for ratio in ratios)
     return [Results(scene, scene_deflection(scene, each)) for each in moved]
 
 
 def _without(values: Any, gone: Flags) -> Any:
-    """Values of speeds, the first axis, with nan at some."""
+    """Return values with nan at some speeds, the first axis."""
     return np.where(gone.reshape(-1, *(1,) * (np.ndim(values) - 1)), np.nan, values)
 
 
 @dataclass
 class _Looking:
-    """Tells how far the look between the speeds is, and once where it takes minutes how long."""
+    """Progress of the search between speeds, with one announcement of a long duration."""
 
     name: str
     progress: Progress
-    begin: float = math.nan  # of the look [s]; infinite once it was told
+    begin: float = math.nan  # start of the search [s], infinite after the announcement
 
     def __call__(self, done: int, of: int) -> None:
         self.progress(f"{self.name}: searching between the speeds", done, of)
@@ -270,16 +267,16 @@ class _Looking:
 
 
 def with_limit_speed(
-    rows: Sequence[Mapping[str, Any]], told: Mapping[str, Any], scene: Scene
+    rows: Sequence[Mapping[str, Any]], speeds: Mapping[str, Any], scene: Scene
 ) -> list[Mapping[str, Any]]:
-    """Modes of failure as of `breaks_first`, with the limit speed over that of the scene for the link that ends it.
+    """Return the rows of `breaks_first` with the reserve of the limit speed for the link that limits it.
 
     Parameters
     ----------
-    told
-        The speeds as plain data, see `kinelast.outputs.speeds.speed_figures`.
+    speeds
+        Plain data of the speeds, see `kinelast.outputs.speeds.speed_figures`.
     """
-    limit, highest = told["limit"], told["highest_within_limits"]
+    limit, highest = speeds["limit"], speeds["highest_within_limits"]
     if not limit or not limit["of"] or not highest:
         return [*rows]
     reserve = {"value": highest / _nominal(scene), "unit": "1", "error": None, "label": limit["of"]}
@@ -287,49 +284,49 @@ def with_limit_speed(
     for row in rows:
         reserves = {**row["reserves"], "limit speed": reserve}
         mode = min(reserves, key=lambda each: reserves[each]["value"])
-        told_of = scene.mechanism.beams[scene.labels.index(limit["of"])][0] if limit["of"] in scene.labels else -1
-        its = told_of >= 0 and scene.mechanism.links[told_of].name == row["link"]
+        owner = scene.mechanism.beams[scene.labels.index(limit["of"])][0] if limit["of"] in scene.labels else -1
+        its = owner >= 0 and scene.mechanism.links[owner].name == row["link"]
         more.append({**row, "governs": mode, "reserve": reserves[mode], "reserves": reserves} if its else row)
     return sorted(more, key=lambda row: float(row["reserve"]["value"]))
 
 
 def leading_drive(scene: Scene) -> int:
-    """Number of the drive that speeds are of: the first that moves; the others keep their ratio to it."""
+    """Return the number of the first moving drive. Speeds are its speeds, and the other drives keep their ratio."""
     return next((number for number, law in enumerate(scene.laws) if getattr(law, "speed", 0.0)), 0)
 
 
 def _nominal(scene: Scene) -> float:
-    """Speed of the leading drive in the scene [rad/s or m/s].
+    """Return the speed of the leading drive in the scene [rad/s or m/s].
 
     Raises
     ------
     SceneError
-        The motion, or a load, does not go with the speed of the drives.
+        The motion or a load does not scale with the speed of the drives.
     """
     lead = scene.laws[leading_drive(scene)]
     if not all(isinstance(law, ConstantSpeed) for law in scene.laws) or not isinstance(lead, ConstantSpeed):
-        problem = "--speeds scales drives at constant speed, all in one ratio; laws of time and efforts are not scaled"
+        problem = "--speeds scales drives at constant speed; it cannot scale laws of time and efforts"
         raise SceneError(scene.path, "drives", "", problem)
     if not lead.speed:
-        raise SceneError(scene.path, "drives", "", "--speeds scales drives at constant speed, and none moves")
+        raise SceneError(scene.path, "drives", "", "--speeds scales drives at constant speed, but none moves")
     if scene.run.no_cycle:
         raise SceneError(scene.path, "drives", "", f"--speeds takes cycles: {scene.run.no_cycle}")
     laws = (getattr(load, "law", None) for load in scene.mechanism.loads)
-    if any(_by_the_clock(scene, law) for law in laws if law is not None):
+    if any(_depends_on_time(scene, law) for law in laws if law is not None):
         problem = "--speeds cannot scale a load by time: give its table against the angle of a link"
         raise SceneError(scene.path, "loads", "", problem)
     return abs(float(lead.speed))
 
 
-def _by_the_clock(scene: Scene, law: Any) -> bool:
-    """Whether a factor changes with time where all positions and rates are the same."""
+def _depends_on_time(scene: Scene, law: Any) -> bool:
+    """Whether a load factor changes with time at the same positions and rates."""
     motion = scene.course.at(float(scene.run.cycle) * np.arange(CLOCK) / CLOCK)
     now, later = (np.asarray(law(each)) for each in (motion, replace(motion, time=0.61 * motion.time)))
     return not np.allclose(now, later, rtol=1e-9, atol=1e-12 * np.abs(now).max(initial=0.0))
 
 
 def _largest(scene: Scene, figures: Sequence[Figure], bent: Deflection) -> Reals:
-    """Magnitudes of the items of figures one behind the other, shape (rows, speeds); fields between positions too."""
+    """Return the magnitudes of all items of figures, shape (rows, speeds), with field peaks between positions."""
     fields = frozenset(field for figure in figures for field in figure.fields)
     cycle = Cycle(scene, bent.motion, bent, wanted=fields, period=bent.motion.time[:, -1])
     return np.concatenate(list(magnitudes(cycle, figures).values()))
@@ -344,25 +341,25 @@ def _errors(
     settled: float,
     left: float,
 ) -> Reals:
-    """Errors of the items of figures one behind the other, as a report has them, shape (rows,)."""
+    """Return the errors of all items of figures as in a report, shape (rows,)."""
     answer, bodies = (Cycle(scene, each.motion, each, sampled=True) for each in (bent, beyond_beam_theory(bent)))
-    put_right = {TIME: finer, LARGE: displaced}
-    stages = {name: Cycle(scene, each.motion, each, sampled=True) for name, each in put_right.items() if each}
+    corrected = {TIME: finer, LARGE: displaced}
+    stages = {name: Cycle(scene, each.motion, each, sampled=True) for name, each in corrected.items() if each}
     shares = {LARGE if displaced is None else HIGHER_ORDERS: left} | ({} if finer else {TIME: settled})
-    told = figure_errors(answer, figures, Estimate(stages, bodies, shares))
+    found = figure_errors(answer, figures, Estimate(stages, bodies, shares))
     sizes = magnitudes(answer, figures)
-    stiff = stiffness_error(sizes["deflection"], told["deflection"])
+    stiff = stiffness_error(sizes["deflection"], found["deflection"])
     rows = [
         stiff * (1.0 + sizes[figure.key])
         if figure.asked and not figure.rigid
-        else [error.size for error in told[figure.key]]
+        else [error.size for error in found[figure.key]]
         for figure in figures
     ]
     return np.concatenate(rows)
 
 
 def _with_errors(measure: Measure, values: Any, errors: Any) -> tuple[Reals, Reals]:
-    """Values of a measure among magnitudes of all items, shape (items, speeds), and the errors of these."""
+    """Return the values of a measure and their errors, from those of all items, shape (items, speeds)."""
     rows = [*range(len(values))] if measure.items is None else [*measure.items]
     least = measure.figure.over == LEAST
     known = np.where(np.isnan(values[rows]), np.inf if least else -np.inf, values[rows])
@@ -371,21 +368,21 @@ def _with_errors(measure: Measure, values: Any, errors: Any) -> tuple[Reals, Rea
 
 
 def _by_figure(scene: Scene, figures: Sequence[Figure], rows: Any) -> dict[str, Any]:
-    """By key the values of a figure's items, shape (items, speeds), from rows of shape (speeds, rows)."""
+    """Return the values of each figure's items, shape (items, speeds), from rows of shape (speeds, rows)."""
     counts = [len(items_of(scene, figure.of)) for figure in figures]
     parts = np.split(rows.T, np.cumsum(counts)[:-1])
     return {figure.key: part for figure, part in zip(figures, parts, strict=True)}
 
 
 def _curves(values: Mapping[str, Any]) -> Reals:
-    """Of `FIELDS`, shape (3, beams, speeds)."""
+    """Return the values of `FIELDS`, shape (3, beams, speeds)."""
     return np.array([values[key] for key in FIELDS.values()])
 
 
 def _limit(
     scene: Scene, figures: Sequence[Figure], still: Sequence[Figure], search: SpeedSearch, nominal: float
 ) -> SpeedLimit | None:
-    """The greatest speed up to which all limits are kept, and which fails above; None where all are kept."""
+    """Return the limit speed and the first limit that fails above, or None if all limits are kept."""
     rows = [(limit, item) for limit in limits_of(scene) for item in bounded_items(scene, limit)]
 
     def used(answers: SpeedMap, side: float = 1.0) -> Reals:
@@ -418,9 +415,9 @@ def _limit(
 
 
 def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Reals:
-    """Share of a bound that an item's values use, shape (speeds,): not known where the figure is left out.
+    """Return the used share of a bound for an item, shape (speeds,), nan without the figure.
 
-    With their errors on the side of the bound (1) or away from it (-1).
+    The error is counted towards the bound (side 1) or away from it (side -1).
     """
     if values is None:
         return np.full(1, np.nan)
@@ -431,7 +428,7 @@ def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Rea
 
 
 def _peaks(told: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[SpeedPeak]:
-    """The prominent peaks of `FIELDS`, of those that are close together the most prominent one."""
+    """Yield the prominent peaks of `FIELDS`, only the most prominent of neighbouring ones."""
     rows = [
         (share, at, field, beam)
         for field in range(len(FIELDS))
@@ -451,5 +448,5 @@ def _peaks(told: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[Spee
 
 
 def speed_unit(scene: Scene) -> str:
-    """Unit of the speed of the leading drive."""
+    """Return the unit of the speed of the leading drive."""
     return "rad/s" if scene.mechanism.drives[leading_drive(scene)].turns else "m/s"

@@ -1,4 +1,4 @@
-"""summary.json: every figure of the report, each with its unit."""
+"""summary.json: all figures of the report with their units."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ OUTPUT_MOTION = {
 
 
 def summary(results: Results) -> dict[str, Any]:
-    """The figures of a scene as plain data that JSON can hold."""
+    """Return the figures of a scene as plain data for JSON."""
     points, angles, output = point_figures(results), angle_figures(results), output_figure(results)
     scene, peaks = results.scene, results.figures.peaks
     if output is not None:
@@ -119,7 +119,7 @@ def summary(results: Results) -> dict[str, Any]:
 
 
 def registered_figures(results: Results) -> dict[str, dict[str, Any]]:
-    """Every registered figure by key, of the item that has the largest, or the least; of every item if units differ."""
+    """Return each registered figure by key, for the item with the extreme value; for each item if units differ."""
     scene, by_key = results.scene, {}
     for figure_ in results.figures.figures:
         peaks, names = results.figures.peaks[figure_.key], items_of(scene, figure_.of)
@@ -135,7 +135,7 @@ def registered_figures(results: Results) -> dict[str, dict[str, Any]]:
 
 
 def theory_figures(results: Results) -> dict[str, Any]:
-    """The theory that was taken, and the error of the worst of the figures that are read; null where not known."""
+    """Return the theory and the largest relative error of the main figures; null if unknown."""
     answer = results.answer
     if answer is None:
         return {
@@ -202,7 +202,7 @@ def _links(results: Results) -> list[dict[str, Any]]:
 
 
 def _making(results: Results, number: int) -> dict[str, str | None]:
-    """Section with its sizes, and material of a beam, in words."""
+    """Return section with sizes and material of a beam in words."""
     if number >= len(results.scene.made_of):
         return {"section": None, "material": None}
     made, told_in = results.scene.made_of[number], results.scene.told_in
@@ -217,7 +217,7 @@ def _making(results: Results, number: int) -> dict[str, str | None]:
 
 
 def _beam_mass(beam: Beam, length: float) -> float:
-    """Mass of a beam [kg]."""
+    """Return the mass of a beam [kg]."""
     return float(beam.mass_per_length) * length * sum(part / (k + 1) for k, part in enumerate(beam.mass_taper))
 
 
@@ -244,7 +244,7 @@ def _peak(results: Results, field: str, peak: Peak, beam: int) -> dict[str, Any]
 
 
 def _greatest(results: Results, field: str) -> dict[str, Any] | None:
-    """The greatest magnitude of a field on all beams; none where no link has beams or nothing is known."""
+    """Return the greatest magnitude of a field on all beams, or None if it is unknown or no link has beams."""
     peaks = results.figures.of_field(field)
     beam = greatest(peaks)
     if beam is None:
@@ -262,7 +262,7 @@ def _greatest(results: Results, field: str) -> dict[str, Any] | None:
 
 
 def point_figures(results: Results) -> dict[str, dict[str, Any]]:
-    """Per point that moves its largest displacement, and how much of it is along the point's path and off it."""
+    """Return the largest displacement of each moving point, with its parts along and off the path."""
     keys = "displacement", "along_path", "off_path"
     rows = zip(*(results.figures.peaks[key] for key in keys), strict=True)
     return {
@@ -272,7 +272,7 @@ def point_figures(results: Results) -> dict[str, dict[str, Any]]:
 
 
 def angle_figures(results: Results) -> dict[str, dict[str, Any]]:
-    """Per moving link the largest error of its angle, at that of its points where it is largest."""
+    """Return the largest angle error of each moving link, with its point."""
     pairs = zip(results.mechanism.links[1:], results.figures.peaks["angle_error"], strict=True)
     return {link.name: _angle(results, link.name, peak) for link, peak in pairs}
 
@@ -283,10 +283,10 @@ def _angle(results: Results, link: str, peak: Peak) -> dict[str, Any]:
 
 
 def output_motion(results: Results, output: Output) -> dict[str, Any]:
-    """Stroke or swing of the output, its time ratio, its mechanical advantage, and where it turns back.
+    """Return stroke or swing, time ratio, smallest mechanical advantage and turning points of the output.
 
-    `advantage`: rate of the drive over the speed of the output, where that is least; of one drive. `turns`: positions
-    at which the output stands, its dead points for whoever drives from the other end.
+    `advantage` is the rate of the only drive over the speed of the output. `turns` are the positions at which the
+    output stands still: dead points for a drive at the output.
     """
     rows: dict[str, Any] = {}
     for each in output_figures(output):
@@ -299,13 +299,13 @@ def output_motion(results: Results, output: Output) -> dict[str, Any]:
 
 
 def _turn(results: Results, turn: LimitPosition) -> Iterator[tuple[str, Any]]:
-    """A position at which the output turns back."""
+    """Yield kind and drive coordinates of a turning point."""
     yield "kind", turn.kind
     yield "drive", coordinates(results, turn.drive)
 
 
 def output_figure(results: Results) -> dict[str, Any] | None:
-    """Error of the output with its place; None where there is no output."""
+    """Return the error of the output with its place, or None without an output."""
     output = results.figures.output
     if output is None:
         return None
@@ -320,9 +320,9 @@ def output_figure(results: Results) -> dict[str, Any] | None:
 
 
 def check_summary(results: Results) -> dict[str, Any] | None:
-    """The finite element check as plain data; none where it was not asked for.
+    """Return the finite element check as plain data, or None without a check.
 
-    Shares are of the field's greatest magnitude over the cycle on any link, null where one side has no answer.
+    Differences are relative to the greatest magnitude of the field on any link, null if one side has no answer.
     """
     comparison = results.comparison
     if comparison is None:

@@ -1,6 +1,6 @@
-"""How far the figures of a scene can be trusted: effects that the theory leaves out, sized for this scene.
+"""Reliability of a scene's figures: size of the effects that the theory neglects.
 
-Limits and where they come from: docs/report.md and docs/strength.md.
+docs/report.md and docs/strength.md have the limits and their sources.
 """
 
 from __future__ import annotations
@@ -32,28 +32,26 @@ HEADINGS = {
 }
 MIN_SHARE = 0.01  # of an error, smallest part that is listed
 WITHIN = {
-    "slenderness": "beam theory leaves out less than {:.0f} % of the deflection of any link",
-    "deflection": "none deflects by more than {:.0f} % of its length",
-    "axial force": "none is pressed with more than {:.0f} % of the load at which it buckles",
-    "yield": "none is stressed to more than {:.0f} % of its yield stress",
+    "slenderness": "beam theory neglects less than {:.0f} % of the deflection of any link",
+    "deflection": "no link deflects by more than {:.0f} % of its length",
+    "axial force": "no link exceeds {:.0f} % of its critical load",
+    "yield": "no link exceeds {:.0f} % of its yield stress",
 }
-IN_THE_ERROR = {  # what an answer's own error holds, so that it is no doubt of its own
-    "slenderness": "the error that is told has it",
-    "deflection": "the answer or its error has it",
-    "axial force": "what that does to bending is in the answer or its error",
+IN_THE_ERROR = {  # effects that the answer or its error includes, so that they raise no caution
+    "slenderness": "the stated error includes this",
+    "deflection": "the answer or its error includes this",
+    "axial force": "the answer or its error includes its effect on bending",
 }
 ADVICE = {
     "slenderness": "Run with --check solid to see how far the link is from a beam",
     "axial force": "Make it thicker or shorter",
     "yield": "Make it thicker, or of a stronger material",
 }
-LEFT_OUT, UNTOLD = (
-    'beams = "euler-bernoulli" leaves shear out',
-    "its section tells neither shear_area nor kGA, so shear is left out",
-)
+SHEAR_OFF = 'beams = "euler-bernoulli" neglects shear'
+SHEAR_UNKNOWN = "its section has neither shear_area nor kGA, so shear is neglected"
 UNKNOWN = {
     "yield": "strength: {} not given",
-    "vibration": "vibration: the quasi-static answer is what was asked for",
+    "vibration": "vibration: the quasi-static theory was chosen",
 }
 
 
@@ -85,7 +83,7 @@ def doubts(results: Results) -> list[str]:
 
 
 def reliability(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
-    """The worst level of findings as plain data, and their headings.
+    """Return the worst level of findings as plain data, and their headings.
 
     Strength does not count: the summary says separately that a link yields.
     """
@@ -108,7 +106,7 @@ def unreliable_figures(rows: Mapping[str, Mapping[str, Any]]) -> list[dict[str, 
 
 
 def digits_left(condition: float) -> int:
-    """Digits of sixteen that round-off leaves where a problem has this condition number."""
+    """Return the number of certain digits at a condition number."""
     return max(0, int(15 - math.log10(max(condition, 1.0))))
 
 
@@ -120,59 +118,60 @@ def _positions(results: Results) -> Finding:
         return Finding(POOR, heading, f"No position could be computed: all are {why}.")
     worst = results.figures.peaks["condition"][0].value
     digits = digits_left(worst)
-    near = "Near a dead point round-off grows: " if worst > WELL else "No position is near a dead point: "
-    text = f"{near}worst condition number {number(worst, 3)}, about {digits} digits survive there."
+    near = "Round-off grows near a dead point: " if worst > WELL else "No position is near a dead point: "
+    text = f"{near}largest condition number {number(worst, 3)}, about {digits} certain digits there."
     if singular:
         text += (
-            f" {singular} of {count} positions are singular, dead or change points:"
-            " they have no figures and count in no extreme."
+            f" {singular} of {count} positions are singular (dead or change points):"
+            " they have no figures and no extreme values."
         )
     if ill:
         text += (
-            f" {ill} {'position is' if ill == 1 else 'positions are'} left out of the largest values as"
-            f" too near a dead point, with a condition number beyond {number(WELL)}: round-off grows there;"
-            " positions.csv has them, with their condition numbers."
+            f" The largest values exclude {counted(ill, 'position')} near a dead point, with a condition number beyond"
+            f" {number(WELL)}; positions.csv lists them."
         )
     if results.scene.course.interrupted is not None:
         reached = quantity(results.scene.course.interrupted, "s")
-        text += f" The integration was interrupted at {reached}: {results.left_out} later positions are left out."
+        text += f" The integration was interrupted at {reached}: {results.left_out} later positions are missing."
     elif results.left_out:
-        text += f" {results.left_out} positions are out of the mechanism's reach and were left out on request."
+        text += f" {counted(results.left_out, 'position')} out of reach left out on request."
     level = POOR if worst > 1e10 else CAUTION if singular or worst > WELL or results.left_out else GOOD
     return Finding(level, heading, text)
 
 
 def _cams(results: Results) -> Iterator[Finding]:
-    """Whether the cams can be made, and keep their followers."""
+    """Yield findings on cams that cannot be made or lose their followers."""
     for name, cam in cam_rows(results).items():
         angle, margin = (cam["figures"].get(key, {}).get("value") for key in ("cam_pressure_angle", "cam_face_margin"))
         if angle is not None and abs(angle) >= ACROSS:
-            text = f"The cam {name} cannot push its follower, which moves along it: the pressure angle is 90°."
+            text = f"The cam {name} cannot push its follower: the pressure angle is 90°."
             yield Finding(POOR, CAMS, f"{text} Let the drive move the follower away from the cam.")
             continue
         if margin is not None and margin < 0.0:
             beyond = quantity(-margin, "m", told_in=results.scene.told_in)
-            text = f"The contact on the cam {name} runs off the face, to {beyond} beyond its end: make the face longer"
-            yield Finding(POOR, CAMS, f"{text} by that at least, or shift it.")
+            text = f"The contact on the cam {name} runs off the face by {beyond}: make the face longer by that at least"
+            yield Finding(POOR, CAMS, f"{text}, or shift it.")
         if cam["undercut"]:
             least, form = cam["figures"]["cam_radius"]["value"], "face"
             if "cam_pitch_radius" in cam["figures"]:
                 form = "roller"
-            told = quantity(least, "m", told_in=results.scene.told_in) if least is not None else "none"
-            text = f"The cam {name} cannot be made: it would have to go back on itself, with {told} as least radius."
-            advice = "Take a smaller roller or a larger cam" if form == "roller" else "Take a larger cam"
+            radius = quantity(least, "m", told_in=results.scene.told_in) if least is not None else "none"
+            text = f"The cam {name} cannot be made: its profile is undercut (smallest radius {radius})."
+            advice = "Use a smaller roller or a larger cam" if form == "roller" else "Use a larger cam"
             yield Finding(POOR, CAMS, f"{text} {advice}, or a law with less acceleration.")
         if cam["contact_lost"]:
             preload = cam["figures"]["cam_preload"]
-            told = quantity(preload["value"], preload["unit"], told_in=results.scene.told_in)
+            needed = quantity(preload["value"], preload["unit"], told_in=results.scene.told_in)
             always = cam["counts"]["contact_lost"] == int(np.sum(results.counted))
             part = "throughout" if always else "in part of"
-            text = f"The follower leaves the cam {name} {part} the run: a spring that gives {told} along the drive"
-            yield Finding(CAUTION, CAMS, f"{text} holds it there; forces where it would pull are those of a groove.")
+            text = (
+                f"The follower leaves the cam {name} {part} the run: a spring with {needed} along the drive holds it."
+            )
+            yield Finding(CAUTION, CAMS, f"{text} Pulling forces are those of a grooved cam.")
 
 
 def _ranges(results: Results) -> Iterator[Finding]:
-    """Yield a finding for each sizing formula that is used outside its range."""
+    """Yield a finding on each sizing formula outside its range."""
     values = {key: [abs(peak.value) for peak in peaks] for key, peaks in results.figures.peaks.items()}
     for each, items in outside_ranges(results.scene, values):
         found = ", ".join(f"{value:.3g} of {name}" for name, value in items.items())
@@ -180,28 +179,28 @@ def _ranges(results: Results) -> Iterator[Finding]:
 
 
 def _friction(results: Results) -> Iterator[Finding]:
-    """Power lost in friction, and how near it is to locking the mechanism."""
+    """Yield a finding on the power of friction and the risk of locking."""
     friction = friction_figures(results)
     if friction is None:
         return
     heading, locked, count = "Friction", results.figures.locked, len(friction["joints"])
-    text = f"Friction in {counted(count, 'joint')} takes up to {_told(friction['power'])}."
+    text = f"Friction in {counted(count, 'joint')} takes up to {_power(friction['power'])}."
     if friction["feedback"]["value"] is not None:
         text += (
-            f" At most it adds {percent(friction['feedback']['value'])} to itself; at 100 % it may lock the mechanism."
+            f" Its loop gain is at most {percent(friction['feedback']['value'])}; at 100 % it may lock the mechanism."
         )
     if locked:
-        text += f" At {locked} of {counted(results.counts[0], 'position')} it may: balance has no answer, or several."
+        text += f" It may at {locked} of {counted(results.counts[0], 'position')}: equilibrium is not unique there."
     if friction["resting"]:
-        text += f" At {counted(friction['resting'], 'position')} nothing slides, and no friction is counted."
+        text += f" At {counted(friction['resting'], 'position')} nothing slides and there is no friction."
     free = [name for name, own in results.mechanism.friction.items() if _unguided(results, name, own)]
     if free:
-        text += f" The moment on {', '.join(free)} is taken to press on nothing: length is not given."
+        text += f" The moment on {', '.join(free)} causes no friction, because length is not given."
     yield Finding(CAUTION if locked else GOOD, heading, text)
 
 
 def _formulas(results: Results) -> Iterator[Finding]:
-    """Scope of the errors of figures by sizing formulas and coefficients."""
+    """Yield a finding on inputs that the stated errors do not cover."""
     scene = results.scene
     given = {
         "the life formula and its strengths": scene.fatigue is not None,
@@ -213,12 +212,12 @@ def _formulas(results: Results) -> Iterator[Finding]:
         yield Finding(GOOD, "Formulas", text)
 
 
-def _told(told: Mapping[str, Any]) -> str:
-    return "an unknown power" if told["value"] is None else quantity(told["value"], told["unit"])
+def _power(power: Mapping[str, Any]) -> str:
+    return "an unknown power" if power["value"] is None else quantity(power["value"], power["unit"])
 
 
 def _unguided(results: Results, name: str, own: Friction) -> bool:
-    """Whether a slider bears a moment that its friction does not count, as its length is not given."""
+    """Whether a slider bears a moment without friction, because its length is not given."""
     if not own.coefficient or np.isfinite(own.length):
         return False
     forces, number = results.deflection.forces, [joint.name for joint in results.motion.structure.joints].index(name)
@@ -276,10 +275,10 @@ def _theory(results: Results) -> Iterator[Finding]:
 
 
 def _damping(results: Results) -> str:
-    """The damping assumed where materials do not tell it."""
-    told = results.scene.theory
-    assumed = not told.damping or any(math.isnan(beta) for beta in told.damping)
-    return f" at {percent(told.damping_ratio)} of critical damping" if assumed else ""
+    """Return the damping that is assumed for materials without their own."""
+    theory = results.scene.theory
+    assumed = not theory.damping or any(math.isnan(beta) for beta in theory.damping)
+    return f" at {percent(theory.damping_ratio)} of critical damping" if assumed else ""
 
 
 def _check(results: Results) -> list[Finding]:
@@ -294,25 +293,26 @@ def _check(results: Results) -> list[Finding]:
     if results.mechanism.beams and comparison.compared:
         largest = max((worst.relative for worst in comparison.worst), default=0.0)
         text = (
-            f"{comparison.compared} positions compared, {comparison.elements} elements a beam: "
+            f"{comparison.compared} positions compared, {comparison.elements} elements per beam: "
             f"largest difference {number(largest, 2)} of the field's maximum over the cycle, "
-            f"{number(comparison.tolerance, 2)} granted."
+            f"tolerance {number(comparison.tolerance, 2)}."
         )
     for theory, balance in results.balances.items():
         if balance.compared:
             text += (
-                f" The momentum of all masses ({theory}) changes as forces and ground make it, at {balance.compared} "
-                f"positions: off by {number(balance.largest, 2)}, {number(balance.granted, 2)} granted."
+                f" Momentum of all masses against the forces ({theory}), at {balance.compared} positions: "
+                f"largest difference {number(balance.largest, 2)}, tolerance {number(balance.granted, 2)}."
             )
     if not comparison.passed and any(section.taper for section in results.deflection.sections):
         text += (
-            f" Elements of tapered beams err by the fourth power of their size: try --check {4 * comparison.elements}."
+            f" Elements of tapered beams converge with the fourth power of their size: try --check"
+            f" {4 * comparison.elements}."
         )
     return [Finding(GOOD if passed else POOR, heading, text)]
 
 
 def _exceedances(results: Results) -> Iterator[Finding]:
-    """One for each kind of caution: the worst of its links in full, the others by name."""
+    """Yield a finding for each kind of caution, with the worst link and the names of the others."""
     for kind, heading in HEADINGS.items():
         alike = [each for each, _ in results.exceedances if each.kind == kind and not math.isnan(each.figure)]
         if results.buckles and kind != "axial force":
@@ -329,7 +329,7 @@ def _exceedances(results: Results) -> Iterator[Finding]:
             level = _own_level(kind, worst.figure)
             words += f"; {IN_THE_ERROR[kind]}"
             if kind == "axial force" and level != GOOD and worst.figure < 1.0:
-                words += f", but what a link is crooked by grows {1 / (1 - worst.figure):.2g} times"
+                words += f", but an initial curvature of the link grows {1 / (1 - worst.figure):.2g} times"
         elif kind == "axial force" and worst.beam is not None:
             words += f"; {_amplified(worst.figure)}"
         sheared = _without_shear(results, worst.beam) if kind == "slenderness" and worst.beam is not None else ""
@@ -339,30 +339,30 @@ def _exceedances(results: Results) -> Iterator[Finding]:
 
 
 def _error_is_known(results: Results) -> bool:
-    """Whether the answer tells how far it is off by all that beams and large displacement do."""
+    """Whether the error of the answer, including beam theory and large displacement, is known."""
     return results.answer is not None and not results.error_unknown
 
 
 def _own_level(kind: str, figure: float) -> str:
-    """Level of an effect that the answer or its error has: of buckling, that no link is quite straight."""
+    """Return the level of an effect that the answer or its error includes. Buckling also depends on straightness."""
     if kind != "axial force" or not LIMITS[kind].far_passed(figure):
         return GOOD
     return POOR if figure >= 1.0 else CAUTION
 
 
 def _amplified(ratio: float) -> str:
-    """Effect of a share of Euler's load on bending that is found without it, in words."""
+    """Return the effect of a load ratio on bending in words."""
     if ratio >= 1.0:
         return "it buckles"
-    return f"that makes its bending about {1 / (1 - ratio):.3g} times as large, which is left out"
+    return f"its bending grows about {1 / (1 - ratio):.3g} times, which is neglected"
 
 
 def _without_shear(results: Results, beam: int) -> str:
-    """Why a beam is computed without shear, where that makes it stubby; else nothing."""
+    """Return why a short beam is computed without shear, or an empty string."""
     if not LIMITS["slenderness"].passed(float(shear_share(results.deflection)[beam])):
         return ""
     known = np.isfinite(results.scene.sections[beam].shear_rigidity).all()
-    return f"; {LEFT_OUT if known else UNTOLD}"
+    return f"; {SHEAR_OFF if known else SHEAR_UNKNOWN}"
 
 
 def _sentence(words: str) -> str:
@@ -370,7 +370,7 @@ def _sentence(words: str) -> str:
 
 
 def _within(results: Results) -> Iterator[Finding]:
-    """The effects judged and found within their limits, and those that could not be judged."""
+    """Yield the effects within their limits and the effects that cannot be judged."""
     if not results.mechanism.beams or results.figures.singular == results.figures.positions:
         return
     judged = _judged(results)
@@ -379,8 +379,8 @@ def _within(results: Results) -> Iterator[Finding]:
     fine = [words.format(limits[kind]) for kind, words in WITHIN.items() if kind in judged - passed]
     if fine:
         yield Finding(GOOD, "Within the limits", _sentence("; ".join(fine)) + ".")
-    told = {"vibration"} if results.answer else set()
-    unknown = [words for kind, words in UNKNOWN.items() if kind not in judged | passed | told]
+    known = {"vibration"} if results.answer else set()
+    unknown = [words for kind, words in UNKNOWN.items() if kind not in judged | passed | known]
     unknown = [words.format(_lacking(results)) for words in unknown]
     unknown += [one.message for one, _ in results.exceedances if math.isnan(one.figure)]
     if unknown:
@@ -388,7 +388,7 @@ def _within(results: Results) -> Iterator[Finding]:
 
 
 def _lacking(results: Results) -> str:
-    """The inputs that a safety factor needs and no beam has, and a verb."""
+    """Return the missing inputs of the safety factor, with a verb."""
     stress, depth = "the yield stress of the materials", "the dimensions of the sections"
     yields = any(np.isfinite(section.yield_stress) for section in results.deflection.sections)
     stressed = any(math.isfinite(peak.value) for peak in results.figures.peaks["stress"])
@@ -400,7 +400,7 @@ def _lacking(results: Results) -> str:
 
 
 def _judged(results: Results) -> set[str]:
-    """Kinds of caution that there are figures for."""
+    """Return the kinds of caution with known figures."""
     sections = results.deflection.sections
     stressed = [not math.isnan(peak.value) for peak in results.figures.peaks["safety"]]
     slender = [np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections]
@@ -415,7 +415,7 @@ def _judged(results: Results) -> set[str]:
 
 
 def exceedance_figures(results: Results) -> list[dict[str, Any]]:
-    """The exceedances as plain data, with the limit that each is past."""
+    """Return the exceedances as plain data with their limits."""
     return [
         {
             "kind": exceedance.kind,
@@ -430,7 +430,7 @@ def exceedance_figures(results: Results) -> list[dict[str, Any]]:
 
 
 def left_out(results: Results) -> list[str]:
-    """Effects that the figures do not hold, in words."""
+    """Return the neglected effects in words."""
     stiff = all(np.isinf(section.kGA) for section in results.deflection.sections)
     cleared = any(parts.clearance for parts in results.scene.bearings.values())
     play = "impacts of the play in the joints" if cleared else "play in the joints"

@@ -1,4 +1,4 @@
-"""The answer against the speed of the drive, as a table, as curves, as plain data and in words."""
+"""Answer as a function of the drive speed: table, curves, plain data and words."""
 
 from __future__ import annotations
 
@@ -18,17 +18,16 @@ from kinelast.figures.registry import figures_of
 from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds, leading_drive, speed_unit
 from kinelast.outputs.table import Column, Table
 from kinelast.scene.data import ACCURACY, Scene
-from kinelast.scene.numbers import percent, quantity
+from kinelast.scene.numbers import UNRELIABLE, percent, quantity
 
-NEAR = 0.002  # share of the limit speed to which that is known
-USELESS = 0.5  # error from which a figure is unreliable: next to resonance its percentage is none
-BESIDE = 0.05  # of a speed, by which a peak beside it is its resonance
-LABEL_ROOM = 0.04  # of the range of speeds, that the label of a peak takes
+NEAR = 0.002  # resolution of the limit speed, relative to it
+BESIDE = 0.05  # largest distance of a peak from a speed at its resonance, relative to the speed
+LABEL_ROOM = 0.04  # width of a peak's label, relative to the range of speeds
 UNITS = dict(zip(FIELDS, ("m", "m", "Pa"), strict=True))
 
 
 def speed_table(scene: Scene, result: Speeds) -> Table:
-    """A row a speed: largest values of every beam with and without vibration, growth, the error, other figures."""
+    """Return a table with a row per speed: largest values with and without vibration, growth, errors, other figures."""
     answer = result.map
     ways = (("", answer.values), (" without vibration", answer.quasi_static))
     of_fields = {key: name for name, key in FIELDS.items()}
@@ -182,7 +181,7 @@ def _resonance_figures(resonance: Resonance | None, scene: Scene) -> dict[str, A
 
 
 def ordinal(count: int) -> str:
-    """A number in its order.
+    """Return an ordinal number.
 
     >>> [ordinal(count) for count in (1, 2, 3, 4, 11, 22)]
     ['1st', '2nd', '3rd', '4th', '11th', '22nd']
@@ -192,33 +191,33 @@ def ordinal(count: int) -> str:
 
 
 def resonance_words(resonance: Resonance, scene: Scene) -> str:
-    """The harmonic of the drive that meets a mode, or the mode that vibrates, named by the beam that bends most."""
+    """Return which harmonic of the drive meets which mode, named by the beam that bends most."""
     mode = f"the {ordinal(resonance.mode)} mode (mostly {scene.labels[resonance.beam]})"
     return f"{ordinal(resonance.harmonic)} harmonic meets {mode}" if resonance.met else f"{mode} vibrates"
 
 
 def limit_words(limit: SpeedLimit, scene: Scene) -> str:
-    """Which limit ends at the limit speed, of which beam, and by which resonance."""
+    """Return the limit that fails above the limit speed, its beam and its resonance."""
     if limit.limit is None:
-        return "above it there is no steady state, the links' vibration grows"
+        return "above it no steady state exists: vibration grows"
     kinds = {"deflection": "deflection", "chord": "deflection from the chord", "safety": "safety against yield"}
     kind = kinds.get(limit.limit.kind) or _name_of(limit.limit.figure, scene)
-    told = ", ".join(filter(None, (_item_of(limit, scene), kind)))
-    return f"{told}: {resonance_words(limit.resonance, scene)}" if limit.resonance else told
+    words = ", ".join(filter(None, (_item_of(limit, scene), kind)))
+    return f"{words}: {resonance_words(limit.resonance, scene)}" if limit.resonance else words
 
 
 def _item_of(limit: SpeedLimit, scene: Scene) -> str:
-    """Name of the item of which a limit ends; empty of the whole machine."""
+    """Return the item of the limit that fails, empty for the whole machine."""
     return items_of(scene, limit.limit.of)[limit.item] if limit.limit else ""
 
 
 def _name_of(key: str, scene: Scene) -> str:
-    """Name of a figure."""
+    """Return the name of a figure."""
     return next(figure.name for figure in figures_of(output_of(scene)) if figure.key == key)
 
 
 def _words(result: Speeds, scene: Scene) -> Iterator[str]:
-    """Sentences on the speeds: the highest within the limits, those without a steady state, and the error."""
+    """Yield sentences on the limit speed, on speeds without a steady state, and on errors."""
     unit = speed_unit(scene)
 
     def told(speed: Any) -> str:
@@ -236,9 +235,9 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
             words = "limits are too close to decide" if result.verdicts[0] == TOO_NEAR else "limits do not hold"
             yield f"{words} at the lowest speed, {told(result.speed[0])}"
         elif result.limit is None and beyond:
-            yield f"all limits hold up to {told(result.highest)}, up to where no link buckles"
+            yield f"all limits hold up to {told(result.highest)}; above it a link buckles"
         elif result.limit is None:
-            yield f"all limits hold up to {told(result.highest)}, the highest speed asked for"
+            yield f"all limits hold up to {told(result.highest)}, the highest requested speed"
         else:
             broken, near = result.limit.broken, ""
             if broken > (1 + NEAR) * result.limit.above:
@@ -251,21 +250,21 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
 
 
 def _error_words(result: Speeds, scene: Scene, told: Callable[[Any], str]) -> Iterator[str]:
-    """How many speeds are farther off than the accuracy; next to resonance, as the percentage is no figure there."""
+    """Yield a sentence on speeds with errors beyond the accuracy, and on unreliable ones near resonance."""
     wanted = ACCURACY if scene.theory.accuracy is None else scene.theory.accuracy
     missed = np.flatnonzero(result.error > wanted)
     if not len(missed) or np.isnan(result.error).all():
         return
-    worst, useless = int(np.nanargmax(result.error)), result.error > USELESS
+    worst, unreliable = int(np.nanargmax(result.error)), result.error > UNRELIABLE
     first, at = (told(result.speed[number]) for number in (missed[0], worst))
-    words = f"{len(missed)} of {len(result.speed)} speeds, from {first} on, are more than {percent(wanted)} off"
+    words = f"{len(missed)} of {len(result.speed)} speeds, from {first} on, have errors beyond {percent(wanted)}"
     near = min(result.peaks, key=lambda peak: abs(peak.speed - result.speed[worst]), default=None)
-    if not useless.any():
-        yield f"{words}, {percent(result.error[worst])} at {at}: mostly large displacement"
+    if not unreliable.any():
+        yield f"{words}, up to {percent(result.error[worst])} at {at}: mostly large displacement"
         return
-    words += f" by large displacement, {useless.sum()} of them unreliable"
+    words += f" by large displacement, {unreliable.sum()} of them unreliable"
     if near is None or near.resonance is None or abs(near.speed / result.speed[worst] - 1.0) > BESIDE:
-        yield f"{words}, as {at}"
+        yield f"{words}, for example {at}"
     else:
         resonance = resonance_words(near.resonance, scene)
-        yield f"{words}: damping decides at resonance, as at {told(near.speed)} where {resonance}"
+        yield f"{words}: damping decides at resonance, for example at {told(near.speed)}, where {resonance}"
