@@ -135,12 +135,12 @@ def rows_of(scene: Scene, number: int) -> Iterator[dict[str, Any]]:
     if fine.stable and not (exact.exact and max(exact.exact.open, left) < UNSETTLED and exact.time_error < UNSETTLED):
         raise SceneError("", "", "", "the reference does not settle")
     reference: Reference = tuple(Cycle(scene, motion, bent, sampled=True) for bent in (finer, exact.deflection))
-    told = row_of(scene, TAKEN, answer(scene, plain, scene.theory, results.period), reference)
+    told = row_of(scene, TAKEN, answer(results.cycle, scene.theory, results.period), reference)
     if number % EVERY == 0 and fine.stable:
         told["reference beside the nonlinear check"] = independent(scene, results, exact)
     yield told
     usual = _vibrating(scene, motion, scene.course.at, results.period, USUAL)
-    for rung in _Rungs(scene, plain, scene.theory).climbed(usual, USUAL, 0.0):
+    for rung in _Rungs(results.cycle, scene.theory).climbed(usual, USUAL, 0.0):
         yield row_of(scene, rung.theory, rung, reference)
 
 

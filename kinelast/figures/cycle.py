@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Protocol, TypeVar
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -27,6 +26,7 @@ from elastic import (
 from elastic.assessment import PathDeviation, buckling_bound, buckling_ratio, euler_ratio, path_deviation
 from elastic.beams import designs_of
 from kinelast.scene.data import Scene, scene_deflection
+from kinelast.scene.figure import RowSearch
 from kinelast.scene.names import drive_words, joint_words, points_of
 from kinelast.tasks.progress import one_thread
 from machine.drives import time_weights
@@ -51,6 +51,33 @@ class LargestSearch(Protocol):
     def find(self) -> Callable[[Cycle], Largest]:
         """From a cycle to the largest values of the figure's items."""
 
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """Keys of the fields that the figure takes."""
+
+
+@dataclass(frozen=True)
+class AlongBeams(RowSearch):
+    """Search for the largest magnitude of a field on every beam."""
+
+    key: str
+
+    def rows(self, cycle: Cycle) -> Reals | None:
+        """Values of a cycle that is sampled along the beams."""
+        return greatest_along(sample(cycle.deflection, self.key, STATIONS)) if cycle.sampled else None
+
+    def __call__(self, cycle: Cycle) -> Largest:
+        """Largest values of the beams over the positions that count."""
+        rows = self.rows(cycle)
+        if rows is not None:
+            return cycle.largest(rows)
+        if cycle.tabled:
+            extreme = cycle.extremes[self.key]
+            return largest(extreme.value, cycle.counted_if_any, extreme.xi)
+        if self.key not in cycle.maxima:
+            return cycle_maxima(cycle.deflection, [self.key], cycle.counted_if_any, cycle.period)[self.key]
+        return cycle.maxima[self.key]
+
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
@@ -72,6 +99,8 @@ class Cycle:
         Whether fields are looked at in `STATIONS` places along the beams alone: enough for the difference of two.
     between
         Whether peaks have their gain between the positions.
+    still
+        The quasi-static answer of the same motion, which gives the critical loads; None if this is it.
     """
 
     scene: Scene
@@ -83,6 +112,7 @@ class Cycle:
     period: Any = None
     sampled: bool = False
     between: bool = False
+    still: Cycle | None = None
     _known: dict[tuple[Any, ...], Any] = field(default_factory=dict, repr=False)
 
     def once(self, function: Callable[..., Result], *arguments: Hashable) -> Result:
@@ -95,7 +125,31 @@ class Cycle:
 
     def of(self, figure: LargestSearch) -> Largest:
         """The largest values of a figure's items."""
-        return self.once(figure.find)
+        return self._found(figure.find, bool(figure.fields))
+
+    def _found(self, find: Callable[[Cycle], Largest], of_fields: bool) -> Largest:
+        key = find, self.sampled and of_fields  # fields that are sampled differ from exact ones
+        if key not in self._known:
+            self._known[key] = find(self)
+        result: Largest = self._known[key]
+        return result
+
+    def search(self, figures: Iterable[LargestSearch]) -> None:
+        """Find figures that reduce rows of values alike in one search, so that `of` knows them."""
+        found: dict[Any, Numbers] = {}
+        for figure in figures:
+            key = figure.find, self.sampled and bool(figure.fields)
+            if isinstance(figure.find, RowSearch) and key not in self._known:
+                rows = figure.find.rows(self)
+                if rows is not None:
+                    found[key] = np.abs(rows) if np.iscomplexobj(rows) else rows
+        if not found:
+            return
+        together, end = self.largest(np.concatenate([*found.values()])), 0
+        gain = np.broadcast_to(together.gain, np.shape(together.value))
+        for key, rows in found.items():
+            part, end = slice(end, end + len(rows)), end + len(rows)
+            self._known[key] = Largest(together.value[part], together.position[part], gain=gain[part])
 
     @cached_property
     def deflection(self) -> Deflection:
@@ -135,7 +189,8 @@ class Cycle:
         return well if well.all() else np.where(well.any(axis=-1, keepdims=True), well, ~self.singular)
 
     @cached_property
-    def _counted(self) -> Flags | None:
+    def counted_if_any(self) -> Flags | None:
+        """Positions that count; None if all do."""
         return None if self.counted.all() else self.counted
 
     @cached_property
@@ -156,7 +211,7 @@ class Cycle:
         """Largest magnitude over the positions that count, of values of shape (..., positions)."""
         if np.shape(values)[-len(self.columns) :] != self.columns:
             values = np.broadcast_to(values, (*np.shape(values)[: -len(self.columns)], *self.columns))
-        found = largest(values, self._counted)
+        found = largest(values, self.counted_if_any)
         return replace(found, gain=self._gain(np.abs(values), found.position)) if self.between else found
 
     def least(self, values: Any) -> Largest:
@@ -187,22 +242,12 @@ class Cycle:
 
     def along(self, key: str) -> Largest:
         """Largest magnitude of a field along every beam over the positions that count, shape (beams, ...)."""
-        return self.once(Cycle._along, key)
-
-    def _along(self, key: str) -> Largest:
-        if self.sampled:
-            return self.largest(greatest_along(sample(self.deflection, key, STATIONS)))
-        if self.tabled:
-            extreme = self.extremes[key]
-            return largest(extreme.value, self._counted, extreme.xi)
-        if key not in self.maxima:
-            return cycle_maxima(self.deflection, [key], self._counted, self.period)[key]
-        return self.maxima[key]
+        return self._found(AlongBeams(key), True)
 
     @cached_property
     def maxima(self) -> dict[str, Largest]:
         """Greatest magnitudes of the fields that are wanted."""
-        return cycle_maxima(self.deflection, sorted(self.wanted), self._counted, self.period)
+        return cycle_maxima(self.deflection, sorted(self.wanted), self.counted_if_any, self.period)
 
     @cached_property
     def extremes(self) -> dict[str, Extreme]:
@@ -223,9 +268,7 @@ class Cycle:
 
         Of the forces without vibration. Of many designs or speeds it is a safe bound: never too low.
         """
-        if self.motion not in PRESSED:
-            PRESSED[self.motion] = _pressed(self)
-        return PRESSED[self.motion]
+        return self.still.pressed if self.still else self.once(_pressed)
 
     @cached_property
     def bending(self) -> Reals:
@@ -274,10 +317,6 @@ class Cycle:
         lowest = np.full((*self.columns[:-1], solved.shape[-1]), np.nan)
         lowest[: len(solved)] = solved
         return lowest
-
-
-PRESSED: WeakKeyDictionary[Motion, Largest] = WeakKeyDictionary()
-"""Loads over critical loads by their motions: answers of all theories to a motion share them."""
 
 
 def _pressed(cycle: Cycle) -> Largest:

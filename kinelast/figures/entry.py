@@ -102,6 +102,8 @@ def _picked(known: Largest, items: Sequence[int]) -> Largest:
 
 def magnitudes(cycle: Cycle, figures: Iterable[Figure]) -> dict[str, Any]:
     """Magnitudes of all items of figures by key, with the gain of their peaks between the positions."""
+    figures = [*figures]
+    cycle.search(figures)
     return {figure.key: _magnitude(cycle.of(figure), figure.over) for figure in figures}
 
 

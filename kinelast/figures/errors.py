@@ -13,7 +13,7 @@ from elastic import Deflection, reference_deflection, sample
 from elastic.links import members_of
 from kinelast.figures.cycle import STATIONS, Cycle
 from kinelast.figures.entry import LARGEST, LEAST, MOST, Figure, bounded_items, magnitudes
-from kinelast.figures.registry import ALONG_BEAMS, NAMES, limits_of
+from kinelast.figures.registry import NAMES, limits_of
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR
 from rigid.arrays import Complexes, Numbers, Reals
@@ -31,9 +31,8 @@ RIGID_HEADLINE = "drive_effort", "joint_force"  # figures of a mechanism of rigi
 HEADLINE = NAMES["w"], NAMES["mises"]  # figures of which every report tells the greatest
 LITTLE = 0.01  # of the greatest figure of a unit, below which one of them counts as so much
 COURSES, JOINT_FORCES = ("u", "w", "chord", "N", "M"), "joint forces"
-BUCKLING, AXIAL = "buckling", "N"  # keys of figures
 LITTLE_PRESSED, KNOWN_TO = 0.2, 0.02  # of the greatest: load ratios below the first are known to the second
-CRITICAL = 3.0  # bound of the change of a critical load between positions, relative to that of the axial force
+MAX_CHANGE_RATIO = 3.0  # change of a load ratio between positions, relative to that of the axial force
 DISPLACEMENTS = ("m", "rad")  # units of figures whose discretization error is a share of the largest of their unit
 AT = np.linspace(0.0, 1.0, 5)  # places along the beams at which courses are compared
 SMALL = 0.1  # of the greatest of all beams or joints, below which the course of one counts as so much
@@ -208,12 +207,15 @@ def figure_errors(
     scales = _scales(answer.scene, {figure.key: figure for figure in figures}, values)
     figures = [figure for figure in figures if keys is None or figure.key in keys]
     moving = [figure for figure in figures if figure.exact or figure.of_motion(answer.scene)]
+    (off.closer or answer).search(moving)
     errors = {figure.key: _of_motion(answer, figure, off.closer) for figure in moving}
     others = [figure for figure in figures if figure.key not in errors]
     values |= magnitudes(answer, others)
+    errors |= {figure.key: [] for figure in others if not len(values[figure.key])}
+    others = [figure for figure in others if figure.key not in errors]
     stages = {name: magnitudes(cycle, others) for name, cycle in off.stages.items()}
     bodies, closer = (
-        values if each in (None, answer) else _without_buckling(each, others, answer, values)
+        values if each in (None, answer) else _changed(each, others, answer, values)
         for each in (off.beam_theory, off.closer)
     )
     return errors | {
@@ -221,22 +223,20 @@ def figure_errors(
     }
 
 
-def _without_buckling(
-    cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Magnitudes of figures by key; the load over the critical load changes `CRITICAL` times as much as axial forces.
+def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Magnitudes of figures by key in another cycle than the answer's.
 
-    So no critical loads are computed anew at the instants between the positions.
+    A figure that follows another one is not computed anew: its relative change is that of the other, times a bound.
     """
-    sizes = magnitudes(cycle, [figure for figure in figures if figure.key != BUCKLING])
-    if any(figure.key == BUCKLING for figure in figures):
-        axial = next(figure for figure in ALONG_BEAMS if figure.key == AXIAL)
-        here, there = (magnitudes(each, [axial])[AXIAL] for each in (answer, cycle))
-        change = np.divide(there, here, out=np.ones_like(here), where=here > 0.0) - 1.0
-        ratio = values[BUCKLING]
-        greatest = np.max(ratio, initial=0.0)
-        little = np.where(ratio < LITTLE_PRESSED * greatest, KNOWN_TO * greatest, 0.0)
-        sizes[BUCKLING] = ratio * (1.0 + CRITICAL * change) + little
+    sizes = magnitudes(cycle, [figure for figure in figures if figure.follows is None])
+    for figure in figures:
+        if figure.follows is not None:
+            here, there = (magnitudes(each, [figure.follows])[figure.follows.key] for each in (answer, cycle))
+            change = np.divide(there, here, out=np.ones_like(here), where=here > 0.0) - 1.0
+            size = values[figure.key]
+            greatest = np.max(size, initial=0.0)
+            rough = np.where(size < LITTLE_PRESSED * greatest, KNOWN_TO * greatest, 0.0)
+            sizes[figure.key] = size * (1.0 + MAX_CHANGE_RATIO * change) + rough
     return sizes
 
 

@@ -164,6 +164,7 @@ def run_figures(cycle: Cycle, output: Output | None) -> RunFigures:
     """Return the figures of a run or of a chunk, without figures that are computed on request only."""
     scene, motion, bent = cycle.scene, cycle.motion, cycle.deflection
     chosen = tuple(figure for figure in figures_of(output) if not figure.asked)
+    cycle.search(chosen)
     ill = ~cycle.singular & ~(cycle.condition <= WELL)
     return RunFigures(
         output,
@@ -226,6 +227,8 @@ def _further(first: Peak, second: Peak, over: str) -> Peak:
 def _peaks(found: Largest, motion: Motion) -> list[Peak]:
     values, positions = np.asarray(found.value, float), np.asarray(found.position)
     shape = values.shape
+    if not values.size:
+        return []
     parts = (np.broadcast_to(part, shape).tolist() for part in (found.xi, found.row))
     time, drive = motion.time[positions].tolist(), motion.drive[:, positions].T.tolist()
     rows = zip(values.tolist(), positions.tolist(), time, drive, *parts, strict=True)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial, reduce
+from functools import lru_cache, reduce
 from typing import Any
 
 import numpy as np
 
 from elastic import FIELDS, Largest, Section, displacement_of, largest_row
 from elastic.assessment import angle_error
-from kinelast.figures.cycle import EXTREME_FIELDS, Cycle, drive_words
+from kinelast.figures.cycle import EXTREME_FIELDS, AlongBeams, Cycle, drive_words
 from kinelast.figures.drives import CAM_FIGURES, DRIVE_FIGURES
 from kinelast.figures.entry import (
     BEAM,
@@ -58,10 +58,6 @@ from rigid.kinetostatics import friction_power, rubbing_joints
 
 NAMES = {"w": "deflection", "mises": "stress"}  # of figures that are fields, where not the field's key
 HARMONICS = 6  # of the fastest drive, that natural frequencies are held against
-
-
-def _along(cycle: Cycle, key: str) -> Largest:
-    return cycle.along(key)
 
 
 def safety_factor(sections: Sequence[Section], stress: Any) -> Reals:
@@ -143,15 +139,17 @@ def _rubbing(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
 
 TOLD = ("w", "chord", "mises")  # fields that a design's row tells
 LIMITS = {"w": "deflection", "chord": "chord"}  # keys under [limits] of their figures
+OF_FIELDS = tuple(
+    Figure(NAMES.get(key, key), FIELDS[key].name, FIELDS[key].unit, BEAM, AlongBeams(key), fields=(key,),
+           told=key in TOLD, limit=LIMITS.get(key, ""))
+    for key in (*TOLD, *(key for key in EXTREME_FIELDS if key not in TOLD))
+)  # fmt: skip
 ALONG_BEAMS: tuple[Figure, ...] = (
-    *(
-        Figure(NAMES.get(key, key), FIELDS[key].name, FIELDS[key].unit, BEAM, partial(_along, key=key), fields=(key,),
-               told=key in TOLD, limit=LIMITS.get(key, ""))
-        for key in (*TOLD, *(key for key in EXTREME_FIELDS if key not in TOLD))
-    ),
+    *OF_FIELDS,
     Figure("safety", "yield stress over the largest stress", "1", BEAM, _safety, LEAST, ("mises",), told=True,
            limit="safety"),
-    Figure("buckling", "load over the critical load", "1", BEAM, lambda cycle: cycle.pressed, limit="buckling"),
+    Figure("buckling", "load over the critical load", "1", BEAM, lambda cycle: cycle.pressed, limit="buckling",
+           follows=next(figure for figure in OF_FIELDS if figure.key == "N")),
 )  # fmt: skip
 DISPLACEMENT = Figure("displacement", "displacement of a point", "m", POINT,
                       each(lambda cycle: [np.abs(one.displacement) for one in cycle.deviations.values()]))  # fmt: skip
@@ -297,6 +295,7 @@ def _limit_by_name(scene: Scene, bound: FigureBound) -> Limit:
     raise fault(bound.table, f'"{bound.name}"', problem)
 
 
+@lru_cache(maxsize=64)
 def figures_of(output: Output | None) -> tuple[Figure, ...]:
     """All figures of a scene with this output."""
     return (*ALONG_BEAMS, *output_figures(output), *OF_THE_MACHINE, *clearance_figures(output))

@@ -276,7 +276,11 @@ class Results:
     @cached_property
     def cycle(self) -> Cycle:
         """Cycle of the computed positions."""
-        return Cycle(self.scene, self.motion, self.deflection, tabled=True)
+        known = self.answer.cycle if self.answer else None
+        if known is not None and known.given is self.deflection:
+            return replace(known, sampled=False)  # shares the figures found so far
+        still = (known.still or known) if known is not None and known.motion is self.motion else None
+        return Cycle(self.scene, self.motion, self.deflection, tabled=True, still=still)
 
     @cached_property
     def figures(self) -> RunFigures:
@@ -413,9 +417,10 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
         bent.motion.time if plain.left_out or len(bent.motion.time) < 2 else scene.course.with_breaks(bent.motion.time)
     )
     if len(times) == len(bent.motion.time):
-        found = answer(scene, bent, theory, plain.period, theory.plain, progress)
+        found = answer(plain.cycle, theory, plain.period, theory.plain, progress)
         return replace(plain, deflection=found.deflection, answer=found)
-    found = answer(scene, scene_deflection(scene, scene.course.at(times)), theory, plain.period, theory.plain, progress)
+    cycle = replace(plain, deflection=scene_deflection(scene, scene.course.at(times))).cycle
+    found = answer(cycle, theory, plain.period, theory.plain, progress)
     here = replace(plain, deflection=found.at(bent), answer=replace(found, quasi_static=bent))
     return replace(here, run=with_breaks(here, run_figures(here.cycle, output_of(scene))))
 

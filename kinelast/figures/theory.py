@@ -177,8 +177,7 @@ class Answer:
 
 @one_thread()
 def answer(
-    scene: Scene,
-    plain: Deflection,
+    quasi_static: Cycle,
     theory: Theory,
     period: float,
     only_told: bool = False,
@@ -188,8 +187,8 @@ def answer(
 
     Parameters
     ----------
-    plain
-        The quasi-static deflection at the positions of the run.
+    quasi_static
+        The quasi-static answer at the positions of the run.
     period
         Duration of the cycle [s]; nan where the motion is none, and vibration starts from the quasi-static deflection.
     only_told
@@ -203,7 +202,8 @@ def answer(
         What is asked for by name cannot be answered: a singular position, a block off its beam, a wheel along a rack.
     """
     wanted = ACCURACY if theory.accuracy is None else theory.accuracy
-    rungs, named = _Rungs(scene, plain, theory, progress), theory.name is not None and not only_told
+    scene, plain = quasi_static.scene, quasi_static.deflection
+    rungs, named = _Rungs(quasi_static, theory, progress), theory.name is not None and not only_told
     if not scene.labels:
         return rungs.rigid()
     rests = not named and _rests(plain)
@@ -246,10 +246,19 @@ def answer(
 class _Rungs:
     """The answers of all theories to a scene, each with its errors."""
 
-    scene: Scene
-    plain: Deflection
+    quasi_static: Cycle
     theory: Theory
     progress: Progress = SILENT
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return self.quasi_static.scene
+
+    @property
+    def plain(self) -> Deflection:
+        """The deflection of links that do not vibrate."""
+        return self.quasi_static.deflection
 
     @cached_property
     def held_back(self) -> float:
@@ -431,7 +440,7 @@ class _Rungs:
         if np.shape(self.plain.motion.time) != self.plain.motion.columns or len(self.plain.motion.time) < 2:
             return None
         if moved is None:
-            return replace(cycle, between=True, _known={})
+            return replace(cycle, between=True, _known={}, still=self.quasi_static)
         if name == QUASI_STATIC or vibrating is None:
             return self._between
         moved = self._with_short_elements(moved, vibrating)
@@ -467,8 +476,10 @@ class _Rungs:
 
     def _cycle(self, bent: Deflection) -> Cycle:
         """Of a deflection, the same one each time, so that its figures are found once."""
+        still = self.quasi_static
         if id(bent) not in self._cycles:
-            self._cycles[id(bent)] = Cycle(self.scene, bent.motion, bent, sampled=True)
+            known = {"sampled": True} if bent is still.given else {"still": still, "sampled": True, "_known": {}}
+            self._cycles[id(bent)] = replace(still, motion=bent.motion, given=bent, **known)
         return self._cycles[id(bent)]
 
 

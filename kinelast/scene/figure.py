@@ -11,7 +11,7 @@ import numpy as np
 from elastic import Largest, largest_row
 from kinelast.scene.names import drive_names, joint_words, points_of
 from machine.cams import BOTH, Cam
-from rigid.arrays import Flags, Reals
+from rigid.arrays import Flags, Numbers, Reals
 from rigid.kinetostatics import rubbing_joints
 
 if TYPE_CHECKING:
@@ -142,6 +142,8 @@ class Figure:
         Largest power of the loads by which its magnitude grows: relative errors count as many times.
     remains_of
         The larger figure to a share of which the answer is settled.
+    follows
+        Figure that changes alike between theories and instants, so that errors use its change.
     """
 
     key: str
@@ -161,6 +163,7 @@ class Figure:
     whole: bool = False
     power: float = 1.0
     remains_of: Figure | None = None
+    follows: Figure | None = None
 
     def of_motion(self, scene: Scene) -> bool:
         """Whether it is found in the rigid motion, at instants between the positions too."""
@@ -231,14 +234,39 @@ def sole(found: Largest) -> Largest:
     return Largest(*(np.asarray(each)[None] for each in vars(found).values()))
 
 
-def whole(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
+class RowSearch:
+    """Search for the largest magnitude in each row of values; `Cycle.search` does several at once."""
+
+    def rows(self, cycle: Cycle) -> Numbers | None:
+        """Return values, shape (items, ..., positions); None if they need a separate search."""
+        raise NotImplementedError
+
+    def __call__(self, cycle: Cycle) -> Largest:
+        """Return the largest values of the items."""
+        rows = self.rows(cycle)
+        assert rows is not None
+        return cycle.largest(rows)
+
+
+@dataclass(frozen=True)
+class ValueSearch(RowSearch):
+    """Search for the largest magnitude of each item, from its values at every position."""
+
+    values: Callable[[Cycle], Any]
+
+    def rows(self, cycle: Cycle) -> Numbers:
+        """Return the values of the items."""
+        return cycle.rows(self.values(cycle))
+
+
+def whole(values: Callable[[Cycle], Any]) -> ValueSearch:
     """Figures of the scene from its values at every position."""
-    return lambda cycle: sole(cycle.largest(values(cycle)))
+    return ValueSearch(lambda cycle: [values(cycle)])
 
 
-def each(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
+def each(values: Callable[[Cycle], Any]) -> ValueSearch:
     """Figures of items from their values at every position."""
-    return lambda cycle: cycle.largest(cycle.rows(values(cycle)))
+    return ValueSearch(values)
 
 
 def least(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
