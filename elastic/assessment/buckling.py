@@ -86,7 +86,7 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
     even = np.linspace(0, len(pressed) - 1, EVEN).round().astype(int)
     some = np.unique([*even, bound.argmax(), *spans.argmax(axis=-1)])
     try:
-        roots = _Roots(deflection)
+        roots = _BucklingModes(deflection)
         while len(some):
             ratios[:, some] = np.nan_to_num(roots.of_links(pressed[some])).T
             some = _unseen(ratios, bound, resolved)
@@ -139,14 +139,14 @@ def buckling_factor(deflection: Deflection) -> Reals:
     """
     columns = deflection.motion.columns
     try:
-        ratio = _Roots(deflection).of_links(np.arange(columns[-1])).max(axis=1)
+        ratio = _BucklingModes(deflection).of_links(np.arange(columns[-1])).max(axis=1)
     except np.linalg.LinAlgError:
         return np.full(columns, np.nan)
     with np.errstate(divide="ignore"):
         return np.asarray(1.0 / ratio)
 
 
-class _Roots:
+class _BucklingModes:
     """Buckling modes of a mechanism at any of its positions."""
 
     def __init__(self, deflection: Deflection) -> None:

@@ -42,7 +42,7 @@ PointLoad = tuple[int, str, Columns, Columns]
 
 
 @dataclass(frozen=True, eq=False)
-class _Row:
+class _ComponentRow:
     """Component of displacements: unit loads, weight of its square, beams with this chord."""
 
     loads: tuple[PointLoad, ...]
@@ -75,7 +75,7 @@ def buckling_bound(deflection: Deflection) -> tuple[Reals, PerBeam]:
     return bound + np.sqrt(np.maximum(square, 0.0)), spans
 
 
-def _spans(deflection: Deflection) -> tuple[PerBeam, list[_Row]]:
+def _spans(deflection: Deflection) -> tuple[PerBeam, list[_ComponentRow]]:
     """Compression of each beam's span over its pinned critical load, with shear; rows of the chords."""
     motion = deflection.motion
     mechanism, ndim = motion.mechanism, len(motion.columns)
@@ -93,11 +93,11 @@ def _spans(deflection: Deflection) -> tuple[PerBeam, list[_Row]]:
         chord = motion.direction[at] * (points[end] - points[begin])
         across = 1j * chord / np.abs(chord) ** 2
         weight = pressed[span.beams[0]] * np.abs(chord)
-        chords.append(_Row(((at, end, across, 0.0), (at, begin, -across, 0.0)), weight, span.beams))
+        chords.append(_ComponentRow(((at, end, across, 0.0), (at, begin, -across, 0.0)), weight, span.beams))
     return ratio, chords
 
 
-def _turned_points(deflection: Deflection) -> tuple[list[_Row], Reals]:
+def _turned_points(deflection: Deflection) -> tuple[list[_ComponentRow], Reals]:
     """Rows of the forces on displaced points; bound for forces by one displacement along another.
 
     Such a form 2 f c is at most |f| |c| + f c, with products by the mechanism's flexibility.
@@ -109,7 +109,7 @@ def _turned_points(deflection: Deflection) -> tuple[list[_Row], Reals]:
     ]
     for effect in effects:
         if effect.felt is effect.cause:
-            rows.append(_Row(_loads_of(effect.felt, chosen), np.maximum(-effect.stiffness, 0.0)))
+            rows.append(_ComponentRow(_loads_of(effect.felt, chosen), np.maximum(-effect.stiffness, 0.0)))
         else:
             both = frozenset((id(effect.felt), id(effect.cause)))
             before = pairs[both][1] if both in pairs else 0.0
@@ -117,7 +117,9 @@ def _turned_points(deflection: Deflection) -> tuple[list[_Row], Reals]:
     beyond = np.zeros(deflection.motion.columns)
     for both, stiffness in pairs.values():
         unit = np.ones(deflection.motion.columns)
-        (own, across), (_, other) = _responses(deflection, [_Row(_loads_of(row, chosen), unit) for row in both])
+        (own, across), (_, other) = _responses(
+            deflection, [_ComponentRow(_loads_of(row, chosen), unit) for row in both]
+        )
         beyond = beyond + stiffness * (np.sqrt(np.maximum(own * other, 0.0)) + np.abs(across)) / 2
     return rows, beyond
 
@@ -129,7 +131,7 @@ def _loads_of(row: PointRow, chosen: Points) -> tuple[PointLoad, ...]:
     return tuple(load for load in (*forces, *moments) if load[0])
 
 
-def _responses(deflection: Deflection, rows: Sequence[_Row]) -> Reals:
+def _responses(deflection: Deflection, rows: Sequence[_ComponentRow]) -> Reals:
     """Displacement of each row by the weighted loads of every row, shape (rows, rows, ..., positions)."""
     motion, sections = deflection.motion, deflection.sections
     problem = problem_of(motion, sections, deflection.joints).unloaded
