@@ -11,6 +11,7 @@ import gallery
 import nav
 import offline
 import reference
+import rooms
 import runs
 import scene_format
 from mkdocs.exceptions import PluginError
@@ -46,7 +47,7 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str
         raise PluginError(f"{FORMAT} leaves out the tables of {', '.join(sorted(missing))}")
     if page.file.src_uri == "index.md":
         markdown = PICTURE.sub("<!-- report: steel_four_bar -->", markdown)
-    markdown = gallery.with_scenes(scene_format.with_tables(markdown), page.file.src_uri)
+    markdown = rooms.with_rooms(gallery.with_scenes(scene_format.with_tables(markdown), page.file.src_uri))
     source = Path(page.file.abs_src_path) if page.file.abs_src_path else ROOT / "docs" / page.file.src_uri
     parts, end = [], 0
     for block in FENCED.finditer(markdown):
