@@ -1,6 +1,6 @@
-"""Random tests draw the same cases on every machine, and as long as they take; one browser serves all pages.
+"""Settings and fixtures of all tests.
 
-A line now and then on how far things are would come of a busy machine alone: no test waits for one but that of them.
+Random tests draw the same cases on every machine and have no deadline. One browser serves all tests of a process.
 """
 
 import signal
@@ -20,15 +20,23 @@ if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:  # as by nohup
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
+@pytest.hookimpl(tryfirst=True)  # before pytest deselects by marker
+def pytest_collection_modifyitems(items):
+    """Mark each exhaustive test as slow too: `-m "not slow"` is the quick suite."""
+    for item in items:
+        if item.get_closest_marker("exhaustive"):
+            item.add_marker(pytest.mark.slow)
+
+
 @pytest.fixture(autouse=True)
 def no_lines_in_between(monkeypatch):
-    """Without a terminal nothing is said of how far things are, but in the test of that."""
+    """Print no progress lines: a slow machine would add them to any output. The test of progress resets this."""
     monkeypatch.setattr("kinelast.cli.terminal.SELDOM", float("inf"))
 
 
 @pytest.fixture(autouse=True)
 def no_process_is_left():
-    """Whatever way a test ends, its processes do."""
+    """End the processes that a test has started, even if it fails."""
     yield
     processes.end_all()
 

@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from tiers import in_tiers
 
 from elastic import RIGID, deflection, displacement_of
 from elastic.assessment import angle_error
@@ -78,6 +79,7 @@ UNSTABLE = STEEL.replace('speed = "100 rad/s"', 'speed = "460 rad/s"').replace(
 STICKING = STEEL + RUBBING.replace("0.0001", "0.9").replace("5 mm", "150 mm")
 
 
+@pytest.mark.slow
 def test_a_little_friction_changes_no_verdict(tmp_path, capsys):
     """Quasi-statically the limit seems kept."""
     deflections = []
@@ -92,7 +94,7 @@ def test_a_little_friction_changes_no_verdict(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("text", "reason"), [(UNSTABLE, "unstable at 460 rad/s"), (STICKING, "friction sticks too hard")]
+    ("text", "reason"), in_tiers([(UNSTABLE, "unstable at 460 rad/s"), (STICKING, "friction sticks too hard")], 1, 1)
 )
 def test_figures_of_unknown_error_keep_no_limit(text, reason, tmp_path, capsys):
     (tmp_path / "one.toml").write_text(text + '\n[limits]\ndeflection = "1 m"\n')
@@ -156,6 +158,7 @@ def test_every_figure_of_the_summary_has_an_error_in_its_unit(tmp_path, capsys):
         assert 0.0 <= figure["error"] < 0.05 * abs(summary["figures"][base]["value"]) + least, key
 
 
+@pytest.mark.slow
 def test_the_speed_below_which_vibration_dies_out_is_told():
     """Runs of their own on either side of it, and at the speed that was asked for."""
     told = computed(scene_from_text(UNSTABLE), Request()).instability
@@ -170,6 +173,7 @@ def test_the_speed_below_which_vibration_dies_out_is_told():
     assert 100 * (asked - 1) == pytest.approx(grows, rel=0.05)
 
 
+@pytest.mark.slow
 def test_an_unknown_error_is_told_without_limits(tmp_path, capsys):
     (tmp_path / "one.toml").write_text(STICKING)
     assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out")]) == 0

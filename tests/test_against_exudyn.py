@@ -87,6 +87,7 @@ def test_the_elastodynamic_answers_and_how_far_off_they_are(case):
     assert apart(plain, expected) > 0.01
 
 
+@pytest.mark.slow
 def test_the_deflection_to_a_tolerance(case):
     """Steps and elements of its own choice, at the instants of the other code."""
     mechanism, sections, speed, beta, expected = case

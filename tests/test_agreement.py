@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tiers import in_tiers
 
 from kinelast import report, scene_from_dict, shipped_scenes
 from kinelast.designs import evaluate
@@ -198,7 +199,7 @@ def test_a_scene_has_the_same_figures_and_verdicts_at_every_door(tables):
     check_doors(tables)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @settings(max_examples=300, deadline=None)
 @given(scenes())
 def test_many_scenes_have_the_same_figures_and_verdicts_at_every_door(tables):
@@ -217,7 +218,7 @@ def figures_before_limits(named):
 @pytest.mark.parametrize(
     ("factor", "named"),
     [
-        pytest.param(factor, named, marks=[] if named == (abs(factor - 1) < 0.1) else pytest.mark.slow)
+        pytest.param(factor, named, marks=[] if named and abs(factor - 1) < 0.1 else pytest.mark.slow)
         for factor in FACTORS
         for named in (True, False)
     ],
@@ -267,7 +268,7 @@ def test_a_limit_of_an_unnamed_output_is_judged_alone():
         problem_of(tables)
 
 
-@pytest.mark.parametrize("named", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("named", in_tiers([True, False], 0, 1))
 def test_a_speed_of_a_map_is_judged_as_its_report(named):
     """At the scene's own speed, slow enough to vibrate little; maps look between the positions and settle to 0.2 %."""
     tables = copy.deepcopy(SHIPPED[0])
@@ -334,9 +335,7 @@ def outcome_of(value, error, bound, least):
     return "too close to decide" if abs(room) < error else "kept" if room >= 0 else "not kept"
 
 
-@pytest.mark.parametrize(
-    "share", [pytest.param(0.3, marks=pytest.mark.slow), 1 - 1e-9, pytest.param(3.0, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("share", in_tiers([1 - 1e-9, 0.3, 3.0], 1, 1))
 def test_a_limit_by_the_name_of_any_figure_is_judged_alike_at_every_door(share):
     """In report, chunks, notebook, design, sweep's best, optimum and editor; with the figure's own error."""
     tables = slow_four_bar()
@@ -366,8 +365,7 @@ def test_a_limit_by_the_name_of_any_figure_is_judged_alike_at_every_door(share):
     assert [each.outcome for each in judged] == expected
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("share", [0.3, 3.0])
+@pytest.mark.parametrize("share", in_tiers([0.3, 3.0], 0, 1))
 def test_a_limit_by_the_name_of_a_figure_is_judged_at_a_speed_as_by_its_report(share):
     tables = slow_four_bar()
     tables["run"] |= {"positions": 720, "theory": "elastodynamic"}

@@ -11,6 +11,7 @@ from itertools import groupby
 
 import pytest
 from scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK
+from tiers import in_tiers
 
 from kinelast import SceneError, scene_from_text, shipped_scenes
 from kinelast.cli.command import main
@@ -107,7 +108,7 @@ def alike(found, planted):
     return found in (f"{header}.{key}".strip("."), header)
 
 
-@pytest.mark.parametrize("seed", [*range(12), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(12, 150))])
+@pytest.mark.parametrize("seed", in_tiers(range(150), 8, 16))
 def test_every_mistake_is_told_in_one_go(seed):
     text, planted = spoilt([*TEXTS.values()][seed % len(TEXTS)], seed)
     found = [*told(text)]

@@ -10,6 +10,7 @@ import sys
 import numpy as np
 import pytest
 from mechanisms import steel_bar
+from tiers import in_tiers
 
 from animations import (
     DIAGRAMS,
@@ -194,9 +195,7 @@ class TestLayout:
 class TestRendering:
     """What comes out of the canvas."""
 
-    @pytest.mark.parametrize(
-        "name", [pytest.param(name, marks=[] if n % 3 == 0 else pytest.mark.slow) for n, name in enumerate(DIAGRAMS)]
-    )
+    @pytest.mark.parametrize("name", in_tiers(sorted(DIAGRAMS, key=lambda name: [*DIAGRAMS].index(name) % 6), 3, 3))
     def test_frames_show_ink_and_differ(self, name, slider_crank):
         with off_screen(), Picture(slider_crank, name, SMALL) as picture:
             first, second = picture.show(1).astype(int), picture.show(4).astype(int)
@@ -226,6 +225,7 @@ class TestRendering:
                 pixels = (shape.place(3) - picture.view.corner) * picture.view.pixels
                 assert mesh.points[:, 0] + 1j * mesh.points[:, 1] == pytest.approx(pixels, abs=1e-3)
 
+    @pytest.mark.slow
     def test_diagrams_are_drawn_in_both_colours(self, four_bar):
         def near(image, paint):
             return np.count_nonzero(np.abs(image[40:150] - 255 * over("white", paint)).max(axis=2) < 6)
@@ -302,6 +302,7 @@ class TestFiles:
         assert spread(range(12), None) == list(range(12))
         assert len(spread(range(360), None)) == 120
 
+    @pytest.mark.slow
     def test_a_film_that_fails_leaves_nothing(self, four_bar, tmp_path):
         def stop(done, count):
             raise KeyboardInterrupt
@@ -311,6 +312,7 @@ class TestFiles:
                 movie(four_bar, "slope", tmp_path / name, 6, SMALL, stop)
         assert list(tmp_path.iterdir()) == []
 
+    @pytest.mark.slow
     def test_singular_positions_are_left_out(self, tmp_path):
         bent = half_reaching()
         possible = drawable(bent, diagram_named("deflection"))
@@ -413,6 +415,7 @@ class TestMachine:
             probe.cache_clear()
         assert list(tmp_path.iterdir()) == []
 
+    @pytest.mark.slow
     def test_one_child_for_all_pictures(self, monkeypatch):
         probe()
 
@@ -430,6 +433,7 @@ class TestMachine:
             pass
         assert dict(os.environ) == before
 
+    @pytest.mark.slow
     def test_nothing_is_printed_and_nothing_imported_early(self, tmp_path):
         code = (
             "import sys, animations, numpy as np\n"

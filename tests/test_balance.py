@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from tiers import in_tiers
 
 import rigid.kinematics
 import rigid.kinetostatics.loads
@@ -34,7 +35,7 @@ def quasi_static(name, positions=24):
     return balance(bent, course.near, course.span)
 
 
-@pytest.mark.parametrize("name", shipped_scenes())
+@pytest.mark.parametrize("name", in_tiers(shipped_scenes(), 6, 10))
 def test_the_forces_of_every_shipped_scene_change_its_momentum(name):
     kept = quasi_static(name)
     assert kept.passed
@@ -171,6 +172,7 @@ def test_links_that_vibrate_without_a_cycle_have_momentum_too(name):
     assert balance(bent, course.near).force > 1e-2  # as if there were no momentum of displacement
 
 
+@pytest.mark.slow
 def test_a_gyroscopic_term_of_the_wrong_sign_shows_in_a_transient(monkeypatch):
     right = solution.motion_terms
     monkeypatch.setattr(

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from mechanisms import cantilever, still, supported
+from tiers import in_tiers
 
 from elastic import RIGID, Section, Taper, deflection, displacement_of, extremes, sample, section_of, tube
 from elastic.assessment import beyond_beam_theory, introduction_share, sections_with_shear, shear_share
@@ -47,7 +48,7 @@ def test_tapered_and_rigid_beams_and_designs():
     assert not introduction_share(deflection(still(UNIFORM), [RIGID])).any()
 
 
-@pytest.mark.parametrize("slender", [5, 10, 30, 200])
+@pytest.mark.parametrize("slender", in_tiers([5, 10, 30, 200], 2, 2))
 @pytest.mark.parametrize("name", ["uniform", "driven", "hanging"])
 def test_within_a_factor_of_two_of_plane_bodies(name, slender):
     hanging = cantilever({"A": 0, "B": 1.0}, loads=(LineLoad("beam", 0, -1j, -1j),))
@@ -93,7 +94,7 @@ def test_moments_count_as_far_as_they_turn_a_corner(lean, share):
     np.testing.assert_allclose(introduction_share(solved), 0.28 * share * moment / 400.0 / chord, atol=1e-12)
 
 
-@pytest.mark.parametrize(("turn", "within"), [(45, 0.35), (63, 0.1), (90, 0.2), (120, 0.25)])
+@pytest.mark.parametrize(("turn", "within"), in_tiers([(45, 0.35), (63, 0.1), (90, 0.2), (120, 0.25)], 1, 3))
 def test_a_corner_is_stiff_as_that_of_plane_bodies_is(turn, within):
     """A bracket twenty times as long as deep, bent by a moment: where its end goes from the line through one leg."""
     points = {"A": 0.0, "C": 1.0, "B": 1.0 + np.exp(1j * np.radians(turn))}

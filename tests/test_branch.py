@@ -56,6 +56,7 @@ def test_a_parallelogram_over_many_turns(turns, count, general, monkeypatch):
     np.testing.assert_allclose(found.direction[3], np.exp(1j * angle), rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_random_mechanisms_at_random_positions(monkeypatch):
     """Seconds of `benchmarks/branch_certainty.py`, against walks and closed forms that share no code."""
     monkeypatch.setattr(branch_certainty, "FINE", 2000)
@@ -65,6 +66,7 @@ def test_random_mechanisms_at_random_positions(monkeypatch):
             assert count.right > 10, f"{kind}: {count}"
 
 
+@pytest.mark.slow
 def test_behind_the_end_of_its_reach_there_is_nothing(monkeypatch):
     """The drive cannot go through, though other assemblies are near, and it would close again turns later."""
     links = (
@@ -91,6 +93,7 @@ def test_behind_the_end_of_its_reach_there_is_nothing(monkeypatch):
 STEEL = Section(2e6, 20.0)
 
 
+@pytest.mark.slow
 def test_beyond_an_avoided_crossing_knots_that_are_certain_stay():
     """A march hands its last knot on as it is: placed anew from farther back it was on another branch, 0.1 rad off.
 

@@ -6,6 +6,7 @@ Angles and ends are those of `benchmarks/branch_tracker.py`, which shares no lin
 import numpy as np
 import pytest
 from mechanisms import linkage
+from tiers import in_tiers
 
 from kinelast.cli.command import main
 from rigid import Link, Mechanism, PinDrive, Slider, motion, motion_in_chunks
@@ -39,6 +40,7 @@ def stopping():
 END = 1.8863539849052864
 
 
+@pytest.mark.slow
 def test_a_drive_that_cannot_go_round_is_not_carried_round(stopping):
     mechanism, drive = stopping
     course = motion(mechanism, drive)
@@ -67,6 +69,7 @@ def test_chunks_stop_there_too(stopping):
     np.testing.assert_array_equal(np.concatenate(parts, axis=-1), whole.direction)
 
 
+@pytest.mark.slow
 def test_where_the_shorter_way_is_barred_the_first_position_is_reached_by_the_longer(stopping):
     course = motion(stopping[0], [1.5, 1.4])
     np.testing.assert_allclose(angles(course, "plate", "A", "B")[0], 2.75728285, rtol=0, atol=1e-8)
@@ -91,6 +94,7 @@ def test_after_a_turn_it_is_another_assembly():
     assert abs(np.exp(1j * found[90]) - np.exp(1j * found[0])) > 1.0
 
 
+@pytest.mark.slow
 def test_past_an_avoided_crossing_it_goes_on_as_it_came():
     """The sine of the links comes down to 1e-4 within 1e-4 rad: a walk on a coarser scale goes straight through."""
     places = {"K": -0.04654236408105347 + 0.08850880377536838j, "G": 0.3000040271859749 - 2.1603621709751288e-06j}
@@ -124,6 +128,7 @@ def test_drawn_next_to_a_dead_point_it_goes_away_from_it():
     )
 
 
+@pytest.mark.slow
 def test_drawn_right_before_a_dead_point_it_goes_away_from_it():
     """Within 1e-12 rad: leaps go astray there, are taken back, and certain steps lead on."""
     places = {"O": 0.07747922715691768 + 0.4124790592464411j, "K": 0.11175786091559972 + 0.466626813006864j}
@@ -138,6 +143,7 @@ def test_drawn_right_before_a_dead_point_it_goes_away_from_it():
     np.testing.assert_allclose(found, [2.41697221, 2.50531039, 2.55706157], rtol=0, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_behind_a_change_point_that_it_is_not_sure_to_pass_nothing_is_answered(monkeypatch):
     """A plate on two like rods is carried in parallel by a third from a like crank; they align at 1.789 rad."""
     for name in ("_passes", "_carries"):
@@ -163,7 +169,7 @@ def like_cranks(way, third, count, off=0.0):
 
 @pytest.mark.parametrize(
     ("third", "angle"),
-    [("crank", 1.2), ("rod", 1.2), *(pytest.param("rod", angle, marks=pytest.mark.slow) for angle in (1.789, -0.3))],
+    in_tiers([("crank", 1.2), ("rod", 1.2), ("rod", 1.789), ("rod", -0.3)], 1, 1),
 )
 def test_a_plate_that_like_cranks_carry_goes_around_in_parallel(third, angle):
     """Past all its change points; one like the crank too many makes it redundant."""
@@ -177,7 +183,7 @@ def test_a_plate_that_like_cranks_carry_goes_around_in_parallel(third, angle):
         np.testing.assert_allclose(turned, np.exp(1j * course.drive[0, known]), rtol=0, atol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_one_design_of_like_cranks_goes_around_beside_another_that_ends():
     """Designs are followed over eight turns, as the one that ends is never where it was."""
     way, off = np.exp(1.2j), np.array([[0.0], [1e-3]])

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tiers import in_tiers
 
 from elastic.elastodynamics import Damping, elastodynamic, stable_below
 from kinelast.cli.command import main
@@ -225,8 +226,7 @@ class TestVerdicts:
         first, second = (abs(summary["figures"]["deflection"]["value"]) for summary in told)
         assert second == pytest.approx(first, rel=5e-3)
 
-    @pytest.mark.slow
-    @pytest.mark.parametrize("name", ["excavator", "pantograph", "robot2r", "scissor", "toggle"])
+    @pytest.mark.parametrize("name", in_tiers(["excavator", "robot2r", "toggle", "pantograph", "scissor"], 0, 3))
     def test_a_first_machine_is_answered_without_a_caution_and_agrees_with_finite_elements(self, name, answered):
         positions = ("--positions", "2880") if name == "toggle" else ()  # its upper link's peaks are that narrow
         status, said, summary = answered(f"new_user/{name}", "--check", *positions)
@@ -237,6 +237,7 @@ class TestVerdicts:
         largest = summary["figures"]["deflection"]
         assert largest["error"] < 0.02 * abs(largest["value"])
 
+    @pytest.mark.slow
     def test_a_peak_that_is_narrower_than_the_positions_are_apart_is_in_the_error(self, answered):
         """The largest deflection is 0.0720 mm, where 360 positions find 0.0524."""
         status, _, summary = answered("new_user/toggle")
@@ -314,12 +315,13 @@ class TestErrorsOfPositions:
         assert found["value"] == pytest.approx(right, rel=1e-3)
         assert 0.0 < found["error"] < 1e-3 * right
 
-    @pytest.mark.parametrize("positions", ["359", "360"])
+    @pytest.mark.parametrize("positions", in_tiers(["359", "360"], 1, 1))
     def test_a_jump_within_a_segment_is_seen_from_one_side_at_a_time(self, positions, answered):
         """By exudyn 335.6 um; 395.9 at 360 positions before."""
         _, _, summary = answered("acceleration_jump", "--positions", positions)
         assert abs(summary["figures"]["deflection"]["value"]) == pytest.approx(335.6e-6, rel=2e-3)
 
+    @pytest.mark.slow
     def test_a_short_pulse_of_a_load_is_answered(self, answered):
         """225.6 um by the case, 227.2 with all modes of finer links; 220 before.
 
@@ -437,6 +439,7 @@ class TestBuckling:
         assert main([str(tmp_path / "rod.toml"), "-o", str(tmp_path / "out")]) == 1
         assert "NOT ACCEPTABLE: rod buckles" in capsys.readouterr().out
 
+    @pytest.mark.slow
     def test_designs_that_buckle_are_told_from_those_that_do_not(self, answered, tmp_path):
         """Below a depth of 3.45 mm, by the third root of the load."""
         _, said, _ = answered("buckled_sweep", "--sweep")
@@ -444,6 +447,7 @@ class TestBuckling:
         assert "smallest mass 0.2348 kg: no. 3 (sections.bar.depth 3.6 mm), acceptable" in said
         assert "3 without figures: not acceptable: rod buckles" in said
 
+    @pytest.mark.slow
     def test_at_all_speeds(self, answered):
         status, said, _ = answered("buckled_rod", "--speeds", "1 rad/s : 5 rad/s : 2")
         assert status == 1
@@ -510,7 +514,7 @@ class TestDoors:
         assert f'[sweep] table: "{name}" is not beside the scene' in said.err + said.out
         assert "secret" not in said.err + said.out
 
-    @pytest.mark.parametrize("line", ["KEY = 1", "[KEY]", "a = {KEY = 1}", '"x".KEY = 1'])
+    @pytest.mark.parametrize("line", in_tiers(["KEY = 1", "[KEY]", "a = {KEY = 1}", '"x".KEY = 1'], 1, 3))
     def test_a_key_of_very_many_parts_is_refused(self, line):
         """In a process of its own: the parser would take half a minute for each of them."""
         script = (

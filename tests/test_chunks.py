@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mechanisms import ALL, bar, four_bar, linkage, motion_of, replaced, steel_four_bar, turn
+from tiers import in_tiers
 
 from elastic import PRIMARY, deflection, deflection_in_chunks
 from rigid import Beam, Gear, Link, Mechanism, PinDrive, motion, motion_in_chunks
@@ -41,7 +42,7 @@ class TestBranch:
         crank, _, rocker = joined(chunks, "direction")[1:]
         np.testing.assert_allclose(rocker, crank, rtol=0, atol=1e-6)
 
-    @pytest.mark.parametrize("columns", [4, 7, 25, 61, 100])
+    @pytest.mark.parametrize("columns", in_tiers([4, 7, 25, 61, 100], 2, 3))
     def test_a_parallelogram_stays_one_wherever_the_seams_are(self, columns):
         """Flat every half turn, on some seam for some of these: the coupler is parallel to the ground throughout."""
         angle = 0.3 + np.arange(300) * 0.1
@@ -52,7 +53,7 @@ class TestBranch:
         np.testing.assert_allclose(crank, np.exp(1j * angle), rtol=0, atol=1e-14)
 
     @pytest.mark.parametrize("columns", [5, 31, 32, 33, 34, 35, 36])
-    @pytest.mark.parametrize("flat", [31.5, 31.03, 31.97])
+    @pytest.mark.parametrize("flat", in_tiers([31.5, 31.03, 31.97], 1, 2))
     def test_a_seam_beside_the_flat_position(self, columns, flat):
         """Positions 31 and 32 lie on the two sides of the flat one, half a step from it or little."""
         angle = np.pi + (np.arange(60) - flat) * 0.05
@@ -66,7 +67,7 @@ class TestBranch:
         chunks = list(motion_in_chunks(parallelogram(), angle, 1.0, columns=columns))
         assert abs(np.delete(joined(chunks, "direction")[2], 31) - 1).max() < 1e-6
 
-    @pytest.mark.parametrize("columns", [5, 24, 50])
+    @pytest.mark.parametrize("columns", in_tiers([5, 24, 50], 1, 2))
     def test_a_group_that_is_no_dyad(self, columns):
         case = ALL["triad"](count=120)
         chunks = list(motion_in_chunks(case.mechanism, case.drive, case.rate, case.rate2, columns=columns))

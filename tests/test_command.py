@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scene_texts import ARM, FOUR_BAR, PARALLELOGRAM, edited
+from tiers import in_tiers
 
 from kinelast.cli.command import main
 from kinelast.cli.terminal import parsed
@@ -55,11 +56,11 @@ def strict_json(path):
 
 
 QUASI_STATIC = ["--theory", "quasi-static"]
-LONG = ("flap_bars", "flap_plates", "pusher")
-SHIPPED = [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in sorted(shipped_scenes())]
+TYPICAL = ("steel_four_bar", "quick_return", "lightest_arm")
+SHIPPED = [*TYPICAL, *sorted(shipped_scenes().keys() - {*TYPICAL})]
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", in_tiers(SHIPPED, 3, 13))
 def test_every_shipped_scene_makes_a_complete_folder(name, tmp_path, capsys):
     assert main([name, "--positions", "48", "--fields", "--stations", "11", "-o", str(tmp_path)]) == 0
     folder = tmp_path / name
@@ -80,7 +81,7 @@ def test_every_shipped_scene_makes_a_complete_folder(name, tmp_path, capsys):
     assert parts[parts[0].startswith("acceptable: ")].startswith(said)
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", in_tiers(SHIPPED, 3, 3))
 def test_extremes_in_the_table_are_those_of_the_fields(name, tmp_path):
     """Against a dense search of the sampled fields, whose own error is (1/800)^2/8 of the field's curvature.
 
@@ -144,6 +145,7 @@ def test_figures_of_a_turning_arm(arm, tmp_path):
     np.testing.assert_allclose(x, np.linspace(0, length, 101))
 
 
+@pytest.mark.slow
 def test_refining_finds_what_lies_between_positions(tmp_path):
     """Few positions refined agree with very many that are not."""
     asked = {"few": ["--positions", "90", "--refine"], "many": ["--positions", "36000"]}
@@ -405,6 +407,7 @@ def test_quiet_says_nothing(arm, tmp_path, capsys):
     assert capsys.readouterr() == ("", "")
 
 
+@pytest.mark.slow
 def test_terminals_without_the_letters_are_answered_all_the_same(arm, tmp_path):
     out = str(tmp_path / "o")
     code = f"import sys; from kinelast.cli.command import main; sys.exit(main([{str(arm)!r}, '-o', {out!r}]))"
@@ -624,6 +627,7 @@ def test_meshes_hold_every_position(arm, tmp_path):
     assert meshio.read(meshes[3]).point_data["u"].max() == pytest.approx(stretch)
 
 
+@pytest.mark.slow
 def test_pictures_are_made_on_request(arm, tmp_path):
     import imageio.v3 as iio
 
@@ -730,6 +734,7 @@ def test_what_an_integration_reached_is_written_on_request(tmp_path, capsys):
     assert run["left_out"] > 0
 
 
+@pytest.mark.slow
 def test_the_table_of_a_batch_is_written_as_parquet_where_asked_for_and_then_kept_up_to_date(arm, tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
     bad = tmp_path / "bad.toml"

@@ -138,6 +138,7 @@ def test_an_arm_in_a_hundred_beams_vibrates_as_in_one():
     assert 1 - one[1] / euler == pytest.approx(4.648 / 2 * 0.006**2 / 12 / 0.2**2 * (1 + shear), rel=0.02)
 
 
+@pytest.mark.slow
 def test_vibration_of_very_many_beams_is_said_to_be_unknown_before_it_starts(tmp_path, capsys, monkeypatch):
     def never(*_, **__):
         raise AssertionError("matrices of very many beams")
@@ -168,6 +169,7 @@ class Heard(Progress):
         self.stages.append((stage, done, total))
 
 
+@pytest.mark.slow
 def test_designs_that_are_computed_one_by_one_are_told_one_by_one():
     """As those are that are integrated, each of which may take seconds."""
     text = edited(ARM, ("speed = 50.0", 'effort = "0.1 N m"'), ("positions = 8", "positions = 3\nduration = 0.02"))

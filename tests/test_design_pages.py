@@ -135,6 +135,7 @@ def test_a_click_opens_the_report_and_the_commands_told_make_the_others(scene, d
     assert driver.current_url.endswith(f"/designs/{best}/report.html")
 
 
+@pytest.mark.slow
 def test_a_report_has_a_slider_over_the_one_number_that_was_varied(scene, driver):
     text = scene.read_text(encoding="utf-8").replace('"sections.bar.width" = ["20 mm", "40 mm"]\n', "")
     one = scene.with_name("one.toml")

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from tiers import in_tiers
 
 from elastic import FIELDS, deflection, extremes, rectangle, sample, section_of
 from elastic.cycle_maxima import COARSE, FINE, _bounds, cycle_maxima
@@ -140,7 +141,7 @@ def test_designs_of_a_part_of_a_cycle_are_not_followed_through_the_whole(monkeyp
             assert value[row] == pytest.approx(alone.columns[name][0], rel=1e-9), name
 
 
-@pytest.mark.parametrize("name", MECHANISMS)
+@pytest.mark.parametrize("name", in_tiers(MECHANISMS, 3, 6))
 def test_a_row_is_what_a_single_run_says_with_every_number_changed_at_once(name):
     tables, _ = MECHANISMS[name]
     paths = paths_of(name)

@@ -20,6 +20,7 @@ from mechanisms import (
     slider_crank,
     steel_four_bar,
 )
+from tiers import in_tiers
 
 from elastic import PRIMARY, RIGID, Section, coefficients, deflection, displacement_of, extremes, sample
 from rigid import Beam, LineLoad, Link, Mechanism, MechanismError, PinDrive, PointLoad, Slider, motion
@@ -236,7 +237,7 @@ class TestJointsOfBentLinks:
 
 
 class TestExtremes:
-    @pytest.mark.parametrize("name", [name for name in ALL if name != "RPR, elastic lever"])
+    @pytest.mark.parametrize("name", in_tiers([name for name in ALL if name != "RPR, elastic lever"], 4, 4))
     @pytest.mark.parametrize("field", [*PRIMARY, "chord"])
     def test_equal_roots_of_the_derivative(self, name, field):
         """Brute force: all real roots by companion matrices, and a fine grid."""

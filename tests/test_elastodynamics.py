@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import scipy.integrate
 from mechanisms import ALL, cantilever, steel_four_bar, still, supported
+from tiers import in_tiers
 
 from elastic import (
     RIGID,
@@ -376,7 +377,7 @@ class TestEveryMechanism:
 
         return motion_at
 
-    @pytest.mark.parametrize("name", ALL)
+    @pytest.mark.parametrize("name", in_tiers(ALL, 5, 5))
     def test_both_agree(self, name):
         case = ALL[name]()
         motion_at = self.course(case, 10.0)
@@ -542,6 +543,7 @@ class TestSpeedMap:
             assert found.time_error[row] + found.reduction_error[row] < 3e-4
             assert difference(one.deflection, one.quasi_static) > 10 * off
 
+    @pytest.mark.slow
     def test_coarse_answers_say_how_coarse_they_are(self):
         """A block on a beam that vibrates in resonance: 25 % off in the first coordinates alone."""
         case = ALL["RPR, elastic lever"]()
@@ -566,7 +568,9 @@ class TestSpeedMap:
 class TestCorrection:
     """What few coordinates leave out is put right: with all coordinates it comes without corrections."""
 
-    @pytest.mark.parametrize("name", ["arm", "arm, motor turned about", "RRP, owner hung", "driven slider", "triad"])
+    @pytest.mark.parametrize(
+        "name", in_tiers(["arm", "arm, motor turned about", "RRP, owner hung", "driven slider", "triad"], 2, 3)
+    )
     def test_few_coordinates_corrected_are_all_of_them(self, name):
         case, speed = ALL[name](), 10.0
         motion_at, period = TestEveryMechanism.course(case, speed), 2 * math.pi / speed
@@ -791,6 +795,7 @@ def test_jumps_are_found_beside_kinks_and_steep_slopes():
     assert not len(jumps(lambda times: np.zeros((len(times), 2)), np.linspace(0.0, 1.0, 5)))
 
 
+@pytest.mark.slow
 def test_elements_begin_anew_where_a_load_jumps():
     """A load that is taken off within the cycle: the whole ring-down is answered by smooth elements."""
     speed, gone = 40.0, 0.37

@@ -18,6 +18,7 @@ import numpy as np
 import processes as disturbed
 import pytest
 from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
+from tiers import in_tiers
 
 import kinelast.outputs.outbox as folders
 from kinelast.cli.command import SceneWork, main, side_by_side
@@ -162,7 +163,9 @@ except BaseException:
 
 
 @pytest.mark.parametrize(("name", "status"), [("SIGHUP", 129), ("SIGTERM", 143), ("SIGINT", 130)])
-@pytest.mark.parametrize("where", ["kinelast.runs.run.write_tables", "kinelast.outputs.page.report_page"])
+@pytest.mark.parametrize(
+    "where", in_tiers(["kinelast.runs.run.write_tables", "kinelast.outputs.page.report_page"], 1, 0)
+)
 @pytest.mark.parametrize("instead", ['raise ImportError("initialization failed") from None', "pass"])
 def test_a_signal_while_a_library_is_loaded_ends_the_run(name, status, where, instead, tmp_path, monkeypatch, capsys):
     """Libraries written in C make an error of their own of it; some clear it and go on."""
@@ -272,6 +275,7 @@ def test_where_nothing_can_be_renamed_it_is_told_and_what_was_there_stays(number
     assert not (tmp_path / "new").exists() or hidden(tmp_path / "new") == []
 
 
+@pytest.mark.slow
 def test_a_dead_worker_fails_its_scene_alone(tmp_path):
     """The first scene takes far longer than the others; its process, the first that was started, is killed."""
     cases, out = scenes(tmp_path / "in", 5, long=[0]), tmp_path / "out"
@@ -326,6 +330,7 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(name, jobs, tmp_pa
     assert hidden(out) == []
 
 
+@pytest.mark.slow
 def test_a_pipe_that_is_closed_ends_nothing(tmp_path):
     cases, out = scenes(tmp_path / "in", 3), tmp_path / "out"
     run = started(cases, "-o", out, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -417,7 +422,7 @@ def test_results_that_are_not_as_they_were_written_are_computed_again_and_said(n
     assert "finished before" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("files", ["[[1]]", "3", '{"a": {}}', '["summary.json", null]'])
+@pytest.mark.parametrize("files", in_tiers(["[[1]]", "3", '{"a": {}}', '["summary.json", null]'], 2, 0))
 def test_a_summary_that_was_edited_is_no_fault_of_the_program(files, tmp_path, capsys):
     call = ["steel_four_bar", "--positions", "9", "--theory", "quasi-static", "--quiet", "-o", str(tmp_path)]
     assert main(call) == 0
@@ -456,7 +461,7 @@ SPOILT = {
 }
 
 
-@pytest.mark.parametrize("how", SPOILT)
+@pytest.mark.parametrize("how", in_tiers(SPOILT, 3, 0))
 def test_a_folder_that_was_spoilt_is_not_trusted_but_made_again(how, tmp_path, capsys):
     call = [str(scenes(tmp_path / "in", 1) / "s0.toml"), "-o", str(tmp_path / "out"), "--resume"]
     assert main(call) == 0
@@ -606,6 +611,7 @@ CHAIN = (
 )
 
 
+@pytest.mark.slow
 def test_nine_drives_have_their_report(tmp_path):
     (tmp_path / "nine.toml").write_text(CHAIN)
     assert main([str(tmp_path / "nine.toml"), "-o", str(tmp_path / "out"), "--quiet"]) == 0
@@ -698,6 +704,7 @@ def test_an_integration_that_is_interrupted_keeps_what_was_reached(tmp_path):
     assert finished(out / "squeezer", made_from(scene.read_bytes(), Request(positions=3000), {}))[0] is None
 
 
+@pytest.mark.slow
 def test_a_worker_whose_line_is_closed_with_something_unread_ends_silently(capfd):
     """As one is that is interrupted between an answer and the next task."""
     context = multiprocessing.get_context("spawn")

@@ -11,13 +11,14 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mechanisms import elastic_guide, four_bar, inverted_slider_crank, lumps, replaced, six_bar, slider_crank, triad
+from tiers import in_tiers
 
 from elastic import JointCompliance, Section, Taper, deflection
 from fem_check import compare, solve
 from rigid import Beam, LineLoad, Mechanism, MechanismError, PointLoad, motion
 
 E = 210e9
-SPREAD = settings(max_examples=60, deadline=None)
+SPREAD = settings(max_examples=40, deadline=None)
 LINKS = {
     "four-bar": (four_bar, "coupler"),
     "slider-crank": (slider_crank, "rod"),
@@ -104,11 +105,8 @@ def cases(draw, name, taper=False):
     return turning, draw(sections(mechanism, taper))
 
 
-PLACED = [
-    *sorted(set(LINKS) - {"group that is no dyad"}),
-    pytest.param("group that is no dyad", marks=pytest.mark.slow),
-]
-"""Links, of which a group that is no dyad is placed more slowly."""
+ORDER = sorted(LINKS, key=lambda name: (name not in ("four-bar", "slider-crank"), name == "group that is no dyad"))
+PLACED = in_tiers(ORDER, 2, 2)
 
 
 @pytest.mark.parametrize("name", PLACED)
@@ -122,7 +120,7 @@ def test_random_links_agree(name, data):
     assert comparison.compared > 0
 
 
-@pytest.mark.parametrize("name", [name for name in PLACED if name != "block on a lever"])
+@pytest.mark.parametrize("name", in_tiers([name for name in ORDER if name != "block on a lever"], 1, 2))
 @settings(max_examples=15, deadline=None)
 @given(st.data())
 def test_random_tapered_links_close_to_the_fourth_order(name, data):
@@ -137,7 +135,7 @@ def test_random_tapered_links_close_to_the_fourth_order(name, data):
     np.testing.assert_allclose(order, 4.0, atol=0.4)
 
 
-@pytest.mark.parametrize("name", ["four-bar", "slider-crank", "block on a lever"])
+@pytest.mark.parametrize("name", in_tiers(["four-bar", "slider-crank", "block on a lever"], 1, 1))
 @settings(max_examples=25, deadline=None)
 @given(st.data())
 def test_random_links_agree_where_joints_give_way(name, data):

@@ -12,6 +12,7 @@ from mechanisms import ALL, cantilever, four_bar, motion_of, steel_four_bar, sti
 from scipy.interpolate import CubicSpline
 from skfem import FacetBasis, LinearForm, condense, solve
 from test_fem_beam import held
+from tiers import in_tiers
 
 from elastic import RIGID, Section, Taper, deflection, i_section, sample, section_of
 from fem_check import compare_solid, solve_solid
@@ -58,6 +59,7 @@ class TestTheoryOfElasticity:
         energy = EA / depth / (1 - NU**2) * (xx**2 + yy**2 + 2 * NU * xx * yy + (1 - NU) / 2 * xy**2)
         return np.sqrt(((off**2).sum(axis=0) * basis.dx).sum()), (energy * basis.dx).sum()
 
+    @pytest.mark.slow
     def test_end_loaded_cantilever_in_order(self):
         """Biquadratic elements: displacement of order 3, energy of order 4."""
         errors = np.array([self.cantilever_errors(across) for across in (8, 16, 32)])
@@ -65,7 +67,7 @@ class TestTheoryOfElasticity:
         np.testing.assert_allclose(orders[:, 0], 3.0, atol=0.2)
         np.testing.assert_allclose(orders[:, 1], 4.0, atol=0.2)
 
-    @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
+    @pytest.mark.parametrize("poisson", in_tiers([0.0, 0.3, 0.49], 1, 2))
     def test_uniform_load_on_two_supports(self, poisson):
         """5 q l^4/(384 EI) (1 + 12/5 (h/l)^2 (4/5 + 5 nu/6)), but for what the pins add.
 
@@ -138,7 +140,7 @@ class TestAgainstBeamTheory:
         assert found.largest[0] == pytest.approx(1 / 3 * 3**-0.5 / 3, rel=2e-3)
         assert found.relative < 1e-3
 
-    @pytest.mark.parametrize("name", ALL)
+    @pytest.mark.parametrize("name", in_tiers(ALL, 3, 6))
     def test_all_mechanisms(self, name):
         """With slender beams and every kind of load within some percent, on links that are bodies."""
         case = ALL[name]()

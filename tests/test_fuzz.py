@@ -8,6 +8,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from tiers import in_tiers
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "benchmarks"))
 from drawn_scenes import HOW, KEYS, WORDS, drawn_case
@@ -23,7 +24,7 @@ def lines_in_between(no_lines_in_between, monkeypatch):
     monkeypatch.setattr("fuzz_scenes.SECONDS", 200)
 
 
-@pytest.mark.parametrize("tens", [*range(7), *(pytest.param(tens, marks=pytest.mark.slow) for tens in range(7, 14))])
+@pytest.mark.parametrize("tens", in_tiers(range(14), 1, 2))
 def test_spoilt_scenes_are_answered(tens, tmp_path, monkeypatch):
     monkeypatch.setattr("kinelast.outputs.page.report_page", lambda *_, **__: b"<html></html>")
     statuses = []
@@ -34,7 +35,7 @@ def test_spoilt_scenes_are_answered(tens, tmp_path, monkeypatch):
     assert 2 in statuses
 
 
-@pytest.mark.parametrize("tens", [0, *(pytest.param(tens, marks=pytest.mark.slow) for tens in range(1, 20))])
+@pytest.mark.parametrize("tens", in_tiers(range(20), 1, 2))
 def test_drawn_scenes_and_options_are_answered(tens, tmp_path):
     for number in range(10 * tens, 10 * tens + 10):
         _, fault = drawn_fault(4, number, tmp_path / str(number))

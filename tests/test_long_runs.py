@@ -120,6 +120,7 @@ def test_positions_out_of_reach_are_told_or_left_out_alike(tmp_path, monkeypatch
     require_alike(*both(text, tmp_path, monkeypatch, "--reachable"))
 
 
+@pytest.mark.slow
 def test_an_integrated_motion_goes_in_chunks_too(tmp_path, monkeypatch):
     require_alike(*both(SWING, tmp_path, monkeypatch, "--positions", "200"))
 
@@ -147,6 +148,7 @@ def test_memory_does_not_grow_with_the_positions(monkeypatch):
     assert sizes[1] < 1.5 * sizes[0]
 
 
+@pytest.mark.slow
 def test_springs_that_turn_and_friction_are_those_of_one_piece(tmp_path, monkeypatch):
     """One spring counts the turns of its drive, the other the angle within half a turn."""
     springs = '[[springs]]\nlink = "crank"\nat = "O"\nstiffness = 1\n'
@@ -193,6 +195,7 @@ def test_out_of_memory_is_told_as_such(tmp_path, monkeypatch, capsys):
     assert "scene: out of memory: ask for fewer positions" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_results_of_a_long_run_know_their_whole():
     scene = scene_from_text(FOUR_BAR)
     time = np.linspace(0, scene.run.duration, 5000, endpoint=False)
@@ -221,6 +224,7 @@ def test_what_takes_long_shows_progress(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.slow
 def test_a_terminal_has_a_bar_once_a_second_is_over(tmp_path):
     (tmp_path / "scene.toml").write_text(edited(FOUR_BAR, ("positions = 36", "positions = 200000")))
     ours, theirs = os.openpty()

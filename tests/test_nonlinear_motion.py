@@ -11,6 +11,7 @@ import pytest
 from mechanisms import steel_four_bar
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigvals
+from tiers import in_tiers
 
 from elastic import RIGID, Section, deflection, sample, with_rotary_inertia
 from fem_check.nonlinear import (
@@ -139,7 +140,7 @@ def test_geared_arms():
     assert found.efforts[0] == pytest.approx((1.0 + 9 * 0.8) * -0.1 * np.sin(found.time), abs=1e-9)
 
 
-@pytest.mark.parametrize("damping", [0.0, 1.5])
+@pytest.mark.parametrize("damping", in_tiers([0.0, 1.5], 1, 1))
 def test_springs_swing(damping):
     """A block between spring and damper, and a wheel on a torsion spring, against e^(-dt) cos; both let go."""
     links = (Link("ground", {"O": 0, "W": 5.0}), Link("block", {"P": 0}, (), (Lump("P", 2.0),)),
@@ -210,6 +211,7 @@ def test_steel_four_bar_vibrating_finely():
     require_reference(steady_four_bar(60.0, 12, 144), 4e-4, 6e-5)
 
 
+@pytest.mark.slow
 def test_drive_work_is_what_damping_takes():
     """Over a steady turn; and energy changes at every instant by what comes in and goes out."""
     found = steady_four_bar(100.0, 4, 128, beta=1e-4)
@@ -393,6 +395,7 @@ def refined_four_bar(speed, tolerance, closed=True, **more):
     return refined_deflection(*given, damping=40e-6, **more)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [30.0, pytest.param(100.0, marks=pytest.mark.slow)])
 def test_steps_and_elements_are_refined_to_the_tolerance(speed):
     """Of the largest deflection of the worst beam, against harmonics in time and 8 elements."""

@@ -335,6 +335,7 @@ class TestShown:
         for shown in (scene, motion(scene, 3), deflection(scene, 3), report(scene, 3)):
             assert "<script>" not in shown._repr_html_()
 
+    @pytest.mark.slow
     def test_a_picture(self, arm):
         from io import BytesIO
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from browser import Page, accessibility_faults
 from scene_texts import PUSHED
+from tiers import in_tiers
 
 from elastic import FIELDS, Field, Kind, coefficients, displacement_of, sample
 from kinelast.cli.command import main
@@ -416,7 +417,7 @@ def test_curves_end_where_the_drive_stops(driver, tmp_path):
     assert errors(page) == []
 
 
-@pytest.mark.parametrize("width", [400, 800, 1280, 2000])
+@pytest.mark.parametrize("width", in_tiers([400, 1280, 800, 2000], 2, 2))
 def test_it_fits_every_width(width, driver, reports):
     page = Page(driver, reports["quick_return"] / "report.html", width)
     assert page.run("return document.documentElement.scrollWidth <= window.innerWidth")
@@ -602,6 +603,7 @@ def test_gears_and_springs_are_drawn(driver, tmp_path):
     assert errors(page) == []
 
 
+@pytest.mark.slow
 def test_the_answer_against_the_speed_is_shown(driver, tmp_path):
     arguments = ["--theory", "quasi-static", "--positions", "72", "--speeds", "20 rad/s : 60 rad/s : 4", "--quiet"]
     assert main(["steel_four_bar", *arguments, "-o", str(tmp_path)]) == 0
@@ -632,6 +634,7 @@ def test_every_registered_figure_stands_on_the_page(driver, reports):
     assert "error of the output" in rows
 
 
+@pytest.mark.slow
 def test_the_limit_of_the_output_counts_against_the_speed(driver, tmp_path):
     text = shipped_scenes()["steel_four_bar"].read_text() + '[limits]\ndeflection = "1 cm"\noutput = "1 mrad"\n'
     page = page_of(

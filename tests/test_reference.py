@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from exact import exact
 from mechanisms import ALL, double_rocker, motion_of, simeon_slider_crank, steel_four_bar
+from tiers import in_tiers
 
 from elastic import PRIMARY, Section, deflection, extremes, sample
 from rigid import motion, position_of
@@ -94,7 +95,7 @@ class TestSimeonSliderCrank:
 
 
 @pytest.mark.parametrize("name", ALL)
-@pytest.mark.parametrize("part", [0.0, pytest.param(0.3, marks=pytest.mark.slow), 0.8])
+@pytest.mark.parametrize("part", in_tiers([0.8, 0.0, 0.3], 1, 1))
 def test_everything_equals_a_solution_in_fifty_digits(name, part):
     """1e-13 of each field's maximum; the drives are somewhere on their way."""
     case = ALL[name]()

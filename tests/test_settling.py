@@ -7,6 +7,7 @@ import pytest
 from browser import Page
 from scene_texts import FOUR_BAR, edited
 from scipy.integrate import solve_ivp
+from tiers import in_tiers
 
 from elastic.assessment import rest_from, settling_time
 from kinelast.cli.command import main
@@ -63,7 +64,7 @@ def one_mode():
     return after - DURATION, solve_ivp(rates, (DURATION, 3.0), start, t_eval=after, rtol=1e-10, atol=1e-14).y[0]
 
 
-@pytest.mark.parametrize("settled", [None, 2e-4])
+@pytest.mark.parametrize("settled", in_tiers([None, 2e-4], 1, 1))
 def test_an_arm_of_one_mode(settled):
     text = ARM if settled is None else edited(ARM, ("[run]", f"[run]\nsettled = {settled}"))
     peaks = computed(scene_from_text(text), Request()).figures.peaks
@@ -106,6 +107,7 @@ def test_a_settling_that_the_run_does_not_reach_is_told_on_the_page(driver, tmp_
     assert not page.logs()
 
 
+@pytest.mark.slow
 def test_limits_of_both(tmp_path, capsys):
     scene = tmp_path / "arm.toml"
     for limits, status, words in (

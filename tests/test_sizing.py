@@ -152,6 +152,7 @@ class TestSensitivities:
         assert found.slope[0, 0] == pytest.approx(slope, rel=1e-8)
         assert found.error[0, 0] < 1e-8 * abs(slope)
 
+    @pytest.mark.slow
     def test_where_two_links_are_worst_at_once_that_is_told(self):
         """Two rockers alike, one more slender by a hair's breadth either way."""
         tables = steel_four_bar(24)
@@ -174,6 +175,7 @@ class TestSensitivities:
 
 
 class TestTolerances:
+    @pytest.mark.slow
     def test_lengths_of_a_four_bar_off_by_hand_and_by_samples(self):
         """The rocker's angle at one position: what closes the loop, projected on the coupler, does not turn it."""
         more = """
@@ -224,6 +226,7 @@ class TestTolerances:
         alone = evaluate(raised, [], np.zeros((1, 0)), ["deflection"]).columns
         assert found[1] == pytest.approx(alone["deflection"][0], rel=1e-12)
 
+    @pytest.mark.slow
     def test_the_arm_as_its_formula_scatters(self):
         more = '[tolerances]\n"sections.bar.depth" = { plus_minus = "3 %", distribution = "normal" }\n'
         found = tolerance_study(parse_toml(ARM + more))
@@ -280,6 +283,7 @@ minimize = "mass"
             optimum_study(parse_toml(ARM + more), Heard())
         assert heard == []
 
+    @pytest.mark.slow
     def test_a_stepped_arm_of_equal_stress(self):
         """Under a force at its tip every piece is as deep as its own root needs it: 6 F s / (b h^2) = sigma."""
         pieces = [f'[sections.s{k}]\nshape = "rectangle"\ndepth = "20 mm"\nwidth = "10 mm"' for k in (1, 2, 3)]

@@ -123,6 +123,7 @@ def test_all_studies_of_a_scene(scene, tmp_path, capsys):
     assert row["held_to"] < row["bound"]
 
 
+@pytest.mark.slow
 def test_an_optimum_that_no_design_in_reach_attains_is_no_success(scene, tmp_path, capsys):
     """The scene keeps its limits; of those of its optimum the nearest design misses one, and by how much is told."""
     wanted = {'[limits]\ndeflection = "1 mm"': '[optimize.limits]\n"deflection.rocker" = { most = "1 um" }'}
@@ -138,6 +139,7 @@ def test_an_optimum_that_no_design_in_reach_attains_is_no_success(scene, tmp_pat
     assert " % too much for at most 1 µm" in told
 
 
+@pytest.mark.slow
 def test_the_report_of_a_scene_with_an_optimum_shows_the_optimum(scene, tmp_path):
     main([str(scene()), "--optimize", "-o", str(tmp_path / "out")])
     main([str(tmp_path / "out" / "four" / "optimum.toml"), "-o", str(tmp_path / "out")])

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scene_texts import FOUR_BAR
+from tiers import in_tiers
 
 from elastic.elastodynamics import Resonance, SpeedAnswers, SpeedSearch, prominences
 from elastic.elastodynamics.speed_scan import Scan
@@ -104,6 +105,7 @@ class TestLimitSpeed:
             f"all limits hold up to {found.highest:.4g} rad/s {expected}; above it too close to decide"
         )
 
+    @pytest.mark.slow
     def test_the_errors_of_a_speed_are_those_of_its_report(self):
         """The same differences: by time, coordinates and large displacement, and by beam theory."""
         text = shipped_scenes()["steel_four_bar"].read_text()
@@ -125,12 +127,13 @@ class TestLimitSpeed:
         assert np.isnan(found.figures["stress"][1]).all()
         assert np.all(found.error < 0.01)
 
-    @pytest.mark.parametrize(("bound", "highest"), [("1 m", 40.0), ("1 nm", 0.0)])
+    @pytest.mark.parametrize(("bound", "highest"), in_tiers([("1 m", 40.0), ("1 nm", 0.0)], 1, 1))
     def test_limits_may_hold_everywhere_or_nowhere(self, bound, highest):
         found = speeds(scene_from_text(FOUR_BAR + f'[limits]\nchord = "{bound}"\n'), (20.0, 40.0, 2))
         assert found.highest == highest
         assert (found.limit is None) == bool(highest)
 
+    @pytest.mark.slow
     def test_without_vibration_it_goes_with_the_square_of_the_speed(self):
         """Far below resonance loads are inertia's alone: a limit of four times a value is twice the speed."""
         slow = 2.0
@@ -187,6 +190,7 @@ class TestWhatGoesWithTheSpeed:
 
 
 class TestUnstableRanges:
+    @pytest.mark.slow
     def test_borders_lie_between_answers(self):
         scene = read_scene(shipped_scenes()["steel_four_bar"])
         found, curves = answers_of(scene)

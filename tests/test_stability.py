@@ -14,6 +14,7 @@ from exact import exact
 from mechanisms import bar, scotch_yoke, tangent
 from mpmath import mpf
 from stress import EPS, STATIONS, FourBar, Inverted, SliderCrank, TwoDyads, error, number, references, scales, triangle
+from tiers import in_tiers
 
 from elastic import PRIMARY, Section, deflection, sample
 from rigid import (
@@ -63,7 +64,7 @@ class TestDeadPoints:
         assert motions == pytest.approx(0.267 / distance, rel=0.3) or distance == 0.1
         assert worst < BOUND * condition
 
-    @pytest.mark.parametrize("distance", TO_DEAD_POINT)
+    @pytest.mark.parametrize("distance", in_tiers(TO_DEAD_POINT[::-1], 3, 3))
     def test_the_same_as_a_general_group(self, distance, monkeypatch):
         monkeypatch.setattr("rigid.decomposition.groups.Group.closed_form", property(lambda group: not group.free))
         stop = stop_of(0.25, 0.2, 0.2, 0.3)
@@ -74,7 +75,8 @@ class TestDeadPoints:
             assert worst < BOUND * condition
 
     @pytest.mark.parametrize(
-        "before", [np.array([8e-3, 2e-3, 5e-4, 1e-4]), np.logspace(-2.1, -14, 20), np.logspace(-2.1, -14, 120)]
+        "before",
+        in_tiers([np.array([8e-3, 2e-3, 5e-4, 1e-4]), np.logspace(-2.1, -14, 20), np.logspace(-2.1, -14, 120)], 1, 2),
     )
     def test_a_general_group_keeps_its_branch_in_uneven_steps(self, before, monkeypatch):
         """The closed form knows the side by its sign."""
@@ -103,7 +105,7 @@ class TestDeadPoints:
         worst, condition, _ = error(SliderCrank(0.1, 0.35, 0.02, 1.0, pressed=True), reach - way, 0.4, -0.9)
         assert worst < BOUND * condition
 
-    @pytest.mark.parametrize("distance", TO_CHANGE_POINT)
+    @pytest.mark.parametrize("distance", in_tiers(TO_CHANGE_POINT[::-1], 2, 2))
     def test_slides_nearly_parallel(self, distance):
         """Two lines at an angle, s its sine; behind parallel lines the block cannot be reached."""
         for case, drive in (
@@ -120,7 +122,7 @@ class TestDeadPoints:
                 assert worst < BOUND * course.condition[0], f"{field}, {worst / course.condition[0]:.3g}"
 
     @pytest.mark.parametrize("second", [1e-2, 1e-4, 1e-6, 1e-8])
-    @pytest.mark.parametrize("first", [1e-2, 1e-4, 1e-6, 1e-8])
+    @pytest.mark.parametrize("first", in_tiers([1e-2, 1e-4, 1e-6, 1e-8], 2, 1))
     def test_two_in_series(self, first, second):
         """What the first is off by moves the second."""
         worst, condition, _ = error(TwoDyads(first, second), 1.3)
@@ -177,7 +179,7 @@ class TestChangePoints:
         way = np.linspace(0.3, 3.0, 20)
         self.check(distance, *error(case, np.pi + distance, way=way, side=-1))
 
-    @pytest.mark.parametrize("distance", TO_CHANGE_POINT)
+    @pytest.mark.parametrize("distance", in_tiers(TO_CHANGE_POINT[::-1], 2, 2))
     @pytest.mark.parametrize("side", [1, -1])
     @pytest.mark.parametrize("lengths", [(0.1, 0.35, 0.1), (0.1, 0.3, 0.15)])
     def test_at_constant_speed_without_weight(self, lengths, side, distance):
@@ -372,6 +374,7 @@ class TestChainOfAHundredDyads:
         second = [(a - 2 * c + b) / h**2 for a, b, c in zip(ahead, behind, here, strict=True)]
         return here, first, second
 
+    @pytest.mark.slow
     def test_motion(self, course):
         with mpmath.workdps(110):
             places, first, second = self.differentiated(course.mechanism)
@@ -389,6 +392,7 @@ class TestChainOfAHundredDyads:
             off = np.abs(got[tips, 0] - np.array(expected[:-1])).max()
             assert off < unit * np.abs(expected).max()
 
+    @pytest.mark.slow
     def test_drive_effort(self, course):
         """From the kinetic energy J rate^2/2 of all bars: J rate2 + (dJ/dangle) rate^2/2."""
         mechanism = course.mechanism

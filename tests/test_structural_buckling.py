@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from mechanisms import cantilever, propped, steel_four_bar, still, supported
 from scipy.optimize import brentq
+from tiers import in_tiers
 
 from elastic import JointCompliance, Section, deflection
 from elastic.assessment import euler_ratio
@@ -206,7 +207,7 @@ class TestBound:
             assert found.position[found.link] == every.argmax()
         assert every.max() < RESOLVED
 
-    @pytest.mark.parametrize("name", ["steel_four_bar", "offset_slider_crank", "pusher"])
+    @pytest.mark.parametrize("name", in_tiers(["steel_four_bar", "offset_slider_crank", "pusher"], 1, 1))
     def test_of_every_link_the_largest_is_found_by_few(self, name):
         """Positions looked at one by one tell it of each link, however small."""
         scene = read_scene(shipped_scenes()[name])

@@ -373,6 +373,7 @@ class TestStaticSide:
         np.testing.assert_allclose(matrix.T @ twists, 0, atol=1e-14 * np.abs(twists).max())
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no clock of the processor's time")
 def test_loose_links_by_the_thousand_are_told_at_once():
     """All triples of them would be five hundred million: minutes of the processor, not the second that it takes."""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tiers import in_tiers
 
 from kinelast import SceneError, scene_from_dict, shipped_scenes
 from kinelast.cli.command import main
@@ -128,6 +129,7 @@ smallest = "deflection.rocker"
 """
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_row_a_design_and_tells_the_best(tmp_path, capsys):
     assert swept(tmp_path, SWEEP, "--sweep", "--pages", "0") == 0
     line, told = capsys.readouterr()
@@ -197,7 +199,7 @@ def answered_by(monkeypatch, limits, aim, change):
     return tally, evaluate(document, [DEPTH], depths[:, None], ["deflection"]).columns["deflection"]
 
 
-@pytest.mark.parametrize("factor", [0.7, 1.0, 1.5])
+@pytest.mark.parametrize("factor", in_tiers([0.7, 1.0, 1.5], 1, 2))
 def test_the_best_design_is_that_of_the_full_answers(factor, monkeypatch):
     """Also where quasi-static figures do not keep a limit that the full answer keeps."""
     bound = 0.5e-3

@@ -1,0 +1,21 @@
+"""Spread the cases of a test over the quick, the slow and the exhaustive suite (CONTRIBUTING.md)."""
+
+from collections.abc import Iterable
+
+import pytest
+
+
+def in_tiers(cases: Iterable, quick: int = 3, slow: int = 0) -> list:
+    """Return parameters: the first `quick` cases run always, the next `slow` before a merge, all others on request."""
+    cases = list(cases)
+    marks = [()] * quick + [pytest.mark.slow] * slow
+    marks += [pytest.mark.exhaustive] * (len(cases) - len(marks))
+    return [_marked(case, mark) for case, mark in zip(cases, marks, strict=False)]
+
+
+def _marked(case, mark):
+    """A case as a parameter with a mark, if it has none yet."""
+    if not mark or hasattr(case, "marks"):
+        return case
+    values = case if isinstance(case, tuple | list) else (case,)
+    return pytest.param(*values, marks=mark)
