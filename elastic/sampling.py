@@ -25,6 +25,7 @@ def sample(deflection: Deflection, field: str, stations: int | ArrayLike = STATI
 
     Parameters
     ----------
+    field
         Slug as on the command line ("deflection", "bending-moment"), or key of `FIELDS`: "N", "V", "M", "u", "w",
         "phi", "chord", "q_x", "q_y", or a stress: "axial" N/A; "left" and "right", normal stress of the outermost
         fibres, N/A - M c/I and N/A + M c/I; "normal", the one of larger magnitude; "shear", largest of the section,

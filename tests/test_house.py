@@ -90,6 +90,25 @@ def test_first_lines_are_no_riddles(package):
     assert not riddles, "\n".join(riddles)
 
 
+SECTION = re.compile(r"^Parameters\n-+\n(.*?)(?=^\w+\n-+\n|\Z)", re.DOTALL | re.MULTILINE)
+
+
+def unknown_parameters(path):
+    """Functions of a file of which the docstring documents a parameter that they do not have, or none by name."""
+    for node in ast.walk(tree_of(path)):
+        section = SECTION.search(ast.get_docstring(node) or "") if isinstance(node, ast.FunctionDef) else None
+        if section:
+            lines = [line for line in section[1].splitlines() if line]
+            told = {name.strip(" *") for line in lines if line[0] != " " for name in line.split(",")}
+            if lines[0][0] == " " or told - {each.arg for each in ast.walk(node.args) if isinstance(each, ast.arg)}:
+                yield f"{path.relative_to(ROOT)}: {node.name}"
+
+
+def test_documented_parameters_are_those_of_the_function():
+    """The site is not built where one is without its name."""
+    assert not [each for path in files() for each in unknown_parameters(path)]
+
+
 EMPTY = {"found", "one", "own", "way"}
 """Names that say nothing of what they name."""
 
