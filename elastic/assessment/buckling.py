@@ -216,7 +216,7 @@ class _BucklingModes:
         return np.take_along_axis(values, order, -1), back @ modes
 
     def _working(self, felt: GeometricStiffness, moved: Displacements, modes: Reals) -> Integers:
-        """Index of the link whose forces do the most work in each mode, shape (positions, modes)."""
+        """Index of the link with the most work of its forces in each mode, shape (positions, modes)."""
         mechanism = self.motion.mechanism
         work = np.zeros((len(mechanism.links), len(modes), modes.shape[-1]))
         for beam, (at, _) in enumerate(mechanism.beams):

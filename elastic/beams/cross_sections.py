@@ -395,7 +395,7 @@ def section_of(
 def tapered(
     shape: Callable[..., Shape], start: Sequence[float], end: Sequence[float], poisson: float = 0.0
 ) -> tuple[Taper, tuple[float, ...]]:
-    """Taper of a beam whose dimensions change linearly from end to end.
+    """Taper of a beam with linearly varying dimensions.
 
     Area and second moment are then polynomials of degree 2 and 4. Other properties are fitted to `MAX_FIT_ERROR`:
     shear coefficients, and the second moment of a T or angle, as its axis moves.

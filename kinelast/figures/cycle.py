@@ -136,18 +136,18 @@ class Cycle:
 
     def search(self, figures: Iterable[LargestSearch]) -> None:
         """Find figures that reduce rows of values alike in one search, so that `of` knows them."""
-        found: dict[Any, Numbers] = {}
+        searched: dict[Any, Numbers] = {}
         for figure in figures:
             key = figure.find, self.sampled and bool(figure.fields)
             if isinstance(figure.find, RowSearch) and key not in self._known:
                 rows = figure.find.rows(self)
                 if rows is not None:
-                    found[key] = np.abs(rows) if np.iscomplexobj(rows) else rows
-        if not found:
+                    searched[key] = np.abs(rows) if np.iscomplexobj(rows) else rows
+        if not searched:
             return
-        together, end = self.largest(np.concatenate([*found.values()])), 0
+        together, end = self.largest(np.concatenate([*searched.values()])), 0
         gain = np.broadcast_to(together.gain, np.shape(together.value))
-        for key, rows in found.items():
+        for key, rows in searched.items():
             part, end = slice(end, end + len(rows)), end + len(rows)
             self._known[key] = Largest(together.value[part], together.position[part], gain=gain[part])
 

@@ -224,12 +224,12 @@ def _further(first: Peak, second: Peak, over: str) -> Peak:
     return second if larger else first
 
 
-def _peaks(found: Largest, motion: Motion) -> list[Peak]:
-    values, positions = np.asarray(found.value, float), np.asarray(found.position)
+def _peaks(extremes: Largest, motion: Motion) -> list[Peak]:
+    values, positions = np.asarray(extremes.value, float), np.asarray(extremes.position)
     shape = values.shape
     if not values.size:
         return []
-    parts = (np.broadcast_to(part, shape).tolist() for part in (found.xi, found.row))
+    parts = (np.broadcast_to(part, shape).tolist() for part in (extremes.xi, extremes.row))
     time, drive = motion.time[positions].tolist(), motion.drive[:, positions].T.tolist()
     rows = zip(values.tolist(), positions.tolist(), time, drive, *parts, strict=True)
     nowhere = (math.nan,) * len(motion.drive)

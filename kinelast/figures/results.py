@@ -417,11 +417,11 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
         bent.motion.time if plain.left_out or len(bent.motion.time) < 2 else scene.course.with_breaks(bent.motion.time)
     )
     if len(times) == len(bent.motion.time):
-        found = answer(plain.cycle, theory, plain.period, theory.plain, progress)
-        return replace(plain, deflection=found.deflection, answer=found)
+        best = answer(plain.cycle, theory, plain.period, theory.plain, progress)
+        return replace(plain, deflection=best.deflection, answer=best)
     cycle = replace(plain, deflection=scene_deflection(scene, scene.course.at(times))).cycle
-    found = answer(cycle, theory, plain.period, theory.plain, progress)
-    here = replace(plain, deflection=found.at(bent), answer=replace(found, quasi_static=bent))
+    best = answer(cycle, theory, plain.period, theory.plain, progress)
+    here = replace(plain, deflection=best.at(bent), answer=replace(best, quasi_static=bent))
     return replace(here, run=with_breaks(here, run_figures(here.cycle, output_of(scene))))
 
 
