@@ -72,9 +72,9 @@ def test_a_run_depends_on_its_library(scene, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        (('"30 mm"', "30"), 'library: shop.toml: depth of "heavy" is to tell its unit, as in "30 mm"'),
+        (('"30 mm"', "30"), 'library: shop.toml: depth of "heavy" needs a unit, as in "30 mm"'),
         (("density", "densty"), r'\[materials.ours\] densty: .* did you mean "density"\? \(in shop.toml\)'),
-        (("[materials.ours]", "[points]"), "library: shop.toml: it holds .* got points"),
+        (("[materials.ours]", "[points]"), "library: shop.toml: a library has only .* got points"),
         (("[materials.ours]", "[materials.ours"), "library: shop.toml: not readable as TOML"),
     ],
 )

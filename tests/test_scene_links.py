@@ -138,7 +138,7 @@ class TestLinks:
             ('["A", "B"]', '["A", "B", "P"]\nbeams = [["A", "B"], {from = "B", to = "P", section = "thin"}]'),
             ("[points]", '[sections.thin]\nshape = "rigidities"\nEA = 1e6\nEI = 2\nmass_per_length = 0.1\n[points]'),
         )
-        with pytest.raises(ValueError, match="leave material out"):
+        with pytest.raises(ValueError, match="remove the material"):
             scene_from_text(text)
         scene = scene_from_text(
             edited(

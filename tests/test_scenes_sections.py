@@ -306,7 +306,7 @@ class TestOutlines:
         assert tip(drawn) == pytest.approx(tip(LOADED_ARM), rel=1e-9)
         assert tip(edited(drawn, WHOLE)) == pytest.approx(tip(edited(LOADED_ARM, WHOLE)), rel=1e-4)
         crossed = edited(drawn, ('["20 mm", 0], ["20 mm", "10 mm"]', '["20 mm", "10 mm"], ["20 mm", 0]'))
-        with pytest.raises(SceneError, match=r"\[sections.bar\] points: they are no section: its sides cross"):
+        with pytest.raises(SceneError, match=r"\[sections.bar\] points: not a valid section: its sides cross"):
             scene_from_text(crossed)
         paths, corners = ["sections.bar.points[4].y"], np.array([[0.01], [0.0]])  # the second is a triangle
         found = evaluate(tomllib.loads(edited(drawn, ("force", "moment = 0\nforce"))), paths, corners, ["deflection"])

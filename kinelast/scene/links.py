@@ -1,4 +1,4 @@
-"""Links of a scene: the drawing, the points in the links' own axes, beams and masses."""
+"""Links of a scene: drawing, points in link axes, beams and masses."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Points = Mapping[str, Any]
 
 
 def drawn_places(scene: SceneTable) -> dict[str, Complex]:
-    """The drawing: every place under [points], and the ground's points given in coordinates [m]."""
+    """Return the drawing [m]: all places under [points] and the points of the ground with coordinates."""
     places = {name: vector(place) for name, place in scene.points.items()}
     ground = scene.links.get(GROUND)
     if ground is not None and isinstance(ground.points, dict):
@@ -35,7 +35,7 @@ def drawn_places(scene: SceneTable) -> dict[str, Complex]:
 
 
 def own_points(name: str, table: LinkTable, places: Points) -> dict[str, Complex]:
-    """A link's points in its own axes [m]: the first at 0, the second on x', unless coordinates are given."""
+    """Return the points of a link in link axes [m]: first at 0, second on x', unless coordinates are given."""
     where = f"links.{name}"
     if not table.points:
         raise fault(where, "points", "a link needs at least one point")
@@ -56,10 +56,10 @@ def own_points(name: str, table: LinkTable, places: Points) -> dict[str, Complex
 
 
 def _drawn_shape(where: str, table: LinkTable, places: Sequence[Complex]) -> dict[str, Complex]:
-    """Own coordinates read from the drawing."""
+    """Return link coordinates from the drawing."""
     names = list(table.points)
     if table.length is not None and len(names) != 2:
-        problem = f"tells the size of a link of two points, this one has {len(names)}: give their coordinates, "
+        problem = f"is the size of a link with two points, this link has {len(names)}: give their coordinates, "
         raise fault(where, "length", problem + "as in points = {A = [0, 0], B = [0.1, 0]}")
     if len(names) == 1:
         return {names[0]: 0j}
@@ -73,13 +73,13 @@ def _drawn_shape(where: str, table: LinkTable, places: Sequence[Complex]) -> dic
 
 
 def known_point(table: str, key: str, point: str, points: Mapping[str, object], link: str) -> None:
-    """Raise where a link has no such point."""
+    """Raise if a link does not have the point."""
     if point not in points:
         raise fault(table, key, f'the link "{link}" has no point "{point}"{likely(point, points)}')
 
 
 def drawn_direction(link: Link, places: Points) -> Complex | None:
-    """Unit vector of a link's axes as drawn; None where fewer than two of its points are drawn apart."""
+    """Return the drawn x axis of a link as unit vector; None unless two points are drawn apart."""
     if link.name == GROUND:
         return 1 + 0j
     drawn = [point for point in link.points if point in places]
@@ -114,7 +114,7 @@ class LinkModel:
 
 
 def build_links(scene: SceneTable, places: Points) -> dict[str, LinkModel]:
-    """All links by name."""
+    """Return all links by name."""
     if GROUND not in scene.links:
         raise fault("links", GROUND, f"no link is named ground: name the fixed link so{likely_ground(scene)}")
     points = {name: own_points(name, table, places) for name, table in scene.links.items()}
@@ -133,12 +133,12 @@ def build_links(scene: SceneTable, places: Points) -> dict[str, LinkModel]:
 
 
 def guiding(bodies: dict[str, LinkModel], sliders: Mapping[str, Slider]) -> dict[str, LinkModel]:
-    """The links, those that sliders run on made ready for that: a rigid one becomes a body without beams.
+    """Prepare links that guide sliders: a rigid one becomes a body without beams.
 
     Raises
     ------
     SceneError
-        No beam of an elastic one lies along the slider's line.
+        No beam of an elastic guide lies along the line of the slider.
     """
     for slider in sliders.values():
         body = bodies[slider.on]
@@ -159,7 +159,7 @@ def guiding(bodies: dict[str, LinkModel], sliders: Mapping[str, Slider]) -> dict
 
 
 def undivided(mechanism: Mechanism, bodies: Sequence[LinkModel], kept: Collection[str]) -> list[LinkModel]:
-    """The links, their beams going on through points at which nothing acts: a name for a place divides no beam.
+    """Join collinear beams at points without joint, mass or load: a named place does not divide a beam.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def undivided(mechanism: Mechanism, bodies: Sequence[LinkModel], kept: Collectio
 
 
 def _joined(body: LinkModel, held: Collection[str | None]) -> LinkModel:
-    """A link with beams of one section joined where two meet in line at a point that is not held."""
+    """Join collinear beams of one section at free points of a link."""
     beams, numbers, sections = [*body.link.beams], [*body.numbers], [*body.sections]
     while (point := _between(body.link, beams, sections, held)) is not None:
         first, second = (k for k, beam in enumerate(beams) if point in (beam.start, beam.end))
@@ -201,7 +201,7 @@ def _joined(body: LinkModel, held: Collection[str | None]) -> LinkModel:
 def _between(
     link: Link, beams: Sequence[Beam], sections: Sequence[CrossSection], held: Collection[str | None]
 ) -> str | None:
-    """A point at which two beams of a link can be joined to one; None where there is none."""
+    """Return a point at which two beams of a link can be joined; None if there is none."""
     meeting: dict[str, list[int]] = {}
     for number, beam in enumerate(beams):
         for point in (beam.start, beam.end):
@@ -219,7 +219,7 @@ def _far_end(beam: Beam, point: str) -> str:
 
 
 def likely_ground(scene: SceneTable) -> str:
-    """A hint where another name looks like the ground's."""
+    """Return a hint if another name looks like that of the ground."""
     hint = likely(GROUND, scene.links)
     bare = [name for name, link in scene.links.items() if not any(getattr(link, key) for key in BODILY)]
     name = hint.split(chr(34))[1] if "did you mean" in hint else bare[0] if len(bare) == 1 else ""
@@ -229,12 +229,12 @@ def likely_ground(scene: SceneTable) -> str:
 def _ground(table: LinkTable, points: Points) -> LinkModel:
     for key in ("length", *BODILY):
         if getattr(table, key):
-            raise fault(f"links.{GROUND}", key, "the ground neither moves nor bends: it has points only")
+            raise fault(f"links.{GROUND}", key, "the ground does not move or bend: it has only points")
     return LinkModel(Link(GROUND, points), (), True, _outline(GROUND, table, points))
 
 
 def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, dict[str, Real]]:
-    """Mass at every point, per link: its own, and those of [masses] with the first moving link that has the point."""
+    """Return point masses per link: of the link, and of [masses] for the first moving link with the point."""
     held: dict[str, dict[str, Real]] = {}
     for name, table in scene.links.items():
         for point, mass in table.masses.items():
@@ -251,7 +251,7 @@ def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, 
 
 
 def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str, Real], joints: set[str]) -> LinkModel:
-    """A moving link: elastic with beams, or rigid."""
+    """Return a moving link: elastic with beams, or rigid."""
     table, where = scene.links[name], f"links.{name}"
     outline = _outline(name, table, points)
     stiff = table.rigid or len(points) == 1 or scene.structure_only
@@ -283,7 +283,7 @@ def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str
 
 
 def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ...], tuple[CrossSection, ...]]:
-    """Beams and their cross-sections; none where the link has no section."""
+    """Return beams with their cross-sections; empty if the link has no section."""
     table, where = scene.links[name], f"links.{name}"
     if table.beams is None:
         if table.section is None and table.material is not None:
@@ -304,7 +304,7 @@ def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ..
         key = f"beams[{number}]" if table.beams is not None else "points"
         for point in (beam.start, beam.end):
             known_point(where, key, point, points, name)
-        no_length = f'from "{beam.start}" to "{beam.end}" there is no length'
+        no_length = f'the beam from "{beam.start}" to "{beam.end}" has no length'
         require(points[beam.start] != points[beam.end], where, key, no_length)
         section = beam.section or table.section
         if section is None:
@@ -316,7 +316,7 @@ def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ..
 
 
 def _in_order(points: Points) -> list[str]:
-    """Names of points as beams go from one to the next: one that lies between two before it goes between them."""
+    """Return names of points in the order of the beams: a point between two earlier points divides their beam."""
     drawn = {name: complex(np.ravel(place)[0]) for name, place in points.items()}
     order: list[str] = []
     for name, place in drawn.items():
@@ -327,19 +327,19 @@ def _in_order(points: Points) -> list[str]:
 
 
 def _hanging_together(where: str, beams: Sequence[Beam]) -> set[str]:
-    """Ends of the beams; raises where they do not hang together."""
+    """Return the ends of the beams; raise if they are not connected."""
     parts: list[set[str]] = []
     for beam in beams:
         touched = [part for part in parts if {beam.start, beam.end} & part]
         parts = [part for part in parts if part not in touched] + [set().union({beam.start, beam.end}, *touched)]
     if len(parts) > 1:
-        problem = f'the beams at "{beams[0].start}" and at "{beams[-1].end}" do not hang together'
+        problem = f'the beams at "{beams[0].start}" and at "{beams[-1].end}" are not connected'
         raise fault(where, "beams", problem)
     return parts[0]
 
 
 def _lump(where: str, table: LinkTable, link: Link) -> Lump:
-    """Mass, centre and inertia as given; those left out from the link's beams, or from the only point."""
+    """Return mass, centre and inertia; missing values follow from the beams or the only point."""
     points = link.points
     mass: Any
     center: Any
@@ -367,7 +367,7 @@ def _lump(where: str, table: LinkTable, link: Link) -> Lump:
 
 
 def _outline(name: str, table: LinkTable, points: Points) -> tuple[Complex, ...]:
-    """Corners of the link's drawing in its own axes [m]."""
+    """Return the corners of the drawing of a link in link axes [m]."""
     for corner in table.outline:
         if isinstance(corner, str):
             known_point(f"links.{name}", "outline", corner, points, name)

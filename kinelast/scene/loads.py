@@ -1,4 +1,4 @@
-"""Loads of a scene, at points and along beams, the laws of their size, and its springs."""
+"""Loads at points and along beams, their tables, and springs of a scene."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from rigid.analysis import LinkAngle, Slide
     from rigid.dynamics import CurveLaw
 
-OVER = 1e-12  # of a span, by which a table may miss it
-APART = 1e-12  # of a table's length, that its entries are at least: closer ones are a slip, and their slopes no numbers
+OVER = 1e-12  # part of the span that a table may miss
+APART = 1e-12  # smallest distance of table entries relative to the length of the table
 
 
 def build_load(
     number: int, table: LoadTable, links: Mapping[str, Link], sliders: Collection[str], duration: float
 ) -> PointLoad | LineLoad | Resistance:
-    """A load; a table against time must cover the run of given duration [s]."""
+    """Return a load; a table over time must cover the duration of the run [s]."""
     where = f"loads[{number}]"
     known_name(where, "link", table.link, links)
     if table.link == GROUND:
@@ -58,10 +58,10 @@ def _point_load(where: str, table: LoadTable, link: Link, turning: bool, law: La
 
 
 def _reached(where: str, key: str, point: str, link: Link) -> None:
-    """Raise where a link has no such point, or no beam of it ends there."""
+    """Raise if a link does not have the point, or none of its beams ends there."""
     known_point(where, key, point, link.points, link.name)
     if link.beams and not any(point in (beam.start, beam.end) for beam in link.beams):
-        raise fault(where, key, f'no beam of "{link.name}" reaches the point "{point}": let one end there')
+        raise fault(where, key, f'no beam of "{link.name}" ends at the point "{point}": add one')
 
 
 def _line_load(where: str, table: LoadTable, link: Link, turning: bool, law: Law | None) -> LineLoad:
@@ -76,7 +76,7 @@ def _line_load(where: str, table: LoadTable, link: Link, turning: bool, law: Law
         if (beam.start, beam.end) == table.beam:
             return LineLoad(link.name, beam_number, start, end, turning, law)
         if (beam.end, beam.start) == table.beam:
-            # Read from the beam's other end, its own axes point the other way.
+            # Given from the other end of the beam, the beam axes are reversed.
             sense = -1 if turning else 1
             return LineLoad(link.name, beam_number, sense * end, sense * start, turning, law)
     known = (
@@ -88,7 +88,7 @@ def _line_load(where: str, table: LoadTable, link: Link, turning: bool, law: Law
 
 
 def build_spring(number: int, table: SpringTable, links: Mapping[str, Link]) -> Spring | TorsionSpring:
-    """A spring between two points, or about a pin."""
+    """Return a spring between two points or about a pin."""
     where = f"springs[{number}]"
     for key in ("link", "on"):
         known_name(where, key, getattr(table, key), links)
@@ -124,7 +124,7 @@ EXPECTED = {
 
 
 def _sizes(where: str, table: SpringTable, turning: int) -> list[Real]:
-    """Stiffness, damping and preload in the units of a straight spring (0) or one that turns (1)."""
+    """Return stiffness, damping and preload in the units of a linear (0) or torsion spring (1)."""
     sizes: list[Real] = []
     for key, (units, *expected) in EXPECTED.items():
         value = getattr(table, key)
@@ -139,7 +139,7 @@ def _sizes(where: str, table: SpringTable, turning: int) -> list[Real]:
 def factor_law(
     where: str, table: LoadTable | DriveTable, duration: float, links: Collection[str], sliders: Collection[str]
 ) -> CurveLaw | None:
-    """Factor on a load or effort; None without a table. A table against time must cover the duration [s].
+    """Return the factor of a load or effort; None without a table. A table over time must cover the duration [s].
 
     `links`, `sliders` are the names that there are.
     """
@@ -162,10 +162,10 @@ def factor_law(
         or (len(steps) and table.interpolation != "linear")
     ):
         allowed = "two entries at one place are a step, in a linear table"
-        raise fault(where, "table", f"expected {GROWING[unit]} that grow from entry to entry; {allowed}")
-    at[steps] = np.nextafter(at[steps], -np.inf)  # at the step itself the second entry holds
+        raise fault(where, "table", f"expected increasing {GROWING[unit]}; {allowed}")
+    at[steps] = np.nextafter(at[steps], -np.inf)  # the second entry is valid at the step
     try:
-        # Times are looked at here, once for all: a search between the positions may look a little beyond the run.
+        # Times are checked only here: a search between positions may go slightly beyond the run.
         extend = "hold" if coordinate is None else table.extend or "error"
         curve = table_curve(at, factor, table.interpolation, extend, unit == "rad")
     except TableError as error:
@@ -188,14 +188,14 @@ WORDS = {"s": 'a time, as in "50 ms"', "rad": 'an angle, as in "30 deg"', "m": '
 
 
 def _turned(angle: LinkAngle, middle: float, motion: Motion) -> Reals:
-    """The angle less than half a turn from the middle of a table's entries [rad], shape (..., positions)."""
+    """Shift angles to within half a turn of the middle of a table [rad], shape (..., positions)."""
     return middle + angle.difference(motion, middle)
 
 
 def _against(
     where: str, table: LoadTable | DriveTable, links: Collection[str], sliders: Collection[str]
 ) -> tuple[str, LinkAngle | Slide | None]:
-    """Unit of a table's abscissa, and the coordinate; None for time."""
+    """Return the unit of the abscissa of a table, and its coordinate; None for time."""
     from rigid.analysis import LinkAngle, Slide
 
     against = table.against

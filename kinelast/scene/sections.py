@@ -36,14 +36,14 @@ from rigid import Beam
 from rigid.arrays import Real
 
 Read = Callable[[str], str]
-"""From the name of a file beside a scene to its text; SceneError where it cannot be read."""
+"""Reader of files next to a scene: name to text; raises SceneError."""
 
 
 @dataclass(frozen=True)
 class Material:
-    """Material of links, as given: Young's modulus [Pa], density [kg/m^3], yield stress [Pa], Poisson's ratio.
+    """Material: Young's modulus [Pa], density [kg/m^3], yield stress [Pa], Poisson's ratio.
 
-    The last two are None where they are not known.
+    The last two are None if unknown.
     """
 
     E: float
@@ -54,7 +54,7 @@ class Material:
 
 @dataclass(frozen=True)
 class SectionSource:
-    """Source of a beam's section, by the names in the file: section, its shape and sizes [m], material or nothing."""
+    """Origin of a section in the file: section name, shape, sizes [m], material name (may be empty)."""
 
     section: str
     shape: str
@@ -64,10 +64,10 @@ class SectionSource:
 
 @dataclass(frozen=True, eq=False)
 class CrossSection:
-    """A beam's section, and its mass per length at the start [kg/m] and along it as in `rigid.Beam.mass_taper`.
+    """Section of a beam with its mass per length at the start [kg/m] and the taper of `rigid.Beam.mass_taper`.
 
-    `rotary`: density that tells the sections' rotary inertia [kg/m^3]; 0 where that does not count or is not known.
-    `source`: names of section and material, and what strains it, as they stand in the file.
+    `rotary` is the density for rotary inertia [kg/m^3], 0 if neglected or unknown. `source` has the names of section
+    and material in the file, and the free strain.
     """
 
     section: Section
@@ -77,36 +77,36 @@ class CrossSection:
     rotary: Real = 0.0
 
     def beam(self, start: str, end: str) -> Beam:
-        """The beam of this section between two points."""
+        """Return the beam of this section between two points."""
         taper = self.section.taper
         inertia = self.rotary * self.section.inertia if any_nonzero(self.rotary) else 0.0
         return Beam(start, end, self.mass_per_length, self.mass_taper, inertia, taper.EI if taper else (1.0,))
 
     def goes_on_as(self, other: CrossSection) -> bool:
-        """Whether a beam of this section is one with a beam of another that goes on where it ends."""
+        """Return True if two collinear beams of these sections form a single beam."""
         return self.source == other.source and self.section.taper is None
 
     @property
     def rigid(self) -> Section:
-        """The same dimensions without any give, so that stresses are told; of a tapered beam they are not known."""
+        """The same dimensions with infinite stiffness, for stresses; a tapered beam has no stresses."""
         if self.section.taper is not None:
             return Section(yield_stress=self.section.yield_stress)
         return replace(self.section, EA=inf, EI=inf, kGA=inf, strain=0.0)
 
 
 def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTable, section: str) -> CrossSection:
-    """The cross-section of a beam.
+    """Return the cross-section of a beam.
 
     Parameters
     ----------
     scene
-        Holds the materials and sections, and whether shear counts.
+        Materials, sections, and the beam theory.
     table
-        Of the link, for messages.
+        Name of the link's table, for messages.
     link, beam
-        What is not said of the beam holds for its whole link.
+        Tables of the link and the beam; keys of the beam override those of the link.
     section
-        Name.
+        Name of the section.
     """
     shape = scene.sections.get(section) or named_section(section) or _unknown(scene.sections, table, "section", section)
     material = beam.material or link.material
@@ -116,7 +116,7 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
     shear = scene.run.beams != "euler-bernoulli" and not link.rigid
     if isinstance(shape, Rigidities):
         if material is not None:
-            raise fault(table, "material", f'the section "{section}" tells its rigidities and mass: leave material out')
+            raise fault(table, "material", f'the section "{section}" has stiffnesses and mass: remove the material')
         if demanded and shape.kGA is None:
             raise fault(f"sections.{section}", "kGA", 'the key is missing: beams = "timoshenko" asks for it')
         kGA = real(shape.kGA) if shape.kGA else nan
@@ -142,7 +142,7 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
 
 
 def _unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoReturn:
-    """Raise where a scene names a section or material that neither it nor the library has."""
+    """Raise if a section or material is neither in the scene nor in the library."""
     choices = _same_size(name) if key == "section" else []
     entries = [entry for entry, _ in library_entries(f"{key}s")]
     begun = [entry for entry in entries if _key(entry).startswith(_key(name))]
@@ -154,7 +154,7 @@ def _unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoRe
 
 
 def _same_size(name: str) -> list[str]:
-    """The section that a misspelt family of a name most likely means, as flat 25x8 by flatt 25x8; empty if none."""
+    """Return the most similar section of a misspelt family, such as flat 25x8 for flatt 25x8; empty if none."""
     family = re.split(r"[\d\s]", name.strip(), maxsplit=1)[0]
     size = name.strip()[len(family) :].strip()
     families = dict.fromkeys([*(words.split()[0] for words, _ in EXAMPLES), "CHS", *_library()["sections"]])
@@ -164,7 +164,7 @@ def _same_size(name: str) -> list[str]:
 
 
 def materials_of(scene: SceneTable, names: Iterable[str]) -> dict[str, MaterialTable]:
-    """The scene's materials, and those of the library that it names."""
+    """Return the materials of the scene and those of the library that it uses."""
     more = {name: named_material(name) for name in names if name not in scene.materials}
     return {**scene.materials, **{name: stuff for name, stuff in more.items() if stuff is not None}}
 
@@ -176,7 +176,7 @@ def _library() -> dict[str, Any]:
 
 @cache
 def named_material(name: str) -> MaterialTable | None:
-    """A material of the library, as "S235"; None where there is none of this name."""
+    """Return a material of the library, such as "S235"; None if there is none."""
     words = {_key(entry): table for entry, table in _library()["materials"].items()}.get(_key(name))
     if words is None:
         return None
@@ -186,7 +186,7 @@ def named_material(name: str) -> MaterialTable | None:
 
 @cache
 def named_section(name: str) -> SectionTable | None:
-    """A section by its name in the trade, as "IPE 80", "RHS 60x40x3", "pipe 33.7x2.6"; None where it is none.
+    """Return a standard section, such as "IPE 80", "RHS 60x40x3", "pipe 33.7x2.6"; None if there is none.
 
     The first size lies in the plane of motion. Hollow sections are cold formed, by EN 10219-2 with its corners.
     """
@@ -210,7 +210,7 @@ def named_section(name: str) -> SectionTable | None:
     return _sized(shape, sizes)
 
 
-FAMILIES = {  # by name: the shape, and its sizes in the order of the name
+FAMILIES = {  # by name: shape and keys of the sizes in the order of the name
     "RHS": ("box", ("depth", "width", "wall")),
     "SHS": ("box", ("depth", "width", "wall")),
     "PIPE": ("tube", ("outer", "wall")),
@@ -218,16 +218,20 @@ FAMILIES = {  # by name: the shape, and its sizes in the order of the name
     "FLAT": ("rectangle", ("depth", "width")),
     "ROUND": ("circle", ("diameter",)),
 }
-CORNERS = ((10.0, 3.0), (6.0, 2.5), (0.0, 2.0))  # EN 10219-2: above a wall [mm], outer radius over it
+CORNERS = (
+    (10.0, 3.0),
+    (6.0, 2.5),
+    (0.0, 2.0),
+)  # EN 10219-2: wall thicker than [mm], outer corner radius / wall thickness
 
 
 def _rolled(table: Mapping[str, Any]) -> Iterable[tuple[str, list[float]]]:
-    """The sizes of a family of the library: as they are called, and their numbers."""
+    """Return the sizes of a family of the library by their keys."""
     return ((size, numbers) for size, numbers in table.items() if size[0].isdigit())
 
 
 def _sized(shape: str, sizes: Mapping[str, float], unit: str = "mm") -> SectionTable | None:
-    """A section by its sizes; None where one is not above zero."""
+    """Return a section by its sizes; None if a size is not positive."""
     if not all(size > 0.0 for size in sizes.values()):
         return None
     words = {key: f"{size} {unit}" for key, size in sizes.items()}
@@ -244,7 +248,7 @@ def _key(name: str) -> str:
 
 
 def library_entries(kind: str) -> list[tuple[str, str]]:
-    """Names that a scene may use without a table of its own, each with its figures and their source.
+    """Return names of the library that a scene may use directly, each with its properties and their source.
 
     Parameters
     ----------
@@ -286,7 +290,7 @@ def _material_words(words: Mapping[str, Any]) -> str:
 def _made(
     shape: SectionTable, name: str, stuff: MaterialTable, poisson: Any, shear: bool
 ) -> tuple[Section, tuple[float, ...]]:
-    """Section of a shape and material, and the taper of its mass; `shear` where shear counts."""
+    """Return section and mass taper of a shape and material; `shear` includes shear deformation."""
     limit = nan if stuff.yield_stress is None else real(stuff.yield_stress)
     if isinstance(shape, Properties):
         found = Shape(real(shape.A), real(shape.I), nan if shape.c is None else real(shape.c))
@@ -308,19 +312,19 @@ def _made(
 
 
 def _outlined(shape: Outline, name: str) -> Shape:
-    """The properties of an outline."""
+    """Return the properties of an outline."""
     if shape.points is None:
-        raise fault(f"sections.{name}", "points", "the key is missing: an outline has points, or a drawing")
+        raise fault(f"sections.{name}", "points", "the key is missing: give an outline its points or a drawing")
     places = [shape.points, *(shape.holes or ())]
     first, *holes = (tuple((float(real(y)), float(real(z))) for y, z in ring) for ring in places)
     try:
         return outline(first, tuple(holes))
     except CrossSectionError as error:
-        raise fault(f"sections.{name}", "points", f"they are no section: {error}") from error
+        raise fault(f"sections.{name}", "points", f"not a valid section: {error}") from error
 
 
 def poisson_of(stuff: MaterialTable, name: str) -> Any:
-    """Poisson's ratio, as given or by G; None where neither is known."""
+    """Return Poisson's ratio, given or from G; None if neither is known."""
     if stuff.G is None:
         return None if stuff.poisson is None else real(stuff.poisson)
     if stuff.poisson is not None:
@@ -337,7 +341,7 @@ def poisson_of(stuff: MaterialTable, name: str) -> Any:
 def _strained(
     section: Section, table: str, link: LinkTable, beam: BeamTable, expansion: float | None, material: str = ""
 ) -> Section:
-    """A section with the beam's free strain: as given, and by its temperature."""
+    """Return a section with the free strain of the beam: given strain plus thermal strain."""
     strain = link.strain if beam.strain is None else beam.strain
     warming = link.temperature if beam.temperature is None else beam.temperature
     total = 0.0 if strain is None else real(strain)
@@ -353,7 +357,7 @@ def _strained(
 
 
 def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], dict[str, str]]:
-    """The tables of a scene that stand alone: with the sections and materials that it has in files beside it.
+    """Return self-contained tables of a scene: with sections and materials from other files.
 
     Parameters
     ----------
@@ -374,7 +378,7 @@ def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], d
     texts: dict[str, str] = {}
     parts: dict[str, dict[str, Any]] = {"materials": {}, "sections": {}}
     if not isinstance(raw, Mapping):
-        return raw, {}  # its parser tells that
+        return raw, {}  # the parser reports that
     name = raw.get("library")
     if isinstance(name, str):
         texts[name] = read_as(name, (".toml",), read, "", "library")
@@ -394,7 +398,7 @@ def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], d
 
 
 def _mapping(raw: Mapping[str, Any], kind: str) -> dict[str, Any]:
-    """The tables of a kind; none where something else stands there."""
+    """Return the tables of a kind; empty if the entry is not a table."""
     tables = raw.get(kind)
     return dict(tables) if isinstance(tables, Mapping) else {}
 
@@ -402,7 +406,7 @@ def _mapping(raw: Mapping[str, Any], kind: str) -> dict[str, Any]:
 def read_as(
     name: str, suffixes: tuple[str, ...], read: Read, table: str, key: str, expected: str = "expected a file"
 ) -> str:
-    """Return the text of a file that a scene names by a key: it is beside the scene and has one of the suffixes."""
+    """Return the text of a file next to the scene, named by a key, with one of the suffixes."""
     if not name.lower().endswith(suffixes):
         ends = " or ".join(suffixes)
         raise fault(table, key, f'{expected} beside the scene that ends in {ends}, got "{name}"')
@@ -413,23 +417,23 @@ def read_as(
 
 
 def _library_of(text: str, name: str) -> dict[str, dict[str, Any]]:
-    """Materials and sections in the text of a library."""
+    """Return the materials and sections in the text of a library."""
     try:
         tables = read_toml(text)
     except tomllib.TOMLDecodeError as error:
         raise fault("", "library", f"{name}: not readable as TOML: {error}") from None
     other = next((key for key in tables if key not in ("materials", "sections")), None)
     if other is not None:
-        raise fault("", "library", f"{name}: it holds [materials.NAME] and [sections.NAME], got {other}")
+        raise fault("", "library", f"{name}: a library has only [materials.NAME] and [sections.NAME], got {other}")
     for section, table in _mapping(tables, "sections").items():
         bare = next((key for key, size in table.items() if isinstance(size, int | float)), None)
-        if bare is not None:  # which would be in the unit of each scene
-            raise fault("", "library", f'{name}: {bare} of "{section}" is to tell its unit, as in "{table[bare]} mm"')
+        if bare is not None:  # its unit would depend on the scene
+            raise fault("", "library", f'{name}: {bare} of "{section}" needs a unit, as in "{table[bare]} mm"')
     return {kind: _mapping(tables, kind) for kind in ("materials", "sections")}
 
 
 def _named_in(raw: Mapping[str, Any], library: Mapping[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
-    """Tables of a library that a scene names and does not have itself."""
+    """Return the tables of a library that a scene uses and does not define."""
     words = set(_words(raw))
     return {
         kind: {name: table for name, table in tables.items() if name in words and name not in _mapping(raw, kind)}
@@ -438,7 +442,7 @@ def _named_in(raw: Mapping[str, Any], library: Mapping[str, dict[str, Any]]) -> 
 
 
 def _words(part: Any) -> Iterator[str]:
-    """All texts of a file."""
+    """Yield all texts of a file."""
     if isinstance(part, str):
         yield part
     elif isinstance(part, Mapping):
@@ -450,7 +454,7 @@ def _words(part: Any) -> Iterator[str]:
 
 
 def _drawn(table: Mapping[str, Any], text: str, where: str, unit: str) -> dict[str, Any]:
-    """An outline with the corners that its drawing has."""
+    """Return an outline with the corners of its drawing."""
     from exchange import ExchangeError, section_of_dxf
 
     try:
@@ -463,13 +467,13 @@ def _drawn(table: Mapping[str, Any], text: str, where: str, unit: str) -> dict[s
 
 
 def making(scene: SceneTable, link: str, number: int) -> SectionSource:
-    """Section and material of a link's beam by its number."""
+    """Return section and material of a beam of a link by its number."""
     table = scene.links[link]
     entry = None if table.beams is None else table.beams[number]
     beam = entry if isinstance(entry, BeamTable) else BeamTable(start="", end="")
     name, material = beam.section or table.section or "", beam.material or table.material or ""
     section = scene.sections.get(name) or named_section(name)
-    assert section is not None  # or the link would not have been built
+    assert section is not None  # otherwise the link could not be built
     keys = section.__struct_fields__ if isinstance(section, Dimensioned) else ()
     sizes = {key: tuple(dict.fromkeys(size)) for key in keys if (size := getattr(section, key)) is not None}
     shape = str(section.__struct_config__.tag)
