@@ -86,7 +86,7 @@ def add_table(text: str, tables: Tables, change: Tables) -> str:
         return _with_study(text, kind, change)
     if kind == "cams":
         return _with_cam(text, tables, change)
-    part = next((each for each in PARTS if each.key == kind), None)
+    part = next((each for each in PARTS if each.menu and each.key == kind), None)
     if part is not None:
         keys = part.begin(*map(str, (change.get("of") or ("", ""))[:2]))
         if keys is None:

@@ -252,7 +252,7 @@ def points_of(link: Tables) -> list[str]:
 SINGLE = {
     "link": "links", "slot": "slots", "slider": "sliders", "weld": "welds", "mass": "masses", "section": "sections",
     "material": "materials", "motor": "motors", "joint": "joints", "bearing": "bearings", "cam": "cams",
-    **{part.key.removesuffix("s"): part.key for part in PARTS},
+    **{part.key.removesuffix("s"): part.key for part in PARTS if part.menu},
 }  # fmt: skip
 LISTED = {"drive": "drives", "load": "loads", "spring": "springs", "gear": "gears"}
 

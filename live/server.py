@@ -155,7 +155,7 @@ def _scene(live: Live, request: Request, given: Any) -> Response:
             "sections": [name for name, _ in library_entries("sections")],
             "materials": [name for name, _ in library_entries("materials")],
             "keys": keys(),
-            "parts": {part.key: part.menu for part in PARTS},
+            "parts": {part.key: part.menu for part in PARTS if part.menu},
             "opens": f"http://{HOST}:{wished_port('None')}/",
             "motions": MOTIONS,
         }

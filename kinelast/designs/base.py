@@ -20,6 +20,7 @@ from kinelast.scene.document import Document
 from kinelast.scene.format import SceneTable
 from kinelast.scene.joints import RUBBING
 from kinelast.scene.limits import Output
+from kinelast.scene.parts import PARTS
 from kinelast.scene.quantities import Direction, Size, Sizes
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Place, place_of, replaced, within_bounds
@@ -31,8 +32,6 @@ TABLES_ON_AXIS = (
     "masses",
     "joints",
     "limits",
-    "motors",
-    "cylinders",
     "bearings",
     "cams",
     "springs",
@@ -150,7 +149,7 @@ def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
     elif top == "joints":
         able = inner[1] not in RUBBING
     else:
-        able = top in TABLES_ON_AXIS
+        able = top in TABLES_ON_AXIS or any(part.on_axis for part in PARTS if part.key == top)
     return able
 
 

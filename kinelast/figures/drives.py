@@ -13,15 +13,12 @@ from kinelast.figures.cycle import NOISE, Cycle, drive_words
 from kinelast.figures.entry import (
     AVERAGE,
     CAM,
-    CYLINDER,
     DRIVE,
     FACED,
     HELD,
     LEAST,
-    MOTOR,
     PRESSED,
     ROLLED,
-    UNEVEN,
     Figure,
     Kind,
     averaged,
@@ -30,80 +27,24 @@ from kinelast.figures.entry import (
     least,
 )
 from kinelast.scene.data import Scene
+from kinelast.scene.drive_values import effort, load_inertia, over_time, power, rate
 from machine.cams import CamCourse, CamPush, cam_course, line_pressure
-from machine.drives import (
-    added_inertia,
-    available_torque,
-    buckling_safety,
-    energy_fluctuation,
-    flow_rate,
-    flywheel_inertia,
-    inertia_matched_ratio,
-    least_torque_ratio,
-    mean,
-    mean_positive,
-    root_mean_square,
-    working_pressure,
-)
-from machine.drives import (
-    motor_torque as shaft_torque,
-)
+from machine.drives import mean, mean_positive, root_mean_square
 from rigid import ConstantSpeed
-from rigid.arrays import Reals, of_designs
-from rigid.kinematics import unit_motion
-from rigid.kinetostatics import kinetic_energy
+from rigid.arrays import Reals
 from rigid.plane import dot
 
 PerDrive = Callable[[Cycle, int], Reals]
 
 
-def of_drive(values: PerDrive, of: Kind = DRIVE) -> Callable[[Cycle], list[Reals]]:
-    """Values of the drives that are items of a kind, from those of a drive by its number."""
-    return lambda cycle: [values(cycle, number) for number in drives_of(cycle.scene, of)]
+def _each(values: PerDrive) -> Callable[[Cycle], list[Reals]]:
+    """Values of all drives, from those of a drive by its number."""
+    return lambda cycle: [values(cycle, number) for number in range(len(cycle.scene.mechanism.drives))]
 
 
-def drives_of(scene: Scene, of: Kind) -> list[int]:
-    """Numbers of the drives that are items of a kind."""
-    with_one = {MOTOR: scene.motors, CYLINDER: scene.cylinders, UNEVEN: scene.unevenness}
-    return sorted(with_one[of]) if of in with_one else list(range(len(scene.mechanism.drives)))
-
-
-def effort(cycle: Cycle, number: int) -> Reals:
-    """Effort of a drive [N m or N], with that of its rotor, shape (..., positions)."""
-    return np.broadcast_to(cycle.efforts[number], cycle.columns)
-
-
-def rate(cycle: Cycle, number: int) -> Reals:
-    """Rate of a drive's coordinate [rad/s or m/s], shape (..., positions)."""
-    return np.broadcast_to(cycle.motion.drive_rate[number], cycle.columns)
-
-
-def acceleration(cycle: Cycle, number: int) -> Reals:
-    """Second derivative of a drive's coordinate, shape (..., positions)."""
-    return np.broadcast_to(cycle.motion.drive_acceleration[number], cycle.columns)
-
-
-def power(cycle: Cycle, number: int) -> Reals:
-    """Power that a drive gives [W], that of its rotor among it, shape (..., positions)."""
-    return effort(cycle, number) * rate(cycle, number)
-
-
-def load_inertia(cycle: Cycle, number: int) -> Reals:
-    """Inertia of all links, reduced to a drive while the others stand [kg m^2 or kg], shape (..., positions)."""
-    alone = unit_motion(cycle.motion, number)
-    whole: Reals = 2.0 * kinetic_energy(alone) - cycle.scene.mechanism.drives[number].inertia
-    return np.broadcast_to(whole, cycle.columns)
-
-
-def _over_time(measure: Callable[..., Reals], values: PerDrive, of: Kind = DRIVE) -> Callable[[Cycle], Any]:
+def _over_time(measure: Callable[..., Reals], values: PerDrive) -> Callable[[Cycle], Any]:
     """Figures that average values of the drives over the positions that count."""
-
-    def over_time(cycle: Cycle, number: int) -> Reals:
-        known = np.where(cycle.weights > 0.0, values(cycle, number), 0.0)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return measure(known, cycle.weights)
-
-    return averaged(of_drive(over_time, of))
+    return averaged(_each(lambda cycle, number: over_time(cycle, measure, values(cycle, number))))
 
 
 def energy_taken(values: Any, weight: Any) -> Reals:
@@ -117,89 +58,8 @@ def energy_given(values: Any, weight: Any) -> Reals:
     return energy_taken(-np.asarray(values), weight)
 
 
-def _fluctuation(cycle: Cycle, number: int) -> Reals:
-    """Fluctuation of the energy of a drive that turns steadily through whole cycles [J]; nan of others."""
-    scene, coordinate = cycle.scene, np.broadcast_to(cycle.motion.drive[number], cycle.columns)
-    steady = isinstance(scene.laws[number], ConstantSpeed) and scene.mechanism.drives[number].turns
-    if not steady or not scene.run.turn or cycle.columns[-1] < 3:
-        return np.full(cycle.columns[:-1], np.nan)
-    span = cycle.weights.sum(axis=-1)
-    travel = rate(cycle, number)[..., 0] * span
-    repeated = cycle.period is not None  # then the end of the cycle is its start once more
-    last = -1 if repeated else None
-    with np.errstate(invalid="ignore", divide="ignore"):
-        found = energy_fluctuation(effort(cycle, number)[..., :last], coordinate[..., :last], travel[..., None])
-    return np.where(cycle.counted.all(axis=-1), found, np.nan)
-
-
-def _flywheel(cycle: Cycle, number: int) -> Reals:
-    speed = rate(cycle, number)[..., 0]
-    return flywheel_inertia(_fluctuation(cycle, number), of_designs(cycle.scene.unevenness[number]), speed)
-
-
-def _added_flywheel(cycle: Cycle, number: int) -> Reals:
-    own = cycle.once(load_inertia, number) + cycle.scene.mechanism.drives[number].inertia
-    return added_inertia(_flywheel(cycle, number), own)
-
-
-def _load_effort(cycle: Cycle, number: int) -> Reals:
-    """Effort without that of the rotor."""
-    return effort(cycle, number) - cycle.scene.mechanism.drives[number].inertia * acceleration(cycle, number)
-
-
-def motor_torque(cycle: Cycle, number: int) -> Reals:
-    """Torque of a motor at its shaft [N m], shape (..., positions)."""
-    motor, load = cycle.scene.motors[number], _load_effort(cycle, number)
-    return shaft_torque(motor, load, rate(cycle, number), acceleration(cycle, number))
-
-
-def motor_speed(cycle: Cycle, number: int) -> Reals:
-    """Speed of a motor at its shaft [rad/s], shape (..., positions)."""
-    return np.asarray(cycle.scene.motors[number].gear_ratio * rate(cycle, number))
-
-
-def _use(cycle: Cycle, number: int) -> Reals:
-    motor = cycle.scene.motors[number]
-    there = available_torque(motor, motor_speed(cycle, number))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.abs(motor_torque(cycle, number)) / there
-
-
-def _inertia_ratio(cycle: Cycle, number: int) -> Reals:
-    motor = cycle.scene.motors[number]
-    own = np.where(np.equal(motor.reduced_inertia, 0), np.nan, motor.reduced_inertia)
-    ratio: Reals = cycle.once(load_inertia, number) / own
-    return ratio
-
-
-def _least_ratio(cycle: Cycle, number: int) -> Reals:
-    motor, counts = cycle.scene.motors[number], cycle.weights > 0.0
-    load, moved, changed = (
-        np.where(counts, values(cycle, number), 0.0) for values in (_load_effort, rate, acceleration)
-    )
-    return least_torque_ratio(motor, load, moved, changed, cycle.weights)
-
-
-def _matched_ratio(cycle: Cycle, number: int) -> Reals:
-    own = np.asarray(of_designs(cycle.scene.motors[number].inertia), float)
-    load = mean(np.where(cycle.weights > 0.0, cycle.once(load_inertia, number), 0.0), cycle.weights)
-    return inertia_matched_ratio(load, np.where(own == 0, np.nan, own))
-
-
-def _pressure(cycle: Cycle, number: int) -> Reals:
-    return working_pressure(cycle.scene.cylinders[number], effort(cycle, number))
-
-
-def _flow(cycle: Cycle, number: int) -> Reals:
-    return flow_rate(cycle.scene.cylinders[number], rate(cycle, number))
-
-
-def _rod_buckling(cycle: Cycle, number: int) -> Reals:
-    return buckling_safety(cycle.scene.cylinders[number], effort(cycle, number))
-
-
-def _units(turns: str, slides: str, of: Kind = DRIVE) -> Callable[[Scene], list[str]]:
-    return lambda scene: [turns if scene.mechanism.drives[n].turns else slides for n in drives_of(scene, of)]
+def _units(turns: str, slides: str) -> Callable[[Scene], list[str]]:
+    return lambda scene: [turns if drive.turns else slides for drive in scene.mechanism.drives]
 
 
 def _effort_units(scene: Scene) -> list[str]:
@@ -210,40 +70,14 @@ DRIVE_FIGURES: tuple[Figure, ...] = (
     Figure("drive_rms", "effort of a drive, root mean square", _effort_units, DRIVE,
            _over_time(root_mean_square, effort), AVERAGE),
     Figure("drive_mean", "effort of a drive, mean", _effort_units, DRIVE, _over_time(mean, effort), AVERAGE),
-    Figure("drive_speed", "speed of a drive", _units("rad/s", "m/s"), DRIVE, each(of_drive(rate)), rigid=True),
-    Figure("drive_power", "power of a drive", "W", DRIVE, each(of_drive(power))),
+    Figure("drive_speed", "speed of a drive", _units("rad/s", "m/s"), DRIVE, each(_each(rate)), rigid=True),
+    Figure("drive_power", "power of a drive", "W", DRIVE, each(_each(power))),
     Figure("drive_mean_power", "mean power of a drive", "W", DRIVE, _over_time(mean, power), AVERAGE),
     Figure("energy_taken", "energy of a drive, taken in a cycle", "J", DRIVE, _over_time(energy_taken, power), AVERAGE),
     Figure("energy_given", "energy of a drive, given back in a cycle", "J", DRIVE, _over_time(energy_given, power),
            AVERAGE),
     Figure("load_inertia", "inertia of the links, reduced to a drive", _units("kg m^2", "kg"), DRIVE,
-           each(of_drive(lambda cycle, number: cycle.once(load_inertia, number))), rigid=True),
-    Figure("energy_fluctuation", "energy that a flywheel on a drive would take up", "J", DRIVE,
-           averaged(of_drive(_fluctuation)), AVERAGE),
-    Figure("flywheel", "total inertia that keeps a drive as even as allowed", "kg m^2", UNEVEN,
-           averaged(of_drive(_flywheel, UNEVEN)), AVERAGE),
-    Figure("flywheel_added", "inertia to add that keeps a drive as even as allowed", "kg m^2", UNEVEN,
-           averaged(of_drive(_added_flywheel, UNEVEN)), AVERAGE),
-    Figure("motor_torque", "motor torque", "N m", MOTOR, each(of_drive(motor_torque, MOTOR))),
-    Figure("motor_rms", "motor torque, root mean square", "N m", MOTOR,
-           _over_time(root_mean_square, motor_torque, MOTOR), AVERAGE),
-    Figure("motor_speed", "motor speed", "rad/s", MOTOR, each(of_drive(motor_speed, MOTOR)), rigid=True),
-    Figure("motor_mean_speed", "mean motor speed", "rad/s", MOTOR,
-           _over_time(lambda values, weight: mean(np.abs(values), weight), motor_speed, MOTOR), AVERAGE, rigid=True),
-    Figure("motor_use", "motor torque over the most at its speed", "1", MOTOR, each(of_drive(_use, MOTOR))),
-    Figure("inertia_ratio", "load inertia over motor inertia", "1", MOTOR,
-           each(of_drive(_inertia_ratio, MOTOR)), rigid=True),
-    Figure("least_ratio", "gear ratio of the least torque, root mean square", _units("1", "rad/m", MOTOR), MOTOR,
-           averaged(of_drive(_least_ratio, MOTOR)), AVERAGE),
-    Figure("matched_ratio", "gear ratio that matches the inertias", _units("1", "rad/m", MOTOR), MOTOR,
-           averaged(of_drive(_matched_ratio, MOTOR)), AVERAGE, rigid=True),
-    Figure("pressure", "cylinder pressure", "Pa", CYLINDER, each(of_drive(_pressure, CYLINDER))),
-    Figure("flow", "cylinder flow", "m^3/s", CYLINDER, each(of_drive(_flow, CYLINDER)), rigid=True),
-    Figure("rod_slenderness", "slenderness of a cylinder's rod", "1", CYLINDER,
-           averaged(of_drive(lambda cycle, number: cycle.scene.cylinders[number].slenderness, CYLINDER)), AVERAGE,
-           rigid=True),
-    Figure("rod_buckling", "buckling safety of a cylinder's rod", "1", CYLINDER,
-           least(of_drive(_rod_buckling, CYLINDER)), LEAST),
+           each(_each(lambda cycle, number: cycle.once(load_inertia, number))), rigid=True),
 )  # fmt: skip
 
 

@@ -19,7 +19,6 @@ from kinelast.scene.figure import (
     CAM,
     CLEARANCE,
     CLEARANCES,
-    CYLINDER,
     DRIVE,
     EYE,
     FACED,
@@ -32,7 +31,6 @@ from kinelast.scene.figure import (
     LEAST,
     LINK,
     MOST,
-    MOTOR,
     PIN,
     PLAIN,
     POINT,
@@ -42,7 +40,6 @@ from kinelast.scene.figure import (
     RUBBING,
     SCENE,
     STOPPING,
-    UNEVEN,
     Figure,
     Kind,
     averaged,
@@ -59,9 +56,9 @@ from kinelast.scene.limits import Limit
 from rigid.arrays import Integers, Reals
 
 __all__ = [
-    "AVERAGE", "BEAM", "BEARING", "CAM", "CLEARANCE", "CLEARANCES", "CYLINDER", "DRIVE", "EYE", "FACED", "FATIGUED",
-    "FIXED", "FRICTION", "HELD", "JOINT", "LARGEST", "LEAST", "LINK", "MOST", "MOTOR", "PIN", "PLAIN", "POINT",
-    "PRESSED", "ROLLED", "ROLLING", "RUBBING", "SCENE", "STOPPING", "UNEVEN", "Figure", "Kind", "averaged", "each",
+    "AVERAGE", "BEAM", "BEARING", "CAM", "CLEARANCE", "CLEARANCES", "DRIVE", "EYE", "FACED", "FATIGUED",
+    "FIXED", "FRICTION", "HELD", "JOINT", "LARGEST", "LEAST", "LINK", "MOST", "PIN", "PLAIN", "POINT",
+    "PRESSED", "ROLLED", "ROLLING", "RUBBING", "SCENE", "STOPPING", "Figure", "Kind", "averaged", "each",
     "fixed", "has_part", "items_of", "largest_of", "least", "sole", "whole",
 ]  # fmt: skip
 """Names of `kinelast.scene.figure`, which files of this room and above take from here."""

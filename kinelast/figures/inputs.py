@@ -14,6 +14,7 @@ from kinelast.figures.parts import fastest_drive
 from kinelast.figures.results import Results
 from kinelast.scene.data import Scene
 from kinelast.scene.numbers import number, percent, quantity
+from kinelast.scene.parts import PARTS
 from rigid import LineLoad, PointLoad, Resistance
 
 INPUTS = "Inputs"
@@ -26,21 +27,6 @@ USUAL = {  # by what has it and the name it has there: words, least and most, un
         "E": ("E", 1e6, 2e12, "Pa", "210 GPa"),
         "density": ("density", 10.0, 3e4, "kg/m^3", "7.85 g/cm^3"),
         "yield_stress": ("yield stress", 1e3, 1e11, "Pa", "250 MPa"),
-    },
-    "cylinder": {  # from a syringe to a press of 100,000 t
-        "bore": ("bore", 1e-4, 5.0, "m", "40 mm"),
-        "rod": ("rod", 0.0, 5.0, "m", "25 mm"),
-        "modulus": ("modulus of the rod", 1e8, 2e12, "Pa", "206 GPa"),
-        "pressure": ("pressure", 1e4, 1e9, "Pa", "160 bar"),
-        "flow": ("flow", 1e-12, 1.0, "m^3/s", "6 l/min"),
-    },
-    "motor": {  # from a watch's to a ship's
-        "rated_torque": ("rated torque", 1e-9, 1e8, "N m", "3 N m"),
-        "peak_torque": ("peak torque", 1e-9, 1e8, "N m", "9 N m"),
-        "stall_torque": ("stall torque", 1e-9, 1e8, "N m", "9 N m"),
-        "rated_speed": ("rated speed", 1e-3, FAST, "rad/s", "3000 rpm"),
-        "top_speed": ("top speed", 1e-3, FAST, "rad/s", "6000 rpm"),
-        "rotor_inertia": ("inertia of the rotor", 0.0, 1e6, "kg m^2", "12 kg cm^2"),
     },
     "bearing": {
         "diameter": ("diameter", 1e-5, 10.0, "m", "10 mm"),
@@ -75,8 +61,9 @@ def input_findings(results: Results) -> Iterator[Finding]:
 def _numbers(results: Results) -> Iterator[Finding]:
     """Numbers that no solid and no mechanism has: most likely without their units."""
     yield from _sizes(results)
+    usual = {**USUAL, **{part.drive_row: part.usual for part in PARTS}}
     for kind, whose, owner in _owners(results.scene):
-        for name, (what, least, most, unit, example) in USUAL[kind].items():
+        for name, (what, least, most, unit, example) in usual[kind].items():
             value = getattr(owner, name, None)
             if value is not None and math.isfinite(value) and value and not least <= value <= most:
                 told = f"{what} of {whose} is {float(value):.4g} {unit}, which hardly a {kind} has"
@@ -89,10 +76,11 @@ def _numbers(results: Results) -> Iterator[Finding]:
 
 def _owners(scene: Scene) -> Iterator[tuple[str, str, Any]]:
     """Parts with their kind, as of `USUAL`, and their name in words."""
-    drives = scene.mechanism.drives
     yield from (("solid", name, each) for name, each in scene.materials.items())
-    yield from (("cylinder", f'the cylinder of "{drives[at].name}"', each) for at, each in scene.cylinders.items())
-    yield from (("motor", f'the motor of "{drives[at].name}"', each) for at, each in scene.motors.items())
+    for part in PARTS:
+        if part.drive_row:
+            owned = part.of(scene).items()
+            yield from ((part.drive_row, f'the {part.drive_row} of "{drive}"', each) for drive, each in owned)
     for joint, parts in scene.bearings.items():
         for own in (parts, parts.rolling, parts.plain, parts.pin, parts.eye):
             yield "bearing", f'the joint "{joint}"', own

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from elastic.assessment import harmonics
 from kinelast.figures.cycle import NOISE
 from kinelast.figures.drives import CAM_FIGURES, cam_flanks, cam_force
-from kinelast.figures.entry import CYLINDER, DRIVE, HELD, MOTOR, items_of
+from kinelast.figures.entry import DRIVE, HELD, items_of
 from kinelast.figures.joints import JOINT_FIGURES, lost_contact, numbers_with
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, figure, largest
@@ -226,19 +226,19 @@ POWERS = "", "^2", "^3"  # of the second, in the units of derivatives
 
 
 def drive_figures(results: Results) -> list[dict[str, Any]]:
-    """Figures of every drive, peaks of its law, and those of its motor, by the data of the scene, and its cylinder."""
+    """Figures of every drive, peaks of its law, and data and figures of its parts."""
     scene = results.scene
     names = items_of(scene, DRIVE)
     rows = []
     for number, name in enumerate(names):
         row: dict[str, Any] = {key: each for key, of in DRIVE_KEYS.items() if (each := _figure_of(results, of, name))}
         row["law"] = law_figures(scene, number)
-        for part, of in ((scene.motors.get(number), MOTOR), (scene.cylinders.get(number), CYLINDER)):
-            if part is not None:
-                keys = [each.key for each in results.figures.figures if each.of == of]
-                data = {key: float(np.ravel(value)[0]) for key, value in vars(part).items()}
+        for part in PARTS:
+            if part.drive_row and name in part.of(scene):
+                data = {key: float(np.ravel(value)[0]) for key, value in vars(part.of(scene)[name]).items()}
                 given = {key: value if math.isfinite(value) else None for key, value in data.items()}
-                row[of.name] = {"given": given, **{key: _figure_of(results, key, name) for key in keys}}
+                found = {each.key: _figure_of(results, each.key, name) for each in part.figures}
+                row[part.drive_row] = {"given": given, **found}
         rows.append(row)
     return rows
 
@@ -292,15 +292,20 @@ def _marks(results: Results, there: Flags) -> list[dict[str, Any]]:
 
 
 def part_rows(results: Results) -> dict[str, dict[str, dict[str, Any]]]:
-    """Facts and figures of the parts of every kind, by kind and name."""
-    return {part.key: {name: _part_row(results, part, name) for name in part.of(results.scene)} for part in PARTS}
+    """Facts and figures of the parts that have a section of their own, by kind and name."""
+    return {
+        part.key: {
+            name: _part_row(results, part, name, part.facts(own)) for name, own in part.of(results.scene).items()
+        }
+        for part in PARTS
+        if part.facts is not None
+    }
 
 
-def _part_row(results: Results, part: Part[Any], name: str) -> dict[str, Any]:
-    facts = part.facts(part.of(results.scene)[name]).items()
+def _part_row(results: Results, part: Part[Any], name: str, facts: Mapping[str, Any]) -> dict[str, Any]:
     figures = {each.key: _figure_of(results, each.key, name) for each in part.figures}
     return {
-        **{key: figure(*fact) if isinstance(fact, tuple) else fact for key, fact in facts},
+        **{key: figure(*fact) if isinstance(fact, tuple) else fact for key, fact in facts.items()},
         "figures": {key: found for key, found in figures.items() if found is not None},
     }
 

@@ -2,51 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from kinelast.figures.drives import CAM_NEEDS, cam_faults
-from kinelast.figures.entry import CYLINDER, EYE, FATIGUED, PIN, PRESSED, ROLLING, UNEVEN, Kind, items_of
+from kinelast.figures.entry import EYE, FATIGUED, PIN, PRESSED, ROLLING, items_of
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
+from kinelast.scene.figure import RangeCheck
+from kinelast.scene.parts import PARTS
 from machine import Range
 from machine.cams import HERTZ_RANGE
-from machine.drives import ROD_RANGE, UNEVENNESS_RANGE
 from machine.joints import EYE_RANGE, LOAD_RANGE, OVERLAP_RANGE, PIN_RANGE, SLIP_RANGE, STATIC_RANGE
 from machine.life import CYCLES_RANGE, YIELD_RANGE
 from rigid.arrays import Flags
-
-
-@dataclass(frozen=True)
-class RangeCheck:
-    """Check of a formula's range.
-
-    Attributes
-    ----------
-    range
-        The range.
-    of
-        Kind of the items, see `items_of`.
-    by
-        Key of the figure that is checked, with the same items.
-    refuses
-        Keys of figures with the same items. Outside the range, their limits cannot be judged.
-    quantity
-        From scene and values of the figure, shape (items, ...), to the checked quantity.
-    """
-
-    range: Range
-    of: Kind
-    by: str
-    refuses: tuple[str, ...] = ()
-    quantity: Callable[[Scene, Any], Any] = lambda _, values: values
-
-
-def _unevenness(scene: Scene, _: Any) -> Any:
-    return np.array([np.ravel(scene.unevenness[number])[0] for number in sorted(scene.unevenness)])
 
 
 def _over_yield(scene: Scene, pressures: Any) -> Any:
@@ -62,8 +33,7 @@ CHECKS = (
     RangeCheck(SLIP_RANGE, ROLLING, "bearing_load_share"),
     RangeCheck(PIN_RANGE, PIN, "pin_safety"),
     RangeCheck(EYE_RANGE, EYE, "eye_safety"),
-    RangeCheck(ROD_RANGE, CYLINDER, "rod_slenderness"),
-    RangeCheck(UNEVENNESS_RANGE, UNEVEN, "flywheel", quantity=_unevenness),
+    *(check for part in PARTS for check in part.checks),
     RangeCheck(HERTZ_RANGE, PRESSED, "cam_pressure", quantity=_over_yield),
     RangeCheck(YIELD_RANGE, FATIGUED, "safety"),
     RangeCheck(CYCLES_RANGE, FATIGUED, "life_cycles"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
@@ -16,7 +16,7 @@ from msgspec import Struct
 from elastic import Section
 from kinelast.scene.course import Course, CourseByLaws, IntegratedCourse, Run
 from kinelast.scene.data import Scene, Theory
-from kinelast.scene.drives import DriveEffort, DriveLaw, build_cams, build_drives, cylinder_of, motor_of, unevenness_of
+from kinelast.scene.drives import DriveEffort, DriveLaw, build_cams, build_drives
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import (
@@ -154,13 +154,10 @@ def built(
         theory=_theory(table, materials, made_of),
         report_units=table.run.report_units or {"mm": "mm", "in": "in"}.get(table.units, "SI"),
         written=written_units(table),
-        motors=_of_drives(table, motor_of),
-        cylinders=_of_drives(table, cylinder_of),
-        unevenness=_of_drives(table, unevenness_of),
         bearings=build_bearings(table, mechanism),
         cams=cams,
         fatigue=_fatigue(table, beams, made_of, materials),
-        parts={part.key: part.build(part.tables(table), Assembly(table, mechanism)) for part in PARTS},
+        parts={part.key: part.build(Assembly(table, mechanism)) for part in PARTS},
     )
     return replace(scene, limits=build_limits(table, scene))
 
@@ -174,12 +171,6 @@ def _part_of_a_cycle(table: SceneTable, mechanism: Mechanism, drives: Repetition
     if table.run.duration is None or not any(np.ndim(place) for place in places):
         return False
     return bool(np.all(real(table.run.duration) < (1.0 - SAME) * drives.period))
-
-
-def _of_drives(table: SceneTable, kind: Callable[[SceneTable, int], Any]) -> dict[int, Any]:
-    """Parts of the drives by the number of the drive, of those that have one."""
-    parts = {number: kind(table, number + 1) for number in range(len(table.drives))}
-    return {number: part for number, part in parts.items() if part is not None}
 
 
 KEPT = ("rad", "rad/s", "m^3/s")  # units in place of which a file may write others, that words keep

@@ -22,7 +22,6 @@ from kinelast.scene.numbers import REPORT_UNITS, ToldIn
 from kinelast.scene.sections import Material, SectionSource
 from kinelast.scene.units import shown
 from machine.cams import Cam, cam_course
-from machine.drives import Cylinder, Motor
 from machine.joints import JointParts
 from machine.life import FatigueTask
 from rigid import SINGULAR, Mechanism, MechanismError, Motion, ReachError, TableError, motion, require_reach
@@ -97,8 +96,6 @@ class Scene:
     report_units, written
         Of page, tables and words: "SI", "mm" or "in"; and the units that the file writes angles and speeds in, by SI
         unit, of words and page.
-    motors, cylinders, unevenness
-        By the number of a drive: its motor or cylinder, and by which share of its speed it may be uneven.
     bearings
         Parts of the joints that the scene tells them of, by the name of the pin.
     cams
@@ -128,9 +125,6 @@ class Scene:
     theory: Theory = Theory()
     report_units: str = "SI"
     written: Mapping[str, tuple[float, str]] = field(default_factory=dict)
-    motors: Mapping[int, Motor] = field(default_factory=dict)
-    cylinders: Mapping[int, Cylinder] = field(default_factory=dict)
-    unevenness: Mapping[int, Any] = field(default_factory=dict)
     bearings: Mapping[str, JointParts] = field(default_factory=dict)
     cams: Mapping[str, Cam] = field(default_factory=dict)
     fatigue: FatigueTask | None = None

@@ -19,12 +19,12 @@ from kinelast.scene.loads import APART, factor_law
 from kinelast.scene.moved_joint import Drive, coordinate, moved_joint
 from kinelast.scene.names import drive_names
 from kinelast.scene.numbers import phase, quantity, real, require, vector
+from kinelast.scene.parts.motors import motor_of
 from kinelast.scene.quantities import Abscissa, Angle, Length, Time
 from kinelast.scene.sections import materials_of, poisson_of
-from kinelast.scene.tables import PER_LENGTH, CamTable, DriveTable, MotorTable
+from kinelast.scene.tables import PER_LENGTH, CamTable, DriveTable
 from kinelast.scene.units import Quantity
 from machine.cams import INNER, Cam, contact_modulus
-from machine.drives import Cylinder, Motor
 from rigid import (
     GROUND,
     ConstantSpeed,
@@ -38,7 +38,6 @@ from rigid import (
     Slider,
     TableLaw,
 )
-from rigid.arrays import Real
 
 if TYPE_CHECKING:
     from exchange import Columns
@@ -96,75 +95,6 @@ def build_drives(
             raise fault("run", "duration", 'the key is missing: with an effort, say how long to run, as in "50 ms"')
         built.append((drive, _effort(where, table, unit, start, duration, links, sliders)))
     return tuple(drive for drive, _ in built), tuple(law for _, law in built)
-
-
-def motor_of(scene: SceneTable, number: int) -> Motor | None:
-    """The motor of a drive, counted from 1; None where it names none.
-
-    Raises
-    ------
-    SceneError
-        There is no such motor, or its gear ratio does not fit the drive.
-    """
-    table = scene.drives[number - 1]
-    if table.motor is None:
-        return None
-    known_name(f"drives[{number}]", "motor", table.motor, scene.motors, "motor")
-    given = scene.motors[table.motor]
-    told = {
-        key: real(value)
-        for key in given.__struct_fields__
-        if (value := getattr(given, key)) is not None and key != "gear_ratio"
-    }
-    return Motor(**told, gear_ratio=_gear_ratio(f"motors.{table.motor}", given, table))
-
-
-def _gear_ratio(where: str, motor: MotorTable, drive: DriveTable) -> Real:
-    """Angle of the motor over the drive's coordinate."""
-    ratio = motor.gear_ratio
-    if ratio is None and drive.turns:
-        return 1.0
-    if ratio is None or (ratio.unit in ("", "rad/rad")) != drive.turns:
-        what = "turns" if drive.turns else "slides"
-        expected = "a number" if drive.turns else 'an angle to a length, as in "628 rad/m" or "10 mm/rad"'
-        raise fault(where, "gear_ratio", f'expected {expected}, as "{drive.name}" {what}')
-    value: Real = real(ratio)
-    return 1.0 / value if ratio.unit == "m/rad" else value
-
-
-def cylinder_of(scene: SceneTable, number: int) -> Cylinder | None:
-    """The cylinder of a drive, counted from 1; None where it names none.
-
-    Raises
-    ------
-    SceneError
-        There is no such cylinder, its rod is not thinner than its bore, or the drive turns.
-    """
-    table = scene.drives[number - 1]
-    if table.cylinder is None:
-        return None
-    known_name(f"drives[{number}]", "cylinder", table.cylinder, scene.cylinders, "cylinder")
-    if table.turns:
-        raise fault(f"drives[{number}]", "cylinder", "a cylinder drives a slider, not a pin")
-    given, where = scene.cylinders[table.cylinder], f"cylinders.{table.cylinder}"
-    told = {key: real(value) for key in given.__struct_fields__ if (value := getattr(given, key)) is not None}
-    cylinder = Cylinder(**{"modulus" if key == "E" else key: value for key, value in told.items()})
-    require(cylinder.rod < cylinder.bore, where, "rod", "expected a diameter below bore")
-    return cylinder
-
-
-def unevenness_of(scene: SceneTable, number: int) -> Real | None:
-    """Unevenness of speed that a drive, counted from 1, may have; None where it tells none.
-
-    Raises
-    ------
-    SceneError
-        The drive is not at constant speed.
-    """
-    table = scene.drives[number - 1]
-    if table.unevenness is not None and (table.speed is None or table.effort is not None or not table.turns):
-        raise fault(f"drives[{number}]", "unevenness", "belongs to a drive that turns at constant speed")
-    return None if table.unevenness is None else real(table.unevenness)
 
 
 def _require_one_way(where: str, table: DriveTable) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from elastic import Largest, largest_row
 from kinelast.scene.names import drive_names, joint_words, points_of
+from machine import Range
 from machine.cams import BOTH, Cam
 from rigid.arrays import Flags, Numbers, Reals
 from rigid.kinetostatics import rubbing_joints
@@ -53,15 +54,6 @@ POINT = Kind("point", lambda scene: (name for name, _ in points_of(scene.mechani
 JOINT = Kind("joint", lambda scene: (name for name, _ in joint_words(scene.mechanism)))
 RUBBING = Kind("joint with friction", _rubbing)
 DRIVE = Kind("drive", lambda scene: drive_names(scene.mechanism))
-
-
-def _drives_with(scene: Scene, numbers: Container[int]) -> list[str]:
-    return [name for number, name in enumerate(drive_names(scene.mechanism)) if number in numbers]
-
-
-MOTOR = Kind("motor", lambda scene: _drives_with(scene, scene.motors))
-CYLINDER = Kind("cylinder", lambda scene: _drives_with(scene, scene.cylinders))
-UNEVEN = Kind("uneven drive", lambda scene: _drives_with(scene, scene.unevenness))
 FATIGUED = Kind("fatigued beam", lambda scene: scene.labels if scene.fatigue else ())
 
 
@@ -174,6 +166,31 @@ class Figure:
         if not isinstance(self.unit, str):
             return [*self.unit(scene)]
         return [self.unit] * len(items_of(scene, self.of))
+
+
+@dataclass(frozen=True)
+class RangeCheck:
+    """Check of a formula's range.
+
+    Attributes
+    ----------
+    range
+        The range.
+    of
+        Kind of the items, see `items_of`.
+    by
+        Key of the figure that is checked, with the same items.
+    refuses
+        Keys of figures with the same items whose limits cannot be judged outside.
+    quantity
+        From scene and values of the figure, shape (items, ...), to the checked quantity.
+    """
+
+    range: Range
+    of: Kind
+    by: str
+    refuses: tuple[str, ...] = ()
+    quantity: Callable[[Scene, Any], Any] = lambda _, values: values
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,6 @@ from kinelast.scene.tables import (
     Amount,
     BearingTable,
     CamTable,
-    CylinderTable,
     DriveTable,
     FatigueTable,
     GearTable,
@@ -48,7 +47,6 @@ from kinelast.scene.tables import (
     LengthUnit,
     LimitsTable,
     LoadTable,
-    MotorTable,
     Name,
     OptimizeTable,
     Place,
@@ -349,8 +347,6 @@ class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
     joints: dict[Name, JointTable] = field(default_factory=dict)  #: joints that rub, give way or do not fit
     masses: dict[Name, Mass] = field(default_factory=dict)  #: point masses at joints
     drives: list[DriveTable] = field(default_factory=list)  #: one for every freedom
-    motors: dict[Name, MotorTable] = field(default_factory=dict)  #: motors that drives name
-    cylinders: dict[Name, CylinderTable] = field(default_factory=dict)  #: cylinders that drives name
     cams: dict[Name, CamTable] = field(default_factory=dict)  #: cams that give drives their motions
     loads: list[LoadTable] = field(default_factory=list)  #: forces and moments besides inertia and weight
     gears: list[GearTable] = field(default_factory=list)  #: pairs of joints whose coordinates are tied

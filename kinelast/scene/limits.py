@@ -10,10 +10,8 @@ from kinelast.scene.error import SceneError, fault, known_name, likely
 from kinelast.scene.figure import (
     BEAM,
     CAM,
-    CYLINDER,
     EYE,
     FATIGUED,
-    MOTOR,
     OUTPUT_ERROR,
     PIN,
     PLAIN,
@@ -25,7 +23,6 @@ from kinelast.scene.figure import (
     Limit,
 )
 from kinelast.scene.format import SceneTable
-from kinelast.scene.names import drive_names
 from kinelast.scene.numbers import real
 from kinelast.scene.parts import PARTS
 from kinelast.scene.tables import (
@@ -46,19 +43,6 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
 
 __all__ = ["OUTPUT_ERROR", "Limit"]
-MOTOR_LIMITS = {  # by the key of a motor, the figure that it bounds, and its unit
-    "rated_torque": ("motor_rms", "N m"),
-    "peak_torque": ("motor_torque", "N m"),
-    "rated_speed": ("motor_mean_speed", "rad/s"),
-    "top_speed": ("motor_speed", "rad/s"),
-    "inertia_ratio": ("inertia_ratio", "1"),
-}
-CYLINDER_LIMITS = {
-    "pressure": ("pressure", "Pa"),
-    "flow": ("flow", "m^3/s"),
-    "buckling_safety": ("rod_buckling", "1"),
-}
-
 CAM_LIMITS = {  # by the key of a cam: the figure, its unit, and whether it may not be less
     "pressure": ("cam_pressure", "Pa", False),
     "pressure_angle": ("cam_pressure_angle", "rad", False),
@@ -137,11 +121,10 @@ def build_limits(table: SceneTable, scene: Scene) -> tuple[Limit, ...]:
 def _limits(table: SceneTable, scene: Scene) -> Iterator[Limit]:
     limits, mechanism = table.limits, scene.mechanism
     yield from _of_links(table, limits, "")
-    yield from _of_drives(table, mechanism)
-    yield from _of_bearings(table)
-    yield from _of_cams(table)
     for part in PARTS:
         yield from part.limits(table, scene)
+    yield from _of_bearings(table)
+    yield from _of_cams(table)
     elastic = [link.name for link in mechanism.links[1:] if link.beams]
     for name, own in limits.links.items():
         known_name("limits.links", name, name, elastic, "link with beams")
@@ -214,7 +197,7 @@ BEARING_LIMITS: Mapping[Kind, Mapping[str, tuple[str, str, bool]]] = {
 
 
 def sets_limit(path: str) -> bool:
-    """Whether a number of a motor, cylinder, bearing or cam, by its path, is a limit, and changes nothing else.
+    """Whether a number of a part, by its path, is a limit, and changes nothing else.
 
     Examples
     --------
@@ -224,10 +207,8 @@ def sets_limit(path: str) -> bool:
     table, _, rest = path.partition(".")
     part, _, key = rest.rpartition(".")
     of_parts = {kind.name: bounds for kind, bounds in BEARING_LIMITS.items()}.get(part.rpartition(".")[2], {})
-    known: dict[str, Any] = {"motors": MOTOR_LIMITS, "cylinders": CYLINDER_LIMITS, "bearings": of_parts}
-    known["cams"] = CAM_LIMITS
-    limits = known.get(table, {})
-    return key not in ("top_speed", "peak_torque") and key in limits  # these two tell what there is at a speed
+    known: dict[str, Any] = {"bearings": of_parts, "cams": CAM_LIMITS}
+    return key in known.get(table, {}) or any(part.sets_limit(key) for part in PARTS if part.key == table)
 
 
 def _of_bearings(table: SceneTable) -> Iterator[Limit]:
@@ -248,21 +229,6 @@ def _of_cams(table: SceneTable) -> Iterator[Limit]:
             value = getattr(cam, key)
             if value is not None:
                 yield Limit(figure, real(value), least, name, unit, PRESSED if key == "pressure" else CAM)
-
-
-def _of_drives(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
-    """Limits of motors and cylinders to the efforts and speeds of their drives."""
-    for number, name in enumerate(drive_names(mechanism)):
-        drive = table.drives[number]
-        motor = None if drive.motor is None else table.motors.get(drive.motor)
-        cylinder = None if drive.cylinder is None else table.cylinders.get(drive.cylinder)
-        for part, of, bounds in ((motor, MOTOR, MOTOR_LIMITS), (cylinder, CYLINDER, CYLINDER_LIMITS)):
-            for key, (figure, unit) in bounds.items():
-                value = None if part is None else getattr(part, key)
-                if value is not None:
-                    yield Limit(figure, real(value), key == "buckling_safety", name, unit, of)
-        if motor is not None and motor.stall_torque is not None and motor.top_speed is not None:
-            yield Limit("motor_use", 1.0, False, name, "1", MOTOR)
 
 
 def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:

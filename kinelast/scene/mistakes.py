@@ -14,6 +14,7 @@ from typing import Any
 
 from kinelast.scene.error import SceneError
 from kinelast.scene.parsing import parse_toml, read_toml
+from kinelast.scene.parts import PARTS
 
 MOST = 100  # reported mistakes
 MOST_LETTERS = 2_000_000  # letters read in all repeated checks
@@ -24,8 +25,7 @@ STANDING_IN = {  # replacements of entries that cannot be repaired, so that othe
     "materials": {"E": 2e11, "density": 8e3, "yield": 2e8, "ultimate": 4e8, "endurance": 1e8},
     "sections": {"shape": "rectangle", "depth": 0.01, "width": 0.01},
     "joints": {},
-    "motors": {},
-    "cylinders": {"bore": 0.05},
+    **{part.key: part.stand_in for part in PARTS if part.stand_in is not None},
 }
 OF_ITSELF = re.compile(
     r'expected|there is no|the (point|link) "[^"]*" has no'

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
-from msgspec import defstruct, field
+from msgspec import defstruct
+from msgspec import field as entry
 
-from kinelast.scene.figure import LEAST, Figure, Limit, items_of
+from kinelast.scene.figure import LEAST, Figure, Limit, RangeCheck, items_of
 from kinelast.scene.numbers import real
 from kinelast.scene.tables import Name, StrictTable
 from kinelast.scene.units import Quantity
@@ -57,35 +58,57 @@ class Part(Generic[Built]):
     words
         Description of that entry of the scene.
     table
-        Table of one such part.
+        Table of one such part; None if a drive holds its data.
     build
-        From the tables by name and the mechanism to the built parts by name; raises SceneError.
+        From the mechanism and the tables to the built parts by name; raises SceneError.
     figures
         Its figures. `Figure.limit` names the key of the table that bounds one.
     facts
-        Data of a part that the summary states besides its figures: texts, or values with their SI units.
+        Data of a part that its section of the summary states besides the figures: texts, or values with SI units. None
+        if it has no such section.
     strokes
         Its symbol in a scene.
     begin
         From the table and the name of what is chosen in the editor to the keys of a new part; None if it needs another
         choice.
     menu
-        Name of a new part and of what has to be chosen for it.
+        Name of a new part and of what has to be chosen for it; empty if the editor adds it otherwise.
+    checks
+        Ranges of its formulas.
+    owned
+        From the tables and the scene to its tables by the names of the built parts, if these are not the tables' names.
+    drive_row
+        Key of its row in the summary of its drive; empty if it has none.
+    on_axis
+        Whether its numbers can be arrays of designs.
+    more_than_limits
+        Keys that bound one figure and change another.
+    usual
+        By attribute of a built part: its name in words, usual least and most, their unit, and an example.
+    stand_in
+        Table in place of one with mistakes; None if nothing names such a part.
     """
 
     key: str
     words: str
-    table: type[StrictTable]
-    build: Callable[[Mapping[str, Any], Assembly], Mapping[str, Built]]
+    table: type[StrictTable] | None
+    build: Callable[[Assembly], Mapping[str, Built]]
     figures: tuple[Figure, ...] = ()
-    facts: Callable[[Built], Mapping[str, str | tuple[Any, str]]] = lambda _: {}
+    facts: Callable[[Built], Mapping[str, str | tuple[Any, str]]] | None = None
     strokes: Callable[[Scene], Iterable[Stroke]] = lambda _: ()
     begin: Callable[[str, str], Mapping[str, Any] | None] = lambda *_: {}
     menu: str = ""
+    checks: tuple[RangeCheck, ...] = ()
+    owned: Callable[[SceneTable, Scene], Mapping[str, Any]] | None = None
+    drive_row: str = ""
+    on_axis: bool = False
+    more_than_limits: tuple[str, ...] = ()
+    usual: Mapping[str, tuple[str, float, float, str, str]] = field(default_factory=dict)
+    stand_in: Mapping[str, Any] | None = None
 
     def tables(self, scene: SceneTable) -> Mapping[str, Any]:
         """Its tables by name."""
-        tables: Mapping[str, Any] = getattr(scene, self.key)
+        tables: Mapping[str, Any] = {} if self.table is None else getattr(scene, self.key)
         return tables
 
     def of(self, scene: Scene) -> Mapping[str, Built]:
@@ -94,9 +117,14 @@ class Part(Generic[Built]):
 
     def limits(self, table: SceneTable, scene: Scene) -> Iterator[Limit]:
         """Limits that its tables set."""
-        bounded = [each for each in self.figures if each.limit]
+        keys = () if self.table is None else self.table.__struct_fields__
+        bounded = sorted(
+            (each for each in self.figures if each.limit),
+            key=lambda each: keys.index(each.limit) if each.limit in keys else len(keys),
+        )
         units = {each.key: dict(zip(items_of(scene, each.of), each.units(scene), strict=True)) for each in bounded}
-        for name, own in self.tables(table).items():
+        tables = self.tables(table) if self.owned is None else self.owned(table, scene)
+        for name, own in tables.items():
             for each in bounded:
                 value = getattr(own, each.limit)
                 if value is not None and name in units[each.key]:
@@ -104,11 +132,17 @@ class Part(Generic[Built]):
                     bound = value.within(unit) if isinstance(value, Quantity) else real(value)
                     yield Limit(each.key, bound, each.over == LEAST, name, unit, each.of)
 
+    def sets_limit(self, key: str) -> bool:
+        """Whether a key of its table bounds a figure, and changes nothing else."""
+        return key not in self.more_than_limits and any(each.limit == key for each in self.figures)
+
 
 def with_parts(table: type[StrictTable], name: str, parts: Iterable[Part[Any]]) -> type[StrictTable]:
     """A table that also has the tables of parts, by their keys."""
-    fields: list[Any] = [(part.key, dict[Name, part.table], field(default_factory=dict)) for part in parts]  # type: ignore[name-defined]
-    words = {part.key: part.words for part in parts}
+    owned: Any = dict
+    known = [part for part in parts if part.table is not None]
+    fields: list[Any] = [(part.key, owned[Name, part.table], entry(default_factory=dict)) for part in known]
+    words = {part.key: part.words for part in known}
     namespace = {"__doc__": table.__doc__, "key_words": words}
     made = defstruct(name, fields, bases=(table,), namespace=namespace, module=table.__module__, frozen=True,
                      forbid_unknown_fields=True, kw_only=True)  # fmt: skip

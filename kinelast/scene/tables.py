@@ -17,15 +17,11 @@ from kinelast.scene.quantities import (
     Direction,
     Duration,
     Effort,
-    FlowRate,
     Force,
     ForcePerLength,
-    GearRatio,
-    Inertia,
     Length,
     LoadRating,
     Moment,
-    Pressure,
     PressureAngle,
     PressureSpeed,
     Ratio,
@@ -36,9 +32,7 @@ from kinelast.scene.quantities import (
     Stiffness,
     Stress,
     Time,
-    Torque,
     TurnCompliance,
-    TurningSpeed,
 )
 from rigid.laws import CURVES
 
@@ -169,38 +163,6 @@ class DriveTable(JointNameTable, frozen=True, kw_only=True):
 
 
 Factor = Annotated[float, Meta(gt=0)]
-
-
-class MotorTable(StrictTable, frozen=True, kw_only=True):
-    """A motor with its gearbox; torques and inertias are at the motor shaft."""
-
-    #: continuous torque; limit of the root mean square of the torque [none]
-    rated_torque: Torque | None = None
-    peak_torque: Torque | None = None  #: peak torque; limit of the largest torque [none]
-    #: stall torque of a motor whose torque falls linearly to zero at `top_speed` [none]
-    stall_torque: Torque | None = None
-    rated_speed: TurningSpeed | None = None  #: rated speed; limit of the mean speed [none]
-    top_speed: TurningSpeed | None = None  #: top speed; limit of the largest speed [none]
-    rotor_inertia: Inertia | None = None  #: inertia of the rotor, added to the load of the drive [0]
-    #: inertia of the gearbox at the motor shaft, as in catalogues; added to the load of the drive [0]
-    gear_inertia: Inertia | None = None
-    #: motor angle / drive angle; for a sliding drive motor angle / travel, or a lead [1]
-    gear_ratio: GearRatio | None = None
-    efficiency: Share | None = None  #: efficiency of the gearbox, in both directions [1]
-    #: limit of load inertia / (motor + gearbox inertia), at the same shaft [none]
-    inertia_ratio: Factor | None = None
-
-
-class CylinderTable(StrictTable, frozen=True, kw_only=True):
-    """A hydraulic or pneumatic cylinder of a sliding drive."""
-
-    bore: Size  #: diameter of the piston
-    rod: Size | None = None  #: diameter of the rod [0]
-    length: Size | None = None  #: buckling length of the rod with pinned ends [none: buckling is not checked]
-    E: Stress | None = None  #: Young's modulus of the rod [206 GPa]
-    pressure: Pressure | None = None  #: largest supply pressure [none]
-    flow: FlowRate | None = None  #: largest supply flow [none]
-    buckling_safety: Factor | None = None  #: smallest allowed Euler load / largest push [none]
 
 
 class CamTable(StrictTable, frozen=True, kw_only=True):

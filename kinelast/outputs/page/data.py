@@ -18,11 +18,11 @@ from kinelast.figures.drives import (
     cam_outline,
     cam_pressure,
     cam_torque,
-    motor_speed,
-    motor_torque,
 )
 from kinelast.figures.results import Results
+from kinelast.scene.drive_values import of_drives
 from kinelast.scene.parts import strokes_of
+from kinelast.scene.parts.motors import motor_speed, motor_torque
 from rigid import Spring, TorsionSpring
 from rigid.arrays import Integers, Reals
 
@@ -114,9 +114,9 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
     for name in ("drive", "drive_rate"):
         store.add(name, taken(getattr(motion, name)))
     store.add("effort", taken(results.efforts))
-    motors = sorted(results.scene.motors)
     for name, of in (("motor_speed", motor_speed), ("motor_torque", motor_torque)):
-        store.add(name, np.array([taken(of(results.cycle, number)) for number in motors]).reshape(-1, len(kept)))
+        rows = of_drives("motors", of)(results.cycle)
+        store.add(name, np.array([taken(values) for values in rows]).reshape(-1, len(kept)))
     for name, of_cam in CAM_ROWS.items():
         rows = [taken(of_cam(results.cycle, cam)) for cam in results.scene.cams]
         store.add(name, np.array(rows).reshape(-1, len(kept)))

@@ -5,12 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from kinelast.scene.part import Part, Stroke
+from kinelast.scene.parts.cylinders import CYLINDERS
+from kinelast.scene.parts.flywheels import FLYWHEELS
+from kinelast.scene.parts.motors import MOTORS
 from kinelast.scene.parts.stops import STOPS
 
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene
 
-PARTS: tuple[Part[Any], ...] = (STOPS,)
+PARTS: tuple[Part[Any], ...] = (FLYWHEELS, MOTORS, CYLINDERS, STOPS)
 
 
 def strokes_of(scene: Scene) -> list[Stroke]:

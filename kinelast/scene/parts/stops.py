@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import cmath
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -73,8 +73,8 @@ class Stop:
         return np.asarray(self.middle + off - TURN * turns)
 
 
-def _built(tables: Mapping[str, StopTable], assembly: Assembly) -> dict[str, Stop]:
-    return {name: _stop(f"stops.{name}", table, assembly) for name, table in tables.items()}
+def _built(assembly: Assembly) -> dict[str, Stop]:
+    return {name: _stop(f"stops.{name}", table, assembly) for name, table in STOPS.tables(assembly.table).items()}
 
 
 def _stop(where: str, table: StopTable, assembly: Assembly) -> Stop:

@@ -1,0 +1,182 @@
+"""Motors with their gears: torque, speed and inertia at the motor's shaft, and suitable gear ratios."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kinelast.scene.drive_values import (
+    acceleration,
+    averages,
+    by_drive,
+    drive_units,
+    effort,
+    load_inertia,
+    named_tables,
+    of_drives,
+    rate,
+)
+from kinelast.scene.error import fault, known_name
+from kinelast.scene.figure import AVERAGE, Figure, Kind, averaged, each
+from kinelast.scene.numbers import real
+from kinelast.scene.part import Part
+from kinelast.scene.quantities import GearRatio, Inertia, Share, Torque, TurningSpeed
+from kinelast.scene.tables import DriveTable, Factor, StrictTable
+from machine.drives import (
+    Motor,
+    available_torque,
+    inertia_matched_ratio,
+    least_torque_ratio,
+    mean,
+    root_mean_square,
+)
+from machine.drives import motor_torque as shaft_torque
+from rigid.arrays import Real, Reals, of_designs
+
+if TYPE_CHECKING:
+    from kinelast.figures.cycle import Cycle
+    from kinelast.scene.format import SceneTable
+
+KEY = "motors"
+FASTEST = 1e5  # [rad/s], speed of usual motors
+
+
+class MotorTable(StrictTable, frozen=True, kw_only=True):
+    """A motor with its gear, for the drives that name it; torques and inertias at the motor's shaft."""
+
+    #: borne for ever: no less than the root mean square of the torque over the run [none]
+    rated_torque: Torque | None = None
+    peak_torque: Torque | None = None  #: borne for a while: no less than the largest torque [none]
+    #: at rest, of a motor whose torque falls in proportion to the speed, to none at `top_speed` [none]
+    stall_torque: Torque | None = None
+    rated_speed: TurningSpeed | None = None  #: no less than the mean speed [none]
+    top_speed: TurningSpeed | None = None  #: no less than the largest speed [none]
+    rotor_inertia: Inertia | None = None  #: of the rotor: part of what the drive moves [0]
+    #: of the gear, reduced to the motor's shaft as catalogues have it: part of what the drive moves [0]
+    gear_inertia: Inertia | None = None
+    #: angle of the motor over that of the drive; of a drive that slides an angle to a length, or a lead [1]
+    gear_ratio: GearRatio | None = None
+    efficiency: Share | None = None  #: share of the power that the gear passes on, in either direction [1]
+    #: greatest inertia of the load over that of motor and gear, both at the same shaft [none]
+    inertia_ratio: Factor | None = None
+
+    @property
+    def full_use(self) -> float | None:
+        """Largest torque over that which is available at the speed, if the line from stall to top speed is known."""
+        return None if self.stall_torque is None or self.top_speed is None else 1.0
+
+
+def motor_of(scene: SceneTable, number: int) -> Motor | None:
+    """The motor of a drive, counted from 1, or None.
+
+    Raises
+    ------
+    SceneError
+        There is no such motor, or its gear ratio does not fit the drive.
+    """
+    table, known = scene.drives[number - 1], MOTORS.tables(scene)
+    if table.motor is None:
+        return None
+    known_name(f"drives[{number}]", "motor", table.motor, known, "motor")
+    given = known[table.motor]
+    keys = {
+        key: real(value)
+        for key in given.__struct_fields__
+        if (value := getattr(given, key)) is not None and key != "gear_ratio"
+    }
+    return Motor(**keys, gear_ratio=_gear_ratio(f"motors.{table.motor}", given, table))
+
+
+def _gear_ratio(where: str, motor: MotorTable, drive: DriveTable) -> Real:
+    """Angle of the motor over the drive's coordinate."""
+    ratio = motor.gear_ratio
+    if ratio is None and drive.turns:
+        return 1.0
+    if ratio is None or (ratio.unit in ("", "rad/rad")) != drive.turns:
+        what = "turns" if drive.turns else "slides"
+        expected = "a number" if drive.turns else 'an angle to a length, as in "628 rad/m" or "10 mm/rad"'
+        raise fault(where, "gear_ratio", f'expected {expected}, as "{drive.name}" {what}')
+    value: Real = real(ratio)
+    return 1.0 / value if ratio.unit == "m/rad" else value
+
+
+def _load_effort(cycle: Cycle, number: int) -> Reals:
+    """Effort without that of the rotor."""
+    return effort(cycle, number) - cycle.scene.mechanism.drives[number].inertia * acceleration(cycle, number)
+
+
+def motor_torque(cycle: Cycle, number: int, motor: Motor) -> Reals:
+    """Torque of a motor at its shaft [N m], shape (..., positions)."""
+    return shaft_torque(motor, _load_effort(cycle, number), rate(cycle, number), acceleration(cycle, number))
+
+
+def motor_speed(cycle: Cycle, number: int, motor: Motor) -> Reals:
+    """Speed of a motor at its shaft [rad/s], shape (..., positions)."""
+    return np.asarray(motor.gear_ratio * rate(cycle, number))
+
+
+def _use(cycle: Cycle, number: int, motor: Motor) -> Reals:
+    there = available_torque(motor, motor_speed(cycle, number, motor))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.abs(motor_torque(cycle, number, motor)) / there
+
+
+def _inertia_ratio(cycle: Cycle, number: int, motor: Motor) -> Reals:
+    own = np.where(np.equal(motor.reduced_inertia, 0), np.nan, motor.reduced_inertia)
+    ratio: Reals = cycle.once(load_inertia, number) / own
+    return ratio
+
+
+def _least_ratio(cycle: Cycle, number: int, motor: Motor) -> Reals:
+    counts = cycle.weights > 0.0
+    load, moved, changed = (
+        np.where(counts, values(cycle, number), 0.0) for values in (_load_effort, rate, acceleration)
+    )
+    return least_torque_ratio(motor, load, moved, changed, cycle.weights)
+
+
+def _matched_ratio(cycle: Cycle, number: int, motor: Motor) -> Reals:
+    own = np.asarray(of_designs(motor.inertia), float)
+    load = mean(np.where(cycle.weights > 0.0, cycle.once(load_inertia, number), 0.0), cycle.weights)
+    return inertia_matched_ratio(load, np.where(own == 0, np.nan, own))
+
+
+def _mean_size(values: Reals, weight: Any) -> Reals:
+    return mean(np.abs(values), weight)
+
+
+MOTOR = Kind("motor", lambda scene: scene.parts[KEY])
+MOTORS: Part[Motor] = Part(
+    KEY, "motors that drives name", MotorTable, by_drive(motor_of),
+    (
+        Figure("motor_torque", "motor torque", "N m", MOTOR, each(of_drives(KEY, motor_torque)), limit="peak_torque"),
+        Figure("motor_rms", "motor torque, root mean square", "N m", MOTOR,
+               averages(KEY, root_mean_square, motor_torque), AVERAGE, limit="rated_torque"),
+        Figure("motor_speed", "motor speed", "rad/s", MOTOR, each(of_drives(KEY, motor_speed)), limit="top_speed",
+               rigid=True),
+        Figure("motor_mean_speed", "mean motor speed", "rad/s", MOTOR, averages(KEY, _mean_size, motor_speed),
+               AVERAGE, limit="rated_speed", rigid=True),
+        Figure("motor_use", "motor torque over the most at its speed", "1", MOTOR, each(of_drives(KEY, _use)),
+               limit="full_use"),
+        Figure("inertia_ratio", "load inertia over motor inertia", "1", MOTOR,
+               each(of_drives(KEY, _inertia_ratio)), limit="inertia_ratio", rigid=True),
+        Figure("least_ratio", "gear ratio of the least torque, root mean square", drive_units(KEY, "1", "rad/m"),
+               MOTOR, averaged(of_drives(KEY, _least_ratio)), AVERAGE),
+        Figure("matched_ratio", "gear ratio that matches the inertias", drive_units(KEY, "1", "rad/m"), MOTOR,
+               averaged(of_drives(KEY, _matched_ratio)), AVERAGE, rigid=True),
+    ),
+    owned=named_tables(KEY, "motor"),
+    drive_row="motor",
+    on_axis=True,
+    more_than_limits=("top_speed", "peak_torque"),
+    usual={  # from a watch's to a ship's
+        "rated_torque": ("rated torque", 1e-9, 1e8, "N m", "3 N m"),
+        "peak_torque": ("peak torque", 1e-9, 1e8, "N m", "9 N m"),
+        "stall_torque": ("stall torque", 1e-9, 1e8, "N m", "9 N m"),
+        "rated_speed": ("rated speed", 1e-3, FASTEST, "rad/s", "3000 rpm"),
+        "top_speed": ("top speed", 1e-3, FASTEST, "rad/s", "6000 rpm"),
+        "rotor_inertia": ("inertia of the rotor", 0.0, 1e6, "kg m^2", "12 kg cm^2"),
+    },
+    stand_in={},
+)  # fmt: skip
