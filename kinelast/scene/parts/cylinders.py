@@ -21,15 +21,15 @@ KEY = "cylinders"
 
 
 class CylinderTable(StrictTable, frozen=True, kw_only=True):
-    """A hydraulic or pneumatic cylinder, for the sliding drives that name it."""
+    """A hydraulic or pneumatic cylinder of a sliding drive."""
 
     bore: Size  #: diameter of the piston
     rod: Size | None = None  #: diameter of the rod [0]
-    length: Size | None = None  #: over which the rod may buckle, both ends pinned [none: buckling is not known]
-    E: Stress | None = None  #: of the rod [206 GPa]
-    pressure: Pressure | None = None  #: greatest that the supply gives [none]
-    flow: FlowRate | None = None  #: greatest that the supply gives [none]
-    buckling_safety: Factor | None = None  #: least of Euler's load over the largest push [none]
+    length: Size | None = None  #: buckling length of the rod with pinned ends [none: buckling is not checked]
+    E: Stress | None = None  #: Young's modulus of the rod [206 GPa]
+    pressure: Pressure | None = None  #: largest supply pressure [none]
+    flow: FlowRate | None = None  #: largest supply flow [none]
+    buckling_safety: Factor | None = None  #: smallest allowed Euler load / largest push [none]
 
 
 def _cylinder(scene: SceneTable, number: int) -> Cylinder | None:

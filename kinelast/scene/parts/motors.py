@@ -43,22 +43,22 @@ FASTEST = 1e5  # [rad/s], speed of usual motors
 
 
 class MotorTable(StrictTable, frozen=True, kw_only=True):
-    """A motor with its gear, for the drives that name it; torques and inertias at the motor's shaft."""
+    """A motor with its gearbox; torques and inertias are at the motor shaft."""
 
-    #: borne for ever: no less than the root mean square of the torque over the run [none]
+    #: continuous torque; limit of the root mean square of the torque [none]
     rated_torque: Torque | None = None
-    peak_torque: Torque | None = None  #: borne for a while: no less than the largest torque [none]
-    #: at rest, of a motor whose torque falls in proportion to the speed, to none at `top_speed` [none]
+    peak_torque: Torque | None = None  #: peak torque; limit of the largest torque [none]
+    #: stall torque of a motor whose torque falls linearly to zero at `top_speed` [none]
     stall_torque: Torque | None = None
-    rated_speed: TurningSpeed | None = None  #: no less than the mean speed [none]
-    top_speed: TurningSpeed | None = None  #: no less than the largest speed [none]
-    rotor_inertia: Inertia | None = None  #: of the rotor: part of what the drive moves [0]
-    #: of the gear, reduced to the motor's shaft as catalogues have it: part of what the drive moves [0]
+    rated_speed: TurningSpeed | None = None  #: rated speed; limit of the mean speed [none]
+    top_speed: TurningSpeed | None = None  #: top speed; limit of the largest speed [none]
+    rotor_inertia: Inertia | None = None  #: inertia of the rotor, added to the load of the drive [0]
+    #: inertia of the gearbox at the motor shaft, as in catalogues; added to the load of the drive [0]
     gear_inertia: Inertia | None = None
-    #: angle of the motor over that of the drive; of a drive that slides an angle to a length, or a lead [1]
+    #: motor angle / drive angle; for a sliding drive motor angle / travel, or a lead [1]
     gear_ratio: GearRatio | None = None
-    efficiency: Share | None = None  #: share of the power that the gear passes on, in either direction [1]
-    #: greatest inertia of the load over that of motor and gear, both at the same shaft [none]
+    efficiency: Share | None = None  #: efficiency of the gearbox, in both directions [1]
+    #: limit of load inertia / (motor + gearbox inertia), at the same shaft [none]
     inertia_ratio: Factor | None = None
 
     @property
