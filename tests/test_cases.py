@@ -355,7 +355,7 @@ class TestTolerances:
     def test_the_share_beyond_the_limit_with_the_error_of_geometry_is_in_the_same_sentence(self, answered):
         _, said, summary = answered("gripper_tolerances", "--tolerances", "--samples", "128")
         [line] = [line for line in said.splitlines() if "all limits are kept by" in line]
-        assert "with the error of their geometry 46 % of the machines are beyond it" in line
+        assert "including geometry, 46 % of machines exceed it" in line
         assert 0.3 < summary["tolerances"]["limits_kept"]["beyond"] < 0.6
 
 

@@ -78,7 +78,7 @@ def test_units_are_those_of_the_report():
 
 
 def test_a_sheet_has_an_end():
-    with pytest.raises(RequestError, match="more than a sheet of XLSX has"):
+    with pytest.raises(RequestError, match="do not fit a sheet of XLSX"):
         xlsx_bytes(Table((Column("x", np.zeros(1_048_576)),)))
 
 
@@ -89,4 +89,4 @@ def test_tables_come_in_every_format_that_is_asked_for(tmp_path, capsys):
     for stem in ("positions", "speeds"):
         assert {f"{stem}.csv", f"{stem}.html", f"{stem}.xlsx"} <= names
     assert main([*call, "--tables", "ods"]) == 2
-    assert 'no format "ods"; all: csv, parquet, html, xlsx' in capsys.readouterr().err
+    assert 'unknown format "ods"; formats: csv, parquet, html, xlsx' in capsys.readouterr().err

@@ -1,7 +1,7 @@
-"""Places of results: a folder or file that appears all at once, beside the files of others, while other runs wait.
+"""Atomic writing of result folders and files, with locks against concurrent runs.
 
-A folder is written beside its place under a name of its own and then exchanged with what is there, while a lock keeps
-other runs from the same folder. The lock's file tells the name: whoever finds it of a run that was killed cleans up.
+A folder is written under a hidden name and then exchanged with the existing one, while a lock excludes other runs. The
+lock file has the hidden name, so that the next run cleans up after a run that was killed.
 """
 
 from __future__ import annotations
@@ -26,23 +26,22 @@ from kinelast.tasks.request import RequestError, written
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 UNFINISHED = ".part"  # files
 OWNER = ".owner"  # in the place of a lock
-PATIENCE = 60.0  # [s] that another run may take to write the same folder
-PAUSE = 0.05  # [s] between two tries
-LINE = 300  # letters of a message
+PATIENCE = 60.0  # [s] longest wait for another run
+PAUSE = 0.05  # [s] between two attempts
+LINE = 300  # letters of a path in a message
 
 
 @contextmanager
 def complete(folder: Path) -> Iterator[Path]:
-    """A folder to write to, which takes the place of `folder` when all has gone well and vanishes when not.
+    """Yield a folder that replaces `folder` on success and is removed on failure.
 
-    What somebody else has put into `folder` stays there, see `foreign`; so do files of earlier runs that the new
-    summary lists as `earlier`. A file that was changed by hand is moved aside, as `NAME.edited.EXT`, and not replaced.
+    Files of other origin stay in `folder`, see `foreign`, as do files of earlier runs that the new summary lists as
+    `earlier`. A file that was changed by hand is renamed to `NAME.edited.EXT`.
 
     Raises
     ------
     RequestError
-        Somebody else's file has the name of one that is written; another run does not let go of the folder; it cannot
-        be made.
+        A file of other origin has the name of a new one, another run holds the folder, or it cannot be made.
     """
     _require_place(folder)
     with locked(folder) as hidden:
@@ -62,24 +61,23 @@ def complete(folder: Path) -> Iterator[Path]:
 
 
 def rewritten(path: Path, ours: Callable[[], bool], content: Callable[[], bytes]) -> None:
-    """Make a file of this program anew, of its content where need be, while other runs wait.
+    """Rewrite a file of this program, while other runs wait.
 
     Raises
     ------
     RequestError
-        The file that is there is of somebody else; another run does not let go of it.
+        This program did not write the existing file, or another run holds it.
     """
     with locked(path) as hidden:
         if path.exists() and not ours():
-            raise RequestError(f'"{plain(str(path), LINE)}" was not written by this program: it is left as it is')
+            raise RequestError(f'"{plain(str(path), LINE)}" was not written by this program and is not replaced')
         put(path, content(), unfinished=f"{hidden}.part")
 
 
 def put(path: Path, content: bytes, *more: Path, unfinished: str = "") -> None:
-    """Write a file that appears in its place as a whole: content, and that of `more` files behind it.
+    """Write a file atomically: content, followed by that of the files `more`.
 
-    It is on the disk before its name is. Whether the name is, is left to the system: where the machine fails right
-    after, the file may be missing.
+    The content is on the disk before the name. After a power failure, the name may be missing.
     """
     part = path.with_name(unfinished or f".{path.name}{UNFINISHED}")
     try:
@@ -98,22 +96,22 @@ def put(path: Path, content: bytes, *more: Path, unfinished: str = "") -> None:
 
 
 def sync(file: int) -> None:
-    """Wait until the disk has a file, which is when it finds that it is full."""
+    """Wait until a file is on the disk. This finds that a disk is full."""
     os.fsync(file)
 
 
 def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -> None:
-    """Put texts by their file names into a folder, beside files that this program has written there before.
+    """Add text files to a folder of this program.
 
     Parameters
     ----------
     summary
-        What a new folder's summary.json says.
+        Content of summary.json for a new folder.
 
     Raises
     ------
     RequestError
-        As `complete`.
+        See `complete`.
     """
     _require_place(folder)
     with locked(folder) as hidden:
@@ -128,7 +126,7 @@ def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -
 
 
 def _add(folder: Path, part: Path, texts: Mapping[str, str], known: Mapping[str, Any]) -> None:
-    """Put texts into a folder by way of a hidden one, its summary last."""
+    """Add text files to a folder through a hidden one, its summary last."""
     for name, text in texts.items():
         (part / name).write_text(text, encoding="utf-8", newline="")
     write_json(part / SUMMARY, with_files(known, part))
@@ -138,7 +136,7 @@ def _add(folder: Path, part: Path, texts: Mapping[str, str], known: Mapping[str,
 
 
 def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]:
-    """Names of files that somebody else has put into a folder; its summary, where that is known already."""
+    """Return the names of files in a folder that this program did not write."""
     with suppress(OSError):
         names = {entry.name for entry in folder.iterdir()}
         return sorted(names - (own_names(summary) if summary else _ours(folder))) if names else []
@@ -146,7 +144,7 @@ def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]
 
 
 def recovered(folder: Path) -> None:
-    """Clear away the leftovers of a process that has died, and bring back the folder that was there before."""
+    """Remove the leftovers of a killed process and restore the previous folder."""
     with suppress(OSError, RequestError):
         if _lock_of(folder).exists():
             with locked(folder):
@@ -154,11 +152,11 @@ def recovered(folder: Path) -> None:
 
 
 def _require_place(folder: Path) -> None:
-    """Raise where no folder can be: at a file or a link, which would lead the results elsewhere."""
+    """Raise an error if the place of a folder is a file or a link."""
     with suppress(OSError):
         if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
             shown = plain(str(folder), LINE)
-            raise RequestError(f'-o: "{shown}" is not a folder but a file or a link: move it, or choose another -o')
+            raise RequestError(f'-o: "{shown}" is a file or a link, not a folder: move it, or choose another -o')
 
 
 def _lock_of(folder: Path) -> Path:
@@ -168,22 +166,22 @@ def _lock_of(folder: Path) -> Path:
 
 @contextmanager
 def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
-    """Keep other runs from a folder or file; the name for hidden files beside it meanwhile.
+    """Lock a folder or file against other runs, and yield the name for its hidden files.
 
     Parameters
     ----------
     patience
-        Time that another run may take to let go of it [s]; `PATIENCE` where left out.
+        Longest wait for another run [s], `PATIENCE` by default.
 
     Raises
     ------
     RequestError
-        Another run holds it, or it cannot be made.
+        Another run holds the lock, or the folder cannot be made.
     """
     fresh: list[Path] = []
     hidden = HIDDEN + os.urandom(8).hex()
     path, shown = _lock_of(folder), plain(str(folder), LINE)
-    left = (PATIENCE if patience is None else patience) / PAUSE  # tries, not a time: a machine may sleep meanwhile
+    left = (PATIENCE if patience is None else patience) / PAUSE  # attempts, because a computer may sleep meanwhile
     lock = None
     try:
         try:
@@ -207,11 +205,11 @@ def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
                 _let_go(path, lock, folder, hidden)
             for place in fresh:
                 with suppress(OSError):
-                    place.rmdir()  # unless something stands in it
+                    place.rmdir()  # if it is empty
 
 
 def _mark(lock: int, folder: Path, hidden: str) -> None:
-    """Write the name for hidden files into a lock's file; those of a run that was killed are removed before."""
+    """Write the hidden name into a lock file, after removing the hidden files of a killed run."""
     before = os.read(lock, 100).decode("ascii", "replace")
     if re.fullmatch(re.escape(HIDDEN) + "[0-9a-f]{16}", before):
         _clean(folder, before)
@@ -221,21 +219,21 @@ def _mark(lock: int, folder: Path, hidden: str) -> None:
 
 
 def _let_go(path: Path, lock: int, folder: Path, hidden: str) -> None:
-    """Let go of a lock; its file goes too unless hidden files are left that it tells of."""
+    """Release a lock and remove its file, unless hidden files remain."""
     with suppress(OSError):
-        folder.with_name(f"{hidden}.part").unlink()  # where it is a file that was not finished
+        folder.with_name(f"{hidden}.part").unlink()  # an unfinished file
     if not any(folder.with_name(f"{hidden}{end}").exists() for end in (".part", ".old")):
         with suppress(OSError):
-            path.unlink()  # before it is let go of: whoever has waited for it looks whether it is still there
+            path.unlink()  # before the release: a waiting run checks that the file still exists
     with suppress(OSError):
         path.with_suffix(OWNER).unlink()
     os.close(lock)
 
 
 def _tried(path: Path) -> tuple[int | None, str]:
-    """A lock's file, open and held, or None where another run holds it; and more to say on that.
+    """Return an open, locked file, or None if another run holds it, and an addition to the message.
 
-    The system lets go of it with the process, however that ends.
+    The system releases the lock when the process ends.
     """
     lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
     try:
@@ -245,11 +243,11 @@ def _tried(path: Path) -> tuple[int | None, str]:
     except BlockingIOError:
         os.close(lock)
         return None, ""
-    except ImportError:  # a system without such locks: the names alone keep two runs apart
+    except ImportError:  # a system without locks: only the names separate two runs
         return lock, ""
-    except OSError:  # a file system without them, as that of another machine may be
+    except OSError:  # a file system without locks, such as a network drive
         os.close(lock)
-        if _owned(path):  # whoever owned it before may have removed the file that was open here
+        if _owned(path):  # the previous owner may have removed the open file
             return os.open(path, os.O_RDWR | os.O_CREAT, 0o644), ""
         return None, f'; if there is none, remove "{plain(str(path.with_suffix(OWNER)), LINE)}"'
     with suppress(OSError):
@@ -260,9 +258,9 @@ def _tried(path: Path) -> tuple[int | None, str]:
 
 
 def _owned(path: Path) -> bool:
-    """Whether this process could make the file that stands for a lock where there are no locks.
+    """Return whether this process could make the file that replaces a lock.
 
-    That of a process of this machine that has ended is taken away; any other is waited for.
+    The file of an ended process on this computer is removed. Otherwise the caller waits.
     """
     place, here = path.with_suffix(OWNER), platform.node()
     try:
@@ -279,7 +277,7 @@ def _owned(path: Path) -> bool:
 
 
 def _runs(number: int) -> bool:
-    """Whether a process of this machine runs."""
+    """Return whether a process runs on this computer."""
     try:
         os.kill(number, 0)
     except ProcessLookupError:
@@ -290,7 +288,7 @@ def _runs(number: int) -> bool:
 
 
 def _clean(folder: Path, hidden: str) -> None:
-    """Remove the hidden files beside a folder; files that stood in it and were not replaced go back."""
+    """Remove the hidden files of a folder and restore files that were not replaced."""
     part, old = (folder.with_name(f"{hidden}{end}") for end in (".part", ".old"))
     shutil.rmtree(part, ignore_errors=True)
     with suppress(OSError):
@@ -302,7 +300,7 @@ def _clean(folder: Path, hidden: str) -> None:
         return
     for place in (old, *(path for path in old.rglob("*") if path.is_dir())):
         with suppress(OSError):
-            place.chmod(0o700)  # so that what was written to be read alone goes away, too
+            place.chmod(0o700)  # to remove read-only files
     staying = {*foreign(old), *own_names(summary_in(folder) or {})}
     for name in (entry.name for entry in list(old.iterdir())):
         if name in staying and not (folder / name).exists():
@@ -311,9 +309,9 @@ def _clean(folder: Path, hidden: str) -> None:
 
 
 def _ours(folder: Path) -> set[str]:
-    """Names of the files that this program has written into a folder, as its summary tells.
+    """Return the names of files that this program has written into a folder, from its summary.
 
-    Where that cannot be read, by a fault of the disk or of an editor, all names that this program uses.
+    If the summary is unreadable, all names that this program uses count.
     """
     known = summary_in(folder)
     if known is None:
@@ -323,7 +321,7 @@ def _ours(folder: Path) -> set[str]:
 
 
 def _move_aside(folder: Path, made: set[str]) -> None:
-    """Give files that are to be replaced, but were changed by hand, a name of their own."""
+    """Rename files that were changed by hand and would be replaced."""
     for name in made & set(changed(folder)):
         path, number = folder / name, 1
         while (aside := path.with_name(f"{path.stem}.edited{number if number > 1 else ''}{path.suffix}")).exists():
@@ -332,17 +330,17 @@ def _move_aside(folder: Path, made: set[str]) -> None:
 
 
 def _written() -> set[str]:
-    """Names that this program gives to files, tables in every format."""
+    """Return all file names of this program, with tables in all formats."""
     names = written()
     tables = [name.removesuffix(".csv") for name in names if name.endswith(".csv")]
     return names | {f"{name}.{kind}" for name in tables for kind in FORMATS}
 
 
 def _refuse_to_replace(folder: Path, names: set[str]) -> None:
-    """Raise where files of somebody else have names that are to be written."""
+    """Raise an error if files of other origin have the names of new files."""
     clash = sorted(names & set(foreign(folder)))
     if clash:
         shown = plain(str(folder), LINE)
         raise RequestError(
-            f'"{shown}" holds what this program did not write ({", ".join(clash[:3])}): move it, or choose another -o'
+            f'"{shown}" has files of other origin ({", ".join(clash[:3])}): move them, or choose another -o'
         )

@@ -1,4 +1,4 @@
-"""Pictures of a scene: the mechanism where it deflects most, stills for papers, films; drawings for other programs."""
+"""Pictures of a scene: deflected mechanism, stills, films, and drawings for other programs."""
 
 from __future__ import annotations
 
@@ -35,19 +35,19 @@ if TYPE_CHECKING:
 
 
 WIDEST, TALLEST = 8.4, 5.2  # inches
-GHOSTS = 12
-FOOT = 0.3  # inches, below the mechanism for its scales
-EDGE = 0.06  # inches, kept free around what reaches out
-SHARE = 0.08  # of the mechanism's size that the largest displacement is drawn as
+GHOSTS = 12  # positions drawn in pale
+FOOT = 0.3  # [in] space below the mechanism for its scales
+EDGE = 0.06  # [in] margin around parts beyond the frame
+SHARE = 0.08  # drawn size of the largest displacement, relative to the mechanism
 STATIONS = np.linspace(0.0, 1.0, 25)
 
 
 def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
-    """The mechanism at one position, deformed, over its course.
+    """Draw the deflected mechanism at a position, over its paths.
 
     Returns
     -------
-    An `<svg>` and the factor by which displacements are exaggerated.
+    An `<svg>` and the scale of the displacements.
     """
     from matplotlib import rc_context
     from matplotlib.figure import Figure
@@ -73,9 +73,9 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
 
 
 def draw_mechanism(results: Results, axes: Axes, size: complex) -> None:
-    """Draw the mechanism where it deflects most, deformed, on axes that are so many inches wide and tall."""
+    """Draw the mechanism at its largest deflection, on axes of a size in inches."""
     low, high = _extent(results)
-    factor, position = exaggeration(results, abs(high - low)), telling_position(results)
+    factor, position = exaggeration(results, abs(high - low)), position_of_largest(results)
     sheet = _sheet(results, position, factor, (low, high))
     wide, tall = (high - low).real + 10 * sheet.unit, (high - low).imag + 10 * sheet.unit
     scale = min(size.real / wide, (size.imag - FOOT) / tall)
@@ -87,7 +87,7 @@ def draw_mechanism(results: Results, axes: Axes, size: complex) -> None:
 
 
 def _draw_all(results: Results, sheet: MechanismAxes, position: int, factor: float, corner: complex) -> None:
-    """Draw course, links, joints and scales; the scales at a corner [m]."""
+    """Draw paths, links, joints, and the scales at a corner [m]."""
     _draw_course(results, sheet.axes, position)
     _draw_bent(results, sheet.axes, sheet, position, factor)
     sheet.draw_joints()
@@ -95,15 +95,15 @@ def _draw_all(results: Results, sheet: MechanismAxes, position: int, factor: flo
     _draw_scale(sheet.axes, corner, right - left, factor if results.scene.labels and factor else None)
 
 
-def telling_position(results: Results) -> int:
-    """Number of the position with the largest deflection; 0 where nothing bends."""
+def position_of_largest(results: Results) -> int:
+    """Return the number of the position with the largest deflection, 0 if nothing bends."""
     largest = results.cycle.along("w")
     known = len(results.scene.labels) and np.isfinite(largest.value).any()
     return int(largest.position[np.nanargmax(np.abs(largest.value))]) if known else 0
 
 
 def _make_room(axes: Axes, scale: float) -> None:
-    """Widen the drawing, at its scale in inches per metre, to all artists: deformed shape, symbols, words."""
+    """Enlarge the drawing to include deformed shape, symbols and words, at a scale in inches per metre."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure: Any = axes.figure
@@ -113,7 +113,7 @@ def _make_room(axes: Axes, scale: float) -> None:
     (left, right), (foot, top) = axes.get_xlim(), axes.get_ylim()
     boxes = [to_metres.transform(text.get_window_extent(renderer).get_points()) for text in axes.texts]
     every = np.concatenate([[(left, foot), (right, top)], axes.dataLim.get_points(), *boxes])
-    every = every[np.isfinite(every).all(axis=1)]  # a singular position is nowhere
+    every = every[np.isfinite(every).all(axis=1)]  # singular positions are nan
     edge = EDGE / scale * (every.min(axis=0) < (left, foot)), EDGE / scale * (every.max(axis=0) > (right, top))
     low, high = every.min(axis=0) - edge[0], every.max(axis=0) + edge[1]
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
@@ -121,7 +121,7 @@ def _make_room(axes: Axes, scale: float) -> None:
 
 
 def _extent(results: Results) -> tuple[complex, complex]:
-    """Corners of the box that the mechanism reaches [m]."""
+    """Return the corners of the box around the mechanism's motion [m]."""
     places = [position_of(results.motion, number, point) for point, number in points_of(results.mechanism)]
     places += [np.array([complex(place)]) for place in results.mechanism.links[0].points.values()]
     every = np.concatenate([np.ravel(place) for place in places])
@@ -133,7 +133,7 @@ def _extent(results: Results) -> tuple[complex, complex]:
 
 
 def exaggeration(results: Results, size: float) -> float:
-    """Round factor that makes the largest displacement of the cycle well visible; 0 where none is known."""
+    """Return a round scale at which the largest displacement is well visible, 0 if it is unknown."""
     if results.buckles:
         return 0.0
     moved = [results.extremes[field].value for field in ("u", "w")] + [*results.displacements.values()]
@@ -142,18 +142,18 @@ def exaggeration(results: Results, size: float) -> float:
 
 
 def _enlarged(values: Any, factor: float) -> Any:
-    """Displacements times a factor; zeros, not nan, for a factor of 0."""
+    """Return scaled displacements, zero for a factor of 0."""
     return factor * values if factor else np.zeros_like(values)
 
 
 def _sheet(results: Results, position: int, factor: float, extent: tuple[complex, complex]) -> MechanismAxes:
-    """The mechanism at a position, its displacements exaggerated."""
+    """Return the mechanism at a position with exaggerated displacements."""
     posture, places = _posture(results, position, factor), _displaced(results, position, factor)
     return MechanismAxes(posture, places, extent, strokes_of(results.scene))
 
 
 def _posture(results: Results, position: int, factor: float) -> Posture:
-    """The links' axes at a position, as they are carried by the displacements."""
+    """Return the axes of the links at a position, moved by the displacements."""
     motion, bent = results.motion, results.deflection
     turned: Any = np.exp(1j * _enlarged(bent.angle[:, position], factor))
     carried = motion.origin[:, position] + _enlarged(bent.shift[:, position], factor)
@@ -161,7 +161,7 @@ def _posture(results: Results, position: int, factor: float) -> Posture:
 
 
 def _displaced(results: Results, position: int, factor: float) -> dict[tuple[str, str], complex]:
-    """Where the moving points are drawn."""
+    """Return the drawn places of the moving points."""
     return {
         (link.name, point): complex(position_of(results.motion, number, point)[position])
         + complex(_enlarged(results.displacements.get(point, np.zeros(position + 1))[position], factor))
@@ -172,7 +172,7 @@ def _displaced(results: Results, position: int, factor: float) -> dict[tuple[str
 
 
 def _draw_course(results: Results, axes: Axes, position: int) -> None:
-    """Paths of the points, the links at some positions of the cycle, and at this one without deflection."""
+    """Draw paths of the points, links at some positions, and the rigid links at this position."""
     from matplotlib.collections import LineCollection
 
     count = results.motion.columns[0]
@@ -189,7 +189,7 @@ def _draw_course(results: Results, axes: Axes, position: int) -> None:
 
 
 def _links(results: Results, position: int) -> Iterator[Any]:
-    """Lines of all rigid links at a position: of beams, and around the points of links without any."""
+    """Yield the lines of rigid links at a position: beams, and outlines of links without beams."""
     for at, link in enumerate(results.mechanism.links[1:], 1):
         spots = {point: position_of(results.motion, at, point)[position] for point in link.points}
         yield from (np.array([spots[beam.start], spots[beam.end]]) for beam in link.beams)
@@ -198,7 +198,7 @@ def _links(results: Results, position: int) -> Iterator[Any]:
 
 
 def _draw_bent(results: Results, axes: Axes, sheet: MechanismAxes, position: int, factor: float) -> None:
-    """All links with their names as they are displaced: beams as they bend, others as they are carried."""
+    """Draw the displaced links with their names, beams with their deflection."""
     along, across = (sample(results.deflection, field, STATIONS)[:, position] for field in ("u", "w"))
     directions, number = beam_directions(results.motion)[..., position], 0
     for at, link in enumerate(results.mechanism.links[1:], 1):
@@ -217,7 +217,7 @@ def _draw_bent(results: Results, axes: Axes, sheet: MechanismAxes, position: int
 
 
 def _name(sheet: MechanismAxes, name: str, line: Any) -> None:
-    """The name of a link beside the middle of its line, where that is long enough to carry it."""
+    """Draw the name of a link at the middle of its line, if the line is long enough."""
     way = line[-1] - line[0]
     if abs(way) > 6 * sheet.unit:
         aside = 1.4j * sheet.unit * way / abs(way) * (1 if way.real >= 0 else -1)
@@ -226,7 +226,7 @@ def _name(sheet: MechanismAxes, name: str, line: Any) -> None:
 
 
 def _draw_scale(axes: Axes, corner: complex, width: float, factor: float | None) -> None:
-    """Draw a length, and say how much larger than they are the displacements are drawn."""
+    """Draw a scale of lengths and write that of displacements."""
     length = round_down(0.22 * width)
     tick = 0.006 * width
     x, y = corner.real, corner.imag
@@ -239,9 +239,9 @@ HEAD = '<?xml version="1.0" encoding="utf-8"?>\n'
 
 
 def write_stills(folder: Path, results: Results) -> None:
-    """Write the mechanism where it deflects most, every chart over the cycle and the maps, an SVG each."""
+    """Write SVG files of the deflected mechanism, the charts over the cycle and the maps."""
     folder.mkdir()
-    pictures = {"mechanism": mechanism_drawing(results, telling_position(results))[0]}
+    pictures = {"mechanism": mechanism_drawing(results, position_of_largest(results))[0]}
     over, charts = axis(results), cycle_charts(results)
     for chart, svg in zip(charts, line_charts(over, charts), strict=True):
         pictures[re.sub(r"[^a-z0-9]+", "_", chart.heading.lower()).strip("_")] = svg
@@ -251,13 +251,13 @@ def write_stills(folder: Path, results: Results) -> None:
         (folder / f"{name}.svg").write_text(HEAD + svg + "\n", encoding="utf-8")
 
 
-LITTLE = 1_000_000  # bytes that are free on a disk that is full to an encoder, which writes by blocks
+MIN_FREE = 1_000_000  # [bytes] free space below which an encoder fails, because it writes in blocks
 
 
 def write_dxf(path: Path, results: Results) -> None:
-    """Write the links with their outlines and holes as they lie at the first position, and the paths of all points.
+    """Write links with outlines and holes at the first position, and the paths of all points, as DXF and SVG.
 
-    As DXF, and beside it as SVG at true size. In inches where the scene is told in them, else in millimetres.
+    Drawings have true size, in inches if the scene has them, otherwise in millimetres.
     """
     from exchange import DrawnLink, dxf_text, svg_text
 
@@ -278,17 +278,14 @@ def write_dxf(path: Path, results: Results) -> None:
     parts = [
         DrawnLink(link.name, places, own, {point: holes[point] for point in places if point in holes})
         for link, places, own in zip(links[1:], drawn[1:], beams[1:], strict=True)
-        if " " not in link.name  # blocks that the scene does not name
+        if " " not in link.name  # no blocks without a name
     ]
     path.write_text(dxf_text(parts, drawn[0], paths, unit), encoding="utf-8")
     path.with_suffix(".svg").write_text(svg_text(parts, drawn[0], paths, unit), encoding="utf-8")
 
 
 def write_cam(path: Path, scene: Scene, name: str) -> None:
-    """Write the profile of a cam in its own axes, its shaft, and the pitch curve of a roller.
-
-    As DXF, and beside it as SVG at true size. In inches where the scene is told in them, else in millimetres.
-    """
+    """Write profile, shaft and pitch curve of a cam in its own axes, as DXF and SVG at true size."""
     from exchange import dxf_text, svg_text
 
     unit, scale = ("in", 1 / 0.0254) if scene.report_units == "in" else ("mm", 1e3)
@@ -306,7 +303,7 @@ def write_cam(path: Path, scene: Scene, name: str) -> None:
 
 
 def _holes(scene: Scene) -> dict[str, float]:
-    """Diameters of holes by joint, of those with a known eye, pin or bush [m]."""
+    """Return the known diameters of holes by joint, from eye, pin or bush [m]."""
     parts = {name: each.eye or each.pin or each.plain for name, each in scene.bearings.items()}
     return {
         name: float(each.diameter) for name, each in parts.items() if each is not None and hasattr(each, "diameter")
@@ -314,10 +311,10 @@ def _holes(scene: Scene) -> dict[str, float]:
 
 
 def require_rendering() -> None:
-    """Raise `RequestError` where nothing can be drawn on this machine."""
+    """Raise `RequestError` if this computer cannot render."""
     from animations import RenderingUnavailable, probe
 
-    for name in ("pyvista", "vtkmodules"):  # which the probe would take for a machine that cannot draw
+    for name in ("pyvista", "vtkmodules"):  # the probe would not distinguish a missing package
         if not find_spec(name):
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
     try:
@@ -329,14 +326,14 @@ def require_rendering() -> None:
 def draw_film(
     part: Path, results: Results, diagram: str, request: Request, on_frame: Callable[[int, int], None]
 ) -> None:
-    """A film, or numbered stills, of a diagram.
+    """Draw a film, or numbered stills, of a diagram.
 
     Raises
     ------
     ValueError
-        More frames than positions; a field that is not known.
+        There are more frames than positions, or a field is unknown.
     OSError
-        It cannot be written, as where the disk is full.
+        The file cannot be written.
     """
     from animations import RATE, movie
 
@@ -348,16 +345,16 @@ def draw_film(
 
 
 def _without_encoder(error: OSError, target: Path) -> OSError:
-    """A fault of writing in the system's words: where the encoder has died of it, its own are a command line."""
+    """Return a write error in the system's words, instead of the encoder's command line."""
     if error.errno not in (None, errno.EPIPE):
         return error
-    if shutil.disk_usage(target.parent).free < LITTLE:
+    if shutil.disk_usage(target.parent).free < MIN_FREE:
         return OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(target))
-    return OSError(errno.EPIPE, "the encoder of films (ffmpeg) ended before its time", str(target))
+    return OSError(errno.EPIPE, "the encoder of films (ffmpeg) ended early", str(target))
 
 
 def style_of(scene: Scene, request: Request) -> Style:
-    """How a scene is to be drawn."""
+    """Return the drawing style of a scene."""
     from animations import Style
 
     asked = {name: getattr(request, name) for name in ("size", "exaggeration", "background", "show")}

@@ -1,4 +1,4 @@
-"""The summary of a scene's folder: its origin, and a checksum of every file and of itself."""
+"""Summary of a scene's folder, with its origin and checksums of all files."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ SUMMARY = "summary.json"
 
 
 def made_from(content: bytes, request: Request, files: Mapping[str, str]) -> dict[str, Any]:
-    """Origin of a folder: the bytes of the scene's file and the options. Where they are the same, so is it.
+    """Return the origin of a folder: checksums of the scene's file and options, which determine its content.
 
-    `files` are the texts of the files beside it that the scene names, by their names.
+    `files` are the texts of further files that the scene names, by name.
     """
     options = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(request).items()}
     return {"sha256": hashlib.sha256(content).hexdigest(), "options": options, **beside_digests(files)}
 
 
 def beside_digests(files: Mapping[str, str]) -> dict[str, dict[str, str]]:
-    """Digests of the files beside a scene by their names, as part of its origin; empty where it names none."""
+    """Return the checksums of further files that a scene names, as part of its origin."""
     digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())}
     return {"beside": digests} if digests else {}
 
 
 def same_scene(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
-    """Whether two origins are of one scene: the same bytes, beside it too, with the same numbers changed."""
+    """Return whether two origins have the same files and the same changed numbers."""
     states = [
         (origin.get("sha256"), origin.get("beside"), _dict(origin, "options").get("changes")) for origin in (one, other)
     ]
@@ -39,12 +39,12 @@ def same_scene(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
 
 
 def write_json(path: Path, data: Any) -> None:
-    """Indented, strict JSON."""
+    """Write indented, strict JSON."""
     path.write_bytes(json_bytes(data, indent=1) + b"\n")
 
 
 def json_bytes(data: Any, indent: int = 0) -> bytes:
-    """Data as strict JSON; nan is null, characters of a file's name that no text may hold are escaped by number."""
+    """Return data as strict JSON, with null for nan. Invalid characters of file names are escaped."""
     import msgspec
 
     try:
@@ -55,18 +55,18 @@ def json_bytes(data: Any, indent: int = 0) -> bytes:
 
 
 def seal(folder: Path, summary: Mapping[str, Any], place: Path | None = None) -> dict[str, Any]:
-    """Write the summary of a folder last: with the size and the digest of every file, and its own digest.
+    """Write the summary of a folder, with size and checksum of each file. Call this last.
 
     Parameters
     ----------
     place
-        Where the folder is going to stand, if files of earlier runs that are there and not among its own stay: they
-        are listed as `earlier`, each with its origin and digest.
+        Final place of the folder. Files of earlier runs that stay there are listed as `earlier`, with origin and
+        checksum.
 
     Returns
     -------
     dict
-        The summary as written, its own size among the files.
+        The written summary, including its own size.
     """
     whole = {**summary, "files": sizes(folder)}
     if place is not None:
@@ -77,16 +77,16 @@ def seal(folder: Path, summary: Mapping[str, Any], place: Path | None = None) ->
 
 
 def _earlier(place: Path, made: set[str]) -> dict[str, Any]:
-    """Files of this program in a place that are not made anew, each with its origin and digest."""
+    """Return the files of earlier runs that are not replaced, with origin and checksum."""
     known = summary_in(place) or {}
     digests, origin = _dict(known, "sha256"), _dict(known, "made_from")
     last = {name: {"made_from": origin, "sha256": digests.get(name)} for name in files_of(known)}
-    before = {name: told for name, told in _dict(known, "earlier").items() if _dict(told, "made_from")}
-    return {name: told for name, told in {**before, **last}.items() if name not in made and (place / name).exists()}
+    before = {name: each for name, each in _dict(known, "earlier").items() if _dict(each, "made_from")}
+    return {name: each for name, each in {**before, **last}.items() if name not in made and (place / name).exists()}
 
 
 def changed(place: Path) -> list[str]:
-    """Names of the files of this program in a place that are not as it has written them."""
+    """Return the names of files that were changed since this program wrote them."""
     known = summary_in(place) or {}
     digests = {name: _dict(_dict(known, "earlier"), name).get("sha256") for name in _dict(known, "earlier")}
     digests |= {name: digest for name, digest in _dict(known, "sha256").items() if name != SUMMARY}
@@ -95,20 +95,20 @@ def changed(place: Path) -> list[str]:
 
 
 def _dict(data: Any, key: str) -> dict[str, Any]:
-    """An entry that is a table; empty where somebody has put something else there."""
+    """Return an entry that is a table, empty if it is something else."""
     entry = data.get(key) if isinstance(data, Mapping) else None
     return entry if isinstance(entry, dict) else {}
 
 
 def with_files(summary: Mapping[str, Any], part: Path) -> dict[str, Any]:
-    """The summary of a folder to which all files of another one are added."""
+    """Return the summary of a folder after adding the files of another folder."""
     whole = {**summary, "files": {**files_of(summary), **sizes(part)}}
     digests = {**_dict(summary, "sha256"), **_digests(part)}
     return {**whole, "sha256": {**digests, SUMMARY: _own_digest(whole)}}
 
 
 def sizes(folder: Path) -> dict[str, int]:
-    """Bytes of every file in a folder, and of all files in every folder in it, by name."""
+    """Return the sizes of the files and folders in a folder [bytes]."""
     return {
         entry.name: sum(file.stat().st_size for file in entry.rglob("*")) if entry.is_dir() else entry.stat().st_size
         for entry in sorted(folder.iterdir())
@@ -116,7 +116,7 @@ def sizes(folder: Path) -> dict[str, int]:
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    """Digests of every file in a folder, and of every folder in it; but its summary."""
+    """Return the checksums of the files and folders in a folder, except for the summary."""
     return {entry.name: _digest(entry) for entry in sorted(folder.iterdir()) if entry.name != SUMMARY}
 
 
@@ -129,47 +129,47 @@ def _digest(path: Path) -> str:
 
 
 def _own_digest(summary: Mapping[str, Any]) -> str:
-    """Digest of a summary: of all its entries but digests."""
+    """Return the checksum of a summary without its checksums."""
     said = {key: value for key, value in summary.items() if key != "sha256"}
     return hashlib.sha256(json_bytes(json.loads(json_bytes(said)))).hexdigest()
 
 
 def finished(folder: Path, made: Mapping[str, Any]) -> tuple[dict[str, Any] | None, str]:
-    """The summary of a folder that was made from just this by this version and is whole; None of any other.
+    """Return the summary of a complete folder of this origin and version, or None.
 
-    With it the reason why a folder that was made from just this does not do: what in it is not as it was written.
+    If the origin matches but a file was changed, the second value says which.
     """
     before = summary_in(folder)
     if before is None:
-        return None, "its summary.json cannot be read"
+        return None, "its summary.json is unreadable"
     if before.get("made_from") != made or before.get("kinelast") != __version__:
         return None, ""
     if before.get("failed") or not before.get("files"):
         return None, ""
     known = before.get("sha256")
     if not isinstance(known, dict) or known.get(SUMMARY) != _own_digest(before):
-        return None, "its summary.json is not as it was written"
+        return None, "its summary.json changed"
     try:
         wrong = [name for name, digest in known.items() if name != SUMMARY and _digest(folder / name) != digest]
     except OSError as error:
-        return None, f"{Path(error.filename or '').name or 'a file'} is not there"
-    return (None, f"{', '.join(wrong[:3])} is not as it was written") if wrong else (before, "")
+        return None, f"{Path(error.filename or '').name or 'a file'} is missing"
+    return (None, f"{', '.join(wrong[:3])} changed") if wrong else (before, "")
 
 
 def own_names(summary: Mapping[str, Any]) -> set[str]:
-    """Names that belong to this program in a folder: those of its files, of earlier runs too, and of its summary."""
+    """Return the names of this program's files in a folder, including earlier runs and the summary."""
     return {*files_of(summary), *_dict(summary, "earlier"), SUMMARY}
 
 
 def files_of(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """Files listed in a summary, with their sizes; entries of another kind, put there by hand, are left out."""
+    """Return the files listed in a summary with their sizes, ignoring invalid entries."""
     files = summary.get("files")
     names = files if isinstance(files, (dict, list)) else ()
     return {name: files.get(name) if isinstance(files, dict) else None for name in names if isinstance(name, str)}
 
 
 def summary_in(folder: Path) -> dict[str, Any] | None:
-    """The summary that this program has put into a folder; empty where there is none, None of an unreadable one."""
+    """Return the summary of this program in a folder, empty without one, None if it is unreadable."""
     try:
         summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     except OSError:

@@ -1,4 +1,4 @@
-"""Sensitivities, and scatter from tolerances, as plain data, as tables and as bars."""
+"""Sensitivities and scatter from tolerances, as plain data, tables and bar charts."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from kinelast.scene.variables import Variable
 from rigid.arrays import Reals
 
 WIDTH, LEFT, ROW, HEADING, GAP = 770, 250, 22, 30, 14  # [px]
-LONGEST = 36  # letters of a bar's name
+MAX_NAME = 36  # letters of a bar's name
 DEGREES: ToldIn = {"rad": (180 / math.pi, "deg")}
 
 
 @dataclass(frozen=True)
 class Bars:
-    """Bars under one heading: name, size and words of each, in their order; a size below zero goes to the left."""
+    """Bars under a heading: name, size and words. Negative sizes go to the left."""
 
     title: str
     rows: tuple[tuple[str, float, str], ...]
 
 
 def bars_svg(charts: Sequence[Bars]) -> str:
-    """Bars of several headings below each other, each scaled by its own largest."""
+    """Return bars of several headings as SVG, each scaled by its largest."""
     parts, y = [], 0
     for chart in charts:
         parts.append(f'<text x="0" y="{y + 18}" class="head">{escape(chart.title)}</text>')
@@ -67,19 +67,19 @@ def bars_svg(charts: Sequence[Bars]) -> str:
 
 
 def _short(name: str) -> str:
-    return name if len(name) <= LONGEST else f"{name[: LONGEST // 3]}…{name[-(2 * LONGEST // 3 - 1) :]}"
+    return name if len(name) <= MAX_NAME else f"{name[: MAX_NAME // 3]}…{name[-(2 * MAX_NAME // 3 - 1) :]}"
 
 
 HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "error", "per cent to one per cent", "kink",
         "slope below", "slope above", "stays by", "step", "change by step")  # fmt: skip
 MOST_BARS = 12
-TOLD = 2  # figures of which the closing words tell
-SIZED = 5e-6  # share of a figure: what changes it by less is not drawn
+NAMED = 2  # figures in the printed words
+MIN_CHANGE = 5e-6  # smallest drawn change, relative to the figure
 
 
 @dataclass(frozen=True, eq=False)
 class ToldSensitivities:
-    """Sensitivities with their numbers, the units of their figures, steps, and the units of the scene."""
+    """Sensitivities with variables, units of figures, steps, and units of the scene."""
 
     result: Sensitivities
     variables: Sequence[Variable]
@@ -89,16 +89,16 @@ class ToldSensitivities:
 
     @cached_property
     def change(self) -> Reals:
-        """Changes of the figures by the steps, shape (figures, numbers)."""
+        """Changes of the figures for the steps, shape (figures, numbers)."""
         return np.asarray(self.result.slope * [step.size for step in self.steps])
 
     def step_words(self, column: int) -> str:
-        """The step of a number, in words."""
+        """Return the step of a number in words."""
         step, unit = self.steps[column], self.variables[column].unit
         return "1 %" if step.kind == PER_CENT else quantity(step.size, unit, told_in={**DEGREES, **self.told_in})
 
     def change_words(self, row: int, column: int) -> str:
-        """By how much a figure changes by the step of a number, in words."""
+        """Return the change of a figure for the step of a number in words."""
         change, name = float(self.change[row, column]), self.result.figures[row]
         size = quantity(change, self.units[name], 3, {**DEGREES, **self.told_in})
         figure = float(self.result.figure[row])
@@ -106,19 +106,19 @@ class ToldSensitivities:
         return f"{_signed(size, change)}{share}"
 
     def ranked(self, row: int) -> list[int]:
-        """Numbers of the variables that matter to a figure, the largest change first."""
+        """Return the numbers of the variables that change a figure, the largest change first."""
         sizes = np.where(np.isfinite(self.change[row]), abs(self.change[row]), 0.0)
-        least = SIZED * abs(float(self.result.figure[row]))
+        least = MIN_CHANGE * abs(float(self.result.figure[row]))
         return [int(column) for column in np.argsort(-sizes, kind="stable") if sizes[column] > least]
 
     def sentence(self, row: int, column: int) -> str:
-        """How a figure changes by the step of a number: "1 mm more points.D.y: +0.52 µm (+1.1 %) deflection"."""
+        """Return a sentence such as "1 mm more points.D.y: +0.52 µm (+1.1 %) deflection"."""
         own = ", its tolerance" if self.steps[column].kind == TOLERANCE else ""
         change = self.change_words(row, column)
         return f"{self.step_words(column)} more {self.variables[column].path}{own}: {change} {self.result.figures[row]}"
 
     def sentences(self, row: int, most: int) -> list[str]:
-        """Sentences on those that matter most to a figure."""
+        """Return sentences on the variables that change a figure most."""
         return [self.sentence(row, column) for column in self.ranked(row)[:most]]
 
 
@@ -127,9 +127,9 @@ def _signed(words: str, size: float) -> str:
 
 
 def sensitivity_figures(told: ToldSensitivities) -> dict[str, Any]:
-    """Sensitivities as plain data that JSON can hold, null where not known; `words` tell the largest."""
+    """Return sensitivities as plain data for JSON, with the largest in `words`."""
     result, variables, units = told.result, told.variables, told.units
-    rows = range(min(TOLD, len(result.figures)))
+    rows = range(min(NAMED, len(result.figures)))
     return {
         "words": [words for row in rows for words in told.sentences(row, 1)],
         "numbers": [
@@ -169,7 +169,7 @@ def _slope(told: ToldSensitivities, row: int, column: int) -> dict[str, Any]:
 
 
 def sensitivity_table(told: ToldSensitivities) -> Table:
-    """A row a figure and number: derivative, its error, logarithmic derivative, kinks, change by the step."""
+    """Return a table of derivatives, errors, logarithmic derivatives, kinks, and changes for the steps."""
     result = told.result
     sides = (result.slope, result.error, result.logarithmic, result.kink, result.below, result.above, result.still)
     return Table.of_rows(
@@ -193,7 +193,7 @@ def sensitivity_table(told: ToldSensitivities) -> Table:
 
 
 def sensitivity_bars(told: ToldSensitivities) -> str:
-    """Largest sensitivities of every figure, as bars in SVG: its change by the steps of the numbers."""
+    """Return the largest changes of each figure for the steps as bars in SVG."""
     result, charts = told.result, []
     for row, name in enumerate(result.figures):
         size = quantity(float(result.figure[row]), told.units[name], told_in=told.told_in)
@@ -203,7 +203,7 @@ def sensitivity_bars(told: ToldSensitivities) -> str:
             heading = f"{told.step_words(column)} more {told.variables[column].path}"
             bars.append((heading, float(told.change[row, column]), told.change_words(row, column) + mark))
         if bars:
-            charts.append(Bars(f"{name}, {size}: what makes more or less of it", tuple(bars)))
+            charts.append(Bars(f"{name}, {size}: largest influences", tuple(bars)))
     return bars_svg(charts)
 
 
@@ -211,7 +211,7 @@ SAMPLED = ("mean", "deviation", "low", "median", "high", "least", "largest", "kn
 
 
 def tolerance_figures(result: ToleranceResult, told_in: ToldIn = SI) -> dict[str, Any]:
-    """Ranges of figures as plain data that JSON can hold, null where not known; `words` tell the first of them."""
+    """Return ranges of figures as plain data for JSON, with the first in `words`."""
     numbers = [
         {
             "path": variable.path,
@@ -223,8 +223,8 @@ def tolerance_figures(result: ToleranceResult, told_in: ToldIn = SI) -> dict[str
         for variable, tolerance in zip(result.variables, result.tolerances, strict=True)
     ]
     figures = [_figure(result, row, name) for row, name in enumerate(result.nominal.figures)]
-    names = [name for name in (GEOMETRIC, WHOLE) if name in result.sampled] or result.nominal.figures[:TOLD]
-    words = [_told(name, result.sampled[name], result.units[name], told_in) for name in names]
+    names = [name for name in (GEOMETRIC, WHOLE) if name in result.sampled] or result.nominal.figures[:NAMED]
+    words = [_range_words(name, result.sampled[name], result.units[name], told_in) for name in names]
     if result.answer.theory != QUASI_STATIC:
         words = [f"{word} ({QUASI_STATIC})" if name == WHOLE else word for name, word in zip(names, words, strict=True)]
     kept = None if result.kept is None else {key: _finite(each) for key, each in asdict(result.kept).items()}
@@ -244,27 +244,25 @@ def _finite(value: float) -> float | None:
 
 
 def _kept_words(kept: KeptShare) -> str:
-    """The share of the machines that keep all limits in words."""
+    """Return the share of machines that keep all limits in words."""
     plain = f"{percent(kept.plain)} without"
     beyond = "" if math.isnan(kept.beyond) else (
-        f"; the limit of the output is one of its deflection: with the error of their geometry {percent(kept.beyond)}"
-        " of the machines are beyond it"
+        f"; the limit of the output applies to its deflection: including geometry, {percent(kept.beyond)} of machines"
+        " exceed it"
     )  # fmt: skip
     plain += beyond
     if math.isnan(kept.in_full):
-        return f"all limits are kept by {plain}; with vibration and error that cannot be judged"
-    sure = f"with 95 % confidence {percent(kept.low)} to {percent(kept.high)}"
-    return (
-        f"all limits are kept by {percent(kept.in_full)} of the machines with vibration and error, {sure}; by {plain}"
-    )
+        return f"all limits are kept by {plain}; with vibration and error this cannot be judged"
+    sure = f"95 % confidence: {percent(kept.low)} to {percent(kept.high)}"
+    return f"all limits are kept by {percent(kept.in_full)} of machines with vibration and error ({sure}), {plain}"
 
 
-def _told(name: str, sampled: Scatter, unit: str, told_in: ToldIn) -> str:
-    """The range of a figure in words."""
+def _range_words(name: str, sampled: Scatter, unit: str, told_in: ToldIn) -> str:
+    """Return the range of a figure in words."""
     low, median, high = (
         quantity(value, unit, told_in=told_in) for value in (sampled.low, sampled.median, sampled.high)
     )
-    return f"{name} of 95 % of the machines: {low} to {high}, of half of them below {median}"
+    return f"{name} of 95 % of machines: {low} to {high}, median {median}"
 
 
 def _figure(result: ToleranceResult, row: int, name: str) -> dict[str, Any]:
@@ -290,12 +288,12 @@ def _figure(result: ToleranceResult, row: int, name: str) -> dict[str, Any]:
 
 
 def _in_full(result: ToleranceResult, name: str) -> tuple[float, float]:
-    """A figure of the scene as it stands by its full answer, and its error; nan where not known."""
+    """Return a figure of the nominal scene by its full answer, and its error, nan if unknown."""
     return result.answer.figures.get(name, (math.nan, math.nan))
 
 
 def tolerance_table(result: ToleranceResult) -> Table:
-    """A row a figure: its value, its range to first order and by samples, and the share of each number in it."""
+    """Return a table of values, ranges to first order and by samples, and shares of the numbers."""
     names = [one.path for one in result.variables]
     head = ["figure", "unit", "value", "in full", "error", "theory", "first order deviation", "first order worst",
             *SAMPLED, *(f"share of {name}" for name in names),
@@ -311,7 +309,7 @@ def tolerance_table(result: ToleranceResult) -> Table:
 
 
 def tolerance_bars(result: ToleranceResult, told_in: ToldIn = SI) -> str:
-    """Shares of the numbers in the variance of every figure, as bars in SVG."""
+    """Return the shares of the numbers in the variance of each figure as bars in SVG."""
     charts = []
     for row, name in enumerate(result.nominal.figures):
         sampled, unit = result.sampled[name], result.units[name]
@@ -325,5 +323,5 @@ def tolerance_bars(result: ToleranceResult, told_in: ToldIn = SI) -> str:
                 quantity(each, unit, told_in=told_in)
                 for each in (result.nominal.figure[row], sampled.low, sampled.high)
             )
-            charts.append(Bars(f"{name}, {value}: 95 % of all from {low} to {high}; why", bars))
+            charts.append(Bars(f"{name}, {value}: 95 % of machines from {low} to {high}; causes", bars))
     return bars_svg(charts)

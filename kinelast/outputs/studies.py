@@ -1,4 +1,4 @@
-"""Studies of a scene's designs, written into its folder; and the best design as data, as a table and in words."""
+"""Studies of a scene's designs, written into its folder, and the best design as data, table and words."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ from kinelast.outputs.sensitivities import (
     tolerance_table,
 )
 from kinelast.outputs.table import Table, write_table
+from kinelast.outputs.words import error_words
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
-from kinelast.scene.numbers import SI, ToldIn, error_percent, number, percent, quantity
+from kinelast.scene.numbers import SI, ToldIn, number, percent, quantity
 from kinelast.scene.text import of_file
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Request
@@ -37,7 +38,7 @@ HEAD = (
 
 
 def optimum_figures(solved: OptimumResult, told_in: ToldIn = SI) -> dict[str, Any]:
-    """The best design and its certificate, as plain data that JSON can hold; null where not known."""
+    """Return the best design and its certificate as plain data for JSON."""
     task, best = solved.task, solved.optimum
     held, name = best.certificate, task.figure
     sign = -1.0 if task.largest else 1.0
@@ -119,7 +120,7 @@ def _limits(solved: OptimumResult) -> list[dict[str, Any]]:
 
 
 def _goal_in_full(solved: OptimumResult) -> dict[str, Any]:
-    """The theory of the full answer, and its figure of the goal with its error; null where not known."""
+    """Return the theory of the full answer, and its goal figure with error, null if unknown."""
     found = solved.answer
     pair = found.figures.get(solved.task.figure, (math.nan, math.nan)) if found else (math.nan, math.nan)
     value, error = (each if math.isfinite(each) else None for each in pair)
@@ -127,7 +128,7 @@ def _goal_in_full(solved: OptimumResult) -> dict[str, Any]:
 
 
 def _in_full(judged: Judgement | None) -> dict[str, Any]:
-    """The figure of a limit by the full answer, with its error and the outcome; null where not known."""
+    """Return the full answer's figure of a limit, with error and outcome, null if unknown."""
     if judged is None:
         return {"in_full": None, "error": None, "outcome": UNKNOWN}
     value, error = (each if math.isfinite(each) else None for each in (judged.value, judged.error))
@@ -135,20 +136,20 @@ def _in_full(judged: Judgement | None) -> dict[str, Any]:
 
 
 def _verdict(solved: OptimumResult, told_in: ToldIn) -> dict[str, Any]:
-    """The verdict on the best design; not acceptable where no design keeps all limits."""
+    """Return the verdict on the best design."""
     if solved.task.limits and not solved.optimum.feasible:
         return {"verdict": VERDICTS[BROKEN], "passed": False, "problem": _missed(solved, told_in)}
     return verdict_on(solved.judgements)
 
 
 def words(solved: OptimumResult, told_in: ToldIn = SI) -> list[str]:
-    """Sentences on an optimum."""
+    """Return sentences on an optimum."""
     task, best, unit = solved.task, solved.optimum, solved.units[solved.task.figure]
     held = best.certificate
     told = _verdict(solved, told_in)
     kept = told["verdict"] if told["passed"] else f"{told['verdict'].upper()}: {told['problem']}".rstrip(": ")
     if told["passed"] is False:
-        kept = f"NOT all limits can be kept: at best {told['problem']}"
+        kept = f"NO design keeps all limits: at best {told['problem']}"
     kept = f"; {kept}" if kept else ""
     before, after = (quantity(each[task.figure], unit, told_in=told_in) for each in (solved.before, solved.after))
     said = [f"{task.figure}: {before} -> {after}{_goal_words(solved, told_in)}{kept}"]
@@ -160,31 +161,34 @@ def words(solved: OptimumResult, told_in: ToldIn = SI) -> list[str]:
                 quantity(each, solved.units[limit.figure], told_in=told_in) for each in (limit.bound, held_to)
             )
             room = f" ({moved} without vibration and error)" if moved != bound else ""
-            said.append(f"held by {limit.figure}, {bound}{room}: 1 % more room is {number(multiplier, 3)} % {less}")
+            gain = f"relaxing it by 1 % gives {number(multiplier, 3)} % {less}"
+            said.append(f"active limit {limit.figure}, {bound}{room}: {gain}")
     for row in _variables(solved):
         if row["at_bound"]:
             end = "lower" if row["at_bound"] == "low" else "upper"
             size = quantity(row["value"], row["unit"], told_in=told_in)
-            said.append(f"held by the {end} bound of {row['path']}, {size}")
-    residual = f"stationary to {percent(held.residual)}" + (", at a kink" if held.kinked else "")
+            said.append(f"active {end} bound of {row['path']}, {size}")
+    residual = f"converged to {percent(held.residual)}" + (", at a kink" if held.kinked else "")
     better, tried = int(np.sum(held.neighbours.better)), int(np.sum(held.neighbours.tried))
-    said.append(f"{residual}; {better or 'none'} of {tried} neighbours better; {best.designs} designs computed")
+    near = f"{better or 'no'} better {'designs' if better > 1 else 'design'} among {tried} neighbours"
+    said.append(f"{residual}; {near}; {best.designs} designs computed")
     if not solved.quasi_static and solved.answer is None:
-        said.append("found without vibration, whatever the scene's theory or accuracy: report on optimum.toml")
+        said.append("found without vibration: a report on optimum.toml has the scene's own theory")
     return said
 
 
 def _goal_words(solved: OptimumResult, told_in: ToldIn) -> str:
-    """The goal with vibration, where the full answer has it."""
+    """Return the goal by the full answer in words, empty without one."""
     told, unit = _goal_in_full(solved), solved.units[solved.task.figure]
     if told["theory"] == QUASI_STATIC or told["in_full"] is None or told["error"] == 0.0:
         return ""
-    error = f" ± {error_percent(told['error'] / abs(told['in_full']))}" if told["error"] and told["in_full"] else ""
-    return f" ({quantity(told['in_full'], unit, told_in=told_in)}{error} in full, {told['theory']})"
+    size = quantity(told["in_full"], unit, told_in=told_in)
+    row = {"value": told["in_full"], "unit": unit, "error": told["error"]}
+    return f" (full answer {size}{error_words(row, told_in)}, {told['theory']})"
 
 
 def _missed(solved: OptimumResult, told_in: ToldIn) -> str:
-    """The limits that the design nearest to all of them does not keep, and by how much, in words."""
+    """Return the limits that the closest design exceeds, and by how much, in words."""
     told = []
     for limit, held_to, margin in zip(
         solved.task.limits, solved.held_to, solved.optimum.certificate.margin, strict=True
@@ -194,13 +198,12 @@ def _missed(solved: OptimumResult, told_in: ToldIn) -> str:
                 quantity(each, solved.units[limit.figure], told_in=told_in)
                 for each in (solved.after[limit.figure], held_to)
             )
-            asked, off = ("least", "too little") if limit.least else ("most", "too much")
-            told.append(f"{limit.figure} is {value}, {percent(-margin)} {off} for at {asked} {bound}")
-    return "; ".join(told) or "they are missed by round-off"
+            told.append(f"{limit.figure} is {value}, {percent(-margin)} {'below' if limit.least else 'above'} {bound}")
+    return "; ".join(told) or "they are exceeded by round-off"
 
 
 def optimum_table(solved: OptimumResult) -> Table:
-    """A row for the goal, every variable and every limit."""
+    """Return a table with rows for the goal, the variables and the limits."""
     figures = optimum_figures(solved)
     goal = (figures["goal"], figures["figure"], figures["unit"], figures["before"], figures["value"])
     rows: list[tuple[Any, ...]] = [(*goal, *(None,) * 5, figures["in_full"], figures["error"], None)]
@@ -216,21 +219,21 @@ def optimum_table(solved: OptimumResult) -> Table:
 
 
 def write_studies(part: Path, document: Document, request: Request, progress: Progress) -> dict[str, Any]:
-    """Files of the studies asked for, and their figures by study.
+    """Write the files of the requested studies and return their figures by study.
 
     Parameters
     ----------
     part
-        Where to.
+        Folder.
     document
-        Of the scene.
+        Document of the scene.
     request
-        Which studies, of how many samples, and in which formats.
+        Studies, number of samples, and formats.
 
     Raises
     ------
     SceneError
-        It cannot be answered.
+        The study cannot be answered.
     """
     figures = {}
     with of_file(document.path):

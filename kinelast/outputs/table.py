@@ -1,7 +1,6 @@
-"""A table: columns with names and units, and the formats that it can be written in.
+"""Tables of columns with names and units, and the formats in which they are written.
 
-A new format is a function from a table to bytes and its line in `FORMATS`: the option `--tables` and its help, what
-belongs to a folder and what is written follow.
+A new format needs a function from a table to bytes and a line in `FORMATS`. The option `--tables` and its help follow.
 """
 
 from __future__ import annotations
@@ -23,20 +22,20 @@ from kinelast.scene.numbers import REPORT_UNITS
 from kinelast.tasks.request import RequestError
 
 ROWS_OF_A_SHEET = 1_048_576
-FORMULA = re.compile(r"'?(?:[=@+\t]|-(?![\d.]+(?:e[-+]?\d+)?$))")  # what a spreadsheet would take a text for
-INERT = re.compile(rf"'(?:{FORMULA.pattern})")  # the same behind the quote that hinders it
+FORMULA = re.compile(r"'?(?:[=@+\t]|-(?![\d.]+(?:e[-+]?\d+)?$))")  # text that a spreadsheet reads as a formula
+INERT = re.compile(rf"'(?:{FORMULA.pattern})")  # the same after a quote
 
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """A column.
+    """Column of a table.
 
     Attributes
     ----------
     name, unit
-        Its heading; no unit where it has none.
+        Heading, and unit or an empty string.
     values
-        Numbers, shape (rows,), nan where one is not known; or a sequence of texts, truths, numbers and None.
+        Numbers, shape (rows,), nan if unknown; or a sequence of texts, booleans, numbers and None.
     """
 
     name: str
@@ -45,39 +44,39 @@ class Column:
 
     @property
     def heading(self) -> str:
-        """Its name with its unit."""
+        """Name with unit."""
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
     @property
     def is_numeric(self) -> bool:
-        """Whether it is an array of numbers."""
+        """Whether the values are an array of numbers."""
         return isinstance(self.values, np.ndarray) and self.values.dtype.kind in "fiu"
 
     @property
     def is_finite(self) -> bool:
-        """Whether it is an array of numbers without infinity, for which JSON has no word."""
+        """Whether the values are an array of numbers without infinity, which JSON does not have."""
         return self.is_numeric and not np.isinf(self.values).any()
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Columns of as many rows each."""
+    """Columns of equal length."""
 
     columns: tuple[Column, ...]
 
     @classmethod
     def of_rows(cls, headings: Sequence[str], rows: Iterable[Sequence[Any]]) -> Table:
-        """A table of rows."""
+        """Return a table of rows."""
         columns = list(zip(*rows, strict=True)) or [()] * len(headings)
         return cls(tuple(Column(name, values) for name, values in zip(headings, columns, strict=True)))
 
     @property
     def headings(self) -> list[str]:
-        """Names of the columns with their units."""
+        """Names of the columns with units."""
         return [column.heading for column in self.columns]
 
     def in_units(self, system: str) -> Table:
-        """The table in the units of a report, "SI", "mm" or "in"."""
+        """Return the table in the units of a report, "SI", "mm" or "in"."""
         factors = REPORT_UNITS.get(system, {})
 
         def converted(column: Column) -> Column:
@@ -87,22 +86,22 @@ class Table:
         return Table(tuple(map(converted, self.columns)))
 
     def chosen(self, patterns: Sequence[str]) -> Table:
-        """The first column, and those of a name that one of some patterns with `*` and `?` fits; all without any."""
+        """Return the first column and those that match a pattern with `*` and `?`, or all columns without patterns."""
         if not patterns:
             return self
         first, *others = self.columns
         return Table((first, *(each for each in others if any(fnmatchcase(each.name, one) for one in patterns))))
 
     def rows(self) -> list[tuple[Any, ...]]:
-        """Its rows; None where there is no number."""
+        """Return the rows, with None for nan."""
         columns = (column.values.tolist() if column.is_numeric else column.values for column in self.columns)
         return list(zip(*([None if value != value else value for value in each] for each in columns), strict=True))  # noqa: PLR0124
 
 
 def csv_bytes(table: Table, head: bool = True) -> bytes:
-    """A table as CSV: shortest digits that give a number back, nothing where there is none.
+    """Return a table as CSV, with the shortest digits that reproduce a number and empty cells for nan.
 
-    A text that a spreadsheet would take for a formula has a quote before it.
+    Text that a spreadsheet would read as a formula begins with a quote.
     """
     lines = [",".join(map(quoted, table.headings)).encode()] if head else []
     lines += _lines(table.columns)
@@ -110,7 +109,7 @@ def csv_bytes(table: Table, head: bool = True) -> bytes:
 
 
 def _lines(columns: Sequence[Column]) -> Iterable[bytes]:
-    """The rows of CSV; all in one where there are but real numbers, which is quicker."""
+    """Return the rows of CSV. A table of real numbers only is encoded at once, which is faster."""
     if all(column.is_finite and column.values.dtype.kind == "f" for column in columns):
         import msgspec
 
@@ -120,7 +119,7 @@ def _lines(columns: Sequence[Column]) -> Iterable[bytes]:
 
 
 def _cells(column: Column) -> list[bytes]:
-    """The cells of a column of CSV."""
+    """Return the cells of a column of CSV."""
     if not column.is_finite:
         return [_cell(value) for value in (column.values.tolist() if column.is_numeric else column.values)]
     if not len(column.values):
@@ -143,18 +142,18 @@ def _cell(value: Any) -> bytes:
 
 
 def quoted(text: str) -> str:
-    """A cell of CSV, in quotes where it has to be."""
+    """Return a cell of CSV, quoted if necessary."""
     return '"{}"'.format(text.replace('"', '""')) if any(letter in text for letter in ',"\n\r') else text
 
 
 def csv_rows(path: Path) -> list[list[str]]:
-    """The rows of a file of CSV, its headings first; texts as they were before they were written."""
+    """Read the rows of a CSV file, headings first, with texts as before writing."""
     with path.open(encoding="utf-8", newline="") as file:
         return [[cell[INERT.match(cell) is not None :] for cell in row] for row in csv.reader(file)]
 
 
 def parquet_bytes(table: Table, about: Mapping[str, str] | None = None) -> bytes:
-    """A table as Parquet, `about` it in the metadata of its schema; needs pyarrow."""
+    """Return a table as Parquet with metadata `about`; needs pyarrow."""
     import pyarrow
     import pyarrow.parquet
 
@@ -173,7 +172,7 @@ def parquet_bytes(table: Table, about: Mapping[str, str] | None = None) -> bytes
 
 
 def html_bytes(table: Table) -> bytes:
-    """A table as a page of HTML without script or style of others."""
+    """Return a table as a self-contained HTML page."""
     head = "".join(f"<th>{escape(heading)}</th>" for heading in table.headings)
     body = "\n".join(
         "<tr>" + "".join(f"<td>{escape('' if cell is None else str(cell))}</td>" for cell in row) + "</tr>"
@@ -208,18 +207,18 @@ SHEET = {  # the five files of a workbook with one sheet: ECMA-376, part 1, anne
 
 
 def xlsx_bytes(table: Table) -> bytes:
-    """A table as a workbook of one sheet; the same bytes for the same table.
+    """Return a table as a workbook with one sheet, the same bytes for the same table.
 
     Raises
     ------
     RequestError
-        There are more rows than a sheet has.
+        A sheet has too few rows.
     """
     import zipfile
 
     rows = table.rows()
     if len(rows) >= ROWS_OF_A_SHEET:
-        raise RequestError(f"{len(rows)} rows are more than a sheet of XLSX has: {ROWS_OF_A_SHEET - 1}")
+        raise RequestError(f"{len(rows)} rows do not fit a sheet of XLSX, which has {ROWS_OF_A_SHEET - 1}")
     body = "".join(f"<row>{''.join(map(_sheet_cell, row))}</row>" for row in (tuple(table.headings), *rows))
     target = io.BytesIO()
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -248,13 +247,13 @@ FORMATS: dict[str, Callable[[Table], bytes]] = {
 
 
 def require_formats(names: Sequence[str]) -> None:
-    """Raise `RequestError` where there is no format of a name."""
+    """Raise `RequestError` for an unknown format."""
     for name in names:
         if name not in FORMATS:
-            raise RequestError(f'--tables: there is no format "{name}"; all: {", ".join(FORMATS)}')
+            raise RequestError(f'--tables: unknown format "{name}"; formats: {", ".join(FORMATS)}')
 
 
 def write_table(path: Path, table: Table, others: Sequence[str] = ()) -> None:
-    """Write a table as CSV, and beside it in `others` of the `FORMATS`."""
+    """Write a table as CSV and in the formats `others`."""
     for kind in dict.fromkeys(("csv", *others)):
         path.with_suffix(f".{kind}").write_bytes(FORMATS[kind](table))
