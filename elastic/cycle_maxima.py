@@ -69,14 +69,14 @@ def _maximum(deflection: Deflection, key: str, counted: Flags | None, period: Re
     floor = np.full((beams, *columns[:-1]), -1.0)
     for name in sorted(_parts_of(key), key=lambda name: bool(field_named(name).root_of)):
         roots = field_named(name).root_of
-        if roots and (_of_beams(_ceiling(deflection, roots), owner, beams) < floor).all():
+        if roots and (_largest_of_beams(_upper_bound(deflection, roots), owner, beams) < floor).all():
             continue
         values = sum_of_squares(deflection, roots) if roots else coefficients(deflection, name)
         low, high = _bounds(values, COARSE, bool(roots))
         if counted is not None:
             low, high = (np.where(counted, one, np.nan) for one in (low, high))
         parts.append(_BoundedField(values, bool(roots), low, high))
-        floor = np.maximum(floor, _of_beams(np.fmax.reduce(parts[-1].low, axis=-1), owner, beams))
+        floor = np.maximum(floor, _largest_of_beams(np.fmax.reduce(parts[-1].low, axis=-1), owner, beams))
     best = np.full(floor.shape, -1.0)
     place, source = np.full(best.shape, -1), np.full(best.shape, -1)
     for number, part in enumerate(parts):
@@ -92,11 +92,11 @@ def _maximum(deflection: Deflection, key: str, counted: Flags | None, period: Re
         if not near.any():
             continue
         chosen, position, row = chosen[:, near], position[near], row[near]
-        source.reshape(-1)[_keep(best, place, row, part.greatest(chosen), position)] = number
+        source.reshape(-1)[_enter_largest(best, place, row, part.greatest(chosen), position)] = number
     best = np.where(best < 0.0, np.nan, best)
     if period is not None:
         neighbours = _neighbours(parts, owner, place, source)
-        best = _top(best, neighbours, deflection.motion.time, place, np.asarray(period))
+        best = _parabola_tops(best, neighbours, deflection.motion.time, place, np.asarray(period))
     return Largest(best, place)
 
 
@@ -112,7 +112,7 @@ def _neighbours(parts: Sequence[_BoundedField], owner: Integers, place: Integers
     return greatest
 
 
-def _top(best: Coefficients, neighbours: Coefficients, time: Reals, place: Integers, period: Reals) -> Reals:
+def _parabola_tops(best: Coefficients, neighbours: Coefficients, time: Reals, place: Integers, period: Reals) -> Reals:
     """Tops of the parabolas through the maxima and their neighbours in time."""
     at = np.broadcast_to(time, (*place.shape[1:], np.shape(time)[-1]))
     before, here, after = (
@@ -126,7 +126,7 @@ def _top(best: Coefficients, neighbours: Coefficients, time: Reals, place: Integ
     return best + np.where((rise >= 0) & (fall >= 0) & (bend > 0), more, 0.0)
 
 
-def _keep(best: Reals, place: Integers, row: Integers, size: Reals, position: Integers) -> Integers:
+def _enter_largest(best: Reals, place: Integers, row: Integers, size: Reals, position: Integers) -> Integers:
     """Enter the largest value of each row, the first of equal ones; return the indices of changed rows."""
     size = np.where(np.isnan(size), -1.0, size)
     order = np.argsort(row, kind="stable")
@@ -181,14 +181,14 @@ def _station_matrix(count: int, steps: int) -> Reals:
     return np.vstack([values, _to_bernstein(count - 2) @ twice]) if count > 2 else values
 
 
-def _ceiling(deflection: Deflection, roots: Iterable[tuple[float, str]]) -> Reals:
+def _upper_bound(deflection: Deflection, roots: Iterable[tuple[float, str]]) -> Reals:
     """Upper bound of the root of a sum of squares over all positions, shape (pieces, ...)."""
-    total = sum(weight * np.square(_greatest(coefficients(deflection, key))) for weight, key in roots)
+    total = sum(weight * np.square(_largest_coefficient(coefficients(deflection, key))) for weight, key in roots)
     ceiling: Reals = SLACK * np.sqrt(np.fmax.reduce(total, axis=-1))
     return ceiling
 
 
-def _greatest(values: Coefficients) -> Reals:
+def _largest_coefficient(values: Coefficients) -> Reals:
     """Largest Bernstein coefficient of polynomials in powers, an upper bound of their values."""
     found = _to_bernstein(len(values)) @ values.reshape(len(values), -1)
     greatest: Reals = np.abs(found).max(axis=0).reshape(values.shape[1:])
@@ -202,7 +202,7 @@ def _to_bernstein(count: int) -> Reals:
     return np.array([[comb(j, i) / comb(top, i) for i in range(count)] for j in range(count)])
 
 
-def _of_beams(values: Reals, owner: Integers, beams: int) -> Reals:
+def _largest_of_beams(values: Reals, owner: Integers, beams: int) -> Reals:
     """Largest value over each beam's pieces; -1 if unknown."""
     result = np.full((beams, *values.shape[1:]), -1.0)
     known = np.where(np.isnan(values), -1.0, values)

@@ -66,16 +66,18 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
     wanted = _with_parts(asked.values())
     values: dict[str, Extreme] = {}
     for chain in chains():
-        values |= _along_chain(deflection, chain, wanted)
+        values |= _extremes_along_chain(deflection, chain, wanted)
     others = [key for key in wanted if key not in values and not field_named(key).greatest_of]
-    values |= _of_polynomials(deflection, [key for key in others if not field_named(key).root_of])
-    values |= {key: _root(deflection, key) for key in others if field_named(key).root_of and key in asked.values()}
+    values |= _extremes_of_polynomials(deflection, [key for key in others if not field_named(key).root_of])
+    values |= {
+        key: _root_extreme(deflection, key) for key in others if field_named(key).root_of and key in asked.values()
+    }
     for key in wanted:
         field = field_named(key)
         if field.greatest_of:
-            best = reduce(_greater, (values[part] for part in field.greatest_of if part in values))
+            best = reduce(_larger_magnitude, (values[part] for part in field.greatest_of if part in values))
             for part in field.greatest_of:
-                best = best if part in values else _greater(best, _root(deflection, part, best))
+                best = best if part in values else _larger_magnitude(best, _root_extreme(deflection, part, best))
             values[key] = best if field.signed else Extreme(np.abs(best.value), best.xi)
     return {name: values[key] for name, key in asked.items()}
 
@@ -88,11 +90,11 @@ def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:
     return tuple(wanted)
 
 
-def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[str]) -> dict[str, Extreme]:
+def _extremes_along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[str]) -> dict[str, Extreme]:
     """Extremes of the wanted fields of a chain of integrals, and of the chord deflection (turning points from M).
 
-    With strain or shear, u and w are not plain integrals of the field before; with couples, M is not. With free strains
-    by sections, or turned sections, no field is. Turning points are then computed from the field itself.
+    A chain is broken at u and w by the sections' free strain or shear, at M by couples, and everywhere by additional
+    free strains (`AddedLoads`) or turned sections. Turning points are then computed from the field itself.
     """
     needed = [chain.index(key) for key in ("phi" if key == "chord" else key for key in wanted) if key in chain[1:]]
     if not needed:
@@ -108,17 +110,17 @@ def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[
             turning = turning_points(values)
         marks, heights = at_marks(values, turning)
         if field in wanted:
-            greatest[field] = _merged(Extreme(*greatest_at(marks, heights)), deflection)
+            greatest[field] = _largest_of_pieces(Extreme(*greatest_at(marks, heights)), deflection)
         if field == "phi" and "chord" in wanted:
             chord = coefficients(deflection, "chord")
             turns = zeros_of(derivative(chord), turning) if bare else turning_points(chord)
-            greatest["chord"] = _merged(Extreme(*greatest_at(*at_marks(chord, turns))), deflection)
+            greatest["chord"] = _largest_of_pieces(Extreme(*greatest_at(*at_marks(chord, turns))), deflection)
         if field != chain[max(needed)]:
             turning = zeros_between(values, marks, heights)
     return greatest
 
 
-def _of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dict[str, Extreme]:
+def _extremes_of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dict[str, Extreme]:
     """Extremes of fields outside the chains; fields of one degree together."""
     alike: dict[int, dict[str, Any]] = {}
     for key in keys:
@@ -128,11 +130,13 @@ def _of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dict[str, Ex
     for fields in alike.values():
         values = np.stack(list(fields.values()), axis=1)
         both = zip(*greatest_at(*at_marks(values, turning_points(values))), strict=True)
-        greatest |= {key: _merged(Extreme(*each), deflection) for key, each in zip(fields, both, strict=True)}
+        greatest |= {
+            key: _largest_of_pieces(Extreme(*each), deflection) for key, each in zip(fields, both, strict=True)
+        }
     return greatest
 
 
-def _root(deflection: Deflection, key: str, beside: Extreme | None = None) -> Extreme:
+def _root_extreme(deflection: Deflection, key: str, beside: Extreme | None = None) -> Extreme:
     """Extreme of the root of a sum of squares; 0 if it cannot exceed the extreme `beside`.
 
     On [0, 1] a polynomial is at most the sum of its coefficients' magnitudes.
@@ -145,10 +149,10 @@ def _root(deflection: Deflection, key: str, beside: Extreme | None = None) -> Ex
     if near.any():
         some = np.ascontiguousarray(squares[:, near])
         value[near], xi[near] = greatest_at(*at_marks(some, turning_points(some)))
-    return _merged(Extreme(np.sqrt(np.maximum(value, 0.0)), xi), deflection)
+    return _largest_of_pieces(Extreme(np.sqrt(np.maximum(value, 0.0)), xi), deflection)
 
 
-def _merged(pieces: Extreme, deflection: Deflection) -> Extreme:
+def _largest_of_pieces(pieces: Extreme, deflection: Deflection) -> Extreme:
     """Largest value over each beam's pieces."""
     division = deflection.division
     if division.whole:
@@ -163,7 +167,7 @@ def _merged(pieces: Extreme, deflection: Deflection) -> Extreme:
     return Extreme(value, xi)
 
 
-def _greater(first: Extreme, second: Extreme) -> Extreme:
+def _larger_magnitude(first: Extreme, second: Extreme) -> Extreme:
     """Return the extreme of larger magnitude."""
     better = np.abs(second.value) > np.abs(first.value)
     return Extreme(np.where(better, second.value, first.value), np.where(better, second.xi, first.xi))

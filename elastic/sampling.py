@@ -63,12 +63,12 @@ def sample(deflection: Deflection, field: str, stations: int | ArrayLike = STATI
     if entry.root_of:
         return np.sqrt(sum(weight * sample(deflection, part, xi) ** 2 for weight, part in entry.root_of))
     if entry.greatest_of:
-        values = reduce(_greater, (sample(deflection, part, xi) for part in entry.greatest_of))
+        values = reduce(_larger_magnitude, (sample(deflection, part, xi) for part in entry.greatest_of))
         return values if entry.signed else np.abs(values)
     return evaluated(coefficients(deflection, entry.key), deflection.division, xi)
 
 
-def _greater(one: AtStations, other: AtStations) -> AtStations:
+def _larger_magnitude(one: AtStations, other: AtStations) -> AtStations:
     """Return the value of larger magnitude."""
     return np.where(np.abs(other) > np.abs(one), other, one)
 
@@ -80,7 +80,7 @@ def displacement_of(deflection: Deflection, link: str | int, point: str) -> Comp
     """
     motion = deflection.motion
     at = motion.mechanism.index[link] if isinstance(link, str) else link
-    body, moved = motion.mechanism.links[at], _on_a_beam(deflection, at, point, ("u", "w"))
+    body, moved = motion.mechanism.links[at], _fields_at_point(deflection, at, point, ("u", "w"))
     if moved is None:
         carried: Complexes = (
             deflection.shift[at] + 1j * deflection.angle[at] * motion.direction[at] * body.points[point]
@@ -96,11 +96,13 @@ def rotation_of(deflection: Deflection, link: str | int, point: str) -> Reals:
     """Rotation of a link at a point [rad], shape (..., positions): of the section, else of the link's axes."""
     index = deflection.motion.mechanism.index
     at = index[link] if isinstance(link, str) else link
-    turned = _on_a_beam(deflection, at, point, ("phi",))
+    turned = _fields_at_point(deflection, at, point, ("phi",))
     return deflection.angle[at] if turned is None else turned[1][0]
 
 
-def _on_a_beam(deflection: Deflection, at: int, point: str, fields: Sequence[str]) -> tuple[Beam, list[Reals]] | None:
+def _fields_at_point(
+    deflection: Deflection, at: int, point: str, fields: Sequence[str]
+) -> tuple[Beam, list[Reals]] | None:
     """First beam that ends at a point, else the first through it, and its fields there; None without a beam."""
     beams = [(number, beam) for number, (owner, beam) in enumerate(deflection.motion.mechanism.beams) if owner == at]
     for number, beam in beams:

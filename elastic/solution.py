@@ -38,7 +38,7 @@ from rigid.plane import ZERO
 MAX_FLANK_ROUNDS = 4  # iterations for the loaded flanks of gears
 
 
-def _polynomials(field: str) -> cached_property[Coefficients]:
+def _field_property(field: str) -> cached_property[Coefficients]:
     """Make a property that computes a field on the pieces on first use."""
     return cached_property(lambda self: on_pieces(field, self.amplitudes, self.division, self.compliance))
 
@@ -112,8 +112,8 @@ class Deflection:
         """The pieces of the beams."""
         return division_of(self.sections, self.blocks, self.motion.columns)
 
-    N, V, M = _polynomials("N"), _polynomials("V"), _polynomials("M")
-    u, w, phi = _polynomials("u"), _polynomials("w"), _polynomials("phi")
+    N, V, M = _field_property("N"), _field_property("V"), _field_property("M")
+    u, w, phi = _field_property("u"), _field_property("w"), _field_property("phi")
 
     @property
     def is_turned(self) -> bool:
@@ -139,10 +139,10 @@ class Deflection:
                 )
                 bounds = (greatest_rotation(*each) for each in zip(closures, openings, strict=True))
                 turned = reduce(np.maximum, bounds, 0.0)
-                moved = np.maximum(_greatest(self.u), _greatest(self.w))
+                moved = np.maximum(_largest_magnitude(self.u), _largest_magnitude(self.w))
                 growth = (
                     growth
-                    * cancellation_factor(turned, _greatest(self.phi))
+                    * cancellation_factor(turned, _largest_magnitude(self.phi))
                     * cancellation_factor(turned * self.length.max(0), moved)
                 )
         growth = np.where(np.isnan(growth) & ~np.isnan(self.motion.sine), np.inf, growth)
@@ -255,7 +255,7 @@ def _loaded_links(problem: ElasticProblem) -> tuple[JointForces, LinkResponse, J
 
     def balance(friction: Mapping[int, Columns] | None, flank: Mapping[int, Columns] | None) -> JointForces:
         if surplus:
-            return _compatible(problem, more, friction, flank)
+            return _indeterminate_forces(problem, more, friction, flank)
         return balancing_forces(motion, more, flank, friction)
 
     vibrating = {number: (rate, creep) for number, rate, creep in added.sliding} if added is not None else {}
@@ -263,7 +263,7 @@ def _loaded_links(problem: ElasticProblem) -> tuple[JointForces, LinkResponse, J
     return forces, *bent_links(problem, forces)
 
 
-def _compatible(
+def _indeterminate_forces(
     problem: ElasticProblem,
     more: Sequence[tuple[int, Columns, Columns]],
     friction: Mapping[int, Columns] | None,
@@ -296,7 +296,7 @@ def marked(deflection: Deflection, lost: Flags) -> Deflection:
     return replace(deflection, amplitudes=amplitudes, shift=shift, angle=angle, unmarked=unmarked)
 
 
-def _greatest(values: Coefficients) -> Reals:
+def _largest_magnitude(values: Coefficients) -> Reals:
     """Largest magnitude of a field over the ends and middles of all pieces."""
     halves = 0.5 ** np.arange(len(values))
     places = (values[0], values.sum(0), np.tensordot(halves, values, 1))

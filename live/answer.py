@@ -223,7 +223,7 @@ def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str)
         If the mechanism does not close as drawn.
     """
     times = scene.course.times()
-    near = _near(scene, times, memory.motion) if dragged else None
+    near = _near_motion(scene, times, memory.motion) if dragged else None
     moved = near or scene.course.at(times)
     memory.motion = moved
     ok = reachable(moved)
@@ -257,7 +257,7 @@ def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str)
     }, data
 
 
-def _near(scene: Scene, times: Reals, before: Motion | None) -> Motion | None:
+def _near_motion(scene: Scene, times: Reals, before: Motion | None) -> Motion | None:
     """Motion close to an earlier one of the same mechanism, or None if it may be on another branch.
 
     It is on the drawn branch if it starts as drawn, no group changes its assembly, and no step bends by half the sine

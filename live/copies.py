@@ -50,7 +50,7 @@ def copy(text: str, tables: Tables, change: Tables) -> str:
         named[name] = new_name(taken, "link_")
         taken.append(named[name])
         text = with_table(text, ("links", named[name]), _link(links[name], named, mirror))
-    for path, entries in _hanging(tables, names, named, mirror):
+    for path, entries in _attached_parts(tables, names, named, mirror):
         text = with_value(text, path, entries) if path[0] == "masses" else with_table(text, path, entries)
     return text
 
@@ -72,7 +72,9 @@ def _flipped(place: list[Any], mirror: bool) -> list[Any]:
     return [place[0], _opposite(place[1])] if mirror else place
 
 
-def _hanging(tables: Tables, names: list[str], named: Mapping[str, str], mirror: bool) -> Iterator[tuple[Any, Any]]:
+def _attached_parts(
+    tables: Tables, names: list[str], named: Mapping[str, str], mirror: bool
+) -> Iterator[tuple[Any, Any]]:
     """Paths and entries of the links' masses, welds, slots, sliders, and constant-speed drives."""
     for point, mass in tables.get("masses", {}).items():
         if named.get(point, point) != point:

@@ -136,7 +136,7 @@ def _with_study(text: str, kind: str, change: Tables) -> str:
     path = str(change.get("number") or "")
     if not path:
         raise EditError("choose the number first that is to vary")
-    low, high = (_written(change[end], change["unit"]) for end in ("low", "high"))
+    low, high = (_quantity_text(change[end], change["unit"]) for end in ("low", "high"))
     if kind == "tolerances":
         return with_value(text, ("tolerances", path), PART)
     if kind == "sweep":
@@ -146,5 +146,5 @@ def _with_study(text: str, kind: str, change: Tables) -> str:
     return with_value(text, ("optimize", "variables", path), [low, high])
 
 
-def _written(value: Any, unit: str) -> Any:
+def _quantity_text(value: Any, unit: str) -> Any:
     return f"{float(value):.6g} {unit}" if unit != "1" else float(f"{float(value):.6g}")

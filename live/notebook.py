@@ -18,7 +18,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, document_from_text
 from kinelast.scene.text import beside
 from live.file import SceneFile
-from live.server import Live, bound_socket, scene_file, server_of
+from live.server import Live, LiveServer, bound_socket, scene_file
 
 FRAME = "width:100%;height:60em;border:1px solid #ccd"
 ELSEWHERE = "If the frame stays empty, this browser does not reach the kernel's computer: show <code>.widget</code> of it instead."  # noqa: E501
@@ -49,7 +49,7 @@ class LiveView:
         live.worker.begin()
         self._live = live
         self.address = live.address
-        self._server = server_of(live)
+        self._server = LiveServer(live)
         self._thread = threading.Thread(target=self._server.run, kwargs={"sockets": [bound]}, daemon=True)
         self._thread.start()
 

@@ -276,7 +276,7 @@ def remove(text: str, tables: Tables, change: Tables) -> str:
     if kind == "link":
         text = _without_naming(text, tables, lambda table: name in (table.get("link"), table.get("on")))
     if kind in ("slot", "slider"):
-        text = _without_naming(text, tables, partial(_slides, name))
+        text = _without_naming(text, tables, partial(_names_slider, name))
     return without(text, (SINGLE[kind], name))
 
 
@@ -291,12 +291,12 @@ def _without_naming(text: str, tables: Tables, names: Callable[[Tables], bool]) 
     for kind in ("slots", "sliders"):
         for name, table in tables.get(kind, {}).items():
             if names(table):
-                text = _without_naming(text, tomllib.loads(text), partial(_slides, name))
+                text = _without_naming(text, tomllib.loads(text), partial(_names_slider, name))
                 text = without(text, (kind, name))
     return text
 
 
-def _slides(name: str, table: Tables) -> bool:
+def _names_slider(name: str, table: Tables) -> bool:
     """True if a table names a slider."""
     return bool(table.get("slider") == name)
 

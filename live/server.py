@@ -95,7 +95,7 @@ def refusal(live: Live, request: Request) -> Response | None:
 Handler = Callable[[Live, Request, Any], Response]
 
 
-def _guarded(live: Live, handler: Handler) -> Callable[[Request], Any]:
+def _authorised(live: Live, handler: Handler) -> Callable[[Request], Any]:
     """Wrap a handler: check the request, parse its JSON, and run the handler in a thread."""
 
     async def respond(request: Request) -> Response:
@@ -254,7 +254,7 @@ def application(live: Live) -> Starlette:
 
     return Starlette(
         routes=[Route("/", landing)]
-        + [Route(f"/{{token}}{path}", _guarded(live, handler), methods=[method]) for path, handler, method in routes]
+        + [Route(f"/{{token}}{path}", _authorised(live, handler), methods=[method]) for path, handler, method in routes]
     )
 
 
@@ -305,8 +305,8 @@ def bound_socket(name: str) -> socket.socket:
     raise AssertionError
 
 
-class _Server(uvicorn.Server):
-    """Server that cancels the running answer on shutdown."""
+class LiveServer(uvicorn.Server):
+    """Server of an editor; run it with its socket."""
 
     def __init__(self, live: Live) -> None:
         config = uvicorn.Config(
@@ -316,13 +316,9 @@ class _Server(uvicorn.Server):
         self._live = live
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Cancel the running answer, then shut down."""
         self._live.worker.cancel()
         await super().shutdown(sockets)
-
-
-def server_of(live: Live) -> uvicorn.Server:
-    """Return the server of an editor; run it with its socket."""
-    return _Server(live)
 
 
 def serve(argument: str | None, tell: Callable[[str], None], browse: bool = True) -> int:
@@ -346,5 +342,5 @@ def serve(argument: str | None, tell: Callable[[str], None], browse: bool = True
     if browse:
         threading.Timer(0.3, webbrowser.open, [live.address]).start()
     with bound, suppress(KeyboardInterrupt):
-        server_of(live).run(sockets=[bound])
+        LiveServer(live).run(sockets=[bound])
     return 0

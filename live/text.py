@@ -247,18 +247,18 @@ def without(text: str, path: Path) -> str:
         start = text.rfind("\n", 0, begin) + 1
         stop = text.find("\n", end)
         return text[:start] + (text[stop + 1 :] if stop >= 0 else "")
-    kept = [text[slice(*known.values[each])] for each in _beside(known, path[:-1]) if each != path]
+    kept = [text[slice(*known.values[each])] for each in _siblings(known, path[:-1]) if each != path]
     if isinstance(path[-1], int):
         return replaced(text, [(above, f"[{', '.join(kept)}]")])
     pairs = [
         f"{_as_key(str(each[-1]))} = {text[slice(*known.values[each])]}"
-        for each in _beside(known, path[:-1])
+        for each in _siblings(known, path[:-1])
         if each != path
     ]
     return replaced(text, [(above, "{" + ", ".join(pairs) + "}")])
 
 
-def _beside(known: Places, above: Path) -> Iterator[Path]:
+def _siblings(known: Places, above: Path) -> Iterator[Path]:
     return (each for each in known.values if len(each) == len(above) + 1 and each[:-1] == above)
 
 

@@ -17,7 +17,7 @@ def editing(path, worker=None):
     bound = server.bound_socket(str(path))
     more = {} if worker is None else {"worker": worker}
     live = server.Live(SceneFile(path), path.stem, "secret", bound.getsockname()[1], **more)
-    serving = server.server_of(live)
+    serving = server.LiveServer(live)
     thread = threading.Thread(target=serving.run, kwargs={"sockets": [bound]})
     thread.start()
     try:

@@ -146,7 +146,7 @@ def test_drawn_right_before_a_dead_point_it_goes_away_from_it():
 @pytest.mark.slow
 def test_behind_a_change_point_that_it_is_not_sure_to_pass_nothing_is_answered(monkeypatch):
     """A plate on two like rods is carried in parallel by a third from a like crank; they align at 1.789 rad."""
-    for name in ("_passes", "_carries"):
+    for name in ("_passes_smoothly", "_turns_with_drive"):
         monkeypatch.setattr(Trace, name, lambda *_: False)
     way = 0.1 * np.exp(1.2j)
     places = {"K": way, "C": 0.35 + 0.3j, "G": 0.3 + 0.05j, "H": 0.2 + 0.5j}
@@ -203,8 +203,8 @@ def test_one_design_of_like_cranks_goes_around_beside_another_that_ends():
 @pytest.mark.slow
 def test_cranks_that_are_not_quite_alike_are_not_taken_for_such(monkeypatch):
     carried = []
-    plain = Trace._carries
-    monkeypatch.setattr(Trace, "_carries", lambda *given: carried.append(plain(*given)) or carried[-1])
+    plain = Trace._turns_with_drive
+    monkeypatch.setattr(Trace, "_turns_with_drive", lambda *given: carried.append(plain(*given)) or carried[-1])
     like_cranks(0.1 * np.exp(1.2j), "rod", 73, 1e-13 * np.exp(0.4j))
     assert carried
     assert not any(carried)

@@ -711,7 +711,7 @@ def served(tmp_path, text=STEEL):
     path.write_text(text)
     bound = server.bound_socket(str(path))
     live = server.Live(SceneFile(path), "one", "secret", bound.getsockname()[1], worker=NoWorker())
-    serving = server.server_of(live)
+    serving = server.LiveServer(live)
     thread = threading.Thread(target=serving.run, kwargs={"sockets": [bound]})
     thread.start()
     try:

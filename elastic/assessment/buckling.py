@@ -29,7 +29,7 @@ from rigid.arrays import Flags, Integers
 
 INNER = 4  # polynomials along a beam
 REAL = 1e-9  # largest imaginary part of a real root, relative to the largest root
-RESOLVED = 0.2  # load ratio from which the largest position is searched
+RESOLVED = 0.2  # above this load ratio, the largest of all positions is found
 EVEN = 13  # evenly spaced positions that are always computed
 TOGETHER = 8  # positions computed at once
 

@@ -25,16 +25,16 @@ class BeamCompliance:
     Attributes
     ----------
     length
-        [m].
+        Lengths [m].
     stretch, bend, shear
         1/EA, 1/EI, 1/kGA at the start.
     strain, tapered
         Free strain; True if the rigidities change along the beam.
     ends
-        Contribution of each power to u(1), phi(1), w(1) by bending and w(1) by shear, relative to a prismatic beam;
-        four arrays of shape (powers, beams, 1). None if all beams are prismatic.
+        Contribution of each power to u(1), phi(1), w(1) by bending and w(1) by shear, divided by that in a prismatic
+        beam; four arrays of shape (powers, beams, 1). None if all beams are prismatic.
     powers
-        Highest number of powers of xi in the bending moment.
+        Largest number of powers of xi in the bending moment.
     """
 
     length: PerBeam
@@ -77,11 +77,11 @@ class BeamCompliance:
 @lru_cache(maxsize=64)
 def compliance_of(mechanism: Mechanism, sections: tuple[Section, ...], ndim: int, powers: int) -> BeamCompliance:
     """Return the flexibilities for columns of `ndim` axes and bending moments with `powers` powers of xi."""
-    return BeamCompliance(beam_constants(mechanism, ndim).length, *_of_sections(sections, ndim, powers), powers)
+    return BeamCompliance(beam_constants(mechanism, ndim).length, *_flexibilities_of(sections, ndim, powers), powers)
 
 
 @lru_cache(maxsize=64)
-def _of_sections(
+def _flexibilities_of(
     sections: tuple[Section, ...], ndim: int, powers: int
 ) -> tuple[PerBeam, PerBeam, PerBeam, PerBeam, Flags, Ends | None]:
     """Return the flexibilities that depend on the sections but not on the lengths."""

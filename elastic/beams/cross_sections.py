@@ -26,7 +26,7 @@ class Shape:
     ----------
     area, inertia
         Area [m^2]; second moment of area for bending in the plane of motion [m^4]. A section without an axis of
-        symmetry also bends sideways; if free to do so, `inertia` is I_z - I_yz^2/I_y, less than I_z.
+        symmetry also bends sideways. `inertia` assumes that it can: I_z - I_yz^2/I_y, less than I_z.
     fibre
         Distance of the outermost fibre from the axis [m]; the largest stress is M fibre/inertia.
     peak_shear
@@ -195,7 +195,7 @@ def channel(depth: float, width: float, web: float, flange: float, fillet: float
     half, across = (depth - flange) / 2, width - web / 2
     flow = flange * across * half
     walls = [(flange, across, half, half, 0.0)] * 2 + [(web, 2 * half, half, -half, flow)]
-    return Shape(area, inertia, depth / 2, moment * area / (inertia * web), _by_energy(walls), width)
+    return Shape(area, inertia, depth / 2, moment * area / (inertia * web), _shear_coefficient_by_energy(walls), width)
 
 
 def t_section(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
@@ -224,15 +224,15 @@ def t_section(depth: float, width: float, web: float, flange: float, fillet: flo
     middle = web * height**2 / 2 / (web * height + flange * width)
     walls = [(web, height, height - middle, -middle, 0.0)] + [(flange, width / 2, -middle, -middle, 0.0)] * 2
     fibre = np.maximum(depth - axis, axis)
-    return Shape(area, inertia, fibre, moment * area / (inertia * web), _by_energy(walls), width)
+    return Shape(area, inertia, fibre, moment * area / (inertia * web), _shear_coefficient_by_energy(walls), width)
 
 
 def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: float = 0.0) -> Shape:
     """Angle section with the leg `depth` in the plane of motion and the leg `width` normal to it [m].
 
-    Neither leg is an axis of symmetry: a moment in the plane also bends the section sideways, by -I_yz/I_y as much.
-    This bending is assumed to be free. If joints prevent it, the section is stiffer by at most I_z/`inertia`.
-    The load acts through the shear centre.
+    Neither leg is an axis of symmetry: a moment in the plane also bends the section sideways, by -I_yz/I_y times the
+    deflection in the plane. This is assumed to be possible. If joints prevent it, the section is stiffer by at most
+    I_z/`inertia`. The load acts through the shear centre.
 
     Parameters
     ----------
@@ -269,7 +269,7 @@ def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: flo
     fibre = np.max([np.abs(at - y - share * (beside - z)) for at, beside in ends], axis=0)
     inertia = along - product**2 / across
     walls = _walls_of_angle(depth - wall / 2, width - wall / 2, wall)
-    return Shape(area, inertia, fibre, _peak_of_angle(walls), _by_energy(walls), width)
+    return Shape(area, inertia, fibre, _peak_of_angle(walls), _shear_coefficient_by_energy(walls), width)
 
 
 Wall = tuple[Any, Any, Any, Any, Any]
@@ -288,25 +288,25 @@ def _walls_of_angle(leg: Any, other: Any, wall: Any) -> list[Wall]:
 
 def _peak_of_angle(walls: Sequence[Wall]) -> Any:
     """Largest shear stress over the mean, thin-walled angle: at the axis, on the longer side."""
-    area, inertia = _measured(walls)
+    area, inertia = _wall_properties(walls)
     thick, length, first, last, _ = walls[0]
     share = first / (first - last)
     return thick * length * first * share / 2 * area / (inertia * thick)
 
 
-def _measured(walls: Sequence[Wall]) -> tuple[Any, Any]:
+def _wall_properties(walls: Sequence[Wall]) -> tuple[Any, Any]:
     """Area and second moment of thin walls."""
     area = sum(thick * length for thick, length, _, _, _ in walls)
     inertia = sum(thick * length * (a**2 + a * b + b**2) / 3 for thick, length, a, b, _ in walls)
     return area, inertia
 
 
-def _by_energy(walls: Sequence[Wall]) -> tuple[Any, float, float]:
+def _shear_coefficient_by_energy(walls: Sequence[Wall]) -> tuple[Any, float, float]:
     """Shear coefficient of thin walls from the energy of the shear flow, as a, b, c of `Shape.cowper`.
 
     k = I^2/(A int Q^2/t ds): Cowper's coefficient without the effect of Poisson's ratio.
     """
-    area, inertia = _measured(walls)
+    area, inertia = _wall_properties(walls)
     energy = 0.0
     for thick, length, first, last, flow in walls:
         b, c = thick * length * first, thick * length * (last - first) / 2

@@ -91,7 +91,7 @@ def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance
     for number, section in enumerate(division.sections):
         if section.taper and field in DISPLACEMENTS:
             rows = division.of_beam(number)
-            carried, bent = _of_tapered(field, amplitudes, number, section, compliance.length[number])
+            carried, bent = _tapered_field(field, amplitudes, number, section, compliance.length[number])
             moved = shifted(carried[:, None], division.start[rows], division.width[rows])
             result = _with_rows(result, rows, added(bent, moved))
     for block in division.blocks:
@@ -108,7 +108,7 @@ def _with_rows(values: Coefficients, rows: Integers, others: Coefficients) -> Co
     return result
 
 
-def _of_tapered(
+def _tapered_field(
     field: str, amplitudes: Amplitudes, number: int, section: Section, length: Reals
 ) -> tuple[Coefficients, Coefficients]:
     """Split a tapered beam's field: a straight line in powers of xi, and the rest on pieces (n, pieces, ...)."""
@@ -178,13 +178,13 @@ def at_station(values: Coefficients, division: Division, number: int, xi: Reals 
         A number, or one per design, shape (designs, 1).
     """
     first, *others = division.of_beam(number)
-    there: Columns = evaluate(values[:, first], _way(division, first, xi))
+    there: Columns = evaluate(values[:, first], _on_piece(division, first, xi))
     for row in others:
-        there = np.where(division.start[row] < xi, evaluate(values[:, row], _way(division, row, xi)), there)
+        there = np.where(division.start[row] < xi, evaluate(values[:, row], _on_piece(division, row, xi)), there)
     return there
 
 
-def _way(division: Division, row: int, xi: Reals | float) -> Columns:
+def _on_piece(division: Division, row: int, xi: Reals | float) -> Columns:
     """Convert xi of a beam to t from 0 to 1 on one piece."""
     width = division.width[row]
     way: Columns = (xi - division.start[row]) / np.where(width > 0.0, width, 1.0)

@@ -108,9 +108,9 @@ def elastic_line(
         end = _sum(u[1:]), _sum(w[1 if compliance.sheared else 2 :]), _sum(phi[1:])
     else:
         stretched, turned, bent, slid = compliance.ends
-        end = _reached(u[1:], stretched), _reached(w[2:], bent), _reached(phi[1:], turned)
+        end = _sum_at_end(u[1:], stretched), _sum_at_end(w[2:], bent), _sum_at_end(phi[1:], turned)
         if slide is not None:
-            end = end[0], end[1] + _reached(slide, slid), end[2]
+            end = end[0], end[1] + _sum_at_end(slide, slid), end[2]
             w[1 : len(V) + 1] += np.where(compliance.tapered, 0.0, slide)
             slide = np.where(compliance.tapered, slide, 0.0)
     if compliance.strained:
@@ -135,7 +135,7 @@ def free_line(strain: VectorCoefficients, length: PerBeam) -> Coefficients:
     return free
 
 
-def _reached(amplitudes: Coefficients, ends: Coefficients) -> PerBeam:
+def _sum_at_end(amplitudes: Coefficients, ends: Coefficients) -> PerBeam:
     """Sum the functions at the beam's end, weighted by their amplitudes."""
     reached: PerBeam = (amplitudes * ends[: len(amplitudes)]).sum(0)
     return reached

@@ -117,11 +117,11 @@ def zeros_between(values: Coefficients, marks: Reals, heights: Reals) -> Reals:
         crossing, column = np.nonzero((heights[:-1] < 0) != (heights[1:] < 0))
     if len(column):
         ends = [(marks[crossing + k, column], heights[crossing + k, column]) for k in (0, 1)]
-        zeros[crossing, column] = _between(flat[:, column], *ends)
+        zeros[crossing, column] = _zeros_in_brackets(flat[:, column], *ends)
     return zeros.reshape(-1, *shape)
 
 
-def _between(values: Coefficients, low: Sequence[Reals], high: Sequence[Reals]) -> Reals:
+def _zeros_in_brackets(values: Coefficients, low: Sequence[Reals], high: Sequence[Reals]) -> Reals:
     """Find the only zero of each polynomial between two marks, by Newton's method in a bracket.
 
     A step out of the bracket is replaced by a bisection. After `COMMON_STEPS` steps only unconverged zeros go on.
@@ -136,7 +136,7 @@ def _between(values: Coefficients, low: Sequence[Reals], high: Sequence[Reals]) 
         if len(values) == 2:
             return xi
         if len(values) == 3:
-            return _of_parabola(values, left, right, xi)
+            return _zeros_of_parabolas(values, left, right, xi)
         going: Any = slice(None)
         zeros = xi
         for step in range(MAX_STEPS):
@@ -156,7 +156,7 @@ def _between(values: Coefficients, low: Sequence[Reals], high: Sequence[Reals]) 
     return zeros
 
 
-def _of_parabola(values: Coefficients, left: Reals, right: Reals, guess: Reals) -> Reals:
+def _zeros_of_parabolas(values: Coefficients, left: Reals, right: Reals, guess: Reals) -> Reals:
     """Return the zero of each parabola between two marks; the guess if round-off leaves no zero there.
 
     The larger root comes from the formula without cancellation, the smaller from the product of both.

@@ -157,16 +157,16 @@ def compatible_forces(
     force, moment, (pull, twist) = list(forces.force), list(forces.moment), forces.ground_load
     for number, state in enumerate(states):
         amount = redundants[..., number]
-        force = [value + _share(amount, part) for value, part in zip(force, state.force, strict=True)]
-        moment = [value + _share(amount, part) for value, part in zip(moment, state.moment, strict=True)]
+        force = [value + _scaled_part(amount, part) for value, part in zip(force, state.force, strict=True)]
+        moment = [value + _scaled_part(amount, part) for value, part in zip(moment, state.moment, strict=True)]
         # gears load the ground in addition to the joints
         pull, twist = (
-            value + _share(amount, part) for value, part in zip((pull, twist), state.ground_load, strict=True)
+            value + _scaled_part(amount, part) for value, part in zip((pull, twist), state.ground_load, strict=True)
         )
     return replace(forces, force=force, moment=moment, ground_load=(pull, twist))
 
 
-def _share(amount: Reals, part: Columns) -> Numbers:
+def _scaled_part(amount: Reals, part: Columns) -> Numbers:
     """Scale a part of a self-stress; zero if the part is zero, even for an unknown amount."""
     share: Numbers = np.where(np.abs(part) > UNSTRESSED, amount, 0.0) * part
     return share

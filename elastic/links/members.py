@@ -104,7 +104,7 @@ class BeamRuns:
 @lru_cache(maxsize=64)
 def members_of(mechanism: Mechanism) -> BeamRuns:
     """Divide the beams of a mechanism into members."""
-    return BeamRuns(tuple(_run(mechanism, chain) for chain in _chains(mechanism)))
+    return BeamRuns(tuple(_beam_run(mechanism, chain) for chain in _chains(mechanism)))
 
 
 @lru_cache(maxsize=64)
@@ -118,10 +118,10 @@ def spans_of(mechanism: Mechanism) -> BeamRuns:
             if not place or (at, beam.end if turned else beam.start) in joined:
                 spans.append([])
             spans[-1].append((number, turned))
-    return BeamRuns(tuple(_run(mechanism, span) for span in spans))
+    return BeamRuns(tuple(_beam_run(mechanism, span) for span in spans))
 
 
-def _run(mechanism: Mechanism, chain: list[tuple[int, bool]]) -> BeamRun:
+def _beam_run(mechanism: Mechanism, chain: list[tuple[int, bool]]) -> BeamRun:
     lengths = [_length(mechanism, number) for number, _ in chain]
     ends = [*accumulate(lengths, initial=0.0 * lengths[0])]
     turned = tuple(way for _, way in chain)
@@ -144,14 +144,16 @@ def _chains(mechanism: Mechanism) -> Iterator[list[tuple[int, bool]]]:
             continue
         del left[first]
         chain = [(first, False)]
-        while follower := _next(mechanism, chain[-1], left):
+        while follower := _collinear_neighbour(mechanism, chain[-1], left):
             chain.append(follower)
-        while follower := _next(mechanism, (chain[0][0], not chain[0][1]), left):
+        while follower := _collinear_neighbour(mechanism, (chain[0][0], not chain[0][1]), left):
             chain.insert(0, (follower[0], not follower[1]))
         yield chain
 
 
-def _next(mechanism: Mechanism, last: tuple[int, bool], left: dict[int, tuple[int, Beam]]) -> tuple[int, bool] | None:
+def _collinear_neighbour(
+    mechanism: Mechanism, last: tuple[int, bool], left: dict[int, tuple[int, Beam]]
+) -> tuple[int, bool] | None:
     """Find the collinear beam after the end of another, and remove it from `left`."""
     at, beam = mechanism.beams[last[0]]
     points = mechanism.links[at].points

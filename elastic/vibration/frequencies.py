@@ -92,12 +92,12 @@ def natural_frequencies(
     count = motion.columns[-1]
     chosen = np.linspace(0, count - 1, min(positions, count)).round().astype(int)
     rows = range(motion.columns[0] if len(motion.columns) > 1 else 1)[:designs]
-    found = [_of_design(motion, sections, modes, chosen, joints or {}, row, settled) for row in rows]
+    found = [_design_frequencies(motion, sections, modes, chosen, joints or {}, row, settled) for row in rows]
     omega = np.stack([values for values, _ in found], axis=1)
     return Frequencies(omega if len(motion.columns) > 1 else omega[:, 0], chosen, max(change for _, change in found))
 
 
-def _of_design(
+def _design_frequencies(
     motion: Motion,
     sections: Sequence[Section],
     modes: int,

@@ -88,7 +88,7 @@ def link_coordinates(link: Link, sections: Sequence[Section], counts: Sequence[i
         beams.append(_coordinates(vector / abs(vector), count, ends, first, size))
         rigid.append(rigid_rows(abs(vector), section) @ beams[-1][:ENDS])
         first += count - ENDS
-    return LinkCoordinates(names, tuple(beams), _free_of(np.vstack(rigid)))
+    return LinkCoordinates(names, tuple(beams), _unconstrained_basis(np.vstack(rigid)))
 
 
 def elastic_coordinates(link: Link, inner: int) -> int:
@@ -209,17 +209,17 @@ def divided(
         stops = [(0.0, beam.start), *sorted(marks.get(number, ())), (1.0, beam.end)]
         for (low, near), (high, far) in pairwise(stops):
             points[near], points[far] = start + low * vector, start + high * vector
-            first, taper = _part(beam.mass_taper, low, high)
-            turned, rotary_taper = _part(beam.rotary_taper, low, high)
+            first, taper = _polynomial_part(beam.mass_taper, low, high)
+            turned, rotary_taper = _polynomial_part(beam.rotary_taper, low, high)
             of_part = beam.mass_per_length * first, taper, beam.rotary_inertia * turned, rotary_taper
             beams.append(Beam(near, far, *of_part))
-            parts.append(section if section.taper is None else _part_of(section, section.taper, low, high))
+            parts.append(section if section.taper is None else _section_part(section, section.taper, low, high))
     return Link(link.name, points, tuple(beams), link.lumps), parts
 
 
-def _part_of(section: Section, taper: Taper, low: float, high: float) -> Section:
+def _section_part(section: Section, taper: Taper, low: float, high: float) -> Section:
     """Cut a tapered section out, from one station to another."""
-    EA, EI, kGA = (_part(values, low, high) for values in (taper.EA, taper.EI, taper.kGA))
+    EA, EI, kGA = (_polynomial_part(values, low, high) for values in (taper.EA, taper.EI, taper.kGA))
     return replace(
         section,
         EA=section.EA * EA[0],
@@ -231,7 +231,7 @@ def _part_of(section: Section, taper: Taper, low: float, high: float) -> Section
     )
 
 
-def _part(taper: Sequence[float], low: float, high: float) -> tuple[float, tuple[float, ...]]:
+def _polynomial_part(taper: Sequence[float], low: float, high: float) -> tuple[float, tuple[float, ...]]:
     """Value of a polynomial at `low`, and the polynomial from `low` to `high` divided by this value."""
     moved = Polynomial(taper)(Polynomial([low, high - low])).coef
     return float(moved[0]), tuple(float(value) for value in moved / moved[0])
@@ -243,7 +243,7 @@ def one_of(value: Any, design: int) -> Any:
     return flat[design if len(flat) > 1 else 0]
 
 
-def _free_of(rows: Matrices) -> Matrices:
+def _unconstrained_basis(rows: Matrices) -> Matrices:
     """Null space as in `null_space`, but coordinates without constraints stay unit vectors."""
     touched = rows.any(axis=0)
     basis, others = null_space(rows[:, touched]), np.flatnonzero(~touched)

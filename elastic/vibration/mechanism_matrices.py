@@ -68,7 +68,7 @@ class VibratingStructure:
         self.level = np.concatenate([np.zeros(0, int), *(own_links[0].level for own_links in self._links[1:])])
         self.held: list[Any] = []
         for number, place in enumerate(self._places):
-            self._join(number, place, joints.get(place.joint.name, JointCompliance()))
+            self._add_joint(number, place, joints.get(place.joint.name, JointCompliance()))
 
     def frequencies(self, modes: int, inner: int) -> Reals:
         """Lowest frequencies [rad/s], ascending, shape (modes, positions), for `inner` polynomials; inf if massless."""
@@ -78,14 +78,14 @@ class VibratingStructure:
             rows = np.array(self.held).swapaxes(0, 1)[..., kept]
             stiffness, mass = (whole[:, kept][:, :, kept] for whole in (self.stiffness, self.mass))
             return np.array([lowest_sparse(*part, modes) for part in zip(stiffness, mass, rows, strict=True)]).T
-        for chosen, per_stiffness, level in self._unheld:
+        for chosen, per_stiffness, level in self._unconstrained:
             count = np.searchsorted(level, inner, side="right")
             if count:
                 omega[:, chosen] = _lowest(per_stiffness[:, :count, :count], modes)
         return omega
 
     @cached_property
-    def _unheld(self) -> list[tuple[Integers, Matrices, Integers]]:
+    def _unconstrained(self) -> list[tuple[Integers, Matrices, Integers]]:
         """Mass per stiffness of the unconstrained coordinates, grouped by rank: positions, matrices, levels.
 
         Constraints involve only end coordinates. Inner coordinates are uncoupled in stiffness and stay unchanged.
@@ -126,7 +126,7 @@ class VibratingStructure:
         ]
         return float(max(ways)) or 1.0
 
-    def _at(self, value: Columns) -> Numbers:
+    def _at_positions(self, value: Columns) -> Numbers:
         """Take a quantity of the motion at the positions of this design."""
         array = np.broadcast_to(value, self._motion.columns)
         return (array[self._design] if array.ndim > 1 else array)[self._positions]
@@ -138,7 +138,7 @@ class VibratingStructure:
         for number, rails in self._rails.items():
             if at == self._places[number].joint.owner:
                 beams = [rail - first_beam for rail in rails]
-                for mark, local in zip(marks, self._local(at, self._arm(number, at)), strict=True):
+                for mark, local in zip(marks, self._in_link_axes(at, self._arm(number, at)), strict=True):
                     beam, xi = _nearest(link, beams, local)
                     mark.setdefault(beam, []).append((xi, _block(number)))
         if not any(marks):
@@ -153,11 +153,13 @@ class VibratingStructure:
         """Loaded flanks of the gears under the loads of the motion."""
         return balancing_forces(self._motion).flank
 
-    def _local(self, at: int, arm: Columns) -> Complexes:
+    def _in_link_axes(self, at: int, arm: Columns) -> Complexes:
         """Convert a vector from ground axes to link axes in units of length, shape (positions,)."""
-        return np.asarray(self._at(arm) / self._at(self._motion.direction[at]) / self._scale, complex)
+        return np.asarray(
+            self._at_positions(arm) / self._at_positions(self._motion.direction[at]) / self._scale, complex
+        )
 
-    def _moved(self, at: int, name: str, arm: Columns) -> tuple[Complexes, Reals]:
+    def _point_displacement(self, at: int, name: str, arm: Columns) -> tuple[Complexes, Reals]:
         """Displacement, complex, in ground axes, and rotation of a link's point, per coordinate.
 
         `arm`: vector from the link's origin to the point in ground axes, used for links without beams.
@@ -166,37 +168,40 @@ class VibratingStructure:
         shift, turned = np.zeros(shape, complex), np.zeros(shape)
         if at:
             links = self._links[at]
-            local = self._local(at, arm)
+            local = self._in_link_axes(at, arm)
             if len(links) == 1:
                 moved, turn = links[0].place(name, local[:, None])
             else:
                 own = [link.place(name, spot) for link, spot in zip(links, local, strict=True)]
                 moved, turn = (np.array(parts) for parts in zip(*own, strict=True))
             part = slice(self._first[at], self._first[at] + len(links[0].mass))
-            shift[:, part] = self._at(self._motion.direction[at])[:, None] * moved
+            shift[:, part] = self._at_positions(self._motion.direction[at])[:, None] * moved
             turned[:, part] = turn
         return shift, turned
 
-    def _moved_at(self, number: int, at: int) -> tuple[Complexes, Reals]:
-        """Displacement and rotation of a link at a joint, see `_moved`."""
+    def _joint_displacement(self, number: int, at: int) -> tuple[Complexes, Reals]:
+        """Displacement and rotation of a link at a joint, see `_point_displacement`."""
         point = self._places[number].joint.point(at)
-        return self._moved(at, _block(number) if point is None else point, self._arm(number, at))
+        return self._point_displacement(at, _block(number) if point is None else point, self._arm(number, at))
 
-    def _join(self, number: int, place: JointPlace, soft: JointCompliance) -> None:
+    def _add_joint(self, number: int, place: JointPlace, soft: JointCompliance) -> None:
         """Add the constraints of a joint; a compliance becomes a spring."""
         joint = place.joint
-        at_child, at_parent = self._moved_at(number, joint.child), self._moved_at(number, joint.parent)
+        at_child, at_parent = (
+            self._joint_displacement(number, joint.child),
+            self._joint_displacement(number, joint.parent),
+        )
         shift, turned = at_child[0] - at_parent[0], at_child[1] - at_parent[1]
         rows = [shift.real, shift.imag]
         if not place.turns and joint.drive is None:
-            rows = [(np.conj(self._at(place.along))[:, None] * shift).imag]
-        self._hold(rows, soft.translation)
+            rows = [(np.conj(self._at_positions(place.along))[:, None] * shift).imag]
+        self._add_constraint(rows, soft.translation)
         if joint.holds_rotation:
-            self._hold([turned], soft.rotation * self._scale**2)
+            self._add_constraint([turned], soft.rotation * self._scale**2)
         if joint.gear is not None:
             followed = turned / self._scale if place.turns else self._along(place.along, shift)
             compliance = soft.rotation if place.turns else soft.translation
-            self._hold([followed - self._gear_input(number, place)], compliance)
+            self._add_constraint([followed - self._gear_input(number, place)], compliance)
 
     def _gear_input(self, number: int, place: JointPlace) -> Reals:
         """Motion that a gear gives its follower, per coordinate; teeth touch on the loaded flank."""
@@ -205,17 +210,17 @@ class VibratingStructure:
         hub: Any = rack_arm(place.joint.gear.driver) if place.joint.gear else 0.0
         if teeth is not None:
             hub = teeth.arm - teeth.reach_body
-            flank = self._at(self._flank[number])[:, None]
+            flank = self._at_positions(self._flank[number])[:, None]
             arrays = ("arm", "reach_body", "reach", "along", "apart")
-            parts: dict[str, Any] = {name: self._at(getattr(teeth, name))[:, None] for name in arrays}
-            along = None if place.turns else self._at(place.along)[:, None]
+            parts: dict[str, Any] = {name: self._at_positions(getattr(teeth, name))[:, None] for name in arrays}
+            along = None if place.turns else self._at_positions(place.along)[:, None]
             place = replace(place, along=along, teeth=replace(teeth, **parts))
 
         def moved(joint: Joint, at: int) -> tuple[Complexes, Reals]:
             if joint is place.joint:
-                shift, turned = self._moved_at(number, at)
+                shift, turned = self._joint_displacement(number, at)
             else:
-                shift, turned = self._moved(at, joint.point(at) or "", hub)
+                shift, turned = self._point_displacement(at, joint.point(at) or "", hub)
             return shift, turned / self._scale
 
         followed: Reals = gear_input(place, moved, flank)
@@ -223,9 +228,9 @@ class VibratingStructure:
 
     def _along(self, along: Columns, shift: Complexes) -> Reals:
         """Component of displacements along a slider's line."""
-        return (np.conj(self._at(along))[:, None] * shift).real
+        return (np.conj(self._at_positions(along))[:, None] * shift).real
 
-    def _hold(self, rows: list[Matrices], compliance: float) -> None:
+    def _add_constraint(self, rows: list[Matrices], compliance: float) -> None:
         for row in rows:
             if compliance:
                 self.stiffness += row[:, :, None] * row[:, None, :] / compliance

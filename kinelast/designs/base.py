@@ -145,7 +145,7 @@ def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
     elif top == "loads":
         able = inner[1] in ("force", "moment", "start", "end")
     elif top == "links":
-        able = not _goes_by_its_start(table)
+        able = not _stroke_depends_on_start(table)
     elif top == "joints":
         able = inner[1] not in RUBBING
     else:
@@ -158,10 +158,10 @@ def _follows_its_drawing(table: SceneTable, scene: Scene) -> bool:
     closed = all(group.closed_form for group in structure(scene.mechanism).groups)
     start_drawn = any(drive.start is None and drive.motion is None and drive.link for drive in table.drives)
     one_way = not start_drawn or len(table.drives) == 1
-    return closed and not table.gears and one_way and not _goes_by_its_start(table)
+    return closed and not table.gears and one_way and not _stroke_depends_on_start(table)
 
 
-def _goes_by_its_start(table: SceneTable) -> bool:
+def _stroke_depends_on_start(table: SceneTable) -> bool:
     """True if the stroke of a drive depends on its drawn start: its law ends at a given position, or repeats."""
     drawn = [drive for drive in table.drives if drive.start is None and drive.law is not None]
     return any(drive.repeat for drive in drawn) or any(
@@ -211,11 +211,11 @@ def table_with(base: Base, group: DesignRows) -> SceneTable:
     for k, place in enumerate(base.places):
         if base.on_axis[k]:
             each = np.concatenate([[place.variable.base], group.values[:, k]])[:, None]
-            table = replaced(table, place.keys, _many(place, each))
+            table = replaced(table, place.keys, _array_content(place, each))
     return table
 
 
-def _many(place: Place, each: Any) -> Any:
+def _array_content(place: Place, each: Any) -> Any:
     """Content of a place for many designs."""
     leaf, bare_unit = place.leaf, "" if place.variable.unit == "1" else place.variable.unit
     if isinstance(leaf, Sizes):

@@ -218,8 +218,8 @@ def _all_positions(base: Base, scene: Scene, group: DesignRows) -> Iterator[Part
         figures[measure.name] = np.atleast_1d(value)[counted], np.atleast_1d(place)[counted]
     reason = np.array(np.broadcast_to(np.atleast_1d(_reasons(cycle))[counted], len(rows)))
     if scene.labels and not all(measure.figure.rigid for measure in base.measures):
-        for at in np.flatnonzero((reason == "") & (BUCKLING_MARGIN * _pressed(base, cycle)[counted] >= 1.0)):
-            reason[at] = _buckles(base, group.values[at])
+        for at in np.flatnonzero((reason == "") & (BUCKLING_MARGIN * _largest_load_ratio(base, cycle)[counted] >= 1.0)):
+            reason[at] = _buckling_reason(base, group.values[at])
     yield PartialResult(rows, reason, figures)
 
 
@@ -250,14 +250,14 @@ def _reasons(cycle: Cycle) -> Words:
     return reason
 
 
-def _pressed(base: Base, cycle: Cycle) -> Reals:
+def _largest_load_ratio(base: Base, cycle: Cycle) -> Reals:
     """Largest load over critical load at some positions, shape (designs,)."""
     if len(cycle.columns) > 1:
         cycle = Cycle(cycle.scene, cycle.scene.course.at(cycle.scene.course.times()[..., base.pressed_at]))
     return np.atleast_1d(cycle.pressed.value.max(axis=0, initial=0.0))
 
 
-def _buckles(base: Base, values: Reals) -> str:
+def _buckling_reason(base: Base, values: Reals) -> str:
     """Describe how a design buckles, empty if it does not; for designs near the critical load."""
     scene = base.document.with_values({place.variable.path: float(value)
                                        for place, value in zip(base.places, values, strict=True)}).scene  # fmt: skip

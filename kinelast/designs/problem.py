@@ -314,7 +314,7 @@ def violation(cost: np.ndarray, margin: np.ndarray) -> np.ndarray:
 
 def linearized(problem: DesignProblem, several: Sequence[np.ndarray]) -> list[Linear]:
     """Linearise several designs with one evaluation: four differences per variable, of fourth order."""
-    asked = [_moved(np.clip(shares, 0.0, 1.0)) for shares in several]
+    asked = [_displaced(np.clip(shares, 0.0, 1.0)) for shares in several]
     found = problem.judged(np.concatenate([designs for _, designs in asked]))
     values = np.concatenate([found.cost[None], found.margin, found.parts])
     ends = np.cumsum([len(designs) for _, designs in asked])
@@ -322,7 +322,7 @@ def linearized(problem: DesignProblem, several: Sequence[np.ndarray]) -> list[Li
     return [_linear(designs[0], offsets, each, len(problem.limits)) for (offsets, designs), each in parts]
 
 
-def _moved(shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _displaced(shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Offsets of the variables, (4, variables), and the designs: the original, then the displaced ones."""
     offsets = _offsets(shares)
     moved = np.tile(shares, (*offsets.shape, 1))

@@ -197,7 +197,7 @@ def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | Non
         values[:, 0], values[:, 1:].reshape(shape), places[:, 0], places[:, 1:].reshape(shape), move
     )
     watched = np.array([name in computed.place for name in names])
-    return _sensitivities_from(names, at, found_at, np.where(watched[:, None], _still(found_at, scale), np.nan))
+    return _sensitivities_from(names, at, found_at, np.where(watched[:, None], _unmoved_range(found_at, scale), np.nan))
 
 
 def _moved(at: np.ndarray, step: np.ndarray) -> np.ndarray:
@@ -232,7 +232,7 @@ class _DisplacedDesigns:
         return np.asarray(self.place[:, :, -1] == self.own_place[:, None, None])
 
 
-def _still(tried: _DisplacedDesigns, scale: np.ndarray) -> np.ndarray:
+def _unmoved_range(tried: _DisplacedDesigns, scale: np.ndarray) -> np.ndarray:
     """Largest tried relative change, both ways, that leaves a figure's location, (figures, variables)."""
     way = np.where(tried.smooth & tried.unmoved[:, :, None], abs(tried.move) / scale, 0.0)
     return np.asarray(way.max(axis=2).min(axis=1))

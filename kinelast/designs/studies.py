@@ -101,7 +101,7 @@ def _place(part: Designs, name: str) -> Integers:
     return at
 
 
-def _as_it_stands(document: Document, figures: Sequence[str | Figure] | None) -> Designs:
+def _nominal_figures(document: Document, figures: Sequence[str | Figure] | None) -> Designs:
     """Figures of the nominal scene.
 
     Raises
@@ -134,7 +134,7 @@ def sensitivity_study(
     table = document.table
     paths = [*asked] or table.sensitivities.numbers or _machine(table)
     names = table.sensitivities.figures or None
-    base = _as_it_stands(document, names)
+    base = _nominal_figures(document, names)
     chosen = names or [name for name in base.columns if name not in NOT_FIGURES and np.isfinite(base.columns[name][0])]
     variables = tuple(document.variable(path) for path in paths)
     figures_of = _figures_of(document, paths, chosen, progress, "sensitivities")
@@ -180,7 +180,7 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
     accuracy: list[str | Figure] = []
     if built.output is not None:
         accuracy += accuracy_figures(scene_motion(built), built.output)
-    base = _as_it_stands(document, None)
+    base = _nominal_figures(document, None)
     known = [name for name in base.columns if name not in NOT_FIGURES and np.isfinite(base.columns[name][0])]
     figures = [*known, *accuracy]
     paths = [one.path for one in asked.variables]
@@ -249,7 +249,7 @@ def problem_of(given: Document | Tables) -> PosedProblem:
     paths = [one.path for one in asked.variables]
     figures_of = _figures_of(document, paths, [by_name.get(name, name) for name in names])
     problem = DesignProblem(figures_of, asked.low, asked.high, asked.figure, asked.largest, asked.limits, tuple(parts))
-    return PosedProblem(asked, problem, _first(base.columns), base.units, scene.theory.plain)
+    return PosedProblem(asked, problem, _first_values(base.columns), base.units, scene.theory.plain)
 
 
 def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> OptimumResult:
@@ -269,8 +269,8 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Opti
         best = optimum(problem, asked.evolve, asked.seed, first, progress)
     except ValueError as error:
         raise fault("optimize", "", str(error)) from None
-    last = _with_room(document, asked, _FullyJudged(problem, best), progress)
-    after = _first(last.problem.figures_of(last.best.values[None]).columns)
+    last = _with_reserve(document, asked, _FullyJudged(problem, best), progress)
+    after = _first_values(last.problem.figures_of(last.best.values[None]).columns)
     held_to = tuple(limit.bound for limit in last.problem.limits)
     return OptimumResult(
         asked, last.best, held_to, last.judgements, posed.units, posed.before, after, posed.quasi_static, last.answer
@@ -319,7 +319,7 @@ class _FullyJudged:
         return not any(hold and share > MAX_SPARE for hold, share in zip(holds, left, strict=True))
 
 
-def _with_room(document: Document, asked: OptimizationTask, first: _FullyJudged, progress: Progress) -> _FullyJudged:
+def _with_reserve(document: Document, asked: OptimizationTask, first: _FullyJudged, progress: Progress) -> _FullyJudged:
     """Find the best design that keeps all limits by its full answer, including errors; else return the last one tried.
 
     A quasi-static search leaves no reserve for vibration and errors. So the best design gets a full answer, the bounds
@@ -373,5 +373,5 @@ def _path_figures(table: SceneTable, scene: Scene) -> list[Figure]:
     return path_figures(Output(moving[asked.point], asked.point), places)
 
 
-def _first(columns: Mapping[str, Any]) -> dict[str, float]:
+def _first_values(columns: Mapping[str, Any]) -> dict[str, float]:
     return {name: float(values[0]) for name, values in columns.items()}

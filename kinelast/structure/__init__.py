@@ -165,12 +165,12 @@ def structure_report(subject: Mechanism | Scene, contacts: Iterable[Contact] = (
     try:
         groups = assur_groups(mechanism)
     except MechanismError as error:
-        groups = _not_by_groups(given) if given else str(error)
+        groups = _no_groups_reason(given) if given else str(error)
     graphs = link_graph(mechanism, contacts), bar_graph(mechanism)
     return StructureReport(title, mechanism, joints, *graphs, ranks, redundant, triangles, groups)
 
 
-def _not_by_groups(contacts: Sequence[Contact]) -> str:
+def _no_groups_reason(contacts: Sequence[Contact]) -> str:
     """Explain why a mechanism with contacts has no groups, which consist of lower pairs."""
     names = ", ".join(f'"{contact.name}"' for contact in contacts[:MOST_NAMED])
     names += ", ..." if len(contacts) > MOST_NAMED else ""
@@ -238,13 +238,13 @@ def _groups(report: StructureReport) -> list[str]:
         return wrapped_lines(f"none: {report.groups}")
     return table_lines(
         [
-            (f"{number}", group.name, ", ".join(group.links), _driven(group.drives))
+            (f"{number}", group.name, ", ".join(group.links), _drive_text(group.drives))
             for number, group in enumerate(report.groups, 1)
         ]
     )
 
 
-def _driven(drives: Sequence[int]) -> str:
+def _drive_text(drives: Sequence[int]) -> str:
     return "drive " + ", ".join(str(drive + 1) for drive in drives) if drives else ""
 
 
@@ -285,8 +285,8 @@ def spatial_text(joints: Sequence[SpatialJoint], title: str = "", fixed: str | N
             joint.name,
             joint.kind.name,
             " - ".join(joint.links),
-            _free(joint),
-            _carried(joint),
+            _freedom_text(joint),
+            _transmitted_text(joint),
         )
         for joint in joints
     ]
@@ -296,23 +296,23 @@ def spatial_text(joints: Sequence[SpatialJoint], title: str = "", fixed: str | N
         (f"Joints ({len(rows)})", table_lines([("", "", "", "leaves free", "carries"), *rows])),
         ("Independent loops", loop_lines(chain.graph)),
         ("Mobility", [*rank_lines(ranks), *redundancy_lines(stressed)]),
-        ("Input-output laws", _laws(chain.freedoms, chain.graph, joint_rates(chain))),
+        ("Input-output laws", _input_output_laws(chain.freedoms, chain.graph, joint_rates(chain))),
     ]
     head = [title, "=" * len(title), ""] if title else []
     return "\n".join(head) + "\n".join(section(name, lines) for name, lines in sections)
 
 
-def _free(joint: SpatialJoint) -> str:
+def _freedom_text(joint: SpatialJoint) -> str:
     words = " ".join(joint.kind.freedoms) or "nothing"
     return f"{words}, Vz = p Ωz, p = {joint.pitch:g} m" if joint.kind.name == "helical" else words
 
 
-def _carried(joint: SpatialJoint) -> str:
+def _transmitted_text(joint: SpatialJoint) -> str:
     words = " ".join(joint.kind.transmits) or "nothing"
     return f"{words}, N = -p Z" if joint.kind.name == "helical" else words
 
 
-def _laws(
+def _input_output_laws(
     freedoms: Sequence[Sequence[str]], graph: Graph, rates: np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 ) -> list[str]:
     """With one degree of freedom: all rates relative to the first that is not zero."""

@@ -171,11 +171,11 @@ class Tally:
             kept, margin = columns[LIMITS_KEPT] == 1.0, columns[LIMITS_MARGIN]
             self.limits_kept = (self.limits_kept or 0) + int(np.count_nonzero(kept))
             near = good & ~kept & (margin >= MIN_MARGIN)
-            self.short = _first(self.short, columns, np.where(near, -margin, np.inf), LIMITS_MARGIN, -1.0)
+            self.short = _merged_rows(self.short, columns, np.where(near, -margin, np.inf), LIMITS_MARGIN, -1.0)
             good &= kept
         sign = self.aim.sign
         order = np.where(good, sign * columns[self.aim.figure], np.inf)
-        self.leading = _first(self.leading, columns, order, self.aim.figure, sign)
+        self.leading = _merged_rows(self.leading, columns, order, self.aim.figure, sign)
         self.best = self.leading[0] if self.leading else None
 
     @property
@@ -185,7 +185,7 @@ class Tally:
         return verdict_on(found.judgements) if found and self.limits_kept is not None else None
 
 
-def _first(
+def _merged_rows(
     rows: list[dict[str, float]], columns: Mapping[str, Any], order: Any, key: str, sign: float
 ) -> list[dict[str, float]]:
     """Merge rows with new ones and keep the first `MAX_LEADING` by a column; skip rows with infinite `order`."""
@@ -401,7 +401,7 @@ def what_if(evaluation: Evaluation, columns: Mapping[str, Any], reasons: Sequenc
         return {}
     order = np.argsort(columns[path], kind="stable")
     figures = [
-        {"name": name, "unit": unit, "values": [_known(columns[name][at]) for at in order]}
+        {"name": name, "unit": unit, "values": [_finite_or_none(columns[name][at]) for at in order]}
         for name, unit in evaluation.units.items()
         if name != path
     ]
@@ -411,7 +411,7 @@ def what_if(evaluation: Evaluation, columns: Mapping[str, Any], reasons: Sequenc
     return {"what_if": {**grid, "figures": figures}}
 
 
-def _known(value: float) -> float | None:
+def _finite_or_none(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 

@@ -118,8 +118,8 @@ def run_plan(
     manifest = Manifest({**identity, "versions": versions()}, count, chunk, store.name)
     with locked(folder, patience=0.0):
         try:
-            manifest = _begun(store, manifest, resume)
-            manifest, wrong = _checked(store, manifest, progress)
+            manifest = _prepared(store, manifest, resume)
+            manifest, wrong = _verified(store, manifest, progress)
             manifest = _computed(store, manifest, wrong, compute, jobs, scheduler, progress)
             return SweepState(folder, _finished(store, manifest), manifest.count(store.kept))
         except RequestError:
@@ -135,7 +135,7 @@ def run_plan(
             raise
 
 
-def _begun(store: Store, asked: Manifest, resume: bool) -> Manifest:
+def _prepared(store: Store, asked: Manifest, resume: bool) -> Manifest:
     """Prepare a folder for a sweep; return its manifest or a new one."""
     folder, kept = store.folder, read_manifest(store.folder)
     if kept is None:
@@ -154,7 +154,7 @@ def _begun(store: Store, asked: Manifest, resume: bool) -> Manifest:
     return asked
 
 
-def _checked(store: Store, manifest: Manifest, progress: Progress) -> tuple[Manifest, list[int]]:
+def _verified(store: Store, manifest: Manifest, progress: Progress) -> tuple[Manifest, list[int]]:
     """Verify stored chunks; return the manifest, and the indices of damaged chunks."""
     done, wrong = store.checked(manifest)
     if not manifest.complete:
@@ -193,10 +193,10 @@ def _computed(
     failed: dict[int, str] = {}
     first = [*wrong, *(number for number in range(manifest.chunks) if number not in store.kept and number not in wrong)]
     with closing(
-        _source(ChunkWork(compute, manifest), iter(first), min(jobs, len(first)), scheduler, progress)
+        _chunk_results(ChunkWork(compute, manifest), iter(first), min(jobs, len(first)), scheduler, progress)
     ) as coming:
         for number, answer in coming:
-            chunk = _agreeing(answer, manifest)
+            chunk = _checked_columns(answer, manifest)
             if isinstance(chunk, str):
                 failed[number] = chunk
                 manifest = replace(manifest, failed=dict(failed))
@@ -213,7 +213,7 @@ def _computed(
     return replace(manifest, failed=failed)
 
 
-def _source(
+def _chunk_results(
     work: ChunkWork, numbers: Iterator[int], jobs: int, scheduler: str | None, progress: Progress
 ) -> Generator[tuple[int, Chunk | str | Lost], None, None]:
     """Yield chunks from a scheduler, processes, or this process."""
@@ -226,7 +226,7 @@ def _source(
     return ((number, work(number)) for number in numbers)
 
 
-def _agreeing(answer: Chunk | str | Lost, manifest: Manifest) -> Chunk | str:
+def _checked_columns(answer: Chunk | str | Lost, manifest: Manifest) -> Chunk | str:
     """Return a chunk with the same columns as the others, else an error message."""
     if isinstance(answer, Lost):
         return f"its process was ended {TRIES} times ({answer.how}), by the system if memory ran out: smaller chunks?"

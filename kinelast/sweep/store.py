@@ -88,11 +88,11 @@ class Store:
             If the folder contains a file that belongs to no chunk.
         """
         if manifest.complete and self.name == CSV:
-            contents = self._parted(manifest)
+            contents = self._csv_chunks(manifest)
         else:
             self._require_own(manifest)
             contents = map(_content, map(self._place, range(manifest.chunks)))
-        known = dict(enumerate(manifest.kept)) if manifest.complete else self._noted()
+        known = dict(enumerate(manifest.kept)) if manifest.complete else self._journal_entries()
         self.kept, wrong = {}, []
         for number, content in enumerate(contents):
             entry = known.get(number)
@@ -113,7 +113,7 @@ class Store:
                 if not entry.name.startswith(".") and not (name.isdecimal() and int(name) < manifest.chunks):
                     raise RequestError(f"{entry.path} is of no chunk of this sweep: move it")
 
-    def _noted(self) -> dict[int, ChunkChecksum]:
+    def _journal_entries(self) -> dict[int, ChunkChecksum]:
         """Read the journal of checksums; incomplete lines are ignored."""
         noted = {}
         for line in _content(self.folder / JOURNAL).decode("ascii", "replace").splitlines():
@@ -122,17 +122,17 @@ class Store:
                 noted[int(number)] = ChunkChecksum(int(rows), int(size), sha256)
         return noted
 
-    def _parted(self, manifest: Manifest) -> Iterator[bytes]:
+    def _csv_chunks(self, manifest: Manifest) -> Iterator[bytes]:
         """Split the CSV file into its chunks."""
         content = _content(self.folder / CSV)
-        at = len(_head(manifest))
+        at = len(_csv_header(manifest))
         for entry in manifest.kept:
             yield content[at : at + entry.size]
             at += entry.size
 
     def part(self, manifest: Manifest) -> None:
         """Split the CSV file into files of its valid chunks."""
-        for number, content in enumerate(self._parted(manifest)):
+        for number, content in enumerate(self._csv_chunks(manifest)):
             if number in self.kept:
                 self.keep(number, self.kept[number].rows, content)
 
@@ -140,7 +140,7 @@ class Store:
         """True if the store contains nothing but its header and chunks."""
         if self.name == PARQUET:
             return True
-        head = _head(manifest)
+        head = _csv_header(manifest)
         content = _content(self.folder / CSV)
         return content.startswith(head) and len(content) == len(head) + sum(entry.size for entry in manifest.kept)
 
@@ -193,7 +193,7 @@ class Store:
     def join(self, manifest: Manifest) -> None:
         """Join the chunks to one CSV file; a Parquet data set needs no joining."""
         if self.name == CSV:
-            put(self.folder / CSV, _head(manifest), *map(self._place, range(manifest.chunks)))
+            put(self.folder / CSV, _csv_header(manifest), *map(self._place, range(manifest.chunks)))
 
     def fill(self, manifest: Manifest, cells: Mapping[int, Mapping[str, Any]]) -> Manifest:
         """Change cells of a complete store, by index of the design and column name; return the new manifest.
@@ -201,7 +201,7 @@ class Store:
         Unchanged files are not written.
         """
         kept, names = list(manifest.kept), [NUMBER, *manifest.columns, REASON]
-        csv_parts = list(self._parted(manifest)) if self.name == CSV else []
+        csv_parts = list(self._csv_chunks(manifest)) if self.name == CSV else []
         for number in sorted({design // manifest.chunk for design in cells}):
             first, last = manifest.span(number)
             own = {design - first: row for design, row in cells.items() if first <= design < last}
@@ -217,7 +217,7 @@ class Store:
         filled = replace(manifest, kept=kept)
         if filled != manifest:
             if csv_parts:
-                put(self.folder / CSV, b"".join([_head(manifest), *csv_parts]))
+                put(self.folder / CSV, b"".join([_csv_header(manifest), *csv_parts]))
             self.note(filled)
         return filled
 
@@ -267,7 +267,7 @@ def _parquet_filled(content: bytes, names: Sequence[str], cells: Mapping[int, Ma
     return parquet_bytes(Table(tuple(columns)))
 
 
-def _head(manifest: Manifest) -> bytes:
+def _csv_header(manifest: Manifest) -> bytes:
     """Header of the CSV file."""
     none = np.zeros(0)
     names = (Column(name, none, unit) for name, unit in manifest.columns.items())

@@ -118,7 +118,7 @@ def speeds(text: str) -> tuple[float, float, int]:
 
     try:
         low, high, count = text.split(":")
-        first, last = (float(Speed.read(_bare(word))) for word in (low, high))
+        first, last = (float(Speed.read(_number_or_text(word))) for word in (low, high))
         if not 0 < first < last or not 2 <= int(count) <= MOST_SPEEDS:
             raise ValueError
         return first, last, int(count)
@@ -127,7 +127,7 @@ def speeds(text: str) -> tuple[float, float, int]:
         raise OptionError(f"expected {expected}, not {text!r}") from None
 
 
-def _bare(word: str) -> str | float:
+def _number_or_text(word: str) -> str | float:
     try:
         return float(word)
     except ValueError:

@@ -78,7 +78,7 @@ def map_surviving(
     try:
         while True:
             while len(workers) < jobs and (task := queue.next()) is not None:
-                workers.append(_started(work))
+                workers.append(_start_worker(work))
                 if not workers[-1].takes(task):
                     queue.put_back(task)
                     _dismiss(workers, workers[-1])
@@ -107,7 +107,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _started(work: Callable[[Any], Any]) -> _Worker:
+def _start_worker(work: Callable[[Any], Any]) -> _Worker:
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=_serve, args=(there, work), daemon=True)

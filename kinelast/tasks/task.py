@@ -168,18 +168,18 @@ def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", pl
         where = f"{error.filename or place}: " if error.filename or place else ""
         missing = isinstance(error, SceneError)  # a scene's file is missing
         message = str(error) if missing else f"not written: {where}{(error.strerror or str(error)).lower()}"
-        return Outcome(BAD_INPUT, f"{name}: {_lines(message)}", unwritten=not missing)
+        return Outcome(BAD_INPUT, f"{name}: {_printable(message)}", unwritten=not missing)
     except Exception as error:
         from rigid import MechanismError
 
         if isinstance(error, (SceneError, MechanismError, RequestError)):
-            return Outcome(BAD_INPUT, f"{name}: {_lines(str(error))}")
+            return Outcome(BAD_INPUT, f"{name}: {_printable(str(error))}")
         if message := missing_package(error):
             return Outcome(BAD_INPUT, f"{name}: {message}")
         return Outcome(BUG, f"{name}: the program failed, please report this:\n{traceback.format_exc()}")
 
 
-def _lines(text: str) -> str:
+def _printable(text: str) -> str:
     """Make every line of a message printable."""
     return "\n".join(plain(line, MESSAGE) for line in text.split("\n"))
 

@@ -28,8 +28,8 @@ class Closure:
     tree, cut, rings
         Placed joints of the group.
     duals
-        Complex, shape (free, cuts, ..., positions): gaps r_c at the cut joints need the coordinate
-        Im(sum over c of duals[k, c] r_c) of free tree joint k.
+        Complex, shape (free, cuts, ..., positions): to open the cut joints by r_c, free tree joint k
+        needs the coordinate Im(sum over c of duals[k, c] r_c).
     tensions
         tensions[s][c]: multipliers of the cut joints in self-equilibrium, one set per redundant constraint.
     sine
@@ -67,7 +67,9 @@ def closure(
 ) -> Closure:
     """Factorise a placed group for all right-hand sides."""
     effects = columns(group, tree, cut)
-    duals, tensions = _surplus(effects, len(cut)) if 2 * len(cut) > len(effects) else (_duals(effects, len(cut)), ())
+    duals, tensions = (
+        _redundant_duals(effects, len(cut)) if 2 * len(cut) > len(effects) else (_duals(effects, len(cut)), ())
+    )
     return Closure(group, tree, cut, duals, tensions, sine, rings=rings)
 
 
@@ -104,10 +106,10 @@ def _duals(effects: list[list[Columns]], cuts: int) -> Numbers:
         np.multiply(scale, across, out=duals[0, 0, ...])
         np.multiply(-scale, np.conj(first), out=duals[1, 0, ...])
         return duals
-    return _paired(np.moveaxis(_inverse(equations(effects)), (-2, -1), (0, 1)))
+    return _complex_rows(np.moveaxis(_inverse(equations(effects)), (-2, -1), (0, 1)))
 
 
-def _surplus(effects: list[list[Columns]], cuts: int) -> tuple[Numbers, tuple[tuple[Columns, ...], ...]]:
+def _redundant_duals(effects: list[list[Columns]], cuts: int) -> tuple[Numbers, tuple[tuple[Columns, ...], ...]]:
     """Dual vectors by least squares, and multipliers in self-equilibrium, of a group with redundant constraints."""
     if not effects:
         unit = np.eye(2 * cuts)
@@ -120,7 +122,7 @@ def _surplus(effects: list[list[Columns]], cuts: int) -> tuple[Numbers, tuple[tu
     basis[good] = np.linalg.svd(matrix[good])[0]
     rest = np.moveaxis(basis[..., len(effects) :], (-1, -2), (0, 1))
     tensions = tuple(tuple(row[0::2][c] + 1j * row[1::2][c] for c in range(cuts)) for row in rest)
-    return _paired(np.moveaxis(inverse, (-2, -1), (0, 1))), tensions
+    return _complex_rows(np.moveaxis(inverse, (-2, -1), (0, 1))), tensions
 
 
 def equations(effects: list[list[Columns]]) -> Reals:
@@ -130,7 +132,7 @@ def equations(effects: list[list[Columns]]) -> Reals:
     return np.stack((entries.real, entries.imag), axis=-2).reshape(*entries.shape[:-2], -1, len(effects))
 
 
-def _paired(rows: Reals) -> Complexes:
+def _complex_rows(rows: Reals) -> Complexes:
     """Convert the rows of an inverse to dual vectors, shape (free, 2 cuts, ..., positions)."""
     return rows[:, 1::2] + 1j * rows[:, 0::2]
 

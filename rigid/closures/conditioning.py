@@ -85,7 +85,7 @@ def _leverage(closed: Closure, c: int) -> tuple[Columns, Columns]:
     return np.abs(duals.real).max(axis=0, initial=0.0), np.abs(duals.imag).max(axis=0, initial=0.0)
 
 
-def _multiple(mechanism: Mechanism, closed: Closure, c: int) -> Columns:
+def _displacement_ratio(mechanism: Mechanism, closed: Closure, c: int) -> Columns:
     """Displacement of the links' ends divided by the opening of a cut joint that causes it, at least 1."""
     sizes = extents(mechanism)
     all_duals = (closed.whole or closed).duals
@@ -109,7 +109,7 @@ def closure_sine(mechanism: Mechanism, closed: Closure) -> Columns:
     least = np.abs(closed.sine)
     for c, closing in enumerate(closed.cut):
         if not closing.turns:
-            least = np.minimum(least, 1.0 / _multiple(mechanism, closed, c))
+            least = np.minimum(least, 1.0 / _displacement_ratio(mechanism, closed, c))
     return least
 
 
@@ -162,7 +162,7 @@ def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) 
             speed, growth = (greatest_rotation(closed, part) for part in lacking)
             omega, turning = (_greatest(values, closed) for values in (motion.angular_velocity, motion.turning))
             cuts = range(len(closed.cut))
-            most = reduce(np.maximum, (_multiple(motion.mechanism, closed, c) for c in cuts))
+            most = reduce(np.maximum, (_displacement_ratio(motion.mechanism, closed, c) for c in cuts))
             faster = np.minimum(speed / np.maximum(omega, TINY), most)
             more = np.minimum((growth + most * np.square(omega)) / np.maximum(turning, TINY), most)
             worst = np.maximum(worst, np.square(faster) * more)

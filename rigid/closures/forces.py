@@ -128,8 +128,8 @@ def joint_forces(
         hinges = [hinge for closed in closures for hinge in closed.joints]
         rubbed = {at: hinges[at].driven(effort) for at, effort in friction.items()}
         for at, (pull, couple) in rubbed.items():
-            _push(hinges[at].joint.child, hinges[at].arm_child, pull, couple, force, moment)
-            _push(hinges[at].joint.parent, hinges[at].arm_parent, -pull, -couple, force, moment)
+            _add_load(hinges[at].joint.child, hinges[at].arm_child, pull, couple, force, moment)
+            _add_load(hinges[at].joint.parent, hinges[at].arm_parent, -pull, -couple, force, moment)
     last = sum(len(closed.joints) for closed in closures)
     results: list[tuple[Columns, Columns]] = []
     for place, closed in reversed(list(enumerate(closures))):
@@ -137,10 +137,10 @@ def joint_forces(
         rings = []
         for number_of_ring, ring in enumerate(closed.rings):
             pull, couple = _in_ring(stressed, len(closed.tensions) + RIGID * number_of_ring)
-            _push(ring.joint.child, ring.arm_child, pull, couple, force, moment)
-            _push(ring.joint.parent, ring.arm_parent, -pull, -couple, force, moment)
+            _add_load(ring.joint.child, ring.arm_child, pull, couple, force, moment)
+            _add_load(ring.joint.parent, ring.arm_parent, -pull, -couple, force, moment)
             rings.append((pull, couple))
-        held = [_held(closed, k, force, moment) for k in range(len(closed.group.free))]
+        held = [_generalised_load(closed, k, force, moment) for k in range(len(closed.group.free))]
         cuts = []
         for c, closing in enumerate(closed.cut):
             needed: Columns = ZERO
@@ -151,8 +151,8 @@ def joint_forces(
                 multiplier = multiplier + closed.tensions[stressed][c]
             pull, couple = closing.force(multiplier)
             joint = closing.joint
-            _push(joint.child, closing.arm_child, pull, couple, force, moment)
-            _push(joint.parent, closing.arm_parent, -pull, -couple, force, moment)
+            _add_load(joint.child, closing.arm_child, pull, couple, force, moment)
+            _add_load(joint.parent, closing.arm_parent, -pull, -couple, force, moment)
             cuts.append((pull, couple))
         last -= len(closed.joints)
         if closed.group.loop is not None:
@@ -183,7 +183,7 @@ def _load_gears(
     loop = closed.group.loop
     assert loop is not None
     hinges = [closed.tree[number] for number in loop.followers]
-    held = [_along(closed, *each, force, moment) for each in zip(hinges, loop.carried, strict=True)]
+    held = [_load_along(closed, *each, force, moment) for each in zip(hinges, loop.carried, strict=True)]
     sizes = [
         sum(abs(moment[link]) + abs(reach_from(closed, chain)) * abs(force[link]) for link, chain in carried)
         if hinge.turns
@@ -220,16 +220,16 @@ def _balance(
     load, couple = force[child], ZERO
     if not hinge.turns or hinge.joint.moved:
         couple = moment[child] - cross(hinge.arm_child, load)
-    _push(hinge.joint.parent, hinge.arm_parent, load, couple, force, moment)
+    _add_load(hinge.joint.parent, hinge.arm_parent, load, couple, force, moment)
     return -load, -couple
 
 
-def _held(closed: Closure, k: int, force: Sequence[Columns], moment: Sequence[Columns]) -> Columns:
+def _generalised_load(closed: Closure, k: int, force: Sequence[Columns], moment: Sequence[Columns]) -> Columns:
     """Generalised force of the links' loads on free tree joint k."""
-    return _along(closed, closed.tree[closed.group.free[k]], closed.group.carried[k], force, moment)
+    return _load_along(closed, closed.tree[closed.group.free[k]], closed.group.carried[k], force, moment)
 
 
-def _along(
+def _load_along(
     closed: Closure,
     hinge: JointPlace,
     carried: Sequence[tuple[int, tuple[int, ...]]],
@@ -246,7 +246,9 @@ def _along(
     return total
 
 
-def _push(link: int, arm: Columns, pull: Columns, couple: Columns, force: list[Columns], moment: list[Columns]) -> None:
+def _add_load(
+    link: int, arm: Columns, pull: Columns, couple: Columns, force: list[Columns], moment: list[Columns]
+) -> None:
     """Add a force at the end of an arm, and a moment, to the loads of a moving link."""
     if link:
         force[link] = force[link] + pull

@@ -94,7 +94,7 @@ class TrackedBranch:
 
     def set(self, table: Table, number: int, guess: Reals | None = None, corrections: int = STEPS) -> None:
         """Place a group at knots from coordinates `guess`, shape (free, knots), in at most `corrections` steps."""
-        placed, group = self._before(table, number)
+        placed, group = self._placed_before(table, number)
         shape = placed.shape
         if not group.free:
             for joint in group.tree:
@@ -107,16 +107,16 @@ class TrackedBranch:
             assert guess is not None
             start = guess.reshape(len(group.free), *shape)
             sine_there = sine_of(tree_closure(placed, group, newton(placed, group, start, corrections)))
-        self._note(table, number, placed, group, sine_there)
+        self._write(table, number, placed, group, sine_there)
 
     def closes(self, table: Table, number: int, coordinates: Reals) -> Flags:
         """True for each knot at which coordinates of a group, shape (free, knots), close it to round-off."""
-        placed, group = self._before(table, number)
+        placed, group = self._placed_before(table, number)
         parts = 1.0 + np.abs(table["place"] - self.path.begin)  # angles over many turns lose digits
         coordinates, parts = coordinates.reshape(len(group.free), *placed.shape), parts.reshape(placed.shape)
         return closes(placed, group, coordinates, parts).reshape(len(table["place"]))
 
-    def _before(self, table: Table, number: int) -> tuple[PartialPosture, Group]:
+    def _placed_before(self, table: Table, number: int) -> tuple[PartialPosture, Group]:
         """Return a posture with all earlier groups placed at knots, and the group in the designs of the knots."""
         count = len(table["place"])
         shape = (count, 1) if self.designs else (count,)
@@ -127,7 +127,7 @@ class TrackedBranch:
         led = {key: table["led"][:, k].reshape(shape) for k, key in enumerate(self.drivers)}
         return PartialPosture(self.mechanism, drive, origin, direction, sine, shape=shape, led=led), group
 
-    def _note(self, table: Table, number: int, placed: PartialPosture, group: Group, sine: Reals | None) -> None:
+    def _write(self, table: Table, number: int, placed: PartialPosture, group: Group, sine: Reals | None) -> None:
         """Write a placed group to the table."""
         count = len(table["place"])
 
@@ -337,10 +337,10 @@ class TrackedBranch:
         """Track a dyad until it opens or runs to infinity; its sign changes at each change point."""
         self.set(self.table, number)
         self.refine(number, steps(self.table))
-        self._stop(number)
+        self._end_at_open_knots(number)
         if len(behind := self._behind_infinity(number)):
             self._forget(number, behind)
-            self._stop(number)
+            self._end_at_open_knots(number)
         place, row = self.table["place"], self.table["row"]
         sign = np.ones(len(place))
         for at in self._touches(number):
@@ -353,7 +353,7 @@ class TrackedBranch:
             self.set(self.table, number)
             self._forget(number, ended)
 
-    def _stop(self, number: int) -> None:
+    def _end_at_open_knots(self, number: int) -> None:
         """End a dyad at the first open knot on each side of the drawing."""
         open_ = np.isnan(self.table["sine"][:, number])
         if not open_.any():

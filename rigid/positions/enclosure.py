@@ -124,10 +124,10 @@ class StepCertificate:
         for hinge in self.group.tree:
             base[hinge.child] = base[hinge.parent]
             if hinge.gear is not None and hinge.turns:
-                base[hinge.child] = base[hinge.child] + self._led(hinge)
+                base[hinge.child] = base[hinge.child] + self._follower_deviation(hinge)
         return base
 
-    def _led(self, hinge: Joint) -> Reals:
+    def _follower_deviation(self, hinge: Joint) -> Reals:
         """Deviation of a gear's follower from linear motion."""
         assert hinge.gear is not None
         total: Reals = np.zeros(())
@@ -164,7 +164,7 @@ class StepCertificate:
         turned = (0.0 if link is None else self.step.turned[link]) - (0.0 if owner is None else self.step.turned[owner])
         return turned, sum(self.base[each] for each in (link, owner) if each is not None)
 
-    def _stray(self, loop: Loop, links: set[int] | None) -> Columns:
+    def _deviation(self, loop: Loop, links: set[int] | None) -> Columns:
         """Deviation from linear motion of the part of a loop on some links (all for None)."""
         total: Any = 0.0
         for link, arm in loop.arms.items():
@@ -217,12 +217,12 @@ class StepCertificate:
         bent = np.zeros((free, cuts, count))
         slope = np.zeros((free, free, cuts, count))
         for c, (each, cut) in enumerate(zip(self.loops, self.group.cut, strict=True)):
-            gap[c] = self._stray(each, None) + NOISE * self._extent(each)
+            gap[c] = self._deviation(each, None) + NOISE * self._extent(each)
             twist[c] = 0.0 if cut.turns else self.base[cut.parent] + self.base[cut.child]
             for j, number in enumerate(self.group.free):
                 hinge = self.group.tree[number]
                 if hinge.turns:
-                    bent[j, c] = self._stray(each, self.carried[j])
+                    bent[j, c] = self._deviation(each, self.carried[j])
                     for k in range(free):
                         slope[j, k, c] = self._slope(each, k, self.carried[j])
                 elif number in each.slides:
@@ -235,9 +235,9 @@ class StepCertificate:
                         )
                         slope[j, k, c] = turns * held * (hinge.child != each.owner)
         with np.errstate(all="ignore"):
-            return self._boxed(gap, twist, bent, slope)
+            return self._invariant_boxes(gap, twist, bent, slope)
 
-    def _boxed(self, gap: Reals, twist: Reals, bent: Reals, slope: Reals) -> Reals:
+    def _invariant_boxes(self, gap: Reals, twist: Reals, bent: Reals, slope: Reals) -> Reals:
         """Find boxes that Newton's method with a constant matrix maps into themselves, from both ends."""
         lines = np.array(self.group.guides)[:, None]
         box: Any = MIN_BOX
@@ -272,7 +272,7 @@ class StepCertificate:
             parent, child = hinge.parent, hinge.child
             free = self.group.free.index(number) if number in self.group.free else None
             bend = step.bend[parent] + (box[free] if free is not None and hinge.turns else 0.0)
-            led = self._led(hinge) if hinge.gear is not None else 0.0
+            led = self._follower_deviation(hinge) if hinge.gear is not None else 0.0
             step.bend[child] = bend + (led if hinge.turns else 0.0)
             stray = step.stray[parent]
             for link, arm in ((parent, hinge.at_parent), (child, hinge.at_child)):

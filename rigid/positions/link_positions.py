@@ -96,7 +96,7 @@ def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Reals) -> Parti
     return placed
 
 
-def _dense(path: Path) -> bool:
+def _closely_spaced(path: Path) -> bool:
     """True if the requested positions are close together and include the drawing."""
     if path.vertices is not None:
         return False
@@ -106,7 +106,7 @@ def _dense(path: Path) -> bool:
     return bool(covered and np.abs(steps).max(initial=0.0) <= min(MAX_NEAR_STEP, path.stride))
 
 
-def _firm(sines: Any) -> bool:
+def _far_from_change_points(sines: Any) -> bool:
     """True if no dyad is near a change point."""
     for sine in sines:
         size = np.abs(sine)
@@ -121,31 +121,33 @@ def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Rea
     """Place all links on the branch tracked from the drawing."""
     drawn = path.vertices is None and all(abs(end - path.begin) <= STILL for end in path.span)
     plain = _as_drawn(mechanism, structure, drive) if drawn or structure.closed_form else None
-    if plain is not None and (drawn or not plain.sine or (_dense(path) and _firm(plain.sine))):
+    if plain is not None and (
+        drawn or not plain.sine or (_closely_spaced(path) and _far_from_change_points(plain.sine))
+    ):
         return plain
     forms = tuple(group.closed_form for group in structure.groups)
     for edge in (FINEST, DEEP):
         branch, places = branch_through(mechanism, structure, path, forms, edge)
         at = located(branch.table, places, branch.rows)
         if plain is not None and (branch.table["sign"] > 0).all():
-            return _as_far(plain, branch, at)
+            return _up_to_ends(plain, branch, at)
         if all(branch.forms) or not _at_an_end(branch, places, at):
             break
-    return _on(branch, places, at, drive)
+    return _place_on_branch(branch, places, at, drive)
 
 
-def _as_far(plain: PartialPosture, branch: TrackedBranch, at: Any) -> PartialPosture:
+def _up_to_ends(plain: PartialPosture, branch: TrackedBranch, at: Any) -> PartialPosture:
     """Keep dyads as drawn, but set those beyond an end of the branch to nan."""
     if np.isfinite(branch.table["sine"]).all():
         return plain
     at = at if branch.designs else at[0]
     for number, group in enumerate(branch.structure.groups):
         if group.free:
-            _lose(plain, branch, number, at, lambda values: values)
+            _end_dyad(plain, branch, number, at, lambda values: values)
     return plain
 
 
-def _lose(placed: PartialPosture, branch: TrackedBranch, number: int, at: Any, wide: Any) -> None:
+def _end_dyad(placed: PartialPosture, branch: TrackedBranch, number: int, at: Any, wide: Any) -> None:
     """Set a dyad to nan beyond the end of its branch, even if it closes there.
 
     In the step with the end, a position is beyond it if the dyad does not close or its sine has changed sign.
@@ -164,7 +166,7 @@ def _lose(placed: PartialPosture, branch: TrackedBranch, number: int, at: Any, w
     placed.sine[free] = np.where(lost, np.nan, placed.sine[free])
 
 
-def _on(branch: TrackedBranch, places: Any, at: Integers, drive: Reals) -> PartialPosture:
+def _place_on_branch(branch: TrackedBranch, places: Any, at: Integers, drive: Reals) -> PartialPosture:
     """Place all links at places on a branch; `at` are the knots before them."""
     mechanism, structure = branch.mechanism, branch.structure
     at = at if branch.designs else at[0]
@@ -193,15 +195,15 @@ def _on(branch: TrackedBranch, places: Any, at: Integers, drive: Reals) -> Parti
             signs = [wide(table["sign"][which, number]) for which in (at, at + 1)]
             sign = np.where(part < 0.5, *signs) if (table["sign"][:, number] < 0).any() else 1.0
             placed.sine.append(place_dyad_with_slack(placed, group, branch.drawing, sign))
-            _lose(placed, branch, number, at, wide)
+            _end_dyad(placed, branch, number, at, wide)
         else:
             placed.sine.append(_between(placed, branch, number, at, part, wide))
         if changing.any():
-            _through(placed, branch, number, at, places, wide, wide(changing))
+            _place_at_change_point(placed, branch, number, at, places, wide, wide(changing))
     return placed
 
 
-def _through(
+def _place_at_change_point(
     placed: PartialPosture, branch: TrackedBranch, number: int, at: Integers, places: Reals, wide: Any, where: Flags
 ) -> None:
     """Place a group at a change point by interpolation, if its equations are singular to round-off."""

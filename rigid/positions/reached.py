@@ -59,16 +59,18 @@ def branch_through(
     for turns in TURNS if path.turn and high - low > path.turn - block else ():
         period = sense * turns * path.turn
         ends = min(begin, begin + period), max(begin, begin + period)
-        whole = _known(mechanism, structure, path, *ends, forms, edge, kept)
+        whole = _cached_branch(mechanism, structure, path, *ends, forms, edge, kept)
         if whole.closed(int(sense)):
             break
-        if _returns(whole, begin, begin + period):  # positions beyond an end are nan, so there is no end in between
+        if _is_closed_cycle(
+            whole, begin, begin + period
+        ):  # positions beyond an end are nan, so there is no end in between
             return whole, begin + np.mod(path.asked - begin, period)
-    branch = _covering(mechanism, structure, path, forms, edge, kept)
-    if path.turn and _ends(branch) and not _reached(branch, path.outline[0]):
+    branch = _branch_over_request(mechanism, structure, path, forms, edge, kept)
+    if path.turn and _ends(branch) and not _is_known_at(branch, path.outline[0]):
         for other in _other_starts(path):
-            found = _covering(mechanism, structure, other, forms, edge, kept)
-            if _reached(found, other.outline[0]) or other.outline[1] <= begin <= other.outline[2]:
+            found = _branch_over_request(mechanism, structure, other, forms, edge, kept)
+            if _is_known_at(found, other.outline[0]) or other.outline[1] <= begin <= other.outline[2]:
                 return found, other.asked
     return branch, path.asked
 
@@ -85,19 +87,19 @@ def _other_starts(path: Path) -> list[Path]:
     return [replace(path.shifted(shift), begin=begin) for shift in (turn * np.sign(first - begin), *passed)]
 
 
-def _covering(
+def _branch_over_request(
     mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float, kept: Any
 ) -> TrackedBranch:
     """Track the branch from the drawing as far as the requested positions, in blocks of knots."""
     begin, block = path.begin, BLOCK * path.stride
     low, high = path.span
     below, above = (np.ceil(max(way, 0.0) / block) * block for way in (begin - low, high - begin))
-    return _known(
+    return _cached_branch(
         mechanism, structure, path, begin - below, begin + (above if below else above or block), forms, edge, kept
     )
 
 
-def _reached(branch: TrackedBranch, place: float) -> bool:
+def _is_known_at(branch: TrackedBranch, place: float) -> bool:
     """True if the branch of some design is known at a knot next to a place."""
     at = located(branch.table, np.array([place]), branch.rows)[:, 0]
     closes = np.isfinite(branch.table["sine"]).all(axis=1)
@@ -105,7 +107,7 @@ def _reached(branch: TrackedBranch, place: float) -> bool:
     return bool((inside & (closes[at] | closes[at + 1])).any())
 
 
-def _returns(branch: TrackedBranch, first: float, last: float) -> bool:
+def _is_closed_cycle(branch: TrackedBranch, first: float, last: float) -> bool:
     """True if all designs have equal postures at two places."""
     place, to = branch.table["place"], np.array([first, last])
     at = located(branch.table, to + STILL, branch.rows)
@@ -126,7 +128,7 @@ def _ends(branch: TrackedBranch) -> bool:
     return bool(np.isnan(branch.table["sine"]).any())
 
 
-def _known(
+def _cached_branch(
     mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any, edge: float, kept: Any
 ) -> TrackedBranch:
     """Return the branch between two places, from the cache if possible."""

@@ -14,7 +14,7 @@ BRANCH_DISTANCE = 2.0**-16  # distance from a change point at which branches are
 MIN_DISTANCE = 2.0**-20  # the same beyond a change point narrowed by round-off
 SMOOTH = 0.1  # largest deviation from linear motion of a smooth branch, relative to the way
 SHORTEST = 2.0**-34  # shortest step of a march, in strides
-MAX_SHORTENING = 8  # a step this much shorter than the last leap needs a certificate
+MAX_SHORTENING = 8  # a step this many times shorter than the last leap is certified at once
 MAX_MARCH = 400  # steps of a march
 HIDDEN = 2e-6  # smaller sines may hide one branch from another by round-off
 CLEAR = 0.1  # with larger sines of earlier groups, their round-off is negligible
@@ -46,7 +46,7 @@ class Trace:
         branch.refine(self.number, steps(branch.table), ROUGH)
         for row in range(branch.rows):
             for sense in (1, -1):
-                self._mend(row, sense)
+                self._handle_uncertain_steps(row, sense)
 
     def _drawn(self) -> Reals:
         """Drawn coordinates of the group, shape (free,)."""
@@ -76,7 +76,7 @@ class Trace:
             reached = np.isfinite(here).all(axis=0)
             if not reached.any():
                 break
-            here = np.where(reached, self._whole(here, last), last)
+            here = np.where(reached, self._near_angles(here, last), last)
             ahead = 0.0
             if walked and k + 1 < order.shape[1]:
                 before, now, after = (place[order[0, at]] for at in (k - 1, k, k + 1))
@@ -84,7 +84,7 @@ class Trace:
             guess = here + ahead * (here - last)
             last, walked = here, True
 
-    def _whole(self, here: Reals, near: Reals) -> Reals:
+    def _near_angles(self, here: Reals, near: Reals) -> Reals:
         """Shift angles by full turns to be close to others."""
         turns = np.array(self.group.angles)[:, None]
         return np.where(turns, here - 2 * np.pi * np.round((here - near) / (2 * np.pi)), here)
@@ -100,7 +100,7 @@ class Trace:
         part = (table["place"][which] - low["place"]) / (high["place"] - low["place"])
         self._place(which, (low[f"free{self.number}"] + part[:, None] * self.branch.ways(self.number, low, high)).T)
 
-    def _mend(self, row: int, sense: int) -> None:
+    def _handle_uncertain_steps(self, row: int, sense: int) -> None:
         """Go outward from the drawing and handle each run of uncertain steps."""
         branch = self.branch
         passed = closed_in = marched = branch.path.begin - sense
@@ -118,11 +118,11 @@ class Trace:
                     near = near[np.abs(table["place"][near + (sense < 0)] - start) <= branch.path.stride]
                     branch.refine(self.number, near)
                     continue
-            elif table["sine"][run[0], self.number] <= HIDDEN and self._passes(row, sense, start, stop):
+            elif table["sine"][run[0], self.number] <= HIDDEN and self._passes_smoothly(row, sense, start, stop):
                 passed = stop
                 continue
             if (start - marched) * sense <= 0:  # no progress since the last march
-                if carried := self._carries(row, sense, start):
+                if carried := self._turns_with_drive(row, sense, start):
                     continue
                 branch.end(self.number, row, sense, start)
                 return
@@ -135,9 +135,9 @@ class Trace:
                 continue
             marched, leaps, here = start, True, sure
             if stuck:
-                knot = self._beyond(row, sense, here) if len(knots) < MAX_MARCH else None
+                knot = self._knot_beyond(row, sense, here) if len(knots) < MAX_MARCH else None
                 if knot is None:
-                    if carried := self._carries(row, sense, here):
+                    if carried := self._turns_with_drive(row, sense, here):
                         continue
                     branch.end(self.number, row, sense, here)
                     return
@@ -162,7 +162,7 @@ class Trace:
             return inner, outer
         return None
 
-    def _single(self, row: int, place: float, guess: Reals | None) -> Table:
+    def _knot_at(self, row: int, place: float, guess: Reals | None) -> Table:
         """Create a knot of one design, with the group placed from a guess and earlier groups from the table."""
         branch = self.branch
         at = branch.before(row, place)
@@ -182,25 +182,25 @@ class Trace:
         knot[f"sure{self.number}"] = np.zeros(1, bool)
         return knot
 
-    def _ahead(self, row: int, place: float, step: float) -> tuple[Any, Any, float]:
+    def _extrapolated(self, row: int, place: float, step: float) -> tuple[Any, Any, float]:
         """Extrapolate the group a little ahead: place, coordinates, and their tolerance.
 
         On this scale a branch continues straight if only round-off is in the way, and turns back at a limit of motion.
         """
-        two, one = (self._single(row, place - k * step, None) for k in (2, 1))
+        two, one = (self._knot_at(row, place - k * step, None) for k in (2, 1))
         slope = self.branch.ways(self.number, two, one)
         return place + step, one[f"free{self.number}"] + 2 * slope, np.abs(slope).max() * SMOOTH + NOISE
 
-    def _beyond(self, row: int, sense: int, place: float) -> Table | None:
+    def _knot_beyond(self, row: int, sense: int, place: float) -> Table | None:
         """Knot of the smooth branch just beyond a change point, or None."""
         with np.errstate(all="ignore"):
-            to, guess, known = self._ahead(row, place, sense * BRANCH_DISTANCE * self.branch.path.stride)
+            to, guess, known = self._extrapolated(row, place, sense * BRANCH_DISTANCE * self.branch.path.stride)
             if (to - self._last(row, sense)) * sense > 0:
                 return None
-            knot = self._single(row, to, guess.T)
-            return knot if self._off(knot, guess) <= known else None
+            knot = self._knot_at(row, to, guess.T)
+            return knot if self._distance(knot, guess) <= known else None
 
-    def _carries(self, row: int, sense: int, place: float) -> bool:
+    def _turns_with_drive(self, row: int, sense: int, place: float) -> bool:
         """True if the group turns with the drive from a place on; its knots are then placed so.
 
         Links carried by parallel cranks turn as fast as the drive, or not at all, on their only smooth branch.
@@ -231,23 +231,25 @@ class Trace:
                 return True
         return False
 
-    def _off(self, knot: Table, guess: Any) -> float:
+    def _distance(self, knot: Table, guess: Any) -> float:
         """Largest difference between a knot and guessed coordinates."""
-        return float(np.abs(self._whole(knot[f"free{self.number}"].T, guess.T).T - guess).max())
+        return float(np.abs(self._near_angles(knot[f"free{self.number}"].T, guess.T).T - guess).max())
 
     def _last(self, row: int, sense: int) -> float:
         """Place of the outermost knot."""
         table = self.branch.table
         return float(table["place"][table["row"] == row][::sense][-1])
 
-    def _passes(self, row: int, sense: int, start: float, stop: float) -> bool:
+    def _passes_smoothly(self, row: int, sense: int, start: float, stop: float) -> bool:
         """True if the table continues smoothly through a change point that is as narrow as round-off."""
         if not self.branch.path.onward(*sorted((start, stop))):
             return True
         with np.errstate(all="ignore"):
             step = max(abs(stop - start), MIN_DISTANCE * self.branch.path.stride)
-            to, guess, known = self._ahead(row, 0.5 * (start + stop), sense * step)
-            return (to - self._last(row, sense)) * sense > 0 or self._off(self._single(row, to, None), guess) <= known
+            to, guess, known = self._extrapolated(row, 0.5 * (start + stop), sense * step)
+            return (to - self._last(row, sense)) * sense > 0 or self._distance(
+                self._knot_at(row, to, None), guess
+            ) <= known
 
     def _certain(self, row: int, sense: int, inner: float, outer: float) -> float:
         """Return how far the steps between two places are certain, outward from `inner`."""
@@ -283,8 +285,8 @@ class Trace:
                 to = float(here["place"][0]) + sense * step
                 to = end if (to - end) * sense > 0 else to
                 guess = here[name] + slope * (to - here["place"])
-                knot = self._single(row, to, guess.T)
-                good = leapt < np.inf and self._off(knot, guess) <= STRAIGHT * np.abs(guess - here[name]).max()
+                knot = self._knot_at(row, to, guess.T)
+                good = leapt < np.inf and self._distance(knot, guess) <= STRAIGHT * np.abs(guess - here[name]).max()
                 if not good and step * MAX_SHORTENING <= leapt:
                     pair = (here, knot) if sense > 0 else (knot, here)
                     good = np.isfinite(branch.certify(*pair, self.number)[0]).all()
