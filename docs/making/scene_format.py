@@ -1,45 +1,40 @@
-"""Tables of the scene format, made from the structs that read it: key, meaning, kind, bounds, default, example.
+"""Tables of the scene format, made from the structs that read it: key, meaning, value, default.
 
-Between `<!-- keys: MaterialTable -->` and `<!-- end -->` of a page stands the table of that struct; several names stand
-for one table of all. `python docs/making/scene_format.py` writes them into docs/scenes.md; a test holds them current.
+Between `<!-- keys: MaterialTable -->` and `<!-- end -->` of a page is the table of that struct. Several names give one
+table of all their keys. `python docs/making/scene_format.py` writes them into docs/scenes.md; a test compares them.
 """
 
 from __future__ import annotations
 
 import re
-import tomllib
-from collections.abc import Iterator
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-import tomlkit
 from msgspec import Struct, inspect
 from msgspec.structs import fields
 from rows import row
 
 from kinelast.scene.format import ChainTable, SceneTable
-from kinelast.scene.parsing import is_chain
-from kinelast.scene.quantities import Stress
 from kinelast.scene.schema import key_words
-from kinelast.scene.tables import StrictTable
-from kinelast.scene.units import LARGEST
 
 ROOT = Path(__file__).parents[2]
 MARK = re.compile(r"^<!-- keys: ([\w ]+) -->\n(?:.*?)^<!-- end -->$", re.MULTILINE | re.DOTALL)
 PAGE = ROOT / "docs" / "scenes.md"
-AS_IN = re.compile(r'as in ("[^"]*"|\[[^]]*\]|\S+)')
 ILLUSTRATED = re.compile(r',? (?:as in|or for a pin|or) (?:"[^"]*"|\[[^]]*\]|[\d.e+-]+)')
-LONGEST = 44  # letters of an example
-HEAD = "| key | meaning | kind, unit | bounds | default | example |\n| --- | --- | --- | --- | --- | --- |\n"
+HEAD = "| key | meaning | value | default |\n| --- | --- | --- | --- |\n"
+SHAPES = "| `shape` | keys, optional ones in brackets |\n| --- | --- |\n"
 
 
 def with_tables(markdown: str) -> str:
-    """A page with the tables that it asks for."""
+    """Fill the tables of a page."""
 
     def table(mark: re.Match[str]) -> str:
-        told = "".join(rows(_struct(name)) for name in mark[1].split())
-        return f"<!-- keys: {mark[1]} -->\n\n{HEAD}{told}\n<!-- end -->"
+        asked = [_struct(name) for name in mark[1].split()]
+        shapes = asked[0].__struct_config__.tag is not None
+        lines = _shapes(asked) if shapes else [line for each in asked for line in rows(each)]
+        return f"<!-- keys: {mark[1]} -->\n\n{SHAPES if shapes else HEAD}{''.join(dict.fromkeys(lines))}\n<!-- end -->"
 
     return MARK.sub(table, markdown)
 
@@ -79,31 +74,49 @@ def _parts(kind: Any) -> list[Any]:
     return [part for name in ("item_type", "value_type") if (part := getattr(kind, name, None)) is not None]
 
 
-def rows(struct: type[Struct]) -> str:
-    """Rows of the table of a struct's keys.
+def rows(struct: type[Struct]) -> list[str]:
+    """Rows of the table of a struct's keys."""
+    kinds = {field.name: field.type for field in inspect.type_info(struct).fields}
+    cells = []
+    for field in fields(struct):
+        meaning, special = _words(struct, field)
+        value = ", ".join(filter(None, [_kind(kinds[field.name]), _bounds(kinds[field.name])]))
+        default = special or ("**required**" if field.required else _default(field))
+        cells.append([f"`{field.encode_name}`", meaning, value, default])
+    return [*map(row, cells)]
+
+
+def _shapes(structs: Sequence[type[Struct]]) -> list[str]:
+    """Rows of sections' shapes with their keys."""
+    shown: dict[str, str] = {}
+    lines = []
+    for struct in structs:
+        keys = []
+        for field in fields(struct):
+            meaning, special = _words(struct, field)
+            key = f"`{field.encode_name}` {meaning}{f', default {special}' if special else ''}"
+            keys.append(key if field.required else f"({key})")
+        tag = f'`"{struct.__struct_config__.tag}"`'
+        words = "; ".join(keys)
+        lines.append(row([tag, f"as {shown[words]}" if words in shown else words]))
+        shown.setdefault(words, tag)
+    return lines
+
+
+def _words(struct: type[Struct], field: Any) -> tuple[str, str]:
+    """Meaning of a key, and its default if that is described in words.
 
     Raises
     ------
     ValueError
-        A key has no words.
+        The key has no words.
     """
     words = key_words(struct)
-    cells = []
-    kinds = {field.name: field.type for field in inspect.type_info(struct).fields}
-    tag = struct.__struct_config__.tag
-    if tag is not None:
-        cells.append(["**`shape`**", (struct.__doc__ or "").rstrip("."), f'`"{tag}"`', "", "", f'`"{tag}"`'])
-    for field in fields(struct):
-        if field.encode_name not in words:
-            raise ValueError(f"{struct.__name__}.{field.name} has no words: `#:` beside it")
-        meaning, _, special = words[field.encode_name].partition(" [") if words[field.encode_name].endswith("]") else (
-            words[field.encode_name], "", "")  # fmt: skip
-        kind = kinds[field.name]
-        default = special.removesuffix("]") or ("**required**" if field.required else _default(field))
-        cells.append(
-            [f"`{field.encode_name}`", meaning, _kind(kind), _bounds(kind), default, _example(struct, field, kind)]
-        )
-    return "".join(map(row, cells))
+    if field.encode_name not in words:
+        raise ValueError(f"{struct.__name__}.{field.name} has no words: `#:` beside it")
+    told = words[field.encode_name]
+    meaning, _, special = told.partition(" [") if told.endswith("]") else (told, "", "")
+    return meaning, special.removesuffix("]")
 
 
 def _default(field: Any) -> str:
@@ -113,63 +126,59 @@ def _default(field: Any) -> str:
         return f'`"{field.default}"`'
     if isinstance(field.default, int | float):
         return f"{field.default:g}"
-    return "none"
+    return ""
 
 
 def _kind(kind: Any) -> str:  # noqa: PLR0911 - a line a kind
-    """Kind of a value, in words, with its unit."""
+    """Unit of a value, or its kind in words."""
     match kind:
         case inspect.UnionType():
-            told = dict.fromkeys(_kind(part) for part in kind.types if not isinstance(part, inspect.NoneType))
-            return ", or ".join(told)
+            parts = dict.fromkeys(_kind(part) for part in kind.types if not isinstance(part, inspect.NoneType))
+            return " or ".join(parts)
         case inspect.LiteralType():
-            return " or ".join(f'`"{value}"`' for value in kind.values)
+            return ", ".join(f'`"{value}"`' for value in kind.values)
         case inspect.CustomType():
-            noun = "a number" if kind.cls.expected.startswith("a number") else ILLUSTRATED.sub("", kind.cls.expected)
-            units = [
-                unit for unit in getattr(kind.cls, "units", ("m",) if kind.cls.__name__ == "Sizes" else ()) if unit
-            ]
-            return f"{noun} [{' or '.join(units)}]" if units else noun
+            noun = "number" if kind.cls.expected.startswith("a number") else ILLUSTRATED.sub("", kind.cls.expected)
+            units = [*filter(None, getattr(kind.cls, "units", ("m",) if kind.cls.__name__ == "Sizes" else ()))]
+            return " or ".join(units) or re.sub(r"\b(a|an) ", "", noun)
         case inspect.StructType():
-            return "a table"
+            return "table"
         case inspect.DictType():
-            return f"by name: {_kind(kind.value_type)}"
+            return f"{_kind(kind.value_type)}, by name"
         case inspect.ListType():
-            return f"a list: {_kind(kind.item_type)}"
+            return f"list of {_kind(kind.item_type)}"
         case inspect.TupleType():
             each = [_kind(part) for part in kind.item_types]
             same = len({*each}) == 1 and len(each) > 1
-            return f"[{', '.join('xyz'[: len(each)])}], each {each[0]}" if same else f"[{', '.join(each)}]"
+            return f"[{', '.join('xyz'[: len(each)])}] {each[0]}" if same else f"[{', '.join(each)}]"
         case inspect.IntType():
-            return "a whole number"
+            return "whole number"
         case inspect.FloatType():
-            return "a number"
+            return "number"
         case inspect.BoolType():
-            return "`true` or `false`"
+            return "true, false"
         case inspect.StrType():
-            return "a name" if kind.pattern else "text"
+            return "name" if kind.pattern else "text"
     raise NotImplementedError(kind)
 
 
 def _bounds(kind: Any) -> str:  # noqa: PLR0911 - likewise
-    """Bounds of a value, empty where it has none."""
+    """Bounds of a value, or empty; the page gives those of all quantities of a dimension."""
     match kind:
         case inspect.UnionType():
             return ", ".join(dict.fromkeys(bound for part in kind.types if (bound := _bounds(part))))
         case inspect.CustomType():
-            told = kind.cls
-            most = getattr(told, "most", LARGEST)
+            positive = getattr(kind.cls, "above", None) == 0 or kind.cls.__name__ == "Sizes"
+            share = "< 1" if getattr(kind.cls, "most", None) == 1 else ""
             return ", ".join(
-                [
-                    *(["> 0"] if getattr(told, "above", None) == 0 or told.__name__ == "Sizes" else []),
-                    *(["≥ 0"] if getattr(told, "least", None) == 0 else []),
-                    *([f"< {most:g}"] if most != LARGEST else []),
-                ]
+                filter(None, ["> 0" if positive else "≥ 0" if getattr(kind.cls, "least", None) == 0 else "", share])
             )
         case inspect.IntType() | inspect.FloatType():
             signs = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
             return ", ".join(
-                f"{sign} {_number(bound)}" for name, sign in signs.items() if (bound := getattr(kind, name)) is not None
+                f"{sign} {_number(bound)}"
+                for name, sign in signs.items()
+                if (bound := getattr(kind, name)) is not None and abs(bound) < 2**40
             )
         case inspect.ListType():
             least = f"{kind.min_length} or more" if kind.min_length else ""
@@ -182,82 +191,7 @@ def _bounds(kind: Any) -> str:  # noqa: PLR0911 - likewise
 
 
 def _number(bound: float) -> str:
-    return f"{bound:,}" if isinstance(bound, int) and bound < 2**40 else f"{bound:g}"
-
-
-def _example(struct: type[Struct], field: Any, kind: Any) -> str:
-    """A value as a shipped scene has it, or as the messages ask for it."""
-    for each in (part for part in struct.__mro__ if issubclass(part, StrictTable)):
-        if (shown := used().get((each.__name__, field.encode_name))) is not None:
-            return f"`{shown}`"
-    for part in [kind, *_parts(kind)]:
-        if (
-            isinstance(part, inspect.CustomType)
-            and part.cls is not Stress
-            and (told := AS_IN.search(part.cls.expected))
-        ):
-            return f"`{told[1]}`"
-        if isinstance(part, inspect.LiteralType):
-            return f'`"{part.values[-1]}"`'
-        if isinstance(part, inspect.BoolType):
-            return "`true`"
-    return ""
-
-
-@cache
-def used() -> dict[tuple[str, str], str]:
-    """First values of keys in the shipped scenes, those of the gallery and the blocks of the pages."""
-    texts = [path.read_text(encoding="utf-8") for folder in ("kinelast", "docs/gallery") for path in
-             sorted((ROOT / folder).rglob("*.toml"))]  # fmt: skip
-    texts += [
-        block for page in sorted((ROOT / "docs").glob("*.md"))
-        for block in re.findall(r"^```toml\n(.*?)^```$", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
-    ]  # fmt: skip
-    values: dict[tuple[str, str], str] = {}
-    for text in texts:
-        try:
-            data = tomllib.loads(text)
-        except tomllib.TOMLDecodeError:
-            continue
-        chain = is_chain(data)
-        for place, value in _walked(inspect.type_info(ChainTable if chain else SceneTable), data):
-            plain = not isinstance(value, dict) and "=" not in (shown := _shown(value)) and len(shown) <= LONGEST
-            if plain and (place not in values or (shown[0] == '"' and values[place][0] in "-0123456789")):
-                values[place] = shown
-    return values
-
-
-def _shown(value: Any) -> str:
-    return str(tomlkit.item(value).as_string()) if not isinstance(value, float) else f"{value:g}"
-
-
-def _walked(kind: Any, value: Any) -> Iterator[tuple[tuple[str, str], Any]]:
-    """Values in a table of a file with the structs and keys that they are of."""
-    if isinstance(kind, inspect.UnionType):
-        kinds = [part for part in kind.types if _fits(part, value)]
-        if kinds:
-            yield from _walked(kinds[0], value)
-    elif isinstance(kind, inspect.StructType) and isinstance(value, dict):
-        for field in kind.fields:
-            if field.encode_name in value:
-                yield (kind.cls.__name__, field.encode_name), value[field.encode_name]
-                yield from _walked(field.type, value[field.encode_name])
-    elif isinstance(kind, inspect.DictType) and isinstance(value, dict):
-        for each in value.values():
-            yield from _walked(kind.value_type, each)
-    elif isinstance(kind, inspect.ListType) and isinstance(value, list):
-        for each in value:
-            yield from _walked(kind.item_type, each)
-
-
-def _fits(kind: Any, value: Any) -> bool:
-    if isinstance(kind, inspect.StructType):
-        return isinstance(value, dict) and (kind.tag is None or value.get("shape") == kind.tag) and (
-            value.keys() - {"shape"} <= {field.encode_name for field in kind.fields}
-        )  # fmt: skip
-    if isinstance(kind, inspect.DictType):
-        return isinstance(value, dict)
-    return isinstance(kind, inspect.ListType) and isinstance(value, list)
+    return f"{bound:,}" if isinstance(bound, int) else f"{bound:g}"
 
 
 if __name__ == "__main__":

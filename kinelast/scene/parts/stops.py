@@ -30,17 +30,16 @@ SIZE = 0.04  # half the length of a symbol, relative to the size of the drawing
 
 
 class StopTable(JointNameTable, frozen=True, kw_only=True):
-    """End stops of a joint, named as by drives."""
+    """End stops of a joint, named as in a drive."""
 
-    #: the coordinate does not go below it: angle of the link's own axes from those of `on`, or slide from the drawn
-    #: place [no lower stop]
+    #: lower bound of the coordinate: angle of the link axes from the axes of `on`, or travel from the drawn place [none]
     least: Coordinate | None = None
-    most: Coordinate | None = None  #: the coordinate does not go beyond it [no upper stop]
-    margin: Coordinate | None = None  #: least distance from the stops [0]
+    most: Coordinate | None = None  #: upper bound of the coordinate [none]
+    margin: Coordinate | None = None  #: smallest allowed distance from the stops [0]
 
     @property
     def required_margin(self) -> Coordinate:
-        """The least distance from the stops."""
+        """Smallest allowed distance from the stops."""
         return Coordinate.read(0.0) if self.margin is None else self.margin
 
 
