@@ -15,6 +15,7 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
 from elastic.elastodynamics.equations_of_motion import kinematics, masses, motion_terms
+from elastic.elastodynamics.exact_residual import loaded
 from elastic.elastodynamics.exact_steps import exact_deflection, has_dry_friction, with_friction
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
@@ -110,11 +111,19 @@ class Elastodynamic:
         """Edges of the time elements [s]; empty if nothing vibrates."""
         return np.zeros(0) if self.vibration is None else self.vibration.problem.terms.grid.edges
 
-    @property
-    def axial_error(self) -> float:
-        """Error of axial forces by the time elements, relative to the largest one."""
-        beams = self.vibration is not None and self.vibration.problem.terms.kinematics.structure.weights.size
-        return SAFE * float(self.vibration.unresolved_axial.max(initial=0.0)) if self.vibration and beams else 0.0
+    @cached_property
+    def force_error(self) -> float:
+        """Error of section and joint forces by the time elements, relative to the largest force of each kind.
+
+        Forces depend on accelerations, so they are resolved worse than displacements.
+        """
+        if self.vibration is None:
+            return 0.0
+        grid = self.vibration.problem.terms.grid
+        known = self.exact.displaced if self.exact else loaded(self.vibration, self.vibration.deflection)
+        kinds = [values[1:].reshape(len(values) - 1, -1) for values in (known.force, known.joints)]
+        tails = [grid.tail(each, np.abs(each).max(initial=0.0)) for each in kinds if each.size]
+        return SAFE * max((float(tail[_counted(grid)].max(initial=0.0)) for tail in tails), default=0.0)
 
     @property
     def growth(self) -> float:
@@ -406,11 +415,17 @@ def time_error(resolved: Vibration, tolerance: float) -> tuple[float, Grid | Non
     The shortest elements do not count: a step of the loads stays a step in any element.
     """
     grid = resolved.problem.terms.grid
-    error = np.where(grid.steps > SHORTEST * np.ptp(grid.edges), SAFE * resolved.unresolved, 0.0)
+    error = np.where(_counted(grid), SAFE * resolved.unresolved, 0.0)
     if error.max() <= tolerance or len(error) > MOST_ELEMENTS:
         return float(error.max()), None
     parts = np.clip(np.ceil((error / tolerance) ** (1 / ORDER)), 1, MOST_PARTS).astype(int)
     return float(error.max()), grid.divided(_graded(grid.steps, parts))
+
+
+def _counted(grid: Grid) -> Flags:
+    """Mark the elements that are long enough to be divided."""
+    counted: Flags = grid.steps > SHORTEST * np.ptp(grid.edges)
+    return counted
 
 
 def _graded(steps: Reals, parts: Integers) -> Integers:

@@ -117,9 +117,9 @@ class Estimate:
         By cause, other errors as shares of the largest displacement.
     settled
         Share of the largest displacement to which the answer is settled in time and coordinates.
-    axial
-        Discretization error of axial forces as a share of the largest one, if no finer answer measures it: they vibrate
-        faster than the links bend.
+    forces
+        Discretization error of forces as a share of the largest one, if no finer answer measures it: they follow from
+        accelerations.
     closer
         The answer at instants between the positions, too, its peaks with their gain; None of a single position.
     unknown
@@ -131,7 +131,7 @@ class Estimate:
     shares: Mapping[str, float]
     unknown: str = ""
     settled: float = 0.0
-    axial: float = 0.0
+    forces: float = 0.0
     closer: Cycle | None = None
 
 
@@ -286,8 +286,8 @@ def _of_items(
     if TIME in off.shares:
         units = figure.units(answer.scene)
         moved = [scales.get(unit, 0.0) if unit in DISPLACEMENTS else 0.0 for unit in units]
-        axial = [off.axial if unit == "N" else 0.0 for unit in units]
-        parts[TIME] = np.maximum.reduce([parts[TIME], off.shares[TIME] * np.array(moved), np.array(axial) * wide])
+        forces = [off.forces if unit == "N" else 0.0 for unit in units]
+        parts[TIME] = np.maximum.reduce([parts[TIME], off.shares[TIME] * np.array(moved), np.array(forces) * wide])
     if figure.remains_of and off.settled:
         whole = np.max(answer.of(figure.remains_of).value, initial=0.0)
         parts[TIME] = np.maximum(np.abs(parts.get(TIME, 0.0)), np.full(np.shape(here), off.settled * whole))

@@ -42,7 +42,6 @@ from kinelast.figures.errors import (
     figure_errors,
     graded_figures,
     history_error,
-    limited_figures,
     worst_of,
 )
 from kinelast.figures.output import output_of
@@ -350,11 +349,9 @@ class _Rungs:
 
         After a start, links ring in axial modes that the bound does not cover: there it is always measured.
         """
-        bound = answer.time_error + answer.reduction_error
+        bound = max(answer.time_error + answer.reduction_error, answer.force_error)
         if answer.vibration is not None and not answer.vibration.cyclic:
             bound = math.inf
-        if any("N" in figure.units(self.scene) for figure in limited_figures(self.scene, self.figures)):
-            bound = max(bound, answer.axial_error)
         return bound > RESOLVED * wanted and worth_halving(self.scene.mechanism, answer.elements)
 
     def _large_displacement(
@@ -382,15 +379,22 @@ class _Rungs:
         finer: Vibration | None,
         begun: Elastodynamic | None = None,
     ) -> tuple[dict[str, Cycle], dict[str, float]]:
-        """The exact answer in a finer discretization, if that is worth its time, and the errors known as shares."""
-        if exact.exact is None or not self._worth_measuring(exact, wanted):
-            discretized = (exact.time_error + exact.reduction_error) / BOUND_OVER_ERROR
-            return {}, {TIME: discretized, LARGE: large_displacement_error(exact)}
+        """The exact answer in a finer discretization, and the errors known as shares.
+
+        Forces follow from accelerations and are farther off than displacements, so no bound of these replaces the finer
+        answer. It is left out where it takes too long, or settles less than the answer itself.
+        """
+        discretized = (exact.time_error + exact.reduction_error) / BOUND_OVER_ERROR
+        shares = {TIME: discretized, LARGE: large_displacement_error(exact)}
+        if exact.exact is None or not worth_halving(self.scene.mechanism, exact.elements):
+            return {}, shares
         self._tell("error in time and coordinates")
         begun = begun if finer else None
         finer = finer or finer_vibration(exact)
         bent, left = discretized_finer(exact, finer, FURTHER * tolerance, begun)  # else both leave the same steps open
-        return {TIME: self._cycle(bent)}, {} if left <= tolerance else {LARGE: large_displacement_error(exact)}
+        if left > max(tolerance, exact.exact.open):
+            return {}, shares
+        return {TIME: self._cycle(bent)}, {} if left <= tolerance else {LARGE: shares[LARGE]}
 
     def _answer(
         self,
@@ -402,10 +406,10 @@ class _Rungs:
         unknown: str = "",
     ) -> Answer:
         settled = vibrating.time_error + vibrating.reduction_error if vibrating else 0.0
-        axial = settled + vibrating.axial_error if vibrating and TIME in shares else 0.0
+        forces = settled + vibrating.force_error if vibrating and TIME in shares else 0.0
         bent = beyond_beam_theory(cycle.deflection) if self.scene.labels else cycle.deflection
         bodies, closer = self._cycle(bent), self._closer(name, vibrating, cycle)
-        off = Estimate(stages, bodies, shares, unknown, settled, axial, closer)
+        off = Estimate(stages, bodies, shares, unknown, settled, forces, closer)
         graded = graded_figures(self.scene, cycle, self.figures, off)
         missed = math.nan if vibrating is None else math.inf
         if not unknown:

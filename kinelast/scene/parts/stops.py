@@ -32,7 +32,7 @@ SIZE = 0.04  # half the length of a symbol, relative to the size of the drawing
 class StopTable(JointNameTable, frozen=True, kw_only=True):
     """End stops of a joint, named as in a drive."""
 
-    #: lower bound of the coordinate: angle of the link axes from the axes of `on`, or travel from the drawn place [none]
+    #: lower bound: angle of the link axes from the axes of `on`, or travel from the drawn place [none]
     least: Coordinate | None = None
     most: Coordinate | None = None  #: upper bound of the coordinate [none]
     margin: Coordinate | None = None  #: smallest allowed distance from the stops [0]
