@@ -31,6 +31,7 @@ from live.drives import MOTIONS
 from live.edit import EMPTY, edited, start_of
 from live.entries import keys, typed
 from live.file import ChangedError, SceneFile
+from live.mistakes import NEXT
 from live.parts import EditError
 from live.share import MARK, fragment, linked
 from live.text import as_toml, places, with_value, without
@@ -572,7 +573,7 @@ class TestAnswers:
         assert answer["sheet"]["empty"]
         assert (answer["mistakes"], answer["picture"]) == ([], None)
         drawn = quick_answer(edited(EMPTY, {"do": "link", "points": [[0, 0], [0.1, 0]]}))[0]
-        assert drawn["mistakes"]
+        assert drawn["mistakes"] == [{"line": None, "message": NEXT, "next": True}]
         assert not drawn["sheet"]["empty"]
 
     def test_limits_are_judged(self):

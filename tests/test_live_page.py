@@ -131,10 +131,13 @@ def test_the_empty_sheet_has_a_hint_and_a_link_is_joined_to_the_middle_of_anothe
         maker = live_machines.Maker(live_page.Hand(driver, live.address))
         hand = maker.hand
         assert hand.run("return document.getElementById('empty').checkVisibility()")
+        assert not hand.run("return document.getElementById('graph').checkVisibility()")
         assert hand.run("return document.querySelectorAll('#mistakes li, .notice:not([hidden])').length") == 0
         assert accessibility_faults(hand) == []
         maker.drag((0, 0.1), (0.2, 0.1))  # the tool of an empty sheet is the link
         assert not hand.run("return document.getElementById('empty').checkVisibility()")
+        assert hand.run("return document.querySelectorAll('#mistakes li.next').length") == 1
+        assert hand.run("return document.getElementById('text').ariaInvalid") == "false"
         maker.drag((0.15, 0), (0.105, 0.101))
         links = tomllib.loads(hand.text)["links"]
         assert links["link_1"]["points"] == ["A", "B", "C"]
@@ -257,6 +260,14 @@ def test_tools_needed_first_come_first_and_long_lists_are_searched(driver, scene
         maker.until_changed(lambda: maker.button("#mirror"))  # of the chosen crank
         assert tomllib.loads(hand.text)["links"]["link_1"]["points"] == ["O", "C"]
         assert tomllib.loads(hand.text)["points"]["C"] == [-0.1, 0.0]
+        for _ in range(4):
+            maker.button("#in")
+        maker.choose("#chosen", "")
+        maker.until_changed(lambda: maker.button("#copy"))
+        hand.until("return live.state.queue.then(() => true)")
+        places = tomllib.loads(hand.text)["points"].values()
+        right = hand.run("return document.getElementById('svg').getBoundingClientRect().right")
+        assert max(hand.at(*place)[0] for place in places) < right  # the copy is in sight
         maker.until_changed(lambda: maker.write("[aria-label='Search in the list Begin with']", "offset_slider"))
         assert errors(hand) == []
 
@@ -393,6 +404,7 @@ def test_what_is_not_drawn_is_added_by_its_table_and_entries(driver, tmp_path):
             maker.choose("#key", key)
             maker.until_changed(lambda value=value: maker.write("#entry", value))
             assert f'{key} = "{value}"' in maker.hand.text
+        assert maker.hand.run("return document.getElementById('number').value").startswith("limits.")
         maker.hand.until("return document.querySelector('.tile.kept')")
         maker.button("#delete")
         maker.hand.until("return !live.text().includes('[limits]')")

@@ -17,7 +17,8 @@ export function listFigures() {
 
 export function drawGraph() {
   const { picture } = view, at = picture?.columns?.findIndex(({ name }) => name === figure()) ?? -1;
-  $("graph").hidden = $("graphed").hidden = at < 0;
+  $("graph").toggleAttribute("hidden", at < 0); // a drawing has no property of this name
+  $("graphed").hidden = at < 0;
   if (at < 0) return;
   const { values, shape: [, count] } = picture.arrays.columns, { unit } = picture.columns[at];
   const course = Array.from(values.subarray(at * count, (at + 1) * count)), known = course.filter(Number.isFinite);

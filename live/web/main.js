@@ -4,7 +4,7 @@ import * as talk from "./talk.js";
 import { drawGraph, figure, listFigures, searchable } from "./graph.js";
 import * as share from "./share.js";
 import * as tools from "./tools.js";
-import { draw, drawGrid, fit, measure, quantity, rescale, view } from "./drawing.js";
+import { draw, drawGrid, fit, measure, quantity, rescale, toScreen, view } from "./drawing.js";
 /** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const state = { digest: "", saved: "", path: null, name: "", numbers: [], dragging: null, playing: null, latencies: [], drawing: [], whole: 0, queue: Promise.resolve(), shipped: {}, tables: {}, keys: {}, motions: [] };
@@ -107,8 +107,9 @@ function tile(kind, name, value, more) {
   box.append(name, figure, more);
   return box;
 }
+const NO_ERROR = 1e-6; // of a value, an error that is not told
 const figureTile = ({ key, name, value, unit, on, error }) => {
-  const box = tile("", name, quantity(value, unit), [error === null ? "" : `± ${quantity(error, unit, 2)}`, on ?? ""].filter(Boolean).join(", "));
+  const box = tile("", name, quantity(value, unit), [error === null || error <= NO_ERROR * Math.abs(value) ? "" : `± ${quantity(error, unit, 2)}`, on ?? ""].filter(Boolean).join(", "));
   box.dataset.figure = key;
   box.dataset.value = value;
   return box;
@@ -280,7 +281,7 @@ const PATHS = { point: "points", link: "links", slot: "slots", slider: "sliders"
 function listNumbers() {
   const list = $("number"), before = list.value, { chosen } = view, entry = chosen && NUMBERED[chosen.kind] && view.sheet[NUMBERED[chosen.kind]][chosen.name];
   const link = chosen?.kind === "link" && view.sheet.links.find(({ name }) => name === chosen.name);
-  const heads = !chosen ? [] : [`${PATHS[chosen.kind]}.${entry ? entry.link ?? entry.slider : chosen.name}`, entry && `${PATHS[chosen.kind]}[${Number(chosen.name) + 1}]`, link?.section && `sections.${link.section}`, link?.material && `materials.${link.material}`].filter(Boolean);
+  const heads = !chosen ? [] : [chosen.kind === "table" ? chosen.name : `${PATHS[chosen.kind]}.${entry ? entry.link ?? entry.slider : chosen.name}`, entry && `${PATHS[chosen.kind]}[${Number(chosen.name) + 1}]`, link?.section && `sections.${link.section}`, link?.material && `materials.${link.material}`].filter(Boolean);
   const first = ({ path }) => heads.some((head) => path === head || path.startsWith(`${head}.`) || path.startsWith(`${head}[`));
   const sorted = [...state.numbers.filter(first), ...state.numbers.filter((each) => !first(each))];
   list.replaceChildren(...sorted.map(({ path }) => new Option(path, path)));
@@ -328,12 +329,14 @@ function remove() {
 
 function copy(mirror) {
   const { kind, name } = view.chosen ?? {}, of = { link: "link", point: "about" }[kind];
-  edit({ do: "copy", mirror, ...(of && { [of]: name }) });
+  edit({ do: "copy", mirror, ...(of && { [of]: name }) }).then(() => { if (!allSeen()) { fit(); show(); } });
 }
 
 function travel(whole) {
   if (whole !== null) changed(whole);
 }
+
+const allSeen = () => Object.values(view.sheet.points).map(toScreen).every(([x, y]) => x > 0 && y > 0 && x < view.width && y < view.height);
 
 // --- the file
 

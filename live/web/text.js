@@ -56,11 +56,12 @@ function buttons() {
   $("redo").disabled = !future.length;
 }
 
-export function tellMistakes(found) {
+export function tellMistakes(found) { // or the next step of a drawing
   if (!found.length && !mistakes.length) return;
   mistakes = found;
-  $("mistakes").replaceChildren(...found.map(({ line, message }) => {
+  $("mistakes").replaceChildren(...found.map(({ line, message, next }) => {
     const item = document.createElement("li");
+    item.classList.toggle("next", Boolean(next));
     if (line) {
       const go = document.createElement("button");
       go.textContent = `line ${line}`;
@@ -70,7 +71,7 @@ export function tellMistakes(found) {
     item.append(message);
     return item;
   }));
-  area.setAttribute("aria-invalid", String(found.length > 0));
+  area.setAttribute("aria-invalid", String(found.some(({ next }) => !next)));
   draw();
 }
 

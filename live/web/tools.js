@@ -6,17 +6,17 @@ const svg = $("svg");
 export const TOOLS = [
   ["move", "Move", "v", "Drag a point to change the mechanism, a link to move it; arrows move the chosen point"],
   ["link", "Link", "l", "Drag from point to point, or click twice; a click on nothing makes the point"],
-  ["fix", "Support", "g", "Click a point that is to stand on the ground, or no longer"],
-  ["drive", "Drive", "d", "Click the link that is turned about its pin, or the point that is pushed along its slot, or no longer"],
+  ["fix", "Support", "g", "Click a point to stand it on the ground; once more frees it"],
+  ["drive", "Drive", "d", "Click a link to turn it about its pin, or a point to push it along its slot; once more takes the drive away"],
   ["load", "Force", "f", "Drag from the point where a force acts: 1 N to a pixel"],
   ["plate", "Plate", "p", "Click the points of a plate, and the first once more; Enter ends an open one"],
-  ["trace", "Trace", "t", "Click a link where a point of it is to be, or drag to its place beside the link; on a point: a pin"],
-  ["slot", "Slot", "s", "Click a point that is to slide in the link under it, or on the ground along x, or no longer; drag from it: along that line"],
-  ["weld", "Weld", "w", "Click a point at which its links are joined rigidly, or no longer"],
+  ["trace", "Trace", "t", "Click a link to put a point on it, or drag to a place beside it; on a point: a pin"],
+  ["slot", "Slot", "s", "Click a point to let it slide in the link under it, or on the ground along x; drag from it for another line; once more frees it"],
+  ["weld", "Weld", "w", "Click a point to join its links rigidly; once more pins them"],
   ["spring", "Spring", "k", "Drag from a point to another"],
-  ["mass", "Mass", "m", "Click a point that is to carry a mass, or no longer"],
+  ["mass", "Mass", "m", "Click a point to give it a mass; once more takes it away"],
   ["cylinder", "Cylinder", "c", "Drag from its foot to the point that it pushes"],
-  ["gear", "Gear", "r", "Click the link that drives, then the one that follows: wheels that mesh from outside, or no longer; a point in a slot is a rack"],
+  ["gear", "Gear", "r", "Click the link that drives, then the one that follows: wheels that mesh from outside; a point in a slot is a rack; once more takes them away"],
 ];
 const FIRST = 5; // tools that are needed first, before the others
 /** @type {any} */
