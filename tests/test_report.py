@@ -255,9 +255,9 @@ def test_maps_show_the_sign_of_every_value():
 
 
 SUBJECTS = {
-    "Stubby links": "beam theory leaves out",
+    "Stubby links": "beam theory neglects",
     "Large displacements": "of its length",
-    "Buckling": "at which it buckles",
+    "Buckling": "of its critical load",
     "Strength": "yield stress",
 }
 
