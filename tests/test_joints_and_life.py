@@ -10,13 +10,14 @@ from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.designs.studies import optimum_study
 from kinelast.figures.errors import Estimate, figure_errors
-from kinelast.figures.joints import JOINT_FIGURES, LIFE_FIGURES
+from kinelast.figures.joints import LIFE_FIGURES
 from kinelast.figures.limits import breaks_first
 from kinelast.figures.summary import summary
 from kinelast.runs import computed, long_results, require_chunk
 from kinelast.scene.document import document_of, scene_from_text
 from kinelast.scene.error import SceneError
 from kinelast.scene.numbers import quantity
+from kinelast.scene.parts.bearings import BEARINGS
 from kinelast.tasks.request import Request
 from tests.scene_texts import SLIDER_CRANK
 
@@ -171,7 +172,7 @@ def test_parts_of_a_joint_are_worked_from_its_force():
 
 def test_nothing_of_them_is_told_where_a_scene_does_not_ask():
     found = told(ARM)
-    keys = {each.key for each in (*JOINT_FIGURES, *LIFE_FIGURES)}
+    keys = {each.key for each in (*BEARINGS.figures, *LIFE_FIGURES)}
     assert not keys & found["figures"].keys()
     assert found["life"] is None
     assert all("figures" not in joint for joint in found["joints"])
@@ -235,7 +236,7 @@ def test_a_long_run_has_the_fatigue_of_the_whole(monkeypatch):
 
 def test_an_error_known_as_a_share_counts_by_the_power_of_the_load():
     results = computed(scene_from_text(ARM + PARTS + FATIGUE), Request())
-    figures = [each for each in (*JOINT_FIGURES, *LIFE_FIGURES)
+    figures = [each for each in (*BEARINGS.figures, *LIFE_FIGURES)
                if each.key in ("bearing_load", "bearing_life", "contact_losses")]  # fmt: skip
     found = figure_errors(results.cycle, figures, Estimate({}, results.cycle, {"time and coordinates": 0.01}))
     share = {

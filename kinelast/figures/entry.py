@@ -15,12 +15,8 @@ from kinelast.scene.error import fault, likely
 from kinelast.scene.figure import (
     AVERAGE,
     BEAM,
-    BEARING,
     CAM,
-    CLEARANCE,
-    CLEARANCES,
     DRIVE,
-    EYE,
     FACED,
     FATIGUED,
     FIXED,
@@ -31,12 +27,9 @@ from kinelast.scene.figure import (
     LEAST,
     LINK,
     MOST,
-    PIN,
-    PLAIN,
     POINT,
     PRESSED,
     ROLLED,
-    ROLLING,
     RUBBING,
     SCENE,
     STOPPING,
@@ -45,7 +38,6 @@ from kinelast.scene.figure import (
     averaged,
     each,
     fixed,
-    has_part,
     items_of,
     largest_of,
     least,
@@ -56,10 +48,10 @@ from kinelast.scene.limits import Limit
 from rigid.arrays import Integers, Reals
 
 __all__ = [
-    "AVERAGE", "BEAM", "BEARING", "CAM", "CLEARANCE", "CLEARANCES", "DRIVE", "EYE", "FACED", "FATIGUED",
-    "FIXED", "FRICTION", "HELD", "JOINT", "LARGEST", "LEAST", "LINK", "MOST", "PIN", "PLAIN", "POINT",
-    "PRESSED", "ROLLED", "ROLLING", "RUBBING", "SCENE", "STOPPING", "Figure", "Kind", "averaged", "each",
-    "fixed", "has_part", "items_of", "largest_of", "least", "sole", "whole",
+    "AVERAGE", "BEAM", "CAM", "DRIVE", "FACED", "FATIGUED",
+    "FIXED", "FRICTION", "HELD", "JOINT", "LARGEST", "LEAST", "LINK", "MOST", "POINT",
+    "PRESSED", "ROLLED", "RUBBING", "SCENE", "STOPPING", "Figure", "Kind", "averaged", "each",
+    "fixed", "items_of", "largest_of", "least", "sole", "whole",
 ]  # fmt: skip
 """Names of `kinelast.scene.figure`, which files of this room and above take from here."""
 

@@ -28,13 +28,6 @@ USUAL = {  # by what has it and the name it has there: words, least and most, un
         "density": ("density", 10.0, 3e4, "kg/m^3", "7.85 g/cm^3"),
         "yield_stress": ("yield stress", 1e3, 1e11, "Pa", "250 MPa"),
     },
-    "bearing": {
-        "diameter": ("diameter", 1e-5, 10.0, "m", "10 mm"),
-        "width": ("width", 1e-5, 10.0, "m", "12 mm"),
-        "thickness": ("thickness", 1e-5, 10.0, "m", "8 mm"),
-        "clearance": ("clearance", 0.0, 0.1, "m", "20 um"),
-        "dynamic": ("load rating", 10.0, 1e9, "N", "19.5 kN"),
-    },
 }
 GRAVITY = 3e3  # [m/s^2], ten times that of the Sun, and less than that of the Earth in mm/s^2
 ALIKE = 1e-6  # of a load and a ratio, by which they are the same
@@ -61,12 +54,12 @@ def input_findings(results: Results) -> Iterator[Finding]:
 def _numbers(results: Results) -> Iterator[Finding]:
     """Numbers that no solid and no mechanism has: most likely without their units."""
     yield from _sizes(results)
-    usual = {**USUAL, **{part.drive_row: part.usual for part in PARTS}}
+    usual = {**USUAL, **{part.key: part.usual for part in PARTS}}
     for kind, whose, owner in _owners(results.scene):
         for name, (what, least, most, unit, example) in usual[kind].items():
             value = getattr(owner, name, None)
             if value is not None and math.isfinite(value) and value and not least <= value <= most:
-                told = f"{what} of {whose} is {float(value):.4g} {unit}, which hardly a {kind} has"
+                told = f"{what} of {whose} is {float(value):.4g} {unit}, which hardly a {kind.removesuffix('s')} has"
                 hint = f'a bare number is in {unit}, other units are told as in "{example}"'
                 yield Finding(POOR, INPUTS, f"The {told}: {hint}.")
     if (gravity := abs(complex(results.mechanism.gravity))) > GRAVITY:
@@ -80,10 +73,10 @@ def _owners(scene: Scene) -> Iterator[tuple[str, str, Any]]:
     for part in PARTS:
         if part.drive_row:
             owned = part.of(scene).items()
-            yield from ((part.drive_row, f'the {part.drive_row} of "{drive}"', each) for drive, each in owned)
+            yield from ((part.key, f'the {part.drive_row} of "{drive}"', each) for drive, each in owned)
     for joint, parts in scene.bearings.items():
         for own in (parts, parts.rolling, parts.plain, parts.pin, parts.eye):
-            yield "bearing", f'the joint "{joint}"', own
+            yield "bearings", f'the joint "{joint}"', own
 
 
 def _sizes(results: Results) -> Iterator[Finding]:

@@ -13,13 +13,13 @@ from elastic.assessment import harmonics
 from kinelast.figures.cycle import NOISE
 from kinelast.figures.drives import CAM_FIGURES, cam_flanks, cam_force
 from kinelast.figures.entry import DRIVE, HELD, items_of
-from kinelast.figures.joints import JOINT_FIGURES, lost_contact, numbers_with
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, figure, largest
 from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
 from kinelast.scene.part import Part
 from kinelast.scene.parts import PARTS
+from kinelast.scene.parts.bearings import BEARINGS, joints_with, lost_contact
 from machine.cams import CamPush, cut_depth
 from rigid import ConstantSpeed, LineLoad, Link, Lump, PointLoad, Resistance, TorsionSpring, law_peaks
 from rigid.arrays import Flags
@@ -327,8 +327,8 @@ def joint_rows(results: Results) -> list[dict[str, Any]]:
 def _joint_parts(results: Results, number: int) -> dict[str, Any]:
     scene, course = results.scene, results.cycle.joint(number)
     figures = {}
-    for each in JOINT_FIGURES:
-        numbers = numbers_with(scene, each.of)
+    for each in BEARINGS.figures:
+        numbers = [*joints_with(scene, each.of)]
         if number in numbers:
             item = numbers.index(number)
             figures[each.key] = largest(results, results.figures.peaks[each.key][item], each.units(scene)[item])

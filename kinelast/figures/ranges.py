@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 
 from kinelast.figures.drives import CAM_NEEDS, cam_faults
-from kinelast.figures.entry import EYE, FATIGUED, PIN, PRESSED, ROLLING, items_of
+from kinelast.figures.entry import FATIGUED, PRESSED, items_of
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
 from kinelast.scene.figure import RangeCheck
 from kinelast.scene.parts import PARTS
 from machine import Range
 from machine.cams import HERTZ_RANGE
-from machine.joints import EYE_RANGE, LOAD_RANGE, OVERLAP_RANGE, PIN_RANGE, SLIP_RANGE, STATIC_RANGE
 from machine.life import CYCLES_RANGE, YIELD_RANGE
 from rigid.arrays import Flags
 
@@ -25,14 +24,7 @@ def _over_yield(scene: Scene, pressures: Any) -> Any:
     return pressures / np.array(yields)
 
 
-LIVES = "bearing_life", "bearing_revolutions"
 CHECKS = (
-    RangeCheck(LOAD_RANGE, ROLLING, "bearing_load_share", LIVES),
-    RangeCheck(STATIC_RANGE, ROLLING, "bearing_static_safety", LIVES),
-    RangeCheck(OVERLAP_RANGE, ROLLING, "bearing_overlap", LIVES),
-    RangeCheck(SLIP_RANGE, ROLLING, "bearing_load_share"),
-    RangeCheck(PIN_RANGE, PIN, "pin_safety"),
-    RangeCheck(EYE_RANGE, EYE, "eye_safety"),
     *(check for part in PARTS for check in part.checks),
     RangeCheck(HERTZ_RANGE, PRESSED, "cam_pressure", quantity=_over_yield),
     RangeCheck(YIELD_RANGE, FATIGUED, "safety"),

@@ -22,9 +22,7 @@ from kinelast.figures.entry import (
     LEAST,
     LINK,
     MOST,
-    PLAIN,
     POINT,
-    ROLLING,
     RUBBING,
     SCENE,
     STOPPING,
@@ -36,7 +34,7 @@ from kinelast.figures.entry import (
     sole,
     whole,
 )
-from kinelast.figures.joints import JOINT_FIGURES, LIFE_FIGURES, clearance_figures
+from kinelast.figures.joints import LIFE_FIGURES, clearance_figures
 from kinelast.figures.output import (
     advantage_of,
     residual_of,
@@ -51,6 +49,7 @@ from kinelast.scene.error import SceneError, fault, likely
 from kinelast.scene.figure import OUTPUT_ERROR, Limit
 from kinelast.scene.limits import FigureBound, Output
 from kinelast.scene.parts import PARTS
+from kinelast.scene.parts.bearings import PLAIN, ROLLING
 from rigid import transmission_angles
 from rigid.arrays import Complexes, Real, Reals
 from rigid.constants import mass_moments
@@ -166,7 +165,6 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
     *DRIVE_FIGURES,
     *(figure for part in PARTS for figure in part.figures),
     *CAM_FIGURES,
-    *JOINT_FIGURES,
     *LIFE_FIGURES,
     Figure("joint_force", "force in a joint", "N", JOINT,
            each(lambda cycle: [np.abs(force) for force in cycle.deflection.forces.force]), told=True),

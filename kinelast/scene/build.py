@@ -20,13 +20,11 @@ from kinelast.scene.drives import DriveEffort, DriveLaw, build_cams, build_drive
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import (
-    build_bearings,
     build_friction,
     build_gears,
     build_joints,
     build_sliders,
     build_welds,
-    eye_of,
 )
 from kinelast.scene.limits import build_limits, build_output, build_settled, figure_bounds
 from kinelast.scene.links import LinkModel, build_links, drawn_places, guiding, undivided
@@ -34,6 +32,7 @@ from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.numbers import real, require, vector
 from kinelast.scene.part import Assembly
 from kinelast.scene.parts import PARTS
+from kinelast.scene.parts.bearings import BEARINGS, eye_of
 from kinelast.scene.sections import Material, SectionSource, making, materials_of, poisson_of
 from kinelast.scene.tables import BoundTable, FatigueTable, LinkFatigueTable
 from kinelast.scene.units import Quantity
@@ -154,7 +153,6 @@ def built(
         theory=_theory(table, materials, made_of),
         report_units=table.run.report_units or {"mm": "mm", "in": "in"}.get(table.units, "SI"),
         written=written_units(table),
-        bearings=build_bearings(table, mechanism),
         cams=cams,
         fatigue=_fatigue(table, beams, made_of, materials),
         parts={part.key: part.build(Assembly(table, mechanism)) for part in PARTS},
@@ -279,7 +277,8 @@ def _eye_notch(
     table: SceneTable, point: str, body: LinkModel, number: int, material: MaterialTable | None
 ) -> Real | None:
     """Factor from the stress at the end of a beam to that at the hole of its eye; None where it is told of none."""
-    eye = table.bearings[point].eye if point in table.bearings else None
+    bearings = BEARINGS.tables(table)
+    eye = bearings[point].eye if point in bearings else None
     if eye is None or eye.link != body.link.name:
         return None
     section = body.sections[number].section

@@ -96,8 +96,6 @@ class Scene:
     report_units, written
         Of page, tables and words: "SI", "mm" or "in"; and the units that the file writes angles and speeds in, by SI
         unit, of words and page.
-    bearings
-        Parts of the joints that the scene tells them of, by the name of the pin.
     cams
         By their names.
     fatigue
@@ -125,11 +123,15 @@ class Scene:
     theory: Theory = Theory()
     report_units: str = "SI"
     written: Mapping[str, tuple[float, str]] = field(default_factory=dict)
-    bearings: Mapping[str, JointParts] = field(default_factory=dict)
     cams: Mapping[str, Cam] = field(default_factory=dict)
     fatigue: FatigueTask | None = None
     settled: Any = None
     parts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @property
+    def bearings(self) -> Mapping[str, JointParts]:
+        """Parts of the joints with a table, by the name of the pin or slider."""
+        return self.parts["bearings"]
 
     def __repr__(self) -> str:
         return f'Scene("{self.name}": {self._told})'

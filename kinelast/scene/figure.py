@@ -75,25 +75,6 @@ HELD = _cams("open cam", lambda cam: cam.flank != BOTH)
 PRESSED = _cams("pressed cam", _pressed)
 
 
-def has_part(scene: Scene, joint: str, part: str) -> bool:
-    """Whether a joint has a part; with the name of no part, whether it is a pin under [bearings]."""
-    parts = scene.bearings.get(joint)
-    if parts is None:
-        return False
-    if part == "bearing":
-        return joint not in scene.mechanism.slider_points
-    return getattr(parts, part) is not None
-
-
-def _joints(part: str) -> Kind:
-    """The joints that have a part."""
-    return Kind(part, lambda scene: [name for name, _ in joint_words(scene.mechanism) if has_part(scene, name, part)])
-
-
-BEARING, ROLLING, PLAIN, PIN, EYE, CLEARANCE = map(_joints, ("bearing", "rolling", "plain", "pin", "eye", "clearance"))
-CLEARANCES = Kind("scene with clearance", lambda scene: [""] * bool(items_of(scene, CLEARANCE)))
-
-
 @dataclass(frozen=True)
 class Figure:
     """A figure of a machine.

@@ -4,27 +4,23 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from math import inf, nan, pi
+from math import inf, pi
 from typing import Any
 
 from elastic import JointCompliance
-from kinelast.scene.error import fault, known_name, likely, require_absent
+from kinelast.scene.error import fault, known_name, likely
 from kinelast.scene.format import SceneTable
 from kinelast.scene.links import LinkModel, Points, drawn_direction, known_point
 from kinelast.scene.moved_joint import moved_joint
-from kinelast.scene.numbers import direction_of, real, require, vector
+from kinelast.scene.numbers import direction_of, real, vector
 from kinelast.scene.quantities import Damping
 from kinelast.scene.tables import (
-    BearingTable,
-    EyeTable,
     GearTable,
     JointTable,
-    PlainTable,
     SliderTable,
     SlotTable,
     WeldTable,
 )
-from machine.joints import Eye, Guide, JointParts, Pin, Plain, Rolling
 from rigid import GROUND, Friction, Gear, Link, Mechanism, Slider, Weld
 from rigid.arrays import Complex
 
@@ -196,81 +192,6 @@ def _friction(where: str, table: JointTable, slides: bool) -> Friction:
         raise fault(where, "viscosity", f"expected a damping, as in {example}, got one in {table.viscosity.unit}")
     sizes = real(table.friction or 0.0), real(table.radius or 0.0), real(table.length or inf)
     return Friction(*sizes, real(table.viscosity or 0.0))
-
-
-def build_bearings(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointParts]:
-    """Parts of the joints by the name of their pin."""
-    shared = Counter(point for link in mechanism.links for point in link.points)
-    pins = [point for point, count in shared.items() if count > 1 and point not in scene.welds]
-    sliders = mechanism.slider_points
-    for name, table in scene.bearings.items():
-        known_name("bearings", name, name, [*pins, *sliders], "pin or slider")
-        if name in sliders and name not in pins:
-            problem = "belongs to a pin: a slider has a plain bearing alone"
-            require_absent(f"bearings.{name}", table, ("rolling", "pin", "eye", "clearance"), problem)
-            key, other = "length", "diameter"
-        else:
-            key, other = "diameter", "length"
-        if table.plain is not None:
-            where, kind = f"bearings.{name}.plain", "slider" if key == "length" else "pin"
-            require_absent(where, table.plain, (other,), f"is not asked of a {kind}, but its {key}")
-            if getattr(table.plain, key) is None:
-                raise fault(where, key, f"the key is missing: a {kind} has it")
-    return {name: _parts(scene, name, table) for name, table in scene.bearings.items()}
-
-
-def _parts(scene: SceneTable, point: str, table: BearingTable) -> JointParts:
-    where = f"bearings.{point}"
-    rolling, plain, pin, eye = table.rolling, table.plain, table.pin, table.eye
-    if rolling is not None and rolling.safety is not None and rolling.C0 is None:
-        raise fault(f"{where}.rolling", "C0", "the key is missing: safety is the static one, C0 over the load")
-    if rolling is not None and rolling.least_overlap is not None and rolling.elements is None:
-        raise fault(f"{where}.rolling", "elements", "the key is missing: how many balls or rollers it has")
-    if pin is not None and pin.cheek is None and not pin.overhung:
-        raise fault(f"{where}.pin", "cheek", "the key is missing: the thickness of one cheek, or overhung = true")
-    for name, part in (("pin", pin), ("eye", eye)):
-        if part is not None and part.safety is not None and part.yield_stress is None:
-            raise fault(f"{where}.{name}", "yield", "the key is missing: safety is against it")
-    if eye is not None:
-        require(real(eye.width) > real(eye.diameter), f"{where}.eye", "width", "expected more than the diameter")
-        if eye.link is not None:
-            there = [link for link, own in scene.links.items() if point in own.points]
-            known_name(f"{where}.eye", "link", eye.link, there, "link at the pin")
-        require(2 * real(eye.edge) > real(eye.diameter), f"{where}.eye", "edge", "expected more than half the diameter")
-    return JointParts(
-        None if rolling is None else Rolling(
-            real(rolling.C), _or(rolling.C0, nan), rolling.type, float(rolling.reliability.split()[0]) / 100,
-            _or(rolling.condition, 1.0), _or(rolling.elements, nan),
-        ),
-        None if plain is None else _plain(plain),
-        None if pin is None else Pin(
-            real(pin.diameter), real(pin.eye), _or(pin.cheek, 0.0), _or(pin.gap, 0.0), pin.overhung,
-            _or(pin.yield_stress, nan),
-        ),
-        None if eye is None else eye_of(eye),
-        None if table.clearance is None else real(table.clearance),
-    )  # fmt: skip
-
-
-def eye_of(table: EyeTable) -> Eye:
-    """The eye of a link."""
-    diameter, width, thickness, edge = (
-        real(each) for each in (table.diameter, table.width, table.thickness, table.edge)
-    )
-    return Eye(diameter, width, thickness, edge, _or(table.yield_stress, nan))
-
-
-def _plain(table: PlainTable) -> Plain | Guide:
-    """Of a pin by its diameter, or of a slider's block by its length."""
-    if table.diameter is not None:
-        return Plain(real(table.diameter), real(table.width))
-    assert table.length is not None
-    return Guide(real(table.length), real(table.width))
-
-
-def _or(value: Any, otherwise: float) -> Any:
-    """A number, or another where it is not given."""
-    return otherwise if value is None else real(value)
 
 
 def build_welds(scene: SceneTable, links: Mapping[str, Link], places: Points) -> tuple[Weld, ...]:

@@ -10,16 +10,11 @@ from kinelast.scene.error import SceneError, fault, known_name, likely
 from kinelast.scene.figure import (
     BEAM,
     CAM,
-    EYE,
     FATIGUED,
     OUTPUT_ERROR,
-    PIN,
-    PLAIN,
     PRESSED,
-    ROLLING,
     SCENE,
     STOPPING,
-    Kind,
     Limit,
 )
 from kinelast.scene.format import SceneTable
@@ -123,7 +118,6 @@ def _limits(table: SceneTable, scene: Scene) -> Iterator[Limit]:
     yield from _of_links(table, limits, "")
     for part in PARTS:
         yield from part.limits(table, scene)
-    yield from _of_bearings(table)
     yield from _of_cams(table)
     elastic = [link.name for link in mechanism.links[1:] if link.beams]
     for name, own in limits.links.items():
@@ -169,33 +163,6 @@ def _of_links(asked: SceneTable, table: LinkLimitsTable, link: str) -> Iterator[
             yield Limit(kind, real(value), kind in LEAST_ALLOWED, link, unit, of)
 
 
-# By the part of a joint and its key: the figure, its unit, and whether it may not be less.
-BEARING_LIMITS: Mapping[Kind, Mapping[str, tuple[str, str, bool]]] = {
-    ROLLING: {
-        "life": ("bearing_life", "s", True),
-        "safety": ("bearing_static_safety", "1", True),
-        "least_load": ("bearing_load_share", "1", True),
-        "least_overlap": ("bearing_overlap", "1", True),
-    },
-    PLAIN: {
-        "pressure": ("bearing_pressure", "Pa", False),
-        "speed": ("bearing_speed", "m/s", False),
-        "pressure_speed": ("bearing_pv", "W/m^2", False),
-    },
-    PIN: {
-        "shear": ("pin_shear", "Pa", False),
-        "bending": ("pin_bending", "Pa", False),
-        "safety": ("pin_safety", "1", True),
-    },
-    EYE: {
-        "bearing": ("eye_bearing", "Pa", False),
-        "net": ("eye_net", "Pa", False),
-        "tear_out": ("eye_tear_out", "Pa", False),
-        "safety": ("eye_safety", "1", True),
-    },
-}
-
-
 def sets_limit(path: str) -> bool:
     """Whether a number of a part, by its path, is a limit, and changes nothing else.
 
@@ -205,21 +172,8 @@ def sets_limit(path: str) -> bool:
     (True, False)
     """
     table, _, rest = path.partition(".")
-    part, _, key = rest.rpartition(".")
-    of_parts = {kind.name: bounds for kind, bounds in BEARING_LIMITS.items()}.get(part.rpartition(".")[2], {})
-    known: dict[str, Any] = {"bearings": of_parts, "cams": CAM_LIMITS}
-    return key in known.get(table, {}) or any(part.sets_limit(key) for part in PARTS if part.key == table)
-
-
-def _of_bearings(table: SceneTable) -> Iterator[Limit]:
-    """Limits that the parts of joints set."""
-    for name, bearing in table.bearings.items():
-        for of, bounds in BEARING_LIMITS.items():
-            part = getattr(bearing, of.name)
-            for key, (figure, unit, least) in bounds.items() if part is not None else ():
-                value = getattr(part, key)
-                if value is not None:
-                    yield Limit(figure, real(value), least, name, unit, of)
+    key = rest.partition(".")[2]
+    return (table == "cams" and key in CAM_LIMITS) or any(part.sets_limit(key) for part in PARTS if part.key == table)
 
 
 def _of_cams(table: SceneTable) -> Iterator[Limit]:

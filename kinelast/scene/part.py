@@ -62,7 +62,7 @@ class Part(Generic[Built]):
     build
         From the mechanism and the tables to the built parts by name; raises SceneError.
     figures
-        Its figures. `Figure.limit` names the key of the table that bounds one.
+        Its figures. `Figure.limit` names the key of the table that bounds one, as `life` or `rolling.life`.
     facts
         Data of a part that its section of the summary states besides the figures: texts, or values with SI units. None
         if it has no such section.
@@ -126,7 +126,7 @@ class Part(Generic[Built]):
         tables = self.tables(table) if self.owned is None else self.owned(table, scene)
         for name, own in tables.items():
             for each in bounded:
-                value = getattr(own, each.limit)
+                value = _value(own, each.limit)
                 if value is not None and name in units[each.key]:
                     unit = units[each.key][name]
                     bound = value.within(unit) if isinstance(value, Quantity) else real(value)
@@ -135,6 +135,13 @@ class Part(Generic[Built]):
     def sets_limit(self, key: str) -> bool:
         """Whether a key of its table bounds a figure, and changes nothing else."""
         return key not in self.more_than_limits and any(each.limit == key for each in self.figures)
+
+
+def _value(table: Any, path: str) -> Any:
+    """Value under a key, or under the key of a table in it; None if there is none."""
+    for key in path.split("."):
+        table = None if table is None else getattr(table, key)
+    return table
 
 
 def with_parts(table: type[StrictTable], name: str, parts: Iterable[Part[Any]]) -> type[StrictTable]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from kinelast.scene.part import Part, Stroke
+from kinelast.scene.parts.bearings import BEARINGS
 from kinelast.scene.parts.cylinders import CYLINDERS
 from kinelast.scene.parts.flywheels import FLYWHEELS
 from kinelast.scene.parts.motors import MOTORS
@@ -13,7 +14,7 @@ from kinelast.scene.parts.stops import STOPS
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene
 
-PARTS: tuple[Part[Any], ...] = (FLYWHEELS, MOTORS, CYLINDERS, STOPS)
+PARTS: tuple[Part[Any], ...] = (FLYWHEELS, MOTORS, CYLINDERS, BEARINGS, STOPS)
 
 
 def strokes_of(scene: Scene) -> list[Stroke]:

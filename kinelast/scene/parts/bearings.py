@@ -1,0 +1,313 @@
+"""Parts of joints: rolling and plain bearings, pins and eyes, and lost contact in joints with clearance."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from functools import partial
+from math import nan
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from msgspec import Meta, field
+
+from kinelast.scene.error import fault, known_name, require_absent
+from kinelast.scene.figure import AVERAGE, LEAST, Figure, Kind, RangeCheck, averaged, each, least
+from kinelast.scene.names import joint_words
+from kinelast.scene.numbers import real, require
+from kinelast.scene.part import Assembly, Part
+from kinelast.scene.quantities import Duration, LoadRating, PressureSpeed, Share, Size, SlidingSpeed, Stress
+from kinelast.scene.tables import Factor, StrictTable
+from machine.joints import (
+    EYE_RANGE,
+    LOAD_RANGE,
+    OVERLAP_RANGE,
+    PIN_RANGE,
+    SLIP_RANGE,
+    STATIC_RANGE,
+    Eye,
+    Guide,
+    JointCourse,
+    JointParts,
+    Pin,
+    Plain,
+    Rolling,
+    contact_losses,
+    knocks,
+)
+from rigid.arrays import Flags
+
+if TYPE_CHECKING:
+    from elastic import Largest
+    from kinelast.figures.cycle import Cycle
+    from kinelast.scene.data import Scene
+    from kinelast.scene.format import SceneTable
+
+KEY = "bearings"
+ROLLER = 10.0 / 3.0  # exponent of the life of roller bearings
+
+
+class RollingTable(StrictTable, frozen=True, kw_only=True):
+    """A rolling bearing and its required life and safety."""
+
+    C: LoadRating  #: dynamic load rating
+    C0: LoadRating | None = None  #: static load rating [none]
+    type: Literal["ball", "roller"] = "ball"  #: life exponent 3 for `"ball"`, 10/3 for `"roller"`
+    #: probability that a bearing reaches the life
+    reliability: Literal["90 %", "95 %", "96 %", "97 %", "98 %", "99 %"] = "90 %"
+    condition: Factor | None = None  #: life factor a_ISO for lubrication and contamination [1]
+    elements: Annotated[int, Meta(ge=3)] | None = None  #: number of balls or rollers [none]
+    life: Duration | None = None  #: required life [none]
+    safety: Factor | None = None  #: required static safety factor [none]
+    #: smallest equivalent load / `C` against skidding: about 0.01 for balls, 0.02 for rollers [none]
+    least_load: Share | None = None
+    least_overlap: Factor | None = None  #: smallest swing / angle between neighbouring elements [none]
+
+
+class PlainTable(StrictTable, frozen=True, kw_only=True):
+    """A plain bearing and the limits of its material."""
+
+    diameter: Size | None = None  #: diameter of the pin or shaft
+    length: Size | None = None  #: length of the block of a slider, with `through` at its middle; instead of `diameter`
+    width: Size  #: width of the bearing, or of the block
+    pressure: Stress | None = None  #: largest allowed pressure [none]
+    speed: SlidingSpeed | None = None  #: largest allowed sliding speed [none]
+    pressure_speed: PressureSpeed | None = None  #: largest allowed mean of pressure x sliding speed [none]
+
+
+class PinTable(StrictTable, frozen=True, kw_only=True):
+    """A pin through an eye and two cheeks, or overhung from one cheek, and its limits."""
+
+    diameter: Size  #: diameter of the pin
+    eye: Size  #: thickness of the eye
+    cheek: Size | None = None  #: thickness of each cheek
+    gap: Size | None = None  #: gap between eye and cheek [0]
+    overhung: bool = False  #: `true`: held on one side only, without `cheek`
+    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress of the material
+    shear: Stress | None = None  #: largest allowed shear stress [none]
+    bending: Stress | None = None  #: largest allowed bending stress [none]
+    safety: Factor | None = None  #: smallest allowed `yield` / stress [none]
+
+
+class EyeTable(StrictTable, frozen=True, kw_only=True):
+    """The eye of a link, and its limits."""
+
+    diameter: Size  #: diameter of the hole
+    width: Size  #: width of the plate
+    thickness: Size  #: thickness of the plate
+    edge: Size  #: distance from the centre of the hole to the end
+    link: str | None = None  #: link of the eye; the notch counts in its life under `[fatigue]` [none]
+    #: fatigue notch factor of the net section [from the shape, within the range of the formula]
+    notch: Annotated[float, Meta(ge=1)] | None = None
+    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress of the material
+    bearing: Stress | None = None  #: largest allowed bearing stress [none]
+    net: Stress | None = None  #: largest allowed tension in the net section [none]
+    tear_out: Stress | None = None  #: largest allowed tear-out shear stress [none]
+    safety: Factor | None = None  #: smallest allowed `yield` / stress [none]
+
+
+class BearingTable(StrictTable, frozen=True, kw_only=True):
+    """Parts of a pin or slider. An empty table of a pin reports its force, swing and speed."""
+
+    rolling: RollingTable | None = None  #: a rolling bearing [none]
+    plain: PlainTable | None = None  #: a plain bearing, the only part allowed for a slider [none]
+    pin: PinTable | None = None  #: a pin [none]
+    eye: EyeTable | None = None  #: the eye of a link [none]
+    clearance: Size | None = None  #: diameter of the hole minus diameter of the pin [none: not reported]
+
+
+def _built(assembly: Assembly) -> dict[str, JointParts]:
+    scene, mechanism = assembly.table, assembly.mechanism
+    tables: Mapping[str, BearingTable] = BEARINGS.tables(scene)
+    shared = Counter(point for link in mechanism.links for point in link.points)
+    pins = [point for point, count in shared.items() if count > 1 and point not in scene.welds]
+    sliders = mechanism.slider_points
+    for name, table in tables.items():
+        known_name("bearings", name, name, [*pins, *sliders], "pin or slider")
+        if name in sliders and name not in pins:
+            problem = "belongs to a pin: a slider has a plain bearing alone"
+            require_absent(f"bearings.{name}", table, ("rolling", "pin", "eye", "clearance"), problem)
+            key, other = "length", "diameter"
+        else:
+            key, other = "diameter", "length"
+        if table.plain is not None:
+            where, kind = f"bearings.{name}.plain", "slider" if key == "length" else "pin"
+            require_absent(where, table.plain, (other,), f"is not asked of a {kind}, but its {key}")
+            if getattr(table.plain, key) is None:
+                raise fault(where, key, f"the key is missing: a {kind} has it")
+    return {name: _parts(scene, name, table) for name, table in tables.items()}
+
+
+def _parts(scene: SceneTable, point: str, table: BearingTable) -> JointParts:
+    where = f"bearings.{point}"
+    rolling, plain, pin, eye = table.rolling, table.plain, table.pin, table.eye
+    if rolling is not None and rolling.safety is not None and rolling.C0 is None:
+        raise fault(f"{where}.rolling", "C0", "the key is missing: safety is the static one, C0 over the load")
+    if rolling is not None and rolling.least_overlap is not None and rolling.elements is None:
+        raise fault(f"{where}.rolling", "elements", "the key is missing: how many balls or rollers it has")
+    if pin is not None and pin.cheek is None and not pin.overhung:
+        raise fault(f"{where}.pin", "cheek", "the key is missing: the thickness of one cheek, or overhung = true")
+    for name, part in (("pin", pin), ("eye", eye)):
+        if part is not None and part.safety is not None and part.yield_stress is None:
+            raise fault(f"{where}.{name}", "yield", "the key is missing: safety is against it")
+    if eye is not None:
+        require(real(eye.width) > real(eye.diameter), f"{where}.eye", "width", "expected more than the diameter")
+        if eye.link is not None:
+            there = [link for link, own in scene.links.items() if point in own.points]
+            known_name(f"{where}.eye", "link", eye.link, there, "link at the pin")
+        require(2 * real(eye.edge) > real(eye.diameter), f"{where}.eye", "edge", "expected more than half the diameter")
+    return JointParts(
+        None if rolling is None else Rolling(
+            real(rolling.C), _or(rolling.C0, nan), rolling.type, float(rolling.reliability.split()[0]) / 100,
+            _or(rolling.condition, 1.0), _or(rolling.elements, nan),
+        ),
+        None if plain is None else _plain(plain),
+        None if pin is None else Pin(
+            real(pin.diameter), real(pin.eye), _or(pin.cheek, 0.0), _or(pin.gap, 0.0), pin.overhung,
+            _or(pin.yield_stress, nan),
+        ),
+        None if eye is None else eye_of(eye),
+        None if table.clearance is None else real(table.clearance),
+    )  # fmt: skip
+
+
+def eye_of(table: EyeTable) -> Eye:
+    """The eye of a link."""
+    diameter, width, thickness, edge = (
+        real(each) for each in (table.diameter, table.width, table.thickness, table.edge)
+    )
+    return Eye(diameter, width, thickness, edge, _or(table.yield_stress, nan))
+
+
+def _plain(table: PlainTable) -> Plain | Guide:
+    """Bearing of a pin by its diameter, or of a slider's block by its length."""
+    if table.diameter is not None:
+        return Plain(real(table.diameter), real(table.width))
+    assert table.length is not None
+    return Guide(real(table.length), real(table.width))
+
+
+def _or(value: Any, otherwise: float) -> Any:
+    """A number, or a default."""
+    return otherwise if value is None else real(value)
+
+
+def _has(scene: Scene, joint: str, part: str) -> bool:
+    """Whether a joint has a part; "bearing": whether it is a pin with a table."""
+    parts = scene.parts[KEY].get(joint)
+    if parts is None:
+        return False
+    return joint not in scene.mechanism.slider_points if part == "bearing" else getattr(parts, part) is not None
+
+
+def joints_with(scene: Scene, part: Kind) -> dict[int, str]:
+    """Names of the joints that have a part, by the number of the joint."""
+    words = enumerate(joint_words(scene.mechanism))
+    return {number: name for number, (name, _) in words if _has(scene, name, part.name)}
+
+
+def _joints(part: str) -> Kind:
+    """The joints that have a part."""
+    return Kind(part, lambda scene: [name for name, _ in joint_words(scene.mechanism) if _has(scene, name, part)])
+
+
+BEARING, ROLLING, PLAIN, PIN, EYE, CLEARANCE = map(_joints, ("bearing", "rolling", "plain", "pin", "eye", "clearance"))
+CLEARANCES = Kind("scene with clearance", lambda scene: [""] * bool(joints_with(scene, CLEARANCE)))
+
+
+def lost_contact(cycle: Cycle, number: int) -> Flags:
+    """Whether contact is lost in a joint between a position and the next, bool, shape (..., positions)."""
+    return contact_losses(cycle.joint(number), cycle.scene.run.turn)
+
+
+def _knocks(cycle: Cycle) -> list[Any]:
+    return [knocks(lost_contact(cycle, number), cycle.scene.run.turn) for number in joints_with(cycle.scene, CLEARANCE)]
+
+
+Reduction = Callable[[Callable[["Cycle"], list[Any]]], Callable[["Cycle"], "Largest"]]
+Values = Callable[[Any, JointCourse], Any]
+"""From the part of a joint, and its force and motion, to values at every position, or of the whole run."""
+
+
+def _found(reduced: Reduction, part: Kind, values: Values) -> Callable[[Cycle], Largest]:
+    """Reduced values of the joints that have a part."""
+
+    def found(cycle: Cycle) -> list[Any]:
+        built = cycle.scene.parts[KEY]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return [
+                values(getattr(built[name], part.name, None), cycle.joint(number))
+                for number, name in joints_with(cycle.scene, part).items()
+            ]
+
+    return reduced(found)
+
+
+_one, _every, _least = partial(_found, averaged), partial(_found, each), partial(_found, least)
+LIVES = "bearing_life", "bearing_revolutions"
+BEARINGS: Part[JointParts] = Part(
+    KEY, "parts of joints that are to be sized", BearingTable, _built,
+    (
+        Figure("joint_mean_force", "mean force in a joint, cubic over its angle", "N", BEARING,
+               _one(BEARING, lambda _, course: course.mean_force()), AVERAGE),
+        Figure("joint_swing", "angle that a joint swings or turns through", "rad", BEARING,
+               _one(BEARING, lambda _, course: course.swing), AVERAGE, rigid=True),
+        Figure("joint_rate", "angular speed of a joint", "rad/s", BEARING,
+               _every(BEARING, lambda _, course: course.rate), rigid=True),
+        Figure("bearing_load", "equivalent load of a rolling bearing", "N", ROLLING,
+               _one(ROLLING, lambda part, course: part.equivalent_load(course)), AVERAGE),
+        Figure("bearing_life", "life of a rolling bearing", "s", ROLLING,
+               _one(ROLLING, lambda part, course: part.life(course)), LEAST, whole=True, power=ROLLER,
+               limit="rolling.life"),
+        Figure("bearing_revolutions", "revolutions that a rolling bearing reaches", "1", ROLLING,
+               _one(ROLLING, lambda part, course: part.revolutions(course)), LEAST, whole=True, power=ROLLER),
+        Figure("bearing_static_safety", "static safety of a rolling bearing", "1", ROLLING,
+               _one(ROLLING, lambda part, course: part.static_safety(course)), LEAST, whole=True,
+               limit="rolling.safety"),
+        Figure("bearing_load_share", "equivalent load of a rolling bearing over its dynamic rating", "1", ROLLING,
+               _one(ROLLING, lambda part, course: part.load_share(course)), LEAST, whole=True,
+               limit="rolling.least_load"),
+        Figure("bearing_overlap", "swing over that from rolling element to rolling element", "1", ROLLING,
+               _one(ROLLING, lambda part, course: part.overlap(course)), LEAST, whole=True, rigid=True,
+               limit="rolling.least_overlap"),
+        Figure("bearing_pressure", "pressure in a plain bearing", "Pa", PLAIN,
+               _every(PLAIN, lambda part, course: part.pressure(course)), limit="plain.pressure"),
+        Figure("bearing_speed", "sliding speed in a plain bearing", "m/s", PLAIN,
+               _every(PLAIN, lambda part, course: part.speed(course)), rigid=True, limit="plain.speed"),
+        Figure("bearing_pv", "pressure times speed of a plain bearing, mean", "W/m^2", PLAIN,
+               _one(PLAIN, lambda part, course: part.pressure_times_speed(course)), AVERAGE,
+               limit="plain.pressure_speed"),
+        Figure("pin_shear", "shear stress of a pin", "Pa", PIN, _every(PIN, lambda part, course: part.shear(course)),
+               limit="pin.shear"),
+        Figure("pin_bending", "bending stress of a pin", "Pa", PIN,
+               _every(PIN, lambda part, course: part.bending(course)), limit="pin.bending"),
+        Figure("pin_safety", "yield stress over the stress of a pin", "1", PIN,
+               _least(PIN, lambda part, course: part.safety(course)), LEAST, limit="pin.safety"),
+        Figure("eye_bearing", "bearing stress of an eye", "Pa", EYE,
+               _every(EYE, lambda part, course: part.bearing(course)), limit="eye.bearing"),
+        Figure("eye_net", "tension in the net section of an eye", "Pa", EYE,
+               _every(EYE, lambda part, course: part.net(course)), limit="eye.net"),
+        Figure("eye_tear_out", "shear stress of tear-out of an eye", "Pa", EYE,
+               _every(EYE, lambda part, course: part.tear_out(course)), limit="eye.tear_out"),
+        Figure("eye_safety", "yield stress over the stress of an eye", "1", EYE,
+               _least(EYE, lambda part, course: part.safety(course)), LEAST, limit="eye.safety"),
+        Figure("contact_losses", "times that contact is lost in a joint with clearance", "1", CLEARANCE,
+               averaged(_knocks), AVERAGE, power=0.0),
+    ),
+    checks=(
+        RangeCheck(LOAD_RANGE, ROLLING, "bearing_load_share", LIVES),
+        RangeCheck(STATIC_RANGE, ROLLING, "bearing_static_safety", LIVES),
+        RangeCheck(OVERLAP_RANGE, ROLLING, "bearing_overlap", LIVES),
+        RangeCheck(SLIP_RANGE, ROLLING, "bearing_load_share"),
+        RangeCheck(PIN_RANGE, PIN, "pin_safety"),
+        RangeCheck(EYE_RANGE, EYE, "eye_safety"),
+    ),
+    on_axis=True,
+    usual={
+        "diameter": ("diameter", 1e-5, 10.0, "m", "10 mm"),
+        "width": ("width", 1e-5, 10.0, "m", "12 mm"),
+        "thickness": ("thickness", 1e-5, 10.0, "m", "8 mm"),
+        "clearance": ("clearance", 0.0, 0.1, "m", "20 um"),
+        "dynamic": ("load rating", 10.0, 1e9, "N", "19.5 kN"),
+    },
+)  # fmt: skip
