@@ -10,7 +10,6 @@ from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.designs.studies import optimum_study
 from kinelast.figures.errors import Estimate, figure_errors
-from kinelast.figures.joints import LIFE_FIGURES
 from kinelast.figures.limits import breaks_first
 from kinelast.figures.summary import summary
 from kinelast.runs import computed, long_results, require_chunk
@@ -18,6 +17,8 @@ from kinelast.scene.document import document_of, scene_from_text
 from kinelast.scene.error import SceneError
 from kinelast.scene.numbers import quantity
 from kinelast.scene.parts.bearings import BEARINGS
+from kinelast.scene.parts.fatigue import FATIGUE as LIFE
+from kinelast.scene.parts.fatigue import beam_fatigue
 from kinelast.tasks.request import Request
 from tests.scene_texts import SLIDER_CRANK
 
@@ -172,7 +173,7 @@ def test_parts_of_a_joint_are_worked_from_its_force():
 
 def test_nothing_of_them_is_told_where_a_scene_does_not_ask():
     found = told(ARM)
-    keys = {each.key for each in (*BEARINGS.figures, *LIFE_FIGURES)}
+    keys = {each.key for each in (*BEARINGS.figures, *LIFE.figures)}
     assert not keys & found["figures"].keys()
     assert found["life"] is None
     assert all("figures" not in joint for joint in found["joints"])
@@ -236,7 +237,7 @@ def test_a_long_run_has_the_fatigue_of_the_whole(monkeypatch):
 
 def test_an_error_known_as_a_share_counts_by_the_power_of_the_load():
     results = computed(scene_from_text(ARM + PARTS + FATIGUE), Request())
-    figures = [each for each in (*BEARINGS.figures, *LIFE_FIGURES)
+    figures = [each for each in (*BEARINGS.figures, *LIFE.figures)
                if each.key in ("bearing_load", "bearing_life", "contact_losses")]  # fmt: skip
     found = figure_errors(results.cycle, figures, Estimate({}, results.cycle, {"time and coordinates": 0.01}))
     share = {
@@ -303,7 +304,7 @@ link = "rod"
 def test_the_notch_of_an_eye_counts_in_the_life_of_its_link(more, factor):
     """Goodman's by hand: of the force along the rod at its pin, over the net section, times the factor."""
     results = computed(scene_from_text(CRANKED.replace("positions = 36", "positions = 360") + EYE + more), Request())
-    fatigue = results.cycle.fatigue
+    fatigue = beam_fatigue(results.cycle)
     rod = 0
     assert float(fatigue.safety.xi[rod]) == 1.0
     names = [name for name, _ in results.joint_words]
@@ -315,7 +316,7 @@ def test_the_notch_of_an_eye_counts_in_the_life_of_its_link(more, factor):
     amplitude, mean = np.ptp(stress) / 2, (stress.max() + stress.min()) / 2
     safety = 1 / (amplitude / 100e6 + max(mean, 0) / 400e6)
     assert float(fatigue.safety.value[rod]) == pytest.approx(safety, rel=1e-4)
-    plain = computed(scene_from_text(CRANKED + EYE.replace('link = "rod"\n', "")), Request()).cycle.fatigue
+    plain = beam_fatigue(computed(scene_from_text(CRANKED + EYE.replace('link = "rod"\n', "")), Request()).cycle)
     assert float(plain.safety.value[rod]) > safety
 
 

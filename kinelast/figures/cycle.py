@@ -31,7 +31,6 @@ from kinelast.scene.names import drive_words, joint_words, points_of
 from kinelast.tasks.progress import one_thread
 from machine.drives import time_weights
 from machine.joints import JointCourse, joint_course
-from machine.life import Fatigue, fatigue
 from rigid import Mechanism, Motion, Reals, drive_efforts, reachable
 from rigid.arrays import Flags, Numbers
 
@@ -278,12 +277,6 @@ class Cycle:
         share = np.divide(sizes, base, out=np.zeros_like(sizes), where=base > 0.0)
         worst: Reals = share.max(axis=0, initial=0.0)
         return worst
-
-    @cached_property
-    def fatigue(self) -> Fatigue:
-        """Fatigue of the beams, of a scene that asks for it."""
-        assert self.scene.fatigue is not None
-        return fatigue(self.well_conditioned, self.scene.fatigue)
 
     def joint(self, number: int) -> JointCourse:
         """Force and motion of a joint over the positions that count."""

@@ -18,7 +18,6 @@ from kinelast.scene.figure import (
     CAM,
     DRIVE,
     FACED,
-    FATIGUED,
     FIXED,
     FRICTION,
     HELD,
@@ -45,10 +44,11 @@ from kinelast.scene.figure import (
     whole,
 )
 from kinelast.scene.limits import Limit
+from kinelast.scene.parts.fatigue import FATIGUED
 from rigid.arrays import Integers, Reals
 
 __all__ = [
-    "AVERAGE", "BEAM", "CAM", "DRIVE", "FACED", "FATIGUED",
+    "AVERAGE", "BEAM", "CAM", "DRIVE", "FACED",
     "FIXED", "FRICTION", "HELD", "JOINT", "LARGEST", "LEAST", "LINK", "MOST", "POINT",
     "PRESSED", "ROLLED", "RUBBING", "SCENE", "STOPPING", "Figure", "Kind", "averaged", "each",
     "fixed", "items_of", "largest_of", "least", "sole", "whole",

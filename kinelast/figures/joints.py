@@ -1,22 +1,18 @@
-"""Figures of clearance, and of the endurance and life of the links."""
+"""Figures of clearance."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from elastic import Largest
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import FATIGUED, LEAST, Figure, each
+from kinelast.figures.entry import Figure, each
 from kinelast.scene.limits import Output
 from kinelast.scene.parts.bearings import CLEARANCE, CLEARANCES, joints_with
 from machine.joints import clearance_effects
 from rigid.arrays import Reals
-
-STEEPEST = 9.0  # of an S-N line of slope 5 below its knee
 
 
 def clearance_figures(output: Output | None) -> tuple[Figure, ...]:
@@ -49,35 +45,3 @@ def _effects(cycle: Cycle, output: Output) -> tuple[Reals, Reals]:
     effects = [clearance_effects(cycle.motion, gaps, forces, *end) for end in ends]
     worst, pressed = (np.maximum.reduce(each) for each in zip(*effects, strict=True))
     return worst, pressed
-
-
-def _fatigue(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
-    """A figure of every beam, of a scene that asks for fatigue."""
-
-    def found(cycle: Cycle) -> Largest:
-        none = np.zeros((0, *cycle.columns[:-1]))
-        return find(cycle) if cycle.scene.fatigue else Largest(none, np.zeros(none.shape, int))
-
-    return found
-
-
-def _life(cycle: Cycle) -> Largest:
-    """Time until Miner's sum is 1 [s], of beams."""
-    cycles = _cycles(cycle)
-    return replace(cycles, value=cycles.value * cycle.weights.sum(axis=-1))
-
-
-def _cycles(cycle: Cycle) -> Largest:
-    found = cycle.fatigue.damage
-    with np.errstate(divide="ignore"):
-        return replace(found, value=1.0 / found.value)
-
-
-LIFE_FIGURES: tuple[Figure, ...] = (
-    Figure("endurance", "safety against endurance", "1", FATIGUED, _fatigue(lambda cycle: cycle.fatigue.safety), LEAST,
-           limit="endurance", whole=True),
-    Figure("life_cycles", "runs until a link breaks", "1", FATIGUED, _fatigue(_cycles), LEAST, whole=True,
-           power=STEEPEST),
-    Figure("life", "time until a link breaks", "s", FATIGUED, _fatigue(_life), LEAST, limit="life", whole=True,
-           power=STEEPEST),
-)  # fmt: skip

@@ -20,6 +20,7 @@ from kinelast.scene.drives import DriveEffort
 from kinelast.scene.part import Part
 from kinelast.scene.parts import PARTS
 from kinelast.scene.parts.bearings import BEARINGS, joints_with, lost_contact
+from kinelast.scene.parts.fatigue import beam_fatigue
 from machine.cams import CamPush, cut_depth
 from rigid import ConstantSpeed, LineLoad, Link, Lump, PointLoad, Resistance, TorsionSpring, law_peaks
 from rigid.arrays import Flags
@@ -350,7 +351,7 @@ def life_figures(results: Results) -> dict[str, Any] | None:
     scene, run = results.scene, results.figures
     if scene.fatigue is None:
         return None
-    fatigue, rows = results.cycle.fatigue, {}
+    fatigue, rows = beam_fatigue(results.cycle), {}
     for beam, label in enumerate(scene.labels):
         peak, strength = run.peaks["endurance"][beam], scene.fatigue.strengths[beam]
         rows[label] = {

@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 
 from kinelast.figures.drives import CAM_NEEDS, cam_faults
-from kinelast.figures.entry import FATIGUED, PRESSED, items_of
+from kinelast.figures.entry import PRESSED, items_of
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
 from kinelast.scene.figure import RangeCheck
 from kinelast.scene.parts import PARTS
 from machine import Range
 from machine.cams import HERTZ_RANGE
-from machine.life import CYCLES_RANGE, YIELD_RANGE
 from rigid.arrays import Flags
 
 
@@ -27,8 +26,6 @@ def _over_yield(scene: Scene, pressures: Any) -> Any:
 CHECKS = (
     *(check for part in PARTS for check in part.checks),
     RangeCheck(HERTZ_RANGE, PRESSED, "cam_pressure", quantity=_over_yield),
-    RangeCheck(YIELD_RANGE, FATIGUED, "safety"),
-    RangeCheck(CYCLES_RANGE, FATIGUED, "life_cycles"),
 )
 
 

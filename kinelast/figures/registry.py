@@ -34,7 +34,7 @@ from kinelast.figures.entry import (
     sole,
     whole,
 )
-from kinelast.figures.joints import LIFE_FIGURES, clearance_figures
+from kinelast.figures.joints import clearance_figures
 from kinelast.figures.output import (
     advantage_of,
     residual_of,
@@ -165,7 +165,6 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
     *DRIVE_FIGURES,
     *(figure for part in PARTS for figure in part.figures),
     *CAM_FIGURES,
-    *LIFE_FIGURES,
     Figure("joint_force", "force in a joint", "N", JOINT,
            each(lambda cycle: [np.abs(force) for force in cycle.deflection.forces.force]), told=True),
     Figure("friction_effort", "effort of friction in a joint", _rubbing_units, RUBBING,

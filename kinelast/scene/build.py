@@ -6,18 +6,16 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from math import nan
 from typing import Any
 
 import numpy as np
 from msgspec import Struct
 
-from elastic import Section
 from kinelast.scene.course import Course, CourseByLaws, IntegratedCourse, Run
 from kinelast.scene.data import Scene, Theory
 from kinelast.scene.drives import DriveEffort, DriveLaw, build_cams, build_drives
-from kinelast.scene.error import fault, known_name
+from kinelast.scene.error import fault
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import (
     build_friction,
@@ -32,26 +30,12 @@ from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.numbers import real, require, vector
 from kinelast.scene.part import Assembly
 from kinelast.scene.parts import PARTS
-from kinelast.scene.parts.bearings import BEARINGS, eye_of
 from kinelast.scene.sections import Material, SectionSource, making, materials_of, poisson_of
-from kinelast.scene.tables import BoundTable, FatigueTable, LinkFatigueTable
+from kinelast.scene.tables import BoundTable
 from kinelast.scene.units import Quantity
-from machine import Range
 from machine.cams import CamPush
-from machine.joints import EDGE_RANGE, HOLE_RANGE
-from machine.life import (
-    SIZE_RANGE,
-    SURFACE_RANGE,
-    FatigueStrength,
-    FatigueTask,
-    effective_diameter,
-    reliability_factor,
-    size_factor,
-    surface_factor,
-)
 from rigid import LineLoad, Link, Load, Mechanism, SegmentedLaw, TableLaw
 from rigid.analysis import Repetition, drives_repeat, mechanism_repeats
-from rigid.arrays import Real
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +120,7 @@ def built(
     beams = [(body, k) for body in bodies for k in range(len(body.sections))]
     made_of = tuple(making(table, body.link.name, body.numbers[k]) for body, k in beams)
     materials = materials_of(table, {made.material for made in made_of if made.material})
+    assembly = Assembly(table, mechanism, beams, made_of, materials)
     scene = Scene(
         name=name,
         title=table.title or name.replace("_", " "),
@@ -154,8 +139,7 @@ def built(
         report_units=table.run.report_units or {"mm": "mm", "in": "in"}.get(table.units, "SI"),
         written=written_units(table),
         cams=cams,
-        fatigue=_fatigue(table, beams, made_of, materials),
-        parts={part.key: part.build(Assembly(table, mechanism)) for part in PARTS},
+        parts={part.key: part.build(assembly) for part in PARTS},
     )
     return replace(scene, limits=build_limits(table, scene))
 
@@ -237,103 +221,6 @@ def _theory(table: SceneTable, stuff: Mapping[str, MaterialTable], made_of: tupl
     accuracy = None if run.accuracy is None else float(run.accuracy)
     beta = tuple(nan if each is None else real(each) for each in own)
     return Theory(run.theory, accuracy, run.damping_ratio or Theory.damping_ratio, beta)
-
-
-def _fatigue(
-    table: SceneTable,
-    beams: Sequence[tuple[LinkModel, int]],
-    made_of: Sequence[SectionSource],
-    materials: Mapping[str, MaterialTable],
-) -> FatigueTask | None:
-    """The question of fatigue of all beams; None where it is not asked."""
-    asked = table.fatigue
-    if asked is None:
-        return None
-    if find_spec("rainflow") is None:
-        raise fault("fatigue", "", 'counts cycles by the package rainflow: pip install "rainflow"')
-    elastic = [body.link.name for body, _ in beams]
-    points = {point for body, _ in beams for point in body.link.points}
-    for name, own in asked.links.items():
-        known_name("fatigue.links", name, name, dict.fromkeys(elastic), "link with beams")
-        for point in own.notches:
-            known_name(f"fatigue.links.{name}.notches", point, point, table.links[name].points, "point of the link")
-    for point in asked.notches:
-        known_name("fatigue.notches", point, point, sorted(points), "point of a link with beams")
-    rows = [_strength(asked, body, k, made, materials) for (body, k), made in zip(beams, made_of, strict=True)]
-    notches = []
-    for (body, k), made in zip(beams, made_of, strict=True):
-        beam = body.link.beams[k]
-        of_link = asked.links.get(body.link.name, LinkFatigueTable()).notches
-        eyes = {
-            point: _eye_notch(table, point, body, k, materials.get(made.material)) for point in (beam.start, beam.end)
-        }
-        given = {**asked.notches, **{point: notch for point, notch in eyes.items() if notch is not None}, **of_link}
-        notches.append((given.get(beam.start, 1.0), given.get(beam.end, 1.0)))
-    strengths, factors = ((*column,) for column in (zip(*rows, strict=True) if rows else ((), ())))
-    return FatigueTask(strengths, asked.criterion, tuple(notches), factors)
-
-
-def _eye_notch(
-    table: SceneTable, point: str, body: LinkModel, number: int, material: MaterialTable | None
-) -> Real | None:
-    """Factor from the stress at the end of a beam to that at the hole of its eye; None where it is told of none."""
-    bearings = BEARINGS.tables(table)
-    eye = bearings[point].eye if point in bearings else None
-    if eye is None or eye.link != body.link.name:
-        return None
-    section = body.sections[number].section
-    factor = eye.notch or eye_of(eye).stress_concentration
-    if np.isnan(factor).all():  # of some designs their life is not known
-        form = f"the formula is for a {HOLE_RANGE.quantity} of {HOLE_RANGE.bounds}"
-        form += f" and an {EDGE_RANGE.quantity} of {EDGE_RANGE.bounds}"
-        raise fault(f"bearings.{point}.eye", "notch", f"the key is missing: {form}")
-    if section.taper is not None or material is None:
-        raise fault(f"bearings.{point}.eye", "link", "expected a beam of one section and a material")
-    area: Real = section.EA / real(material.E)
-    return np.maximum(factor * area / eye_of(eye).net_area, 1.0)
-
-
-def _strength(
-    asked: FatigueTable, body: LinkModel, number: int, made: SectionSource, materials: Mapping[str, MaterialTable]
-) -> tuple[FatigueStrength, dict[str, Any]]:
-    """Strength of a beam in fatigue, and the factors that its endurance limit has; nan without a material."""
-    if not made.material:
-        return FatigueStrength(nan, nan, nan, nan, nan), {}
-    stuff, where = materials[made.material], f"materials.{made.material}"
-    given = asked.links.get(body.link.name, asked)
-    for key in ("ultimate", "endurance"):
-        if getattr(stuff, key) is None:
-            raise fault(where, key, "the key is missing: [fatigue] asks for it")
-    if asked.criterion == "soderberg" and stuff.yield_stress is None:
-        raise fault(where, "yield", "the key is missing: Soderberg's line asks for it")
-    surface = asked.surface if given.surface is None else given.surface
-    size = asked.size if given.size is None else given.size
-    ultimate = real(stuff.ultimate)
-    if isinstance(surface, str):
-        require(SURFACE_RANGE.holds(real(stuff.E) / 1e9), "fatigue", "surface", _left(SURFACE_RANGE))
-    factors: dict[str, Any] = {"reliability": reliability_factor(asked.reliability)}
-    factors["surface"] = surface_factor(surface, ultimate) if isinstance(surface, str) else surface or 1.0
-    factors["size"] = _size_factor(body.sections[number].section, made) if size is None else size
-    whole = factors["reliability"] * factors["surface"] * factors["size"]
-    limit = nan if stuff.yield_stress is None else real(stuff.yield_stress)
-    line = stuff.slope, stuff.knee, stuff.second_knee or nan, stuff.second_slope
-    return FatigueStrength(ultimate, limit, real(stuff.endurance) * whole, *line), factors
-
-
-def _size_factor(section: Section, made: SectionSource) -> Real:
-    """Factor of the endurance limit by the larger end of a beam."""
-    taper = section.taper
-    deep, wide = (1.0, 1.0) if taper is None else (max(1.0, sum(taper.fibre)), max(1.0, sum(taper.width)))
-    diameter = effective_diameter(2 * section.fibre * deep, section.width * wide, section.round)
-    if np.isnan(diameter).any():
-        raise fault("fatigue", "size", f'the section "{made.section}" does not tell its dimensions: give the factor')
-    require(SIZE_RANGE.holds(1e3 * diameter), "fatigue", "size", _left(SIZE_RANGE))
-    return size_factor(diameter)
-
-
-def _left(formula: Range) -> str:
-    """Return the message for a quantity outside a formula's range."""
-    return f"{formula.words}: {formula.outside}"
 
 
 def _material(stuff: MaterialTable, name: str) -> Material:

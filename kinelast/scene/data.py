@@ -98,8 +98,6 @@ class Scene:
         unit, of words and page.
     cams
         By their names.
-    fatigue
-        The question of fatigue; None where it is not asked.
     settled
         Distance from rest within which the output has settled after a stop [m or rad]; None where the file says none.
     parts
@@ -124,9 +122,13 @@ class Scene:
     report_units: str = "SI"
     written: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     cams: Mapping[str, Cam] = field(default_factory=dict)
-    fatigue: FatigueTask | None = None
     settled: Any = None
     parts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @property
+    def fatigue(self) -> FatigueTask | None:
+        """The question of fatigue, or None."""
+        return self.parts["fatigue"].get("")
 
     @property
     def bearings(self) -> Mapping[str, JointParts]:

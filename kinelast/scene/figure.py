@@ -54,7 +54,6 @@ POINT = Kind("point", lambda scene: (name for name, _ in points_of(scene.mechani
 JOINT = Kind("joint", lambda scene: (name for name, _ in joint_words(scene.mechanism)))
 RUBBING = Kind("joint with friction", _rubbing)
 DRIVE = Kind("drive", lambda scene: drive_names(scene.mechanism))
-FATIGUED = Kind("fatigued beam", lambda scene: scene.labels if scene.fatigue else ())
 
 
 def _pressed(cam: Cam) -> bool:

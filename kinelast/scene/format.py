@@ -40,7 +40,6 @@ from kinelast.scene.tables import (
     Amount,
     CamTable,
     DriveTable,
-    FatigueTable,
     GearTable,
     JointTable,
     LengthUnit,
@@ -350,7 +349,6 @@ class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
     loads: list[LoadTable] = field(default_factory=list)  #: forces and moments besides inertia and weight
     gears: list[GearTable] = field(default_factory=list)  #: pairs of joints whose coordinates are tied
     springs: list[SpringTable] = field(default_factory=list)  #: springs and dampers
-    fatigue: FatigueTable | None = None  #: asks for the life of the links [not asked for]
     limits: LimitsTable = field(default_factory=LimitsTable)  #: that figures have to keep
     run: RunTable = field(default_factory=RunTable)  #: what is computed, and how
     sweep: SweepTable = field(default_factory=SweepTable)  #: designs that are computed

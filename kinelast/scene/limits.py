@@ -10,7 +10,6 @@ from kinelast.scene.error import SceneError, fault, known_name, likely
 from kinelast.scene.figure import (
     BEAM,
     CAM,
-    FATIGUED,
     OUTPUT_ERROR,
     PRESSED,
     SCENE,
@@ -20,6 +19,7 @@ from kinelast.scene.figure import (
 from kinelast.scene.format import SceneTable
 from kinelast.scene.numbers import real
 from kinelast.scene.parts import PARTS
+from kinelast.scene.parts.fatigue import FATIGUE, FATIGUED
 from kinelast.scene.tables import (
     LEAST_ALLOWED,
     PER_LENGTH,
@@ -157,7 +157,7 @@ def _of_links(asked: SceneTable, table: LinkLimitsTable, link: str) -> Iterator[
         value = getattr(table, kind)
         if value is not None:
             unit = value.units[0] if isinstance(value, Quantity) else "1"
-            if kind in ("endurance", "life") and asked.fatigue is None:
+            if kind in ("endurance", "life") and not FATIGUE.tables(asked):
                 raise fault("limits", kind, "asks for the fatigue of the links: add [fatigue]")
             of = FATIGUED if kind in ("endurance", "life") else BEAM
             yield Limit(kind, real(value), kind in LEAST_ALLOWED, link, unit, of)

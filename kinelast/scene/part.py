@@ -17,17 +17,26 @@ from rigid import Link, Mechanism, Slider
 
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene
-    from kinelast.scene.format import SceneTable
+    from kinelast.scene.format import MaterialTable, SceneTable
+    from kinelast.scene.links import LinkModel
+    from kinelast.scene.sections import SectionSource
 
 Built = TypeVar("Built")
+ALONE = ""  # name of a part of which a scene has a single table
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """The mechanism and the tables for which parts are built."""
+    """The mechanism and the tables for which parts are built.
+
+    `beams`: every beam by its link and its number there; `made_of`: its section and material.
+    """
 
     table: SceneTable
     mechanism: Mechanism
+    beams: Sequence[tuple[LinkModel, int]]
+    made_of: Sequence[SectionSource]
+    materials: Mapping[str, MaterialTable]
 
     @property
     def links(self) -> dict[str, Link]:
@@ -79,6 +88,8 @@ class Part(Generic[Built]):
         From the tables and the scene to its tables by the names of the built parts, if these are not the tables' names.
     drive_row
         Key of its row in the summary of its drive; empty if it has none.
+    alone
+        Whether a scene has a single table of it, without a name.
     on_axis
         Whether its numbers can be arrays of designs.
     more_than_limits
@@ -102,14 +113,17 @@ class Part(Generic[Built]):
     owned: Callable[[SceneTable, Scene], Mapping[str, Any]] | None = None
     drive_row: str = ""
     on_axis: bool = False
+    alone: bool = False
     more_than_limits: tuple[str, ...] = ()
     usual: Mapping[str, tuple[str, float, float, str, str]] = field(default_factory=dict)
     stand_in: Mapping[str, Any] | None = None
 
     def tables(self, scene: SceneTable) -> Mapping[str, Any]:
         """Its tables by name."""
-        tables: Mapping[str, Any] = {} if self.table is None else getattr(scene, self.key)
-        return tables
+        tables: Any = {} if self.table is None else getattr(scene, self.key)
+        if self.alone:
+            tables = {} if tables is None else {ALONE: tables}
+        return dict(tables)
 
     def of(self, scene: Scene) -> Mapping[str, Built]:
         """The built parts of a scene by name."""
@@ -119,7 +133,7 @@ class Part(Generic[Built]):
         """Limits that its tables set."""
         keys = () if self.table is None else self.table.__struct_fields__
         bounded = sorted(
-            (each for each in self.figures if each.limit),
+            (each for each in self.figures if each.limit and hasattr(self.table, each.limit.partition(".")[0])),
             key=lambda each: keys.index(each.limit) if each.limit in keys else len(keys),
         )
         units = {each.key: dict(zip(items_of(scene, each.of), each.units(scene), strict=True)) for each in bounded}
@@ -146,10 +160,13 @@ def _value(table: Any, path: str) -> Any:
 
 def with_parts(table: type[StrictTable], name: str, parts: Iterable[Part[Any]]) -> type[StrictTable]:
     """A table that also has the tables of parts, by their keys."""
-    owned: Any = dict
-    known = [part for part in parts if part.table is not None]
-    fields: list[Any] = [(part.key, owned[Name, part.table], entry(default_factory=dict)) for part in known]
-    words = {part.key: part.words for part in known}
+    known: list[tuple[Part[Any], Any]] = [(part, part.table) for part in parts if part.table is not None]
+    by_name: Any = dict
+    fields: list[Any] = [
+        (part.key, own | None, None) if part.alone else (part.key, by_name[Name, own], entry(default_factory=dict))
+        for part, own in known
+    ]
+    words = {part.key: part.words for part, _ in known}
     namespace = {"__doc__": table.__doc__, "key_words": words}
     made = defstruct(name, fields, bases=(table,), namespace=namespace, module=table.__module__, frozen=True,
                      forbid_unknown_fields=True, kw_only=True)  # fmt: skip

@@ -255,29 +255,7 @@ class LinkLimitsTable(StrictTable, frozen=True, kw_only=True):
 LEAST_ALLOWED = ("safety", "endurance", "life")  # lower limits
 
 
-Surface = Literal["polished", "ground", "machined", "hot-rolled", "as-forged"]
-
-
-class LinkFatigueTable(StrictTable, frozen=True, kw_only=True):
-    """Factors of the endurance limit of a link, and notch factors at its points."""
-
-    surface: Surface | Factor | None = None  #: surface of steel, or the factor itself [1]
-    size: Factor | None = None  #: size factor [from the dimensions of the section]
-    #: fatigue notch factors at points, such as `{A = 1.8}`, for all beams that end there [1]
-    notches: dict[str, Annotated[float, Meta(ge=1)]] = field(default_factory=dict)
-
-
-class FatigueTable(LinkFatigueTable, frozen=True, kw_only=True):
-    """Fatigue: criterion, reliability, factors of all links and of single links."""
-
-    criterion: Literal["goodman", "gerber", "soderberg"] = "goodman"  #: mean stress criterion
-    #: probability that a part has the endurance limit; 0.5 is the mean
-    reliability: Annotated[float, Meta(gt=0, lt=1)] = 0.5
-    #: factors of single links, which override those of all links
-    links: dict[str, LinkFatigueTable] = field(default_factory=dict)
-
-
-Amount = float | str  # in the unit of the number or figure
+Amount = float | str  # in the unit of the number or figure that it is for
 
 
 class BoundTable(StrictTable, frozen=True, kw_only=True):

@@ -18,13 +18,13 @@ import numpy as np
 
 from kinelast.figures.drives import CAM_FIGURES
 from kinelast.figures.entry import LEAST
-from kinelast.figures.joints import LIFE_FIGURES
 from kinelast.figures.results import Results
 from kinelast.outputs.page.data import Numbers, kept_positions, model_of, numbers_of
 from kinelast.outputs.sealed import json_bytes
 from kinelast.outputs.words import verdict_words
 from kinelast.scene.numbers import SI, ToldIn
 from kinelast.scene.parts.bearings import BEARINGS
+from kinelast.scene.parts.fatigue import FATIGUE
 from rigid.arrays import Integers, Reals
 
 WEB = Path(__file__).parent / "web"
@@ -158,7 +158,7 @@ SHOWN = 10_000  # designs that a page holds: of more, the fronts and a random pa
 FRONTS = 6  # figures of which every pair has its front among those
 GREATER = frozenset(  # figures that are better large
     ("safety", "transmission_angle", "reach", "limits_kept", "limits_margin", "output_travel")
-).union(each.key for each in (*BEARINGS.figures, *LIFE_FIGURES, *CAM_FIGURES) if each.over == LEAST)
+).union(each.key for each in (*BEARINGS.figures, *FATIGUE.figures, *CAM_FIGURES) if each.over == LEAST)
 
 
 def designs_page(

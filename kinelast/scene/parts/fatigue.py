@@ -1,0 +1,207 @@
+"""Fatigue of the links: their strength with its factors, and the figures of endurance and life."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from importlib.util import find_spec
+from math import nan
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from msgspec import Meta, field
+
+from elastic import Largest, Section
+from kinelast.scene.error import fault, known_name
+from kinelast.scene.figure import LEAST, Figure, Kind, RangeCheck
+from kinelast.scene.numbers import real, require
+from kinelast.scene.part import ALONE, Assembly, Part
+from kinelast.scene.parts.bearings import BEARINGS, eye_of
+from kinelast.scene.tables import Factor, StrictTable
+from machine import Range
+from machine.joints import EDGE_RANGE, HOLE_RANGE
+from machine.life import (
+    CYCLES_RANGE,
+    SIZE_RANGE,
+    SURFACE_RANGE,
+    YIELD_RANGE,
+    Fatigue,
+    FatigueStrength,
+    FatigueTask,
+    effective_diameter,
+    fatigue,
+    reliability_factor,
+    size_factor,
+    surface_factor,
+)
+from rigid.arrays import Real
+
+if TYPE_CHECKING:
+    from kinelast.figures.cycle import Cycle
+    from kinelast.scene.format import MaterialTable, SceneTable
+    from kinelast.scene.links import LinkModel
+    from kinelast.scene.sections import SectionSource
+
+KEY = "fatigue"
+STEEPEST = 9.0  # of an S-N line of slope 5 below its knee
+Surface = Literal["polished", "ground", "machined", "hot-rolled", "as-forged"]
+
+
+class LinkFatigueTable(StrictTable, frozen=True, kw_only=True):
+    """Factors of the endurance limit of a link, and notch factors at its points."""
+
+    surface: Surface | Factor | None = None  #: surface of steel, or the factor itself [1]
+    size: Factor | None = None  #: size factor [from the dimensions of the section]
+    #: fatigue notch factors at points, such as `{A = 1.8}`, for all beams that end there [1]
+    notches: dict[str, Annotated[float, Meta(ge=1)]] = field(default_factory=dict)
+
+
+class FatigueTable(LinkFatigueTable, frozen=True, kw_only=True):
+    """Fatigue: criterion, reliability, factors of all links and of single links."""
+
+    criterion: Literal["goodman", "gerber", "soderberg"] = "goodman"  #: mean stress criterion
+    #: probability that a part has the endurance limit; 0.5 is the mean
+    reliability: Annotated[float, Meta(gt=0, lt=1)] = 0.5
+    #: factors of single links, which override those of all links
+    links: dict[str, LinkFatigueTable] = field(default_factory=dict)
+
+
+def _built(assembly: Assembly) -> dict[str, FatigueTask]:
+    return {name: _task(assembly, asked) for name, asked in FATIGUE.tables(assembly.table).items()}
+
+
+def _task(assembly: Assembly, asked: FatigueTable) -> FatigueTask:
+    """Strengths and notches of all beams."""
+    table, beams, made_of, materials = assembly.table, assembly.beams, assembly.made_of, assembly.materials
+    if find_spec("rainflow") is None:
+        raise fault("fatigue", "", 'counts cycles by the package rainflow: pip install "rainflow"')
+    elastic = [body.link.name for body, _ in beams]
+    points = {point for body, _ in beams for point in body.link.points}
+    for name, own in asked.links.items():
+        known_name("fatigue.links", name, name, dict.fromkeys(elastic), "link with beams")
+        for point in own.notches:
+            known_name(f"fatigue.links.{name}.notches", point, point, table.links[name].points, "point of the link")
+    for point in asked.notches:
+        known_name("fatigue.notches", point, point, sorted(points), "point of a link with beams")
+    rows = [_strength(asked, body, k, made, materials) for (body, k), made in zip(beams, made_of, strict=True)]
+    notches = []
+    for (body, k), made in zip(beams, made_of, strict=True):
+        beam = body.link.beams[k]
+        of_link = asked.links.get(body.link.name, LinkFatigueTable()).notches
+        eyes = {
+            point: _eye_notch(table, point, body, k, materials.get(made.material)) for point in (beam.start, beam.end)
+        }
+        given = {**asked.notches, **{point: notch for point, notch in eyes.items() if notch is not None}, **of_link}
+        notches.append((given.get(beam.start, 1.0), given.get(beam.end, 1.0)))
+    strengths, factors = ((*column,) for column in (zip(*rows, strict=True) if rows else ((), ())))
+    return FatigueTask(strengths, asked.criterion, tuple(notches), factors)
+
+
+def _eye_notch(
+    table: SceneTable, point: str, body: LinkModel, number: int, material: MaterialTable | None
+) -> Real | None:
+    """Stress at the hole of an eye over that at the end of its beam, or None without an eye."""
+    bearings = BEARINGS.tables(table)
+    eye = bearings[point].eye if point in bearings else None
+    if eye is None or eye.link != body.link.name:
+        return None
+    section = body.sections[number].section
+    factor = eye.notch or eye_of(eye).stress_concentration
+    if np.isnan(factor).all():  # of some designs their life is not known
+        form = f"the formula is for a {HOLE_RANGE.quantity} of {HOLE_RANGE.bounds}"
+        form += f" and an {EDGE_RANGE.quantity} of {EDGE_RANGE.bounds}"
+        raise fault(f"bearings.{point}.eye", "notch", f"the key is missing: {form}")
+    if section.taper is not None or material is None:
+        raise fault(f"bearings.{point}.eye", "link", "expected a beam of one section and a material")
+    area: Real = section.EA / real(material.E)
+    return np.maximum(factor * area / eye_of(eye).net_area, 1.0)
+
+
+def _strength(
+    asked: FatigueTable, body: LinkModel, number: int, made: SectionSource, materials: Mapping[str, MaterialTable]
+) -> tuple[FatigueStrength, dict[str, Any]]:
+    """Strength of a beam in fatigue and the factors of its endurance limit; nan without a material."""
+    if not made.material:
+        return FatigueStrength(nan, nan, nan, nan, nan), {}
+    stuff, where = materials[made.material], f"materials.{made.material}"
+    given = asked.links.get(body.link.name, asked)
+    for key in ("ultimate", "endurance"):
+        if getattr(stuff, key) is None:
+            raise fault(where, key, "the key is missing: [fatigue] asks for it")
+    if asked.criterion == "soderberg" and stuff.yield_stress is None:
+        raise fault(where, "yield", "the key is missing: Soderberg's line asks for it")
+    surface = asked.surface if given.surface is None else given.surface
+    size = asked.size if given.size is None else given.size
+    ultimate = real(stuff.ultimate)
+    if isinstance(surface, str):
+        require(SURFACE_RANGE.holds(real(stuff.E) / 1e9), "fatigue", "surface", _left(SURFACE_RANGE))
+    factors: dict[str, Any] = {"reliability": reliability_factor(asked.reliability)}
+    factors["surface"] = surface_factor(surface, ultimate) if isinstance(surface, str) else surface or 1.0
+    factors["size"] = _size_factor(body.sections[number].section, made) if size is None else size
+    whole = factors["reliability"] * factors["surface"] * factors["size"]
+    limit = nan if stuff.yield_stress is None else real(stuff.yield_stress)
+    line = stuff.slope, stuff.knee, stuff.second_knee or nan, stuff.second_slope
+    return FatigueStrength(ultimate, limit, real(stuff.endurance) * whole, *line), factors
+
+
+def _size_factor(section: Section, made: SectionSource) -> Real:
+    """Factor of the endurance limit by the larger end of a beam."""
+    taper = section.taper
+    deep, wide = (1.0, 1.0) if taper is None else (max(1.0, sum(taper.fibre)), max(1.0, sum(taper.width)))
+    diameter = effective_diameter(2 * section.fibre * deep, section.width * wide, section.round)
+    if np.isnan(diameter).any():
+        raise fault("fatigue", "size", f'the section "{made.section}" does not tell its dimensions: give the factor')
+    require(SIZE_RANGE.holds(1e3 * diameter), "fatigue", "size", _left(SIZE_RANGE))
+    return size_factor(diameter)
+
+
+def _left(formula: Range) -> str:
+    """Return the message for a quantity outside a formula's range."""
+    return f"{formula.words}: {formula.outside}"
+
+
+def beam_fatigue(cycle: Cycle) -> Fatigue:
+    """Fatigue of the beams of a scene that asks for it."""
+    return cycle.once(_fatigue)
+
+
+def _fatigue(cycle: Cycle) -> Fatigue:
+    return fatigue(cycle.well_conditioned, cycle.scene.parts[KEY][ALONE])
+
+
+def _asked(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
+    """A figure of every beam of a scene that asks for fatigue."""
+
+    def found(cycle: Cycle) -> Largest:
+        none = np.zeros((0, *cycle.columns[:-1]))
+        return find(cycle) if cycle.scene.parts[KEY] else Largest(none, np.zeros(none.shape, int))
+
+    return found
+
+
+def _life(cycle: Cycle) -> Largest:
+    """Time until Miner's sum is 1 [s], of beams."""
+    cycles = _cycles(cycle)
+    return replace(cycles, value=cycles.value * cycle.weights.sum(axis=-1))
+
+
+def _cycles(cycle: Cycle) -> Largest:
+    found = beam_fatigue(cycle).damage
+    with np.errstate(divide="ignore"):
+        return replace(found, value=1.0 / found.value)
+
+
+FATIGUED = Kind("fatigued beam", lambda scene: scene.labels if scene.parts[KEY] else ())
+FATIGUE: Part[FatigueTask] = Part(
+    KEY, "asks for the life of the links [not asked for]", FatigueTable, _built,
+    (
+        Figure("endurance", "safety against endurance", "1", FATIGUED,
+               _asked(lambda cycle: beam_fatigue(cycle).safety), LEAST, limit="endurance", whole=True),
+        Figure("life_cycles", "runs until a link breaks", "1", FATIGUED, _asked(_cycles), LEAST, whole=True,
+               power=STEEPEST),
+        Figure("life", "time until a link breaks", "s", FATIGUED, _asked(_life), LEAST, limit="life", whole=True,
+               power=STEEPEST),
+    ),
+    checks=(RangeCheck(YIELD_RANGE, FATIGUED, "safety"), RangeCheck(CYCLES_RANGE, FATIGUED, "life_cycles")),
+    alone=True,
+)  # fmt: skip
