@@ -446,13 +446,13 @@ def test_wrong_calls_are_refused(options, capsys, tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--stations", "5"], "--stations belongs to --fields"),
-        (["--frames", "5"], "--frames belongs to --animate"),
-        (["--format", "gif"], "--format belongs to --animate"),
+        (["--stations", "5"], "--stations needs --fields"),
+        (["--frames", "5"], "--frames needs --animate"),
+        (["--format", "gif"], "--format needs --animate"),
         (["--positions", "1000001"], "from 1 to 1000000"),
         (["--animate", "moment"], 'did you mean "bending-moment"'),
         (["--animate", "zzz"], "all: longitudinal-load"),
-        (["--chek"], 'there is no option "--chek"; did you mean "--check"?'),
+        (["--chek"], 'unknown option "--chek"; did you mean "--check"?'),
         (["--toleranses", "--quiet"], 'did you mean "--tolerances"?'),
     ],
 )
@@ -777,4 +777,4 @@ def test_what_if_numbers_were_others(tmp_path, capsys):
         assert main([str(given), *options, "--set", change]) == 2
         assert words in capsys.readouterr().err
     assert main([str(given), "--sweep", "--set", "points.A.x=1"]) == 2
-    assert "--set belongs to a report" in capsys.readouterr().err
+    assert "--set is for reports" in capsys.readouterr().err

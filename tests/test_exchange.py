@@ -209,7 +209,7 @@ def test_the_command_writes_a_scene_to_begin_with_and_never_over_another(tmp_pat
     (tmp_path / "mine.toml").write_text(edited)
     assert main(["--new", "mine"]) == main(["--copy", "steel_for_bar"]) == main(["--import", "none.json"]) == 2
     said = capsys.readouterr().err
-    assert "is there already" in said
+    assert "exists already" in said
     assert 'did you mean "steel_four_bar"?' in said
     assert (tmp_path / "mine.toml").read_text() == edited
 
@@ -289,9 +289,9 @@ class TestWritten:
         assert main(["pusher", "--export", str(path)]) == 0
         assert main(["pusher", "--export", str(path)]) == main(["--export", str(path)]) == 2
         said = capsys.readouterr()
-        assert "is there already" in said.err
+        assert "exists already" in said.err
         assert "takes one scene" in said.err
-        assert "sections have no place in it" in said.out
+        assert "the format has no sections" in said.out
 
 
 class TestDrawn:

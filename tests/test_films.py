@@ -304,7 +304,7 @@ class TestAsked:
     @pytest.mark.parametrize(
         ("options", "message"),
         [
-            (["--fps", "10"], "--fps belongs to --animate"),
+            (["--fps", "10"], "--fps needs --animate"),
             (["--animate", "w", "--fps", "0"], "a number above 0"),
             (["--animate", "w", "--size", "321x200"], "two even numbers"),
             (["--animate", "w", "--size", "big"], "two even numbers"),

@@ -213,7 +213,7 @@ def test_what_is_wrong_is_said(option, old, new, said, scene, tmp_path, capsys):
 
 def test_samples_belong_to_tolerances(capsys):
     assert main(["steel_four_bar", "--samples", "64"]) == 2
-    assert "--samples belongs to --tolerances" in capsys.readouterr().err
+    assert "--samples needs --tolerances" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

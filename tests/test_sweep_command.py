@@ -119,4 +119,4 @@ def test_a_full_disk_is_told_by_the_command(scene, tmp_path, monkeypatch, capsys
 
 def test_a_scheduler_belongs_to_a_sweep(scene, capsys):
     assert main([str(scene), "--scheduler", "tcp://127.0.0.1:9"]) == 2
-    assert "--scheduler belongs to --sweep" in capsys.readouterr().err
+    assert "--scheduler needs --sweep" in capsys.readouterr().err

@@ -1,16 +1,16 @@
-"""The deflection-report command: its options, its messages, and scenes side by side."""
+"""The deflection-report command: options, messages, and scenes in parallel."""
 
 import signal
 import sys
 
 
 def main() -> int:
-    """Run the command with the arguments of the process; an interrupt before it begins ends it without a word."""
+    """Run the command with the arguments of the process. An early interrupt ends it silently."""
     try:
         from kinelast.cli.command import main
 
         status = main(sys.argv[1:])
     except KeyboardInterrupt:
         return 130
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left to be interrupted but the end
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the work is done
     return status

@@ -1,6 +1,6 @@
-"""The deflection-report command: scenes in, side by side in processes, one folder of results for each out.
+"""The deflection-report command: scenes in, computed in parallel processes, a folder of results for each out.
 
-Nothing heavy is imported before it is needed: `--help` answers at once.
+Imports are lazy, so that `--help` answers at once.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SceneWork:
-    """The work on a scene, in any process: its report, its structure, its sweep, or one design of that."""
+    """Work on a scene in any process: report, structure, sweep, or a design of the sweep."""
 
     request: Request
     batch: Batch
 
     def __call__(self, task: Task, progress: Progress | None = None) -> Outcome:
-        """The outcome; without a listener to its progress, sentences alone are said."""
+        """Return the outcome. Without a listener to the progress, only sentences are printed."""
         with _uncollected():
             do = self._chosen()
         return do(task, progress or (SILENT if self.batch.quiet else Sentences()))
@@ -62,9 +62,9 @@ class SceneWork:
 
 @contextmanager
 def _uncollected() -> Iterator[None]:
-    """Without looking for garbage: imports leave none, and looking through all that they make takes a while.
+    """Switch garbage collection off during imports, which saves a seventh of a short run.
 
-    That stays out of later looks too, the last one as the process ends among them: a seventh of a short run.
+    The imported objects are also excluded from later collections.
     """
     looks = gc.isenabled()
     gc.disable()
@@ -78,22 +78,21 @@ def _uncollected() -> Iterator[None]:
 
 @cache
 def _freeze_imports() -> None:
-    """Keep the modules that are loaded out of looks for garbage, once: later runs of a process leave some behind."""
+    """Exclude loaded modules from garbage collection, once per process."""
     gc.freeze()
 
 
 def one_by_one(tasks: Sequence[Task], work: SceneWork, progress: Progress) -> Iterator[Outcome]:
-    """The outcomes of scenes, computed in this process."""
+    """Yield the outcomes of scenes, computed in this process."""
     for number, task in enumerate(tasks):
         progress(task.name, number, len(tasks))
         yield work(task, progress)
 
 
 def side_by_side(tasks: Sequence[Task], work: SceneWork, jobs: int, progress: Progress) -> Iterator[Outcome]:
-    """The outcomes of scenes in their order, computed in so many processes, of 0 as many as cores.
+    """Yield the outcomes of scenes in their order, computed in parallel, by all cores if `jobs` is 0.
 
-    A scene whose process dies is failed, the others go on. However this ends, no process is left behind, and what
-    they leave half done is cleared away.
+    If a process dies, its scene fails and the others continue. No process and no unfinished folder remains.
     """
     from kinelast.outputs.outbox import recovered
     from kinelast.tasks.processes import Lost, cores, map_surviving
@@ -122,17 +121,17 @@ def side_by_side(tasks: Sequence[Task], work: SceneWork, jobs: int, progress: Pr
 
 
 def _lost(task: Task, end: Lost) -> Outcome:
-    """The outcome of a scene after the death of its process."""
+    """Return the outcome of a scene after the death of its process."""
     from kinelast.outputs.outbox import recovered
 
     recovered(task.folder)
-    why = "by the system if memory ran out, or by somebody; fewer positions or --jobs take less memory"
-    return Outcome(BUG, f"{task.name}: its process was ended ({end.how}), {why}")
+    why = "if memory ran out, use fewer positions or --jobs"
+    return Outcome(BUG, f"{task.name}: its process was ended ({end.how}); {why}")
 
 
 BY_SIGNAL, INTERRUPTED = 128, 130
 FIRST = Path(__file__).parents[1] / "scene" / "first.toml"
-"""The scene of --new: that of docs/scenes.md."""
+"""Scene of --new, which is that of docs/scenes.md."""
 
 
 def main(argv: Sequence[str]) -> int:
@@ -150,10 +149,10 @@ def main(argv: Sequence[str]) -> int:
     """
     fill_closed_streams()
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")  # before numpy is loaded: last digits do not depend on --jobs
+        os.environ.setdefault(name, "1")  # before numpy is loaded, so that last digits do not depend on --jobs
     try:
         with stoppable():
-            with signals_held_back():  # argparse fails where it is interrupted
+            with signals_held_back():  # argparse fails if interrupted
                 asked = parsed(argv)
             return _answer(*asked)
     except SystemExit as stop:
@@ -181,8 +180,8 @@ def _answer(request: Request, batch: Batch) -> int:
         return _refuse("no scene was given: name a .toml file or a shipped scene, see --list")
     try:
         Path.cwd()
-    except OSError:  # which libraries do not survive being imported in
-        return _refuse("the working folder is gone: go to one that is there")
+    except OSError:  # some libraries cannot be imported then
+        return _refuse("the working folder no longer exists: change to another folder")
     return _run(request, batch)
 
 
@@ -208,13 +207,13 @@ def _refuse(message: str) -> int:
 
 
 def _failed(error: Exception) -> int:
-    """Report an error outside of a scene; the exit status."""
+    """Report an error outside of a scene and return the exit status."""
     if isinstance(error, RequestError):
         return _refuse(str(error))
     if isinstance(error, OSError):
         return _refuse(plain(f"{error.filename or ''} {error.strerror or error}".strip(), 300))
-    if told := missing_package(error):
-        return _refuse(told)
+    if words := missing_package(error):
+        return _refuse(words)
     import traceback
 
     say(f"deflection-report: the program failed, please report this:\n{traceback.format_exc()}", sys.stderr)
@@ -222,10 +221,10 @@ def _failed(error: Exception) -> int:
 
 
 def _stopped(stop: BaseException, done: str) -> int:
-    """Report how the run was interrupted; the exit status."""
+    """Report an interruption and return the exit status."""
     number = stop.number if isinstance(stop, StoppedError) else 0
-    how = f"ended by signal {number}" if number else "interrupted"
-    say(f"{how}{done}; finished scenes are kept, --resume goes on from there", sys.stderr)
+    how = f"terminated by signal {number}" if number else "interrupted"
+    say(f"{how}{done}; finished scenes are kept, continue with --resume", sys.stderr)
     return BY_SIGNAL + number if number else INTERRUPTED
 
 
@@ -235,7 +234,7 @@ def _version() -> int:
 
 
 def _complete(shell: str) -> int:
-    """Print the script by which a shell completes the command."""
+    """Print the completion script of a shell."""
     from kinelast.cli.completion import script
     from kinelast.tasks.task import shipped_scenes
 
@@ -244,19 +243,19 @@ def _complete(shell: str) -> int:
 
 
 def _list(kind: str = "", *words: str) -> int:
-    """List the shipped scenes; or the sections or materials of the library, those that hold all words."""
+    """List the shipped scenes, or the library's sections or materials that contain all words."""
     if kind in ("sections", "materials"):
         from kinelast.scene.sections import library_entries
 
         entries = library_entries(kind)
         wanted = [word.lower().replace(" ", "") for word in words]
         chosen = [
-            (name, told) for name, told in entries if all(word in name.lower().replace(" ", "") for word in wanted)
+            (name, data) for name, data in entries if all(word in name.lower().replace(" ", "") for word in wanted)
         ]
         width = max((len(name) for name, _ in chosen), default=0)
-        for name, told in chosen:
-            say(f"{name:{width}}  {told}", sys.stdout)
-        return FINE if chosen else _refuse(f"there is no such name: --list {kind} lists all")
+        for name, data in chosen:
+            say(f"{name:{width}}  {data}", sys.stdout)
+        return FINE if chosen else _refuse(f"no name contains these words: --list {kind} lists all names")
     if kind:
         return _refuse(f'--list lists the shipped scenes, "sections" or "materials", not "{kind}"')
     import tomllib
@@ -273,7 +272,7 @@ def _list(kind: str = "", *words: str) -> int:
 
 
 def _begin(batch: Batch) -> int:
-    """Write a scene to begin with into the working folder, never over another file; the exit status."""
+    """Write a new scene into the working folder and return the exit status. Existing files are not replaced."""
     from kinelast.scene.text import scene_to_begin_with
     from kinelast.tasks.task import shipped_scenes
 
@@ -301,9 +300,9 @@ def _begin(batch: Batch) -> int:
         with path.open("x", encoding="utf-8") as file:
             file.write(scene_to_begin_with(text))
     except FileExistsError:
-        return _refuse(f'"{path}" is there already: move it away, or go to another folder')
+        return _refuse(f'"{path}" exists already: move it, or change to another folder')
     if first_run is None:
-        say(f"{path} written; deflection-report {path} answers it", sys.stdout)
+        say(f"{path} written; compute it with: deflection-report {path}", sys.stdout)
         return FINE
     for note in first_run.notes:
         say(f"{path}: {note}", sys.stderr)
@@ -312,7 +311,7 @@ def _begin(batch: Batch) -> int:
 
 
 def _export(path: Path, *scenes: str) -> int:
-    """Write the mechanism of a scene for another program, never over another file; the exit status."""
+    """Write the mechanism of a scene for another program and return the exit status."""
     from exchange import ExchangeError, written
     from kinelast.outputs.exported import exchanged
     from kinelast.scene.document import document_from_bytes
@@ -333,14 +332,14 @@ def _export(path: Path, *scenes: str) -> int:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
-        return _refuse(f'"{path}" is there already: move it away, or name another')
+        return _refuse(f'"{path}" exists already: move it, or give another name')
     extra = ", masses and constant forces" if path.suffix.lower() == ".pmks" else ""
-    say(f"{path} written: points, links, joints, drives{extra}; sections have no place in it", sys.stdout)
+    say(f"{path} written: points, links, joints, drives{extra}; the format has no sections", sys.stdout)
     return FINE
 
 
 def _run(request: Request, batch: Batch) -> int:
-    """Run all scenes, report each and in the end all of them; the exit status."""
+    """Run all scenes, report each and then all of them, and return the exit status."""
     from kinelast.tasks.task import result_names, scene_paths
 
     paths, problems = scene_paths(batch.scenes)
@@ -365,7 +364,7 @@ def _run(request: Request, batch: Batch) -> int:
     try:
         with listener(batch.quiet) as progress:
             work, jobs = SceneWork(request, batch), batch.jobs
-            apart = jobs != 1 and len(tasks) > 1 and not batch.sweep  # which has its designs side by side
+            apart = jobs != 1 and len(tasks) > 1 and not batch.sweep  # a sweep computes its designs in parallel
             coming = side_by_side(tasks, work, jobs, progress) if apart else one_by_one(tasks, work, progress)
             for task, outcome in zip(tasks, coming, strict=True):
                 outcomes.append((task, outcome))
@@ -390,7 +389,7 @@ def _close(
     begin: float,
     others: Sequence[str],
 ) -> None:
-    """Say how all scenes went, where there are several reports; their table also in `others` of the formats."""
+    """Print the outcome of several reports, and write their table also in the formats `others`."""
     if tasks + refused < 2 or batch.structure or batch.sweep or batch.design is not None:
         return
     if outcomes:
@@ -403,7 +402,7 @@ def _close(
 
 
 def _tell(task: Task, outcome: Outcome, quiet: bool) -> None:
-    """Say how a scene went."""
+    """Print the outcome of a scene."""
     for question in outcome.questions:
         say(question, sys.stderr)
     if outcome.status >= BAD_INPUT:
@@ -413,13 +412,13 @@ def _tell(task: Task, outcome: Outcome, quiet: bool) -> None:
 
 
 def _named_once(line: str, task: Task) -> str:
-    """An error without the scene's name before its file."""
+    """Return an error message without a repeated scene name."""
     head = f"{task.name}: "
     return line.removeprefix(head) if line.startswith(f"{head}{plain(str(task.path), 600)}: ") else line
 
 
 def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path, others: Sequence[str]) -> None:
-    """A table of all scenes, also in `others` of the formats."""
+    """Write the table of all scenes, also in the formats `others`."""
     from dataclasses import replace
 
     from kinelast.outputs.batch import summary_row, write_batch

@@ -1,4 +1,4 @@
-"""Scripts by which shells complete the command: its options, their words, the shipped scenes, files."""
+"""Completion scripts of shells: options, their words, shipped scenes, files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ complete -o filenames -F _kinelast {commands}"""
 
 
 def script(shell: str, scenes: Sequence[str]) -> str:
-    """The script for bash, zsh or fish.
+    """Return the script for bash, zsh or fish.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def script(shell: str, scenes: Sequence[str]) -> str:
 
 
 def _options() -> list[tuple[str, str, Sequence[str], bool]]:
-    """Flags with their words of help, the words they take, and whether they take a word at all."""
+    """Return flags with help, choices, and whether they take a value."""
     return [
         (flag, option.help, option.choices, bool(option.metavar or option.choices))
         for name, (option, _) in options_of(Request, Batch).items()
@@ -44,7 +44,7 @@ def _options() -> list[tuple[str, str, Sequence[str], bool]]:
 
 
 def _bash(scenes: Sequence[str], in_zsh: bool) -> str:
-    """For bash; zsh reads the same once it has loaded its functions for that."""
+    """Return the script for bash, or for zsh with its compatibility functions."""
     line = '        {}) COMPREPLY=($(compgen -W {} -- "$word")); return ;;'
     options = _options()
     text = BASH.format(

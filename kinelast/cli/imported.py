@@ -1,4 +1,4 @@
-"""An imported mechanism run once: drives that cannot go round swing between their limits, and the result in words."""
+"""First run of an imported mechanism. Drives that cannot turn fully swing between their limits."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LONGEST = 300  # letters of a reason
 
 @dataclass(frozen=True)
 class Imported:
-    """The text of the scene, and its first run: `reason` is "" if it moves, `rigid` has the links without beams."""
+    """Text of a scene and its first run: `reason` is empty if it moves, `rigid` names the links without beams."""
 
     text: str
     notes: tuple[str, ...]
@@ -37,7 +37,7 @@ class Imported:
 
     @property
     def result(self) -> str:
-        """The first run in one sentence."""
+        """Result of the first run as a sentence."""
         if self.reason:
             return f"it does not run yet: {self.reason}"
         rigid = f"; with the masses of the file, these links do not bend: {', '.join(self.rigid)}" if self.rigid else ""
@@ -71,13 +71,13 @@ def imported(drawing: Drawing) -> Imported:
 
 
 def _resting(drive: Drive) -> Drive:
-    """A drive that hardly moves, of which only the mechanism is wanted."""
+    """Return a drive that hardly moves, for building the mechanism."""
     unit = "m" if "slider" in drive.joint else "rad"
     return replace(drive, speed=None, law=to_and_fro((1e-9, -1e-9), 1e-9, unit))
 
 
 def _within_limits(drawing: Drawing, mechanism: Mechanism, starts: np.ndarray) -> Drawing:
-    """The drawing with a law between limits for every drive at constant speed that cannot go round."""
+    """Return the drawing with an oscillating law for each drive at constant speed that cannot turn fully."""
     drives, notes = list(drawing.drives), list(drawing.notes)
     metre = PER_LENGTH[drawing.unit]
     places = np.array(list(drawing.points.values())) * metre

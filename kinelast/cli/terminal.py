@@ -1,4 +1,4 @@
-"""The command at its terminal: arguments as a request, lines that any terminal bears, a bar where a run takes long."""
+"""The command at its terminal: arguments as a request, printed lines, and a progress bar."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.request import GROUPS, Batch, Request, options_of
 
 EPILOG = """\
-exit status: 0 fine, 1 a limit is not kept or cannot be judged, an accuracy that was asked for not reached, or a check
-failed, 2 bad input (the other scenes were still computed), 3 an error of the program, 130 interrupted, 128 and a
-signal's number where that ended the run (143: SIGTERM)
+exit status: 0 fine, 1 a limit is not kept or cannot be judged, a requested accuracy is not reached, or a check failed,
+2 bad input (the other scenes are still computed), 3 an error of the program, 130 interrupted, 128 plus the number of a
+signal that terminated the run (143: SIGTERM)
 
 examples:
   deflection-report steel_four_bar
@@ -31,12 +31,12 @@ examples:
 
 
 def parsed(argv: Sequence[str]) -> tuple[Request, Batch]:
-    """The request and the batch of some arguments.
+    """Return the request and the batch of arguments.
 
     Raises
     ------
     SystemExit
-        Help was asked for and printed, or the arguments are wrong and that was said.
+        Help or an error message was printed.
     """
     known = options_of(Batch, Request)
     parser = _parser(known)
@@ -57,7 +57,7 @@ def parsed(argv: Sequence[str]) -> tuple[Request, Batch]:
 
 
 def _parted(argv: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
-    """The arguments before "--", and the scenes behind it."""
+    """Return the arguments before "--" and the scenes after it."""
     at = argv.index("--") if "--" in argv else len(argv)
     return argv[:at], argv[at + 1 :]
 
@@ -96,7 +96,7 @@ def _help(option: Option, default: Any) -> str:
 
 
 def _typed(read: Callable[[str], Any]) -> Callable[[str], Any]:
-    """A reader that raises its message as argparse's error, so that it is printed."""
+    """Return a reader that raises its message as an error of argparse."""
 
     def value(text: str) -> Any:
         try:
@@ -108,7 +108,7 @@ def _typed(read: Callable[[str], Any]) -> Callable[[str], Any]:
 
 
 def _with_bare(argv: Sequence[str], known: dict[str, tuple[Option, Any]]) -> list[str]:
-    """The arguments, with its value filled in where a scene follows a bare --check."""
+    """Return the arguments, with the default value after a bare --check that a scene follows."""
     bare = {flag: option.bare for option, _ in known.values() if option.bare is not None for flag in option.flags}
     following = (*argv[1:], "")
     return [
@@ -118,24 +118,24 @@ def _with_bare(argv: Sequence[str], known: dict[str, tuple[Option, Any]]) -> lis
 
 
 def _refuse(parser: argparse.ArgumentParser, word: str) -> NoReturn:
-    """End with a message on an option that there is none of."""
+    """Exit with a message on an unknown option."""
     flags = [flag for action in parser._actions for flag in action.option_strings if flag.startswith("--")]
-    parser.error(f'there is no option "{word}"{likely(word, flags) or "; --help lists all"}')
+    parser.error(f'unknown option "{word}"{likely(word, flags) or "; --help lists all options"}')
 
 
 def _require_fitting(
     parser: argparse.ArgumentParser, given: dict[str, Any], known: dict[str, tuple[Option, Any]]
 ) -> None:
-    """End with a message where options do not go together."""
+    """Exit with a message if options do not fit together."""
     for name in given:
         option = known[name][0]
         if option.belongs and not given.get(option.belongs):
             flag = (option.flags or (f"--{name}",))[0]
-            parser.error(f"{flag} belongs to --{option.belongs}, which is not asked for")
+            parser.error(f"{flag} needs --{option.belongs}")
     if "changes" in given and given.keys() & {"sweep", "design"}:
-        parser.error("--set belongs to a report: a sweep varies numbers by [sweep]")
+        parser.error("--set is for reports: a sweep varies numbers by [sweep]")
     if "changes" in given and "structure" in given:
-        parser.error("--set belongs to a report: change the numbers of a structure in its file")
+        parser.error("--set is for reports: change the numbers of a structure in its file")
     if "theory" in given and "accuracy" in given:
         parser.error("--accuracy chooses the theory: leave out --theory or --accuracy")
 
@@ -145,7 +145,7 @@ MANY = 100  # parts of a stage from which their share is printed, not their numb
 
 
 def say(text: str, stream: TextIO | None) -> None:
-    """Print lines: control characters escaped, a question mark for letters that the terminal has not.
+    """Print lines with escaped control characters, and question marks for letters that the terminal lacks.
 
     Output to a closed pipe or a full disk stops without an error.
     """
@@ -158,11 +158,11 @@ def say(text: str, stream: TextIO | None) -> None:
     except (OSError, ValueError) as error:
         _mute(stream)
         if not isinstance(error, BrokenPipeError) and stream is not sys.stderr:
-            say(f"deflection-report: nothing more can be printed: {error}", sys.stderr)
+            say(f"deflection-report: printing failed: {error}", sys.stderr)
 
 
 def _mute(stream: TextIO) -> None:
-    """Lead a stream nowhere, also the text in its buffer that would be written at the end of the process."""
+    """Redirect a stream to the null device, including its buffered text."""
     with suppress(OSError, ValueError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())
@@ -170,7 +170,7 @@ def _mute(stream: TextIO) -> None:
 
 
 def fill_closed_streams() -> None:
-    """Open the standard streams that the caller has closed, lest a file of results takes the number of one."""
+    """Open closed standard streams, so that no result file gets their numbers."""
     for _ in range(3):
         spare = os.open(os.devnull, os.O_RDWR)
         if spare > 2:
@@ -231,7 +231,7 @@ class _Bar(Sentences):
         self._over = False
 
     def show(self) -> None:
-        """Let the bar appear."""
+        """Show the bar."""
         from rich import progress as bars
         from rich.console import Console
 
@@ -241,7 +241,7 @@ class _Bar(Sentences):
             bars.BarColumn(),
             bars.MofNCompleteColumn(),
         )
-        both = sys.stdout is not None and sys.stdout.isatty()  # lines that go to a file are not caught for the terminal
+        both = sys.stdout is not None and sys.stdout.isatty()  # do not redirect output that goes to a file
         with self._lock:
             if self._over:
                 return
@@ -254,14 +254,14 @@ class _Bar(Sentences):
         self(*self._now)
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        """Note how far things are."""
+        """Record the progress."""
         self._now = stage, done, total
         if self._bar is not None:
             words = plain(stage, 60).replace("[", r"\[")
             self._bar.update(self._task, description=words, completed=done, total=total or None)
 
     def stop(self) -> None:
-        """Erase the bar."""
+        """Remove the bar."""
         with self._lock:
             self._over = True
             if self._bar is not None:

@@ -25,13 +25,13 @@ if TYPE_CHECKING:
 
 INK, SOFT, RULE, GREY = "#1d2733", "#5d6b7a", "#e6eaee", 190
 DASHES = ((), (6.0, 3.0), (1.5, 2.5), (11.0, 3.0, 2.0, 3.0), (16.0, 4.0), (9.0, 2.0, 2.0, 2.0, 2.0, 2.0))
-WIDTH, HEIGHT = 6.1, 2.1  # inches
-ACROSS, BESIDE = 180, 14  # pixels, of a map and between two
-ROW, GAP, COLUMN, SPACE, EDGE, LETTER = 0.62, 0.24, 1.95, 0.105, 0.7, 0.085  # inches, of maps
+WIDTH, HEIGHT = 6.1, 2.1  # [in] of a chart
+ACROSS, BETWEEN = 180, 14  # [px] width of a map, and distance between maps
+ROW, GAP, COLUMN, SPACE, EDGE, LETTER = 0.62, 0.24, 1.95, 0.105, 0.7, 0.085  # [in] of maps
 STYLE: dict[Any, Any] = {"svg.fonttype": "none", "font.size": 8.0, "text.color": SOFT, "image.composite_image": False}
 LEANER = (
-    (r"(?s)<defs>\s*<style.*?</style>\s*</defs>", ""),  # which is for all of the page
-    (r'(<g|<image [^>]*?) id="[^"]*"', r"\1"),  # which may be there again in another picture
+    (r"(?s)<defs>\s*<style.*?</style>\s*</defs>", ""),  # it would apply to the whole page
+    (r'(<g|<image [^>]*?) id="[^"]*"', r"\1"),  # identifiers may repeat in another picture
     (r"(?<=base64,)\s+", ""),
     (r"(?<=font-family: )[^;]*(?=;)", "sans-serif"),
     (r"\s*\n\s*", " "),
@@ -40,7 +40,7 @@ LEANER = (
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """Abscissa of the charts over the cycle: values of shape (positions,), their label, and the axis' marks."""
+    """Abscissa of the charts over the cycle: values, shape (positions,), label and ticks."""
 
     values: Reals
     label: str
@@ -49,7 +49,7 @@ class Axis:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A curve over the cycle: shape (positions,), nan where there is none; places in `COLOURS` and `DASHES`."""
+    """Curve over the cycle, shape (positions,), with indices into `COLOURS` and `DASHES`."""
 
     name: str
     values: Reals
@@ -59,7 +59,7 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """Curves of one unit."""
+    """Curves with a common unit."""
 
     heading: str
     unit: str
@@ -67,7 +67,7 @@ class Chart:
 
 
 def svg_of(figure: Figure, name: str) -> str:
-    """A figure as an `<svg>` that may stand in a page beside others of other names."""
+    """Return a figure as an `<svg>`, with identifiers that are unique for its name."""
     from matplotlib import rc_context
 
     text = StringIO()
@@ -81,7 +81,7 @@ def svg_of(figure: Figure, name: str) -> str:
 
 
 def line_charts(axis: Axis, charts: Sequence[Chart]) -> list[str]:
-    """Every chart as SVG; its ordinates carry an SI prefix that suits the greatest of them."""
+    """Return the charts as SVG, with an SI prefix that suits the greatest ordinate."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
@@ -105,7 +105,7 @@ def line_charts(axis: Axis, charts: Sequence[Chart]) -> list[str]:
 
 
 def _draw_curves(axes: Any, axis: Axis, chart: Chart) -> str:
-    """Draw the curves of a chart, a dot on the greatest of each; returns the unit of the ordinates."""
+    """Draw the curves of a chart with a dot at each maximum, and return the unit of the ordinates."""
     heights = np.array([np.broadcast_to(curve.values, axis.values.shape) for curve in chart.curves], float)
     finite = heights[np.isfinite(heights)]
     low, high = float(finite.min(initial=0.0)), float(finite.max(initial=0.0))
@@ -169,7 +169,7 @@ def field_maps(
 
 
 def _marks(axis: Axis) -> list[tuple[float, str]]:
-    """A few marks of the axis: where they are along the width of a map, and their numbers."""
+    """Return some ticks of the axis: places along the width of a map, and numbers."""
     first, way = axis.values[0], axis.values[-1] - axis.values[0]
     few = axis.marks[:: math.ceil(len(axis.marks) / 3) or 1]
     return [(float(COLUMN * (mark - first) / way) if way else COLUMN / 2, number(mark)) for mark in few]
@@ -187,7 +187,7 @@ def mosaic(fields: Sequence[Any]) -> Any:
     beams, count, stations = fields[0].shape
     below = round(stations * GAP / ROW)
     some = np.linspace(0, count - 1, ACROSS).round().astype(int)
-    picture = np.zeros((beams, stations + below, len(fields), ACROSS + BESIDE, 4), np.uint8)
+    picture = np.zeros((beams, stations + below, len(fields), ACROSS + BETWEEN, 4), np.uint8)
     for column, values in enumerate(fields):
         shown = values[:, some, ::-1].swapaxes(1, 2)
         good = np.isfinite(shown)
@@ -206,7 +206,7 @@ ANGLE_STEPS = (1, 2, 5, 10, 15, 30, 60, 90, 180, 360)
 
 
 def axis(results: Results) -> Axis:
-    """Abscissa of the cycle: the first drive's angle where it turns one way throughout, else the time."""
+    """Return the abscissa of the cycle: the first drive's angle if it turns one way, otherwise the time."""
     motion = results.motion
     drive, values = results.mechanism.drives[0], motion.drive[0]
     steps = np.diff(values)
@@ -222,7 +222,7 @@ def axis(results: Results) -> Axis:
 
 
 def _numbers(results: Results) -> Integers:
-    """Of every position, its number in the run; those that were left out have none here, shape (positions,)."""
+    """Return the number of each position in the run, shape (positions,), without positions that were left out."""
     time = results.motion.time
     if not results.left_out or len(time) < 2:
         return np.arange(len(time))
@@ -230,13 +230,13 @@ def _numbers(results: Results) -> Integers:
 
 
 def _spread(results: Results, values: Any) -> Reals:
-    """Values of an axis at all positions from the first to the last, those that were left out among them."""
+    """Return the values of an axis at all positions of the run, including positions that were left out."""
     numbers = _numbers(results)
     return np.asarray(np.interp(np.arange(numbers[-1] + 1), numbers, values))
 
 
 def _with_gaps(results: Results, values: Any) -> Reals:
-    """Values, positions last, with nan at the positions between that were left out or that do not count."""
+    """Return values, positions last, with nan at positions that were left out or do not count."""
     values = np.broadcast_to(values, (*np.shape(values)[:-1], *results.motion.columns))
     numbers = _numbers(results)
     spread = np.full((*values.shape[:-1], numbers[-1] + 1), np.nan)
@@ -245,7 +245,7 @@ def _with_gaps(results: Results, values: Any) -> Reals:
 
 
 def cycle_charts(results: Results) -> list[Chart]:
-    """Curves over the cycle."""
+    """Return the charts over the cycle."""
     forces, labels = results.deflection.forces, results.scene.labels
     charts = []
     for field in ("w", "mises", "M"):
@@ -279,7 +279,7 @@ def _broken(results: Results, chart: Chart) -> Chart:
 
 
 def _largest(chart: Chart) -> Chart:
-    """A chart of no more curves than can be told apart: the largest."""
+    """Return a chart of the largest curves."""
     if len(chart.curves) <= MOST_CURVES:
         return chart
     sizes = [float(np.nanmax(np.abs(curve.values), initial=0.0)) for curve in chart.curves]
@@ -293,7 +293,7 @@ def _curves(named: dict[str, Any]) -> list[Curve]:
 
 
 def _places(results: Results) -> list[tuple[int, int]]:
-    """Colour and dashes of every beam: its link's colour in the drawing, other dashes for every beam of the link."""
+    """Return colour and dashes of each beam: the colour of its link, and different dashes within a link."""
     places, seen = [], dict.fromkeys(range(len(results.mechanism.links)), 0)
     for link, _ in results.mechanism.beams:
         places.append(((link - 1) % len(COLOURS), seen[link] + (link - 1) // len(COLOURS)))
@@ -302,7 +302,7 @@ def _places(results: Results) -> list[tuple[int, int]]:
 
 
 def legend(chart: Chart) -> list[tuple[str, str, str]]:
-    """Names, colours and dashes of the curves."""
+    """Return a legend with names, colours and dashes of the curves."""
     return [
         (curve.name, COLOURS[curve.colour % len(COLOURS)], " ".join(map(str, DASHES[curve.dash % len(DASHES)])))
         for curve in chart.curves
@@ -310,7 +310,7 @@ def legend(chart: Chart) -> list[tuple[str, str, str]]:
 
 
 def cycle_maps(results: Results, over: Axis) -> list[str]:
-    """Main fields along the links over the cycle: maps of loads and forces, of displacements, of stresses if known."""
+    """Return maps of the main fields over the cycle: loads and forces, displacements, and stresses if known."""
     shown = [[field for field in FIELDS.values() if field.main and field.kind in kinds] for kinds in MAPPED]
     found = [{words: values for field in row for words, values in [_map(results, field)]} for row in shown]
     known = [row for row in found if any(np.isfinite(values).any() for values, _ in row.values())]
@@ -319,7 +319,7 @@ def cycle_maps(results: Results, over: Axis) -> list[str]:
 
 
 def _map(results: Results, field: Field) -> tuple[str, tuple[Any, list[str]]]:
-    """Heading of the maps of a field; its values, shape (beams, positions, stations), and ranges in words."""
+    """Return heading, values, shape (beams, positions, stations), and ranges in words of a field's maps."""
     sampled = sample(results.deflection, field.key, np.linspace(0.0, 1.0, 31))[:MOST_MAPPED]
     values = _with_gaps(results, sampled.swapaxes(1, 2)).swapaxes(1, 2)
     sizes = np.nanmax(np.abs(values), axis=(1, 2), initial=0.0)

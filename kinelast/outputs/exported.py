@@ -1,4 +1,4 @@
-"""The mechanism of a scene as other programs store it."""
+"""Mechanism of a scene in the form of other programs."""
 
 from __future__ import annotations
 
@@ -77,12 +77,12 @@ def _inertias(motion: Motion, called: Mapping[str, str], scale: float) -> dict[s
 
 
 def _blocks_of(mechanism: Mechanism, slots: Mapping[str, Slot]) -> Iterator[tuple[str, Slot]]:
-    """The block of every slot by its name."""
+    """Return the block of each slot by name."""
     return ((slider.link, slots[slider.name]) for slider in mechanism.sliders if slider.name in slots)
 
 
 def _steady_loads(motion: Motion, called: Mapping[str, str]) -> tuple[Load, ...]:
-    """Constant forces at points of moving links, in the axes of the drawing."""
+    """Return constant forces at points of moving links, in the axes of the drawing."""
     from exchange import Load
 
     loads = []
@@ -100,7 +100,7 @@ def _link(mechanism: Mechanism, name: str) -> Link:
 def _sliding(
     motion: Motion, members: Mapping[str, Any], called: Mapping[str, str], blocks: Collection[str], scale: float
 ) -> tuple[dict[str, Slot], dict[str, Slide]]:
-    """Slots of pins, and links that slide without turning, by the names of their sliders."""
+    """Return slots of pins and links that slide without turning, by name of their sliders."""
     from exchange import Slide, Slot
 
     slots, slides = {}, {}
@@ -128,7 +128,7 @@ def _joint(drive: PinDrive | SliderDrive, called: Mapping[str, str]) -> dict[str
 
 
 def _steady(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str], unit: str, scale: float) -> Drive:
-    """A drive with its speed if that is constant."""
+    """Return a drive with its constant speed, if any."""
     from exchange import Drive
 
     if not isinstance(law, ConstantSpeed):

@@ -1,4 +1,4 @@
-"""Sentences of the one-page print besides its figures: assumptions, and how the answer was checked."""
+"""Sentences of the one-page print: assumptions and checks."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from kinelast.scene.numbers import error_percent, quantity
 MOTIONS = {
     QUASI_STATIC: "links deflect under the loads of the rigid motion, without vibration",
     "elastodynamic": "links vibrate",
-    "geometrically-exact": "links vibrate and are displaced by any amount",
+    "geometrically-exact": "links vibrate, with large displacements",
 }
 BEAMS = {"Timoshenko": "beams with shear deformation", "Euler-Bernoulli": "beams without shear deformation"}
 
 
 def handout(figures: Mapping[str, Any]) -> dict[str, Any]:
-    """The `assumptions`, a list of sentences, and how it was `checked`, one sentence."""
+    """Return the sentences `assumptions` and the sentence `checked`."""
     return {"assumptions": assumptions(figures), "checked": checked(figures)}
 
 
 def assumptions(figures: Mapping[str, Any]) -> list[str]:
-    """Sentences on the theory, the drives, the loads, the materials, and effects left out."""
+    """Return sentences on theory, drives, loads, materials and neglected effects."""
     inputs, output, told_in = figures["inputs"], figures["output"] or {}, figures["told_in"]
 
     def size(row: Mapping[str, Any]) -> str:
@@ -40,7 +40,7 @@ def assumptions(figures: Mapping[str, Any]) -> list[str]:
         f"{name} {'' if row['steady'] else 'up to '}{size(row['speed'])}" for name, row in inputs["drives"].items()
     ]
     if drives:
-        said.append(f"Drives keep to their motion exactly: {', '.join(drives)}.")
+        said.append(f"Drives follow their motion exactly: {', '.join(drives)}.")
     pull = [f"{size(row)} in {way}" for way, row in inputs["gravity"].items() if row["value"]]
     loads = [f"{load['kind']} on {load['link']}" if load["link"] else load["kind"] for load in inputs["loads"]]
     said.append(f"Loads: inertia; gravity {', '.join(pull) or 'none'}; others: {', '.join(loads) or 'none'}.")
@@ -51,18 +51,18 @@ def assumptions(figures: Mapping[str, Any]) -> list[str]:
     if stuffs:
         said.append(f"Materials: {'; '.join(stuffs)}.")
     if output.get("guessed"):
-        said.append(f"The output was guessed: {output['kind']} {output['name']}.")
+        said.append(f"The output was chosen automatically: {output['kind']} {output['name']}.")
     if figures["not_computed"]:
         said.append(f"Not computed: {', '.join(figures['not_computed'])}.")
     return said
 
 
 def checked(figures: Mapping[str, Any]) -> str:
-    """How the answer was checked, and how far off its figures are."""
+    """Return a sentence on the error of the answer and its checks."""
     theory, words = figures["theory"], []
     if theory["error"] is not None:
-        worst = f" (worst: {theory['figure']})" if theory["figure"] else ""
-        words.append(f"Estimated error of the stated figures: at most {error_percent(theory['error'])}{worst}")
+        worst = f" ({theory['figure']})" if theory["figure"] else ""
+        words.append(f"Largest estimated error of the main figures: {error_percent(theory['error'])}{worst}")
     elif theory["problem"] and figures["links"]:
         words.append(f"Error unknown: {theory['problem']}")
     check = figures["check"]

@@ -1,4 +1,4 @@
-"""positions.csv, motion.csv and fields.npz: figures, motion and fields at every position."""
+"""positions.csv, motion.csv and fields.npz: figures, motion and fields at each position."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PER_TIME = ("", "/s", "/s^2")  # units of a coordinate's value and derivatives
 
 
 def position_table(results: Results) -> Table:
-    """The columns of positions.csv, each of shape (positions,), in the units of the report."""
+    """Return the columns of positions.csv, shape (positions,), in the units of the report."""
     motion, deflection = results.motion, results.deflection
     columns: dict[str, tuple[Any, str]] = {"time": (motion.time, "s")}
     for (name, coordinate, unit, _), values in zip(results.drive_words, motion.drive, strict=True):
@@ -56,10 +56,10 @@ def position_table(results: Results) -> Table:
 
 
 def cam_tables(scene: Scene) -> dict[str, Table]:
-    """The profile of every cam over one turn in its own axes, which are the ground's at the start, by names of files.
+    """Return the profile of each cam over one turn in its own axes, by file name.
 
-    By the angle that the cam has turned, in its sense; the pitch curve is of a roller. Of a groove `outer` is the other
-    flank.
+    At the start, these axes are those of the ground. Rows are by angle of rotation, in the sense of the cam. A roller
+    has a pitch curve, and a groove a second flank, `outer`.
     """
     tables = {}
     for name, cam in scene.cams.items():
@@ -80,9 +80,9 @@ def cam_tables(scene: Scene) -> dict[str, Table]:
 
 
 def motion_table(results: Results) -> Table:
-    """The columns of motion.csv, each of shape (positions,), in the units of the report.
+    """Return the columns of motion.csv, shape (positions,), in the units of the report.
 
-    Places, velocities and accelerations are those of rigid links; displacements, forces and efforts are the answer's.
+    Places, velocities and accelerations belong to rigid links; displacements, forces and efforts to the answer.
     """
     motion = results.motion
     columns = {**motion_columns(motion), **_displaced(results), **_effort_columns(results), **_force_columns(results)}
@@ -90,9 +90,9 @@ def motion_table(results: Results) -> Table:
 
 
 def motion_columns(motion: Motion) -> dict[str, tuple[Any, str]]:
-    """Columns of a motion of rigid links, by name with their units: drives, links, points and joints.
+    """Return the columns of a rigid motion with units, by name: drives, links, points and joints.
 
-    A link's angle `theta` has no jumps; `angle` or `slide` is the coordinate of a drive, or of a joint.
+    The angle `theta` of a link has no jumps. `angle` or `slide` is the coordinate of a drive or joint.
     """
     links = motion.mechanism.links
     columns: dict[str, tuple[Any, str]] = {"time": (motion.time, "s")}
@@ -120,7 +120,7 @@ def motion_columns(motion: Motion) -> dict[str, tuple[Any, str]]:
 
 
 def _displaced(results: Results) -> dict[str, tuple[Any, str]]:
-    """How far every named point is from its place on rigid links."""
+    """Return the displacements of the named points."""
     columns: dict[str, tuple[Any, str]] = {}
     for point, moved in results.displacements.items():
         columns |= _vector(f"{point}.d{{}}", moved, "m")
@@ -128,7 +128,7 @@ def _displaced(results: Results) -> dict[str, tuple[Any, str]]:
 
 
 def _effort_columns(results: Results) -> dict[str, tuple[Any, str]]:
-    """Effort of every drive, and the power that it gives to the mechanism."""
+    """Return effort and power of each drive."""
     columns: dict[str, tuple[Any, str]] = {}
     words = zip(results.drive_words, results.efforts, results.motion.drive_rate, strict=True)
     for (name, *_, unit), effort, rate in words:
@@ -137,10 +137,9 @@ def _effort_columns(results: Results) -> dict[str, tuple[Any, str]]:
 
 
 def joint_loads(results: Results) -> dict[tuple[str, int], tuple[Any, Any]]:
-    """Force [N], complex, and moment [N m] of every joint on each of its links, by joint and number of the link.
+    """Return complex force [N] and moment [N m] of each joint on each link, by joint and number of the link.
 
-    Where more than two links meet, it is what the pin does to the link, not to one of the others. Of a joint that takes
-    no moment it is the number 0.
+    If more than two links meet, it is the total action of the pin on the link. A joint without moment has the number 0.
     """
     loads: dict[tuple[str, int], tuple[Any, Any]] = {}
     forces = results.deflection.forces
@@ -152,7 +151,7 @@ def joint_loads(results: Results) -> dict[tuple[str, int], tuple[Any, Any]]:
 
 
 def _force_columns(results: Results) -> dict[str, tuple[Any, str]]:
-    """Force of every joint on each of its links, in the ground's axes and the link's own; its moment; shaking."""
+    """Return joint forces in the axes of ground and link, joint moments, and shaking loads."""
     motion, forces = results.motion, results.deflection.forces
     columns: dict[str, tuple[Any, str]] = {}
     for (name, link), (force, moment) in joint_loads(results).items():
@@ -169,7 +168,7 @@ def _force_columns(results: Results) -> dict[str, tuple[Any, str]]:
 
 
 def _table(columns: Mapping[str, tuple[Any, str]], results: Results) -> Table:
-    """Columns of every position, in the units of the report."""
+    """Return a table of columns in the units of the report."""
     wide = results.motion.columns
     made = (Column(name, np.broadcast_to(values, wide), unit) for name, (values, unit) in columns.items())
     return Table(tuple(made)).in_units(results.scene.report_units)
@@ -180,12 +179,12 @@ def _vector(name: str, values: Any, unit: str) -> dict[str, tuple[Any, str]]:
 
 
 def tables_of_positions(results: Results, with_motion: bool, patterns: Sequence[str]) -> dict[str, Table]:
-    """The tables with a row a position, by the names of their files.
+    """Return the tables with a row per position, by file name.
 
     Raises
     ------
     RequestError
-        No column of any of them fits a pattern.
+        A pattern matches no column.
     """
     tables = {"positions": position_table(results)}
     if with_motion:
@@ -199,17 +198,16 @@ def tables_of_positions(results: Results, with_motion: bool, patterns: Sequence[
 
 
 def append_table(path: Path, table: Table, first: bool) -> None:
-    """Rows behind those that are there, below their headings where they are the first."""
+    """Append rows to a file, with headings for the first rows."""
     with path.open("wb" if first else "ab") as file:
         file.write(csv_bytes(table, head=first))
 
 
 class FieldFile:
-    """All fields at equally spaced stations, in numpy's npz format, written as many positions at a time as there are.
+    """Writer of all fields at equally spaced stations in numpy's npz format, chunk by chunk.
 
-    Arrays: `t` [s], shape (positions,); per beam `LABEL/x` [m], shape (stations,), and `LABEL/N` and so on by the
-    keys of the main fields, shape (positions, stations). They grow in files of their own beside the one that they make
-    in the end.
+    Arrays: `t` [s], shape (positions,); per beam `LABEL/x` [m], shape (stations,), and the main fields, such as
+    `LABEL/N`, shape (positions, stations). They grow in temporary files.
     """
 
     def __init__(self, path: Path, positions: int, stations: int) -> None:
@@ -218,7 +216,7 @@ class FieldFile:
         self._parts: dict[str, Path] = {}
 
     def add(self, results: Results) -> None:
-        """The fields at the next positions."""
+        """Append the fields at the next positions."""
         labels = results.scene.labels
         self._append("t", results.motion.time, self._shape[:1])
         for label, length in zip(labels, results.deflection.length, strict=True):
@@ -229,7 +227,7 @@ class FieldFile:
                 self._append(f"{label}/{field}", values, self._shape)
 
     def close(self) -> None:
-        """Make one file of all."""
+        """Combine the arrays in one file."""
         import zipfile
 
         with zipfile.ZipFile(self._path, "w") as archive:
@@ -249,7 +247,7 @@ class FieldFile:
 
 
 def write_fields(path: Path, results: Results, stations: int) -> None:
-    """The fields of a run at hand, as a `FieldFile`."""
+    """Write the fields of a run, see `FieldFile`."""
     file = FieldFile(path, len(results.motion.time), stations)
     file.add(results)
     file.close()

@@ -1,4 +1,4 @@
-"""One page to print and to hand on, as PDF: verdict, picture, figures that decide, limits, assumptions, checks."""
+"""One-page print as PDF: verdict, picture, main figures, limits, assumptions, checks."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from kinelast.outputs.pictures import draw_mechanism
 from kinelast.outputs.words import LEVELS, error_words, limit_rows, verdict_words
 from kinelast.scene.numbers import number, quantity
 
-PAPER, MARGIN = 8.27 + 11.69j, 0.6  # inches, A4
-LEAST_PICTURE, MOST_PICTURE, GAP = 1.5, 4.6, 0.12  # inches
-LETTER, LINE = 0.55, 1.35  # width of a letter and height of a line, of the size of the letters
+PAPER, MARGIN = 8.27 + 11.69j, 0.6  # [in] A4
+LEAST_PICTURE, MOST_PICTURE, GAP = 1.5, 4.6, 0.12  # [in]
+LETTER, LINE = 0.55, 1.35  # width of a letter and height of a line, relative to the font size
 MOST_LIMITS = 12
-MOST_LINES = 3  # of the title, and of what the scene says about itself
+MOST_LINES = 3  # of the title and the source
 GREEN, RED, AMBER = "#1c6b3a", "#a8201a", "#8a5200"
 
 
 @dataclass(frozen=True)
 class Paragraph:
-    """Words of one size [points], colour and weight, with the room above them [inches]."""
+    """Words of one size [pt], colour and weight, with the space above [in]."""
 
     words: str
     size: float = 8.5
@@ -44,12 +44,12 @@ class Paragraph:
 
     @property
     def height(self) -> float:
-        """Height with the room above [inches]."""
+        """Height with the space above [in]."""
         return self.above + len(self.lines) * self.size * LINE / 72
 
 
 def write_page(path: Path, results: Results, figures: Mapping[str, Any]) -> None:
-    """Write the page as PDF; the picture takes the room that the words leave."""
+    """Write the page as PDF. The picture fills the remaining space."""
     from matplotlib import rc_context
     from matplotlib.backends.backend_pdf import FigureCanvasPdf
     from matplotlib.figure import Figure
@@ -69,7 +69,7 @@ def write_page(path: Path, results: Results, figures: Mapping[str, Any]) -> None
 
 
 def _write(figure: Any, paragraphs: list[Paragraph], top: float) -> float:
-    """Write paragraphs from a height on downwards [inches]; the height that is reached."""
+    """Write paragraphs downwards from a height [in], and return the reached height."""
     for each in paragraphs:
         top -= each.above
         for line in each.lines:
@@ -81,7 +81,7 @@ def _write(figure: Any, paragraphs: list[Paragraph], top: float) -> float:
 
 
 def _head(figures: Mapping[str, Any]) -> Iterator[Paragraph]:
-    """Title and verdict."""
+    """Yield title and verdict."""
     scene, accepted, trust = figures["scene"], figures["acceptance"], figures["reliability"]
     yield Paragraph(scene["title"], 15, weight="bold", most=MOST_LINES)
     yield Paragraph(scene["source"], 7.5, SOFT, most=MOST_LINES)
@@ -93,32 +93,29 @@ def _head(figures: Mapping[str, Any]) -> Iterator[Paragraph]:
 
 
 def _foot(figures: Mapping[str, Any]) -> Iterator[Paragraph]:
-    """Figures that decide, limits, assumptions, checks, and the scene's hash."""
+    """Yield main figures, limits, assumptions, checks, and the scene's checksum."""
     yield from (Paragraph(words) for words in _figures(figures))
     rows = limit_rows(figures)
     if rows:
-        yield Paragraph("Limits and how much of them is used", 10, weight="bold", above=GAP)
+        yield Paragraph("Limits and their use", 10, weight="bold", above=GAP)
     for words, used, outcome in rows[:MOST_LIMITS]:
         share = "?" if used is None else f"{number(100 * used, 3)} %"
         yield Paragraph(f"{share}  {words}: {outcome}", colour={KEPT: INK, BROKEN: RED}.get(outcome, AMBER))
     if len(rows) > MOST_LIMITS:
-        yield Paragraph(f"{len(rows) - MOST_LIMITS} more, each used less.", colour=SOFT)
-    told = handout(figures)
+        yield Paragraph(f"{len(rows) - MOST_LIMITS} more limits, each used less.", colour=SOFT)
+    words = handout(figures)
     yield Paragraph("Assumptions", 10, weight="bold", above=GAP)
-    yield from (Paragraph(words, most=MOST_LINES) for words in told["assumptions"])
+    yield from (Paragraph(each, most=MOST_LINES) for each in words["assumptions"])
     yield Paragraph("Checked", 10, weight="bold", above=GAP)
-    yield Paragraph(f"{told['checked'][:1].upper()}{told['checked'][1:]}", most=MOST_LINES)
+    yield Paragraph(f"{words['checked'][:1].upper()}{words['checked'][1:]}", most=MOST_LINES)
     made = figures["made_from"]["sha256"]
-    yield Paragraph(f"kinelast {figures['kinelast']}; scene {scene_name(figures)}, SHA-256 {made}", 7, SOFT, above=GAP)
-
-
-def scene_name(figures: Mapping[str, Any]) -> str:
-    """The scene's name."""
-    return str(figures["scene"]["name"])
+    yield Paragraph(
+        f"kinelast {figures['kinelast']}; scene {figures['scene']['name']}, SHA-256 {made}", 7, SOFT, above=GAP
+    )
 
 
 def _figures(figures: Mapping[str, Any]) -> Iterator[str]:
-    """Sentences on stress and safety, the output, and the drives."""
+    """Yield sentences on stress and safety, output, and drives."""
     told_in = figures["told_in"]
 
     def size(row: Mapping[str, Any]) -> str:
@@ -126,8 +123,8 @@ def _figures(figures: Mapping[str, Any]) -> Iterator[str]:
 
     if stress := figures["largest_stress"]:
         safety = figures["strength"][stress["label"]]["safety_factor"]["value"]
-        told = "not known" if safety is None else number(safety, 3)
-        yield f"Largest stress {size(stress)} in {stress['member']}; its safety against yield {told}."
+        factor = "unknown" if safety is None else number(safety, 3)
+        yield f"Largest stress {size(stress)} in {stress['member']}; safety against yield {factor}."
     if moved := figures["largest_deflection"]:
         yield f"Largest deflection {size({**moved, 'value': abs(moved['value'])})} of {moved['member']}."
     if (output := figures["output"]) and output["value"] is not None:

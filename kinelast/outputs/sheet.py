@@ -1,4 +1,4 @@
-"""The symbols of a mechanism on matplotlib axes: plates and bars, pins, supports, sliders, drives, names."""
+"""Symbols of a mechanism on matplotlib axes: plates, bars, pins, supports, sliders, drives, names."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FLAT = 1e-6
 
 
 class MechanismAxes:
-    """A mechanism in one posture, and the size of its symbols.
+    """Drawing of a mechanism in one posture, and the size of its symbols.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class MechanismAxes:
         } | {GROUND: INK}
 
     def _shortest(self) -> float:
-        """Least distance of two points of a link: symbols are not to cover it."""
+        """Smallest distance between points of a link, which symbols may not cover."""
         ways = [
             abs(self.places[link.name, one] - self.places[link.name, other])
             for link in self.mechanism.links
@@ -77,15 +77,15 @@ class MechanismAxes:
         return {point: links for point, links in carried.items() if len(links) > 1}
 
     def draw(self) -> None:
-        """Everything, from the back to the front."""
-        # The longest first: a short link that lies on it stays seen.
+        """Draw everything from back to front."""
+        # longest first, so that a short link on top of it stays visible
         for name in sorted(self.colors, key=self._span, reverse=True):
             if name != GROUND:
                 self._link(name)
         self.draw_joints()
 
     def draw_joints(self) -> None:
-        """Joints, drives and the names of points: all that lies on top of the links, wherever these are drawn."""
+        """Draw joints, drives and names of points on top of the links."""
         for slider in self.mechanism.sliders:
             self._slider(slider)
         for point, links in self.pins.items():
@@ -100,12 +100,12 @@ class MechanismAxes:
             self._point_name(owner, point)
 
     def _span(self, name: str) -> float:
-        """Greatest distance of a link's points from its first."""
+        """Return the greatest distance of a link's points from its first point."""
         spots = [place for (link, _), place in self.places.items() if link == name]
         return max(abs(spot - spots[0]) for spot in spots)
 
     def _link(self, name: str) -> None:
-        """A line through the points of a link, or its convex outline where they span a plate."""
+        """Draw a line through the points of a link, or the convex outline of a plate."""
         color = self.colors[name]
         spots = [place for (link, _), place in self.places.items() if link == name]
         hull = _hull(spots)
@@ -123,7 +123,7 @@ class MechanismAxes:
             self.beside(spots[0], -2.5j * self.unit * (block or 1.0), name, color=color, fontsize=10)
 
     def _block_line(self, point: str) -> complex | None:
-        """Direction of the slider with its block at a point, to the right or up."""
+        """Return the direction of the slider with its block at a point, to the right or up."""
         for slider in self.mechanism.sliders:
             if slider.point == point:
                 along = self._along(slider)
@@ -145,14 +145,14 @@ class MechanismAxes:
         self._circle(place, 0.55 * self.unit, facecolor=PAPER, edgecolor=INK, linewidth=1.5, zorder=6)
 
     def _support(self, place: complex) -> None:
-        """The triangle of a fixed pin, with the ground's hatching below."""
+        """Draw the triangle of a fixed pin with hatched ground."""
         foot, half = -2.0j * self.unit, 1.3 * self.unit
         corners = [place, place + foot - half, place + foot + half]
         self._patch(corners, facecolor=PAPER, edgecolor=INK, linewidth=1.4, zorder=4)
         self._hatched(place + foot, 1.0, 2.1 * self.unit)
 
     def _hatched(self, middle: complex, along: complex, half: float) -> None:
-        """A line of the ground, hatched on its right."""
+        """Draw a ground line with hatching on its right."""
         from matplotlib.collections import LineCollection
 
         ends = [middle - half * along, middle + half * along]
@@ -162,7 +162,7 @@ class MechanismAxes:
         self.axes.add_collection(LineCollection(strokes, colors=INK, linewidths=0.8, zorder=4))
 
     def _slider(self, slider: Slider) -> None:
-        """The line, and the block on it; on the ground two hatched rails."""
+        """Draw the line and its block, with two hatched rails on the ground."""
         place = self.places[slider.link, slider.point]
         along = self._along(slider)
         color = self.colors[slider.link]
@@ -181,7 +181,7 @@ class MechanismAxes:
         return (-half, -high), (half, -high), (half, high), (-half, high)
 
     def _drive(self, drive: Any) -> None:
-        """An arrow round a driven pin, or along a driven slider."""
+        """Draw an arrow around a driven pin or along a driven slider."""
         style = {"arrowstyle": "-|>", "color": INK, "linewidth": 1.3, "mutation_scale": 11, "zorder": 7}
         if drive.turns:
             place, radius = self.places[drive.link, drive.at], 2.1 * self.unit
@@ -197,7 +197,7 @@ class MechanismAxes:
         self.axes.annotate("", _xy(end), _xy(start), arrowprops={**style, "shrinkA": 0, "shrinkB": 0}, zorder=7)
 
     def _point_name(self, link: str, point: str) -> None:
-        """Name of a joint once, of a traced point with a dot."""
+        """Draw the name of each joint once, and that of a traced point with a dot."""
         shared = self.pins.get(point, [link])
         if shared[0] != link:
             return
@@ -211,7 +211,7 @@ class MechanismAxes:
             self.beside(place, 2.5j * self.unit * block, point, color=INK, fontsize=11, fontweight="bold")
 
     def _aside(self, point: str, place: complex) -> complex:
-        """Where there is room beside a joint: away from the links that leave it, and from its support."""
+        """Return a free direction at a joint, away from its links and its support."""
         ways = []
         for link in self.pins.get(point, [name for name, other in self.places if other == point]):
             others = [spot for (name, other), spot in self.places.items() if name == link and other != point]
@@ -238,7 +238,7 @@ class MechanismAxes:
         self.axes.add_patch(Circle(_xy(place), radius, **style))
 
     def beside(self, place: complex, offset: complex, words: str, **style: Any) -> None:
-        """Words that begin or end at an offset from a place, so that they keep off it."""
+        """Draw words at an offset from a place."""
         lean = offset.real / abs(offset)
         side = "center" if abs(lean) < 0.35 else "left" if lean > 0 else "right"
         self._text(place + offset, words, ha=side, **style)
@@ -254,7 +254,7 @@ def _xy(place: complex) -> tuple[float, float]:
 
 
 def _hull(places: list[complex]) -> list[complex]:
-    """Corners of the convex outline, counter-clockwise; the two ends of points in one line."""
+    """Return the corners of the convex outline counter-clockwise, or the two ends of collinear points."""
     spots = sorted(set(places), key=lambda place: (place.real, place.imag))
     if len(spots) < 3:
         return spots

@@ -1,4 +1,4 @@
-"""Pages that need nothing else: of a scene (report.html), its designs (designs.html), a folder (index.html)."""
+"""Self-contained pages of a scene (report.html), its designs (designs.html) and a folder (index.html)."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ SCRIPTS = ("numbers", "dom", "fold", "theme", "arrays", "scene", "motion", "tabl
 def report_page(
     results: Results, figures: dict[str, Any], gist: str = "", handout: Mapping[str, Any] | None = None
 ) -> bytes:
-    """The page of a scene, UTF-8: it needs nothing but itself and asks for nothing.
+    """Return the self-contained page of a scene, UTF-8.
 
     Parameters
     ----------
     figures
-        The summary, see `kinelast.figures.summary.summary`: the page prints no other figures than these.
+        Summary with all printed figures, see `kinelast.figures.summary.summary`.
     gist
-        The answer in one line, for readers without a script.
+        Answer in one line, for browsers without scripts.
     handout
         Words of the one-page print, see `kinelast.outputs.handout.handout`.
     """
@@ -78,31 +78,31 @@ def report_policy() -> str:
 
 
 def filled(body: str, scripts: tuple[str, ...], parts: Mapping[str, bytes]) -> bytes:
-    """A page from its body and scripts: names in double braces are replaced, once, by parts that are markup already."""
+    """Return a page from its body and scripts. Names in double braces are replaced once by parts, which are markup."""
     parts = {**parts, "style": _style("charts" in scripts), "script": _script(scripts)}
     return b"".join(parts[piece.decode()] if number % 2 else piece for number, piece in enumerate(_pieces(body)))
 
 
 def as_data(value: Any) -> bytes:
-    """JSON that may stand in a page: no text of it can end the element that holds it."""
+    """Return JSON for a page, without text that could end its element."""
     return json_bytes(value).replace(b"<", b"\\u003c")
 
 
 def text_of(words: str) -> bytes:
-    """Words as text of a page, never as markup."""
+    """Return words as escaped text of a page."""
     return escape(words).encode("utf-8", "replace")
 
 
 @cache
 def _pieces(body: str) -> list[bytes]:
-    """The shell of all pages with a body, cut at the names of its parts."""
+    """Return the common shell with a body, split at the names of its parts."""
     shell, _, end = (WEB / "shell.html").read_bytes().partition(b"{{body}}")
     return re.split(rb"\{\{(\w+)\}\}", shell + (WEB / body).read_bytes() + end)
 
 
 @cache
 def _script(names: tuple[str, ...]) -> bytes:
-    """Return scripts joined into one, without comments and indents."""
+    """Return the concatenated scripts without comments and indents."""
     whole = b"\n".join((WEB / f"{name}.js").read_bytes() for name in names)
     return re.sub(rb"(?m)^[ \t]*(//.*\n|/\*\*.*\*/\n)?", b"", whole)
 
@@ -114,12 +114,12 @@ def _style(charts: bool) -> bytes:
 
 @cache
 def _chart_library() -> bytes:
-    """uPlot's script, compressed; the browser inflates it."""
+    """Return uPlot's script, compressed for the browser."""
     return b64encode(zlib.compress((_library() / "uPlot.iife.js").read_bytes()))
 
 
 def _library() -> Path:
-    """Where uPlot's files are: here in a wheel; else in the package that carries them, which imports IPython itself."""
+    """Return the folder of uPlot's files: this one in a wheel, otherwise that of its package."""
     if (WEB / "uPlot.iife.js").is_file():
         return WEB
     found = find_spec("uplot")
@@ -128,24 +128,24 @@ def _library() -> Path:
     return Path(found.submodule_search_locations[0]) / "static"
 
 
-MARK = b'<script type="application/json" id="rows">'  # by which a page of this program is known
+MARK = b'<script type="application/json" id="rows">'  # identifies a page of this program
 INDEX_SCRIPTS = ("numbers", "dom", "theme", "index")
-INDEX_TITLE = b"All scenes"  # whatever the folder is called: a batch made anew is the same byte for byte
+INDEX_TITLE = b"All scenes"  # independent of the folder, so that equal batches have equal bytes
 
 
 def index_page(
     out: Path, head: Sequence[str], rows: Sequence[Sequence[str]], seconds: Mapping[str, float] | None = None
 ) -> bytes:
-    """The page of a folder of results, UTF-8: the rows of its summary.csv, linked to the scenes' own pages.
+    """Return the page of a folder of results, UTF-8: rows of summary.csv with links to the scenes' pages.
 
     Parameters
     ----------
     out
-        The folder; a row is linked where its report is there.
+        Folder with the reports.
     head, rows
-        Of summary.csv: the first column names the scene's folder in `out`.
+        Content of summary.csv, with the scene's folder in the first column.
     seconds
-        That scenes took, by their folders, where they were computed just now.
+        Computing times of new results, by folder.
     """
     taken = {name: round(time, 4) for name, time in (seconds or {}).items()}
     reports = [row[0] for row in rows if (out / row[0] / "report.html").is_file()]
@@ -154,9 +154,9 @@ def index_page(
 
 
 DESIGN_SCRIPTS = ("numbers", "dom", "theme", "arrays", "design_data", "scatter", "parallel", "design_table", "designs")
-SHOWN = 10_000  # designs that a page holds: of more, the fronts and a random part
-FRONTS = 6  # figures of which every pair has its front among those
-GREATER = frozenset(  # figures that are better large
+SHOWN = 10_000  # designs of a page: of more, the fronts and a random part
+FRONTS = 6  # figures with a front for each pair
+GREATER = frozenset(  # figures that are better if larger
     ("safety", "transmission_angle", "reach", "limits_kept", "limits_margin", "output_travel")
 ).union(each.key for each in (*BEARINGS.figures, *FATIGUE.figures, *CAM_FIGURES) if each.over == LEAST)
 
@@ -176,38 +176,38 @@ def designs_page(
     told_in: ToldIn = SI,
     answered: Mapping[int, Mapping[str, Any]] | None = None,
 ) -> bytes:
-    """The page of many designs, UTF-8: it needs nothing but itself and asks for nothing.
+    """Return the self-contained page of many designs, UTF-8.
 
     Parameters
     ----------
     title
-        Of the scene.
+        Title of the scene.
     columns
-        By name the values of all designs, shape (designs,), nan where unknown.
+        Values of all designs by name, shape (designs,), nan if unknown.
     units
-        By the same names.
+        Units by name.
     reasons
-        Per design why it has no figures; empty where all is well.
+        Reason why a design has no figures, otherwise empty.
     numbers, figures
-        Names of the columns that were changed, as paths in the scene, and of those that came out of it.
+        Names of varied numbers, as paths in the scene, and of resulting figures.
     best
-        Number of the design that was found best, counted from 0.
+        Number of the best design, counted from 0.
     sensitivities
-        Per figure, by how many per cent it grows where a number grows by 1 %.
+        Growth of each figure in per cent if a number grows by 1 %.
     pages
-        Addresses of the pages of single designs, beside this one, by their numbers.
+        Addresses of pages of single designs, by number.
     scene, options
-        What the command calls the scene, and the options by which a design's single run has the figures of this page:
-        designs without a page are told the commands that make it.
+        Name of the scene for the command, and options that reproduce a design's figures. The page shows these commands
+        for designs without a page.
     told_in
-        Units that the scene's quantities are told in.
+        Units of the scene.
     answered
-        Full answers by the numbers of their designs: `theory`, `verdict`, and `figures` with `value` and `error`.
+        Full answers by number of the design: `theory`, `verdict`, and `figures` with `value` and `error`.
 
     Raises
     ------
     ValueError
-        Columns of unlike lengths, or a name without its column.
+        Columns have different lengths, or a name has no column.
     """
     count = len(reasons)
     for name in (*numbers, *figures):
@@ -249,7 +249,7 @@ def designs_page(
 
 
 def first_axes(numbers: Sequence[str], figures: Sequence[str]) -> list[str]:
-    """Columns that a page shows at first, across and up: one number against a figure, or two figures.
+    """Return the first two columns of a page: a number against a figure, or two figures.
 
     Examples
     --------
@@ -265,17 +265,17 @@ def first_axes(numbers: Sequence[str], figures: Sequence[str]) -> list[str]:
 
 
 def is_greater(figure: str) -> bool:
-    """Whether a figure is better the larger it is."""
+    """Return whether a figure is better if larger."""
     return figure.split(".", maxsplit=1)[0] in GREATER
 
 
 def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Integers:
-    """Numbers of the designs that a page holds: all, or the fronts of pairs of figures, the best, and a random part.
+    """Return the numbers of the designs of a page: all, or fronts of pairs of figures, the best, and a random part.
 
     Parameters
     ----------
     figures
-        Per figure its values, shape (designs,), less being better; the first ones have fronts.
+        Values of each figure, shape (designs,), smaller is better. The first ones have fronts.
     """
     if count <= SHOWN:
         return np.arange(count)
@@ -291,7 +291,7 @@ def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Intege
 
 
 def front(first: Reals, second: Reals) -> Integers:
-    """Pareto front of two figures, shape (designs,), less being better: numbers of its designs, by the first figure.
+    """Return the Pareto front of two figures, shape (designs,), smaller is better: numbers by the first figure.
 
     Examples
     --------

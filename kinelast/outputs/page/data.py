@@ -1,4 +1,4 @@
-"""Data of a scene's page: polynomials, motion and forces as numbers, and the parts that they belong to as JSON."""
+"""Data of a scene's page: polynomials, motion and forces as numbers, and parts of the mechanism as JSON."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ from kinelast.scene.parts.motors import motor_speed, motor_torque
 from rigid import Spring, TorsionSpring
 from rigid.arrays import Integers, Reals
 
-BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out
+BUDGET = 2_400_000  # [bytes] of numbers, beyond which positions are thinned out
 STORED = ("N", "M", "u", "w")
-INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}  # as many times integrated, over a rigidity
+INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}  # source, number of integrations, and rigidity
 FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of the stored fields, unless a beam is cut, sheared or has couples
-EVALUATED = ("chord", "axial", "left", "right", "shear")  # of these by formulas of scene.js
+EVALUATED = ("chord", "axial", "left", "right", "shear")  # by formulas of scene.js
 OUTLINE = 360  # points of a cam
-CAM_ROWS: dict[str, Callable[[Cycle, str], Any]] = {  # values of every cam at every position
+CAM_ROWS: dict[str, Callable[[Cycle, str], Any]] = {  # values of each cam at each position
     "cam_turn": lambda cycle, name: cam_flanks(cycle, name)[0].turn,
     "cam_pressure_angle": lambda cycle, name: cam_flanks(cycle, name)[0].pressure_angle,
     "cam_force": cam_force,
     "cam_torque": cam_torque,
     "cam_pressure": cam_pressure,
 }
-ROUND = 1e-6  # share of its radius that the pitch point of a wheel may wander
+ROUND = 1e-6  # largest variation of a pitch radius, relative to it
 EPS = float(np.finfo(float).eps)
-REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")  # what the page knows of a field
+REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")  # attributes of a field
 
 
 def add_fields(store: Numbers, results: Results, taken: Any) -> None:
-    """Store the coefficients of the fields, but those that follow from others by integration, to round-off."""
+    """Store the coefficients of the fields, except those that follow by integration."""
     bent, fields = results.deflection, field_coefficients(results)
     for field, values in fields.items():
         name, kept = f"field.{field}", len(values)
@@ -60,7 +60,7 @@ def add_fields(store: Numbers, results: Results, taken: Any) -> None:
 
 
 def _integrates(values: Any, source: Any, count: int, factors: Any) -> bool:
-    """Whether coefficients are those of another field so many times integrated, to the last digits."""
+    """Return whether coefficients are those of another field, integrated `count` times, up to round-off."""
     if len(values) != len(source) + count or not np.isfinite(factors).all():
         return False
     products = [math.prod(range(k + 1, k + count + 1)) for k in range(len(source))]
@@ -70,9 +70,10 @@ def _integrates(values: Any, source: Any, count: int, factors: Any) -> bool:
 
 
 def field_coefficients(results: Results) -> dict[str, Any]:
-    """Fields in powers of the way along a piece of a beam, from 0 to 1: shape (coefficients, pieces, positions).
+    """Return fields in powers of the coordinate along a piece, 0 to 1, shape (coefficients, pieces, positions).
 
-    Of `FOLLOWING` only those that do not follow by derivation. A field that the script has no formula for is stored.
+    Fields of `FOLLOWING` are included only if they do not follow by differentiation, other fields if the script has no
+    formula for them.
     """
     bent = results.deflection
     sheared = any(np.isfinite(section.kGA) for section in bent.sections)
@@ -85,7 +86,7 @@ def field_coefficients(results: Results) -> dict[str, Any]:
 
 
 def kept_positions(results: Results) -> Integers:
-    """Numbers of the positions that the page holds: all, or every so many and those of the peaks."""
+    """Return the numbers of the positions in the page: all, or a regular selection and those of the peaks."""
     count, beams, links = len(results.motion.time), len(results.scene.labels), len(results.mechanism.links)
     joints = len(results.deflection.forces.force)
     doubles = 23 * beams + 12 * links + 3 * joints + 3 * len(results.mechanism.drives)
@@ -100,7 +101,7 @@ def kept_positions(results: Results) -> Integers:
 
 
 def numbers_of(results: Results, kept: Any) -> Numbers:
-    """All arrays of the page at the positions `kept`."""
+    """Return all arrays of the page at the positions `kept`."""
     motion, bent, store = results.motion, results.deflection, Numbers()
     count = len(motion.time)
     every = len(kept) == count
@@ -140,7 +141,7 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
 
 
 def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
-    """The parts that the arrays belong to: links, beams, joints, drives, as plain data."""
+    """Return links, beams, joints and drives of the arrays as plain data."""
     mechanism, bent = results.mechanism, results.deflection
     return {
         "fields": [{name: getattr(field, name) for name in REGISTERED} for field in FIELDS.values()],
@@ -196,7 +197,7 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
 
 
 def _cams(results: Results) -> Iterator[dict[str, Any]]:
-    """Per cam its shaft and its follower, and over a turn its pitch curve and its flanks in its own axes."""
+    """Yield shaft, follower, pitch curve and flanks of each cam in its own axes."""
     for name, cam in results.scene.cams.items():
         flanks = cam_outline(results.scene, name, OUTLINE)
         yield {
@@ -213,7 +214,7 @@ def _cams(results: Results) -> Iterator[dict[str, Any]]:
 
 
 def _springs(results: Results) -> Iterator[dict[str, Any]]:
-    """Per spring its two ends, or the pin that it turns about."""
+    """Yield the two ends of each spring, or the pin of a torsion spring."""
     index = results.mechanism.index
     for load in results.mechanism.loads:
         if isinstance(load, Spring):
@@ -223,7 +224,7 @@ def _springs(results: Results) -> Iterator[dict[str, Any]]:
 
 
 def _gears(results: Results) -> Iterator[list[dict[str, Any]]]:
-    """Per gear its driver and its follower: the link, the point that it turns about, and the pitch circle's radius."""
+    """Yield driver and follower of each gear: link, centre and pitch radius."""
     for place in results.motion.places:
         if place.joint.gear is None:
             continue
@@ -238,21 +239,21 @@ def _gears(results: Results) -> Iterator[list[dict[str, Any]]]:
 
 
 def _radius(reach: Any) -> float | None:
-    """Length of an arm that is the same at all positions [m]."""
+    """Return the length of an arm if it is constant [m]."""
     sizes = np.abs(np.ravel(reach)) if reach is not None else np.zeros(0)
     sizes = sizes[np.isfinite(sizes)]
     return float(sizes[0]) if sizes.size and np.ptp(sizes) <= ROUND * sizes[0] else None
 
 
 def _joint_points(results: Results) -> Iterator[tuple[int, str]]:
-    """Per joint the number of a link and its point where the force acts: of a slider, the block."""
+    """Yield the link and point at which each joint force acts, the block for a slider."""
     for joint in results.motion.structure.joints:
         link = joint.child if joint.child_point else joint.parent
         yield link, joint.point(link) or ""
 
 
 def _beams(results: Results) -> list[dict[str, Any]]:
-    """Per beam: label, link, ends, length, and the factors from N, V and M to stresses along it."""
+    """Return label, link, ends, length and section of each beam."""
     rows, members = [], members_of(results.mechanism)
     for number, label in enumerate(results.scene.labels):
         at, beam = results.mechanism.beams[number]
@@ -279,7 +280,7 @@ def _beams(results: Results) -> list[dict[str, Any]]:
 
 
 def _member(members: BeamRuns, number: int) -> dict[str, Any]:
-    """Ends of a beam's member, each as beam, xi and sign across this beam; where the beam begins on it, how it goes."""
+    """Return the ends of a beam's member, as beam, xi and sign of w, and the start and length of the beam on it."""
     run = members.runs[members.number[number]]
     at = run.beams.index(number)
     ends = (
@@ -294,7 +295,7 @@ def _member(members: BeamRuns, number: int) -> dict[str, Any]:
 
 
 def _first(value: Any) -> float:
-    """The one value of a number of a section; nan becomes null."""
+    """Return the single value of an array."""
     return float(np.ravel(value)[0])
 
 
@@ -303,20 +304,19 @@ def _pair(place: Any) -> tuple[float, float]:
     return size.real, size.imag
 
 
-PACKED = 400_000  # bytes of numbers from which they are compressed: below, the time is worth more
+PACKED = 400_000  # [bytes] of numbers from which compression pays
 
 
 class Numbers:
-    """Rows one behind the other, over positions or designs, and the shapes of the arrays that they belong to.
+    """Arrays over positions or designs, stored as consecutive rows.
 
     Attributes
     ----------
     places
-        By name: "d" (float64) or "f" (float32); shape without the last axis; whether they are complex, their parts rows
-        of their own; per row its value where that is the same all along, None where the row is stored.
+        By name: "d" (float64) or "f" (float32); shape without the last axis; whether complex, with separate rows for
+        both parts; for each row its constant value, or None for a stored row.
     integrals
-        By name of an array of coefficients, of which field's all but the first follow by integration, how many times,
-        and the factor for every piece.
+        By name of coefficients: the field that is integrated, the number of integrations, and a factor per piece.
     """
 
     def __init__(self) -> None:
@@ -325,7 +325,7 @@ class Numbers:
         self._parts: dict[str, list[Any]] = {"d": [], "f": []}
 
     def add(self, name: str, values: Any, kind: str = "d") -> None:
-        """Put an array behind the others of its kind."""
+        """Append an array to those of its kind."""
         values = np.asarray(values)
         shape, vectors = values.shape[:-1], np.iscomplexobj(values)
         rows = np.stack([values.real, values.imag], axis=-2) if vectors else values
@@ -337,9 +337,9 @@ class Numbers:
         self._parts[kind].append(np.ascontiguousarray(rows[~alike], "<f8" if kind == "d" else "<f4"))
 
     def bytes(self) -> tuple[bytes, bool]:
-        """All float64, then all float32, little-endian; and whether they are packed.
+        """Return all float64, then all float32 numbers, little-endian, and whether they are packed.
 
-        Packed: the first bytes of all numbers of a kind, then the second ones and so on, deflated: they are more alike.
+        Packed numbers are sorted by byte position before compression, because equal positions are similar.
         """
         whole = [np.concatenate([part.ravel() for part in parts] or [np.zeros(0)]) for parts in self._parts.values()]
         if sum(part.nbytes for part in whole) <= PACKED:
