@@ -113,7 +113,7 @@ def _nonlinear(
         estimate,
         refined.mesh,
         refined.step,
-        _besides(results, largest.max(initial=0.0) / np.where(base > 0, base, 1.0)),
+        _allowance(results, largest.max(initial=0.0) / np.where(base > 0, base, 1.0)),
         _measured(results, refined),
     )
 
@@ -153,7 +153,7 @@ def _of_points(mechanism: Mechanism, names: Sequence[str], moved: Mapping[str, R
     return greatest
 
 
-def _besides(results: Results, smaller: Reals) -> dict[str, float]:
+def _allowance(results: Results, smaller: Reals) -> dict[str, float]:
     """Return additional discretization errors of the beams, relative to their own deflections.
 
     Parameters

@@ -78,7 +78,7 @@ class NonlinearCheck:
     estimate: float
     mesh: float
     step: float
-    besides: Mapping[str, float] = field(default_factory=dict)
+    allowance: Mapping[str, float] = field(default_factory=dict)
     measured: Measured = field(default_factory=Measured)
 
     @property
@@ -104,7 +104,7 @@ class NonlinearCheck:
     @property
     def _beyond(self) -> float:
         """Difference of the worst beam minus its bound."""
-        off = ((each, self.estimate + self.besides.get(label, 0.0)) for label, each in self.difference.items())
+        off = ((each, self.estimate + self.allowance.get(label, 0.0)) for label, each in self.difference.items())
         return max((each - allowed_difference(own) for each, own in off), default=-allowed_difference(self.estimate))
 
     @property

@@ -128,17 +128,17 @@ def _draw_curves(axes: Any, axis: Axis, chart: Chart) -> str:
 def field_maps(
     axis: Axis, labels: Sequence[str], fields: Mapping[str, tuple[Any, Sequence[str]]], columns: int = 0
 ) -> str:
-    """Fields along beams (up) over the cycle (across) as one SVG, a column for each field.
+    """Return fields along beams (up) over the cycle (across) as one SVG, with a column for each field.
 
     Parameters
     ----------
     labels
-        Of the beams, one to a row.
+        Labels of the beams, one per row.
     fields
-        By what stands above the column: values of shape (beams, positions, stations), and the range of each beam in
-        words. The colours of every map span plus and minus its own greatest magnitude; nan is grey.
+        By heading of the column: values, shape (beams, positions, stations), and the range of each beam in words. The
+        colours of a map span plus and minus its greatest magnitude, and nan is grey.
     columns
-        For how many fields there is room at least, so that several of these are of one width.
+        Minimum number of columns, for pictures of equal width.
     """
     from matplotlib import rc_context
     from matplotlib.figure import Figure
@@ -176,11 +176,11 @@ def _marks(axis: Axis) -> list[tuple[float, str]]:
 
 
 def mosaic(fields: Sequence[Any]) -> Any:
-    """One picture of fields of shape (beams, positions, stations), beside one another, a row for each beam.
+    """Return one picture of fields, shape (beams, positions, stations), with a row for each beam.
 
     Returns
     -------
-    Shape (rows, columns, 4), bytes: positive blue, negative red as in the diagrams, nan grey, clear between the maps.
+    Bytes, shape (rows, columns, 4): positive blue, negative red, nan grey, transparent between the maps.
     """
     from matplotlib import colormaps
 

@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from exchange import Drawing, Drive, Gear, Load, Slide, Slot
     from rigid import Gear as Wheels
 
-POSITIONS = 360  # of a cycle, in which the travel of pins in slots is looked for
+POSITIONS = 360  # of a cycle, for the travel of pins in slots
 
 
 def exchanged(scene: Scene) -> Drawing:
-    """Return the mechanism of a scene as other programs store it: as it is at its start, in mm or in inches.
+    """Return the mechanism of a scene at its start in the form of other programs, in mm or inches.
 
-    Welded links are one link, with their masses; a block with a pin is a slot, its mass at the pin. Sections, springs
-    and loads that change are left out.
+    Welded links become one link with their masses. A block with a pin becomes a slot with its mass at the pin.
+    Sections, springs and varying loads are omitted.
     """
     from exchange import Body, Drawing
 

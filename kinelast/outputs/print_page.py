@@ -98,9 +98,9 @@ def _foot(figures: Mapping[str, Any]) -> Iterator[Paragraph]:
     rows = limit_rows(figures)
     if rows:
         yield Paragraph("Limits and their use", 10, weight="bold", above=GAP)
-    for words, used, outcome in rows[:MOST_LIMITS]:
+    for limit, used, outcome in rows[:MOST_LIMITS]:
         share = "?" if used is None else f"{number(100 * used, 3)} %"
-        yield Paragraph(f"{share}  {words}: {outcome}", colour={KEPT: INK, BROKEN: RED}.get(outcome, AMBER))
+        yield Paragraph(f"{share}  {limit}: {outcome}", colour={KEPT: INK, BROKEN: RED}.get(outcome, AMBER))
     if len(rows) > MOST_LIMITS:
         yield Paragraph(f"{len(rows) - MOST_LIMITS} more limits, each used less.", colour=SOFT)
     words = handout(figures)

@@ -26,11 +26,11 @@ class MechanismAxes:
     Parameters
     ----------
     places
-        Of points by link and point [m], where they are drawn elsewhere than in this posture.
+        Places of points by link and point [m], if different from this posture.
     extent
-        What is drawn, as its corners [m]; the symbols are in proportion to it.
+        Corners of the drawing [m], which set the size of the symbols.
     strokes
-        Lines of further symbols: name of a link, and points in its axes [m].
+        Lines of further symbols: name of a link, and points in link axes [m].
     """
 
     axes: Axes

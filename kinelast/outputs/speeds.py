@@ -60,7 +60,7 @@ def speed_table(scene: Scene, result: Speeds) -> Table:
 
 
 def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
-    """Largest chord deflection and stress against speed, with peaks, the limit speed and instability, as SVG."""
+    """Draw largest chord deflection and stress over speed, with peaks, limit speed and instability, as SVG."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -92,7 +92,7 @@ def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
 
 
 def _label_peaks(axes: Any, result: Speeds, values: Any) -> None:
-    """Name the highest peaks by the harmonic and the mode that meet, none over another."""
+    """Label the highest peaks with harmonic and mode, without overlap."""
     taken: list[float] = []
     room = LABEL_ROOM * (result.speed[-1] - result.speed[0])
     sizes = {peak: float(np.nanmax(values[result.speed == peak.speed])) for peak in result.peaks}
@@ -109,7 +109,7 @@ def _label_peaks(axes: Any, result: Speeds, values: Any) -> None:
 
 
 def speed_figures(result: Speeds, scene: Scene) -> dict[str, Any]:
-    """Speeds as plain data; largest values per field and beam, null where there is no steady state; and in words."""
+    """Return speeds as plain data and in words, with null values without a steady state."""
     ways = {"values": result.map.values, "without_vibration": result.map.quasi_static}
     curves = {
         kind: {
