@@ -1,4 +1,4 @@
-"""Tables of the scene format, made from the structs that read it: key, meaning, value, default.
+"""Tables of the scene format, made from the structs that read it: key, meaning, value with default.
 
 Between `<!-- keys: MaterialTable -->` and `<!-- end -->` of a page is the table of that struct. Several names give one
 table of all their keys. `python docs/making/scene_format.py` writes them into docs/scenes.md; a test compares them.
@@ -23,7 +23,7 @@ ROOT = Path(__file__).parents[2]
 MARK = re.compile(r"^<!-- keys: ([\w ]+) -->\n(?:.*?)^<!-- end -->$", re.MULTILINE | re.DOTALL)
 PAGE = ROOT / "docs" / "scenes.md"
 ILLUSTRATED = re.compile(r',? (?:as in|or for a pin|or) (?:"[^"]*"|\[[^]]*\]|[\d.e+-]+)')
-HEAD = "| key | meaning | value | default |\n| --- | --- | --- | --- |\n"
+HEAD = "| key | meaning | value (default) |\n| --- | --- | --- |\n"
 SHAPES = "| `shape` | keys, optional ones in brackets |\n| --- | --- |\n"
 
 
@@ -81,8 +81,9 @@ def rows(struct: type[Struct]) -> list[str]:
     for field in fields(struct):
         meaning, special = _words(struct, field)
         value = ", ".join(filter(None, [_kind(kinds[field.name]), _bounds(kinds[field.name])]))
-        default = special or ("**required**" if field.required else _default(field))
-        cells.append([f"`{field.encode_name}`", meaning, value, default])
+        default = special or _default(field)
+        key = f"**`{field.encode_name}`**" if field.required else f"`{field.encode_name}`"
+        cells.append([key, meaning, f"{value} ({default})" if default not in {"", "none"} else value])
     return [*map(row, cells)]
 
 
