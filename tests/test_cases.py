@@ -147,7 +147,7 @@ class TestVibration:
         assert summary["nonlinear_check"]["passed"]
         assert summary["nonlinear_check"]["largest"] < 0.02
 
-    @pytest.mark.slow
+    @pytest.mark.exhaustive
     def test_shear_and_rotary_inertia_are_in_the_answer(self, answered, tmp_path):
         """They are 10.1 % of it by exudyn; the nonlinear check has them by elements of its own."""
         _, _, summary = answered("law_345_repeated", "--check", "nonlinear")
@@ -545,7 +545,7 @@ class TestLargeDisplacement:
         assert off < 0.012
         assert off < summary["theory"]["error"] < 0.2
 
-    @pytest.mark.slow
+    @pytest.mark.exhaustive
     @pytest.mark.parametrize(("accuracy", "stated"), [("5 %", 0.5), ("0.5 %", 0.15)])
     def test_viscous_pins_have_an_answer_at_any_accuracy(self, accuracy, stated, answered):
         """Without one at 5 %, and 10.49 m ± 979 % at 0.5 %, before. The links are 0.07 to 0.26 m long."""
@@ -554,14 +554,14 @@ class TestLargeDisplacement:
         assert summary["theory"]["error"] < stated
         assert 0.04 < abs(summary["largest_deflection"]["value"]) < 0.06
 
-    @pytest.mark.slow
+    @pytest.mark.exhaustive
     def test_dry_friction_in_a_slider_crank_is_answered_or_refused_in_words(self, answered):
         status, said, summary = answered("crash_coulomb", "--accuracy", "5 %")
         assert status in (0, 1)
         assert summary["theory"]["error"] is None or summary["theory"]["error"] > 0.05
         assert "Error" not in said
 
-    @pytest.mark.slow
+    @pytest.mark.exhaustive
     def test_steps_that_stalled_settle(self, answered):
         """Stated before: 451 % of 77 mm."""
         _, _, summary = answered("check_cannot_tell")

@@ -149,8 +149,7 @@ def test_a_row_is_what_a_single_run_says_with_every_number_changed_at_once(name)
     require_same(*rows_and_singles(tables, paths, 2))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in MECHANISMS if name != "rubbing"])
+@pytest.mark.parametrize("name", in_tiers([name for name in MECHANISMS if name != "rubbing"], 0, 3))
 def test_designs_on_one_axis_of_arrays_are_what_single_runs_say(name):
     tables, _ = MECHANISMS[name]
     base = base_of(document_from_dict(tables), paths_of(name), None)
@@ -182,17 +181,24 @@ def test_a_design_finds_its_branch_on_its_own_drawing():
     assert found.columns["shaking_moment"][0] != pytest.approx(found.columns["shaking_moment"][1], rel=1e-4)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "paths", "spread"),
-    [
-        ("steel", ["links.crank.length", "links.rocker.length"], 0.4),  # some are out of reach
-        ("steel", ["drives.crank.speed", "points.A.y"], 0.3),
-        ("bars", ["points.3.y", "sections.bar.depth"], 0.05),  # arrays so large that numpy multiplies into one of them
-        ("press", ["points.B.y", "sliders.guide.direction"], 0.1),
-        ("shaper", ["links.rod.length", "sections.arm.depth"], 0.1),
-        ("andrews", ["links.K3.points.E.y", "links.K5.mass"], 0.1),
-    ],
+    in_tiers(
+        [
+            ("steel", ["links.crank.length", "links.rocker.length"], 0.4),  # some are out of reach
+            ("steel", ["drives.crank.speed", "points.A.y"], 0.3),
+            (
+                "bars",
+                ["points.3.y", "sections.bar.depth"],
+                0.05,
+            ),  # arrays so large that numpy multiplies into one of them
+            ("press", ["points.B.y", "sliders.guide.direction"], 0.1),
+            ("shaper", ["links.rod.length", "sections.arm.depth"], 0.1),
+            ("andrews", ["links.K3.points.E.y", "links.K5.mass"], 0.1),
+        ],
+        0,
+        2,
+    ),
 )
 def test_a_row_does_not_depend_on_the_others_to_the_last_bit(name, paths, spread):
     tables = shipped("flap_bars", 361) if name == "bars" else MECHANISMS[name][0]

@@ -296,14 +296,10 @@ def test_a_dead_worker_fails_its_scene_alone(tmp_path):
     assert hidden(out) == []
 
 
-SLOW = pytest.mark.slow
-
-
 @pytest.mark.parametrize(
     ("name", "jobs"),
-    [("SIGINT", 2), *(pytest.param(*each, marks=SLOW)
-     for each in (("SIGTERM", 2), ("SIGKILL", 2), ("SIGHUP", 2), ("SIGTERM", 1), ("SIGINT", 1)))],
-)  # fmt: skip
+    in_tiers([("SIGINT", 2), ("SIGKILL", 2), ("SIGTERM", 1), ("SIGTERM", 2), ("SIGHUP", 2), ("SIGINT", 1)], 0, 3),
+)
 def test_a_signal_ends_all_processes_and_the_next_run_goes_on(name, jobs, tmp_path):
     cases, out = scenes(tmp_path / "in", 4, long=[2, 3]), tmp_path / "out"
     number = getattr(signal, name)
@@ -340,7 +336,7 @@ def test_a_pipe_that_is_closed_ends_nothing(tmp_path):
     assert whole_folders(out) == {"s0", "s1", "s2"}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device")
 def test_an_output_that_is_full_or_closed_ends_nothing(tmp_path):
     cases = scenes(tmp_path / "in", 2)
@@ -680,7 +676,7 @@ def test_the_package_can_be_run_as_a_module():
     assert "steel_four_bar" in done.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_integration_that_is_interrupted_keeps_what_was_reached(tmp_path):
     text = (Path(__file__).parent.parent / "kinelast/mechanisms/andrews_squeezer.toml").read_text()
     scene, out = tmp_path / "squeezer.toml", tmp_path / "out"

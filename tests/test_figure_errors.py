@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scene_texts import FOUR_BAR, edited
+from tiers import in_tiers
 
 from elastic.elastodynamics import (
     discretized_finer,
@@ -127,8 +128,7 @@ def test_large_displacement_is_told_of_every_figure():
     assert left == 0.0
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["77311-14", "77311-15"])
+@pytest.mark.parametrize("name", in_tiers(["77311-14", "77311-15"], 0, 1))
 def test_forces_are_told_where_the_exact_answer_needs_finer_elements_than_the_linear_one(name, monkeypatch):
     """Peaks of joint forces that large displacement changes by 2 %, in which the exact answer is as far off there."""
     monkeypatch.syspath_prepend(Path(__file__).parents[1] / "benchmarks")

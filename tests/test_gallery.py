@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
+from tiers import in_tiers
 
 from kinelast.cli.command import main
 
@@ -72,8 +73,7 @@ def section(name):
     return text
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", TOLD)
+@pytest.mark.parametrize("name", in_tiers(TOLD, 0, 6))
 def test_a_scene_is_acceptable_and_has_the_figures_that_the_page_tells(name, tmp_path):
     scene = DOCS / "gallery" / f"{name}.toml"
     assert main([str(scene) if scene.is_file() else name, "--quiet", "-o", str(tmp_path)]) == 0

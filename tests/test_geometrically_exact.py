@@ -93,11 +93,11 @@ CASES = [
     (ALL["RPP"], 60.0, 2e-4, 96, 1e-3),
     (ALL["RPR"], 15.0, 2e-4, 96, 1e-3),
     pytest.param(steel_four_bar, 100.0, 42e-6, 144, 1.5e-3, marks=pytest.mark.slow),
-    pytest.param(steel_four_bar, 130.0, 42e-6, 192, 3e-3, marks=pytest.mark.slow),
+    pytest.param(steel_four_bar, 130.0, 42e-6, 192, 3e-3, marks=pytest.mark.exhaustive),
     pytest.param(ALL["RRR"], 30.0, 2e-4, 128, 1e-3, marks=pytest.mark.slow),
-    pytest.param(ALL["RPR, sliding rod"], 30.0, 2e-4, 96, 2e-3, marks=pytest.mark.slow),
-    pytest.param(ALL["six-bar"], 15.0, 2e-4, 128, 2e-3, marks=pytest.mark.slow),
-    pytest.param(ALL["triad"], 20.0, 2e-4, 128, 3e-3, marks=pytest.mark.slow),
+    pytest.param(ALL["RPR, sliding rod"], 30.0, 2e-4, 96, 2e-3, marks=pytest.mark.exhaustive),
+    pytest.param(ALL["six-bar"], 15.0, 2e-4, 128, 2e-3, marks=pytest.mark.exhaustive),
+    pytest.param(ALL["triad"], 20.0, 2e-4, 128, 3e-3, marks=pytest.mark.exhaustive),
 ]
 """Mechanism, speed [rad/s], beta [s], positions, and difference as a share of the field's maximum: the check's own."""
 

@@ -10,6 +10,7 @@ from http.server import BaseHTTPRequestHandler, SimpleHTTPRequestHandler, Thread
 
 import pytest
 from browser import accessibility_faults
+from tiers import in_tiers
 
 import kinelast
 from kinelast.tasks.task import shipped_scenes
@@ -328,7 +329,7 @@ def test_a_four_bar_is_drawn_answered_and_saved_by_keys_alone(driver, tmp_path):
         assert errors(hand) == []
 
 
-@pytest.mark.parametrize("name", live_machines.MACHINES)
+@pytest.mark.parametrize("name", in_tiers(live_machines.MACHINES, 2, 0))
 def test_a_machine_is_drawn_from_the_empty_sheet_answered_saved_and_reported(driver, tmp_path, name):
     path = tmp_path / "new.toml"
     path.write_text(EMPTY)

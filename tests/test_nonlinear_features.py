@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from tiers import in_tiers
 
 from kinelast.figures.checks import nonlinear_check
 from kinelast.figures.results import NotMade
@@ -96,8 +97,7 @@ def results_of(feature):
     return computed(scene, Request(positions=24))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("feature", [*FEATURES, *SHIPPED])
+@pytest.mark.parametrize("feature", in_tiers([*FEATURES, *SHIPPED], 0, 5))
 def test_it_is_taken_or_refused_in_a_sentence(feature):
     refusal, check = {**FEATURES, **SHIPPED}[feature][1], nonlinear_check(results_of(feature))
     if refusal:

@@ -22,6 +22,8 @@ from rigid import acceleration_of, position_of, velocity_of
 
 STATIONS = np.array([0.0, 0.21, 0.5, 0.77, 1.0])
 EXACT = 1e-12
+TYPICAL = "steel_four_bar", "quick_return", "pusher", "andrews_driven", "flapping_wing"
+SHIPPED = [*TYPICAL, *sorted(shipped_scenes().keys() - {*TYPICAL})]
 
 
 class Reports(dict):
@@ -51,8 +53,7 @@ def errors(page):
     return [entry["message"] for entry in page.logs()]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(shipped_scenes()))
+@pytest.mark.parametrize("name", in_tiers(SHIPPED, 0, 5))
 def test_it_stands_alone_and_is_exact(name, driver, reports):
     """No error, no request; every field at every position and the motion of every point, beside Python's."""
     page = Page(driver, reports[name] / "report.html")

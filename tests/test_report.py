@@ -89,7 +89,7 @@ class Reader(HTMLParser):
 
 
 TYPICAL = ("steel_four_bar", "quick_return", "pusher")
-SHIPPED = in_tiers([*TYPICAL, *sorted(shipped_scenes().keys() - {*TYPICAL})], 3, 13)
+SHIPPED = in_tiers([*TYPICAL, *sorted(shipped_scenes().keys() - {*TYPICAL})], 3, 5)
 
 
 @pytest.mark.parametrize("name", SHIPPED)

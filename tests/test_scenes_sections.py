@@ -8,6 +8,7 @@ from typing import get_args
 import numpy as np
 import pytest
 from scene_texts import ARM, FOUR_BAR, QUICK_RETURN, edited
+from tiers import in_tiers
 
 from animations.solid import cross_sections
 from elastic import SHAPES, deflection, displacement_of, extremes, sample, section_of, tapered
@@ -264,8 +265,7 @@ OUTLINES = {  # sizes of a shape, and its corners
 class TestOutlines:
     """Sections of any outline, and the shapes that are known in closed form beside them."""
 
-    @pytest.mark.slow
-    @pytest.mark.parametrize("name", OUTLINES)
+    @pytest.mark.parametrize("name", in_tiers(OUTLINES, 0, 2))
     def test_the_closed_forms_are_those_of_finite_elements(self, name):
         sizes, (corners, *holes) = OUTLINES[name]
         known, found = SHAPES[name](*sizes), outline(corners, tuple(holes))

@@ -119,7 +119,7 @@ def test_the_bytes_are_the_same_for_any_number_of_processes(tmp_path):
     assert tree(tmp_path / "two") == tree(tmp_path / "whole")
 
 
-@SLOW
+@pytest.mark.exhaustive
 def test_what_a_lost_process_was_at_is_done_again(tmp_path):
     sweep(tmp_path / "whole")
     bomb = tmp_path / "bomb"
@@ -402,7 +402,7 @@ def wait_for(what, seconds=60.0):
         time.sleep(0.005)
 
 
-@SLOW
+@pytest.mark.exhaustive
 def test_kill_9_again_and_again_changes_no_byte(tmp_path, kind):
     sweep(tmp_path / "whole", chunk=10)
     place, chance = tmp_path / "out", random.Random(1)
@@ -449,7 +449,7 @@ def test_dask_workers_come_to_the_same_bytes_also_where_one_is_lost(tmp_path):
     assert tree(tmp_path / "lost") == whole
 
 
-@SLOW
+@pytest.mark.exhaustive
 def test_a_scheduler_without_workers_is_waited_for_and_said(tmp_path):
     distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
     told = Told()

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from answers_table import SLOTTED
 from scene_texts import FOUR_BAR, edited
+from tiers import in_tiers
 
 from elastic import deflection, sample
 from elastic.assessment import buckling
@@ -222,18 +223,21 @@ def test_the_viscous_part_of_moments_counts_where_it_is_not_small():
     assert found.accurate
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
-    [
-        "steel_four_bar",
-        "utenov_four_bar",
-        "offset_slider_crank",
-        "simeon_slider_crank",
-        "quick_return",
-        "flapping_wing",
-        "drs_push_up",
-    ],
+    in_tiers(
+        [
+            "steel_four_bar",
+            "utenov_four_bar",
+            "offset_slider_crank",
+            "simeon_slider_crank",
+            "quick_return",
+            "flapping_wing",
+            "drs_push_up",
+        ],
+        0,
+        2,
+    ),
 )
 def test_on_shipped_scenes_a_finer_accuracy_never_takes_a_lower_rung_or_a_worse_answer(name):
     scene, rungs = read_scene(shipped_scenes()[name]), (QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT)
