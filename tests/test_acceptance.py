@@ -42,21 +42,25 @@ def answer(tmp_path, capsys, more, text=SLOW):
 
 @pytest.mark.parametrize(
     ("limits", "kept"),
-    [
-        ('deflection = "12 um"', True),  # the crank's 11.58 um
-        ('deflection = "11 um"', False),
-        ('chord = "10 um"', True),  # the coupler's 9.22 um
-        ('chord = "9 um"', False),
-        ("safety = 150", True),  # the crank's 160
-        ("safety = 170", False),
-        ('output = "0.006 deg"', True),  # the rocker's 0.0051 deg
-        ('output = "0.0045 deg"', False),
-        ('deflection = "12 um"\nchord = "9 um"', False),
-        ('[limits.links.crank]\nchord = "2.5 um"', True),  # its 2.23 um
-        ('[limits.links.coupler]\nchord = "2.5 um"', False),
-        ("[limits.links.coupler]\nsafety = 500", True),  # its 570
-        ("[limits.links.crank]\nsafety = 500", False),
-    ],
+    in_tiers(
+        [
+            ('deflection = "12 um"', True),  # the crank's 11.58 um
+            ('deflection = "11 um"', False),
+            ('chord = "10 um"', True),  # the coupler's 9.22 um
+            ('chord = "9 um"', False),
+            ("safety = 150", True),  # the crank's 160
+            ("safety = 170", False),
+            ('output = "0.006 deg"', True),  # the rocker's 0.0051 deg
+            ('output = "0.0045 deg"', False),
+            ('deflection = "12 um"\nchord = "9 um"', False),
+            ('[limits.links.crank]\nchord = "2.5 um"', True),  # its 2.23 um
+            ('[limits.links.coupler]\nchord = "2.5 um"', False),
+            ("[limits.links.coupler]\nsafety = 500", True),  # its 570
+            ("[limits.links.crank]\nsafety = 500", False),
+        ],
+        5,
+        8,
+    ),
 )
 def test_limits_are_kept_or_not(limits, kept, tmp_path, capsys):
     status, told, summary = answer(tmp_path, capsys, f"\n[limits]\n{limits}\n")
@@ -110,12 +114,16 @@ def test_figures_of_unknown_error_keep_no_limit(text, reason, tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("bound", "verdict", "status"),
-    [
-        ("0.1 mm", "not acceptable", 1),
-        ("0.104 mm", "too close to decide", 1),
-        ("0.1055 mm", "too close to decide", 1),
-        ("0.11 mm", "acceptable", 0),
-    ],
+    in_tiers(
+        [
+            ("0.1 mm", "not acceptable", 1),
+            ("0.104 mm", "too close to decide", 1),
+            ("0.1055 mm", "too close to decide", 1),
+            ("0.11 mm", "acceptable", 0),
+        ],
+        2,
+        2,
+    ),
 )
 def test_a_limit_within_the_error_is_too_close_to_decide(bound, verdict, status, tmp_path, capsys):
     """At 30 rad/s the crank deflects by 104.5 um without vibration, by 105.8 um with it."""
@@ -272,7 +280,10 @@ def check_shares(results, course):
         assert share == pytest.approx(along, rel=1e-8, abs=1e-10 * abs(output["value"]))
 
 
-@pytest.mark.parametrize("name", ["steel_four_bar", "quick_return", "flapping_wing", "offset_slider_crank"])
+SHARED = "steel_four_bar", "quick_return", "flapping_wing", "offset_slider_crank"
+
+
+@pytest.mark.parametrize("name", in_tiers(SHARED, 2, 2))
 def test_shares_are_what_each_link_alone_would_cause(name):
     scene = scene_from_text(shipped_scenes()[name].read_text())
     course = scene_motion(scene, 36)

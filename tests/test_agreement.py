@@ -218,7 +218,7 @@ def figures_before_limits(named):
 @pytest.mark.parametrize(
     ("factor", "named"),
     [
-        pytest.param(factor, named, marks=[] if named and abs(factor - 1) < 0.1 else pytest.mark.slow)
+        pytest.param(factor, named, marks=[] if named and factor == FACTORS[1] else pytest.mark.slow)
         for factor in FACTORS
         for named in (True, False)
     ],
@@ -288,7 +288,7 @@ def test_a_speed_of_a_map_is_judged_as_its_report(named):
             assert values[1] == pytest.approx(abs(figures[name]["value"]), rel=0.02, abs=1e-9), name
 
 
-@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+@pytest.mark.parametrize("share", in_tiers([0.0, 0.4, 1.0], 1, 2))
 def test_positions_count_by_one_rule_in_chunks_too(share, monkeypatch):
     """Where a share of the positions is conditioned well: those alone count; where none is, all do."""
     scene = scene_from_dict(SHIPPED[0])

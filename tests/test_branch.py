@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechanisms import bar, drawn_bar, linkage, parallelogram
+from tiers import in_tiers
 
 from elastic import Section, deflection, sample
 from rigid import Beam, Link, Mechanism, PinDrive, Slider, drive_efforts, motion
@@ -47,7 +48,7 @@ def test_a_plate_on_three_rods_over_several_turns(plate_on_rods, turns, count):
 
 
 @pytest.mark.parametrize(("turns", "count"), [(100, 360), (100, 61), (1000, 360), (-100, 360)])
-@pytest.mark.parametrize("general", [False, True])
+@pytest.mark.parametrize("general", in_tiers([False, True], 3, 3))
 def test_a_parallelogram_over_many_turns(turns, count, general, monkeypatch):
     if general:
         monkeypatch.setattr("rigid.decomposition.groups.Group.closed_form", property(lambda group: not group.free))

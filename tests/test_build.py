@@ -9,6 +9,7 @@ from typing import Annotated, get_args, get_origin
 import msgspec
 import numpy as np
 import pytest
+from tiers import in_tiers
 
 import kinelast
 from kinelast import (
@@ -123,7 +124,7 @@ def rebuilt(document):
     return build.mechanism(*parts, name=document.name, **head)
 
 
-@pytest.mark.parametrize("path", shipped_scenes().values(), ids=shipped_scenes())
+@pytest.mark.parametrize("path", in_tiers(shipped_scenes().values(), 5, 11), ids=shipped_scenes())
 def test_every_shipped_scene_can_be_built_and_is_the_same(path):
     document = read_document(path)
     again = rebuilt(document)

@@ -42,7 +42,7 @@ class TestBranch:
         crank, _, rocker = joined(chunks, "direction")[1:]
         np.testing.assert_allclose(rocker, crank, rtol=0, atol=1e-6)
 
-    @pytest.mark.parametrize("columns", in_tiers([4, 7, 25, 61, 100], 2, 3))
+    @pytest.mark.parametrize("columns", in_tiers([7, 4, 25, 61, 100], 1, 2))
     def test_a_parallelogram_stays_one_wherever_the_seams_are(self, columns):
         """Flat every half turn, on some seam for some of these: the coupler is parallel to the ground throughout."""
         angle = 0.3 + np.arange(300) * 0.1

@@ -160,7 +160,7 @@ def test_designs_on_one_axis_of_arrays_are_what_single_runs_say(name):
 
 
 @pytest.mark.parametrize(
-    "path", ["materials.steel.E", "materials.steel.yield", "materials.steel.poisson", "points.B.x"]
+    "path", in_tiers(["materials.steel.E", "materials.steel.yield", "materials.steel.poisson", "points.B.x"], 2, 2)
 )
 def test_designs_that_differ_in_what_does_not_move_them_have_all_figures(path):
     base = document_of(STEEL).variable(path).base

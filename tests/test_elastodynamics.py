@@ -385,7 +385,7 @@ class TestEveryMechanism:
         assert found.reduction_error < 1e-4
         assert difference(found.deflection, found.quasi_static) > 1e-3
 
-    @pytest.mark.parametrize("name", ["RRP", "PRP", "six-bar, ring"])
+    @pytest.mark.parametrize("name", in_tiers(["RRP", "PRP", "six-bar, ring"], 1, 2))
     def test_with_soft_joints(self, name):
         case = ALL[name]()
         names = {joint.name for joint in motion(case.mechanism, case.drive[:, :1]).structure.joints}
@@ -518,9 +518,7 @@ class TestSpeedMap:
         assert found.growth[1] == pytest.approx(single.growth, rel=1e-3)
         assert found.stable.all()
 
-    @pytest.mark.parametrize(
-        "name", [pytest.param("RPR, elastic lever", marks=pytest.mark.slow), "six-bar, ring", "PRP", "RRP"]
-    )
+    @pytest.mark.parametrize("name", in_tiers(["PRP", "six-bar, ring", "RRP", "RPR, elastic lever"], 1, 2))
     def test_speeds_side_by_side(self, name):
         """Blocks on beams, rings, sliders, given loads: single answers, within the errors that these tell."""
         case, speeds = ALL[name](), (9.0, 10.0)

@@ -10,6 +10,7 @@ import math
 import numpy as np
 import pytest
 from mechanisms import ALL, steel_four_bar
+from tiers import in_tiers
 
 from elastic import sample
 from elastic.elastodynamics import elastodynamic, theory_error
@@ -17,18 +18,18 @@ from fem_check.nonlinear import nonlinear_steady_state
 from rigid import drive_efforts, motion
 
 CASES = [
-    pytest.param(steel_four_bar, 30.0, 42e-6, 6e-4, 0.01, marks=pytest.mark.slow),
     (steel_four_bar, 60.0, 42e-6, 6e-3, 0.05),
-    (ALL["RRR"], 20.0, 2e-4, 4e-3, 0.04),
-    (ALL["RPP"], 60.0, 2e-4, 2e-3, 0.05),
-    pytest.param(ALL["RPR"], 15.0, 2e-4, 4e-4, 0.02, marks=pytest.mark.slow),
     (ALL["RRP"], 25.0, 2e-4, 2e-3, 0.02),
     (ALL["RPR"], 40.0, 2e-4, 0.04, 0.5),
+    (ALL["RRR"], 20.0, 2e-4, 4e-3, 0.04),
+    (ALL["RPP"], 60.0, 2e-4, 2e-3, 0.05),
+    (steel_four_bar, 30.0, 42e-6, 6e-4, 0.01),
+    (ALL["RPR"], 15.0, 2e-4, 4e-4, 0.02),
 ]
 """Mechanism, speed [rad/s], beta [s], difference of the chord deflection at most, of the quasi-static one at least."""
 
 
-@pytest.mark.parametrize(("make", "speed", "beta", "limit", "without"), CASES)
+@pytest.mark.parametrize(("make", "speed", "beta", "limit", "without"), in_tiers(CASES, 1, 3))
 def test_course_and_drive_effort(make, speed, beta, limit, without):
     case = make()
     start, period, count = case.drive[0, 0], 2 * math.pi / speed, 96

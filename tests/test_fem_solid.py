@@ -153,7 +153,7 @@ class TestAgainstBeamTheory:
         assert bool(found.by_link) == (found.compared > 0)
         assert set(found.left_out) <= {"rocker"}
 
-    @pytest.mark.parametrize("change", ["depth", pytest.param("taper", marks=pytest.mark.slow)])
+    @pytest.mark.parametrize("change", in_tiers(["depth", "taper"], 0, 1))
     def test_difference_goes_with_the_square_of_the_depth(self, change):
         case = steel_four_bar(36)
         taper = Taper(EA=(1.0, -0.5), EI=(1.0, -1.5, 0.75, -0.125)) if change == "taper" else None
@@ -174,6 +174,7 @@ class TestAgainstBeamTheory:
             assert found[1][link] < 0.05 * found[0][link]
         assert found[1]["crank"] == pytest.approx(found[0]["crank"], rel=0.01)
 
+    @pytest.mark.slow
     def test_a_hot_beam_of_a_ring(self):
         points = {"O": 0.0, "A": 1.0, "B": 0.5 + 0.8j}
         frame = Link("arm", points, (Beam("O", "A"), Beam("A", "B"), Beam("B", "O")))

@@ -22,6 +22,7 @@ from mechanisms import (
     supported,
 )
 from test_gears import geared_four_bar
+from tiers import in_tiers
 
 import elastic.vibration
 from elastic import RIGID, JointCompliance, Section, Taper, with_rotary_inertia
@@ -132,7 +133,7 @@ class TestLumps:
 class TestMechanisms:
     """Against polynomials along whole beams, which `elastic` takes: no element, no matrix in common."""
 
-    @pytest.mark.parametrize("name", sorted(set(ALL) - {"PRP", "arm, motor turned about"}))
+    @pytest.mark.parametrize("name", in_tiers(sorted(set(ALL) - {"PRP", "arm, motor turned about"}), 4, 4))
     def test_agree_with_closed_polynomials(self, name):
         case = ALL[name]()
         turning = motion_of(case)

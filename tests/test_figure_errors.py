@@ -140,6 +140,7 @@ def test_forces_are_told_where_the_exact_answer_needs_finer_elements_than_the_li
     assert told["more than two times too low"] == 0
 
 
+@pytest.mark.slow
 def test_elements_of_time_are_told_of_every_figure():
     """Of an exact answer in elements too long, within 2.5 times of what finer ones and more coordinates change."""
     results = fast(ELASTODYNAMIC)
@@ -255,6 +256,7 @@ def test_plane_bodies_take_the_place_of_what_beam_theory_is_estimated_to_leave_o
     assert left_out["M"][0] is errors["M"][0]
 
 
+@pytest.mark.slow
 def test_what_is_left_after_a_stop_is_known_to_a_share_of_the_largest_displacement():
     """A dwell in which elements of time are long: they damp what rings there more than its material."""
     stop = '[{curve = "cycloidal", duration = "80 ms", by = "30 deg"}, {curve = "dwell", duration = "0.2 s"}]'

@@ -17,6 +17,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
+from tiers import in_tiers
 
 import kinelast
 import kinelast.tasks.editor
@@ -512,14 +513,18 @@ class TestAnswers:
 
     @pytest.mark.parametrize(
         ("name", "point", "places"),
-        [
-            ("steel_four_bar", "B", [0.28 + 0.24j, 0.275 + 0.235j, 0.27 + 0.235j, 0.27 - 0.235j, 0.275 - 0.235j]),
-            (
-                "flap_bars",
-                "3",
-                [0.2 + 0.07j, 0.201 + 0.07j, 0.21 + 0.067j, 0.216 + 0.06j, 0.183 + 0.068j, 0.19 + 0.07j],
-            ),
-        ],
+        in_tiers(
+            [
+                ("steel_four_bar", "B", [0.28 + 0.24j, 0.275 + 0.235j, 0.27 + 0.235j, 0.27 - 0.235j, 0.275 - 0.235j]),
+                (
+                    "flap_bars",
+                    "3",
+                    [0.2 + 0.07j, 0.201 + 0.07j, 0.21 + 0.067j, 0.216 + 0.06j, 0.183 + 0.068j, 0.19 + 0.07j],
+                ),
+            ],
+            1,
+            1,
+        ),
     )
     def test_a_drag_goes_on_from_the_picture_before_on_the_branch_that_is_drawn(self, monkeypatch, name, point, places):
         near, memory = CourseByLaws.near, Memory()

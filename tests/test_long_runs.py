@@ -125,6 +125,7 @@ def test_an_integrated_motion_goes_in_chunks_too(tmp_path, monkeypatch):
     require_alike(*both(SWING, tmp_path, monkeypatch, "--positions", "200"))
 
 
+@pytest.mark.slow
 def test_the_check_and_films_are_of_the_positions_shown(tmp_path, monkeypatch):
     monkeypatch.setattr(compute, "SHOWN", 40)
     text = edited(FOUR_BAR, ("positions = 36", "positions = 500"))

@@ -161,6 +161,7 @@ class TestNames:
         with pytest.raises(AttributeError, match='no field "q": choose from q_x'):
             _ = bent["arm"].q
 
+    @pytest.mark.slow
     def test_the_theory_of_the_scene_answers(self, four_bar):
         """The steel four-bar asks for vibrating links: more than one per cent more than the quasi-static answer."""
         largest = report(four_bar).figures["largest_deflection"]

@@ -418,7 +418,7 @@ def test_curves_end_where_the_drive_stops(driver, tmp_path):
     assert errors(page) == []
 
 
-@pytest.mark.parametrize("width", in_tiers([400, 1280, 800, 2000], 2, 2))
+@pytest.mark.parametrize("width", in_tiers([400, 1280, 800, 2000], 1, 1))
 def test_it_fits_every_width(width, driver, reports):
     page = Page(driver, reports["quick_return"] / "report.html", width)
     assert page.run("return document.documentElement.scrollWidth <= window.innerWidth")

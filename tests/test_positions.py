@@ -24,6 +24,7 @@ from mechanisms import (
     steel_four_bar,
     turn,
 )
+from tiers import in_tiers
 
 from rigid import (
     Beam,
@@ -241,7 +242,7 @@ def test_the_general_group_is_led_from_the_drawing(name, ahead, monkeypatch):
     np.testing.assert_allclose(general.direction, closed.direction, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", DYADS)
+@pytest.mark.parametrize("name", in_tiers(DYADS, 2, 3))
 def test_condition_of_the_general_group_has_no_unit(name, monkeypatch):
     case = DYADS[name](count=9)
     monkeypatch.setattr("rigid.decomposition.groups.Group.closed_form", property(lambda group: not group.free))

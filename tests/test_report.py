@@ -89,7 +89,7 @@ class Reader(HTMLParser):
 
 
 TYPICAL = ("steel_four_bar", "quick_return", "pusher")
-SHIPPED = in_tiers([*TYPICAL, *sorted(shipped_scenes().keys() - {*TYPICAL})], 3, 5)
+SHIPPED = in_tiers([*TYPICAL, *sorted(shipped_scenes().keys() - {*TYPICAL})], 2, 6)
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -371,9 +371,17 @@ def test_deviation_from_the_path(steel):
 
 @pytest.mark.parametrize(
     ("name", "kind", "what"),
-    [("steel_four_bar", "angle", "rocker"), ("quick_return", "slide", "E"), ("offset_slider_crank", "slide", "B"),
-     ("flapping_wing", "point", "H")],
-)  # fmt: skip
+    in_tiers(
+        [
+            ("steel_four_bar", "angle", "rocker"),
+            ("quick_return", "slide", "E"),
+            ("flapping_wing", "point", "H"),
+            ("offset_slider_crank", "slide", "B"),
+        ],
+        2,
+        2,
+    ),
+)
 def test_the_output_is_found(name, kind, what, reports):
     found = json.loads((reports(name) / "summary.json").read_text())["output"]
     assert found["kind"] == kind

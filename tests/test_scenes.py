@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from msgspec.structs import fields
 from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
+from tiers import in_tiers
 
 from elastic import deflection, sample
 from kinelast.scene.data import scene_motion
@@ -132,7 +133,7 @@ class TestLoads:
 class TestShippedScenes:
     """Every shipped scene moves, bends and names its source."""
 
-    @pytest.mark.parametrize("name", sorted(shipped_scenes()))
+    @pytest.mark.parametrize("name", in_tiers(sorted(shipped_scenes()), 5, 11))
     def test_they_are_read_and_moved(self, name):
         scene = read_scene(shipped_scenes()[name])
         assert (scene.name, bool(scene.title), bool(scene.source)) == (name, True, True)
@@ -223,7 +224,7 @@ def wrongs(schema, tables):
 class TestFormat:
     """The published format is the one that is read."""
 
-    @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+    @pytest.mark.parametrize("path", in_tiers(SHIPPED, 10, 30), ids=lambda path: path.stem)
     def test_every_shipped_scene_is_valid_by_the_schema_that_it_names(self, path):
         text = path.read_text(encoding="utf-8")
         named = re.match(r"#:schema (.*)", text)

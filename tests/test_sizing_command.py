@@ -12,6 +12,7 @@ import browser
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tiers import in_tiers
 
 from kinelast import read_scene, scene_from_text, scene_motion, shipped_scenes
 from kinelast.cli.command import main
@@ -184,7 +185,7 @@ def test_an_optimum_is_written_the_same_way_twice(scene, tmp_path):
 
 @pytest.mark.parametrize(
     ("option", "old", "new", "said"),
-    [
+    in_tiers([
         ("--optimize", ASKED, "", "[optimize]: the table is missing: say what to minimize"),
         ("--tolerances", ASKED, "", "[tolerances]: the table is missing"),
         ("--optimize", '"sections.bar.depth" = ["3', '"sections.bar.dept" = ["3', 'did you mean "sections.bar.depth"?'),
@@ -201,7 +202,7 @@ def test_an_optimum_is_written_the_same_way_twice(scene, tmp_path):
         ("--tolerances", '"0.05 mm"', "{ plus = 1 }", 'there is no such key; there is "plus_minus"'),
         ("--sensitivities", '"deflection", ', '"bending", ', 'there is no figure "bending"'),
         ("--sensitivities", '"drives.crank.speed"', '"drives.crank"', "drives.crank"),
-    ],
+    ], 6, 10),
 )  # fmt: skip
 def test_what_is_wrong_is_said(option, old, new, said, scene, tmp_path, capsys):
     assert main([str(scene(**{old: new})), option, "-o", str(tmp_path / "out")]) == 2
@@ -216,9 +217,7 @@ def test_samples_belong_to_tolerances(capsys):
     assert "--samples needs --tolerances" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    "option", ["--sensitivities", "--tolerances", pytest.param("--optimize", marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("option", in_tiers(["--sensitivities", "--tolerances", "--optimize"], 0, 2))
 def test_a_study_parses_its_scene_once(option, scene, tmp_path, monkeypatch):
     """The text and its tables once; the scene, each machine answered in full and each best design are built once."""
     calls = {"parse": [], "built": []}
@@ -256,7 +255,7 @@ class TestRewritten:
         with pytest.raises(SceneError, match="no such number"):
             arm.with_values({"sections.root.height": 0.02})
 
-    @pytest.mark.parametrize("name", ["lightest_arm", "steel_four_bar", "press_sweep", "flapping_wing"])
+    @pytest.mark.parametrize("name", in_tiers(["lightest_arm", "steel_four_bar", "press_sweep", "flapping_wing"], 2, 2))
     @given(share=st.floats(0.5, 1.5))
     @settings(max_examples=5)
     def test_the_text_is_read_to_the_last_bit(self, name, share):

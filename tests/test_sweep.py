@@ -239,17 +239,25 @@ def test_a_sweep_goes_on_where_it_was_and_another_does_not(tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
-    [
-        ("count = 6", "count = 1_000_000_000_000", "2e+12 designs would take about"),
-        ('"mass", ', '"mas", ', '[sweep] figures: there is no figure "mas"; did you mean "mass"?'),
-        ('smallest = "def', 'largest = "mass"\nsmallest = "def', "either the smallest or the largest of one figure"),
-        (
-            "sections.bar.depth",
-            "sections.bar.dept",
-            "bars.toml: sections.bar.dept: there is no such number in the scene; did",
-        ),
-        ("[sweep", "[sweeep", "bars.toml: sweeep: there is no such table or key"),
-    ],
+    in_tiers(
+        [
+            ("count = 6", "count = 1_000_000_000_000", "2e+12 designs would take about"),
+            ('"mass", ', '"mas", ', '[sweep] figures: there is no figure "mas"; did you mean "mass"?'),
+            (
+                'smallest = "def',
+                'largest = "mass"\nsmallest = "def',
+                "either the smallest or the largest of one figure",
+            ),
+            (
+                "sections.bar.depth",
+                "sections.bar.dept",
+                "bars.toml: sections.bar.dept: there is no such number in the scene; did",
+            ),
+            ("[sweep", "[sweeep", "bars.toml: sweeep: there is no such table or key"),
+        ],
+        1,
+        4,
+    ),
 )
 def test_what_cannot_be_swept_is_told_before_it_starts(tmp_path, capsys, old, new, words):
     assert swept(tmp_path, SWEEP.replace(old, new), "--sweep") == 2

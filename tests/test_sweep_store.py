@@ -16,6 +16,7 @@ import numpy as np
 import processes
 import pytest
 from sweeps import IDENTITY, Parabolas, tree
+from tiers import in_tiers
 
 from kinelast.outputs.outbox import locked
 from kinelast.sweep import cluster, running, store
@@ -174,7 +175,7 @@ def test_columns_that_differ_are_a_failure_not_a_mixture(tmp_path):
     assert "its columns are length, tip, class, more" in sweep(tmp_path, Changing()).manifest.failed[4]
 
 
-@pytest.mark.parametrize("writes", [0, 1, 2, 5, 13])
+@pytest.mark.parametrize("writes", in_tiers([0, 1, 2, 5, 13], 3, 0))
 def test_a_full_disk_loses_nothing(writes, tmp_path, whole, kind, monkeypatch):
     left, fsync = [writes], os.fsync
 
@@ -291,7 +292,7 @@ def swapped(path, content):
 FAULTS = [cut, emptied, one_more, one_digit, flipped, swapped]
 
 
-@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("fault", in_tiers(FAULTS, 4, 0))
 def test_a_finished_store_that_is_not_as_it_was_kept_is_computed_again_and_said(fault, tmp_path, whole, kind):
     path = tmp_path / "whole" / ("designs.csv" if kind == "csv" else "designs.parquet/0000000004.parquet")
     fault(path, path.read_bytes())
@@ -301,7 +302,7 @@ def test_a_finished_store_that_is_not_as_it_was_kept_is_computed_again_and_said(
     assert "is not as it was written" in told.sentences[0]
 
 
-@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("fault", in_tiers(FAULTS, 4, 0))
 def test_a_chunk_that_is_not_as_it_was_kept_is_computed_again_first_and_said(fault, tmp_path, whole, kind):
     begun = sweep(tmp_path / "begun", Parabolas(fails=frozenset({1000})))
     assert begun.kept == COUNT - 50

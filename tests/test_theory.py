@@ -127,7 +127,7 @@ def test_a_rate_that_is_round_off_is_rest():
     np.testing.assert_allclose(there, here, rtol=0, atol=1e-3 * np.abs(here).max())
 
 
-@pytest.mark.parametrize("theory", [ELASTODYNAMIC, GEOMETRICALLY_EXACT])
+@pytest.mark.parametrize("theory", in_tiers([ELASTODYNAMIC, GEOMETRICALLY_EXACT], 1, 1))
 def test_a_law_that_begins_with_a_jump_of_the_acceleration_finds_links_at_rest(theory):
     """As after a dwell of a millisecond, which begins with links as they hang, and hence with no jump at all."""
     gravity = ("positions = 97", "positions = 61\ngravity = [0, -9.81]")
@@ -145,6 +145,7 @@ def test_a_law_that_begins_with_a_jump_of_the_acceleration_finds_links_at_rest(t
     np.testing.assert_allclose(there[:2], static[[0, 0]], rtol=0, atol=2e-4 * np.abs(static).max())
 
 
+@pytest.mark.slow
 def test_a_parametric_resonance_is_told():
     """Free vibrations of links that are hardly damped grow by half a turn, short of the load at which one buckles."""
     results = results_at("660 rad/s", "damping_ratio = 0.001")
