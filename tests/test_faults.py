@@ -604,13 +604,6 @@ CHAIN = (
 )
 
 
-@pytest.mark.slow
-def test_nine_drives_have_their_report(tmp_path):
-    (tmp_path / "nine.toml").write_text(CHAIN)
-    assert main([str(tmp_path / "nine.toml"), "-o", str(tmp_path / "out"), "--quiet"]) == 0
-    require_whole(tmp_path / "out" / "nine")
-
-
 def test_what_cannot_be_drawn_takes_no_figures_with_it(tmp_path, monkeypatch, capsys):
     import kinelast.outputs.page
 

@@ -212,11 +212,6 @@ def test_what_is_wrong_is_said(option, old, new, said, scene, tmp_path, capsys):
     assert not (tmp_path / "out" / "four").exists()
 
 
-def test_samples_belong_to_tolerances(capsys):
-    assert main(["steel_four_bar", "--samples", "64"]) == 2
-    assert "--samples needs --tolerances" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("option", in_tiers(["--sensitivities", "--tolerances", "--optimize"], 0, 2))
 def test_a_study_parses_its_scene_once(option, scene, tmp_path, monkeypatch):
     """The text and its tables once; the scene, each machine answered in full and each best design are built once."""
