@@ -1,6 +1,7 @@
 """Files of other programs: every form of PMKS+, and parts that need more than points and links."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -137,7 +138,10 @@ def test_masses_centres_inertias_forces_and_weight_are_those_of_the_file():
     (load,) = scene.mechanism.loads
     assert (load.link, load.point, load.force) == ("BC", "C", pytest.approx(7.5j))
     assert of_text(text, "mine").masses == {"C": pytest.approx(0.006)}
-    assert "do not bend: AB;" in imported(of_text(text, "mine")).result
+    first = imported(of_text(text, "mine"))
+    assert "; rigid, with the masses of the file: AB (take out rigid, mass, center and inertia" in first.result
+    bends = re.sub("^(rigid|mass|center|inertia) = .*\n", "", first.text, flags=re.MULTILINE)
+    assert all(link.beams for link in kinelast.scene_from_text(bends).mechanism.links[1:3])
 
 
 def test_a_drive_at_a_floating_pin_turns_the_second_link_from_the_first():

@@ -150,7 +150,7 @@ MISTAKES = [
     ("unknown section", FOUR_BAR, [('section = "bar"', 'section = "beam"')], "links.crank", "section", 'no section "beam"; there is "bar"'),
     ("no section", FOUR_BAR, [('section = "bar"', "")], "links.crank", "section", "a material alone makes no beam"),
     ("neither", FOUR_BAR, [('section = "bar"\nmaterial = "steel"', "")], "links.crank", "section", "needs a section"),
-    ("mass of an elastic link", FOUR_BAR, [(CRANK, CRANK + "mass = 1\n")], "links.crank", "mass", "a rigid link of its own, joined"),
+    ("mass of an elastic link", FOUR_BAR, [(CRANK, CRANK + "mass = 1\n")], "links.crank", "mass", "take mass, center and inertia away"),
     ("rigid without mass", FOUR_BAR, [('section = "bar"\nmaterial = "steel"', "rigid = true")], "links.crank", "mass",
      "needs mass, or a section and a material"),
     ("mass without centre", SLIDER_CRANK, [('center = "O"', "")], "links.crank", "center", "the key is missing"),

@@ -154,7 +154,8 @@ def test_next_to_resonance_a_percentage_is_no_figure():
 
     def told(*error):
         rows = {"stress": (None, np.ones(4), np.array(error))}
-        (sentence,) = _words(replace(given, figures=rows), scene)
+        limits, sentence = _words(replace(given, figures=rows), scene)
+        assert limits.startswith("no limits are set")
         return sentence
 
     assert told(0.01, 0.06, 0.24, 0.2) == (

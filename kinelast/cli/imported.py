@@ -23,6 +23,7 @@ MIN_RANGE = 1e-6  # range of a drive / a turn, or size of the drawing, below whi
 STEPS, ROUNDS = 720, 2  # positions at which a limit is looked for, and how often more finely
 DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # a second, in a unit of speed
 LONGEST = 300  # letters of a reason
+TO_BEND = "(take out rigid, mass, center and inertia to let them bend)"
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Imported:
         """Result of the first run as a sentence."""
         if self.reason:
             return f"it does not run yet: {self.reason}"
-        rigid = f"; with the masses of the file, these links do not bend: {', '.join(self.rigid)}" if self.rigid else ""
+        rigid = f"; rigid, with the masses of the file: {', '.join(self.rigid)} {TO_BEND}" if self.rigid else ""
         return f"it moves, {self.cycle:.4g} s a cycle{rigid}; sections and materials are assumed: put in yours"
 
 

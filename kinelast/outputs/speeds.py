@@ -244,6 +244,8 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
                 known = math.isfinite(broken)
                 near = f"; too close to decide up to {told(broken)}" if known else "; above it too close to decide"
             yield f"all limits hold up to {told(result.highest)} ({limit_words(result.limit, scene)}){near}"
+    else:
+        yield "no limits are set: with [limits], the highest speed at which they hold is told"
     for low, high in result.unstable:
         yield f"no steady state from {told(low)} to {told(high)}: the links' vibration grows"
     yield from _error_words(result, scene, told)

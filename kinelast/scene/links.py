@@ -258,8 +258,8 @@ def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str
     if stiff:
         require_absent(where, table, ("strain", "temperature"), "only elastic links take it")
     else:
-        advice = "an elastic link takes masses at its points; a body with inertia is a rigid link of its own, joined"
-        advice += " to it by [welds.POINT] (rigid = true would take the bending of this one away)"
+        advice = "an elastic link has the mass of its section: take mass, center and inertia away. More mass: at its"
+        advice += " points under [masses], or as a rigid link joined to it by [welds.POINT]"
         require_absent(where, table, ("mass", "center", "inertia"), advice)
     pieces, sections = _beams(scene, name, points)
     numbers = tuple(range(len(pieces)))
