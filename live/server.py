@@ -28,7 +28,7 @@ from kinelast.scene.error import MissingFileError, SceneError
 from kinelast.scene.parts import PARTS
 from kinelast.scene.sections import library_entries
 from kinelast.scene.text import PAGES, file_text
-from kinelast.tasks.task import shipped_scenes
+from kinelast.tasks.task import foreign_words, shipped_scenes
 from live.answer import Memory, packed, quick_answer
 from live.drives import MOTIONS
 from live.edit import EMPTY, edited
@@ -275,9 +275,8 @@ def scene_file(argument: str | None) -> tuple[SceneFile, str]:
         text = shipped[argument].read_text(encoding="utf-8")
         return SceneFile(Path.cwd() / f"{argument}.toml", text), argument
     if path.suffix != ".toml" or not path.absolute().parent.is_dir():
-        raise MissingFileError(
-            argument, "", "", "expected a .toml file, there or to be, a report, or a shipped scene, see --list"
-        )
+        expected = "expected a .toml file, there or to be, a report, or a shipped scene, see --list"
+        raise MissingFileError(argument, "", "", foreign_words(argument) or expected)
     return SceneFile(path.absolute(), EMPTY), path.stem
 
 

@@ -422,6 +422,8 @@ WRONG_CALLS = [
     ("steel_fourbar", 'did you mean "steel_four_bar"?'),
     ("zzz", "--list shows the shipped scenes"),
     ("missing.toml", "there is no such file"),
+    ("mine.pmks", "of another program: --import 'mine.pmks' writes its scene"),
+    ("https://pmks.example/?2P.Ay", "--import 'https://pmks.example/?2P.Ay' writes its scene"),
     ("--nonsense", 'unknown option "--nonsense"'),
     ("steel_four_bar --chek", 'unknown option "--chek"; did you mean "--check"?'),
     ("steel_four_bar --toleranses --quiet", 'did you mean "--tolerances"?'),

@@ -855,7 +855,10 @@ class TestCommand:
         assert main(["--live", "one.toml", "two.toml"]) == 2
         assert main(["--live", str(tmp_path / "no" / "one.toml")]) == 2
         assert main(["--live", "steel_forbar"]) == 2
-        assert len(capsys.readouterr().err.splitlines()) == 3
+        assert main(["--live", "mine.linkage2"]) == 2
+        said = capsys.readouterr().err.splitlines()
+        assert len(said) == 4
+        assert said[-1].endswith("mine.linkage2: of another program: --import 'mine.linkage2' writes its scene")
 
 
 class TestNotebook:

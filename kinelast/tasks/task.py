@@ -16,6 +16,7 @@ from kinelast.tasks.progress import stops_kept
 from kinelast.tasks.request import RequestError
 
 LINE = 200  # characters of an argument in a message
+FOREIGN = ".pmks", ".linkage2", ".json", ".dxf"  # endings of files of other programs
 MECHANISMS = Path(__file__).parent.parent / "mechanisms"
 
 
@@ -34,6 +35,9 @@ def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
     paths: dict[str, Path] = {}
     problems = []
     for argument in arguments:
+        if foreign := foreign_words(argument):
+            problems.append(f'"{plain(argument, LINE)}" is {foreign}')
+            continue
         try:
             named = _paths(argument)
         except (OSError, ValueError) as error:  # no permission, a name too long or with a null character
@@ -72,6 +76,14 @@ def _paths(argument: str) -> list[Path] | str:
     close = get_close_matches(argument[:LINE], shipped, 1)
     advice = f'did you mean "{close[0]}"?' if close else "--list shows the shipped scenes"
     return f'"{shown}" is neither a .toml file nor a shipped scene: {advice}'
+
+
+def foreign_words(argument: str) -> str:
+    """Advice on a file or link of another program; empty for others."""
+    linked = argument.startswith(("http://", "https://")) and "?" in argument
+    if linked or Path(argument).suffix.lower() in FOREIGN:
+        return f"of another program: --import {plain(argument, LINE)!r} writes its scene"
+    return ""
 
 
 def _inside(folder: Path) -> list[Path]:
