@@ -139,6 +139,7 @@ def test_the_empty_sheet_has_a_hint_and_a_link_is_joined_to_the_middle_of_anothe
         assert not hand.run("return document.getElementById('empty').checkVisibility()")
         assert hand.run("return document.querySelectorAll('#mistakes li.next').length") == 1
         assert hand.run("return document.getElementById('text').ariaInvalid") == "false"
+        assert hand.run("return document.getElementById('value').value") == "0 m"  # of A across
         maker.drag((0.15, 0), (0.105, 0.101))
         links = tomllib.loads(hand.text)["links"]
         assert links["link_1"]["points"] == ["A", "B", "C"]
@@ -217,6 +218,13 @@ def test_a_link_and_a_report_open_in_another_editor(driver, scene, tmp_path):
         )
         page = kinelast.report(kinelast.scene_from_text(text)).page.decode()
         assert driver.execute_async_script(carried, page) == text
+        dropped = (
+            "const dataTransfer = new DataTransfer(); dataTransfer.items.add(new File(['2P'], 'mine.pmks')); "
+            "document.dispatchEvent(new DragEvent('drop', { dataTransfer, cancelable: true }))"
+        )
+        hand.run(dropped)
+        hand.until("return document.getElementById('notice').textContent.includes('--import mine.pmks')")
+        assert hand.text == again
         assert errors(hand) == []
 
 

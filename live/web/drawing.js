@@ -18,7 +18,7 @@ export function quantity(value, unit, digits = 3) {
   if (unit === "rad") return `${Number(((value * 180) / Math.PI).toPrecision(digits + 1))}°`;
   if (unit === "1" || unit === "") return String(Number(value.toPrecision(digits)));
   const prefixes = unit === "m" ? [[1, "m"], [1e-3, "mm"], [1e-6, "µm"]] : /^(N|Pa|W|N m)$/.test(unit) ? [[1e9, `G${unit}`], [1e6, `M${unit}`], [1e3, `k${unit}`], [1, unit], [1e-3, `m${unit}`]] : [[1, unit]];
-  const [factor, name] = prefixes.find(([each]) => Math.abs(value) >= 0.9995 * each) ?? prefixes.at(-1);
+  const [factor, name] = prefixes.find(([each]) => (Math.abs(value) || 1) >= 0.9995 * each) ?? prefixes.at(-1);
   return `${Number((value / factor).toPrecision(digits))} ${name}`;
 }
 

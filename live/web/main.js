@@ -431,7 +431,7 @@ function wireShare() {
     const file = event.dataTransfer?.files[0];
     if (!file) return;
     event.preventDefault();
-    offer(file.text().then(share.carried));
+    offer(file.text().then((content) => share.carried(content, file.name)));
   });
 }
 

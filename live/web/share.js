@@ -1,5 +1,6 @@
 // A scene carried in a link's fragment, in a report, or in a file: the text that it holds.
 const MARK = "#scene=", LARGEST = 4e6; // letters of a scene
+const OTHERS = /\.(pmks|linkage2|json|dxf)$/i; // files of other programs
 
 const flow = (bytes, through) => new Blob([bytes]).stream().pipeThrough(through);
 
@@ -26,7 +27,8 @@ export async function linked(link) {
 }
 
 // The text of a scene's file, or of the scene that a report carries.
-export function carried(content) {
+export function carried(content, name = "") {
+  if (OTHERS.test(name)) throw new Error(`${name} is of another program, "deflection-report --import ${name}" writes its scene`);
   if (!/^\s*<!doctype html/i.test(content)) return content;
   const data = new DOMParser().parseFromString(content, "text/html").getElementById("scene");
   const { text } = JSON.parse(data?.textContent ?? "{}");
