@@ -23,6 +23,7 @@ from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import Results
 from kinelast.outputs.positions import motion_table, position_table
 from kinelast.outputs.table import Column
+from kinelast.outputs.words import LIMIT_NAMES
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection
 from kinelast.scene.document import Document, document_from_dict
 from kinelast.scene.drives import DriveEffort
@@ -448,6 +449,7 @@ def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any
 
 def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
     """Limits of the scene with their governing values, without errors."""
+    names = {figure.key: figure.name for figure in figures_of(None)}
 
     def judged(limit: Limit) -> bool:
         items = bounded_items(scene, limit)
@@ -455,7 +457,7 @@ def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
 
     return [
         {
-            "kind": limit.kind,
+            "name": LIMIT_NAMES.get(limit.kind) or names.get(limit.figure, limit.kind.replace("_", " ")),
             "on": limit.item,
             "bound": float(np.ravel(limit.bound)[0]),
             "value": float(value),

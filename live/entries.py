@@ -104,8 +104,12 @@ def add_table(text: str, tables: Tables, change: Tables) -> str:
         raise EditError(f"[{kind}.{named}] is there already")
     if kind in ("joints", "bearings") and not change.get("name"):
         raise EditError(f"choose the point first of which the {stem} is")
-    text = with_table(text, (kind, named), FIRST[kind])
     of = change.get("of")
+    if kind == "motors" and not of:
+        if len(tables.get("drives", ())) != 1:
+            raise EditError("choose the drive first of which the motor is")
+        of = ("drives", 0)
+    text = with_table(text, (kind, named), FIRST[kind])
     return with_value(text, (*of, stem), named) if of else text
 
 

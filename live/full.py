@@ -65,7 +65,10 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
 
 def _limit(row: Mapping[str, Any]) -> dict[str, Any]:
     """A limit, its governing value and its outcome, judged with the error."""
-    outcome = {"kind": row["kind"], "on": row["on"], "outcome": row["outcome"], "kept": bool(row["passed"])}
+    from kinelast.outputs.words import LIMIT_NAMES
+
+    name = LIMIT_NAMES.get(row["kind"], row["name"])
+    outcome = {"name": name, "on": row["on"], "outcome": row["outcome"], "kept": bool(row["passed"])}
     return {**outcome, "bound": row["limit"]["value"], "value": row["found"]["value"], "unit": row["limit"]["unit"]}
 
 

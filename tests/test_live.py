@@ -32,6 +32,7 @@ from live.drives import MOTIONS
 from live.edit import EMPTY, edited, start_of
 from live.entries import keys, typed
 from live.file import ChangedError, SceneFile
+from live.full import whole_answer
 from live.mistakes import NEXT
 from live.parts import EditError
 from live.share import MARK, fragment, linked
@@ -431,6 +432,8 @@ class TestEdits:
         assert tomllib.loads(left) == tomllib.loads(STEEL)
 
     def test_a_table_that_fits_nowhere_is_refused(self):
+        with pytest.raises(EditError, match="choose the drive first"):
+            edited(f'{STEEL}\n[[drives]]\nlink = "rocker"\n', {"do": "table", "kind": "motors"})
         for change in ({"kind": "joints"}, {"kind": "cams", "name": "O"}, {"kind": "sweep"}, {"kind": "points"}):
             with pytest.raises(EditError):
                 edited(STEEL, {"do": "table", **change})
@@ -582,11 +585,18 @@ class TestAnswers:
         assert not drawn["sheet"]["empty"]
 
     def test_limits_are_judged(self):
-        answer, _ = quick_answer(f'{STEEL}\n[limits]\ndeflection = "1 mm"\nsafety = 1.2\n')
-        assert [(row["kind"], row["kept"]) for row in answer["picture"]["limits"]] == [
+        text = f'{STEEL}\n[limits]\ndeflection = "1 mm"\nsafety = 1.2\n'
+        text = edited(text, {"do": "table", "kind": "motors"})  # of the only drive
+        quick, whole = (
+            answer(text, "scene", folder=None)[0]["picture"]["limits"] for answer in (quick_answer, whole_answer)
+        )
+        assert [(row["name"], row["kept"]) for row in quick] == [
             ("deflection", False),
             ("safety", True),
+            ("motor torque, root mean square", False),
+            ("motor torque", False),
         ]
+        assert [row["name"] for row in whole] == [row["name"] for row in quick]
 
 
 class TestFile:

@@ -114,7 +114,7 @@ const figureTile = ({ key, name, value, unit, on, error }) => {
   box.dataset.value = value;
   return box;
 };
-const limitTile = ({ kind, on, bound, value, unit, kept, outcome }) => tile(kept ? "kept" : "broken", `limit: ${kind}${on ? ` of ${on}` : ""}`, outcome ?? (kept ? "kept" : "not kept"), `${quantity(value, unit)}, allowed ${quantity(bound, unit)}`);
+const limitTile = ({ name, on, bound, value, unit, kept, outcome }) => tile(kept ? "kept" : "broken", `limit: ${name}${on ? ` of ${on}` : ""}`, outcome ?? (kept ? "kept" : "not kept"), `${quantity(value, unit)}, allowed ${quantity(bound, unit)}`);
 
 function instant() {
   const { picture, position } = view, { time, drive, effort } = picture.arrays, count = picture.positions;
