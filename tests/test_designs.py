@@ -271,7 +271,7 @@ def test_numbers_of_a_file_are_known_by_their_paths():
         ("points.B", 'points.B: is two numbers: name "points.B.x" or "points.B.y"'),
         ("links.crank.section", "it is a name; write [sections.NAME] with shape, depth and width, and name these"),
         ("sections.RHS 60x40x3.wall", "there is no such number in the scene; write [sections.NAME] with shape, depth"),
-        ("links.crank.material", 'write [materials.NAME] with E and density, and name these, as "materials.NAME.E"'),
+        ("links.crank.material", 'write [materials.NAME] with E and density, and use paths such as "materials.NAME.E"'),
         (
             "drives[2].speed",
             'drives[2].speed: there is no such number in the scene; did you mean "drives.crank.speed"?',

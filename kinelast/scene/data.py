@@ -1,4 +1,4 @@
-"""A scene once it is read: a mechanism, its drives and its run; its motion, its deflection, and their requirements."""
+"""A scene ready to compute: mechanism, drives, run, limits; its motion and deflection."""
 
 from __future__ import annotations
 
@@ -27,26 +27,26 @@ from machine.life import FatigueTask
 from rigid import SINGULAR, Mechanism, MechanismError, Motion, ReachError, TableError, motion, require_reach
 from rigid.kinematics import by_laws
 
-LOOKED_AT = np.array([0.0, 0.137, 0.293, 0.471, 0.683])  # parts of a run, at which a cam has to move its follower
-UNMOVED = 1e-9  # of the distance from the shaft by the drive's coordinate
-ACCURACY = 0.05  # where none is asked for
+LOOKED_AT = np.array([0.0, 0.137, 0.293, 0.471, 0.683])  # parts of the run at which a cam must move its follower
+UNMOVED = 1e-9  # smallest motion of the follower relative to its distance from the shaft and the drive
+ACCURACY = 0.05  # default accuracy
 QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT = "quasi-static", "elastodynamic", "geometrically-exact"
 
 
 @dataclass(frozen=True)
 class Theory:
-    """How the motion of the links' deflection is to be treated.
+    """Requested theory of the deflection.
 
     Attributes
     ----------
     name
-        "quasi-static", "elastodynamic" or "geometrically-exact"; None where the accuracy chooses.
+        "quasi-static", "elastodynamic" or "geometrically-exact"; None if the accuracy decides.
     accuracy
-        How far the answer may be off, as a share; None where nothing is asked for, which is 5 %.
+        Largest relative error of the answer; None stands for the default of 5 %.
     damping_ratio
-        Of the lowest natural frequency, for beams without a beta of their own.
+        Damping ratio at the lowest natural frequency, for beams without a beta.
     damping
-        Kelvin and Voigt's beta of every beam [s]; nan where its material does not tell.
+        Kelvin-Voigt coefficient beta of every beam [s]; nan if its material has none.
     """
 
     name: str | None = None
@@ -56,50 +56,49 @@ class Theory:
 
     @property
     def plain(self) -> bool:
-        """Whether the quasi-static answer is asked for, however far it is off."""
+        """True if the quasi-static answer is requested, whatever its error."""
         return self.name == QUASI_STATIC
 
     @property
     def demanded(self) -> bool:
-        """Whether vibration is asked for, by name or by an accuracy."""
+        """True if vibration is requested by name or by an accuracy."""
         return self.name in (ELASTODYNAMIC, GEOMETRICALLY_EXACT) or self.accuracy is not None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene:
-    """A mechanism that is ready to move.
+    """A scene ready to compute.
 
     Attributes
     ----------
     name, title, source
-        Stem of the file, and what the scene says of itself.
+        Stem of the file, and the texts of the scene.
     course
-        The mechanism with the laws or efforts of its drives, and its run. The block of a slot is a link of its own.
+        Mechanism with the laws or efforts of its drives, and the run. The block of a slot is a separate link.
     sections, labels
-        One per beam, in the order of `mechanism.beams`: its rigidities and dimensions (rigidities infinite for rigid
-        links), and the name of its link, followed by .1, .2 where that has several beams.
+        One per beam, in the order of `mechanism.beams`: section (infinite rigidities for rigid links), and the name of
+        the link, with .1, .2 ... if it has several beams.
     joints
-        By name, the joints that give way or do not fit.
+        Joints with compliance or misalignment, by name.
     materials
-        By name, those that the file describes.
+        Materials of the file, by name.
     outlines
-        Corners of the links' drawings in their own axes [m], by link; only links that have one.
+        Corners of drawn links in link axes [m], by link.
     limits, bounds, output
-        Bounds of the answer's figures by keys of their own, and by the names of figures; see
-        `kinelast.figures.registry.limits_of`. The output of the machine where the file names it.
+        Limits by their keys, limits by names of figures (see `kinelast.figures.registry.limits_of`), and the output
+        if the file names it.
     made_of
         Section and material of every beam, in the order of `sections`.
     text
-        The file as it was read; empty where the scene comes from tables.
+        Text of the file; empty if the scene comes from tables.
     theory
-        Of the deflection: without or with vibration.
+        Requested theory of the deflection.
     report_units, written
-        Of page, tables and words: "SI", "mm" or "in"; and the units that the file writes angles and speeds in, by SI
-        unit, of words and page.
+        Unit system of the report ("SI", "mm" or "in"), and the file's units of angles and speeds, by SI unit.
     cams
-        By their names.
+        Cams by name.
     settled
-        Distance from rest within which the output has settled after a stop [m or rad]; None where the file says none.
+        Distance from rest below which the output has settled after a stop [m or rad]; None if not given.
     parts
         Further parts by kind and name, see `kinelast.scene.part`.
     """
@@ -127,32 +126,32 @@ class Scene:
 
     @property
     def fatigue(self) -> FatigueTask | None:
-        """The question of fatigue, or None."""
+        """Fatigue settings, or None."""
         return self.parts["fatigue"].get("")
 
     @property
     def bearings(self) -> Mapping[str, JointParts]:
-        """Parts of the joints with a table, by the name of the pin or slider."""
+        """Parts of joints, by the name of the pin or slider."""
         return self.parts["bearings"]
 
     def __repr__(self) -> str:
         return f'Scene("{self.name}": {self._told})'
 
     def _repr_html_(self) -> str:
-        """Title, counts and links, for a notebook."""
+        """Return title, counts and links for a notebook."""
         links = ", ".join(link.name for link in self.mechanism.links[1:])
         return f"<p><b>{escape(self.title)}</b>: {self._told}<br>links: <code>{escape(links)}</code></p>"
 
     @property
     def _told(self) -> str:
-        """Counts of links, beams, drives and positions."""
+        """Numbers of links, beams, drives and positions in words."""
         counts = {"link": len(self.mechanism.links), "beam": len(self.labels), "drive": len(self.laws)}
         counts["position"] = self.run.positions
         return ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counts.items())
 
     @cached_property
     def member_names(self) -> tuple[str, ...]:
-        """Of every beam the name of its member: its link's, and from where to where it goes where that has several."""
+        """Name of the member of every beam: its link, with the end points if the link has several members."""
         mechanism, members = self.mechanism, members_of(self.mechanism)
         owners = [mechanism.beams[run.beams[0]][0] for run in members.runs]
         names = []
@@ -165,7 +164,7 @@ class Scene:
 
     @property
     def told_in(self) -> ToldIn:
-        """Units that its quantities are told in, in words and on the page."""
+        """Units of the report, by SI unit."""
         return {**REPORT_UNITS.get(self.report_units, {}), **self.written}
 
     @property
@@ -175,35 +174,35 @@ class Scene:
 
     @property
     def laws(self) -> tuple[DriveLaw | DriveEffort, ...]:
-        """One per drive, as of `Course`."""
+        """Laws or efforts, one per drive, see `Course`."""
         return self.course.laws
 
     @property
     def run(self) -> Run:
-        """Instants to look at."""
+        """Instants of the run."""
         return self.course.run
 
     @property
     def path(self) -> str:
-        """Of the file, or the name in place of one."""
+        """Path of the file, or the name of the scene."""
         return self.course.path
 
 
 def scene_motion(scene: Scene, positions: int | None = None, partial: bool = False) -> Motion:
-    """The motion of a scene's mechanism over its run.
+    """Return the motion of a scene over its run.
 
     Parameters
     ----------
     positions
-        Overrides how many positions are looked at.
+        Number of positions, instead of that of the run.
     partial
-        Let positions that cannot be reached be nan, instead of raising.
+        Return nan at unreachable positions instead of raising.
 
     Raises
     ------
     SceneError
-        The drives ask for positions that cannot be reached: names where and at which joint it stops. A motion that
-        cannot go on. A table that ends too soon.
+        Unreachable positions (with the place and the joint that opens), an integration that stops, or a table that
+        does not cover the run.
     """
     if not isinstance(scene, Scene):
         raise TypeError(f'expected a scene, as of load("steel_four_bar"), got {shown(scene)}')
@@ -215,12 +214,12 @@ def scene_motion(scene: Scene, positions: int | None = None, partial: bool = Fal
 
 
 def scene_deflection(scene: Scene, moved: Motion) -> Deflection:
-    """The quasi-static deflection of a scene's links in a motion of its mechanism.
+    """Return the quasi-static deflection of the links in a motion.
 
     Raises
     ------
     SceneError
-        A slider's block comes to a beam whose section it cannot slide on.
+        The block of a slider reaches a beam that cannot guide it.
     """
     try:
         return deflection(moved, scene.sections, joints=scene.joints)
@@ -231,7 +230,7 @@ def scene_deflection(scene: Scene, moved: Motion) -> Deflection:
 
 
 def require_reached(scene: Scene, moved: Motion) -> None:
-    """Raise where drives ask for positions that cannot be reached: names where and at which joint it stops."""
+    """Raise if the drives demand unreachable positions, with the place and the joint that opens."""
     try:
         require_reach(moved, scene.told_in.get("m", (1.0, "m")))
     except ReachError as error:
@@ -240,7 +239,7 @@ def require_reached(scene: Scene, moved: Motion) -> None:
 
 
 def require_tables(scene: Scene, moved: Motion) -> None:
-    """Raise where the coordinate of a load's table runs past its end."""
+    """Raise if a coordinate leaves the range of a load table."""
     for number, load in enumerate(scene.mechanism.loads, 1):
         law = getattr(load, "law", None)
         if law is not None:
@@ -251,7 +250,7 @@ def require_tables(scene: Scene, moved: Motion) -> None:
 
 
 def require_determined(scene: Scene) -> None:
-    """Raise where the drives do not tell the motion, or bars in one line make the mechanism singular for ever."""
+    """Raise if the drives do not determine the motion, or collinear bars make every position singular."""
     mechanism = scene.mechanism
     start = [law.start if isinstance(law, DriveEffort) else law(np.zeros(1))[0].item() for law in scene.laws]
     try:
@@ -265,7 +264,7 @@ def require_determined(scene: Scene) -> None:
 
 
 def require_moved(scene: Scene) -> None:
-    """Raise where the drive that a cam moves does not move the follower where they touch."""
+    """Raise if the drive of a cam does not move the follower at the contact."""
     if not scene.cams or not isinstance(scene.course, CourseByLaws):
         return
     times = LOOKED_AT * float(scene.run.duration)
@@ -279,12 +278,12 @@ def require_moved(scene: Scene) -> None:
 
 
 def _require_no_flat_triangle(scene: Scene) -> None:
-    """Raise where three links pinned to one another lie in one line: no drawing and no drive can help that."""
+    """Raise if three links pinned to each other are collinear: every position is singular."""
     from rigid.topology import assembled, flat_triangles
 
     try:
         flat = flat_triangles(assembled(scene.mechanism))
-    except MechanismError:  # what does not close is told elsewhere
+    except MechanismError:  # open loops are reported elsewhere
         return
     if flat:
         names = ", ".join(f'"{name}"' for name in flat[0])

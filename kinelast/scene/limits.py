@@ -1,4 +1,4 @@
-"""Limits of a scene and its output, and the numbers that its studies name: tolerances, bounds, ranges."""
+"""Limits and output of a scene; numbers of its studies: tolerances, bounds, ranges."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
 
 __all__ = ["OUTPUT_ERROR", "Limit"]
-CAM_LIMITS = {  # by the key of a cam: the figure, its unit, and whether it may not be less
+CAM_LIMITS = {  # by key of a cam: figure, unit, True for a lower limit
     "pressure": ("cam_pressure", "Pa", False),
     "pressure_angle": ("cam_pressure_angle", "rad", False),
     "radius": ("cam_radius", "m", True),
@@ -48,20 +48,20 @@ CAM_LIMITS = {  # by the key of a cam: the figure, its unit, and whether it may 
 
 @dataclass(frozen=True)
 class FigureBound:
-    """A bound of a figure by its name, as it is written: which figures there are, who judges knows.
+    """A limit of a figure as written in the file; whether the figure exists is checked later.
 
     Attributes
     ----------
     name
-        Of the figure, or `KEY.ITEM` of one of its items.
+        Name of the figure, or `KEY.ITEM` for one of its items.
     given
         The bound.
     least
-        As of `Limit`.
+        True for a lower limit.
     table
-        Where it stands, for messages.
+        Table of the limit, for messages.
     per_length
-        Metres in the unit that bare lengths are in.
+        Metres per length unit of the file.
     """
 
     name: str
@@ -71,7 +71,7 @@ class FigureBound:
     per_length: float
 
     def within(self, unit: str) -> float:
-        """In the SI unit of its figure; SceneError where it is in none of that kind."""
+        """Return the bound in the SI unit of its figure; raise SceneError for another dimension."""
         try:
             return Quantity.of_unit(unit, self.given, self.per_length)
         except ValueError as error:
@@ -79,7 +79,7 @@ class FigureBound:
 
 
 def figure_bounds(table: SceneTable, given: Mapping[str, Amount | BoundTable], where: str) -> tuple[FigureBound, ...]:
-    """Bounds of figures by their names; SceneError where one tells none."""
+    """Return the limits of figures by name; raise SceneError if an entry has no bound."""
     bounds_ = []
     for name, amount in given.items():
         bound = amount if isinstance(amount, BoundTable) else BoundTable(most=amount)
@@ -93,9 +93,9 @@ def figure_bounds(table: SceneTable, given: Mapping[str, Amount | BoundTable], w
 
 @dataclass(frozen=True)
 class Output:
-    """The output of a machine: the place of a point, or the angle of a link where `point` is empty.
+    """Output of a machine: the place of a point, or the angle of a link if `point` is empty.
 
-    `guessed` where the scene does not name it.
+    `guessed` is True if the program chose it.
     """
 
     link: str
@@ -104,12 +104,12 @@ class Output:
 
     @property
     def unit(self) -> str:
-        """Of its error."""
+        """Unit of its error."""
         return "m" if self.point else "rad"
 
 
 def build_limits(table: SceneTable, scene: Scene) -> tuple[Limit, ...]:
-    """All limits of a scene that is built but for them."""
+    """Return all limits of a scene that is otherwise built."""
     return tuple(_limits(table, scene))
 
 
@@ -134,13 +134,13 @@ def _limits(table: SceneTable, scene: Scene) -> Iterator[Limit]:
 
 
 def build_settled(table: SceneTable, mechanism: Mechanism) -> Real | None:
-    """Distance from rest within which the output has settled [m or rad]; None where the scene does not say."""
+    """Return the distance from rest below which the output has settled [m or rad]; None if not given."""
     given = table.run.settled
     return None if given is None else _of_output(table, mechanism, "run", "settled", given)[0]
 
 
 def _of_output(table: SceneTable, mechanism: Mechanism, where: str, key: str, given: Quantity) -> tuple[Any, str]:
-    """How far the output may be off, and its unit; empty where nobody says whether that is a length or an angle."""
+    """Return the allowed output error and its unit; the unit is empty if length or angle is unknown."""
     output, unit = build_output(table, mechanism), given.unit
     meant = unit if output is None else "m" if output.point else "rad"
     if unit not in ("", meant):
@@ -164,7 +164,7 @@ def _of_links(asked: SceneTable, table: LinkLimitsTable, link: str) -> Iterator[
 
 
 def sets_limit(path: str) -> bool:
-    """Whether a number of a part, by its path, is a limit, and changes nothing else.
+    """Return True if a number of a part, by its path, is only a limit.
 
     Examples
     --------
@@ -177,7 +177,7 @@ def sets_limit(path: str) -> bool:
 
 
 def _of_cams(table: SceneTable) -> Iterator[Limit]:
-    """Limits of cams to their contacts and their forms."""
+    """Yield the limits of contacts and shapes of cams."""
     for name, cam in table.cams.items():
         for key, (figure, unit, least) in CAM_LIMITS.items():
             value = getattr(cam, key)
@@ -186,12 +186,12 @@ def _of_cams(table: SceneTable) -> Iterator[Limit]:
 
 
 def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:
-    """The output that a scene names, as a point or as LINK.angle; None where it names none.
+    """Return the output named by a scene, a point or LINK.angle; None if there is none.
 
     Raises
     ------
     SceneError
-        There is no such point that moves, or no such link.
+        No moving point or link has this name.
     """
     words = table.run.output
     if not words:
@@ -214,7 +214,7 @@ def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:
 
 
 def require_studies(table: SceneTable) -> None:
-    """Raise where a study of a scene names a number that there is not, or a value that it cannot have."""
+    """Raise if a study names an unknown number or an impossible value."""
     for path, given in table.tolerances.items():
         tolerance(table, path, given)
     for path, (low, high) in table.optimize.variables.items():
@@ -231,12 +231,12 @@ def require_studies(table: SceneTable) -> None:
 
 
 def tolerance(table: SceneTable, path: str, given: Amount | ToleranceTable) -> tuple[Variable, float, bool]:
-    """A number, how far it may be off [SI unit], and whether it scatters normally.
+    """Return a number, its tolerance [SI unit], and True for a normal distribution.
 
     Raises
     ------
     SceneError
-        No such number; no difference with a unit that fits, or not greater than zero.
+        Unknown number, wrong unit, or tolerance not greater than zero.
     """
     place = place_of(table, path)
     entry = given if isinstance(given, ToleranceTable) else ToleranceTable(plus_minus=given)
@@ -254,7 +254,7 @@ def tolerance(table: SceneTable, path: str, given: Amount | ToleranceTable) -> t
 
 
 def bounds(table: SceneTable, path: str, low: Amount, high: Amount) -> tuple[Variable, float, float]:
-    """A number and its bounds [SI unit]; SceneError where they are none, or the wrong way round."""
+    """Return a number and its bounds [SI unit]; raise SceneError if they are invalid or reversed."""
     place = place_of(table, path)
     first, last = (value_at(table, place, each) for each in (low, high))
     if not first < last:
@@ -264,7 +264,7 @@ def bounds(table: SceneTable, path: str, low: Amount, high: Amount) -> tuple[Var
 
 
 def ends(table: SceneTable, place: Place, entry: RangeTable) -> tuple[float, float]:
-    """The ends of a range that is swept [SI unit]; SceneError where they are none, or the wrong way round."""
+    """Return the ends of a range [SI unit]; raise SceneError if they are invalid or reversed."""
     low, high = varied(table, place, entry.start), varied(table, place, entry.end)
     if not low < high:
         path, unit = place.variable.path, place.variable.unit.replace("1", "")
@@ -274,7 +274,7 @@ def ends(table: SceneTable, place: Place, entry: RangeTable) -> tuple[float, flo
 
 
 def varied(table: SceneTable, place: Place, text: Any) -> float:
-    """A value that is swept [SI unit]; SceneError where it cannot stand there."""
+    """Return a value of a sweep [SI unit]; raise SceneError if it is impossible."""
     try:
         return value_at(table, place, text)
     except SceneError as error:

@@ -1,7 +1,7 @@
 """Numbers of a scene by their paths: `sections.bar.depth`, `points.B.x`, `drives.crank.speed`, `loads[1].force.y`.
 
-Every number that stands in a file can be a variable. Entries of a list of tables are named by their number from 1, or
-by their link or slider where that is the only such; components are x and y, or [1] and [2].
+Every number of a file can be a variable. An entry of a list of tables has its number from 1, or the name of its link
+or slider if that is unique. Components are x and y, or [1] and [2].
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ from rigid.arrays import Flags
 PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
 COMPARED = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
 AXES = {"x": 0, "y": 1}
-STUDIES = ("sweep", "sensitivities", "tolerances", "optimize")  # tables that ask of designs, and describe none
-NAMED = {  # keys that hold the name of a table whose numbers can be named
-    "section": 'write [sections.NAME] with shape, depth and width, and name these, as "sections.NAME.depth"',
-    "material": 'write [materials.NAME] with E and density, and name these, as "materials.NAME.E"',
+STUDIES = ("sweep", "sensitivities", "tolerances", "optimize")  # tables of studies, which do not describe the machine
+NAMED = {  # keys with the name of a table; the numbers of that table have paths
+    "section": 'write [sections.NAME] with shape, depth and width, and use paths such as "sections.NAME.depth"',
+    "material": 'write [materials.NAME] with E and density, and use paths such as "materials.NAME.E"',
 }
-NEAR = 3000  # numbers of a file among which the nearest to a wrong path is looked for
+NEAR = 3000  # numbers of a file that are compared with a wrong path
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A number of a scene: its path, the SI unit of its values, and the value that stands in the file."""
+    """A number of a scene: path, SI unit, and value in the file."""
 
     path: str
     unit: str
@@ -47,20 +47,20 @@ class Variable:
 
 @dataclass(frozen=True)
 class Place:
-    """Where a number stands.
+    """Place of a number in the tables.
 
     Attributes
     ----------
     variable
-        What it is.
+        The number.
     keys
-        From the parsed tables down to it.
+        Keys that lead to it in the parsed tables.
     names
-        From the tables of the file down to it.
+        Keys that lead to it in the tables of the file.
     leaf
-        What stands there.
+        Its parsed value.
     per_length
-        Metres in the unit that the file has bare lengths in.
+        Metres per length unit of the file.
     """
 
     variable: Variable
@@ -71,17 +71,17 @@ class Place:
 
     @property
     def per_bare(self) -> float:
-        """SI units in a bare number of the file that stands there."""
+        """SI value of the number 1 without a unit at this place."""
         return self.per_length if self.variable.unit == "m" else 1.0
 
 
 def value_at(table: SceneTable, place: Place, text: Any) -> float:
-    """A value for a number as it may stand in the file, in the SI unit of the number.
+    """Return a value, written as in the file, in the SI unit of the number.
 
     Raises
     ------
     SceneError
-        Another dimension, or a value that cannot stand there.
+        Wrong dimension or value out of range.
     """
     variable = place.variable
     try:
@@ -98,7 +98,7 @@ def value_at(table: SceneTable, place: Place, text: Any) -> float:
 
 
 def in_file(place: Place, value: float) -> Any:
-    """A value [SI unit] as it may stand in a place of a file, with its unit written out unless it is 1."""
+    """Return a value [SI unit] as written in a file, with its unit unless that is 1."""
     if isinstance(place.leaf, int):
         return round(value)
     unit = place.variable.unit
@@ -106,7 +106,7 @@ def in_file(place: Place, value: float) -> Any:
 
 
 def put(node: Any, names: Sequence[Any], value: Any) -> Any:
-    """Tables of a file with another value at the end of some names; nothing that is given is changed."""
+    """Return a copy of the tables with another value at the place of some names."""
     if not names:
         return value
     name, *rest = names
@@ -118,12 +118,12 @@ def put(node: Any, names: Sequence[Any], value: Any) -> Any:
 
 
 def place_of(table: SceneTable, path: str) -> Place:
-    """Where the number of a path stands in parsed tables.
+    """Return the place of a number in parsed tables by its path.
 
     Raises
     ------
     SceneError
-        There is no number of that name; the message tells the nearest.
+        There is no such number; the message suggests the most similar path.
     """
     keys: list[Any] = []
     names: list[Any] = []
@@ -153,7 +153,7 @@ def place_of(table: SceneTable, path: str) -> Place:
 
 
 def _drawn_length(table: SceneTable, link: LinkTable, path: str) -> Size:
-    """The length of a link that is as drawn, which may be set, though none stands in the file; SceneError of others."""
+    """Return the place of the length of a link drawn without one; raise SceneError for other paths."""
     places = drawn_places(table)
     if isinstance(link.points, dict) or len(link.points) != 2 or not {*link.points} <= places.keys():
         advice = f'name the coordinates of one of them, as in "{path.rpartition(".")[0]}.points.{{0}}.x"'
@@ -165,7 +165,7 @@ def _drawn_length(table: SceneTable, link: LinkTable, path: str) -> Size:
 
 
 def numbers(table: SceneTable) -> Iterator[str]:
-    """Paths of all numbers that stand in parsed tables."""
+    """Yield the paths of all numbers in parsed tables."""
     for name in table.__struct_fields__:
         if name not in STUDIES:
             yield from _numbers(getattr(table, name), name)
@@ -179,7 +179,7 @@ def _numbers(node: Any, path: str) -> Iterator[str]:
             yield from _numbers(getattr(node, name), f"{path}.{written}".lstrip("."))
     elif isinstance(node, dict):
         for key, value in node.items():
-            if "." not in key:  # as in the name of a figure
+            if "." not in key:  # names of figures have dots
                 yield from _numbers(value, f"{path}.{key}")
     elif isinstance(node, tuple) and len(node) == 2 and all(isinstance(part, Quantity) for part in node):
         yield from (f"{path}.{axis}" for axis in AXES)
@@ -191,12 +191,12 @@ def _numbers(node: Any, path: str) -> Iterator[str]:
 
 
 def _called(entry: Any) -> str | None:
-    """Name of a table of a list: its link or slider."""
+    """Return the name of a table in a list: its link or slider."""
     return getattr(entry, "link", None) or getattr(entry, "slider", None)
 
 
 def _entered(node: Any, number: str | None, name: str | None) -> tuple[Any, Any, Any]:
-    """Key, name in the file, and value of one part of a path; LookupError where there is none."""
+    """Return key, name in the file and value of one part of a path; raise LookupError if there is none."""
     if isinstance(node, msgspec.Struct) and name is not None:
         names = dict(zip(node.__struct_encode_fields__, node.__struct_fields__, strict=True))
         return names[name], name, getattr(node, names[name])
@@ -218,13 +218,13 @@ def _entered(node: Any, number: str | None, name: str | None) -> tuple[Any, Any,
 
 def _unknown(table: SceneTable, path: str) -> SceneError:
     near = likely(path, islice(numbers(table), NEAR)).partition("; there is")[0]
-    kind = path.partition("s.")[0]  # of a table of the library, whose numbers are not the scene's
+    kind = path.partition("s.")[0]  # tables of the library have no paths
     advice = f"; {NAMED[kind]}" if kind in NAMED else ""
     return fault("", path, f"there is no such number in the scene{near or advice}")
 
 
 def _read(place: Place, text: Any) -> Any:
-    """A value as the one that stands in a place would be read."""
+    """Read a value by the type of the value at a place."""
     if isinstance(place.leaf, Sizes):
         return Size.read(text, place.per_length)
     if isinstance(place.leaf, Direction):
@@ -245,7 +245,7 @@ def _base(leaf: Any, unit: str) -> float:
 
 
 def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> str:
-    """SI unit of a number; of one that may have several, the one that its place tells."""
+    """Return the SI unit of a number; if several are possible, the one of its place."""
     if isinstance(leaf, Sizes | Direction):
         return "m" if isinstance(leaf, Sizes) else "rad"
     if not isinstance(leaf, Quantity):
@@ -270,13 +270,13 @@ def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> 
 
 
 def require_bounds(table: SceneTable, place: Place, value: float) -> None:
-    """Raise where a plain number of the file is not within the bounds that the format sets."""
+    """Raise if a number without a unit is outside the bounds of the format."""
     if not within_bounds(table, place, np.array([value]))[0]:
         raise fault("", place.variable.path, f"expected a number within its bounds, got {value:g}")
 
 
 def within_bounds(table: SceneTable, place: Place, values: Any) -> Flags:
-    """Whether plain numbers are within the bounds that the file's format sets, bool, shape of the values."""
+    """Return whether numbers without a unit are within the bounds of the format, bool, shape of the values."""
     node: Any = table
     for key in place.keys[:-1]:
         node = getattr(node, key) if isinstance(node, msgspec.Struct) else node[key]
@@ -294,7 +294,7 @@ def within_bounds(table: SceneTable, place: Place, values: Any) -> Flags:
 
 
 def replaced(node: Any, keys: tuple[Any, ...], value: Any) -> Any:
-    """Parsed tables with another value in a place."""
+    """Return parsed tables with another value at a place."""
     if not keys:
         return value
     key, *rest = keys
