@@ -14,12 +14,12 @@ from browser import Page, started
 from kinelast import scene_from_dict
 from kinelast.cli.command import main
 from kinelast.designs import evaluate
-from kinelast.figures.drives import cam_flanks, cam_force, cam_lag, cam_pressure, cam_torque
 from kinelast.figures.peaks import run_figures
 from kinelast.figures.trust import findings
 from kinelast.runs import computed
 from kinelast.scene.data import scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
+from kinelast.scene.parts.cam_courses import cam_flanks, cam_force, cam_lag, cam_pressure, cam_torque
 from kinelast.tasks.request import Request
 from machine.cams import OUTER, Cam, cam_course, contact_modulus, cut_depth, line_pressure
 from rigid import drive_efforts

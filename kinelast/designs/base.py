@@ -32,7 +32,6 @@ TABLES_ON_AXIS = (
     "masses",
     "joints",
     "limits",
-    "cams",
     "springs",
     "sliders",
     "slots",

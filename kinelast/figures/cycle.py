@@ -26,7 +26,7 @@ from elastic import (
 from elastic.assessment import PathDeviation, buckling_bound, buckling_ratio, euler_ratio, path_deviation
 from elastic.beams import designs_of
 from kinelast.scene.data import Scene, scene_deflection
-from kinelast.scene.figure import RowSearch
+from kinelast.scene.figure import NOISE, RowSearch
 from kinelast.scene.names import drive_words, joint_words, points_of
 from kinelast.tasks.progress import one_thread
 from machine.drives import time_weights
@@ -34,11 +34,10 @@ from machine.joints import JointCourse, joint_course
 from rigid import Mechanism, Motion, Reals, drive_efforts, reachable
 from rigid.arrays import Flags, Numbers
 
-__all__ = ["drive_words", "joint_words", "points_of"]
+__all__ = ["NOISE", "drive_words", "joint_words", "points_of"]
 Result = TypeVar("Result")
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not Kind.LOAD)
 WELL = 1e6  # condition up to which a position counts in the largest values: beyond, round-off grows into them
-NOISE = 1e-12  # share of the scene's forces and displacements below which a figure is round-off
 STATIONS = 21  # along a beam, where it is looked at closely enough for differences
 SETTLED = 1e-5  # so that derivatives are those of a natural frequency, not of its refinement
 

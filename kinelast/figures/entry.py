@@ -15,20 +15,15 @@ from kinelast.scene.error import fault, likely
 from kinelast.scene.figure import (
     AVERAGE,
     BEAM,
-    CAM,
     DRIVE,
-    FACED,
     FIXED,
     FRICTION,
-    HELD,
     JOINT,
     LARGEST,
     LEAST,
     LINK,
     MOST,
     POINT,
-    PRESSED,
-    ROLLED,
     RUBBING,
     SCENE,
     STOPPING,
@@ -48,9 +43,9 @@ from kinelast.scene.parts.fatigue import FATIGUED
 from rigid.arrays import Integers, Reals
 
 __all__ = [
-    "AVERAGE", "BEAM", "CAM", "DRIVE", "FACED",
-    "FIXED", "FRICTION", "HELD", "JOINT", "LARGEST", "LEAST", "LINK", "MOST", "POINT",
-    "PRESSED", "ROLLED", "RUBBING", "SCENE", "STOPPING", "Figure", "Kind", "averaged", "each",
+    "AVERAGE", "BEAM", "DRIVE",
+    "FIXED", "FRICTION", "JOINT", "LARGEST", "LEAST", "LINK", "MOST", "POINT",
+    "RUBBING", "SCENE", "STOPPING", "Figure", "Kind", "averaged", "each",
     "fixed", "items_of", "largest_of", "least", "sole", "whole",
 ]  # fmt: skip
 """Names of `kinelast.scene.figure`, which files of this room and above take from here."""

@@ -11,8 +11,7 @@ import numpy as np
 
 from elastic.assessment import harmonics
 from kinelast.figures.cycle import NOISE
-from kinelast.figures.drives import CAM_FIGURES, cam_flanks, cam_force
-from kinelast.figures.entry import DRIVE, HELD, items_of
+from kinelast.figures.entry import DRIVE, items_of
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, figure, largest
 from kinelast.scene.data import Scene
@@ -20,6 +19,8 @@ from kinelast.scene.drives import DriveEffort
 from kinelast.scene.part import Part
 from kinelast.scene.parts import PARTS
 from kinelast.scene.parts.bearings import BEARINGS, joints_with, lost_contact
+from kinelast.scene.parts.cam_courses import HELD, cam_flanks, cam_force
+from kinelast.scene.parts.cams import CAMS
 from kinelast.scene.parts.fatigue import beam_fatigue
 from machine.cams import CamPush, cut_depth
 from rigid import ConstantSpeed, LineLoad, Link, Lump, PointLoad, Resistance, TorsionSpring, law_peaks
@@ -263,7 +264,7 @@ def cam_rows(results: Results) -> dict[str, dict[str, Any]]:
     scene, cycle, rows = results.scene, results.cycle, {}
     for name, cam in scene.cams.items():
         flanks = cam_flanks(cycle, name)
-        figures = {each.key: _figure_of(results, each.key, name) for each in CAM_FIGURES}
+        figures = {each.key: _figure_of(results, each.key, name) for each in CAMS.figures}
         undercut = np.any([flank.undercut for flank in flanks], axis=0)
         force = cam_force(cycle, name) if name in items_of(scene, HELD) else np.ones(1)
         noise = NOISE * float(np.nanmax(np.abs(force), initial=0.0))

@@ -7,26 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.figures.drives import CAM_NEEDS, cam_faults
-from kinelast.figures.entry import PRESSED, items_of
+from kinelast.figures.entry import items_of
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import RangeCheck
 from kinelast.scene.parts import PARTS
+from kinelast.scene.parts.cam_courses import CAM_NEEDS, cam_faults
 from machine import Range
-from machine.cams import HERTZ_RANGE
 from rigid.arrays import Flags
 
-
-def _over_yield(scene: Scene, pressures: Any) -> Any:
-    yields = [np.ravel(scene.cams[name].yield_stress)[0] for name in items_of(scene, PRESSED)]
-    return pressures / np.array(yields)
-
-
-CHECKS = (
-    *(check for part in PARTS for check in part.checks),
-    RangeCheck(HERTZ_RANGE, PRESSED, "cam_pressure", quantity=_over_yield),
-)
+CHECKS = [check for part in PARTS for check in part.checks]
 
 
 def needed_by_limits(scene: Scene) -> set[str]:

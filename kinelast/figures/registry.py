@@ -12,7 +12,7 @@ import numpy as np
 from elastic import FIELDS, Largest, Section, displacement_of, largest_row
 from elastic.assessment import angle_error
 from kinelast.figures.cycle import EXTREME_FIELDS, AlongBeams, Cycle, drive_words
-from kinelast.figures.drives import CAM_FIGURES, DRIVE_FIGURES
+from kinelast.figures.drives import DRIVE_FIGURES
 from kinelast.figures.entry import (
     BEAM,
     DRIVE,
@@ -164,7 +164,6 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
            DRIVE, each(lambda cycle: cycle.efforts), told=True),
     *DRIVE_FIGURES,
     *(figure for part in PARTS for figure in part.figures),
-    *CAM_FIGURES,
     Figure("joint_force", "force in a joint", "N", JOINT,
            each(lambda cycle: [np.abs(force) for force in cycle.deflection.forces.force]), told=True),
     Figure("friction_effort", "effort of friction in a joint", _rubbing_units, RUBBING,

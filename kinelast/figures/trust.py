@@ -14,13 +14,13 @@ import numpy as np
 from elastic.assessment import LIMITS, shear_share
 from kinelast.figures.checks import check_passed, nearer
 from kinelast.figures.cycle import NOISE, WELL
-from kinelast.figures.drives import ACROSS
 from kinelast.figures.inputs import CAUTION, GOOD, OPEN, ORDER, POOR, Finding, cycle_findings, input_findings
 from kinelast.figures.parts import cam_rows, friction_figures
 from kinelast.figures.ranges import outside_ranges
 from kinelast.figures.results import Results, at_peak, worst_figure
 from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT
 from kinelast.scene.numbers import error_percent, number, percent, quantity
+from kinelast.scene.parts.cam_courses import ACROSS
 from rigid import Friction, counted
 
 THEORY, CAMS = "Accuracy", "Cams"

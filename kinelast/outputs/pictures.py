@@ -15,7 +15,6 @@ import numpy as np
 
 from elastic import sample
 from kinelast.figures.cycle import points_of
-from kinelast.figures.drives import cam_outline
 from kinelast.figures.results import Results
 from kinelast.outputs.charts import INK, SOFT, STYLE, axis, cycle_charts, cycle_maps, line_charts, svg_of
 from kinelast.outputs.positions import PROFILE
@@ -24,6 +23,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.numbers import number as written
 from kinelast.scene.numbers import quantity, round_down
 from kinelast.scene.parts import strokes_of
+from kinelast.scene.parts.cam_courses import cam_outline
 from kinelast.tasks.request import Request, RequestError
 from rigid import Posture, position_of
 from rigid.kinetostatics import beam_directions

@@ -12,11 +12,11 @@ import numpy as np
 
 from elastic import FIELDS, sample
 from kinelast.figures.cycle import drive_words, points_of
-from kinelast.figures.drives import cam_flanks, cam_force, cam_outline, cam_pressure, cam_torque
 from kinelast.figures.results import Results
 from kinelast.outputs.table import Column, Table, csv_bytes
 from kinelast.scene.data import Scene
 from kinelast.scene.error import likely
+from kinelast.scene.parts.cam_courses import cam_flanks, cam_force, cam_outline, cam_pressure, cam_torque
 from kinelast.tasks.request import RequestError
 from rigid import Motion, acceleration_of, position_of, transmission_angles, velocity_of
 

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from math import nan
 from typing import Any
 
@@ -14,7 +15,7 @@ from msgspec import Struct
 
 from kinelast.scene.course import Course, CourseByLaws, IntegratedCourse, Run
 from kinelast.scene.data import Scene, Theory
-from kinelast.scene.drives import DriveEffort, DriveLaw, build_cams, build_drives
+from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives
 from kinelast.scene.error import fault
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import (
@@ -33,7 +34,6 @@ from kinelast.scene.parts import PARTS
 from kinelast.scene.sections import Material, SectionSource, making, materials_of, poisson_of
 from kinelast.scene.tables import BoundTable
 from kinelast.scene.units import Quantity
-from machine.cams import CamPush
 from rigid import LineLoad, Link, Load, Mechanism, SegmentedLaw, TableLaw
 from rigid.analysis import Repetition, drives_repeat, mechanism_repeats
 
@@ -111,16 +111,14 @@ def built(
         mechanism = replace(mechanism, loads=_loads(table, parts, run.duration))
     bodies = undivided(mechanism, parts.bodies, varied)
     mechanism = _with_bodies(mechanism, parts.bodies, bodies)
-    cams = build_cams(table, mechanism, parts.laws, run.duration)
-    if pushing := {name: cam for name, cam in cams.items() if table.cams[name].push}:
-        known = tuple(law for law in parts.laws if not isinstance(law, DriveEffort))
-        differ = np.zeros(np.broadcast_shapes(*(cam.designs for cam in pushing.values())))
-        push = CamPush((*pushing.values(),), known, (*pushing,), differ)
-        mechanism = replace(mechanism, loads=(*mechanism.loads, push))
     beams = [(body, k) for body in bodies for k in range(len(body.sections))]
     made_of = tuple(making(table, body.link.name, body.numbers[k]) for body, k in beams)
     materials = materials_of(table, {made.material for made in made_of if made.material})
-    assembly = Assembly(table, mechanism, beams, made_of, materials)
+    assembly = Assembly(table, mechanism, beams, made_of, materials, parts.laws, run.duration,
+                        partial(materials_of, table), poisson_of)  # fmt: skip
+    built_parts = {part.key: part.build(assembly) for part in PARTS}
+    pushes = [load for part in PARTS for load in part.loads(assembly, built_parts[part.key])]
+    mechanism = replace(mechanism, loads=(*mechanism.loads, *pushes)) if pushes else mechanism
     scene = Scene(
         name=name,
         title=table.title or name.replace("_", " "),
@@ -138,8 +136,7 @@ def built(
         theory=_theory(table, materials, made_of),
         report_units=table.run.report_units or {"mm": "mm", "in": "in"}.get(table.units, "SI"),
         written=written_units(table),
-        cams=cams,
-        parts={part.key: part.build(assembly) for part in PARTS},
+        parts=built_parts,
     )
     return replace(scene, limits=build_limits(table, scene))
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
@@ -13,22 +12,18 @@ import numpy as np
 
 from elastic import Deflection, JointCompliance, Section, deflection
 from elastic.links import members_of
-from kinelast.scene.course import Course, CourseByLaws, Run, table_of
+from kinelast.scene.course import Course, Run, table_of
 from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import FigureBound, Limit, Output
-from kinelast.scene.names import drive_names
 from kinelast.scene.numbers import REPORT_UNITS, ToldIn
 from kinelast.scene.sections import Material, SectionSource
 from kinelast.scene.units import shown
-from machine.cams import Cam, cam_course
+from machine.cams import Cam
 from machine.joints import JointParts
 from machine.life import FatigueTask
 from rigid import SINGULAR, Mechanism, MechanismError, Motion, ReachError, TableError, motion, require_reach
-from rigid.kinematics import by_laws
 
-LOOKED_AT = np.array([0.0, 0.137, 0.293, 0.471, 0.683])  # parts of the run at which a cam must move its follower
-UNMOVED = 1e-9  # smallest motion of the follower relative to its distance from the shaft and the drive
 ACCURACY = 0.05  # default accuracy
 QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT = "quasi-static", "elastodynamic", "geometrically-exact"
 
@@ -95,8 +90,6 @@ class Scene:
         Requested theory of the deflection.
     report_units, written
         Unit system of the report ("SI", "mm" or "in"), and the file's units of angles and speeds, by SI unit.
-    cams
-        Cams by name.
     settled
         Distance from rest below which the output has settled after a stop [m or rad]; None if not given.
     parts
@@ -120,9 +113,13 @@ class Scene:
     theory: Theory = Theory()
     report_units: str = "SI"
     written: Mapping[str, tuple[float, str]] = field(default_factory=dict)
-    cams: Mapping[str, Cam] = field(default_factory=dict)
     settled: Any = None
     parts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @property
+    def cams(self) -> Mapping[str, Cam]:
+        """Cams by name."""
+        return self.parts["cams"]
 
     @property
     def fatigue(self) -> FatigueTask | None:
@@ -261,20 +258,6 @@ def require_determined(scene: Scene) -> None:
     except MechanismError as error:
         _require_no_flat_triangle(scene)
         raise SceneError(scene.path, table_of(mechanism, error), "", str(error)) from None
-
-
-def require_moved(scene: Scene) -> None:
-    """Raise if the drive of a cam does not move the follower at the contact."""
-    if not scene.cams or not isinstance(scene.course, CourseByLaws):
-        return
-    times = LOOKED_AT * float(scene.run.duration)
-    with suppress(MechanismError):
-        moved = motion(scene.mechanism, *by_laws(scene.course.laws, times), times)
-        for name, cam in scene.cams.items():
-            course = cam_course(moved, cam)
-            if (np.abs(course.influence) <= UNMOVED * np.abs(course.follower)).all():
-                problem = f'the drive "{drive_names(scene.mechanism)[cam.drive]}" does not move "{cam.points[0]}"'
-                raise SceneError(scene.path, f"cams.{name}", "drive", f'{problem} of the link "{cam.follower}"')
 
 
 def _require_no_flat_triangle(scene: Scene) -> None:

@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from kinelast.scene.build import built
-from kinelast.scene.data import Scene, require_determined, require_moved
+from kinelast.scene.data import Scene, require_determined
 from kinelast.scene.drives import motion_of
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import require_studies
 from kinelast.scene.mistakes import all_mistakes
 from kinelast.scene.parsing import parse_parts, parse_scene
+from kinelast.scene.parts.cams import require_moved
 from kinelast.scene.sections import Read, read_as, with_files
 from kinelast.scene.text import (
     COLUMNS,

@@ -3,34 +3,27 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
-from math import isclose, isfinite, nan, pi
+from math import isclose, isfinite
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from kinelast.scene.error import fault, known_name, require_absent
+from kinelast.scene.error import fault, require_absent
 from kinelast.scene.format import SceneTable
-from kinelast.scene.links import Points, drawn_direction, known_point
+from kinelast.scene.links import Points, drawn_direction
 from kinelast.scene.loads import APART, factor_law
 from kinelast.scene.moved_joint import Drive, coordinate, moved_joint
-from kinelast.scene.names import drive_names
-from kinelast.scene.numbers import phase, quantity, real, require, vector
+from kinelast.scene.numbers import phase, real
 from kinelast.scene.parts.motors import motor_of
 from kinelast.scene.quantities import Abscissa, Angle, Length, Time
-from kinelast.scene.sections import materials_of, poisson_of
-from kinelast.scene.tables import PER_LENGTH, CamTable, DriveTable
+from kinelast.scene.tables import PER_LENGTH, DriveTable
 from kinelast.scene.units import Quantity
-from machine.cams import INNER, Cam, contact_modulus
 from rigid import (
-    GROUND,
     ConstantSpeed,
     LawError,
     Link,
-    Mechanism,
     Reals,
     RepeatedLaw,
     Segment,
@@ -345,188 +338,3 @@ def _effort(
     curve = factor.curve
     law = replace(factor, curve=lambda place: size * curve(place))
     return DriveEffort(Effort(law), start, _speed(where, table, unit))
-
-
-WHOLE = 1e-9  # of a turn or a motion, by which a cam may miss its start
-SMOOTH = 1e-6  # of a speed, by which it may be another one there
-INSTANTS = 257  # of a run, at which the motion is held against that a turn of the cam later
-POISSON = 0.3  # of metals, where a material tells none
-
-
-def build_cams(
-    scene: SceneTable, mechanism: Mechanism, laws: Sequence[DriveLaw | DriveEffort], duration: Any
-) -> dict[str, Cam]:
-    """Cams by their names.
-
-    Raises
-    ------
-    SceneError
-        A part that there is not, a follower that is told in no way or in two, a motion or speed that gives no closed
-        cam.
-    """
-    cams = {name: _cam(f"cams.{name}", table, scene, mechanism, laws, duration) for name, table in scene.cams.items()}
-    giver: dict[int, str] = {}
-    for name, cam in cams.items():
-        if (first := giver.setdefault(cam.drive, name)) != name:
-            problem = f'has its motion from the cam "{first}" already; a groove, flank = "both", has two flanks'
-            raise fault(f"cams.{name}", "drive", f'the drive "{drive_names(mechanism)[cam.drive]}" {problem}')
-    return cams
-
-
-def _cam(
-    where: str,
-    table: CamTable,
-    scene: SceneTable,
-    mechanism: Mechanism,
-    laws: Sequence[DriveLaw | DriveEffort],
-    duration: Any,
-) -> Cam:
-    moving = [link.name for link in mechanism.links[1:] if link.name in scene.links]
-    known_name(where, "follower", table.follower, moving, "moving link")
-    drive = _driven_by(where, table, scene, mechanism, laws)
-    link = mechanism.links[mechanism.index[table.follower]]
-    if (table.roller is None) == (table.face is None):
-        raise fault(where, "roller", "expected either roller, its centre, or face, two points of a flat one")
-    centre = _shaft(where, table, mechanism)
-    if table.roller is not None:
-        _require_apart(where, table, mechanism, centre)
-        form: dict[str, Any] = {"roller": link.points[table.roller], "radius": real(table.roller_radius or 0.0)}
-        form["points"] = (table.roller,)
-    else:
-        assert table.face is not None
-        for point in table.face:
-            known_point(where, "face", point, link.points, link.name)
-        start, end = (link.points[point] for point in table.face)
-        require(np.abs(end - start) > 0.0, where, "face", "expected two points at two places")
-        require_absent(where, table, ("roller_radius",), "belongs to a roller")
-        if table.flank != INNER:
-            raise fault(
-                where, "flank", "a flat face has the cam on the side of its shaft: leave it out, or give a roller"
-            )
-        form = {"face": (start, end), "points": table.face}
-    speed = _cam_speed(where, table, duration)
-    _require_closed(where, mechanism, laws, speed, duration)
-    form |= {"follower": table.follower, "flank": table.flank, **_touching(where, table, scene)}
-    return Cam(mechanism.index[table.follower], drive, centre, speed, **form)
-
-
-def _driven_by(
-    where: str, table: CamTable, scene: SceneTable, mechanism: Mechanism, laws: Sequence[DriveLaw | DriveEffort]
-) -> int:
-    """Number of the drive that has its motion from a cam."""
-    names = drive_names(mechanism)
-    if table.drive is None and len(names) > 1:
-        told = ", ".join(f'"{name}"' for name in names)
-        raise fault(where, "drive", f"the key is missing: which of the drives {told} has its motion from the cam")
-    if table.drive is not None:
-        known_name(where, "drive", table.drive, names, "drive")
-    number = 0 if table.drive is None else names.index(table.drive)
-    if isinstance(laws[number], DriveEffort):
-        problem = f'the drive "{names[number]}" is an effort: a cam gives a motion, by speed, law or motion'
-        raise fault(where, "drive", problem)
-    for key in ("motor", "cylinder"):
-        if getattr(scene.drives[number], key) is not None:
-            problem = f'the drive "{names[number]}" has a {key} of its own: take it away, or the cam'
-            raise fault(where, "drive", problem)
-    return number
-
-
-def _shaft(where: str, table: CamTable, mechanism: Mechanism) -> Any:
-    """Place of a cam's shaft [m]."""
-    if isinstance(table.centre, str):
-        known_point(where, "centre", table.centre, mechanism.links[0].points, GROUND)
-        return mechanism.links[0].points[table.centre]
-    return vector(table.centre)
-
-
-def _require_apart(where: str, table: CamTable, mechanism: Mechanism, centre: Any) -> None:
-    """Raise where a roller is no point of its link, does not move, or lies on the shaft as drawn."""
-    assert table.roller is not None
-    ground, points = mechanism.links[0].points, mechanism.links[mechanism.index[table.follower]].points
-    known_point(where, "roller", table.roller, points, table.follower)
-    if table.roller in ground:
-        raise fault(where, "roller", f'"{table.roller}" is a point of the ground, which no cam can move')
-    drawn = mechanism.drawing.get(table.roller)
-    if drawn is None:
-        return
-    reach, radius = abs(drawn - centre), real(table.roller_radius or 0.0)
-    require(reach > WHOLE * (abs(drawn) + abs(centre)), where, "roller",
-            f'"{table.roller}" is drawn at the centre of the shaft: give the cam another centre')  # fmt: skip
-    if table.flank == INNER:
-
-        def problem(of: Any) -> str:
-            size, apart = (quantity(float(of(each)), "m") for each in (radius, reach))
-            return f"a roller of {size} covers the shaft, which is {apart} from its centre as drawn"
-
-        require(reach > radius, where, "roller_radius", problem)
-
-
-def _cam_speed(where: str, table: CamTable, duration: Any) -> Any:
-    """Speed of a cam's shaft [rad/s]: as told, whole turns in the run, or one turn in it."""
-    if table.speed is None:
-        return 2.0 * pi / duration
-    speed = real(table.speed)
-    turns = abs(speed) * duration / (2.0 * pi)
-
-    def problem(of: Any) -> str:
-        one = 60.0 / of(duration)
-        return (
-            f"makes {of(turns):.6g} turns in the run of {of(duration):.6g} s, expected whole ones: {one:.8g} rpm is one"
-        )
-
-    require((turns > 0.5) & (abs(turns - np.round(turns)) <= WHOLE * turns), where, "speed", problem)
-    return speed
-
-
-def _require_closed(
-    where: str, mechanism: Mechanism, laws: Sequence[DriveLaw | DriveEffort], speed: Any, duration: Any
-) -> None:
-    """Raise where a turn of the cam does not bring the drives back to where they were, with the same speeds."""
-    turn = 2.0 * pi / abs(speed)
-    times = np.linspace(0.0, 1.0, INSTANTS) * np.maximum(duration - turn, 0.0)
-    for name, drive, law in zip(drive_names(mechanism), mechanism.drives, laws, strict=True):
-        if isinstance(law, DriveEffort):
-            raise fault(where, "drive", f'the drive "{name}" is an effort, of which no cam can know the motion')
-        (first, before, _), (second, after, _) = law(times), law(np.minimum(times + turn, duration))
-        what, unit, size = ("angle", "deg", 180.0 / pi) if drive.turns else ("slide", "mm", 1e3)
-        missed = second - first
-        if drive.turns:
-            missed = missed - 2.0 * pi * np.round(missed / (2.0 * pi))
-        off, reach, corner, fastest = (_greatest(each) for each in (missed, first, after - before, before))
-        head = f'the {what} of the drive "{name}" is up to'
-        tail = f"{unit} off after a turn of the cam: end its law where it starts, or give the cam another speed"
-
-        def problem(of: Any, off: Any = off, size: float = size, head: str = head, tail: str = tail) -> str:
-            return f"{head} {of(off) * size:.4g} {tail}"
-
-        require(off <= WHOLE * (1.0 + np.abs(reach) if drive.turns else reach), where, "speed", problem)
-        corners = f'the drive "{name}" comes back after a turn of the cam at another speed: the cam would have a corner'
-        require(corner <= SMOOTH * np.maximum(fastest, SMOOTH), where, "speed", corners)
-
-
-def _greatest(values: Any) -> Any:
-    """Greatest magnitude over the instants, the last axis: a number, or of many designs shape (designs, 1)."""
-    return np.max(np.abs(values), axis=-1, keepdims=np.ndim(values) > 1)
-
-
-def _touching(where: str, table: CamTable, scene: SceneTable) -> dict[str, Any]:
-    """Width of the contact and its modulus, where they are known."""
-    told: dict[str, Any] = {} if table.width is None else {"width": real(table.width)}
-    if table.pressure is not None:
-        for key in ("width", "material"):
-            if getattr(table, key) is None:
-                raise fault(where, key, "the key is missing: pressure is by the width and the material of the contact")
-        if table.roller is not None and table.roller_radius is None:
-            raise fault(where, "roller_radius", "the key is missing: a knife edge presses without bounds")
-    if table.material is None:
-        require_absent(where, table, ("follower_material",), "belongs beside material, that of the cam")
-        return told
-    pairs: list[Any] = []
-    yields: list[Any] = []
-    for key, name in (("material", table.material), ("follower_material", table.follower_material or table.material)):
-        known = materials_of(scene, [name])
-        known_name(where, key, name, known, "material")
-        poisson = poisson_of(known[name], name)
-        pairs += [real(known[name].E), POISSON if poisson is None else poisson]
-        yields.append(nan if (least := known[name].yield_stress) is None else real(least))
-    return {**told, "modulus": contact_modulus(*pairs), "yield_stress": np.fmin(yields[0], yields[1])}

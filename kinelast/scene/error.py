@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any
 
@@ -101,3 +101,9 @@ def known_name(table: str, key: str, name: str, names: Iterable[str], what: str 
     names = list(names)
     if name not in names:
         raise fault(table, key, f'there is no {what} "{name}"{likely(name, names)}')
+
+
+def known_point(table: str, key: str, point: str, points: Mapping[str, object], link: str) -> None:
+    """Raise where a link has no such point."""
+    if point not in points:
+        raise fault(table, key, f'the link "{link}" has no point "{point}"{likely(point, points)}')

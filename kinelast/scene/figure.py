@@ -11,7 +11,6 @@ import numpy as np
 from elastic import Largest, largest_row
 from kinelast.scene.names import drive_names, joint_words, points_of
 from machine import Range
-from machine.cams import BOTH, Cam
 from rigid.arrays import Flags, Numbers, Reals
 from rigid.kinetostatics import rubbing_joints
 
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
 LARGEST, LEAST, MOST, FIXED = "largest magnitude", "least", "most", "the same at all positions"
 AVERAGE = "over the time of the cycle"
 OUTPUT_ERROR = "output_error"  # key of a figure
+NOISE = 1e-12  # share of a scene's forces and displacements below which a figure is round-off
 
 
 @dataclass(frozen=True)
@@ -54,24 +54,6 @@ POINT = Kind("point", lambda scene: (name for name, _ in points_of(scene.mechani
 JOINT = Kind("joint", lambda scene: (name for name, _ in joint_words(scene.mechanism)))
 RUBBING = Kind("joint with friction", _rubbing)
 DRIVE = Kind("drive", lambda scene: drive_names(scene.mechanism))
-
-
-def _pressed(cam: Cam) -> bool:
-    """Whether the pressure of the contact is known; a knife edge has none."""
-    known = not (np.isnan(cam.width).any() or np.isnan(cam.modulus).any())
-    return known and not (cam.roller is not None and np.equal(cam.radius, 0.0).all())
-
-
-def _cams(name: str, has: Callable[[Cam], bool]) -> Kind:
-    """The cams of which a condition holds."""
-    return Kind(name, lambda scene: [cam for cam in scene.cams if has(scene.cams[cam])])
-
-
-CAM = _cams("cam", lambda _: True)
-ROLLED = _cams("cam with a roller", lambda cam: cam.roller is not None)
-FACED = _cams("cam with a face", lambda cam: cam.face is not None)
-HELD = _cams("open cam", lambda cam: cam.flank != BOTH)
-PRESSED = _cams("pressed cam", _pressed)
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,6 @@ from kinelast.scene.quantities import (
 )
 from kinelast.scene.tables import (
     Amount,
-    CamTable,
     DriveTable,
     GearTable,
     JointTable,
@@ -345,7 +344,6 @@ class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
     joints: dict[Name, JointTable] = field(default_factory=dict)  #: joints that rub, give way or do not fit
     masses: dict[Name, Mass] = field(default_factory=dict)  #: point masses at joints
     drives: list[DriveTable] = field(default_factory=list)  #: one for every freedom
-    cams: dict[Name, CamTable] = field(default_factory=dict)  #: cams that give drives their motions
     loads: list[LoadTable] = field(default_factory=list)  #: forces and moments besides inertia and weight
     gears: list[GearTable] = field(default_factory=list)  #: pairs of joints whose coordinates are tied
     springs: list[SpringTable] = field(default_factory=list)  #: springs and dampers

@@ -8,9 +8,9 @@ from math import inf, pi
 from typing import Any
 
 from elastic import JointCompliance
-from kinelast.scene.error import fault, known_name, likely
+from kinelast.scene.error import fault, known_name, known_point, likely
 from kinelast.scene.format import SceneTable
-from kinelast.scene.links import LinkModel, Points, drawn_direction, known_point
+from kinelast.scene.links import LinkModel, Points, drawn_direction
 from kinelast.scene.moved_joint import moved_joint
 from kinelast.scene.numbers import direction_of, real, vector
 from kinelast.scene.quantities import Damping

@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any
 from kinelast.scene.error import SceneError, fault, known_name, likely
 from kinelast.scene.figure import (
     BEAM,
-    CAM,
     OUTPUT_ERROR,
-    PRESSED,
     SCENE,
     STOPPING,
     Limit,
@@ -38,12 +36,6 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
 
 __all__ = ["OUTPUT_ERROR", "Limit"]
-CAM_LIMITS = {  # by key of a cam: figure, unit, True for a lower limit
-    "pressure": ("cam_pressure", "Pa", False),
-    "pressure_angle": ("cam_pressure_angle", "rad", False),
-    "radius": ("cam_radius", "m", True),
-    "hollow_radius": ("cam_hollow_radius", "m", True),
-}
 
 
 @dataclass(frozen=True)
@@ -118,7 +110,6 @@ def _limits(table: SceneTable, scene: Scene) -> Iterator[Limit]:
     yield from _of_links(table, limits, "")
     for part in PARTS:
         yield from part.limits(table, scene)
-    yield from _of_cams(table)
     elastic = [link.name for link in mechanism.links[1:] if link.beams]
     for name, own in limits.links.items():
         known_name("limits.links", name, name, elastic, "link with beams")
@@ -173,16 +164,7 @@ def sets_limit(path: str) -> bool:
     """
     table, _, rest = path.partition(".")
     key = rest.partition(".")[2]
-    return (table == "cams" and key in CAM_LIMITS) or any(part.sets_limit(key) for part in PARTS if part.key == table)
-
-
-def _of_cams(table: SceneTable) -> Iterator[Limit]:
-    """Yield the limits of contacts and shapes of cams."""
-    for name, cam in table.cams.items():
-        for key, (figure, unit, least) in CAM_LIMITS.items():
-            value = getattr(cam, key)
-            if value is not None:
-                yield Limit(figure, real(value), least, name, unit, PRESSED if key == "pressure" else CAM)
+    return any(part.sets_limit(key) for part in PARTS if part.key == table)
 
 
 def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from elastic.links import acting_points, in_line, lined_up
-from kinelast.scene.error import fault, likely, require_absent
+from kinelast.scene.error import fault, known_point, likely, require_absent
 from kinelast.scene.format import BeamTable, LinkTable, SceneTable
 from kinelast.scene.numbers import any_nonzero, quotient, real, require, vector
 from kinelast.scene.parsing import check_name
@@ -70,12 +70,6 @@ def _drawn_shape(where: str, table: LinkTable, places: Sequence[Complex]) -> dic
     own = [0j, (length if table.length is None else real(table.length)) + 0j]
     own += [(place - places[0]) * toward.conjugate() for place in places[2:]]
     return dict(zip(names, own, strict=True))
-
-
-def known_point(table: str, key: str, point: str, points: Mapping[str, object], link: str) -> None:
-    """Raise if a link does not have the point."""
-    if point not in points:
-        raise fault(table, key, f'the link "{link}" has no point "{point}"{likely(point, points)}')
 
 
 def drawn_direction(link: Link, places: Points) -> Complex | None:

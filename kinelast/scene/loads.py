@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinelast.scene.error import fault, known_name, require_absent
-from kinelast.scene.links import known_point
+from kinelast.scene.error import fault, known_name, known_point, require_absent
 from kinelast.scene.numbers import any_nonzero, real, vector
 from kinelast.scene.quantities import Damping, Effort, Stiffness
 from kinelast.scene.tables import DriveTable, LoadTable, SpringTable

@@ -13,7 +13,7 @@ from kinelast.scene.figure import LEAST, Figure, Limit, RangeCheck, items_of
 from kinelast.scene.numbers import real
 from kinelast.scene.tables import Name, StrictTable
 from kinelast.scene.units import Quantity
-from rigid import Link, Mechanism, Slider
+from rigid import Link, Load, Mechanism, Slider
 
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene
@@ -29,7 +29,8 @@ ALONE = ""  # name of a part of which a scene has a single table
 class Assembly:
     """The mechanism and the tables for which parts are built.
 
-    `beams`: every beam by its link and its number there; `made_of`: its section and material.
+    `beams`: every beam by its link and its number there; `made_of`: its section and material. `laws`: of the drives;
+    efforts cannot be called. `materials_of`, `poisson_of`: materials by name, and Poisson's ratio of one.
     """
 
     table: SceneTable
@@ -37,6 +38,10 @@ class Assembly:
     beams: Sequence[tuple[LinkModel, int]]
     made_of: Sequence[SectionSource]
     materials: Mapping[str, MaterialTable]
+    laws: Sequence[Any]
+    duration: Any
+    materials_of: Callable[[Iterable[str]], Mapping[str, MaterialTable]]
+    poisson_of: Callable[[MaterialTable, str], Any]
 
     @property
     def links(self) -> dict[str, Link]:
@@ -84,6 +89,8 @@ class Part(Generic[Built]):
         Name of a new part and of what has to be chosen for it; empty if the editor adds it otherwise.
     checks
         Ranges of its formulas.
+    loads
+        Loads of the built parts on the mechanism.
     owned
         From the tables and the scene to its tables by the names of the built parts, if these are not the tables' names.
     drive_row
@@ -110,6 +117,7 @@ class Part(Generic[Built]):
     begin: Callable[[str, str], Mapping[str, Any] | None] = lambda *_: {}
     menu: str = ""
     checks: tuple[RangeCheck, ...] = ()
+    loads: Callable[[Assembly, Any], Iterable[Load]] = lambda *_: ()
     owned: Callable[[SceneTable, Scene], Mapping[str, Any]] | None = None
     drive_row: str = ""
     on_axis: bool = False

@@ -10,7 +10,6 @@ from kinelast.scene.quantities import (
     Abscissa,
     Allowance,
     Angle,
-    CamSpeed,
     Compliance,
     Coordinate,
     Damping,
@@ -21,13 +20,11 @@ from kinelast.scene.quantities import (
     ForcePerLength,
     Length,
     Moment,
-    PressureAngle,
     Ratio,
     Share,
     Size,
     Speed,
     Stiffness,
-    Stress,
     Time,
     TurnCompliance,
 )
@@ -160,31 +157,6 @@ class DriveTable(JointNameTable, frozen=True, kw_only=True):
 
 
 Factor = Annotated[float, Meta(gt=0)]
-
-
-class CamTable(StrictTable, frozen=True, kw_only=True):
-    """A cam that moves a drive: its profile follows from the motion of the follower; limits of its contact."""
-
-    follower: str  #: link moved by the cam
-    centre: str | Place  #: centre of the camshaft: a point of the ground, or `[x, y]` in the drawing
-    roller: str | None = None  #: centre of the roller, a point of the follower; or use `face`
-    roller_radius: Size | None = None  #: radius of the roller, needed for `pressure` [0: knife edge]
-    face: tuple[str, str] | None = None  #: two points of the follower at the ends of its flat face
-    drive: str | None = None  #: link or slider of the drive that the cam moves [the only drive]
-    #: speed of the camshaft, positive counter-clockwise, whole turns in a run [one turn in a run]
-    speed: CamSpeed | None = None
-    #: `"inner"`: cam inside the path of the follower, `"outer"`: ring around it, `"both"`: groove
-    flank: Literal["inner", "outer", "both"] = "inner"
-    #: `false`: the force acts along the coordinate of the drive instead of at the contact
-    push: bool = True
-    width: Size | None = None  #: width of the contact [pressure is not computed]
-    #: material of the cam, under `[materials]` or in the library [pressure is not computed]
-    material: str | None = None
-    follower_material: str | None = None  #: material of the roller or face [as `material`]
-    pressure: Stress | None = None  #: largest allowed Hertzian contact pressure [none]
-    pressure_angle: PressureAngle | None = None  #: largest allowed pressure angle, such as `"30 deg"` [none]
-    radius: Size | None = None  #: smallest allowed convex radius of curvature [none]
-    hollow_radius: Size | None = None  #: smallest allowed concave radius of curvature, such as the cutter radius [none]
 
 
 class GearTable(StrictTable, frozen=True, kw_only=True):

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.figures.drives import CAM_FIGURES
 from kinelast.figures.entry import LEAST
 from kinelast.figures.results import Results
 from kinelast.outputs.page.data import Numbers, kept_positions, model_of, numbers_of
@@ -24,6 +23,7 @@ from kinelast.outputs.sealed import json_bytes
 from kinelast.outputs.words import verdict_words
 from kinelast.scene.numbers import SI, ToldIn
 from kinelast.scene.parts.bearings import BEARINGS
+from kinelast.scene.parts.cams import CAMS
 from kinelast.scene.parts.fatigue import FATIGUE
 from rigid.arrays import Integers, Reals
 
@@ -158,7 +158,7 @@ SHOWN = 10_000  # designs of a page: of more, the fronts and a random part
 FRONTS = 6  # figures with a front for each pair
 GREATER = frozenset(  # figures that are better if larger
     ("safety", "transmission_angle", "reach", "limits_kept", "limits_margin", "output_travel")
-).union(each.key for each in (*BEARINGS.figures, *FATIGUE.figures, *CAM_FIGURES) if each.over == LEAST)
+).union(each.key for each in (*BEARINGS.figures, *FATIGUE.figures, *CAMS.figures) if each.over == LEAST)
 
 
 def designs_page(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from kinelast.scene.part import Part, Stroke
 from kinelast.scene.parts.bearings import BEARINGS
+from kinelast.scene.parts.cams import CAMS
 from kinelast.scene.parts.cylinders import CYLINDERS
 from kinelast.scene.parts.fatigue import FATIGUE
 from kinelast.scene.parts.flywheels import FLYWHEELS
@@ -15,7 +16,7 @@ from kinelast.scene.parts.stops import STOPS
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene
 
-PARTS: tuple[Part[Any], ...] = (FLYWHEELS, MOTORS, CYLINDERS, BEARINGS, FATIGUE, STOPS)
+PARTS: tuple[Part[Any], ...] = (FLYWHEELS, MOTORS, CYLINDERS, CAMS, BEARINGS, FATIGUE, STOPS)
 
 
 def strokes_of(scene: Scene) -> list[Stroke]:
