@@ -13,6 +13,7 @@ import elastic.beams
 import elastic.vibration
 from animations import DIAGRAMS, Style, diagram_named, movie
 from elastic import FIELDS, PRIMARY, Section, Taper, coefficients, deflection, extremes, marked, sample
+from elastic.beams.polynomials import at_marks, greatest_at, turning_points
 from elastic.beams.taper import piece_ends
 from rigid import Beam, Link, Mechanism, PointLoad, Slider, motion
 
@@ -210,6 +211,22 @@ def test_results_say_what_they_are_in_a_line():
         assert len(repr(told)) < 100
         assert "\n" not in repr(told)
     assert repr(Section(2e6, np.array([[1.0], [2.0]]), taper=STEEP)) == "Section(EA=2e+06, EI=of 2 designs, tapered)"
+
+
+@pytest.mark.parametrize("count", [3, 5, 8, 11])
+def test_turning_points_bracket_the_greatest_value(count):
+    """Against the roots of each slope, by companion matrices; some coefficients are zero, some zeros at the ends."""
+    draw = np.random.default_rng(count)
+    values = draw.normal(size=(count, 400)) * (draw.uniform(size=(count, 400)) > 0.2)
+    values[1, ::7] = 0.0
+    marks, heights = at_marks(values, turning_points(values))
+    assert (np.diff(marks, axis=0) >= 0.0).all()
+    for one, found in zip(values.T, greatest_at(marks, heights)[0], strict=True):
+        polynomial = np.polynomial.Polynomial(one)
+        roots = polynomial.deriv().roots()
+        inside = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0) & (roots.real < 1)]
+        greatest = np.abs(polynomial(np.array([0.0, 1.0, *inside]))).max()
+        assert abs(found) == pytest.approx(greatest, rel=1e-9, abs=1e-12)
 
 
 class TestMembers:

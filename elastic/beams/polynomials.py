@@ -1,12 +1,15 @@
 """Zeros and extreme values on [0, 1] of many polynomials at once, to round-off.
 
 Between two neighbouring turning points a polynomial has at most one zero. The turning points are the zeros of the
-derivative. So all zeros follow recursively, starting from the straight line.
+derivative. So all zeros follow recursively, starting from the straight line. Bernstein coefficients spare most of this
+recursion: the number of zeros in (0, 1) is the number of their sign changes, or less by an even number.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
+from math import comb
 from typing import Any
 
 import numpy as np
@@ -16,7 +19,17 @@ from rigid.arrays import Numbers, Reals
 
 MAX_STEPS = 60  # of Newton's method: as many bisections exhaust a double's precision
 COMMON_STEPS = 4  # steps for all zeros, before converged ones are dropped
+MAX_DIRECT = 3  # coefficients up to which the zeros have closed forms
 LAST_CHANGE = 1e-8  # after a change of xi this small, one more quadratic step reaches round-off
+
+
+@cache
+def gauss_points(count: int) -> tuple[Reals, Reals]:
+    """Gauss-Legendre points on [0, 1] and their weights, read-only."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    xi, weights = (nodes + 1.0) / 2.0, weights / 2.0
+    xi.flags.writeable = weights.flags.writeable = False
+    return xi, weights
 
 
 def evaluate(values: Coefficients, xi: Reals | float) -> Reals:
@@ -68,7 +81,28 @@ def turning_points(values: Coefficients) -> Reals | tuple[()]:
     if len(values) < 3:
         return ()
     slope = derivative(values)
-    return zeros_of(slope, turning_points(slope))
+    if len(slope) <= MAX_DIRECT:
+        return zeros_of(slope, turning_points(slope))
+    flat = slope.reshape(len(slope), -1)
+    rising = (hull := _in_bernstein(len(flat)) @ flat) > 0.0
+    changes = np.count_nonzero(rising[1:] != rising[:-1], axis=0)
+    certain = (hull != 0.0).all(axis=0)
+    one, many = np.flatnonzero(certain & (changes == 1)), np.flatnonzero(~certain | (changes > 1))
+    turning = np.zeros((len(values) - 2, flat.shape[1]))
+    if len(one):
+        first, last = hull[0, one], hull[-1, one]  # the slopes at the ends
+        turning[:, one] = _between(flat[:, one], (np.zeros(len(one)), first), (np.ones(len(one)), last))
+    if len(many):
+        part = flat[:, many]
+        turning[:, many] = zeros_of(part, turning_points(part))
+    return turning.reshape(-1, *slope.shape[1:])
+
+
+@cache
+def _in_bernstein(count: int) -> Reals:
+    """From coefficients in powers to Bernstein's coefficients on [0, 1], shape (count, count)."""
+    order = count - 1
+    return np.array([[comb(row, power) / comb(order, power) for power in range(count)] for row in range(count)])
 
 
 def at_marks(values: Coefficients, turning: Reals | tuple[()] = ()) -> tuple[Reals, Reals]:

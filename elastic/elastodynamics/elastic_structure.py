@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from elastic.beams.polynomials import gauss_points
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.clamped_shapes import SCALES, clamped_link
 from elastic.links.beam_trees import root_of, trees_of
@@ -116,8 +117,7 @@ def _tapers(mechanism: Mechanism, sections: Sequence[Section]) -> int:
 
 def _masses(mechanism: Mechanism, points: int) -> tuple[Any, Any, Any, Any, Any]:
     """Gauss points, lengths, weights, masses and moments of inertia of all beams."""
-    nodes, weights = np.polynomial.legendre.leggauss(points)
-    xi = (nodes + 1) / 2
+    xi, weights = gauss_points(points)
     lengths, masses, rotary = (
         np.zeros(len(mechanism.beams)),
         np.zeros((len(mechanism.beams), points)),
@@ -127,7 +127,7 @@ def _masses(mechanism: Mechanism, points: int) -> tuple[Any, Any, Any, Any, Any]
         ends = mechanism.links[at].points
         lengths[number] = np.ravel(np.abs(ends[beam.end] - ends[beam.start]))[0]
         masses[number], rotary[number] = masses_along(beam, xi)
-    integral = lengths[:, None] * (weights / 2)
+    integral = lengths[:, None] * weights
     return xi, lengths, integral, masses * integral, rotary * integral
 
 

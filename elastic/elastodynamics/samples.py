@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import legendre
 
-from elastic.beams.polynomials import evaluate
+from elastic.beams.polynomials import evaluate, gauss_points
 from elastic.sampling import sample
 from elastic.solution import Deflection
 from rigid.arrays import Reals
@@ -31,8 +31,8 @@ def along_beams(bent: Deflection, field: str, xi: Reals) -> Reals:
 def _nearest(parts: Reals, start: Reals, width: Any, xi: Any) -> Reals:
     """Values at xi of the polynomial closest to a piecewise polynomial, shape (..., positions, points)."""
     order = len(xi) - 1
-    nodes, weights = legendre.leggauss((len(parts) + order) // 2 + 1)
-    nodes, weights = (part.reshape(-1, *(1,) * np.ndim(width)) for part in ((nodes + 1) / 2, weights / 2))
+    points = gauss_points((len(parts) + order) // 2 + 1)
+    nodes, weights = (part.reshape(-1, *(1,) * np.ndim(width)) for part in points)
     places = start + width * nodes
     heights = evaluate(parts, np.broadcast_to(nodes, places.shape)) if len(parts) > 1 else parts[0] + 0 * places
     basis = legendre.legvander(2 * places - 1, order)
