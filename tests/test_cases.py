@@ -237,6 +237,17 @@ class TestVerdicts:
         largest = summary["figures"]["deflection"]
         assert largest["error"] < 0.02 * abs(largest["value"])
 
+    def test_a_motion_that_was_followed_once_gives_the_postures_between(self, monkeypatch):
+        """The excavator is placed by Newton's method: further instants begin at known postures, and end at the same."""
+        text = (CASES / "new_user" / "excavator.toml").read_text()
+        course, other = (scene_from_text(text).course for _ in range(2))
+        times = course.closer(course.at(course.times()).time)
+        expected = other.at(times)
+        monkeypatch.setattr("rigid.positions.link_positions.branch_through", None)
+        found = course.at(times)
+        np.testing.assert_allclose(found.direction, expected.direction, atol=1e-12)
+        np.testing.assert_allclose(found.origin, expected.origin, atol=1e-12)
+
     @pytest.mark.slow
     def test_a_peak_that_is_narrower_than_the_positions_are_apart_is_in_the_error(self, answered):
         """The largest deflection is 0.0720 mm, where 360 positions find 0.0524."""

@@ -91,7 +91,7 @@ def turning_points(values: Coefficients) -> Reals | tuple[()]:
     turning = np.zeros((len(values) - 2, flat.shape[1]))
     if len(one):
         first, last = hull[0, one], hull[-1, one]  # the slopes at the ends
-        turning[:, one] = _between(flat[:, one], (np.zeros(len(one)), first), (np.ones(len(one)), last))
+        turning[:, one] = _zeros_in_brackets(flat[:, one], (np.zeros(len(one)), first), (np.ones(len(one)), last))
     if len(many):
         part = flat[:, many]
         turning[:, many] = zeros_of(part, turning_points(part))

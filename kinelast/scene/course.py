@@ -27,6 +27,7 @@ OnStep = Callable[[float], None]
 CLOSER = 1440  # smallest number of instants at which rigid figures are searched
 FINE, SHARES = 20001, 64  # instants for the acceleration of a law, and extra instants where it is large
 LOOKED_AT = 257  # instants that show whether a run ends at rest
+MIN_KNOWN, MAX_TURN = 90, 0.1  # fewest positions and largest turn of a link [rad] between them to reuse postures
 
 
 @dataclass(frozen=True)
@@ -186,7 +187,33 @@ class CourseByLaws(Course):
         """Return the motion at any instants."""
         times = np.asarray(times, float)
         with of_scene(self.path, self.mechanism):
-            return motion(self.mechanism, *by_laws(self.laws, times), times)
+            drives = by_laws(self.laws, times)
+            moved = self._beside(times, drives)
+            if moved is None:
+                moved = motion(self.mechanism, *drives, times)
+                if not self._followed and _worth_keeping(moved):
+                    self._followed.append(moved)
+        return moved
+
+    @cached_property
+    def _followed(self) -> list[Motion]:
+        """Cache of the first motion with many positions that Newton's method followed from the drawing."""
+        return []
+
+    def _beside(self, times: Reals, drives: tuple[Reals, Reals, Reals]) -> Motion | None:
+        """Return the motion from nearby known postures; None if there are none, or a link is far from the nearest."""
+        if not self._followed or times.ndim != 1:
+            return None
+        known = self._followed[0]
+        right = np.clip(np.searchsorted(known.time, times), 1, len(known.time) - 1)
+        at = right - (times - known.time[right - 1] < known.time[right] - times)
+        near = Posture(self.mechanism, known.origin[:, at], known.direction[:, at])
+        try:
+            moved = motion(self.mechanism, *drives, times, near)
+        except MechanismError:
+            return None
+        step = np.abs(np.diff(known.direction)).max(axis=-1, keepdims=True)
+        return moved if (np.abs(moved.direction - near.direction) <= step).all() else None
 
     def near(self, times: Any, postures: Posture) -> Motion:
         """Return the motion at separate instants."""
@@ -201,6 +228,14 @@ class CourseByLaws(Course):
     def reached(self, times: Reals) -> Reals:
         """Return the instants at which all joints close."""
         return np.asarray(times[np.concatenate([reachable(part) for part in self.chunks(times)])])
+
+
+def _worth_keeping(moved: Motion) -> bool:
+    """Return True if postures of a motion are worth reusing: iterated groups, and small steps between positions."""
+    iterated = any(group.free and not group.closed_form for group in moved.structure.groups)
+    if not iterated or len(moved.columns) != 1 or moved.columns[0] < MIN_KNOWN:
+        return False
+    return bool((np.abs(np.diff(moved.direction)) <= MAX_TURN).all())  # nan at unreachable positions
 
 
 @contextmanager
