@@ -30,6 +30,7 @@ from elastic.elastodynamics import (
 from kinelast.figures.cycle import Cycle, too_many_beams
 from kinelast.figures.entry import Figure, magnitudes
 from kinelast.figures.errors import (
+    HEADLINE,
     HIGHER_ORDERS,
     LARGE,
     NOT_OF_MOTION,
@@ -45,7 +46,7 @@ from kinelast.figures.errors import (
     worst_of,
 )
 from kinelast.figures.output import output_of
-from kinelast.figures.registry import figures_of
+from kinelast.figures.registry import figures_of, limits_of
 from kinelast.scene.data import (
     ACCURACY,
     ELASTODYNAMIC,
@@ -65,8 +66,11 @@ MotionAt = Callable[[Any], Motion]
 TOLERANCE = 1e-4  # of a theory asked for by name, in time and in its coordinates, relative to the largest displacement
 FINE = 0.02  # tolerance of the solver, relative to the requested accuracy
 FINEST = 1e-6  # smallest tolerance of the solver: below it, time elements take minutes or stop converging
-RESOLVED = 0.1  # discretization error that needs no finer discretization to be measured, relative to the accuracy
-SMALL_ROTATION = 0.01  # [rad] for an accuracy of 1: smaller rotations bound the effect of large displacement
+EXACT = 0.1  # tolerance of the exact answer that nobody asked for by name, relative to the requested accuracy
+RESOLVED = 0.4  # discretization error that needs no finer discretization to be measured, relative to the accuracy
+SMALL_ROTATION = 0.05  # [rad] for an accuracy of 1: smaller rotations tell the effect of large displacement
+FAR = 3.0  # change of the largest deflection by vibration over the accuracy: beyond it no quasi-static answer is made
+JUDGED = 0.2  # of both, if limits judge the answer: a bound must not decide what a measured error would not
 BOUND_OVER_ERROR = 4.0  # the solver's bound of its discretization error over the error that most answers have
 BESIDES = 0.1  # share of the accuracy, or of the error that no theory of motion reduces, that is not worth an answer
 FURTHER = 0.1  # tolerance of a finer exact answer, relative to that of the answer it is compared with
@@ -304,7 +308,7 @@ class _Rungs:
         finest, displaced, open_by = self._large_displacement(linear, shared, wanted)
         stages, shares = {**stages, **displaced}, {**shares, **open_by}
         asked = self.theory.name
-        if asked in (None, QUASI_STATIC):
+        if asked == QUASI_STATIC or (asked is None and not self._far(plain, vibrating, wanted)):
             yield self._answer(QUASI_STATIC, plain, linear, {VIBRATION: vibrating, **stages}, shares)
         if asked != GEOMETRICALLY_EXACT:
             yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares)
@@ -316,6 +320,8 @@ class _Rungs:
         self._tell("geometrically exact")
         try:
             begun = None if has_dry_friction(self.scene.mechanism) else stepped.exact
+            if asked is None and not _rests(self.plain):
+                tolerance = max(tolerance, EXACT * wanted)
             exact = geometrically_exact(linear, tolerance, begun)
         except MechanismError as error:
             if asked == GEOMETRICALLY_EXACT:
@@ -325,6 +331,16 @@ class _Rungs:
         known = (shared, finest) if exact.vibration is linear.vibration else (None, None)
         opened = self._open(exact, tolerance, wanted, *known)
         yield self._answer(GEOMETRICALLY_EXACT, self._cycle(exact.deflection), exact, *opened)
+
+    @cached_property
+    def _share_of_bounds(self) -> float:
+        return JUDGED if limits_of(self.scene) else 1.0
+
+    def _far(self, plain: Cycle, vibrating: Cycle, wanted: float) -> bool:
+        """Whether vibration changes the largest deflection so much that the quasi-static answer is none."""
+        headline = [figure for figure in self.figures if figure.key == HEADLINE[0]]
+        here, there = (magnitudes(each, headline)[HEADLINE[0]].max(initial=0.0) for each in (plain, vibrating))
+        return bool(abs(there - here) > FAR * wanted * there)
 
     def rigid(self) -> Answer:
         """The answer of links that do not bend."""
@@ -352,7 +368,8 @@ class _Rungs:
         bound = max(answer.time_error + answer.reduction_error, answer.force_error)
         if answer.vibration is not None and not answer.vibration.cyclic:
             bound = math.inf
-        return bound > RESOLVED * wanted and worth_halving(self.scene.mechanism, answer.elements)
+        limit = RESOLVED * self._share_of_bounds * wanted
+        return bound > limit and worth_halving(self.scene.mechanism, answer.elements)
 
     def _large_displacement(
         self, linear: Elastodynamic, finer: Vibration | None, wanted: float
@@ -362,7 +379,7 @@ class _Rungs:
         It uses the finer discretization if there is one: that of the linear answer may be too coarse for it.
         """
         rotation = float(np.nanmax(cycle_maxima(linear.deflection, ["phi"])["phi"].value, initial=0.0))
-        if self.theory.name is None and rotation <= SMALL_ROTATION * wanted:
+        if self.theory.name is None and rotation <= SMALL_ROTATION * self._share_of_bounds * wanted:
             return linear, {}, {LARGE: rotation}
         self._tell("large displacement")
         try:
