@@ -444,6 +444,27 @@ class TestBuckling:
         summary = json.loads((tmp_path / "out" / "arm" / "summary.json").read_text())
         assert summary["figures"]["buckling"]["value"] == pytest.approx(part, rel=0.002)
 
+    @pytest.mark.slow
+    def test_the_nonlinear_check_agrees_below_the_critical_load(self, tmp_path):
+        """At 95 % of it axial force multiplies what the rod bends by 27, which small displacements do not know."""
+        text = (CASES / "buckled_rod.toml").read_text().replace("-777.225", str(-777.225 / 1.5 * 0.95))
+        (tmp_path / "rod.toml").write_text(text)
+        options = "--theory", "geometrically-exact", "--check", "nonlinear", "--positions", "48"
+        assert main([str(tmp_path / "rod.toml"), "-o", str(tmp_path / "out"), *options]) == 0
+        check = json.loads((tmp_path / "out" / "rod" / "summary.json").read_text())["nonlinear_check"]
+        assert check["passed"]
+        assert check["largest"] < 0.003
+        assert check["links"]["rod"]["without_vibration"] > 0.9
+
+    @pytest.mark.filterwarnings("error")
+    def test_the_nonlinear_check_says_what_happens_beyond_it(self, answered):
+        """It found the rod straight, where it cannot stay, and compared that with nothing."""
+        status, said, summary = answered("buckled_rod", "--check", "nonlinear")
+        assert status == 1
+        assert "NOT ACCEPTABLE: rod buckles" in said
+        assert summary["nonlinear_check"]["passed"] is None
+        assert summary["nonlinear_check"]["problem"].startswith("there is no answer to compare: rod buckles")
+
     def test_without_limits_it_is_not_acceptable_either(self, tmp_path, capsys):
         text = (CASES / "buckled_rod.toml").read_text().split("[limits]")[0]
         (tmp_path / "rod.toml").write_text(text)
@@ -535,6 +556,19 @@ class TestDoors:
         )
         ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=5, check=True)
         assert ran.stdout == "a key of more than 32 parts, as in a.b.c (at line 2, column 1)\n"
+
+
+def test_ringing_that_peaks_between_the_positions_is_not_overlooked(answered):
+    """At 1088 positions the geometrically exact answer is 735 um, the nonlinear check at most 736.6: allowed are 727.2.
+
+    Its 68 positions are nearly half a period apart: the quasi-static 721.5 um ± 0.48 % were acceptable.
+    """
+    status, _, summary = answered("rings_between_positions")
+    figure = summary["figures"]["displacement"]
+    assert status == 1
+    assert summary["acceptance"]["verdict"] == "too close to decide"
+    assert figure["value"] + figure["error"] > 735e-6
+    assert figure["error"] < 2 * (736.6e-6 - figure["value"])
 
 
 class TestLargeDisplacement:

@@ -9,15 +9,18 @@ import numpy as np
 import pytest
 from mechanisms import cantilever, propped, steel_four_bar, still, supported
 from scipy.optimize import brentq
+from scipy.special import ellipk
 from tiers import in_tiers
 
 from elastic import JointCompliance, Section, deflection
 from elastic.assessment import euler_ratio
 from elastic.assessment.buckling import RESOLVED, buckling_factor, buckling_ratio
 from elastic.assessment.buckling_bound import buckling_bound
+from fem_check.nonlinear import nonlinear_equilibrium
 from kinelast import read_scene, shipped_scenes
 from kinelast.scene.data import scene_deflection
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, Spring, Weld, motion
+from rigid.dynamics import law_of_time
 
 EI = 3.0
 SLENDER = Section(EA=1e9, EI=EI)
@@ -51,6 +54,17 @@ class TestEulersColumns:
         """tan x = x."""
         found = factor(propped(divided(parts), loads=(PointLoad("beam", "P0", 1.0),)))
         assert found == pytest.approx(4.493409457909064**2 * EI / 1.5**2, rel=2e-5)
+
+    @pytest.mark.parametrize(("parts", "off"), [(1, 1e-3), (2, 1e-6), (3, 1e-6)])
+    def test_clamped_at_both_ends(self, parts, off):
+        """Welded to the ground and to a block that slides along the column."""
+        places, end = divided(parts), f"P{parts}"
+        beams = tuple(Beam(f"P{k}", f"P{k + 1}", 1.0) for k in range(parts))
+        links = (Link("ground", {"P0": 0.0}), Link("beam", places, beams), Link("block", {end: 1.5}))
+        welds = (Weld("P0", "beam", "ground"), Weld(end, "beam", "block"))
+        guide, press = Slider("guide", "block", "ground", end, 0.0, 1.0), PointLoad("beam", end, -1.0)
+        found = factor(Mechanism(links, (), places, (guide,), loads=(press,), welds=welds))
+        assert found == pytest.approx(4 * math.pi**2 * EI / 1.5**2, rel=off)
 
     def test_under_its_own_weight(self):
         """7.8373 EI/l^2 for the whole weight of a clamped column, section 2.12."""
@@ -173,6 +187,24 @@ def test_a_load_that_follows_its_link_has_no_static_buckling():
         bent = deflection(still(cantilever(divided(1), loads=(press,))), [SLENDER])
         assert buckling_factor(bent)[0] == math.inf
         assert buckling_ratio(bent).largest == 0.0
+
+
+@pytest.mark.parametrize("tip", [40.0, 60.0])
+def test_finite_elements_bend_out_beyond_the_critical_load(tip):
+    """As the elastica does, Timoshenko and Gere, section 2.7: its free end turns by `tip`; below the load by little."""
+    k = math.sin(math.radians(tip) / 2)
+    quarter = float(ellipk(k**2))
+    critical = factor(cantilever(divided(1), loads=(PointLoad("beam", "P1", -1.0),)))
+    law = law_of_time(lambda time: time)
+
+    def bent(share):
+        push = PointLoad("beam", "P1", (1e-4j - share) * critical, law=law)
+        column = cantilever(divided(1), loads=(push,))
+        found = nonlinear_equilibrium(column, [SLENDER], [lambda t: (0 * t,) * 3], np.linspace(0, 1, 40), 8)
+        return abs(found.w[0, -1, -1])
+
+    assert bent(0.9) < 2e-3
+    assert bent((2 * quarter / math.pi) ** 2) == pytest.approx(1.5 * 2 * k / quarter, rel=0.01)
 
 
 class TestBound:

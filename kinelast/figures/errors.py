@@ -122,6 +122,8 @@ class Estimate:
         accelerations.
     closer
         The answer at instants between the positions, too, its peaks with their gain; None of a single position.
+    moving
+        The vibrating answer at these instants, where `closer` is quasi-static: what rings may peak between positions.
     unknown
         Why the whole is not known; nothing where it is.
     """
@@ -133,6 +135,7 @@ class Estimate:
     settled: float = 0.0
     forces: float = 0.0
     closer: Cycle | None = None
+    moving: Cycle | None = None
 
 
 @dataclass(frozen=True)
@@ -214,17 +217,25 @@ def figure_errors(
     errors |= {figure.key: [] for figure in others if not len(values[figure.key])}
     others = [figure for figure in others if figure.key not in errors]
     stages = {name: magnitudes(cycle, others) for name, cycle in off.stages.items()}
-    bodies, closer = (
+    bodies, closer, vibrating = (
         values if each in (None, answer) else _changed(each, others, answer, values)
-        for each in (off.beam_theory, off.closer)
+        for each in (off.beam_theory, off.closer, off.moving)
     )
+    if off.moving is not None:
+        before = stages[VIBRATION]
+        closer = {key: _farther(closer[key], values[key], vibrating[key] - before[key]) for key in before}
     return errors | {
         figure.key: _of_items(answer, figure, values, stages, bodies, closer, off, scales) for figure in others
     }
 
 
+def _farther(closer: Any, here: Any, change: Any) -> Any:
+    """Return values between the positions, or those at the positions plus a change, whichever differ more."""
+    return np.where(np.abs(change) > np.abs(_difference(closer, here)), here + change, closer)
+
+
 def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Magnitudes of figures by key in another cycle than the answer's.
+    """Return magnitudes of figures by key in another cycle than that of the answer.
 
     A figure that follows another one is not computed anew: its relative change is that of the other, times a bound.
     """

@@ -76,6 +76,7 @@ BESIDES = 0.1  # share of the accuracy, or of the error that no theory of motion
 FURTHER = 0.1  # tolerance of a finer exact answer, relative to that of the answer it is compared with
 NO_MORE = 0.1  # largest change of deflections by the last step to the exact answer, relative to the accuracy
 MAX_ROTATION = 4.0  # [rad] rotation of a section beyond which no vibration is computed
+MAX_PHASE = 0.5  # [rad] of the lowest natural frequency from position to position: ringing peaks are lost beyond
 MAX_REFINED = 10_000  # positions, above which no instants between them are examined
 SAME = 1e-9  # share by which moments at rest may differ by round-off
 MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] of a drive over the whole run
@@ -426,7 +427,9 @@ class _Rungs:
         forces = settled + vibrating.force_error if vibrating and TIME in shares else 0.0
         bent = beyond_beam_theory(cycle.deflection) if self.scene.labels else cycle.deflection
         bodies, closer = self._cycle(bent), self._closer(name, vibrating, cycle)
-        off = Estimate(stages, bodies, shares, unknown, settled, forces, closer)
+        rings = bool(closer) and VIBRATION in stages and self._may_peak_between(vibrating)
+        moving = self._closer(ELASTODYNAMIC, vibrating, cycle) if rings else None
+        off = Estimate(stages, bodies, shares, unknown, settled, forces, closer, moving)
         graded = graded_figures(self.scene, cycle, self.figures, off)
         missed = math.nan if vibrating is None else math.inf
         if not unknown:
@@ -464,8 +467,20 @@ class _Rungs:
             return replace(cycle, between=True, _known={}, still=self.quasi_static)
         if name == QUASI_STATIC or vibrating is None:
             return self._between
-        moved = self._with_short_elements(moved, vibrating)
-        return Cycle(self.scene, moved, deflection_at(vibrating, moved), sampled=True, between=True)
+        if id(vibrating) not in self._vibrating_between:
+            moved = self._with_short_elements(moved, vibrating)
+            found = Cycle(self.scene, moved, deflection_at(vibrating, moved), sampled=True, between=True)
+            self._vibrating_between[id(vibrating)] = found
+        return self._vibrating_between[id(vibrating)]
+
+    @cached_property
+    def _vibrating_between(self) -> dict[int, Cycle]:
+        return {}
+
+    def _may_peak_between(self, vibrating: Elastodynamic | None) -> bool:
+        """Whether links may ring to their largest deflection and back between two positions."""
+        spacing = np.diff(self.plain.motion.time).max(initial=0.0)
+        return vibrating is not None and bool(vibrating.lowest * spacing > MAX_PHASE)
 
     def _with_short_elements(self, moved: Motion, vibrating: Elastodynamic) -> Motion:
         """The motion also at the points of time elements that resolve more than the given instants do."""
