@@ -62,7 +62,7 @@ class NonlinearCheck:
         Estimated error of the answer, without errors that the check shares; nan if unknown.
     mesh, step
         Estimated relative errors of the check.
-    besides
+    allowance
         By label: additional allowance, relative to the beam's own deflection. An answer converges to a share of the
         largest displacement, which is more for a link that hardly bends.
     measured

@@ -103,11 +103,11 @@ def _foot(figures: Mapping[str, Any]) -> Iterator[Paragraph]:
         yield Paragraph(f"{share}  {limit}: {outcome}", colour={KEPT: INK, BROKEN: RED}.get(outcome, AMBER))
     if len(rows) > MOST_LIMITS:
         yield Paragraph(f"{len(rows) - MOST_LIMITS} more limits, each used less.", colour=SOFT)
-    words = handout(figures)
+    said = handout(figures)
     yield Paragraph("Assumptions", 10, weight="bold", above=GAP)
-    yield from (Paragraph(each, most=MOST_LINES) for each in words["assumptions"])
+    yield from (Paragraph(each, most=MOST_LINES) for each in said["assumptions"])
     yield Paragraph("Checked", 10, weight="bold", above=GAP)
-    yield Paragraph(f"{words['checked'][:1].upper()}{words['checked'][1:]}", most=MOST_LINES)
+    yield Paragraph(f"{said['checked'][:1].upper()}{said['checked'][1:]}", most=MOST_LINES)
     made = figures["made_from"]["sha256"]
     yield Paragraph(
         f"kinelast {figures['kinelast']}; scene {figures['scene']['name']}, SHA-256 {made}", 7, SOFT, above=GAP

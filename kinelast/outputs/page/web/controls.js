@@ -69,7 +69,7 @@ function show(name, words) {
 }
 
 function diagramChoice() {
-  if (!model.beams.length) return soft("No link has beams: nothing bends, and there are no diagrams.");
+  if (!model.beams.length) return soft("No link has beams, so there are no diagrams.");
   return h("fieldset", { class: "bar diagrams" }, h("legend", {}, "Diagrams on the links (each to its own scale)"), fieldsShown.map((field) => {
     const row = FIELDS[field];
     return h("label", { class: `check chip f-${field}`, title: row.means }, h("input", { type: "checkbox", value: field, checked: view.fields.has(field), onchange: (event) => {

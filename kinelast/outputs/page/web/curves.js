@@ -4,7 +4,7 @@ const beamColour = (beam) => model.beams[beam].link - 1;
 
 function curvesSection() {
   const grid = h("div", { class: "charts" });
-  section("curves", "Curves", "Over the cycle", hint("Hover for values, drag sideways to zoom, double-click for all, click to go to that instant; the names switch curves on and off. The line marks the instant that the mechanism is drawn at."), grid);
+  section("curves", "Curves", "Over the cycle", hint("Hover for values, drag sideways to zoom, double-click for all, click to go to that instant; click a name to show or hide its curve. The line marks the shown instant."), grid);
   for (const field of summary.buckles ? [] : ["w", "chord", "mises", "M"]) {
     if (!has(`extreme.${field}`) || (field === "mises" && !stressed)) continue;
     const own = model.beams.map(({ label }, beam) => curve(label, (i) => Math.abs(row(`extreme.${field}`, beam)[i]), beamColour(beam)));
@@ -91,7 +91,7 @@ function beamSection() {
   if (!model.beams.length) return;
   beamPanel.grid = h("div", { class: "charts" });
   beamPanel.pick = h("select", { id: "beam", onchange: (event) => chooseBeam(Number(event.target.value)) }, model.beams.map(({ label }, k) => h("option", { value: k }, label)));
-  section("link", "One link", "One link, along it and over the cycle", soft("Of the fields that are chosen above: on the left along the link at the instant shown, on the right the largest along it over the cycle."),
+  section("link", "One link", "One link", soft("Fields chosen above: along the link at the shown instant (left), and largest along the link over the cycle (right)."),
     h("div", { class: "bar" }, h("label", { for: "beam" }, "Link"), beamPanel.pick), beamPanel.grid);
   const labels = model.beams.map(({ label }) => label);
   chooseBeam(Math.max(0, labels.indexOf((summary.largest_chord ?? summary.largest_deflection)?.label)));

@@ -1,4 +1,4 @@
-// What drives the machine: efforts, powers and energies of the drives, their motors and cylinders, the motion of the output.
+// Efforts, powers and energies of the drives, motors and cylinders, and motion of the output.
 const rpmWords = (figure) => (figure.value === null ? "–" : `${number((figure.value * 30) / Math.PI)} rpm`);
 const speedWords = (figure) => (figure.unit === "rad/s" ? rpmWords(figure) : figureWords(figure));
 
@@ -6,8 +6,8 @@ function drivesSection() {
   const rows = Object.entries(summary.drives).map(([name, drive]) => ({ name, drive }));
   const column = (name, key, means, words = figureWords) => ({ name, means, wraps: true, text: (each) => (each.drive[key] ? unbroken(words(each.drive[key]) + errorWords(each.drive[key])).replace("\u00a0(", " (") : "") });
   const motored = rows.filter(({ drive }) => drive.motor), pressed = rows.filter(({ drive }) => drive.cylinder), grid = h("div", { class: "charts" });
-  section("drives", "Drives", "What drives it", soft("Effort along the coordinate, with that of the motor's inertia; averages over the time of the run."),
-    table(rows, [{ name: "Drive", text: (each) => each.name }, column("largest effort", "effort"), where("at", (each) => each.drive.effort), column("root mean square", "rms", "of the effort: what heats a motor"), column("mean", "mean"), column("speed", "speed", "", speedWords), column("largest power", "power"), column("mean power", "mean_power")], "Drives"),
+  section("drives", "Drives", "Drives", soft("Effort along the coordinate, including the motor's inertia. Averages are over the time of the run."),
+    table(rows, [{ name: "Drive", text: (each) => each.name }, column("largest effort", "effort"), where("at", (each) => each.drive.effort), column("root mean square", "rms", "of the effort, which heats a motor"), column("mean", "mean"), column("speed", "speed", "", speedWords), column("largest power", "power"), column("mean power", "mean_power")], "Drives"),
     table(rows, [{ name: "Drive", text: (each) => each.name }, column("energy taken", "energy_taken", "into the mechanism in a run"), column("given back", "energy_given"), column("reduced inertia", "load_inertia", "of all links at this drive, the largest over the cycle"), column("energy that swings", "energy_fluctuation", "that a flywheel at this drive would take up"), column("flywheel", "flywheel", "inertia that keeps the speed as even as the scene asks")], "Energy of the drives"),
     lawTable(rows.filter(({ drive }) => drive.law)),
     motored.length ? motorTable(motored) : null,
@@ -19,7 +19,7 @@ function drivesSection() {
 // Peaks of the laws that drives follow.
 function lawTable(rows) {
   const jerk = ({ drive: { law } }) => (law.jumps.length ? `infinite: the acceleration jumps at ${law.jumps.slice(0, 3).map((each) => figureWords(each)).join(", ")}${law.jumps.length > 3 ? ` and ${law.jumps.length - 3} more` : ""}` : figureWords(law.jerk));
-  return rows.length ? table(rows, [{ name: "Drive", text: (each) => each.name }, { name: "greatest speed", text: ({ drive }) => speedWords(drive.law.speed) }, { name: "greatest acceleration", text: ({ drive }) => figureWords(drive.law.acceleration) }, { name: "greatest jerk", means: "rate of the acceleration: what makes machines knock", text: jerk }], "Laws of the drives") : null;
+  return rows.length ? table(rows, [{ name: "Drive", text: (each) => each.name }, { name: "greatest speed", text: ({ drive }) => speedWords(drive.law.speed) }, { name: "greatest acceleration", text: ({ drive }) => figureWords(drive.law.acceleration) }, { name: "greatest jerk", means: "rate of the acceleration, which excites shocks", text: jerk }], "Laws of the drives") : null;
 }
 
 function motorTable(motored) {
@@ -47,16 +47,16 @@ function outputTable() {
   return table([summary.output], [
     { name: "Output", text: (each) => each.name },
     stroke ? { name: "stroke", text: () => figureWords(stroke) } : { name: "swing", text: () => figureAngle(swing) },
-    { name: "turns back", means: "where the output stands: dead points for whoever drives from its end", text: () => turns.flatMap(({ drive }) => Object.entries(drive).map(([name, at]) => `${name} ${coordinateWords(at.value, at.unit)}`)).join("; ") || "nowhere" },
+    { name: "turns back", means: "output at rest: dead points for a drive at the output", text: () => turns.flatMap(({ drive }) => Object.entries(drive).map(([name, at]) => `${name} ${coordinateWords(at.value, at.unit)}`)).join("; ") || "nowhere" },
     { name: "time ratio", means: "the longer over the shorter of both ways", text: () => (ratio.value === null ? "–" : number(ratio.value)) },
     { name: "least mechanical advantage", means: "force or moment of the output over the effort of the drive, friction left out", text: () => (advantage ? `${figureWords(advantage)}, ${atWords(advantage)}` : "–") },
     { name: "least transmission angle", text: () => (summary.figures.transmission_angle?.value ? figureAngle(summary.figures.transmission_angle) : "–") },
   ], "Motion of the output");
 }
 
-// Counterweights and springs, where they were asked for.
+// Counterweights and springs, on request.
 function balanceTable() {
-  const names = { shaking_force: "shaking force", shaking_moment: "shaking moment left", weight: "effort of the weights", drive_effort: "effort of the drive" };
+  const names = { shaking_force: "shaking force", shaking_moment: "remaining shaking moment", weight: "torque due to gravity", drive_effort: "effort of the drive" };
   const parts = { moment: "counterweight", disc: "disc", stiffness: "spring" };
   const words = (part) => {
     const kind = Object.keys(parts).find((key) => part[key]);
@@ -68,7 +68,7 @@ function balanceTable() {
     { name: "Balanced", text: (each) => names[each.key] },
     { name: "by", text: (each) => each.parts.map(words).join("; ") },
     { name: "before", text: (each) => figureWords(each.before) }, { name: "after", text: (each) => figureWords(each.after) },
-    { name: "left of the mean square", text: (each) => share(each.left) },
+    { name: "remaining mean square", text: (each) => share(each.left) },
   ], "Balancing") : null;
 }
 
@@ -84,7 +84,7 @@ function cloud(grid, name, given, speeds, torques) {
   const only = (of) => all.map((each) => { const value = each.line ? of(each.x) : NaN; return isFinite(value) ? value : null; });
   const data = [all.map(({ x }) => turns(x)), all.map(({ y }) => y ?? null), only(rated), only((x) => -rated(x)), only(most), only((x) => -most(x))];
   const figure = h("figure", { class: "chart", "aria-label": `Torque over speed of the motor of ${name}` }), canvas = h("div", { class: "plot" });
-  figure.append(h("figcaption", {}, h("h3", {}, `Motor of ${name}: torque over speed`)), soft("Dots: all positions of the run. Inner lines: rated torque up to the rated speed; outer lines: the most that is there at a speed."), canvas);
+  figure.append(h("figcaption", {}, h("h3", {}, `Motor of ${name}: torque over speed`)), soft("Dots: all positions of the run. Inner lines: rated torque up to the rated speed. Outer lines: largest available torque."), canvas);
   grid.append(figure);
   const made = { heading: name, follow: () => {}, tell: () => {}, remove: () => { made.plot?.destroy(); charts.splice(charts.indexOf(made), 1); figure.remove(); } };
   made.resize = () => made.plot?.setSize({ width: Math.max(240, canvas.clientWidth), height: CHART_HEIGHT + 60 });

@@ -1,15 +1,15 @@
-// What breaks first, the life of the links, and the joints with their bearings, pins and eyes.
+// Reserves, life of the links, and joints with bearings, pins and eyes.
 const MODES = { yield: "yield", endurance: "endurance", buckling: "buckling", deflection: "deflection", chord: "deflection from chord", life: "life", "limit speed": "limit speed" };
-const MOST = 1000;  // beyond which a reserve is as good as any
+const MOST = 1000;  // largest printed reserve
 const reserveWords = (reserve) => (reserve ? (reserve.value > MOST ? `more than ${MOST}` : number(reserve.value, 3) + errorWords(reserve)) : "");
 
-// Where a mode of failure decides: the beam by its label, how far along it, and the instant; along is missing of a whole beam.
+// Place of a failure: label of the beam, position along it (missing for a whole beam), and instant.
 function spotOf(mode, reserve) {
   const { label } = reserve, known = { yield: () => summary.strength[label]?.safety_factor, deflection: () => summary.peaks[label]?.w, chord: () => summary.peaks[label]?.chord, endurance: () => summary.life?.links[label], life: () => summary.life?.links[label] };
   return { label, along: known[mode]?.()?.along ?? null, at: reserve };
 }
 
-// The spot of the whole machine that breaks first; null where there is none, or it is a whole beam.
+// Place of the first failure of the machine; null if there is none, or for a whole beam.
 function firstSpot() {
   const row = summary.breaks_first?.[0], spot = row && spotOf(row.governs, row.reserve), beam = spot?.along ? summary.links.findIndex((each) => each.label === spot.label) : -1;
   return beam < 0 ? null : { beam, part: spot.along.value / summary.links[beam].length.value, words: `breaks first: ${row.link} by ${MODES[row.governs]}, reserve ${reserveWords(row.reserve)}` };
@@ -19,7 +19,7 @@ function breaksFirst() {
   const rows = summary.breaks_first;
   if (!rows.length) return;
   const modes = Object.keys(MODES).filter((mode) => rows.some((row) => row.reserves[mode]));
-  section("breaks-first", "Reserves", "What breaks first", soft("Reserve of every link: the factor that is left until it yields, breaks, buckles or passes its limit; below 1 nothing is left. The red ring on the mechanism is where the first of them breaks."),
+  section("breaks-first", "Reserves", "What breaks first", soft("Reserve: load factor until a link yields, breaks, buckles or exceeds its limit. Below 1 it has failed. The red ring on the mechanism marks the first failure."),
     longTable(rows, [
       { name: "Link", text: (row) => row.link },
       { name: "governs", text: (row) => MODES[row.governs] },
@@ -37,7 +37,7 @@ function lifeSection() {
   const { life } = summary;
   if (!life) return;
   const rows = Object.entries(life.links).map(([label, row]) => ({ label, ...row }));
-  section("life", "Life", "Life", soft(`Safety against endurance by the criterion of ${life.criterion[0].toUpperCase()}${life.criterion.slice(1)}, of the greatest cycle of the normal stress in either fibre, notches in it; cycles are runs of the scene, hours at its speed. Where the endurance limit is not reached the life is endless.`),
+  section("life", "Life", "Life", soft(`Safety against endurance by the ${life.criterion[0].toUpperCase()}${life.criterion.slice(1)} criterion, for the largest cycle of the normal stress in either fibre, including notches. A cycle is a run of the scene. Below the endurance limit the life is endless.`),
     table(rows, [
       { name: "Link", text: (each) => each.label },
       { name: "safety against endurance", of: (each) => value(each.endurance), words: (each) => number(value(each.endurance), 3) + errorWords(each.endurance), worst: "least" },
@@ -56,14 +56,14 @@ function jointsSection() {
   const figures = (each) => Object.entries(each.figures).filter(([, figure]) => figure.value !== null).map(([key, figure]) => ({ joint: each.joint, name: summary.figures[key].name, figure }));
   const rings = (each) => [["child", each.on], ["parent", each.parent]].map(([side, link]) => `${link}: ${Math.abs(each.force_turns[side].value) < 0.5 ? "stays" : `goes round ${number(Math.abs(each.force_turns[side].value), 2)} times`}`).join("; ");
   const effects = ["clearance_worst", "clearance_pressed"].filter((key) => summary.figures[key]).map((key) => `${summary.figures[key].name} ${figureAngle(summary.figures[key])}`);
-  section("bearings", "Bearings", "Bearings, pins and eyes", soft("Forces are those of the answer; means over the angle that is passed."),
+  section("bearings", "Bearings", "Bearings, pins and eyes", soft("Mean forces are averages over the angle."),
     table(rows, [
       { name: "Joint", text: (each) => `${each.joint} on ${each.on}` },
       { name: "largest force", unit: "N", of: (each) => value(each.force), worst: true },
       { name: "mean force", means: "cubic, over the angle that the joint passes: the steady force of the same life of a ball bearing", unit: "N", of: (each) => (each.figures.joint_mean_force ? value(each.figures.joint_mean_force) : NaN) },
       { name: "motion", text: (each) => (each.figures.joint_swing ? `${each.sense}, ${figureAngle(each.figures.joint_swing)}` : each.sense) },
       { name: "fastest", text: (each) => (each.figures.joint_rate ? rpmWords({ ...each.figures.joint_rate, value: Math.abs(each.figures.joint_rate.value) }) : figureWords(each.figures.bearing_speed)) },
-      { name: "direction of the force", means: "in the axes of either link: where it stays the ring bears a point load, where it goes round the ring wants a tight fit", text: rings },
+      { name: "direction of the force", means: "in the axes of each link: a ring with a fixed direction has a point load, a ring with a rotating direction needs a tight fit", text: rings },
       { name: "contact lost at", wraps: true, text: (each) => contactWords(each.contact_lost) },
     ], "Joints with parts"),
     table(rows.flatMap(figures), [{ name: "Joint", text: (each) => each.joint }, { name: "Figure", text: (each) => each.name }, { name: "value", text: (each) => (each.figure.unit === "s" ? lifeWords(each.figure) : figureAngle(each.figure) + errorWords(each.figure)) }, { name: "at", text: (each) => (each.figure.drive ? atWords(each.figure) : "") }], "Figures of the joints"),

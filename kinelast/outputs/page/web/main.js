@@ -2,9 +2,9 @@
 function runWords() {
   const { run } = summary, words = [`${run.positions} position${run.positions === 1 ? "" : "s"} from ${figureWords(run.start)} to ${figureWords(run.end)}`];
   if (run.singular) words.push(`, ${run.singular} of them singular`);
-  if (run.locked) words.push(`, ${run.locked} of them where friction may lock it`);
+  if (run.locked) words.push(`, ${run.locked} of them possibly locked by friction`);
   if (run.left_out) words.push(`; ${run.left_out} more out of reach`);
-  if (N < run.positions) words.push(`; the curves and pictures show ${N} of them, the figures count all`);
+  if (N < run.positions) words.push(`; curves and pictures show ${N} of them, the figures include all`);
   return `${words.join("")}.`;
 }
 
@@ -26,7 +26,7 @@ async function start() {
   document.body.dataset.ready = "yes";
 }
 
-// What a test or a curious reader asks of the page.
+// Interface for tests.
 window.kinelast = { summary, model, number, quantity, fields: FIELDS, value: (field, beam, i, xi) => FIELDS[field].value(beam, i, xi), placeOf, localOf, velocityOf, accelerationOf, displacementOf, turnOf, row, vector, showPosition, instant };
 start().catch((error) => {
   $("main").prepend(h("p", { class: "verdict poor" }, `This page could not be drawn: ${error.message}`));

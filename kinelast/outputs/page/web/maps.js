@@ -12,7 +12,7 @@ function mapsSection() {
   if (!model.beams.length || N < 2) return;
   const pick = h("select", { id: "map-field", onchange: () => draw() }, fieldsShown.map((field) => h("option", { value: field, selected: field === FIRST_FIELD }, FIELDS[field].name)));
   const rows = h("div", { class: "maps" });
-  section("maps", "Maps", "Along each link, over the cycle", soft("Up: from the link's first point to its second; across: ", axis.label, ". Blue is positive, red negative, white zero, grey without figures; each map spans its own range."), hint("Hover for values, click to go to that instant."), h("div", { class: "bar kept" }, h("label", { for: "map-field" }, "Field"), pick), rows);
+  section("maps", "Maps", "Along each link, over the cycle", soft("Vertical: from the first to the second point of the link; horizontal: ", axis.label, ". Blue is positive, red negative, white zero, grey without figures; each map spans its own range."), hint("Hover for values, click to go to that instant."), h("div", { class: "bar kept" }, h("label", { for: "map-field" }, "Field"), pick), rows);
   const lines = [];
   function draw() {
     lines.length = 0;

@@ -1,4 +1,4 @@
-// How the answer goes with the speed of the drive, where that was asked for.
+// Answer as a function of the drive speed, on request.
 function speedsSection() {
   const { speeds, limits } = { ...summary, ...summary.acceptance };
   if (!speeds) return;
@@ -9,7 +9,7 @@ function speedsSection() {
     lines: speeds.limit && speeds.highest_within_limits ? [[speeds.highest_within_limits, `limits hold up to ${number(speeds.highest_within_limits)}`]] : [],
     peaks: speeds.peaks.filter(({ resonance }) => resonance).map(({ speed, resonance }) => [speed, resonance.met ? `${resonance.harmonic}×${resonance.mode}` : `mode ${resonance.mode}`]),
   };
-  section("speeds", "Speeds", "Against the speed of the drive", soft("Largest values along each link over the cycle; each link has a second curve, that without vibration. 5×2 at a peak: the 5th harmonic of the cycle meets the 2nd natural mode. Click a name to switch its curve off."), grid);
+  section("speeds", "Speeds", "Against the speed of the drive", soft("Largest values along each link over the cycle, with and without vibration. 5×2 at a peak: the 5th harmonic of the cycle meets the 2nd natural mode. Click a name to hide its curve."), grid);
   for (const field of ["chord", "w", "mises"]) {
     const { name, unit } = FIELDS[field];
     if (!model.beams.some(({ label }) => speeds.values[field][label].some((value) => value))) continue;
@@ -22,12 +22,12 @@ function speedsSection() {
     chart(grid, `Largest ${name} against the speed`, unit, curves, { xs, notes, log: true, xLabel });
   }
   const told = [];
-  if (speeds.highest_within_limits !== null) told.push(speeds.highest_within_limits ? `All limits hold up to ${words(speeds.highest_within_limits)}${speeds.limit ? `; ${speeds.limit.words}` : ", the highest speed asked for"}.` : `${speeds.verdicts[0] === "too close to decide" ? "The limits are too close to decide" : "The limits do not hold"} at the lowest speed.`);
-  else if (!limits.length) told.push("No limits are set, so no highest speed can be told.");
+  if (speeds.highest_within_limits !== null) told.push(speeds.highest_within_limits ? `All limits hold up to ${words(speeds.highest_within_limits)}${speeds.limit ? `; ${speeds.limit.words}` : ", the highest requested speed"}.` : `${speeds.verdicts[0] === "too close to decide" ? "The limits are too close to decide" : "The limits do not hold"} at the lowest speed.`);
+  else if (!limits.length) told.push("No limits are set, so there is no limit speed.");
   const critical = Object.entries(speeds.critical).map(([multiple, [low, high]]) => `${multiple} times the speed at ${number(low)} to ${number(high)} ${unitWords(speeds.unit)}`);
-  if (critical.length) told.push(`The lowest natural frequency is met by ${lists(critical)}: it changes over the cycle.`);
-  for (const [low, high] of speeds.unstable_ranges) told.push(`No steady state from ${words(low)} to ${words(high)}: the links' vibration grows.`);
-  if (!speeds.unstable_ranges.length) told.push("A steady state comes about at every speed.");
+  if (critical.length) told.push(`The lowest natural frequency, which varies over the cycle, is met by ${lists(critical)}.`);
+  for (const [low, high] of speeds.unstable_ranges) told.push(`No steady state from ${words(low)} to ${words(high)}: vibration grows.`);
+  if (!speeds.unstable_ranges.length) told.push("A steady state exists at every speed.");
   told.push(...speeds.words.filter((line) => line.includes("large displacement")).map((line) => `${line[0].toUpperCase()}${line.slice(1)}.`));
   $("speeds").append(h("p", {}, told.join(" ")), soft("All values are in speeds.csv."));
 }

@@ -16,7 +16,7 @@ function whatIfSection() {
   const rows = known.map(({ name, values: column, unit: of }, row) => h("tr", {}, h("th", { scope: "row" }, name), h("td", {}, sized(column[here], of)), cells[row]));
   const heads = ["figure", "in this report's design", "there", "change"].map((head) => h("th", { scope: "col" }, head));
   const grid = h("div", { class: "charts" });
-  section("what-if", "What if", `What if ${path} were another`, soft(`Quasi-static figures of the ${values.length} designs of the sweep, as in designs.csv; between them nothing is computed. The report itself is of the scene's own theory.`),
+  section("what-if", "What if", `What if: ${path}`, soft(`Quasi-static figures of the ${values.length} designs of the sweep, as in designs.csv. The report itself uses the scene's own theory.`),
     h("div", { class: "bar" }, h("label", { for: "what-if-value" }, path), slider, words), why, h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Figures along the sweep" }, h("table", {}, h("thead", {}, h("tr", {}, heads)), h("tbody", {}, rows))), grid);
   show(here);
   const [factor, prefixed] = unit === "rad" ? [180 / Math.PI, "deg"] : scaleOf(Math.max(...values.map(Math.abs)), unit), xs = values.map((value) => value * factor);
