@@ -73,7 +73,6 @@ def _chord(deflection: Deflection) -> Coefficients:
 
 
 def _axial(deflection: Deflection) -> Coefficients:
-    """N/A."""
     return _per_section(deflection, deflection.N, "", "area", "EA")
 
 

@@ -62,15 +62,15 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
     >>> extremes(deflection(motion(turning, [0.0], 1.0), [Section(1.0, 1.0)]), ["N"])["N"].value
     array([[0.5]])
     """
-    asked = {name: field_named(name).key for name in fields}
-    wanted = _with_parts(asked.values())
+    requested = {name: field_named(name).key for name in fields}
+    wanted = _with_parts(requested.values())
     values: dict[str, Extreme] = {}
     for chain in chains():
         values |= _extremes_along_chain(deflection, chain, wanted)
     others = [key for key in wanted if key not in values and not field_named(key).greatest_of]
     values |= _extremes_of_polynomials(deflection, [key for key in others if not field_named(key).root_of])
     values |= {
-        key: _root_extreme(deflection, key) for key in others if field_named(key).root_of and key in asked.values()
+        key: _root_extreme(deflection, key) for key in others if field_named(key).root_of and key in requested.values()
     }
     for key in wanted:
         field = field_named(key)
@@ -79,7 +79,7 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
             for part in field.greatest_of:
                 best = best if part in values else _larger_magnitude(best, _root_extreme(deflection, part, best))
             values[key] = best if field.signed else Extreme(np.abs(best.value), best.xi)
-    return {name: values[key] for name, key in asked.items()}
+    return {name: values[key] for name, key in requested.items()}
 
 
 def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:
@@ -168,6 +168,5 @@ def _largest_of_pieces(pieces: Extreme, deflection: Deflection) -> Extreme:
 
 
 def _larger_magnitude(first: Extreme, second: Extreme) -> Extreme:
-    """Return the extreme of larger magnitude."""
     better = np.abs(second.value) > np.abs(first.value)
     return Extreme(np.where(better, second.value, first.value), np.where(better, second.xi, first.xi))

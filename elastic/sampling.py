@@ -69,7 +69,6 @@ def sample(deflection: Deflection, field: str, stations: int | ArrayLike = STATI
 
 
 def _larger_magnitude(one: AtStations, other: AtStations) -> AtStations:
-    """Return the value of larger magnitude."""
     return np.where(np.abs(other) > np.abs(one), other, one)
 
 

@@ -216,7 +216,8 @@ def _range(document: Document, path: str, base: float) -> tuple[float, float]:
 def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str) -> tuple[Answer, bytes]:
     """Draw a scene up to the position at which its motion stops, and report this position.
 
-    During a drag the stop is reported to one position only, because its exact place takes longer than everything else.
+    During a drag the stop is only the last position that closes, because its exact place takes longer than all the
+    rest.
 
     Raises
     ------
@@ -261,8 +262,8 @@ def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str)
 def _near_motion(scene: Scene, times: Reals, before: Motion | None) -> Motion | None:
     """Motion close to an earlier one of the same mechanism, or None if it may be on another branch.
 
-    It is on the drawn branch if it starts as drawn, no group changes its assembly, and no step bends by half the sine
-    of its groups or more: both assemblies of a dyad differ by this sine. Near a limit of motion the sine falls to zero
+    It is on the drawn branch if it starts as drawn, no group changes its assembly, and each step bends by less than
+    half the groups' sine. Both assemblies of a dyad differ by this sine. Near a limit of motion the sine falls to zero
     and the bend is not checked. This is certain enough for a picture during a drag.
     """
     if before is None or before.columns != times.shape or _parts(before) != _parts(scene):
@@ -323,7 +324,7 @@ def _reach_words(scene: Scene, moved: Motion) -> str:
 
 
 def _stop_words(scene: Scene, moved: Motion, count: int) -> str:
-    """Describe where a motion stops, to one position: the last that closes."""
+    """Describe where a motion stops: the last position that closes, and the joint that opens."""
     ends = [(moved.drive[:, count - 1], opening_joint(moved, slice(count, count + 1)))]
     return reach_words(moved, ends, scene.told_in.get("m", (1.0, "m")))
 

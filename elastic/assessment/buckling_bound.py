@@ -1,7 +1,7 @@
 """Upper bound of the load over the critical load, for arrays of positions and designs.
 
-The axial force P of a span does work on its slopes: the rotation c of its chord plus the slopes w' from the chord. As
-w is zero at both ends of the chord,
+The axial force P of a span does work on its slopes. A slope is the rotation c of the chord plus w' from the chord. As w
+is zero at both ends of the chord,
 
     P int (c + w')^2 dx = P L c^2 + P int w'^2 dx <= P L c^2 + (P/P_E + P/kGA) U,
 

@@ -1,9 +1,9 @@
 """Sliding blocks on links with large bending: positions on the bent axis, and forces normal to it.
 
 The linear solution closes the displacement across the rigid link's line. Here the block shifts along this line so that
-it lies on the bent axis. Shift and rotation are those of the previous solution. A block that holds a moment C against
-a bent axis is pushed along it by C times the curvature, because sliding turns the block: Bigoni et al., Eshelby-like
-forces acting on elastic structures, Mechanics of Materials 80 (2015) 368-374. Derivation: docs/theory.md.
+it lies on the bent axis. Shift and rotation are those of the previous solution. A moment C between block and bent axis
+pushes the block along by C times the curvature, because sliding turns it (Bigoni et al., Eshelby-like forces acting on
+elastic structures, Mechanics of Materials 80 (2015) 368-374). Derivation: docs/theory.md.
 """
 
 from __future__ import annotations

@@ -100,8 +100,8 @@ class RigidBodyModes:
 def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyModes:
     """Close the joints for unit elastic coordinates.
 
-    Gear teeth are in contact along their common tangent, between both flanks: the loaded flank may change during
-    vibration, but displacements must be smooth in time.
+    Gear teeth are in contact along their common tangent, between both flanks. Displacements are then smooth in time,
+    even if the loaded flank changes.
     """
     flank = {at: 0.0 for at, place in enumerate(motion.places) if place.teeth is not None}
     size, count = len(structure.stiffness), motion.columns[-1]

@@ -1,8 +1,8 @@
 """Equations of motion of the elastic coordinates about the rigid motion, at the points of a time grid.
 
-M x'' + C x' + K x = g for the amplitudes x of a basis of the elastic coordinates, by d'Alembert's principle in ground
-axes, where masses are constant and there are no Coriolis terms. The load g is the work of the quasi-static section
-forces on the strains of the basis. Derivation: docs/elastodynamics.md.
+M x'' + C x' + K x = g for the amplitudes x of a basis of the elastic coordinates. By d'Alembert's principle in ground
+axes, in which masses are constant and Coriolis terms vanish. The load g is the work of the quasi-static section forces
+on the strains of the basis. Derivation: docs/elastodynamics.md.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@ The residual is the quasi-static answer under the loads of displaced links, minu
 of motion in reduced coordinates turn it into a dynamic correction. The first step is the second-order effect of large
 displacement. Steps are mixed after Anderson (Iterative procedures for nonlinear integral equations, Journal of the ACM
 12 (1965) 547-560), until both the last change and the residual are below the tolerance. The residual also contains fast
-parts that steps filter out. If friction is hard (steps do not halve the residual), each step treats it as viscous, with
-the ratio of force and rate of the last step. These secants converge to Coulomb's law, even for sticking joints.
+parts that steps filter out. Friction is hard if steps do not halve the residual. Each step then treats it as viscous,
+with the last step's ratio of force to rate. These secants converge to Coulomb's law, even for sticking joints.
 Derivation: docs/theory.md.
 """
 

@@ -1,9 +1,9 @@
 """Newton's method for the exact equations of displaced links, with load steps if necessary.
 
-The operator describes small vibrations about the displaced links: coordinates move masses with the foreshortening of
-turned beams, and geometric stiffness is that of the present section forces. Within a step, forces of turned sections
-are brought into balance at every instant, without inertia. If steps diverge, the loads of the rigid motion grow from
-zero, so that the answer is the one connected with the straight links. Derivation: docs/theory.md.
+The operator describes small vibrations about the displaced links. Masses move with the foreshortening of turned beams.
+Geometric stiffness is that of the present section forces. Within a step, forces of turned sections are brought into
+balance at every instant, without inertia. If steps diverge, the loads of the rigid motion grow from zero, so that the
+answer is the one connected with the straight links. Derivation: docs/theory.md.
 """
 
 from __future__ import annotations

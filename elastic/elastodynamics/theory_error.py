@@ -55,7 +55,7 @@ def large_displacement_error(answer: Elastodynamic) -> float:
     """Error of linear theory by large displacement, relative to the deflection of the worst beam.
 
     For an exact answer, the change by its last step. Otherwise the second-order effect, plus the square of the largest
-    rotation for the third order, which is the only effect if links bend without vibration.
+    rotation for the third order. If links bend without vibration, only the latter remains.
     """
     if answer.vibration is None or not answer.stable:
         return 0.0 if answer.vibration is None else math.nan

@@ -16,7 +16,7 @@ MAX_ROUNDS = 300  # of subspace iteration
 CONSTRAINT_FLEXIBILITY = 1e-12  # of constraints, relative to the links: redundant ones leave the matrix regular
 
 
-def lowest_sparse(stiffness: Matrices, mass: Matrices, held: Matrices, modes: int) -> Reals:
+def lowest_sparse(stiffness: Matrices, mass: Matrices, constraints: Matrices, modes: int) -> Reals:
     """Compute the lowest frequencies of one structure [rad/s], ascending, shape (modes,); inf for massless modes.
 
     Subspace iteration: solve under the inertia loads of the last shapes, then solve the small eigenvalue problem.
@@ -25,7 +25,7 @@ def lowest_sparse(stiffness: Matrices, mass: Matrices, held: Matrices, modes: in
     ----------
     stiffness, mass
         Shape (n, n); the mass matrix is semidefinite.
-    held
+    constraints
         Combinations of coordinates that are zero, shape (rows, n); rows may be redundant.
 
     References
@@ -36,11 +36,11 @@ def lowest_sparse(stiffness: Matrices, mass: Matrices, held: Matrices, modes: in
     from scipy.sparse import bmat, csc_matrix, identity
     from scipy.sparse.linalg import splu
 
-    size, rows = len(stiffness), len(held)
+    size, rows = len(stiffness), len(constraints)
     diagonal = np.diagonal(stiffness)
     scale = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, diagonal.max()))
     scaled, weight = (csc_matrix(whole * np.outer(scale, scale)) for whole in (stiffness, mass))
-    ties = held * scale
+    ties = constraints * scale
     ties = csc_matrix(ties / np.linalg.norm(ties, axis=1, keepdims=True))
     solver = splu(bmat([[scaled, ties.T], [ties, -CONSTRAINT_FLEXIBILITY * identity(rows)]], format="csc"))
     count = min(modes + SPARE, size)

@@ -32,7 +32,7 @@ class VibratingStructure:
     ----------
     stiffness, mass
         Of all links' coordinates, shape (positions, n, n); inner coordinates have unit stiffness and no coupling.
-    held
+    constraints
         Constraints of the joints: combinations of coordinates that are zero, shape (rows, positions, n).
     level
         Number of inner polynomials from which each coordinate is used, shape (n,); constraints involve only level 0.
@@ -66,7 +66,7 @@ class VibratingStructure:
             mass = np.array([one.mass for one in own_links])
             self.stiffness[:, part, part], self.mass[:, part, part] = uncoupled(stiffness, mass, own_links[0].level)
         self.level = np.concatenate([np.zeros(0, int), *(own_links[0].level for own_links in self._links[1:])])
-        self.held: list[Any] = []
+        self.constraints: list[Any] = []
         for number, place in enumerate(self._places):
             self._add_joint(number, place, joints.get(place.joint.name, JointCompliance()))
 
@@ -75,7 +75,7 @@ class VibratingStructure:
         omega = np.full((modes, len(self.mass)), np.inf)
         if self.mass.shape[-1] > LARGE:
             kept = self.level <= inner
-            rows = np.array(self.held).swapaxes(0, 1)[..., kept]
+            rows = np.array(self.constraints).swapaxes(0, 1)[..., kept]
             stiffness, mass = (whole[:, kept][:, :, kept] for whole in (self.stiffness, self.mass))
             return np.array([lowest_sparse(*part, modes) for part in zip(stiffness, mass, rows, strict=True)]).T
         for chosen, per_stiffness, level in self._unconstrained:
@@ -91,7 +91,9 @@ class VibratingStructure:
         Constraints involve only end coordinates. Inner coordinates are uncoupled in stiffness and stay unchanged.
         """
         at_ends = self.level == 0
-        rows = np.array(self.held).reshape(len(self.held), *self.mass.shape[:2]).swapaxes(0, 1)[..., at_ends]
+        rows = (
+            np.array(self.constraints).reshape(len(self.constraints), *self.mass.shape[:2]).swapaxes(0, 1)[..., at_ends]
+        )
         within = np.flatnonzero(~at_ends)
         within, unheld = within[np.argsort(self.level[within], kind="stable")], []
         _, values, basis = np.linalg.svd(rows)
@@ -235,7 +237,7 @@ class VibratingStructure:
             if compliance:
                 self.stiffness += row[:, :, None] * row[:, None, :] / compliance
             else:
-                self.held.append(row)
+                self.constraints.append(row)
 
 
 def _nearest(link: Link, beams: list[int], local: complex) -> tuple[int, float]:

@@ -96,9 +96,9 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | Fi
     scene = document.scene
     known = design_measures(scene, scene.output)
     keys = {measure.figure.key for measure in known.values()}
-    asked = {name.partition(".")[0] for name in figures or () if isinstance(name, str)}
+    requested = {name.partition(".")[0] for name in figures or () if isinstance(name, str)}
     bounded = {limit.figure for limit in limits_of(scene)}
-    if scene.output is None and not asked | bounded <= keys:  # figures of an output: guess the output
+    if scene.output is None and not requested | bounded <= keys:  # figures of an output: guess the output
         known = design_measures(scene, output_of(scene))
     default = [name for name, each in known.items() if each.figure.told and each.items is None]
     names: Sequence[str | Figure] = default if figures is None else figures

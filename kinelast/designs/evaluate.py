@@ -192,8 +192,8 @@ def _in_batches(base: Base, scene: Scene, group: DesignRows) -> Iterator[Partial
 def _batch(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) -> Iterator[PartialResult]:
     """Compute a batch: the nominal scene, which selects the branch, the designs, and copies of the nominal as padding.
 
-    All batches have one size, so that a design's result does not depend on the others: round-off of numpy's products
-    depends on the array size.
+    All batches have one size, because round-off of numpy's products depends on the array size. So a design's result
+    does not depend on the others.
     """
     rows = np.zeros(step + 1, int)
     rows[1 : len(which) + 1] = which + 1

@@ -36,10 +36,10 @@ def tolerance_task(document: Document) -> ToleranceTask:
     SceneError
         If there are none, or one is not a positive number with a suitable unit.
     """
-    asked = document.table.tolerances
-    if not asked:
+    entries = document.table.tolerances
+    if not entries:
         raise fault("tolerances", "", 'the table is missing: name numbers, as in "links.crank.length" = "0.1 mm"')
-    rows = [tolerance(document.table, path, given) for path, given in asked.items()]
+    rows = [tolerance(document.table, path, given) for path, given in entries.items()]
     return ToleranceTask(
         tuple(number for number, *_ in rows), tuple(Tolerance(half, normal) for _, half, normal in rows)
     )
@@ -118,24 +118,24 @@ def optimization_task(document: Document, units: Mapping[str, str]) -> Optimizat
     SceneError
         If the table is missing, names unknown items, or has bounds the wrong way round.
     """
-    asked = document.table.optimize
-    if not asked.variables and asked.minimize is None and asked.maximize is None:
+    goal = document.table.optimize
+    if not goal.variables and goal.minimize is None and goal.maximize is None:
         raise fault("optimize", "", 'the table is missing: say what to minimize, as in minimize = "mass"')
-    if (asked.minimize is None) == (asked.maximize is None):
+    if (goal.minimize is None) == (goal.maximize is None):
         raise fault("optimize", "minimize", "expected one figure, to minimize or to maximize")
-    figure = asked.minimize if asked.minimize is not None else asked.maximize
+    figure = goal.minimize if goal.minimize is not None else goal.maximize
     assert figure is not None
-    known_name("optimize", "minimize" if asked.maximize is None else "maximize", figure, units, "figure")
-    if not asked.variables:
+    known_name("optimize", "minimize" if goal.maximize is None else "maximize", figure, units, "figure")
+    if not goal.variables:
         raise fault(
             "optimize.variables", "", 'expected numbers with bounds, as in "sections.bar.depth" = ["3 mm", "9 mm"]'
         )
-    rows = [bounds(document.table, path, *ends) for path, ends in asked.variables.items()]
+    rows = [bounds(document.table, path, *ends) for path, ends in goal.variables.items()]
     variables, low, high = zip(*rows, strict=True)
     limits = (*_scene_limits(limits_of_items(document.scene), units), *_limits(document.table, units))
     return OptimizationTask(
         variables, np.array(low), np.array(high),
-        figure, asked.maximize is not None, limits, asked.method == "evolution", asked.seed,
+        figure, goal.maximize is not None, limits, goal.method == "evolution", goal.seed,
     )  # fmt: skip
 
 
@@ -314,11 +314,11 @@ def violation(cost: np.ndarray, margin: np.ndarray) -> np.ndarray:
 
 def linearized(problem: DesignProblem, several: Sequence[np.ndarray]) -> list[Linear]:
     """Linearise several designs with one evaluation: four differences per variable, of fourth order."""
-    asked = [_displaced(np.clip(shares, 0.0, 1.0)) for shares in several]
-    found = problem.judged(np.concatenate([designs for _, designs in asked]))
+    pairs = [_displaced(np.clip(shares, 0.0, 1.0)) for shares in several]
+    found = problem.judged(np.concatenate([designs for _, designs in pairs]))
     values = np.concatenate([found.cost[None], found.margin, found.parts])
-    ends = np.cumsum([len(designs) for _, designs in asked])
-    parts = zip(asked, np.split(values, ends[:-1], axis=1), strict=True)
+    ends = np.cumsum([len(designs) for _, designs in pairs])
+    parts = zip(pairs, np.split(values, ends[:-1], axis=1), strict=True)
     return [_linear(designs[0], offsets, each, len(problem.limits)) for (offsets, designs), each in parts]
 
 

@@ -34,12 +34,12 @@ def batched(
     """
     if not jobs:
         return []
-    asked: SimpleQueue[tuple[int, Any]] = SimpleQueue()
+    questions: SimpleQueue[tuple[int, Any]] = SimpleQueue()
     replies: list[SimpleQueue[Any]] = [SimpleQueue() for _ in jobs]
 
     def run(number: int) -> Result:
         def ask(question: Question) -> Answer:
-            asked.put((number, question))
+            questions.put((number, question))
             reply = replies[number].get()
             if isinstance(reply, _Stop):
                 raise _StoppedError
@@ -49,12 +49,12 @@ def batched(
         try:
             return jobs[number](ask)
         finally:
-            asked.put((number, _DONE))
+            questions.put((number, _DONE))
 
     with ThreadPoolExecutor(len(jobs)) as pool:
         running = [pool.submit(run, number) for number in range(len(jobs))]
         try:
-            _serve(asked, replies, answers)
+            _serve(questions, replies, answers)
         except BaseException:
             for reply in replies:  # for jobs that wait or ask again
                 reply.put(_Stop())
@@ -74,13 +74,15 @@ _DONE = object()
 
 
 def _serve(
-    asked: SimpleQueue[tuple[int, Any]], replies: Sequence[SimpleQueue[Any]], answers: Callable[[list[Any]], list[Any]]
+    questions: SimpleQueue[tuple[int, Any]],
+    replies: Sequence[SimpleQueue[Any]],
+    answers: Callable[[list[Any]], list[Any]],
 ) -> None:
     """Answer questions until all jobs have ended."""
     waiting: dict[int, Any] = {}
     running = len(replies)
     while running:
-        number, question = asked.get()
+        number, question = questions.get()
         if question is _DONE:
             running -= 1
         else:
@@ -199,10 +201,10 @@ def _side_by_side(
     """Run local searches with at most `most` iterations; best first."""
     calls = [0]
 
-    def answers(asked: list[np.ndarray]) -> list[Linear]:
+    def answers(questions: list[np.ndarray]) -> list[Linear]:
         calls[0] += 1
         progress("steps of local searches", min(calls[0], most), most)
-        return linearized(problem, asked)
+        return linearized(problem, questions)
 
     found = batched([partial(_local_search, np.asarray(start, float), problem, most) for start in starts], answers)
     return sorted(found, key=lambda each: each.rank)

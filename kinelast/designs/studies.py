@@ -116,13 +116,13 @@ def _nominal_figures(document: Document, figures: Sequence[str | Figure] | None)
 
 
 def sensitivity_study(
-    scene: Document | Tables, asked: Sequence[str] = (), progress: Progress = SILENT
+    scene: Document | Tables, requested: Sequence[str] = (), progress: Progress = SILENT
 ) -> tuple[Sensitivities, tuple[Variable, ...], Mapping[str, str]]:
     """Sensitivities of a scene's figures, the varied numbers, and the figures' units.
 
     Parameters
     ----------
-    asked
+    requested
         Paths of the numbers; default: those of [sensitivities], else all that describe the machine.
 
     Raises
@@ -132,7 +132,7 @@ def sensitivity_study(
     """
     document = document_of(scene)
     table = document.table
-    paths = [*asked] or table.sensitivities.numbers or _machine(table)
+    paths = [*requested] or table.sensitivities.numbers or _machine(table)
     names = table.sensitivities.figures or None
     base = _nominal_figures(document, names)
     chosen = names or [name for name in base.columns if name not in NOT_FIGURES and np.isfinite(base.columns[name][0])]
@@ -176,22 +176,22 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
         See `sensitivity_study`; also if there are no tolerances.
     """
     document = document_of(scene)
-    table, built, asked = document.table, document.scene, tolerance_task(document)
+    table, built, task = document.table, document.scene, tolerance_task(document)
     accuracy: list[str | Figure] = []
     if built.output is not None:
         accuracy += accuracy_figures(scene_motion(built), built.output)
     base = _nominal_figures(document, None)
     known = [name for name in base.columns if name not in NOT_FIGURES and np.isfinite(base.columns[name][0])]
     figures = [*known, *accuracy]
-    paths = [one.path for one in asked.variables]
-    at = np.array([one.base for one in asked.variables])
+    paths = [one.path for one in task.variables]
+    at = np.array([one.base for one in task.variables])
     progress("the scene, answered in full", 0, 1)
     limits = limits_of_items(built)
     full, bounded = full_answer(built, limits, known), list(dict.fromkeys(limit.figure for limit in limits))
     seen: list[Mapping[str, Any]] = []
     complete: dict[str, FullColumn] = {}
     with np.errstate(all="ignore"):
-        nominal = sensitivities(_figures_of(document, paths, figures), at, _scale(table, asked.variables))
+        nominal = sensitivities(_figures_of(document, paths, figures), at, _scale(table, task.variables))
         more = [name for name in bounded if name not in known]
         figures_of = _figures_of(document, paths, [*figures, *more], progress, "designs within tolerances")
 
@@ -204,18 +204,16 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
             sample = figures_of(values)
             seen.append(sample.columns)
             plain = {name: sample.columns[name] for name in dict.fromkeys([*known, *more])}
-            complete.update(full_columns(in_full, values, plain, np.array([each.half for each in asked.tolerances])))
+            complete.update(full_columns(in_full, values, plain, np.array([each.half for each in task.tolerances])))
             better = {name: each.value for name, each in complete.items() if np.isfinite(each.value).any()}
             return replace(sample, columns={**sample.columns, **better})
 
-        sampled = scatter(noted, asked.tolerances, at, designs)
-        shares = variance_shares(_figures_of(document, paths, figures, progress, "shares"), asked.tolerances, at)
+        sampled = scatter(noted, task.tolerances, at, designs)
+        shares = variance_shares(_figures_of(document, paths, figures, progress, "shares"), task.tolerances, at)
     units = {**base.units, **{figure.key: str(figure.unit) for figure in accuracy if isinstance(figure, Figure)}}
-    linear, count = first_order(nominal, asked.tolerances), REPEATS * points_for(designs)
+    linear, count = first_order(nominal, task.tolerances), REPEATS * points_for(designs)
     share = kept_share(seen[0], full.judgements, complete, WHOLE) if limits else None
-    return ToleranceResult(
-        asked.variables, asked.tolerances, nominal, linear, sampled, shares, units, count, full, share
-    )
+    return ToleranceResult(task.variables, task.tolerances, nominal, linear, sampled, shares, units, count, full, share)
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,14 +240,14 @@ def problem_of(given: Document | Tables) -> PosedProblem:
     path = _path_figures(table, scene)
     base = evaluate(document, [], np.zeros((1, 0)), _known_figures(table, scene, path))
     known = {name: unit for name, unit in base.units.items() if base.reason[0] or not np.isnan(base.columns[name][0])}
-    asked = optimization_task(document, known)
+    task = optimization_task(document, known)
     by_name = {figure.key: figure for figure in path}
-    parts = path_parts(len(table.optimize.path.places)) if table.optimize.path and asked.figure == SQUARES else ()
-    names = list(dict.fromkeys([asked.figure, *(limit.figure for limit in asked.limits), *parts]))
-    paths = [one.path for one in asked.variables]
+    parts = path_parts(len(table.optimize.path.places)) if table.optimize.path and task.figure == SQUARES else ()
+    names = list(dict.fromkeys([task.figure, *(limit.figure for limit in task.limits), *parts]))
+    paths = [one.path for one in task.variables]
     figures_of = _figures_of(document, paths, [by_name.get(name, name) for name in names])
-    problem = DesignProblem(figures_of, asked.low, asked.high, asked.figure, asked.largest, asked.limits, tuple(parts))
-    return PosedProblem(asked, problem, _first_values(base.columns), base.units, scene.theory.plain)
+    problem = DesignProblem(figures_of, task.low, task.high, task.figure, task.largest, task.limits, tuple(parts))
+    return PosedProblem(task, problem, _first_values(base.columns), base.units, scene.theory.plain)
 
 
 def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> OptimumResult:
@@ -262,25 +260,25 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Opti
     """
     document = document_of(scene)
     posed = problem_of(document)
-    asked, problem = posed.task, posed.problem
-    first = problem.shares(np.array([one.base for one in asked.variables]))
+    task, problem = posed.task, posed.problem
+    first = problem.shares(np.array([one.base for one in task.variables]))
     _require_within_reach(document.scene, posed, first)
     try:
-        best = optimum(problem, asked.evolve, asked.seed, first, progress)
+        best = optimum(problem, task.evolve, task.seed, first, progress)
     except ValueError as error:
         raise fault("optimize", "", str(error)) from None
-    last = _with_reserve(document, asked, _FullyJudged(problem, best), progress)
+    last = _with_reserve(document, task, _FullyJudged(problem, best), progress)
     after = _first_values(last.problem.figures_of(last.best.values[None]).columns)
     held_to = tuple(limit.bound for limit in last.problem.limits)
     return OptimumResult(
-        asked, last.best, held_to, last.judgements, posed.units, posed.before, after, posed.quasi_static, last.answer
+        task, last.best, held_to, last.judgements, posed.units, posed.before, after, posed.quasi_static, last.answer
     )
 
 
 def _require_within_reach(scene: Scene, posed: PosedProblem, first: np.ndarray) -> None:
     """Raise SceneError if a violated limit depends on no variable, judged by a few designs before the search."""
-    asked, problem = posed.task, posed.problem
-    cube = qmc.Sobol(len(first), rng=np.random.default_rng(asked.seed)).random(SCREENED_DESIGNS)
+    task, problem = posed.task, posed.problem
+    cube = qmc.Sobol(len(first), rng=np.random.default_rng(task.seed)).random(SCREENED_DESIGNS)
     with np.errstate(all="ignore"):
         columns = problem.figures_of(problem.values(np.concatenate([first[None], cube]))).columns
     problems = []
@@ -319,23 +317,23 @@ class _FullyJudged:
         return not any(hold and share > MAX_SPARE for hold, share in zip(holds, left, strict=True))
 
 
-def _with_reserve(document: Document, asked: OptimizationTask, first: _FullyJudged, progress: Progress) -> _FullyJudged:
+def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudged, progress: Progress) -> _FullyJudged:
     """Find the best design that keeps all limits by its full answer, including errors; else return the last one tried.
 
     A quasi-static search leaves no reserve for vibration and errors. So the best design gets a full answer, the bounds
     are moved accordingly, and the search continues. Without limits, only the goal gets a full answer.
     """
-    goal = design_measures(document.scene, output_of(document.scene)).get(asked.figure)
-    worth = bool(asked.limits) or (goal is not None and not goal.figure.rigid)  # other goals do not depend on theory
+    goal = design_measures(document.scene, output_of(document.scene)).get(task.figure)
+    worth = bool(task.limits) or (goal is not None and not goal.figure.rigid)  # other goals do not depend on theory
     kept, now = None, first
     before: list[tuple[float, float]] | None = None
     for left in reversed(range(MAX_ROUNDS)):
         if not now.best.feasible or not worth:
             break
         progress("the best design, answered in full", MAX_ROUNDS - 1 - left, MAX_ROUNDS)
-        chosen = zip((number.path for number in asked.variables), now.best.values.tolist(), strict=True)
+        chosen = zip((number.path for number in task.variables), now.best.values.tolist(), strict=True)
         scene = document.with_values(dict(chosen)).scene
-        now = replace(now, answer=full_answer(scene, asked.limits, [asked.figure]))
+        now = replace(now, answer=full_answer(scene, task.limits, [task.figure]))
         if all(each.outcome == KEPT for each in now.judgements):
             kept = now
         if now.settled or not left:
@@ -347,7 +345,7 @@ def _with_reserve(document: Document, asked: OptimizationTask, first: _FullyJudg
         spare = SPARE * GROWTH ** max(0, MAX_ROUNDS - 3 - left)  # errors differ between designs
         problem = now.problem.held_to([room(judged, value, other, spare) for judged, (value, _), other in rows])
         before = known
-        now = _FullyJudged(problem, optimum_beside(problem, now.best.shares, asked.seed, progress))
+        now = _FullyJudged(problem, optimum_beside(problem, now.best.shares, task.seed, progress))
     return kept or now
 
 
@@ -361,16 +359,16 @@ def _known_figures(table: SceneTable, scene: Scene, path: Sequence[Figure]) -> l
 
 def _path_figures(table: SceneTable, scene: Scene) -> list[Figure]:
     """Figures of the path under [optimize.path]."""
-    asked = table.optimize.path
-    if asked is None:
+    path_table = table.optimize.path
+    if path_table is None:
         return []
-    places = [complex(*place) for place in asked.places]
+    places = [complex(*place) for place in path_table.places]
     if len(places) != scene.run.positions:
         problem = f"expected a place for each of the {scene.run.positions} positions of the run, got {len(places)}"
         raise fault("optimize.path", "places", problem)
     moving = {point: link.name for link in reversed(scene.mechanism.links[1:]) for point in link.points}
-    known_name("optimize.path", "point", asked.point, moving, "point that moves")
-    return path_figures(Output(moving[asked.point], asked.point), places)
+    known_name("optimize.path", "point", path_table.point, moving, "point that moves")
+    return path_figures(Output(moving[path_table.point], path_table.point), places)
 
 
 def _first_values(columns: Mapping[str, Any]) -> dict[str, float]:

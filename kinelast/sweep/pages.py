@@ -37,7 +37,7 @@ from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FINE, MESSAGE, Task, shipped_scenes
 
-MAX_LEADING = 1000  # best designs kept, among which one is sought that is acceptable by its full answer
+MAX_LEADING = 1000  # best designs kept as candidates for a full answer
 MAX_GRID = 1000  # designs over which a report has a slider
 SHORTLIST = 8  # best designs with a full answer
 MAX_NEAR = 4  # further designs with a full answer, because it may change their outcome
@@ -206,11 +206,11 @@ def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim,
 
 @dataclass(eq=False)
 class FullAnswers:
-    """Computes full answers of selected designs: the best, and those that vibration and errors may decide.
+    """Computes full answers of selected designs: the best, and those with an outcome that may still change.
 
-    The ratio of full to quasi-static figure is carried over from the last answer to other designs (`room`), to predict
-    whether these keep their limits. First the best predicted design is answered, until no better one is left. Then
-    designs with a prediction that differs from their quasi-static outcome, or that might still be the best.
+    The last answer's ratio of full to quasi-static figure predicts whether other designs keep their limits (`room`).
+    First the best predicted design is answered, until no better one is left. Then designs with a prediction that
+    differs from their quasi-static outcome, or that might still be the best.
     """
 
     rows: Rows
@@ -256,7 +256,7 @@ class FullAnswers:
 
     @property
     def _near(self) -> Any:
-        """True for each unanswered design that vibration and errors may decide, shape (designs,)."""
+        """True for each unanswered design with an outcome that vibration or errors may change, shape (designs,)."""
         best = self.aims[self.passed].min(initial=np.inf)
         better = self.expected & (self.aims < best + self.off) if self.passed.any() else False
         return self.left & ((self.expected != self.before) | better)

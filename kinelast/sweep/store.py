@@ -268,7 +268,6 @@ def _parquet_filled(content: bytes, names: Sequence[str], cells: Mapping[int, Ma
 
 
 def _csv_header(manifest: Manifest) -> bytes:
-    """Header of the CSV file."""
     none = np.zeros(0)
     names = (Column(name, none, unit) for name, unit in manifest.columns.items())
     return csv_bytes(Table((Column(NUMBER, none), *names, Column(REASON, none))))

@@ -65,7 +65,7 @@ def map_surviving(
 ) -> Generator[tuple[T, A | Lost], None, None]:
     """Yield tasks with their results, in order of completion, from parallel processes.
 
-    A process gets its next task before its result is yielded. No process survives the generator.
+    A process gets its next task before its last result is yielded. No process survives the generator.
 
     Parameters
     ----------

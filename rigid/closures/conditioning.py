@@ -142,8 +142,8 @@ def may_be_singular(mechanism: Mechanism, closures: Sequence[Closure]) -> bool:
 def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) -> list[Columns]:
     """Condition number of every group in motion: relative errors are this times eps, shape (..., positions).
 
-    1/s^2 at rest, larger after another singular group. At a smooth passage through a singular position: the square of
-    the ratio of the rotation that the openings might cause to the actual one, times the same ratio of accelerations.
+    1/s^2 at rest, larger after another singular group. At a smooth passage through a singular position, let r be the
+    largest rotation for the openings over the actual one: r^2 times the same ratio of accelerations.
 
     Parameters
     ----------

@@ -34,22 +34,22 @@ class Path:
     ----------
     begin
         s of the drawing.
-    asked
+    requested
         s of the requested positions, shape (positions,), or (designs, positions) if designs differ.
     stride
         Largest step of s.
     turn
         Change of s in a full turn after which the drive is back; 0 without.
     outline
-        s of the first, smallest and largest position of the whole motion; `asked` may be a part of it.
+        s of the first, smallest and largest position of the whole motion; `requested` may be a part of it.
     vertices
         Drive coordinates at s = 0, 1, 2, ..., shape (drives, n); None for a single drive.
     whole
-        True if `asked` is the whole motion.
+        True if `requested` is the whole motion.
     """
 
     begin: float
-    asked: Reals
+    requested: Reals
     stride: float
     turn: float
     outline: tuple[float, ...] = ()
@@ -61,14 +61,17 @@ class Path:
         """Smallest and largest s of the requested positions; the drawing's s if there are none."""
         if self.whole:
             return self.outline[1], self.outline[2]
-        if not len(self.asked):
+        if not len(self.requested):
             return self.begin, self.begin
-        return self.asked.min(), self.asked.max()
+        return self.requested.min(), self.requested.max()
 
     def shifted(self, shift: float) -> Path:
         """Shift the path by -`shift`."""
         return replace(
-            self, begin=self.begin - shift, asked=self.asked - shift, outline=tuple(s - shift for s in self.outline)
+            self,
+            begin=self.begin - shift,
+            requested=self.requested - shift,
+            outline=tuple(s - shift for s in self.outline),
         )
 
     def drives(self, places: Any) -> Reals:

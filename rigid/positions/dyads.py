@@ -1,7 +1,7 @@
 """Positions of the five dyads in closed form.
 
-Each function returns the position of both links and the sine s of the angle at which they meet: zero at a singular
-position, nan if they cannot meet. `side` selects the branch, +1 or -1. Values of s^2 above -`slack` count as zero.
+Each function returns the position of both links, and the sine s at which they meet. s is zero at a singular
+position, nan if the links cannot meet. `side` selects the branch, +1 or -1. Values of s^2 above -`slack` count as zero.
 """
 
 from __future__ import annotations

@@ -73,8 +73,8 @@ def located(table: Mapping[str, Any], places: Any, rows: int) -> Integers:
     low = min(place.min(), np.min(places)) - 1.0
     span = max(place.max(), np.max(places)) - low + 1.0
     keys = row * span + (place - low)
-    asked = np.arange(rows)[:, None] * span + (places - low)
-    before = np.searchsorted(keys, asked, side="right") - 1
+    keys_of_places = np.arange(rows)[:, None] * span + (places - low)
+    before = np.searchsorted(keys, keys_of_places, side="right") - 1
     first = np.searchsorted(row, np.arange(rows))
     last = np.searchsorted(row, np.arange(rows), side="right") - 2
     knots: Integers = np.clip(before, first[:, None], last[:, None])

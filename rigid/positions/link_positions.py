@@ -102,7 +102,7 @@ def _closely_spaced(path: Path) -> bool:
         return False
     low, high = path.span
     covered = low - MAX_NEAR_STEP <= path.begin <= high + MAX_NEAR_STEP or 0 < path.turn <= high - low + MAX_NEAR_STEP
-    steps = path.asked[..., 1:] - path.asked[..., :-1]
+    steps = path.requested[..., 1:] - path.requested[..., :-1]
     return bool(covered and np.abs(steps).max(initial=0.0) <= min(MAX_NEAR_STEP, path.stride))
 
 

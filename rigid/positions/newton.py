@@ -22,7 +22,6 @@ FITS = 1e-10  # largest gap of a redundant joint that counts as closed, in radia
 
 
 def _shape(placed: PartialPosture) -> tuple[int, ...]:
-    """Shape of the columns."""
     if placed.shape:
         return placed.shape
     known = (np.shape(value) for value in (*placed.origin, *placed.direction))

@@ -47,7 +47,7 @@ def branch_through(
     which it passes the drawing.
     """
     if path.vertices is not None:
-        return _followed(mechanism, structure, path, 0.0, 0.0, forms, edge), path.asked
+        return _followed(mechanism, structure, path, 0.0, 0.0, forms, edge), path.requested
     kept = mechanism.__dict__.setdefault("_branches", {})
     begin, block = path.begin, BLOCK * path.stride
     if path.turn and (turns := np.round((begin - drawn_drives(mechanism)[0][0]) / path.turn)):
@@ -65,14 +65,14 @@ def branch_through(
         if _is_closed_cycle(
             whole, begin, begin + period
         ):  # positions beyond an end are nan, so there is no end in between
-            return whole, begin + np.mod(path.asked - begin, period)
+            return whole, begin + np.mod(path.requested - begin, period)
     branch = _branch_over_request(mechanism, structure, path, forms, edge, kept)
     if path.turn and _ends(branch) and not _is_known_at(branch, path.outline[0]):
         for other in _other_starts(path):
             found = _branch_over_request(mechanism, structure, other, forms, edge, kept)
             if _is_known_at(found, other.outline[0]) or other.outline[1] <= begin <= other.outline[2]:
-                return found, other.asked
-    return branch, path.asked
+                return found, other.requested
+    return branch, path.requested
 
 
 def _other_starts(path: Path) -> list[Path]:

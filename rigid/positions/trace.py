@@ -23,7 +23,7 @@ EASY = 2  # successful steps after which a march doubles its step
 CORRECTIONS = 10  # Newton steps from a close guess
 STRAIGHT = 0.25  # largest deviation from linear motion of a leap, relative to its length
 ROUGH = 2.0**-6  # resolution of the first certification of a walk, in strides
-STILL = 1e-15  # shorter ways are zero [rad or m]
+STILL = 1e-15  # smaller differences of places are zero [rad or m]
 NOISE = 1e-9  # round-off near a change point [rad or m]
 
 
@@ -201,10 +201,10 @@ class Trace:
             return knot if self._distance(knot, guess) <= known else None
 
     def _turns_with_drive(self, row: int, sense: int, place: float) -> bool:
-        """True if the group turns with the drive from a place on; its knots are then placed so.
+        """True if the group turns with the drive from a place on; its knots are then placed accordingly.
 
         Links carried by parallel cranks turn as fast as the drive, or not at all, on their only smooth branch.
-        Round-off may hide it, but it holds to the end of the path if it closes the group everywhere.
+        Round-off may hide this branch, but it continues to the end of the path if it closes the group everywhere.
         """
         branch, table, begin = self.branch, self.branch.table, self.branch.path.begin
         outward = (table["row"] == row) & ((table["place"] - begin) * sense >= 0.0)
@@ -263,7 +263,7 @@ class Trace:
     def _march(self, row: int, sense: int, inner: int, leaps: bool) -> tuple[list[Table], bool]:
         """Take steps outward from a knot, up to a stride; return them, and True if stuck.
 
-        Steps are certified at once, or (`leaps`) only nearly straight, to be certified together later.
+        Each step is certified, or, with `leaps`, only checked to be nearly straight and certified later.
         """
         branch, name = self.branch, f"free{self.number}"
         table, stride = branch.table, branch.path.stride
