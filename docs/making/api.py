@@ -1,6 +1,6 @@
-"""Reference of the API: a page a package, with the public names of its root and its rooms.
+"""Reference of the API: one page per package, with the public names of its root and rooms.
 
-What another package may import is public: names of a root and of a room's root; of `kinelast` those of the root alone.
+Public names are those of a package's root and of its rooms' roots; for `kinelast`, the root alone.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ALONE = ("kinelast",)
 
 
 def pages(root: Path) -> Iterator[Made]:
-    """A page of every package.
+    """Return one page per package.
 
     Raises
     ------
@@ -59,14 +59,14 @@ def _rooms(module: griffe.Module) -> Iterator[griffe.Module]:
 
 
 def _names(room: griffe.Module, told: set[str], bare: list[str]) -> Iterator[str]:
-    """Directives of a room's public names that are not told yet."""
+    """Directives of a room's public names that no earlier room has."""
     names = [str(name) for name in room.exports] if room.exports else _given(room)
     for name in names:
         member = room.members[name]
         try:
             target = member.final_target if isinstance(member, griffe.Alias) else member
         except griffe.AliasResolutionError:
-            continue  # of another project, as a type that is passed on
+            continue  # a type of another project
         if target.path in told or isinstance(target, griffe.Module):
             continue
         told.add(target.path)
@@ -76,7 +76,7 @@ def _names(room: griffe.Module, told: set[str], bare: list[str]) -> Iterator[str
 
 
 def _given(room: griffe.Module) -> list[str]:
-    """Names that a room's root imports from its files, or defines."""
+    """Names that a room's root imports from its files or defines."""
     return sorted(
         name
         for name, member in room.members.items()

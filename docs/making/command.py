@@ -1,4 +1,4 @@
-"""Reference of the command, made of the fields of its requests: option, value, default, meaning, files."""
+"""Reference of the command, from the fields of its requests: option, value, default, meaning, files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TITLES = {
 
 
 def page() -> str:
-    """The page of all options."""
+    """Return the page of all options."""
     known = options_of(Batch, Request)
     parts = [
         "# Options of the command\n\n`deflection-report SCENE ... [options]`, or `python -m kinelast`. "

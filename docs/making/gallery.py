@@ -1,6 +1,6 @@
-"""Pages of the gallery: every shipped scene and every docs/gallery/*.toml, each with its report and its file.
+"""Pages of the gallery: each shipped scene and each docs/gallery/*.toml, with its report and file.
 
-The report is the moving picture: a film of each would take VTK some ten seconds a scene, and shows no more.
+The report is the moving picture; a film would take ten seconds a scene and show no more.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SCHEMA = re.compile(r"^#:schema .*\n+")
 
 
 def pages() -> Iterator[Made]:
-    """All pages of the folder gallery/, with the files that they show."""
+    """Return all pages of the folder gallery/ and their files."""
     machines = {path.stem: path for path in sorted((ROOT / "docs" / "gallery").glob("*.toml"))}
     if machines:
         yield from _reported(machines, run([str(path) for path in machines.values()], "--jobs", "0"), "the gallery")
@@ -52,7 +52,7 @@ def _reported(scenes: dict[str, Path], out: Path, home: str) -> Iterator[Made]:
 
 
 def _structures(scenes: dict[str, Path], out: Path) -> Iterator[Made]:
-    """A page of the mechanisms that are there for their structure alone."""
+    """Return the page of structure-only mechanisms."""
     parts = ["# Structures\n\nMechanisms of which the structure is asked: `deflection-report NAME --structure`.\n"]
     for name, path in scenes.items():
         drawn = (out / name / "skeleton.svg").is_file()  # a chain in space has none
@@ -75,7 +75,7 @@ def frame(name: str, up: str) -> str:
 
 
 def with_scenes(markdown: str, page: str) -> str:
-    """A page with the list of scenes, and with the reports that it asks for."""
+    """Fill the list of scenes and the embedded reports of a page."""
     up = "../" * page.count("/") + "gallery/"
     markdown = REPORT.sub(lambda mark: frame(mark[1], up), markdown)
     return markdown.replace(SCENES, _cards())

@@ -1,4 +1,4 @@
-"""Navigation by folder: patterns of mkdocs.yml replaced by the pages there."""
+"""Replace folder patterns in the navigation of mkdocs.yml by the pages of the folder."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LINKED = re.compile(r"\]\(([^)#\s]+\.md)")
 
 
 def expanded(nav: list[Any], files: Files) -> list[Any]:
-    """Navigation with the pages of its patterns in their places."""
+    """Return the navigation with all patterns replaced."""
     return list(_entry(nav, files, {*_leaves(nav)}))
 
 
@@ -38,7 +38,7 @@ def _entry(item: Any, files: Files, named: set[str]) -> Any:
 
 
 def _matching(pattern: str, files: Files, named: set[str]) -> list[str]:
-    """Pages of a folder, its index first, then those it links to in this order, then others by name."""
+    """Pages of a folder: its index, then the pages that it links to, then others by name."""
     folder = PurePosixPath(pattern).parent
     pages = {
         file.src_uri: file

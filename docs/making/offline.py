@@ -1,4 +1,4 @@
-"""The site needs no network: what the theme would fetch is replaced, and whatever else names a host ends the build."""
+"""Make the site work without a network: replace what the theme fetches, and stop if anything else names a host."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FETCHED = re.compile(
 
 
 def local(html: str, path: str) -> str:
-    """A page with the site's own script for what the theme would fetch, a name for its search, and no empty heads."""
+    """Return a page that uses local scripts, with a label for its search and without empty heads."""
     up = "../" * (len(PurePosixPath(path).parts) - 1)
     named = html.replace('<div class="md-search" data-md-component="search" role="dialog">', SEARCH)
     named = EMPTY_HEAD.sub(r"<td\1></td>", named)
@@ -23,7 +23,7 @@ def local(html: str, path: str) -> str:
 
 
 def cleaned(site: Path) -> None:
-    """Take from the theme's scripts the hosts of what this site has no use for.
+    """Remove the hosts of unused features from the theme's scripts.
 
     Raises
     ------

@@ -40,7 +40,7 @@ def with_tables(markdown: str) -> str:
 
 
 def left_out(markdown: str) -> set[str]:
-    """Names of the structs whose tables the page of the format does not ask for."""
+    """Names of structs without a table on the page."""
     return {each.__name__ for each in structs()} - {
         name for mark in MARK.finditer(markdown) for name in mark[1].split()
     }
@@ -52,7 +52,7 @@ def _struct(name: str) -> type[Struct]:
 
 @cache
 def structs() -> list[type[Struct]]:
-    """The tables that a scene may hold, itself first."""
+    """Structs of all tables of a scene, the scene first."""
     met: list[type[Struct]] = []
     waiting: list[Any] = [inspect.type_info(SceneTable), inspect.type_info(ChainTable)]
     while waiting:
@@ -164,7 +164,7 @@ def _kind(kind: Any) -> str:  # noqa: PLR0911 - a line a kind
 
 
 def _bounds(kind: Any) -> str:  # noqa: PLR0911 - likewise
-    """Bounds of a value, or empty; the page gives those of all quantities of a dimension."""
+    """Bounds of a value, or empty. The page gives the general bounds of lengths, angles and speeds."""
     match kind:
         case inspect.UnionType():
             return ", ".join(dict.fromkeys(bound for part in kind.types if (bound := _bounds(part))))

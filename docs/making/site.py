@@ -19,17 +19,17 @@ from mkdocs.structure.files import File, Files, InclusionLevel
 
 ROOT = Path(__file__).parents[2]
 OUTSIDE = {"index.md": "README.md", "contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
-"""Pages of the site that stand at the root of the repository."""
+"""Pages of the site from the root of the repository."""
 FORMAT = "scenes.md"
 """The page of all tables of a scene."""
 PICTURE = re.compile(r"!\[[^]]*\]\(docs/images/report_page\.png\)")
-"""Of the report, in the place of which the first page has the report itself."""
+"""Picture of the report; the site's first page shows the report itself."""
 LINK = re.compile(r"(?<=\]\()(?![a-z]+:|#|/)([^)\s#]+)")
 FENCED = re.compile(r"^ *(```+|~~~+).*?^ *\1 *$", re.DOTALL | re.MULTILINE)
 
 
 def on_files(files: Files, config: Any) -> Files:
-    """Add the pages that are made, and name all of them in the navigation."""
+    """Add the generated pages, and list all pages in the navigation."""
     for page, source in OUTSIDE.items():
         if (ROOT / source).is_file():
             files.append(File.generated(config, page, abs_src_path=str(ROOT / source)))
@@ -42,7 +42,7 @@ def on_files(files: Files, config: Any) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str:
-    """Lead links to the repository's other files to copies of them in the site."""
+    """Fill the generated tables, and point links to other files of the repository at copies in the site."""
     if page.file.src_uri == FORMAT and (missing := scene_format.left_out(markdown)):
         raise PluginError(f"{FORMAT} leaves out the tables of {', '.join(sorted(missing))}")
     if page.file.src_uri == "index.md":
@@ -60,7 +60,7 @@ def _led(text: str, source: Path, page: Any, config: Any, files: Files) -> str:
     def target(link: re.Match[str]) -> str:
         there = (source.parent / link[1]).resolve()
         if not there.is_file() or not there.is_relative_to(ROOT):
-            return link[1]  # of which MkDocs tells that it leads nowhere
+            return link[1]  # MkDocs reports the dead link
         path = _of_site(there.relative_to(ROOT))
         if files.get_file_from_path(path) is None:
             files.append(File.generated(config, path, abs_src_path=str(there), inclusion=InclusionLevel.INCLUDED))
@@ -80,21 +80,21 @@ def _of_site(path: Path) -> str:
 
 
 def on_page_content(html: str, page: Any, config: Any, files: Files) -> str:
-    """Formulas as MathML, which browsers draw by themselves."""
+    """Convert formulas to MathML."""
     return formulas.drawn(html, page.file.src_uri)
 
 
 def on_post_page(output: str, page: Any, config: Any) -> str:
-    """A page that fetches nothing."""
+    """Make a page independent of the network."""
     return offline.local(output, page.file.dest_uri)
 
 
 def on_post_template(output_content: str, template_name: str, config: Any) -> str:
-    """Likewise the page of what is not found."""
+    """Do the same for the page of missing pages."""
     return offline.local(output_content, template_name)
 
 
 def on_post_build(config: Any) -> None:
-    """See that nothing is fetched; keep the runs of this state of the program alone."""
+    """Check that nothing is fetched, and delete runs of other program versions."""
     offline.cleaned(Path(config.site_dir))
     runs.drop_others()

@@ -1,6 +1,6 @@
-"""Reference of summary.json and of every table that the command writes: keys and columns of real ones, with words.
+"""Reference of summary.json and of each table of the command: keys and columns of real runs, described.
 
-A key or a column that has no words here, and is no figure of the registry and no field, ends the build.
+A key or column without description, unless it is a figure of the registry or a field, stops the build.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ MARKS = {
 """Names that patterns of columns stand for, in the run that is looked at."""
 HEAD = """# Keys and columns
 
-Keys and columns are those of real runs; what they hold is told by the registry of [figures](figures.md), or here. All
-is in SI units and radians, but for `positions.csv` and `motion.csv`, which keep the scene's `report_units`, and
-`designs.csv`, which keeps the units that the scene is told in.
+Keys and columns of real runs. [Figures](figures.md) are described in their registry. All values are in SI units and
+radians, except `positions.csv` and `motion.csv` (the scene's `report_units`) and `designs.csv` (the units of the scene's
+file).
 """
 ROWS = "| column | unit | meaning |\n| --- | --- | --- |\n"
 
 
 def page() -> str:
-    """The page of all tables."""
+    """Return the page of all tables."""
     folder = run([SCENE], "--motion", "--speeds", SPEEDS, "--theory", "quasi-static") / SCENE
     designs = run([SCENE], "--sweep", "--pages", "0") / SCENE / "designs.csv"
     tolerances = ["figure", "unit", "value", "in full", "error", "theory", "first order deviation", "first order worst",
@@ -78,7 +78,7 @@ def _told(names: Sequence[str], table: str) -> str:
 
 
 def _columns(path: Path, table: str) -> str:
-    """Rows of the kinds of columns in a file, in its order.
+    """Rows of the columns of a file, in its order, grouped by kind.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def _columns(path: Path, table: str) -> str:
 
 
 def _is(name: str, pattern: str) -> bool:
-    """Whether a column of the run is of a kind."""
+    """Whether a column matches a pattern."""
     for mark, those in MARKS.items():
         pattern = pattern.replace(mark, f"(?:{those})")
     return re.fullmatch(pattern, name) is not None
@@ -122,7 +122,7 @@ def _summary(folder: Path) -> str:
 
 
 def _shape(value: Any) -> str:  # noqa: PLR0911 - a line a kind
-    """What a value of summary.json is made of."""
+    """Structure of a value of summary.json, in words."""
     match value:
         case None:
             return "`null` unless asked for"
