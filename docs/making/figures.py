@@ -13,15 +13,14 @@ from kinelast.scene.limits import Output
 
 INTRO = """# Figures
 
-Every figure has one entry in the registry (`kinelast/figures/registry.py`), from which reports, `summary.json`,
-sweeps, optima, sensitivities, tolerances and speeds take it. `[sweep]`, `[optimize]`, `[sensitivities]` and the columns
-of tables name it by its key, of one item as `KEY.ITEM`, as in `deflection.coupler`. *Asked for*: it is computed only
-where it is named. *In a row*: it stands in the row of a design unasked. *Rigid*: it belongs to the motion of rigid
-links, which no theory of the links changes.
+Every figure has one entry in the registry (`kinelast/figures/registry.py`). Reports, `summary.json`, sweeps, optima,
+sensitivities, tolerances, speeds and `[limits.figures]` use its key, for one item `KEY.ITEM`, as in
+`deflection.coupler`. *On request*: computed only if named. *In a row*: in the row of a design by default. *Rigid*:
+independent of the links' elasticity. *Limit*: its key under `[limits]`.
 
 """
 HEAD = (
-    "| key | figure | unit | of every | over positions | asked for | in a row | rigid | limit |\n"
+    "| key | figure | unit | of every | over positions | on request | in a row | rigid | limit |\n"
     + "| --- " * 9
     + "|\n"
 )
@@ -29,13 +28,13 @@ FIELD_HEAD = "## Fields along a beam\n\n| key | symbol | field | unit |\n| --- |
 
 
 def all_figures() -> dict[str, Figure]:
-    """Figures by key, those of a point's and of an angle's output too."""
+    """Figures by key, including those of both kinds of output."""
     outputs = (Output("link", "point", False), Output("link", "", False))
     return {each.key: each for output in outputs for each in figures_of(output)}
 
 
 def page() -> str:
-    """The page of all figures."""
+    """Return the page of all figures."""
     scenes = [read_scene(path) for path in shipped_scenes().values() if path.parent.name == "mechanisms"]
     rows = "".join(_row(each, scenes) for each in all_figures().values())
     fields = "".join(row((f"`{each.key}`", each.symbol, each.name, each.unit)) for each in FIELDS.values())
@@ -50,7 +49,7 @@ def _row(figure: Figure, scenes: list[Scene]) -> str:
 
 
 def _units(figure: Figure, scenes: list[Scene]) -> str:
-    """The unit, or the units that it has in the shipped scenes where it depends on the item."""
+    """Unit of a figure, or all its units in the shipped scenes if it depends on the item."""
     if isinstance(figure.unit, str):
         return "m or rad" if figure.key in OF_OUTPUT else figure.unit
     return " or ".join(sorted({unit for scene in scenes for unit in figure.unit(scene)}))
