@@ -32,8 +32,8 @@ MARKS = {
 HEAD = """# Keys and columns
 
 Keys and columns of real runs. [Figures](figures.md) are described in their registry. All values are in SI units and
-radians, except `positions.csv` and `motion.csv` (the scene's `report_units`) and `designs.csv` (the units of the scene's
-file).
+radians, except `positions.csv` and `motion.csv` (the scene's `report_units`) and `designs.csv` (the units of the
+scene's file).
 """
 ROWS = "| column | unit | meaning |\n| --- | --- | --- |\n"
 
