@@ -335,7 +335,7 @@ def outcome_of(value, error, bound, least):
     return "too close to decide" if abs(room) < error else "kept" if room >= 0 else "not kept"
 
 
-@pytest.mark.parametrize("share", in_tiers([1 - 1e-9, 0.3, 3.0], 1, 1))
+@pytest.mark.parametrize("share", in_tiers([1 - 1e-9, 0.3, 3.0], 0, 2))
 def test_a_limit_by_the_name_of_any_figure_is_judged_alike_at_every_door(share):
     """In report, chunks, notebook, design, sweep's best, optimum and editor; with the figure's own error."""
     tables = slow_four_bar()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from mechanisms import steel_bar
 from test_animations import STEEL, bent_four_bar
+from tiers import in_tiers
 
 from animations import Picture, Style, off_screen
 from animations.canvas import font_file
@@ -98,7 +99,7 @@ class TestAround:
 class TestNames:
     """Names that move."""
 
-    @pytest.mark.parametrize(("size", "look"), [((960, 540), "plain"), ((480, 800), "solid")])
+    @pytest.mark.parametrize(("size", "look"), in_tiers([((960, 540), "plain"), ((480, 800), "solid")], 0, 1))
     def test_no_words_lie_over_others_where_points_crowd(self, size, look):
         bent = deflection(load("flapping_wing"))
         style = Style(size=size, look=look, show=("names", "links", "peak"))

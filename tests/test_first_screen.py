@@ -14,6 +14,8 @@ from scene_texts import PARALLELOGRAM
 from kinelast.cli.command import main
 from kinelast.tasks.task import shipped_scenes
 
+pytestmark = pytest.mark.slow  # seven reports, each printed
+
 SCREENS = [(1366, 768), (390, 844)]
 DECIDE = ["#acceptance", "#trusted", "#stage", ".deciding .tile:last-child"]
 BOXES = """

@@ -9,6 +9,7 @@ import pytest
 from mechanisms import ALL, bar, double_rocker, replaced, three_cranks
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
+from tiers import in_tiers
 
 from elastic import Section, deflection, sample
 from rigid import (
@@ -260,7 +261,7 @@ class TestSeveralDrives:
 
 
 class TestAnyLinkage:
-    @pytest.mark.parametrize("name", ALL)
+    @pytest.mark.parametrize("name", in_tiers(ALL, 4, 4))
     def test_the_efforts_of_a_motion_bring_that_motion_about(self, name):
         """Inverse dynamics along a smooth law, then forward with those efforts, is the law again."""
         case = ALL[name]()
@@ -288,7 +289,7 @@ class TestAnyLinkage:
         np.testing.assert_allclose(found.drive, expected[0], atol=1e-9)
         np.testing.assert_allclose(found.drive_acceleration, expected[2], atol=1e-5 * np.abs(expected[2]).max())
 
-    @pytest.mark.parametrize("name", ["RRR", "RPR", "six-bar", "triad"])
+    @pytest.mark.parametrize("name", in_tiers(["RRR", "RPR", "six-bar", "triad"], 1, 3))
     def test_a_free_linkage_keeps_its_energy_and_its_loops_closed(self, name):
         case = ALL[name]()
         mechanism = replaced(case.mechanism, loads=())
@@ -453,6 +454,7 @@ class TestToggles:
     def course(self, *more, start=0.3):
         return forward(replaced(double_rocker(0.3), loads=more), [Effort(5.0)], start, 0.0, 0.13, 1e-10)
 
+    @pytest.mark.slow
     def test_the_links_swing_on_and_the_drive_back(self):
         course = self.course()
         found = motion_during(course, self.TIMES)

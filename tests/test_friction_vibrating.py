@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import scipy.integrate
 from mechanisms import steel_four_bar
+from tiers import in_tiers
 
 from elastic import Section, displacement_of, sample
 from elastic.elastodynamics import elastodynamic, geometrically_exact, speed_map, transient
@@ -61,7 +62,7 @@ def shaken(share, beta, ratio=1e-4, count=720):
     return found, STROKE * np.cos(speed * course.time) + np.real(displacement_of(found.deflection, "block", "B"))
 
 
-@pytest.mark.parametrize(("beta", "share"), [(0.8, 0.4), (1.5, 0.2)])
+@pytest.mark.parametrize(("beta", "share"), in_tiers([(0.8, 0.4), (1.5, 0.2)], 1, 1))
 def test_den_hartogs_amplitude(beta, share):
     """Forced vibrations with Coulomb's friction, Transactions of the ASME 53 (1931), motion without stops."""
     _, place = shaken(share, beta)
@@ -90,6 +91,7 @@ def test_a_block_that_stops_in_every_stroke():
     assert off < found.time_error + found.reduction_error
 
 
+@pytest.mark.slow
 def test_free_vibrations_lose_the_same_of_every_swing():
     """Four times friction over stiffness in every cycle, until the block sticks."""
     share, stop = 0.04, 0.7 * 2 * np.pi / NATURAL
@@ -142,6 +144,7 @@ def test_viscous_friction_is_a_dashpot():
     assert rubbed.growth == pytest.approx(held.growth, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_map_of_speeds_has_friction():
     def at(t):
         return motion(mechanism, 100 * np.asarray(t), 100.0, 0.0, t)

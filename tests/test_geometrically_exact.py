@@ -257,6 +257,7 @@ def test_a_planet_on_a_bent_carrier(pressure_angle, hub):
     assert sample(found, "M", [0.0])[0, 0, 0] == pytest.approx(moment, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_gears_about_axes_in_the_ground():
     """Two soft arms under their weight, geared 1 to -2: against the whole nonlinear mechanism."""
     bars = [

@@ -90,6 +90,7 @@ told("after")
 """
 
 
+@pytest.mark.slow
 def test_vibration_keeps_to_one_thread_though_numpy_was_there_first():
     """Where numpy has been loaded the environment has no say; and what the caller has set comes back."""
     environment = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"}

@@ -144,6 +144,7 @@ def test_masses_centres_inertias_forces_and_weight_are_those_of_the_file():
     assert all(link.beams for link in kinelast.scene_from_text(bends).mechanism.links[1:3])
 
 
+@pytest.mark.slow
 def test_a_drive_at_a_floating_pin_turns_the_second_link_from_the_first():
     joints = [joint(4, "A", 0), joint(2, "B", 1 + 2j), joint(0, "C", 4 + 3j), joint(4, "D", 5)]
     text = saved(joints, [link("YR", "AB"), link("YR", "BC"), link("YR", "CD")])

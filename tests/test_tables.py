@@ -82,6 +82,7 @@ def test_a_sheet_has_an_end():
         xlsx_bytes(Table((Column("x", np.zeros(1_048_576)),)))
 
 
+@pytest.mark.slow
 def test_tables_come_in_every_format_that_is_asked_for(tmp_path, capsys):
     call = ["steel_four_bar", "--positions", "12", "--quiet", "-o", str(tmp_path)]
     assert main([*call, "--tables", "html,xlsx", "--speeds", "10:20:2", "--theory", "quasi-static"]) == 0

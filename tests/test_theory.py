@@ -165,6 +165,7 @@ def test_the_cheapest_theory_that_is_near_enough():
     assert fast.missed > 0.05
 
 
+@pytest.mark.slow
 def test_a_finer_accuracy_never_takes_a_cheaper_theory_or_a_worse_answer():
     """Vibration 9 %, large displacement 0.1 %, shear and moments at the ends 0.08 %: what is asked in turn."""
     scene = scene_at(FAST)
@@ -184,6 +185,7 @@ def _apart(one, other, name):
     return float((np.abs(here - there).max(axis=(1, 2)) / np.abs(here).max(axis=(1, 2))).max())
 
 
+@pytest.mark.slow
 def test_an_accuracy_is_that_of_all_courses():
     """Simeon's rod is nearer to its ends as it bends: twice its stretch, which no figure that is read tells."""
     scene = read_scene(shipped_scenes()["simeon_slider_crank"])
@@ -405,6 +407,7 @@ class TestFurtherChecks:
         assert found.passed is False
         assert found.largest == max(found.without_vibration.values()) > 3 * found.estimate
 
+    @pytest.mark.slow
     def test_an_answer_that_is_not_as_near_as_it_says_is_told_by_less_than_beam_theory(self):
         """The beams of the check are those of the answer: what these leave out is no excuse for a difference."""
         stubby = edited(FOUR_BAR, ('"100 rad/s"', f'"{FAST}"'), ('depth = "6 mm"', 'depth = "40 mm"'))
@@ -414,6 +417,7 @@ class TestFurtherChecks:
         found = nonlinear_check(replace(right, deflection=deflection(right.motion, stiff)))
         assert found.passed is False
 
+    @pytest.mark.slow
     def test_it_puts_the_error_that_it_measures_in_place_of_the_estimate(self):
         """A quasi-static answer: its difference from the exact one, which no part of the check knows."""
         limited = edited(FOUR_BAR, ('"100 rad/s"', f'"{FAST}"')) + '[limits]\nchord = "5 mm"\n'
@@ -433,6 +437,7 @@ class TestFurtherChecks:
         assert measured.figures.peaks["stress"] == results.figures.peaks["stress"]
         assert measured.worst in measured.graded
 
+    @pytest.mark.slow
     def test_it_takes_a_course_that_is_no_cycle(self):
         """Vibration from the quasi-static deflection on, marched by either side."""
         found = nonlinear_check(results_at("30 rad/s", 'duration = "50 ms"\ntheory = "elastodynamic"'))
@@ -490,6 +495,7 @@ class TestFurtherChecks:
         assert main([str(tmp_path / "bars.toml"), "-o", str(tmp_path), "--check", "solid"]) == 1
         assert "solid check CANNOT BE MADE: crank: a beam is hollow" in capsys.readouterr().out
 
+    @pytest.mark.slow
     def test_plane_bodies_are_of_the_material_that_the_scene_tells(self):
         """Poisson's ratio of 0.45 for 0.3: shear is 1.45/1.3 as soft, and nothing else asks for the ratio."""
         given, other = (
@@ -498,6 +504,7 @@ class TestFurtherChecks:
         )
         assert other.relative > 1.02 * given.relative
 
+    @pytest.mark.slow
     def test_the_command_writes_them(self, tmp_path, capsys):
         (tmp_path / "bars.toml").write_text(edited(FOUR_BAR, ('"100 rad/s"', '"30 rad/s"')))
         call = [str(tmp_path / "bars.toml"), "-o", str(tmp_path), "--accuracy", "10 %", "--check", "8,nonlinear,solid"]
@@ -521,6 +528,7 @@ class TestFurtherChecks:
 
 
 class TestSpeeds:
+    @pytest.mark.slow
     def test_limits_hold_up_to_a_speed(self):
         """Between the speeds at which single runs keep the limit and break it."""
         scene = scene_from_text(FOUR_BAR + '[limits]\nchord = "0.3 mm"\n')
@@ -530,6 +538,7 @@ class TestSpeeds:
         below = int(np.flatnonzero(found.speed == found.highest)[0])
         assert values[below] <= 0.3e-3 < 1.005 * values[below + 1]  # by its error the next is too close to decide
 
+    @pytest.mark.slow
     def test_a_speed_is_that_of_a_run_of_its_own(self):
         found = speeds(scene_at(FAST), (30.0, 60.0, 2))
         for k, speed in enumerate(("30 rad/s", FAST)):
@@ -537,6 +546,7 @@ class TestSpeeds:
             largest = np.abs(own.extremes["chord"].value).max(axis=-1)
             np.testing.assert_allclose(found.map.values[k, 1], largest, rtol=0.01)
 
+    @pytest.mark.slow
     def test_the_command_writes_them(self, tmp_path):
         (tmp_path / "bars.toml").write_text(FOUR_BAR)
         assert main([str(tmp_path / "bars.toml"), "-o", str(tmp_path), "--speeds", "20:40:3", "--quiet"]) == 0
@@ -607,7 +617,7 @@ BENT = PRESSED.replace("C = [0.25, 0.0]", "C = [0.25, 0.003]")  # no straight li
 
 
 @pytest.mark.parametrize(("points", "beams"), [WHOLE, DIVIDED], ids=["one beam", "four beams"])
-@pytest.mark.parametrize(("force", "level"), [(5, None), (30, False), (100, True)])
+@pytest.mark.parametrize(("force", "level"), in_tiers([(5, None), (30, False), (100, True)], 2, 4))
 def test_a_rod_buckles_however_it_is_divided(points, beams, force, level):
     """Euler: pi^2 EI/l^2 = 123 N; less than a tenth of it, a quarter, and more than half."""
     text = PRESSED.replace("{points}", points).replace("{beams}", beams).replace("{force}", str(force))
@@ -647,7 +657,7 @@ def test_a_divided_rod_buckles_in_a_long_run_too(tmp_path, monkeypatch):
     assert summary["theory"]["without_vibration"] is not None
 
 
-@pytest.mark.parametrize(("force", "level"), [(30, "good"), (100, "caution")])
+@pytest.mark.parametrize(("force", "level"), in_tiers([(30, "good"), (100, "caution")], 1, 1))
 def test_what_the_told_error_has_is_no_doubt_of_its_own(force, level):
     """A quarter of Euler's load is in the answer's error; of four fifths there is a caution, which says what to do."""
     text = PRESSED.replace("{points}", WHOLE[0]).replace("{beams}", WHOLE[1]).replace("{force}", str(force))

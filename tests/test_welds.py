@@ -460,6 +460,7 @@ def test_a_motion_under_a_motors_moment():
     assert near(course(FOUR_BARS["welded"]), course(four_bar(WHOLE)), 1e-9)
 
 
+@pytest.mark.slow
 def test_a_weld_whose_dyad_opens_nowhere_is_refused_in_words():
     """One of its joints stands still on the other's centre: the effect of its turn is nothing at all."""
     text = shipped_scenes()["flapping_wing"].read_text(encoding="utf-8") + "\n[welds.c]\n"
