@@ -11,12 +11,12 @@ import pytest
 from browser import started
 from hypothesis import HealthCheck, settings
 
-TIMED = [HealthCheck.too_slow]  # which depends on what else the machine does
+TIMED = [HealthCheck.too_slow]  # it depends on the load of the machine
 settings.register_profile("steady", derandomize=True, deadline=None, database=None, suppress_health_check=TIMED)
 settings.load_profile("steady")
-if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # as of what a shell starts in the background
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # a shell sets this for background jobs
     signal.signal(signal.SIGINT, signal.default_int_handler)
-if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:  # as by nohup
+if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:  # nohup sets this
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
@@ -43,7 +43,7 @@ def no_process_is_left():
 
 @pytest.fixture(scope="session")
 def driver():
-    """A headless Chromium; the test is skipped where there is none."""
+    """Return a headless Chromium; skip the test if there is no Chromium."""
     opened = started()
     yield opened
     opened.quit()
