@@ -6,7 +6,13 @@ import pytest
 
 
 def in_tiers(cases: Iterable, quick: int = 3, slow: int = 0) -> list:
-    """Return parameters: the first `quick` cases run always, the next `slow` before a merge, all others on request."""
+    """Return parameters: the first `quick` cases run always, the next `slow` before a merge, all others on request.
+
+    Put the cases first that differ most.
+
+    >>> [case if isinstance(case, str) else (*case.values, case.marks[0].name) for case in in_tiers("abcd", 1, 2)]
+    ['a', ('b', 'slow'), ('c', 'slow'), ('d', 'exhaustive')]
+    """
     cases = list(cases)
     marks = [()] * quick + [pytest.mark.slow] * slow
     marks += [pytest.mark.exhaustive] * (len(cases) - len(marks))
