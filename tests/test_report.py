@@ -9,6 +9,7 @@ import tomllib
 from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import imageio.v3 as iio
@@ -24,6 +25,7 @@ from kinelast.figures.refinement import refined
 from kinelast.figures.results import Results
 from kinelast.figures.summary import summary
 from kinelast.figures.trust import findings
+from kinelast.outputs import page
 from kinelast.outputs.charts import GREY, Axis, Chart, Curve, axis, cycle_charts, cycle_maps, field_maps, line_charts
 from kinelast.outputs.pictures import mechanism_drawing
 from kinelast.runs import computed
@@ -120,6 +122,18 @@ def test_the_page_holds_the_figures_of_the_summary(name, reports):
     for written_later in ("files", "sha256", "failed", "earlier"):
         summary.pop(written_later, None), held.pop(written_later, None)
     assert held == summary
+
+
+def test_a_copy_of_the_source_takes_the_charts_of_the_installed_package(tmp_path, monkeypatch):
+    web = Path("kinelast/outputs/page/web")
+    for root, names in (("copy", ()), ("installed", ("uPlot.iife.js",))):
+        (tmp_path / root / web).mkdir(parents=True)
+        for name in names:
+            (tmp_path / root / web / name).touch()
+    installed = SimpleNamespace(locate_file=lambda path: tmp_path / "installed" / path)
+    monkeypatch.setattr(page, "WEB", tmp_path / "copy" / web)
+    monkeypatch.setattr(page, "distribution", lambda name: installed)
+    assert page._library() == tmp_path / "installed" / web
 
 
 def test_the_lines_of_the_documentation_run(capsys):

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from hashlib import sha256
 from html import escape
+from importlib.metadata import PackageNotFoundError, distribution
 from importlib.util import find_spec
 from itertools import combinations
 from pathlib import Path
@@ -118,10 +119,19 @@ def _chart_library() -> bytes:
     return b64encode(zlib.compress((_library() / "uPlot.iife.js").read_bytes()))
 
 
+def _installed(folder: Path) -> Path | None:
+    """Return this folder of the installed kinelast; Python in a copy of the source imports the copy instead."""
+    try:
+        return Path(str(distribution("kinelast").locate_file(folder.relative_to(WEB.parents[3]))))
+    except PackageNotFoundError:
+        return None
+
+
 def _library() -> Path:
-    """Return the folder of uPlot's files: this one in a wheel, otherwise that of its package."""
-    if (WEB / "uPlot.iife.js").is_file():
-        return WEB
+    """Return the folder of uPlot's files: this one, that of the installed kinelast, or that of its package."""
+    for folder in (WEB, _installed(WEB)):
+        if folder and (folder / "uPlot.iife.js").is_file():
+            return folder
     found = find_spec("uplot")
     if found is None or not found.submodule_search_locations:
         raise ModuleNotFoundError('the page needs uPlot: install "uplot-python"', name="uplot")
