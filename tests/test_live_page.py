@@ -92,6 +92,8 @@ def test_the_page_follows_the_file_and_keeps_the_text_without_a_server(driver, s
         hand.run("document.querySelector('#notice button').click()")
         hand.until("return live.text().includes('B = [0.25, 0.25]')")
         assert hand.text == mine
+        hand.run("live.state.path = null; live.edit({do: 'move', point: 'B', to: [0.24, 0.25]})")  # as of a report
+        hand.until("return localStorage.getItem('live mine')?.includes('B = [0.24, 0.25]')", 20)
 
 
 def test_a_slider_crank_is_drawn_from_the_empty_sheet(driver, tmp_path):

@@ -8,7 +8,7 @@ import { draw, drawGrid, fit, measure, quantity, rescale, toScreen, view } from 
 /** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const state = { digest: "", saved: "", path: null, name: "", numbers: [], dragging: null, playing: null, latencies: [], drawing: [], whole: 0, queue: Promise.resolve(), shipped: {}, tables: {}, keys: {}, motions: [] };
-const KEY = () => `live ${state.path ?? ""}`;
+const KEY = () => `live ${state.path ?? state.name}`;
 
 // --- answers
 
