@@ -41,6 +41,7 @@ from kinelast.runs import by_theory, computed, long_results
 from kinelast.scene.document import document_from_text
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit
+from kinelast.scene.parts import PARTS
 from kinelast.scene.tables import LimitsTable
 from kinelast.scene.text import file_text, toml_tables
 from kinelast.tasks.progress import SILENT
@@ -76,8 +77,11 @@ def test_every_key_under_limits_is_that_of_a_figure_bounded_from_its_side():
     for material in tables["materials"].values():
         material |= {"ultimate": "500 MPa", "endurance": "200 MPa"}
     scene = scene_from_dict(tables)
-    figures = {figure.limit: figure for figure in figures_of(output_of(scene)) if figure.limit}
-    assert figures.keys() | {"links", "figures"} == {*LimitsTable.__struct_fields__}
+    keys, known = {*LimitsTable.__struct_fields__}, figures_of(output_of(scene))
+    figures = {figure.limit: figure for figure in known if figure.limit in keys}
+    assert figures.keys() | {"links", "figures"} == keys
+    of_parts = {figure.key for part in PARTS for figure in part.figures}
+    assert all(figure.limit in keys or figure.key in of_parts for figure in known if figure.limit)
     for limit in scene.limits:
         figure = figures[limit.kind]
         assert (limit.figure, limit.least) == (figure.key, figure.over == LEAST)

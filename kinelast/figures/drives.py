@@ -1,4 +1,4 @@
-"""Figures of drives: effort, speed, power and energy of a cycle, the use of motors and cylinders, and of cams."""
+"""Figures of drives: effort, speed, power, and energy of a cycle."""
 
 from __future__ import annotations
 

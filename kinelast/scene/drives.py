@@ -1,4 +1,4 @@
-"""Drives of a scene, the laws that they follow or the efforts that they are, and the cams that give these motions."""
+"""Drives of a scene, with their laws or efforts."""
 
 from __future__ import annotations
 
