@@ -144,19 +144,24 @@ class Part(Generic[Built]):
             (each for each in self.figures if each.limit and hasattr(self.table, each.limit.partition(".")[0])),
             key=lambda each: keys.index(each.limit) if each.limit in keys else len(keys),
         )
-        units = {each.key: dict(zip(items_of(scene, each.of), each.units(scene), strict=True)) for each in bounded}
         tables = self.tables(table) if self.owned is None else self.owned(table, scene)
         for name, own in tables.items():
             for each in bounded:
-                value = _value(own, each.limit)
-                if value is not None and name in units[each.key]:
-                    unit = units[each.key][name]
+                value, unit = _value(own, each.limit), _unit(each, scene, name)
+                if value is not None and unit is not None:
                     bound = value.within(unit) if isinstance(value, Quantity) else real(value)
                     yield Limit(each.key, bound, each.over == LEAST, name, unit, each.of)
 
     def sets_limit(self, key: str) -> bool:
         """Whether a key of its table bounds a figure, and changes nothing else."""
         return key not in self.more_than_limits and any(each.limit == key for each in self.figures)
+
+
+def _unit(figure: Figure, scene: Scene, item: str) -> str | None:
+    """Unit of an item's figure; None if the figure is not of this item."""
+    if isinstance(figure.unit, str):  # without the items, which the joints of a wrong mechanism do not have
+        return figure.unit
+    return dict(zip(items_of(scene, figure.of), figure.units(scene), strict=True)).get(item)
 
 
 def _value(table: Any, path: str) -> Any:

@@ -42,7 +42,7 @@ PRESSED = _cams("pressed cam", _pressed)
 
 
 def cam_flanks(cycle: Cycle, name: str) -> list[CamCourse]:
-    """Flanks of a cam over a cycle: one, or of a groove the inner and the outer one."""
+    """Flanks of a cam over a cycle: one, or the inner and the outer one of a groove."""
     return cycle.once(_flanks, name)
 
 
@@ -55,7 +55,7 @@ def _flanks(cycle: Cycle, name: str) -> list[CamCourse]:
 
 
 def cam_outline(scene: Scene, name: str, count: int) -> list[CamCourse]:
-    """Flanks of a cam over one turn of it at so many positions, its end, which is its start, left out."""
+    """Flanks of a cam at `count` angles over one turn, without the end of the turn."""
     cam = scene.parts[KEY][name]
     times = 2.0 * np.pi / abs(float(np.ravel(cam.speed)[0])) * np.arange(count) / count
     moved = scene.course.at(times)
@@ -63,9 +63,9 @@ def cam_outline(scene: Scene, name: str, count: int) -> list[CamCourse]:
 
 
 def cam_force(cycle: Cycle, name: str) -> Reals:
-    """Force with which a cam presses on its follower [N], shape (..., positions); negative where it would pull.
+    """Force with which a cam presses on its follower [N], shape (..., positions); negative if it would have to pull.
 
-    Of a groove along the outward normal: negative where its outer flank presses.
+    For a groove along the outward normal: negative if the outer flank presses.
     """
     pushes, cam = cycle.once(_pushes), cycle.scene.parts[KEY][name]
     rest = cam_flanks(cycle, name)[0].force(effort(cycle, cam.drive))
@@ -73,7 +73,7 @@ def cam_force(cycle: Cycle, name: str) -> Reals:
 
 
 def _pushes(cycle: Cycle) -> dict[str, Reals]:
-    """Forces of the cams that push where they touch [N], by their names: for these the drives have no effort."""
+    """Contact forces of the cams that push [N], by name; their drives have no effort."""
     for load in cycle.scene.mechanism.loads:
         if isinstance(load, CamPush):
             return dict(zip(load.names, load.pressing(cycle.motion), strict=True))
@@ -86,7 +86,7 @@ def cam_torque(cycle: Cycle, name: str) -> Reals:
 
 
 def cam_pressure(cycle: Cycle, name: str) -> Reals:
-    """Hertz's pressure between a cam and its follower [Pa], shape (..., positions); nan where none presses."""
+    """Hertz's pressure between a cam and its follower [Pa], shape (..., positions); nan without contact."""
     flanks, force, cam = cam_flanks(cycle, name), cam_force(cycle, name), cycle.scene.parts[KEY][name]
     signs = (-1.0 if outer and len(flanks) > 1 else 1.0 for outer in cam.flanks)
     pressures = [
@@ -104,9 +104,9 @@ def cam_preload(cycle: Cycle, name: str) -> Reals:
 
 
 def cam_lag(cycle: Cycle, name: str) -> Reals:
-    """Coordinate of the drive by which a bent follower is off on its cam [rad or m], shape (..., positions).
+    """Lag of the drive behind its cam because links bend [rad or m], shape (..., positions).
 
-    By that the contact is where the cam has it, while the answer holds the drive where its law has it.
+    With this lag the follower would touch the cam; the answer holds the drive at its law.
     """
     cam, flank = cycle.scene.parts[KEY][name], cam_flanks(cycle, name)[0]
     ends = [displacement_of(cycle.deflection, cam.follower, point) for point in cam.points]
@@ -130,12 +130,12 @@ CAM_NEEDS = {  # figures that tell whether a cam works, and their items
 
 
 def cam_faults(scene: Scene, figures: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Reasons why cams do not work, in words, each with whether it is so, shape (...).
+    """Reasons why cams do not work, each with a flag of shape (...).
 
     Parameters
     ----------
     figures
-        By key, values of every item; those of `CAM_NEEDS` are looked at, where they are.
+        Values of every item by key; those of `CAM_NEEDS` are used, if there.
     """
     known = {
         key: dict(zip(kind.names(scene), figures[key], strict=True))

@@ -125,8 +125,8 @@ def _driven_by(where: str, table: CamTable, assembly: Assembly) -> int:
     """Number of the drive that has its motion from a cam."""
     names = drive_names(assembly.mechanism)
     if table.drive is None and len(names) > 1:
-        told = ", ".join(f'"{name}"' for name in names)
-        raise fault(where, "drive", f"the key is missing: which of the drives {told} has its motion from the cam")
+        drives = ", ".join(f'"{name}"' for name in names)
+        raise fault(where, "drive", f"the key is missing: which of the drives {drives} has its motion from the cam")
     if table.drive is not None:
         known_name(where, "drive", table.drive, names, "drive")
     number = 0 if table.drive is None else names.index(table.drive)
@@ -219,7 +219,7 @@ def _greatest(values: Any) -> Any:
 
 def _touching(where: str, table: CamTable, assembly: Assembly) -> dict[str, Any]:
     """Width and modulus of the contact, if known."""
-    told: dict[str, Any] = {} if table.width is None else {"width": real(table.width)}
+    known_data: dict[str, Any] = {} if table.width is None else {"width": real(table.width)}
     if table.pressure is not None:
         for key in ("width", "material"):
             if getattr(table, key) is None:
@@ -228,7 +228,7 @@ def _touching(where: str, table: CamTable, assembly: Assembly) -> dict[str, Any]
             raise fault(where, "roller_radius", "the key is missing: a knife edge presses without bounds")
     if table.material is None:
         require_absent(where, table, ("follower_material",), "belongs beside material, that of the cam")
-        return told
+        return known_data
     pairs: list[Any] = []
     yields: list[Any] = []
     for key, name in (("material", table.material), ("follower_material", table.follower_material or table.material)):
@@ -237,7 +237,7 @@ def _touching(where: str, table: CamTable, assembly: Assembly) -> dict[str, Any]
         poisson = assembly.poisson_of(known[name], name)
         pairs += [real(known[name].E), POISSON if poisson is None else poisson]
         yields.append(nan if (least := known[name].yield_stress) is None else real(least))
-    return {**told, "modulus": contact_modulus(*pairs), "yield_stress": np.fmin(yields[0], yields[1])}
+    return {**known_data, "modulus": contact_modulus(*pairs), "yield_stress": np.fmin(yields[0], yields[1])}
 
 
 def _loads(assembly: Assembly, cams: dict[str, Cam]) -> list[Load]:
@@ -272,12 +272,12 @@ HALF = 0.5  # power of the loads that a pressure along a line goes with
 
 
 def _of_cams(values: OfCam, of: Kind = CAM) -> Callable[[Cycle], Largest]:
-    """Largest magnitudes of values of the cams of a kind."""
+    """Largest magnitudes of values of all cams of a kind."""
     return each(lambda cycle: [values(cycle, name) for name in items_of(cycle.scene, of)])
 
 
 def _least_of_cams(values: Callable[[CamCourse], Any], of: Kind = CAM) -> Callable[[Cycle], Largest]:
-    """The least of values of the flanks of the cams of a kind."""
+    """Least values of the flanks of all cams of a kind."""
 
     def of_cam(cycle: Cycle, name: str) -> Any:
         return reduce(np.fmin, (values(flank) for flank in cam_flanks(cycle, name)))
@@ -286,7 +286,7 @@ def _least_of_cams(values: Callable[[CamCourse], Any], of: Kind = CAM) -> Callab
 
 
 def _least_values(values: OfCam, of: Kind) -> Callable[[Cycle], Largest]:
-    """The least of values of the cams of a kind, over the positions that count."""
+    """Least values of all cams of a kind over the positions that count."""
     return least(lambda cycle: [values(cycle, name) for name in items_of(cycle.scene, of)])
 
 
