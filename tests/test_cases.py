@@ -189,7 +189,7 @@ class TestVerdicts:
         for name in ("limits_base", "limits_friction"):
             status, said, summary = answered(name)
             assert status == 1
-            assert worded(said, name).startswith("NOT ACCEPTABLE: deflection 1.6")
+            assert worded(said, name).startswith("NOT ACCEPTABLE: safety of crank 1.138 ")
             shown.append(summary["figures"])
         for key in ("deflection", "stress", "safety"):
             base, rubbed = (figures[key] for figures in shown)

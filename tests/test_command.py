@@ -78,7 +78,8 @@ def test_every_shipped_scene_makes_a_complete_folder(name, tmp_path, capsys):
     assert len(lines) == 1
     said = "largest deflection " if labels else "nothing bends: no link has beams"
     parts = lines[0].removeprefix(f"{name}: ").split("; ")
-    assert parts[parts[0].startswith("acceptable: ")].startswith(said)
+    first = next(each for each in parts if not each.startswith(("acceptable: ", "stress is ")))  # it may yield
+    assert first.startswith(said)
 
 
 @pytest.mark.parametrize("name", in_tiers(SHIPPED, 3, 3))
@@ -324,7 +325,7 @@ def test_files_of_others_are_not_replaced(arm, tmp_path, capsys):
     (notes.parent / "fields.npz").write_text("mine too")
     before = {path.name: path.read_bytes() for path in notes.parent.iterdir()}
     assert main([str(arm), "-o", str(tmp_path / "out"), "--fields"]) == 2
-    assert "did not write (fields.npz)" in capsys.readouterr().err
+    assert "files of other origin (fields.npz)" in capsys.readouterr().err
     assert {path.name: path.read_bytes() for path in notes.parent.iterdir()} == before
 
 
