@@ -6,14 +6,17 @@ import json
 import math
 import re
 import tomllib
+from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import imageio.v3 as iio
 import numpy as np
 import pytest
 from scene_texts import ARM, PARALLELOGRAM, PUSHED, edited, linked
+from tiers import in_tiers
 
 from elastic import deflection
 from kinelast.cli.command import main
@@ -22,6 +25,7 @@ from kinelast.figures.refinement import refined
 from kinelast.figures.results import Results
 from kinelast.figures.summary import summary
 from kinelast.figures.trust import findings
+from kinelast.outputs import page
 from kinelast.outputs.charts import GREY, Axis, Chart, Curve, axis, cycle_charts, cycle_maps, field_maps, line_charts
 from kinelast.outputs.pictures import mechanism_drawing
 from kinelast.runs import computed
@@ -49,12 +53,17 @@ def results_of(**changes):
 
 @pytest.fixture(scope="module")
 def reports(tmp_path_factory):
-    """Folders of all shipped scenes."""
+    """Return a function that gives the folder of a shipped scene's report, written at its first call."""
     out = tmp_path_factory.mktemp("reports")
-    slow = {"flap_bars", "flap_plates", "pusher"}  # whose vibration takes seconds, and whose pages are as others
-    for scenes, theory in ((shipped_scenes().keys() - slow, ()), (slow, ("--theory", "quasi-static"))):
-        assert main([*scenes, "--positions", "72", "--quiet", *theory, "-o", str(out)]) == 0
-    return {name: out / name for name in shipped_scenes()}
+
+    @cache
+    def written(name):
+        long = name in {"flap_bars", "flap_plates", "pusher"}  # their vibration takes seconds
+        theory = ("--theory", "quasi-static") if long else ()
+        assert main([name, "--positions", "72", "--quiet", *theory, "-o", str(out)]) == 0
+        return out / name
+
+    return written
 
 
 class Reader(HTMLParser):
@@ -81,13 +90,14 @@ class Reader(HTMLParser):
         self.words.append(data)
 
 
-LONG = pytest.param("andrews_driven", marks=pytest.mark.slow)
+TYPICAL = ("steel_four_bar", "quick_return", "pusher")
+SHIPPED = in_tiers([*TYPICAL, *sorted(shipped_scenes().keys() - {*TYPICAL})], 2, 6)
 
 
-@pytest.mark.parametrize("name", [LONG if name == "andrews_driven" else name for name in sorted(shipped_scenes())])
+@pytest.mark.parametrize("name", SHIPPED)
 def test_the_page_is_whole_and_stands_alone(name, reports):
     """What a browser finds in it is tested in test_page.py."""
-    page = (reports[name] / "report.html").read_text()
+    page = (reports(name) / "report.html").read_text()
     reader = Reader()
     reader.feed(page)
     assert reader.open == []
@@ -105,13 +115,25 @@ def data_of(folder):
     return json.loads(text, parse_constant=pytest.fail)
 
 
-@pytest.mark.parametrize("name", sorted(shipped_scenes()))
+@pytest.mark.parametrize("name", SHIPPED)
 def test_the_page_holds_the_figures_of_the_summary(name, reports):
-    summary = json.loads((reports[name] / "summary.json").read_text())
-    held = data_of(reports[name])["summary"]
+    summary = json.loads((reports(name) / "summary.json").read_text())
+    held = data_of(reports(name))["summary"]
     for written_later in ("files", "sha256", "failed", "earlier"):
         summary.pop(written_later, None), held.pop(written_later, None)
     assert held == summary
+
+
+def test_a_copy_of_the_source_takes_the_charts_of_the_installed_package(tmp_path, monkeypatch):
+    web = Path("kinelast/outputs/page/web")
+    for root, names in (("copy", ()), ("installed", ("uPlot.iife.js",))):
+        (tmp_path / root / web).mkdir(parents=True)
+        for name in names:
+            (tmp_path / root / web / name).touch()
+    installed = SimpleNamespace(locate_file=lambda path: tmp_path / "installed" / path)
+    monkeypatch.setattr(page, "WEB", tmp_path / "copy" / web)
+    monkeypatch.setattr(page, "distribution", lambda name: installed)
+    assert page._library() == tmp_path / "installed" / web
 
 
 def test_the_lines_of_the_documentation_run(capsys):
@@ -363,11 +385,19 @@ def test_deviation_from_the_path(steel):
 
 @pytest.mark.parametrize(
     ("name", "kind", "what"),
-    [("steel_four_bar", "angle", "rocker"), ("quick_return", "slide", "E"), ("offset_slider_crank", "slide", "B"),
-     ("flapping_wing", "point", "H")],
-)  # fmt: skip
+    in_tiers(
+        [
+            ("steel_four_bar", "angle", "rocker"),
+            ("quick_return", "slide", "E"),
+            ("flapping_wing", "point", "H"),
+            ("offset_slider_crank", "slide", "B"),
+        ],
+        2,
+        2,
+    ),
+)
 def test_the_output_is_found(name, kind, what, reports):
-    found = json.loads((reports[name] / "summary.json").read_text())["output"]
+    found = json.loads((reports(name) / "summary.json").read_text())["output"]
     assert found["kind"] == kind
     assert found["name"].lower() == what.lower()
     assert found["value"]
@@ -420,7 +450,7 @@ ODD = {
 }
 
 
-@pytest.mark.parametrize("name", ODD)
+@pytest.mark.parametrize("name", in_tiers(ODD, 2, 3))
 def test_scenes_of_every_kind_have_a_whole_report(name, tmp_path):
     scene = tmp_path / f"{name}.toml"
     scene.write_text(ODD[name])
