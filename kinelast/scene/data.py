@@ -51,7 +51,7 @@ class Theory:
 
     @property
     def plain(self) -> bool:
-        """True if the quasi-static answer is requested, whatever its error."""
+        """True if the quasi-static answer is requested, regardless of its error."""
         return self.name == QUASI_STATIC
 
     @property
