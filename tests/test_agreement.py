@@ -24,14 +24,7 @@ from kinelast.designs.base import design_measures
 from kinelast.designs.studies import problem_of
 from kinelast.figures.cycle import NOISE, Cycle
 from kinelast.figures.entry import AVERAGE, LARGEST, LEAST, magnitudes
-from kinelast.figures.limits import (
-    KEPT,
-    SEVERITY,
-    full_answer,
-    limits_of_items,
-    severities,
-    verdict_on,
-)
+from kinelast.figures.limits import KEPT, SEVERITY, full_answer, limits_of_items, severities, verdict_on
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
 from kinelast.figures.registry import figures_of, limits_of

@@ -18,13 +18,7 @@ from kinelast.scene.data import Scene, Theory
 from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives
 from kinelast.scene.error import fault
 from kinelast.scene.format import MaterialTable, SceneTable
-from kinelast.scene.joints import (
-    build_friction,
-    build_gears,
-    build_joints,
-    build_sliders,
-    build_welds,
-)
+from kinelast.scene.joints import build_friction, build_gears, build_joints, build_sliders, build_welds
 from kinelast.scene.limits import build_limits, build_output, build_settled, figure_bounds
 from kinelast.scene.links import LinkModel, build_links, drawn_places, guiding, undivided
 from kinelast.scene.loads import build_load, build_spring

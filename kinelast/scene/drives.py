@@ -20,17 +20,7 @@ from kinelast.scene.parts.motors import motor_of
 from kinelast.scene.quantities import Abscissa, Angle, Length, Time
 from kinelast.scene.tables import PER_LENGTH, DriveTable
 from kinelast.scene.units import Quantity
-from rigid import (
-    ConstantSpeed,
-    LawError,
-    Link,
-    Reals,
-    RepeatedLaw,
-    Segment,
-    SegmentedLaw,
-    Slider,
-    TableLaw,
-)
+from rigid import ConstantSpeed, LawError, Link, Reals, RepeatedLaw, Segment, SegmentedLaw, Slider, TableLaw
 
 if TYPE_CHECKING:
     from exchange import Columns

@@ -14,13 +14,7 @@ from kinelast.scene.links import LinkModel, Points, drawn_direction
 from kinelast.scene.moved_joint import moved_joint
 from kinelast.scene.numbers import direction_of, real, vector
 from kinelast.scene.quantities import Damping
-from kinelast.scene.tables import (
-    GearTable,
-    JointTable,
-    SliderTable,
-    SlotTable,
-    WeldTable,
-)
+from kinelast.scene.tables import GearTable, JointTable, SliderTable, SlotTable, WeldTable
 from rigid import GROUND, Friction, Gear, Link, Mechanism, Slider, Weld
 from rigid.arrays import Complex
 

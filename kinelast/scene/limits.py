@@ -7,13 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from kinelast.scene.error import SceneError, fault, known_name, likely
-from kinelast.scene.figure import (
-    BEAM,
-    OUTPUT_ERROR,
-    SCENE,
-    STOPPING,
-    Limit,
-)
+from kinelast.scene.figure import BEAM, OUTPUT_ERROR, SCENE, STOPPING, Limit
 from kinelast.scene.format import SceneTable
 from kinelast.scene.numbers import real
 from kinelast.scene.parts import PARTS

@@ -15,13 +15,7 @@ from kinelast.figures.cycle import EXTREME_FIELDS, Cycle, drive_words
 from kinelast.figures.results import Results
 from kinelast.scene.drive_values import of_drives
 from kinelast.scene.parts import strokes_of
-from kinelast.scene.parts.cam_courses import (
-    cam_flanks,
-    cam_force,
-    cam_outline,
-    cam_pressure,
-    cam_torque,
-)
+from kinelast.scene.parts.cam_courses import cam_flanks, cam_force, cam_outline, cam_pressure, cam_torque
 from kinelast.scene.parts.motors import motor_speed, motor_torque
 from rigid import Spring, TorsionSpring
 from rigid.arrays import Integers, Reals

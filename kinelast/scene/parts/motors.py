@@ -23,14 +23,7 @@ from kinelast.scene.numbers import real
 from kinelast.scene.part import Part
 from kinelast.scene.quantities import GearRatio, Inertia, Share, Torque, TurningSpeed
 from kinelast.scene.tables import DriveTable, Factor, StrictTable
-from machine.drives import (
-    Motor,
-    available_torque,
-    inertia_matched_ratio,
-    least_torque_ratio,
-    mean,
-    root_mean_square,
-)
+from machine.drives import Motor, available_torque, inertia_matched_ratio, least_torque_ratio, mean, root_mean_square
 from machine.drives import motor_torque as shaft_torque
 from rigid.arrays import Real, Reals, of_designs
 
