@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from msgspec import defstruct
@@ -137,16 +138,18 @@ class Part(Generic[Built]):
         """The built parts of a scene by name."""
         return scene.parts[self.key]
 
+    @cached_property
+    def bounded(self) -> tuple[Figure, ...]:
+        """Figures that its table bounds, in the order of the table's keys."""
+        keys = () if self.table is None else self.table.__struct_fields__
+        figures = (each for each in self.figures if each.limit and hasattr(self.table, each.limit.partition(".")[0]))
+        return tuple(sorted(figures, key=lambda each: keys.index(each.limit) if each.limit in keys else len(keys)))
+
     def limits(self, table: SceneTable, scene: Scene) -> Iterator[Limit]:
         """Limits that its tables set."""
-        keys = () if self.table is None else self.table.__struct_fields__
-        bounded = sorted(
-            (each for each in self.figures if each.limit and hasattr(self.table, each.limit.partition(".")[0])),
-            key=lambda each: keys.index(each.limit) if each.limit in keys else len(keys),
-        )
         tables = self.tables(table) if self.owned is None else self.owned(table, scene)
         for name, own in tables.items():
-            for each in bounded:
+            for each in self.bounded:
                 value, unit = _value(own, each.limit), _unit(each, scene, name)
                 if value is not None and unit is not None:
                     bound = value.within(unit) if isinstance(value, Quantity) else real(value)
