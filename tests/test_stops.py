@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from browser import Page, started
 from scene_texts import edited
 
 from kinelast import scene_from_text
@@ -221,3 +222,19 @@ def test_the_page_the_editor_and_the_terminal_have_them(tmp_path, capsys):
     assert changed(text, {"do": "remove", "kind": "stop", "name": "stop_1"}).strip() == SLIDER_CRANK.strip()
     with pytest.raises(EditError, match="end stops of the link or slider"):
         changed(SLIDER_CRANK, {"do": "table", "kind": "stops"})
+
+
+@pytest.mark.slow
+def test_the_page_draws_the_bars_where_they_stand(tmp_path):
+    """In a browser: one line for every stroke, and no errors."""
+    (tmp_path / "stopped.toml").write_text(FOUR_BAR + stop('most = "150 deg"'), encoding="utf-8")
+    assert main([str(tmp_path / "stopped.toml"), "--out", str(tmp_path / "out")]) == 0
+    driver = started()
+    try:
+        page = Page(driver, tmp_path / "out" / "stopped" / "report.html")
+        drawn = page.run("return [...document.querySelectorAll('path.stroke')].map((each) => each.getAttribute('d'))")
+        assert len(drawn) == 4
+        assert all(line.startswith("M") and "L" in line for line in drawn)
+        assert not [each for each in page.logs() if each["level"] == "SEVERE"]
+    finally:
+        driver.quit()
