@@ -406,6 +406,7 @@ def test_what_is_not_drawn_is_added_by_its_table_and_entries(driver, tmp_path):
         for part, table, key, value in (
             ("link link_1", "sections", "depth", "12 mm"),
             ("drive 0", "motors", "rotor_inertia", "1e-5 kg m^2"),
+            ("link link_1", "stops", "most", "90 deg"),
             ("point B", "joints", "radius", "6 mm"),
             ("point B", "limits", "deflection", "1 mm"),
         ):
