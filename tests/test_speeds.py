@@ -321,7 +321,7 @@ def test_a_look_that_takes_minutes_is_told_before(monkeypatch):
     for done in (0, 10, 20):
         looking(done, 2010)
     [sentence] = told
-    assert "search at 2010 speeds takes about 16.7 minutes; give a narrower range" in sentence
+    assert "the search at 2010 speeds takes about 16.7 minutes; give a narrower range" in sentence
 
 
 def test_prominence_ends_at_a_higher_peak_and_where_nothing_is_known():

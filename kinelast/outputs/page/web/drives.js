@@ -6,7 +6,7 @@ function drivesSection() {
   const rows = Object.entries(summary.drives).map(([name, drive]) => ({ name, drive }));
   const column = (name, key, means, words = figureWords) => ({ name, means, wraps: true, text: (each) => (each.drive[key] ? unbroken(words(each.drive[key]) + errorWords(each.drive[key])).replace("\u00a0(", " (") : "") });
   const motored = rows.filter(({ drive }) => drive.motor), pressed = rows.filter(({ drive }) => drive.cylinder), grid = h("div", { class: "charts" });
-  section("drives", "Drives", "Drives", soft("Effort along the coordinate, including the motor's inertia. Averages are over the time of the run."),
+  section("drives", "Drives", "Efforts and power of the drives", soft("Effort along the coordinate, including the motor's inertia. Averages are over the time of the run."),
     table(rows, [{ name: "Drive", text: (each) => each.name }, column("largest effort", "effort"), where("at", (each) => each.drive.effort), column("root mean square", "rms", "of the effort, which heats a motor"), column("mean", "mean"), column("speed", "speed", "", speedWords), column("largest power", "power"), column("mean power", "mean_power")], "Drives"),
     table(rows, [{ name: "Drive", text: (each) => each.name }, column("energy taken", "energy_taken", "into the mechanism in a run"), column("given back", "energy_given"), column("reduced inertia", "load_inertia", "of all links at this drive, the largest over the cycle"), column("energy that swings", "energy_fluctuation", "that a flywheel at this drive would take up"), column("flywheel", "flywheel", "inertia that keeps the speed as even as the scene asks")], "Energy of the drives"),
     lawTable(rows.filter(({ drive }) => drive.law)),

@@ -95,7 +95,7 @@ function inputsSection() {
   for (const [name, stuff] of Object.entries(inputs.materials)) say(`Material ${name}`, `E ${figureWords(stuff.E)}, ${number(stuff.density.value, 6)} kg/m³`, stuff.yield.value === null ? "" : `, yields at ${figureWords(stuff.yield)}`);
   for (const [name, made] of Object.entries(inputs.sections)) say(`Section ${name}`, `A ${figureWords(made.area)}, I ${figureWords(made.inertia)}`, made.fibre.value === null ? "" : `, outermost fibre at ${figureWords(made.fibre)}`);
   if (links.length) say("Theory of beams", inputs.theory === "Timoshenko" ? "Timoshenko: shear deformation counts" : "Euler-Bernoulli: no shear deformation");
-  section("inputs", "Inputs", "Inputs",
+  section("inputs", "Inputs", "Inputs of the computation",
     h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Inputs" }, h("table", { class: "inputs" }, h("caption", {}, "Speeds, loads, materials"), h("tbody", {}, rows))),
     links.length ? table(links, [
       { name: "Link", text: (each) => each.label }, { name: "from – to", text: (each) => `${each.from} – ${each.to}` },
