@@ -1,4 +1,4 @@
-"""List of all files of the packages, room by room, each with the first line of its docstring."""
+"""List all files of the packages, room by room, with the first lines of their docstrings."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MARK = "<!-- rooms -->"
 
 
 def with_rooms(markdown: str) -> str:
-    """Put the list in place of its mark."""
+    """Replace the mark of a page by the list."""
     return markdown.replace(MARK, rooms()) if MARK in markdown else markdown
 
 
