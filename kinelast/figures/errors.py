@@ -223,7 +223,7 @@ def figure_errors(
     )
     if off.moving is not None:
         before = stages[VIBRATION]
-        closer = {key: _farther(closer[key], values[key], vibrating[key] - before[key]) for key in before}
+        closer = {key: _farther(closer[key], values[key], _difference(vibrating[key], before[key])) for key in before}
     return errors | {
         figure.key: _of_items(answer, figure, values, stages, bodies, closer, off, scales) for figure in others
     }
