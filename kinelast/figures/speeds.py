@@ -346,13 +346,13 @@ def _errors(
     corrected = {TIME: finer, LARGE: displaced}
     stages = {name: Cycle(scene, each.motion, each, sampled=True) for name, each in corrected.items() if each}
     shares = {LARGE if displaced is None else HIGHER_ORDERS: left} | ({} if finer else {TIME: settled})
-    errors = figure_errors(answer, figures, Estimate(stages, bodies, shares))
+    by_key = figure_errors(answer, figures, Estimate(stages, bodies, shares))
     sizes = magnitudes(answer, figures)
-    stiff = stiffness_error(sizes["deflection"], errors["deflection"])
+    stiff = stiffness_error(sizes["deflection"], by_key["deflection"])
     rows = [
         stiff * (1.0 + sizes[figure.key])
         if figure.asked and not figure.rigid
-        else [error.size for error in errors[figure.key]]
+        else [error.size for error in by_key[figure.key]]
         for figure in figures
     ]
     return np.concatenate(rows)
