@@ -338,10 +338,11 @@ class _Rungs:
         return JUDGED if limits_of(self.scene) else 1.0
 
     def _far(self, plain: Cycle, vibrating: Cycle, wanted: float) -> bool:
-        """Whether vibration changes the largest deflection so much that the quasi-static answer is none."""
+        """Return True if vibration changes the deflection too much for the quasi-static answer to be tried."""
         headline = [figure for figure in self.figures if figure.key == HEADLINE[0]]
         here, there = (magnitudes(each, headline)[HEADLINE[0]].max(initial=0.0) for each in (plain, vibrating))
-        return bool(abs(there - here) > FAR * wanted * there)
+        stretch = vibrating.along("u").value.max(initial=0.0)
+        return bool(abs(there - here) > FAR * wanted * max(there, stretch))
 
     def rigid(self) -> Answer:
         """The answer of links that do not bend."""
