@@ -118,7 +118,7 @@ def test_every_field_where_two_cranks_ring():
 def test_how_far_off_forces_are_that_ring_faster_than_links_bend(accuracy):
     """0.02 to 0.16 % was stated where 0.6 to 1 % is true."""
     given = json.loads((DATA.parent / "exudyn_end_masses.json").read_text(encoding="utf-8"))
-    scene = read_scene(DATA.parent / "cases" / "end_masses.toml")
+    scene = read_scene(DATA.parent / "end_masses.toml")
     answer = computed(scene, Request(accuracy=accuracy)).answer
     expected = np.array(given["force"]) @ (1, 1j)
     off = apart(np.array(answer.deflection.forces.force[:1]), expected[None])

@@ -702,9 +702,21 @@ FLAT = {"roller": None, "roller_radius": None}
     [
         ({}, 0, "caution", "the follower leaves the cam plate", "in part of the run"),
         ({}, -400, "caution", "the follower leaves the cam plate", "throughout the run"),
-        ({"roller_radius": 39}, 40, "poor", "the cam plate cannot be made", "go back on itself"),
-        ({**FLAT, "face": ["A", "G"]}, 40, "poor", "the contact on the cam plate runs off the face", "beyond its end"),
-        ({**FLAT, "face": ["A", "T"]}, 40, "poor", "the cam plate cannot push its follower; ", "moves along it"),
+        ({"roller_radius": 39}, 40, "poor", "the cam plate cannot be made", "is undercut"),
+        (
+            {**FLAT, "face": ["A", "G"]},
+            40,
+            "poor",
+            "the contact on the cam plate runs off the face",
+            "make the face longer",
+        ),
+        (
+            {**FLAT, "face": ["A", "T"]},
+            40,
+            "poor",
+            "the cam plate cannot push its follower; ",
+            "the pressure angle is 90",
+        ),
         ({}, 40, "", "", ""),
     ],
 )

@@ -346,7 +346,7 @@ class TestErrorsOfPositions:
     def test_one_position_is_no_verdict_on_the_cycle(self, answered):
         status, said, _ = answered("one_position")
         assert status == 1
-        assert worded(said, "one_position").startswith("CANNOT BE JUDGED: deflection 111.1")
+        assert worded(said, "one_position").startswith("CANNOT BE JUDGED: deflection of crank 111.1")
         assert "at one position" in said
 
 

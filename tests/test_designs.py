@@ -269,7 +269,10 @@ def test_numbers_of_a_file_are_known_by_their_paths():
             'sections.bar.dept: there is no such number in the scene; did you mean "sections.bar.depth"?',
         ),
         ("points.B", 'points.B: is two numbers: name "points.B.x" or "points.B.y"'),
-        ("links.crank.section", "it is a name; write [sections.NAME] with shape, depth and width, and name these"),
+        (
+            "links.crank.section",
+            "it is a name; write [sections.NAME] with shape, depth and width, and use paths such as",
+        ),
         ("sections.RHS 60x40x3.wall", "there is no such number in the scene; write [sections.NAME] with shape, depth"),
         ("links.crank.material", 'write [materials.NAME] with E and density, and use paths such as "materials.NAME.E"'),
         (

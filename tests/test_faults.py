@@ -508,7 +508,7 @@ def test_nothing_of_anybody_is_lost(tmp_path, capsys):
         (out / name).write_text(text)
     for options in ([], ["--structure"]):
         assert main([str(cases), "-o", str(out), *options]) == 2
-        assert "did not write (summary.json): move it" in capsys.readouterr().err
+        assert "has files of other origin (summary.json): move them" in capsys.readouterr().err
     assert {name: (out / name).read_text() for name in mine} == mine
     assert sorted(entry.name for entry in (out / "s0").iterdir()) == ["summary.json"]
 
@@ -520,7 +520,7 @@ def test_a_link_in_the_place_of_a_folder_is_refused(tmp_path, capsys):
     (tmp_path / "out" / "s0").symlink_to(elsewhere)
     for options in ([], ["--structure"]):
         assert main([str(scenes(tmp_path / "in", 1)), "-o", str(tmp_path / "out"), *options]) == 2
-        assert "a link: move it" in capsys.readouterr().err
+        assert "is a file or a link, not a folder: move it" in capsys.readouterr().err
     assert list(elsewhere.iterdir()) == []
 
 
@@ -640,7 +640,7 @@ def test_a_rigid_scene_has_its_report_whatever_is_asked(tmp_path, capsys):
     call = [str(tmp_path / "rigid.toml"), "-o", str(tmp_path / "out"), "--animate", "deflection", "--check"]
     assert main([*call, "--positions", "4"]) == 0
     said = capsys.readouterr().out
-    assert "filmed is the motion" in said
+    assert "the film shows the motion of rigid links" in said
     assert (tmp_path / "out" / "rigid" / "motion.mp4").stat().st_size > 1000
     assert "check agrees (momentum " in said
     require_whole(tmp_path / "out" / "rigid")

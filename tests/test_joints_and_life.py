@@ -389,7 +389,7 @@ def test_the_command_tells_the_limit_that_ends(tmp_path, capsys):
     scene = tmp_path / "arm.toml"
     scene.write_text(ARM.replace('"200 MPa"', '"3 MPa"') + FATIGUE + PARTS, encoding="utf-8")
     assert main([str(scene), "-o", str(tmp_path / "out")]) == 1
-    assert "safety against endurance 0." in capsys.readouterr().out
+    assert "safety against endurance (arm) 0." in capsys.readouterr().out
     page = (tmp_path / "out" / "arm" / "report.html").read_text(encoding="utf-8")
     assert "function polar(" in page
     told_ = json.loads((tmp_path / "out" / "arm" / "summary.json").read_text(encoding="utf-8"))

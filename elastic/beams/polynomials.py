@@ -87,14 +87,16 @@ def turning_points(values: Coefficients) -> Reals | tuple[()]:
     rising = (hull := _in_bernstein(len(flat)) @ flat) > 0.0
     changes = np.count_nonzero(rising[1:] != rising[:-1], axis=0)
     certain = (hull != 0.0).all(axis=0)
-    one, many = np.flatnonzero(certain & (changes == 1)), np.flatnonzero(~certain | (changes > 1))
+    single, several = np.flatnonzero(certain & (changes == 1)), np.flatnonzero(~certain | (changes > 1))
     turning = np.zeros((len(values) - 2, flat.shape[1]))
-    if len(one):
-        first, last = hull[0, one], hull[-1, one]  # the slopes at the ends
-        turning[:, one] = _zeros_in_brackets(flat[:, one], (np.zeros(len(one)), first), (np.ones(len(one)), last))
-    if len(many):
-        part = flat[:, many]
-        turning[:, many] = zeros_of(part, turning_points(part))
+    if len(single):
+        first, last = hull[0, single], hull[-1, single]  # the slopes at the ends
+        turning[:, single] = _zeros_in_brackets(
+            flat[:, single], (np.zeros(len(single)), first), (np.ones(len(single)), last)
+        )
+    if len(several):
+        part = flat[:, several]
+        turning[:, several] = zeros_of(part, turning_points(part))
     return turning.reshape(-1, *slope.shape[1:])
 
 
