@@ -4,7 +4,24 @@ const $ = (id) => document.getElementById(id);
 const svg = $("svg"), NS = "http://www.w3.org/2000/svg", STOPS = [[33, 102, 172], [217, 183, 74], [178, 24, 43]];
 /** @type {Record<string, any>} */
 export const view = {
-  x: 0, y: 0, scale: 400, factor: 1, most: 0, position: 0, sheet: null, picture: null, stale: false, chosen: null, preview: null, guides: [], cursor: null, paths: true, sizes: false, trace: null, width: 1, height: 1,
+  x: 0,
+  y: 0,
+  scale: 400,
+  factor: 1,
+  most: 0,
+  position: 0,
+  sheet: null,
+  picture: null,
+  stale: false,
+  chosen: null,
+  preview: null,
+  guides: [],
+  cursor: null,
+  paths: true,
+  sizes: false,
+  trace: null,
+  width: 1,
+  height: 1,
 };
 
 // The stage's size, read once: reading it while marks change would lay the page out anew each time.
@@ -17,15 +34,23 @@ export function quantity(value, unit, digits = 3) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (unit === "rad") return `${Number(((value * 180) / Math.PI).toPrecision(digits + 1))}°`;
   if (unit === "1" || unit === "") return String(Number(value.toPrecision(digits)));
-  const prefixes = unit === "m" ? [[1, "m"], [1e-3, "mm"], [1e-6, "µm"]] : /^(N|Pa|W|N m)$/.test(unit) ? [[1e9, `G${unit}`], [1e6, `M${unit}`], [1e3, `k${unit}`], [1, unit], [1e-3, `m${unit}`]] : [[1, unit]];
+  const prefixes = unit === "m"
+    ? [[1, "m"], [1e-3, "mm"], [1e-6, "µm"]]
+    : /^(N|Pa|W|N m)$/.test(unit)
+    ? [[1e9, `G${unit}`], [1e6, `M${unit}`], [1e3, `k${unit}`], [1, unit], [1e-3, `m${unit}`]]
+    : [[1, unit]];
   const [factor, name] = prefixes.find(([each]) => (Math.abs(value) || 1) >= 0.9995 * each) ?? prefixes.at(-1);
   return `${Number((value / factor).toPrecision(digits))} ${name}`;
 }
 
 /** @type {(place: number[]) => [number, number]} */
-export const toScreen = ([x, y]) => [view.width / 2 + (x - view.x) * view.scale, view.height / 2 - (y - view.y) * view.scale];
+export const toScreen = (
+  [x, y],
+) => [view.width / 2 + (x - view.x) * view.scale, view.height / 2 - (y - view.y) * view.scale];
 /** @type {(place: number[]) => [number, number]} */
-export const toPlane = ([x, y]) => [view.x + (x - view.width / 2) / view.scale, view.y - (y - view.height / 2) / view.scale];
+export const toPlane = (
+  [x, y],
+) => [view.x + (x - view.width / 2) / view.scale, view.y - (y - view.height / 2) / view.scale];
 
 // Grid steps are 1, 2 or 5 times a power of ten, and no closer than some pixels.
 export function gridStep(least = 12) {
@@ -49,10 +74,21 @@ export const pointNow = (name) => {
 
 export function fit() {
   const places = Object.values(view.sheet?.points ?? {});
-  if (view.picture) { const { values } = view.picture.arrays.points; for (let k = 0; k < values.length; k += 2) places.push([values[k], values[k + 1]]); }
-  if (!places.length) { Object.assign(view, { x: 0.2, y: 0.1, scale: view.width / 0.7 }); return; }
-  const span = (k) => [Math.min(...places.map((p) => p[k])), Math.max(...places.map((p) => p[k]))], [[l, r], [b, t]] = [span(0), span(1)];
-  Object.assign(view, { x: (l + r) / 2, y: (b + t) / 2, scale: Math.min((view.width - 90) / Math.max(r - l, 1e-3), (view.height - 90) / Math.max(t - b, 1e-3)) });
+  if (view.picture) {
+    const { values } = view.picture.arrays.points;
+    for (let k = 0; k < values.length; k += 2) places.push([values[k], values[k + 1]]);
+  }
+  if (!places.length) {
+    Object.assign(view, { x: 0.2, y: 0.1, scale: view.width / 0.7 });
+    return;
+  }
+  const span = (k) => [Math.min(...places.map((p) => p[k])), Math.max(...places.map((p) => p[k]))],
+    [[l, r], [b, t]] = [span(0), span(1)];
+  Object.assign(view, {
+    x: (l + r) / 2,
+    y: (b + t) / 2,
+    scale: Math.min((view.width - 90) / Math.max(r - l, 1e-3), (view.height - 90) / Math.max(t - b, 1e-3)),
+  });
 }
 
 // The factor by which displacements are drawn, and the stress of the last colour: kept while something is dragged.
@@ -63,9 +99,14 @@ export function rescale() {
   const { bent, stress, points } = picture.arrays;
   for (const value of bent.values) if (Math.abs(value) > largest) largest = Math.abs(value);
   for (const value of stress.values) if (value > most) most = value;
-  for (const value of points.values) if (Math.abs(value - points.values[0]) > extent) extent = Math.abs(value - points.values[0]);
+  for (const value of points.values) {
+    if (Math.abs(value - points.values[0]) > extent) extent = Math.abs(value - points.values[0]);
+  }
   view.most = most;
-  if (!largest) { view.factor = 1; return; }
+  if (!largest) {
+    view.factor = 1;
+    return;
+  }
   const raw = (0.06 * extent) / largest, power = 10 ** Math.floor(Math.log10(raw));
   view.factor = Math.max(1, power * [5, 2, 1].find((each) => each * power <= raw));
 }
@@ -75,14 +116,20 @@ const colour = (share) => {
   return `rgb(${STOPS[k].map((c, i) => Math.round(c + (STOPS[k + 1][i] - c) * (t - k))).join(",")})`;
 };
 
-const px = (place) => { const [x, y] = toScreen(place); return `${x.toFixed(1)},${y.toFixed(1)}`; };
-const layers = Object.fromEntries(["grid", "trace", "paths", "chosen", "drawn", "rigid", "last", "bent", "symbols", "names", "sizes", "guides", "pins"].map((name) => {
-  const layer = document.createElementNS(NS, "g");
-  layer.setAttribute("class", name === "grid" ? "grid" : "");
-  layer.id = `layer-${name}`;
-  svg.append(layer);
-  return [name, layer];
-}));
+const px = (place) => {
+  const [x, y] = toScreen(place);
+  return `${x.toFixed(1)},${y.toFixed(1)}`;
+};
+const layers = Object.fromEntries(
+  ["grid", "trace", "paths", "chosen", "drawn", "rigid", "last", "bent", "symbols", "names", "sizes", "guides", "pins"]
+    .map((name) => {
+      const layer = document.createElementNS(NS, "g");
+      layer.setAttribute("class", name === "grid" ? "grid" : "");
+      layer.id = `layer-${name}`;
+      svg.append(layer);
+      return [name, layer];
+    }),
+);
 
 // A layer's marks, made of as many elements as before where that is so: only attributes change while something moves.
 function fill(name, marks) {
@@ -92,17 +139,24 @@ function fill(name, marks) {
     let node = layer.children[k];
     if (!node || node.tagName !== tag) {
       const fresh = document.createElementNS(NS, tag);
-      if (node) node.replaceWith(fresh); else layer.append(fresh);
+      if (node) node.replaceWith(fresh);
+      else layer.append(fresh);
       node = fresh;
     }
-    for (const attribute of [...node.attributes]) if (!(attribute.name in attributes)) node.removeAttribute(attribute.name);
-    for (const [key, value] of Object.entries(attributes)) if (node.getAttribute(key) !== String(value)) node.setAttribute(key, value);
+    for (const attribute of [...node.attributes]) {
+      if (!(attribute.name in attributes)) node.removeAttribute(attribute.name);
+    }
+    for (const [key, value] of Object.entries(attributes)) {
+      if (node.getAttribute(key) !== String(value)) node.setAttribute(key, value);
+    }
     if (words !== undefined && node.textContent !== words) node.textContent = words;
   });
 }
 
 const loop = (link) => (link.beams.length ? link.beams : link.points.slice(1).map((end, k) => [link.points[k], end]));
-const linkPath = (link, place) => loop(link).map((ends) => ends.map(place)).filter((ends) => ends.every(Boolean)).map(([a, b]) => `M${px(a)}L${px(b)}`).join("");
+const linkPath = (link, place) =>
+  loop(link).map((ends) => ends.map(place)).filter((ends) => ends.every(Boolean)).map(([a, b]) => `M${px(a)}L${px(b)}`)
+    .join("");
 
 // A cylinder is drawn as one: its barrel, its rod and the point that fixes the line between them are no parts to take.
 const inCylinder = (link) => Object.values(view.sheet.cylinders).some(({ links }) => links.includes(link));
@@ -110,9 +164,17 @@ const isMiddle = (point) => Object.values(view.sheet.cylinders).some(({ middle }
 function cylinderMark({ from, to }, at) {
   const [a, b, a0, b0] = [at(from), at(to), view.sheet.points[from], view.sheet.points[to]];
   if (!a || !b || !a0 || !b0) return [];
-  const length = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1, drawn = Math.hypot(b0[0] - a0[0], b0[1] - a0[1]) * view.scale, [c, s] = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
-  const spot = (along, side) => `${(a[0] + c * along - s * side).toFixed(1)},${(a[1] + s * along + c * side).toFixed(1)}`, barrel = 0.62 * drawn, piston = length - 0.6 * drawn;
-  return [["path", { class: "barrel", d: `M${spot(0, 0)}L${spot(8, 0)}M${spot(8, -7)}L${spot(barrel, -7)}L${spot(barrel, 7)}L${spot(8, 7)}Z` }], ["path", { class: "rod", d: `M${spot(piston, -7)}L${spot(piston, 7)}M${spot(piston, 0)}L${spot(length, 0)}` }]];
+  const length = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1,
+    drawn = Math.hypot(b0[0] - a0[0], b0[1] - a0[1]) * view.scale,
+    [c, s] = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
+  const spot = (along, side) =>
+      `${(a[0] + c * along - s * side).toFixed(1)},${(a[1] + s * along + c * side).toFixed(1)}`,
+    barrel = 0.62 * drawn,
+    piston = length - 0.6 * drawn;
+  return [["path", {
+    class: "barrel",
+    d: `M${spot(0, 0)}L${spot(8, 0)}M${spot(8, -7)}L${spot(barrel, -7)}L${spot(barrel, 7)}L${spot(8, 7)}Z`,
+  }], ["path", { class: "rod", d: `M${spot(piston, -7)}L${spot(piston, 7)}M${spot(piston, 0)}L${spot(length, 0)}` }]];
 }
 
 // Pitch circles of two wheels: their radii are as their rates, and make up the distance of the pins.
@@ -120,19 +182,44 @@ function wheelMarks({ pins, ratio }, place) {
   const [p, q] = (pins ?? []).map(place);
   if (!p || !q || !Number.isFinite(ratio) || !ratio || ratio === 1) return [];
   const apart = Math.hypot(q[0] - p[0], q[1] - p[1]) * view.scale, radius = apart / Math.abs(1 - ratio);
-  return [[p, Math.abs(ratio) * radius], [q, radius]].map(([pin, r]) => { const [cx, cy] = toScreen(pin); return ["circle", { class: "wheel", cx: cx.toFixed(1), cy: cy.toFixed(1), r: r.toFixed(1) }]; });
+  return [[p, Math.abs(ratio) * radius], [q, radius]].map(([pin, r]) => {
+    const [cx, cy] = toScreen(pin);
+    return ["circle", { class: "wheel", cx: cx.toFixed(1), cy: cy.toFixed(1), r: r.toFixed(1) }];
+  });
 }
 
 export function drawGrid() {
   const step = gridStep(40), [left, top] = toPlane([0, 0]), [right, bottom] = toPlane([view.width, view.height]);
   let lines = "", axes = "";
-  for (let k = Math.ceil(left / step); k * step < right; k++) { const [x] = toScreen([k * step, 0]); const mark = `M${x.toFixed(1)},0V${view.height}`; if (k) lines += mark; else axes += mark; }
-  for (let k = Math.ceil(bottom / step); k * step < top; k++) { const [, y] = toScreen([0, k * step]); const mark = `M0,${y.toFixed(1)}H${view.width}`; if (k) lines += mark; else axes += mark; }
-  fill("grid", [["path", { d: lines || "M0,0" }], ["path", { d: axes || "M0,0", class: "axis" }], ["text", { x: view.width - 8, y: view.height - 8, "text-anchor": "end" }, `grid ${quantity(step, "m")}`]]);
+  for (let k = Math.ceil(left / step); k * step < right; k++) {
+    const [x] = toScreen([k * step, 0]);
+    const mark = `M${x.toFixed(1)},0V${view.height}`;
+    if (k) lines += mark;
+    else axes += mark;
+  }
+  for (let k = Math.ceil(bottom / step); k * step < top; k++) {
+    const [, y] = toScreen([0, k * step]);
+    const mark = `M0,${y.toFixed(1)}H${view.width}`;
+    if (k) lines += mark;
+    else axes += mark;
+  }
+  fill("grid", [["path", { d: lines || "M0,0" }], ["path", { d: axes || "M0,0", class: "axis" }], ["text", {
+    x: view.width - 8,
+    y: view.height - 8,
+    "text-anchor": "end",
+  }, `grid ${quantity(step, "m")}`]]);
   const { trace } = view;
   if (!trace) return fill("trace", []);
   const [x, y] = toScreen([trace.left, trace.bottom]), width = trace.width * view.scale, height = width * trace.ratio;
-  fill("trace", [["image", { href: trace.address, x, y: y - height, width, height, opacity: trace.opacity, preserveAspectRatio: "none" }]]);
+  fill("trace", [["image", {
+    href: trace.address,
+    x,
+    y: y - height,
+    width,
+    height,
+    opacity: trace.opacity,
+    preserveAspectRatio: "none",
+  }]]);
 }
 
 export function draw() {
@@ -143,36 +230,61 @@ export function draw() {
   const inBeams = new Set(live ? picture.beams.map(({ link }) => link) : []);
   const moving = sheet.links.filter(({ name }) => name !== "ground" && !inCylinder(name));
   const cylinder = view.chosen?.kind === "cylinder" ? sheet.cylinders[view.chosen.name] : null;
-  const chosen = view.chosen?.kind === "link" ? sheet.links.find(({ name }) => name === view.chosen.name) : cylinder && { points: [cylinder.from, cylinder.to], beams: [] };
+  const chosen = view.chosen?.kind === "link"
+    ? sheet.links.find(({ name }) => name === view.chosen.name)
+    : cylinder && { points: [cylinder.from, cylinder.to], beams: [] };
   fill("chosen", chosen ? [["path", { class: "chosen", d: linkPath(chosen, place) || "M0,0" }]] : []);
-  fill("drawn", moving.filter(({ name }) => !inBeams.has(name)).flatMap((link) => {
-    const ring = link.points.length > 2 ? link.points.map(place).filter(Boolean) : [];
-    return [...(ring.length ? [["path", { class: "plate", d: `M${ring.map(px).join("L")}Z` }]] : []), ["path", { class: "drawn", d: linkPath(link, place) || "M0,0" }]];
-  }));
-  fill("paths", view.paths && picture ? picture.points.map((_, at) => {
-    const { shape } = picture.arrays.points, count = shape[1];
-    if (count < 2 || isMiddle(picture.points[at])) return null;
-    const [a, b] = [pointAt(at, 0), pointAt(at, count >> 1)];
-    if (Math.hypot(a[0] - b[0], a[1] - b[1]) * view.scale < 1 && Math.hypot(a[0] - pointAt(at, count >> 2)[0], a[1] - pointAt(at, count >> 2)[1]) * view.scale < 1) return null;
-    let d = "";
-    for (let k = 0; k < count; k++) d += `${k ? "L" : "M"}${px(pointAt(at, k))}`;
-    return ["path", { class: stale ? "path stale" : "path", d: picture.turn && picture.closes.all ? `${d}Z` : d }];
-  }).filter(Boolean) : []);
+  fill(
+    "drawn",
+    moving.filter(({ name }) => !inBeams.has(name)).flatMap((link) => {
+      const ring = link.points.length > 2 ? link.points.map(place).filter(Boolean) : [];
+      return [...(ring.length ? [["path", { class: "plate", d: `M${ring.map(px).join("L")}Z` }]] : []), ["path", {
+        class: "drawn",
+        d: linkPath(link, place) || "M0,0",
+      }]];
+    }),
+  );
+  fill(
+    "paths",
+    view.paths && picture
+      ? picture.points.map((_, at) => {
+        const { shape } = picture.arrays.points, count = shape[1];
+        if (count < 2 || isMiddle(picture.points[at])) return null;
+        const [a, b] = [pointAt(at, 0), pointAt(at, count >> 1)];
+        if (
+          Math.hypot(a[0] - b[0], a[1] - b[1]) * view.scale < 1 &&
+          Math.hypot(a[0] - pointAt(at, count >> 2)[0], a[1] - pointAt(at, count >> 2)[1]) * view.scale < 1
+        ) return null;
+        let d = "";
+        for (let k = 0; k < count; k++) d += `${k ? "L" : "M"}${px(pointAt(at, k))}`;
+        return ["path", { class: stale ? "path stale" : "path", d: picture.turn && picture.closes.all ? `${d}Z` : d }];
+      }).filter(Boolean)
+      : [],
+  );
   const rigid = [], bent = [], last = [];
   if (picture?.arrays.bent) {
     const { ends, bent: moved, stress } = picture.arrays, count = ends.shape[2], stations = moved.shape[2];
-    const end = (beam, which, k) => { const at = 2 * ((beam * 2 + which) * count + k); return [ends.values[at], ends.values[at + 1]]; };
+    const end = (beam, which, k) => {
+      const at = 2 * ((beam * 2 + which) * count + k);
+      return [ends.values[at], ends.values[at + 1]];
+    };
     picture.beams.forEach((_, beam) => {
       const [a, b] = [end(beam, 0, i), end(beam, 1, i)];
       rigid.push(["path", { class: stale ? "bar0 stale" : "bar0", d: `M${px(a)}L${px(b)}` }]);
-      if (!picture.closes.all) last.push(["path", { class: "last", d: `M${px(end(beam, 0, count - 1))}L${px(end(beam, 1, count - 1))}` }]);
+      if (!picture.closes.all) {
+        last.push(["path", { class: "last", d: `M${px(end(beam, 0, count - 1))}L${px(end(beam, 1, count - 1))}` }]);
+      }
       let from = null;
       for (let s = 0; s < stations; s++) {
         const at = (beam * count + i) * stations + s, xi = s / (stations - 1);
         const to = px([0, 1].map((c) => a[c] + (b[c] - a[c]) * xi + view.factor * moved.values[2 * at + c]));
         if (from && !to.includes("NaN")) {
           const size = (stress.values[at] + stress.values[at - 1]) / 2;
-          bent.push(["path", { class: stale ? "bent stale" : "bent", d: `M${from}L${to}`, stroke: Number.isFinite(size) && view.most ? colour(size / view.most) : "var(--accent)" }]);
+          bent.push(["path", {
+            class: stale ? "bent stale" : "bent",
+            d: `M${from}L${to}`,
+            stroke: Number.isFinite(size) && view.most ? colour(size / view.most) : "var(--accent)",
+          }]);
         }
         from = to;
       }
@@ -183,14 +295,19 @@ export function draw() {
   fill("last", last);
   symbols(sheet, place, live, picture, i);
   fill("sizes", sizes(sheet, place));
-  fill("guides", [...view.guides.map((d) => ["path", { class: "guide", d }]), ...(view.preview ? [["path", { class: "preview", d: `M${view.preview.map(px).join("L")}` }]] : []), ...(view.cursor ? [["path", { class: "cursor", d: crosshair(toScreen(view.cursor)) }]] : [])]);
+  fill("guides", [
+    ...view.guides.map((d) => ["path", { class: "guide", d }]),
+    ...(view.preview ? [["path", { class: "preview", d: `M${view.preview.map(px).join("L")}` }]] : []),
+    ...(view.cursor ? [["path", { class: "cursor", d: crosshair(toScreen(view.cursor)) }]] : []),
+  ]);
 }
 
 // Lengths and angles: of the chosen link, of the links at the chosen point, of all where wished; and of what is drawn.
 function sizes(sheet, place) {
   const { chosen, preview } = view;
   const wished = ({ name, points }) =>
-    view.sizes || (chosen?.kind === "link" && chosen.name === name) || (chosen?.kind === "point" && points.includes(chosen.name));
+    view.sizes || (chosen?.kind === "link" && chosen.name === name) ||
+    (chosen?.kind === "point" && points.includes(chosen.name));
   const links = sheet.links.filter((link) => link.name !== "ground" && !inCylinder(link.name) && wished(link));
   const lines = links.flatMap((link) => loop(link).map((ends) => ends.map(place)));
   if (preview?.length > 1) lines.push(preview.slice(-2));
@@ -206,54 +323,114 @@ const crosshair = (/** @type {number[]} */ [x, y]) => `M${x - 22},${y}h16m12,0h1
 // By how much a link is turned from the drawing: a slot in it turns with it.
 function turnOf(link, place) {
   if (!link || link.name === "ground") return 0;
-  const [a, b] = link.points.map((name) => [view.sheet.points[name], place(name)]).filter((each) => each.every(Boolean));
+  const [a, b] = link.points.map((name) => [view.sheet.points[name], place(name)]).filter((each) =>
+    each.every(Boolean)
+  );
   if (!a || !b) return 0;
   const [drawn, now] = [0, 1].map((k) => Math.atan2(b[k][1] - a[k][1], b[k][0] - a[k][0]));
   return now - drawn;
 }
 
 function symbols(sheet, place, live, picture, i) {
-  const marks = [], names = [], pins = [], at = (name) => { const p = place(name); return p && toScreen(p); };
+  const marks = [],
+    names = [],
+    pins = [],
+    at = (name) => {
+      const p = place(name);
+      return p && toScreen(p);
+    };
   const grounded = sheet.links.find(({ name }) => name === "ground")?.points ?? [];
-  for (const name of grounded) { const p = at(name); if (p) marks.push(["path", { class: "support", d: `M${p[0]},${p[1]}l-9,14h18zm-13,14h26m-22,0l-4,5m10,-5l-4,5m10,-5l-4,5m10,-5l-4,5` }]); }
+  for (const name of grounded) {
+    const p = at(name);
+    if (p) {
+      marks.push(["path", {
+        class: "support",
+        d: `M${p[0]},${p[1]}l-9,14h18zm-13,14h26m-22,0l-4,5m10,-5l-4,5m10,-5l-4,5m10,-5l-4,5`,
+      }]);
+    }
+  }
   const pushed = Object.values(sheet.cylinders).map(({ slider }) => slider);
   for (const [name, slot] of Object.entries(sheet.slots)) {
     const p = at(slot.point);
     if (!p || pushed.includes(name)) continue;
-    const angle = Array.isArray(slot.direction) ? Math.atan2(slot.direction[1], slot.direction[0]) : (parseFloat(slot.direction) * (/deg/.test(slot.direction) ? Math.PI / 180 : 1)) || 0, turned = angle + turnOf(sheet.links.find(({ name }) => name === slot.on), place), [c, s] = [Math.cos(turned), -Math.sin(turned)];
-    for (const side of [-8, 8]) marks.push(["path", { class: "slot", d: `M${p[0] - 45 * c - side * s},${p[1] - 45 * s + side * c}L${p[0] + 45 * c - side * s},${p[1] + 45 * s + side * c}` }]);
+    const angle = Array.isArray(slot.direction)
+        ? Math.atan2(slot.direction[1], slot.direction[0])
+        : (parseFloat(slot.direction) * (/deg/.test(slot.direction) ? Math.PI / 180 : 1)) || 0,
+      turned = angle + turnOf(sheet.links.find(({ name }) => name === slot.on), place),
+      [c, s] = [Math.cos(turned), -Math.sin(turned)];
+    for (const side of [-8, 8]) {
+      marks.push(["path", {
+        class: "slot",
+        d: `M${p[0] - 45 * c - side * s},${p[1] - 45 * s + side * c}L${p[0] + 45 * c - side * s},${
+          p[1] + 45 * s + side * c
+        }`,
+      }]);
+    }
   }
   for (const spring of sheet.springs) {
     const [a, b] = [at(spring.point), at(spring.anchor)];
     if (!a || !b) continue;
     const length = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1, [c, s] = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
     let d = `M${a}`;
-    for (let k = 1; k < 12; k++) { const along = (k / 12) * length, side = k === 1 || k === 11 ? 0 : k % 2 ? 6 : -6; d += `L${a[0] + c * along - s * side},${a[1] + s * along + c * side}`; }
+    for (let k = 1; k < 12; k++) {
+      const along = (k / 12) * length, side = k === 1 || k === 11 ? 0 : k % 2 ? 6 : -6;
+      d += `L${a[0] + c * along - s * side},${a[1] + s * along + c * side}`;
+    }
     marks.push(["path", { class: "spring", d: `${d}L${b}` }]);
   }
   for (const cylinder of Object.values(sheet.cylinders)) marks.push(...cylinderMark(cylinder, at));
   for (const gear of sheet.gears) marks.push(...wheelMarks(gear, place));
-  for (const name of Object.keys(sheet.masses)) { const p = at(name); if (p) marks.push(["circle", { class: "mass", cx: p[0], cy: p[1], r: 11 }]); }
+  for (const name of Object.keys(sheet.masses)) {
+    const p = at(name);
+    if (p) marks.push(["circle", { class: "mass", cx: p[0], cy: p[1], r: 11 }]);
+  }
   for (const load of sheet.loads) {
-    const p = at(load.point), force = (load.force ?? []).map((part) => parseFloat(part) || 0), size = Math.hypot(...force);
+    const p = at(load.point),
+      force = (load.force ?? []).map((part) => parseFloat(part) || 0),
+      size = Math.hypot(...force);
     if (!p || !size) continue;
     const [c, s] = [force[0] / size, -force[1] / size], [x, y] = [p[0] + 60 * c, p[1] + 60 * s];
-    marks.push(["path", { class: "load", d: `M${p}L${x},${y}m${-9 * c - 5 * s},${-9 * s + 5 * c}L${x},${y}l${-9 * c + 5 * s},${-9 * s - 5 * c}` }]);
+    marks.push(["path", {
+      class: "load",
+      d: `M${p}L${x},${y}m${-9 * c - 5 * s},${-9 * s + 5 * c}L${x},${y}l${-9 * c + 5 * s},${-9 * s - 5 * c}`,
+    }]);
   }
   for (const drive of sheet.drives) {
-    const link = sheet.links.find(({ name }) => name === drive.link), on = sheet.links.find(({ name }) => name === drive.on)?.points ?? grounded, pin = drive.at ?? link?.points.find((name) => on.includes(name)), p = pin && at(pin);
-    if (p) marks.push(["path", { class: "drive", d: `M${p[0] + 17},${p[1]}A17,17 0 1 0 ${p[0]},${p[1] + 17}m-6,-4l6,4l-5,5` }]);
+    const link = sheet.links.find(({ name }) => name === drive.link),
+      on = sheet.links.find(({ name }) => name === drive.on)?.points ?? grounded,
+      pin = drive.at ?? link?.points.find((name) => on.includes(name)),
+      p = pin && at(pin);
+    if (p) {
+      marks.push(["path", {
+        class: "drive",
+        d: `M${p[0] + 17},${p[1]}A17,17 0 1 0 ${p[0]},${p[1] + 17}m-6,-4l6,4l-5,5`,
+      }]);
+    }
   }
   for (const name of Object.keys(sheet.points)) {
     const p = isMiddle(name) ? null : at(name);
     if (!p) continue;
     const picked = view.chosen?.kind === "point" && view.chosen.name === name;
-    pins.push(sheet.welds.includes(name) ? ["rect", { class: `weld${picked ? " pin picked" : ""}`, x: p[0] - 5, y: p[1] - 5, width: 10, height: 10, "data-point": name }] : ["circle", { class: `pin${picked ? " picked" : ""}`, cx: p[0], cy: p[1], r: 5.5, "data-point": name }]);
+    pins.push(
+      sheet.welds.includes(name)
+        ? ["rect", {
+          class: `weld${picked ? " pin picked" : ""}`,
+          x: p[0] - 5,
+          y: p[1] - 5,
+          width: 10,
+          height: 10,
+          "data-point": name,
+        }]
+        : ["circle", { class: `pin${picked ? " picked" : ""}`, cx: p[0], cy: p[1], r: 5.5, "data-point": name }],
+    );
     names.push(["text", { x: p[0] + 10, y: p[1] - 9 }, name]);
   }
   const strokes = live && picture.arrays.strokes;
   for (let k = 0; strokes && k < strokes.shape[0]; k += 2) {
-    const [a, b] = [k, k + 1].map((end) => { const at = 2 * (end * strokes.shape[1] + i); return toScreen([strokes.values[at], strokes.values[at + 1]]); });
+    const [a, b] = [k, k + 1].map((end) => {
+      const at = 2 * (end * strokes.shape[1] + i);
+      return toScreen([strokes.values[at], strokes.values[at + 1]]);
+    });
     marks.push(["path", { class: "stroke", d: `M${a}L${b}` }]);
   }
   fill("symbols", marks);
@@ -265,20 +442,28 @@ function symbols(sheet, place, live, picture, i) {
 export function pointUnder(/** @type {number[]} */ [x, y], reach = 15) {
   let best = null, least = reach;
   for (const name of Object.keys(view.sheet?.points ?? {})) {
-    const place = isMiddle(name) ? null : pointNow(name), p = place && toScreen(place), away = p ? Math.hypot(p[0] - x, p[1] - y) : Infinity;
+    const place = isMiddle(name) ? null : pointNow(name),
+      p = place && toScreen(place),
+      away = p ? Math.hypot(p[0] - x, p[1] - y) : Infinity;
     if (away < least) [best, least] = [name, away];
   }
   return best;
 }
 export function linkUnder(/** @type {number[]} */ [x, y], reach = 11, without = null) {
   let best = null, least = reach;
-  const cylinders = Object.entries(view.sheet?.cylinders ?? {}).map(([name, { from, to }]) => ({ cylinder: name, points: [from, to], beams: [] }));
+  const cylinders = Object.entries(view.sheet?.cylinders ?? {}).map(([name, { from, to }]) => ({
+    cylinder: name,
+    points: [from, to],
+    beams: [],
+  }));
   for (const link of [...(view.sheet?.links ?? []), ...cylinders]) {
     if (link.name === "ground" || inCylinder(link.name) || link.points.includes(without)) continue;
     for (const ends of loop(link)) {
       const [a, b] = ends.map((name) => pointNow(name)).map((p) => p && toScreen(p));
       if (!a || !b) continue;
-      const [dx, dy] = [b[0] - a[0], b[1] - a[1]], t = Math.max(0, Math.min(1, ((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy || 1))), away = Math.hypot(a[0] + t * dx - x, a[1] + t * dy - y);
+      const [dx, dy] = [b[0] - a[0], b[1] - a[1]],
+        t = Math.max(0, Math.min(1, ((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy || 1))),
+        away = Math.hypot(a[0] + t * dx - x, a[1] + t * dy - y);
       if (away < least) [best, least] = [{ link: link.name, cylinder: link.cylinder, ends, t }, away];
     }
   }
@@ -291,7 +476,9 @@ export function nearestPosition({ ends, t }, place) {
   if (a < 0 || b < 0) return view.position;
   let best = view.position, least = Infinity;
   for (let k = 0; k < picture.positions; k++) {
-    const [p, q] = [pointAt(a, k), pointAt(b, k)], away = Math.hypot(p[0] + (q[0] - p[0]) * t - place[0], p[1] + (q[1] - p[1]) * t - place[1]) + 1e-9 * Math.abs(k - view.position);
+    const [p, q] = [pointAt(a, k), pointAt(b, k)],
+      away = Math.hypot(p[0] + (q[0] - p[0]) * t - place[0], p[1] + (q[1] - p[1]) * t - place[1]) +
+        1e-9 * Math.abs(k - view.position);
     if (away < least) [best, least] = [k, away];
   }
   return best;

@@ -40,20 +40,24 @@ export function searchable(list, words) {
   const known = Object.assign(document.createElement("datalist"), { id: `${list.id}-known` });
   const field = Object.assign(document.createElement("input"), { type: "search", placeholder: "search", hidden: true });
   const options = () => [...list.options].filter(({ value }) => value);
-  const has = (sought, ...where) => options().find((each) => where.some((key) => each[key].toLowerCase().includes(sought)));
+  const has = (sought, ...where) =>
+    options().find((each) => where.some((key) => each[key].toLowerCase().includes(sought)));
   field.className = "search";
   field.setAttribute("list", known.id);
   field.setAttribute("aria-label", `Search in the list ${words}`);
   field.onfocus = () => known.replaceChildren(...options().map(({ text, title }) => new Option(title || text, text)));
   field.onchange = () => {
     const sought = field.value.trim().toLowerCase();
-    const found = options().find(({ text }) => text.toLowerCase() === sought) ?? has(sought, "text") ?? has(sought, "title");
+    const found = options().find(({ text }) => text.toLowerCase() === sought) ?? has(sought, "text") ??
+      has(sought, "title");
     field.value = "";
     if (!sought || !found) return;
     list.value = found.value;
     list.dispatchEvent(new Event("change"));
   };
-  new MutationObserver(() => { field.hidden = list.options.length <= SHORT; }).observe(list, { childList: true });
+  new MutationObserver(() => {
+    field.hidden = list.options.length <= SHORT;
+  }).observe(list, { childList: true });
   field.hidden = list.options.length <= SHORT;
   list.closest("label").after(field, known);
 }

@@ -28,7 +28,9 @@ export async function linked(link) {
 
 // The text of a scene's file, or of the scene that a report carries.
 export function carried(content, name = "") {
-  if (OTHERS.test(name)) throw new Error(`${name} is of another program, "deflection-report --import ${name}" writes its scene`);
+  if (OTHERS.test(name)) {
+    throw new Error(`${name} is of another program, "deflection-report --import ${name}" writes its scene`);
+  }
   if (!/^\s*<!doctype html/i.test(content)) return content;
   const data = new DOMParser().parseFromString(content, "text/html").getElementById("scene");
   const { text } = JSON.parse(data?.textContent ?? "{}");

@@ -11,7 +11,9 @@ function reach(now) {
 }
 
 async function request(path, given, signal) {
-  const options = given === undefined ? {} : { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(given) };
+  const options = given === undefined
+    ? {}
+    : { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(given) };
   try {
     const response = await (window.kernel ? window.kernel(path, given) : fetch(path, { ...options, signal })); // in a widget by messages
     reach(true);
@@ -27,15 +29,28 @@ function unpacked(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const answer = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
   const { picture } = answer;
-  if (picture) for (const [name, [at, shape]] of Object.entries(picture.arrays))
-    picture.arrays[name] = { shape, values: new Float32Array(buffer, 4 + length + 4 * at, shape.reduce((a, b) => a * b, 1)) };
+  if (picture) {
+    for (const [name, [at, shape]] of Object.entries(picture.arrays)) {
+      picture.arrays[name] = {
+        shape,
+        values: new Float32Array(
+          buffer,
+          4 + length + 4 * at,
+          shape.reduce((a, b) => a * b, 1),
+        ),
+      };
+    }
+  }
   return answer;
 }
 
 export const scene = async () => (await request("scene")).json();
 export const state = async () => (await request("state")).json();
 export const report = async (path) => URL.createObjectURL(await (await request(path)).blob());
-export const save = async (text, digest) => { const response = await request("save", { text, digest }); return { ok: response.ok, ...(await response.json()) }; };
+export const save = async (text, digest) => {
+  const response = await request("save", { text, digest });
+  return { ok: response.ok, ...(await response.json()) };
+};
 
 // A quick answer to a text after edits; `done` is called unless a newer one was asked for and came first.
 export function quick(job) {
@@ -53,12 +68,20 @@ async function next() {
     const { text, edits = [], numbers = false, drag = false, graph, number } = job;
     const response = await request("answer", { text, edits, numbers, dragged: drag, graph, number });
     const content = response.ok ? await response.arrayBuffer() : await response.text();
-    if (waiting) next(); else busy = false; // the server computes the next while this one is drawn
-    if (!response.ok) { job.failed?.(content); return; }
+    if (waiting) next();
+    else busy = false; // the server computes the next while this one is drawn
+    if (!response.ok) {
+      job.failed?.(content);
+      return;
+    }
     const answer = unpacked(content);
-    if (answer.number > shown) { shown = answer.number; job.done(answer); }
+    if (answer.number > shown) {
+      shown = answer.number;
+      job.done(answer);
+    }
   } catch {
-    if (waiting) next(); else busy = false;
+    if (waiting) next();
+    else busy = false;
     job.failed?.("");
   }
 }
@@ -72,7 +95,10 @@ export async function full(text, done) {
   try {
     const response = await request("full", { text, number: asked }, mine.signal);
     if (asked !== number) return;
-    if (response.status === 409) { setTimeout(() => asked === number && mine === whole && full(text, done), 700); return; } // another window's drag
+    if (response.status === 409) {
+      setTimeout(() => asked === number && mine === whole && full(text, done), 700);
+      return;
+    } // another window's drag
     if (!response.ok) return done({ picture: null, mistakes: [{ message: await response.text() }] });
     const answer = unpacked(await response.arrayBuffer());
     if (asked === number) done(answer);

@@ -41,8 +41,12 @@ export function keep(before) {
   buttons();
 }
 
-export function undo() { return step(past, future); }
-export function redo() { return step(future, past); }
+export function undo() {
+  return step(past, future);
+}
+export function redo() {
+  return step(future, past);
+}
 function step(from, to) {
   finish();
   if (!from.length) return null;
@@ -65,7 +69,10 @@ export function tellMistakes(found) { // or the next step of a drawing
     if (line) {
       const go = document.createElement("button");
       go.textContent = `line ${line}`;
-      go.onclick = () => { goTo(line); area.focus(); };
+      go.onclick = () => {
+        goTo(line);
+        area.focus();
+      };
       item.append(go);
     }
     item.append(message);
@@ -89,7 +96,9 @@ function reveal(row) {
 // Rows of lines of a text that are not those of another, both ends being alike.
 function differing(before, after) {
   const [old, now] = [before.split("\n"), after.split("\n")];
-  if (old.length === now.length) return now.map((line, row) => (line === old[row] ? -1 : row)).filter((row) => row >= 0);
+  if (old.length === now.length) {
+    return now.map((line, row) => (line === old[row] ? -1 : row)).filter((row) => row >= 0);
+  }
   let first = 0, last = 0;
   while (first < now.length && now[first] === old[first]) first++;
   while (last < now.length - first && last < old.length - first && now.at(-1 - last) === old.at(-1 - last)) last++;
@@ -99,8 +108,14 @@ function differing(before, after) {
 function draw() {
   const count = current.split("\n").length, wrong = new Set(mistakes.map(({ line }) => line));
   const html = Array.from({ length: count }, (_, k) => (wrong.has(k + 1) ? `<b>${k + 1}</b>` : k + 1)).join("\n");
-  if (gutter.dataset.html !== html) { gutter.innerHTML = html + "\n\n\n"; gutter.dataset.html = html; }
-  const rows = [...mistakes.filter(({ line }) => line).map(({ line }) => [line - 1, ""]), ...changed.map((row) => [row, "changed"])];
+  if (gutter.dataset.html !== html) {
+    gutter.innerHTML = html + "\n\n\n";
+    gutter.dataset.html = html;
+  }
+  const rows = [
+    ...mistakes.filter(({ line }) => line).map(({ line }) => [line - 1, ""]),
+    ...changed.map((row) => [row, "changed"]),
+  ];
   marks.replaceChildren(...rows.map(([row, kind]) => {
     const mark = document.createElement("div");
     mark.className = kind;

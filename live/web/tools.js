@@ -1,5 +1,18 @@
 // Tools on the drawing: pointer and keys become edits of the scene.
-import { draw, drawGrid, gridStep, handle, linkUnder, nearestPosition, pointNow, pointUnder, quantity, toPlane, toScreen, view } from "./drawing.js";
+import {
+  draw,
+  drawGrid,
+  gridStep,
+  handle,
+  linkUnder,
+  nearestPosition,
+  pointNow,
+  pointUnder,
+  quantity,
+  toPlane,
+  toScreen,
+  view,
+} from "./drawing.js";
 /** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const svg = $("svg");
@@ -7,16 +20,31 @@ export const TOOLS = [
   ["move", "Move", "v", "Drag a point to change the mechanism, a link to move it; arrows move the chosen point"],
   ["link", "Link", "l", "Drag from point to point, or click twice; a click on nothing makes the point"],
   ["fix", "Support", "g", "Click a point to stand it on the ground; once more frees it"],
-  ["drive", "Drive", "d", "Click a link to turn it about its pin, or a point to push it along its slot; once more takes the drive away"],
+  [
+    "drive",
+    "Drive",
+    "d",
+    "Click a link to turn it about its pin, or a point to push it along its slot; once more takes the drive away",
+  ],
   ["load", "Force", "f", "Drag from the point where a force acts: 1 N to a pixel"],
   ["plate", "Plate", "p", "Click the points of a plate, and the first once more; Enter ends an open one"],
   ["trace", "Trace", "t", "Click a link to put a point on it, or drag to a place beside it; on a point: a pin"],
-  ["slot", "Slot", "s", "Click a point to let it slide in the link under it, or on the ground along x; drag from it for another line; once more frees it"],
+  [
+    "slot",
+    "Slot",
+    "s",
+    "Click a point to let it slide in the link under it, or on the ground along x; drag from it for another line; once more frees it",
+  ],
   ["weld", "Weld", "w", "Click a point to join its links rigidly; once more pins them"],
   ["spring", "Spring", "k", "Drag from a point to another"],
   ["mass", "Mass", "m", "Click a point to give it a mass; once more takes it away"],
   ["cylinder", "Cylinder", "c", "Drag from its foot to the point that it pushes"],
-  ["gear", "Gear", "r", "Click the link that drives, then the one that follows: wheels that mesh from outside; a point in a slot is a rack; once more takes them away"],
+  [
+    "gear",
+    "Gear",
+    "r",
+    "Click the link that drives, then the one that follows: wheels that mesh from outside; a point in a slot is a rack; once more takes them away",
+  ],
 ];
 const FIRST = 5; // tools that are needed first, before the others
 /** @type {any} */
@@ -34,24 +62,38 @@ export function begin(given) {
   const act = (id, words, title) =>
     Object.assign(document.createElement("button"), { id, textContent: words, title, onclick: () => actions[id]() });
   $("tools").replaceChildren(...buttons.slice(0, FIRST));
-  $("moretools").replaceChildren(...buttons.slice(FIRST),
+  $("moretools").replaceChildren(
+    ...buttons.slice(FIRST),
     act("copy", "Copy", "The chosen link, or all links, once more beside"),
-    act("mirror", "Mirror", "The chosen link, or all links, once more across the upright line through the chosen point"),
-    act("delete", "Delete", "Take away the chosen part (Del)"));
+    act(
+      "mirror",
+      "Mirror",
+      "The chosen link, or all links, once more across the upright line through the chosen point",
+    ),
+    act("delete", "Delete", "Take away the chosen part (Del)"),
+  );
   take("move");
   svg.addEventListener("pointerdown", down);
   svg.addEventListener("pointermove", moved);
   svg.addEventListener("pointerup", up);
   svg.addEventListener("pointercancel", cancel);
-  svg.addEventListener("touchstart", (event) => { if (gesture && gesture.kind !== "pan") event.preventDefault(); }, { passive: false });
-  svg.addEventListener("wheel", (event) => { if (!event.ctrlKey && document.activeElement !== svg) return; event.preventDefault(); zoom(Math.exp(-event.deltaY / 400), at(event)); }, { passive: false });
+  svg.addEventListener("touchstart", (event) => {
+    if (gesture && gesture.kind !== "pan") event.preventDefault();
+  }, { passive: false });
+  svg.addEventListener("wheel", (event) => {
+    if (!event.ctrlKey && document.activeElement !== svg) return;
+    event.preventDefault();
+    zoom(Math.exp(-event.deltaY / 400), at(event));
+  }, { passive: false });
   svg.addEventListener("keydown", keys);
 }
 
 export function take(name) {
   tool = name;
   clear();
-  /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-tool]")).forEach((button) => button.setAttribute("aria-pressed", String(button.dataset.tool === name)));
+  /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-tool]")).forEach((button) =>
+    button.setAttribute("aria-pressed", String(button.dataset.tool === name))
+  );
   $("hint").textContent = TOOLS.find(([each]) => each === name)[3];
 }
 
@@ -61,7 +103,10 @@ function clear() {
   draw();
 }
 
-const at = (event) => { const box = svg.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
+const at = (event) => {
+  const box = svg.getBoundingClientRect();
+  return [event.clientX - box.left, event.clientY - box.top];
+};
 
 export function zoom(factor, around = [view.width / 2, view.height / 2]) {
   const before = toPlane(around);
@@ -89,7 +134,12 @@ function snapped(screen, except) {
   }
   [x, y] = [fromX ? fromX[0] : round(x), fromY ? fromY[1] : round(y)];
   const here = toScreen([x, y]);
-  for (const from of [fromX, fromY]) if (from) { const there = toScreen(from); view.guides.push(`M${there}L${here}`); }
+  for (const from of [fromX, fromY]) {
+    if (from) {
+      const there = toScreen(from);
+      view.guides.push(`M${there}L${here}`);
+    }
+  }
   return [x, y].map((value) => Number(value.toPrecision(9)));
 }
 
@@ -117,21 +167,35 @@ function pressed(screen, touch, id) {
   const point = pointUnder(screen, touch ? 26 : 15), link = linkUnder(screen, touch ? 18 : 11);
   gesture = { id, from: screen, last: screen, moved: false };
   if (tool === "move") {
-    if (point) { gesture.kind = "point"; gesture.point = point; actions.choose("point", point); }
-    else if (link) { gesture.kind = "link"; gesture.link = link; actions.choose(...(link.cylinder ? ["cylinder", link.cylinder] : ["link", link.link])); }
-    else gesture.kind = "pan";
+    if (point) {
+      gesture.kind = "point";
+      gesture.point = point;
+      actions.choose("point", point);
+    } else if (link) {
+      gesture.kind = "link";
+      gesture.link = link;
+      actions.choose(...(link.cylinder ? ["cylinder", link.cylinder] : ["link", link.link]));
+    } else gesture.kind = "pan";
   } else if (tool === "link" || tool === "spring" || tool === "cylinder" || tool === "load") {
     gesture.kind = "line";
-    if (!clicks.length) { const first = joint(screen); if (tool !== "load" || typeof first === "string") clicks = [first]; }
-    else gesture.second = true;
-  } else if (tool === "slot" && point) Object.assign(gesture, { kind: "slot", point, on: linkUnder(screen, 11, point)?.link });
-  else if (tool === "trace" && link?.link) { Object.assign(gesture, { kind: "trace", link }); actions.position(0); }
-  else gesture.kind = "click";
+    if (!clicks.length) {
+      const first = joint(screen);
+      if (tool !== "load" || typeof first === "string") clicks = [first];
+    } else gesture.second = true;
+  } else if (tool === "slot" && point) {
+    Object.assign(gesture, { kind: "slot", point, on: linkUnder(screen, 11, point)?.link });
+  } else if (tool === "trace" && link?.link) {
+    Object.assign(gesture, { kind: "trace", link });
+    actions.position(0);
+  } else gesture.kind = "click";
 }
 
 // A direction from a point to a place on the screen, to whole steps of 5 degrees where places snap.
 function direction(point, screen) {
-  const from = toScreen(pointNow(point)), step = Math.PI / 36, raw = Math.atan2(from[1] - screen[1], screen[0] - from[0]), angle = $("snap").checked ? Math.round(raw / step) * step : raw;
+  const from = toScreen(pointNow(point)),
+    step = Math.PI / 36,
+    raw = Math.atan2(from[1] - screen[1], screen[0] - from[0]),
+    angle = $("snap").checked ? Math.round(raw / step) * step : raw;
   return [Math.cos(angle), Math.sin(angle)];
 }
 
@@ -143,7 +207,10 @@ function moved(event) {
     view.preview = [...clicks.map(placed), placed(tool === "load" ? toPlane(screen) : joint(screen))];
     draw();
   }
-  if (!gesture) { svg.style.cursor = pointUnder(screen) || linkUnder(screen) ? "pointer" : tool === "move" ? "grab" : "crosshair"; return; }
+  if (!gesture) {
+    svg.style.cursor = pointUnder(screen) || linkUnder(screen) ? "pointer" : tool === "move" ? "grab" : "crosshair";
+    return;
+  }
   if (!gesture.moved && Math.hypot(screen[0] - gesture.from[0], screen[1] - gesture.from[1]) < 4) return;
   const first = !gesture.moved;
   gesture.moved = true;
@@ -179,9 +246,21 @@ function released(done, screen) {
   if (done.kind === "point") { if (done.moved) actions.drop(); }
   else if (done.kind === "pan" && !done.moved) actions.choose(null);
   else if (done.kind === "line") line(done, screen);
-  else if (done.kind === "slot") { view.preview = null; actions.edit({ do: "slot", point: done.point, ...(done.on && { on: done.on }), ...(done.moved && { direction: direction(done.point, screen) }) }); }
-  else if (done.kind === "trace") actions.edit({ do: "trace", link: done.link.link, ...(done.moved ? { at: picked(screen) } : { between: done.link.ends, share: done.link.t }) });
-  else if (done.kind === "click") click(screen);
+  else if (done.kind === "slot") {
+    view.preview = null;
+    actions.edit({
+      do: "slot",
+      point: done.point,
+      ...(done.on && { on: done.on }),
+      ...(done.moved && { direction: direction(done.point, screen) }),
+    });
+  } else if (done.kind === "trace") {
+    actions.edit({
+      do: "trace",
+      link: done.link.link,
+      ...(done.moved ? { at: picked(screen) } : { between: done.link.ends, share: done.link.t }),
+    });
+  } else if (done.kind === "click") click(screen);
   draw();
 }
 
@@ -203,7 +282,11 @@ function line(done, screen) {
   clear();
   if (tool === "load") {
     const from = toScreen(pointNow(first));
-    return actions.edit({ do: "load", point: first, force: [Math.round(screen[0] - from[0]), Math.round(from[1] - screen[1])] });
+    return actions.edit({
+      do: "load",
+      point: first,
+      force: [Math.round(screen[0] - from[0]), Math.round(from[1] - screen[1])],
+    });
   }
   if (JSON.stringify(first) === JSON.stringify(last)) return;
   if (tool === "cylinder") return actions.edit({ do: "cylinder", from: first, to: last });
@@ -220,14 +303,26 @@ function click(screen) {
     return;
   }
   if (tool === "drive") {
-    const slides = pointUnder(screen), link = linkUnder(screen, 16), slot = Object.values(view.sheet.slots).some(({ point }) => point === slides);
-    if (slot) actions.edit({ do: "drive", point: slides }); else if (link?.link) actions.edit({ do: "drive", link: link.link });
+    const slides = pointUnder(screen),
+      link = linkUnder(screen, 16),
+      slot = Object.values(view.sheet.slots).some(({ point }) => point === slides);
+    if (slot) actions.edit({ do: "drive", point: slides });
+    else if (link?.link) actions.edit({ do: "drive", link: link.link });
     return;
   }
   if (tool === "gear") {
-    const slides = pointUnder(screen), rack = Object.values(view.sheet.slots).some(({ point }) => point === slides), link = rack ? { point: slides } : linkUnder(screen, 16)?.link;
+    const slides = pointUnder(screen),
+      rack = Object.values(view.sheet.slots).some(({ point }) => point === slides),
+      link = rack ? { point: slides } : linkUnder(screen, 16)?.link;
     if (!link) return;
-    if (driver === null) { driver = link; actions.choose(...(rack ? ["point", slides] : ["link", link])); } else { const first = driver; driver = null; actions.edit({ do: "gear", driver: first, follower: link }); }
+    if (driver === null) {
+      driver = link;
+      actions.choose(...(rack ? ["point", slides] : ["link", link]));
+    } else {
+      const first = driver;
+      driver = null;
+      actions.edit({ do: "gear", driver: first, follower: link });
+    }
     return;
   }
   const point = pointUnder(screen);
@@ -235,12 +330,17 @@ function click(screen) {
   else if (tool === "fix") actions.edit({ do: "point", at: snapped(screen), fixed: true });
 }
 
-const near = (each, screen) => { const p = toScreen(placed(each)); return Math.hypot(p[0] - screen[0], p[1] - screen[1]) < 14; };
+const near = (each, screen) => {
+  const p = toScreen(placed(each));
+  return Math.hypot(p[0] - screen[0], p[1] - screen[1]) < 14;
+};
 
 function plate(closed) {
   const points = clicks;
   clear();
-  if (points.length > 1) actions.edit({ do: "link", points, closed, section: $("section").value, material: $("material").value });
+  if (points.length > 1) {
+    actions.edit({ do: "link", points, closed, section: $("section").value, material: $("material").value });
+  }
 }
 
 // --- by keys alone: a cursor that arrows move, N takes from part to part, and Enter presses where it stands
@@ -249,19 +349,42 @@ function plate(closed) {
 function targets() {
   const { sheet } = view, ofLinks = ["drive", "gear", "trace"].includes(tool);
   const points = Object.keys(sheet.points).map((name) => [`point ${name}`, pointNow(name)]);
-  const middle = ({ points: ends, beams }) => { const [a, b] = (beams[0] ?? ends).slice(0, 2).map((name) => pointNow(name)); return a && b && [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2]; };
-  const links = ofLinks || tool === "move" ? sheet.links.filter(({ name }) => name !== "ground").map((link) => [`link ${link.name}`, middle(link)]) : [];
-  return (ofLinks ? [...links, ...points] : [...points, ...links]).filter(([, place]) => place && place.every(Number.isFinite));
+  const middle = ({ points: ends, beams }) => {
+    const [a, b] = (beams[0] ?? ends).slice(0, 2).map((name) => pointNow(name));
+    return a && b && [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
+  };
+  const links = ofLinks || tool === "move"
+    ? sheet.links.filter(({ name }) => name !== "ground").map((link) => [`link ${link.name}`, middle(link)])
+    : [];
+  return (ofLinks ? [...links, ...points] : [...points, ...links]).filter(([, place]) =>
+    place && place.every(Number.isFinite)
+  );
 }
 
 function put(place, words) {
   view.cursor = place;
-  const screen = toScreen(place), [x, y] = [0, 1].map((k) => (screen[k] < 20 ? screen[k] - 60 : screen[k] > [view.width, view.height][k] - 20 ? screen[k] - [view.width, view.height][k] + 60 : 0));
-  if (x || y) { view.x += x / view.scale; view.y -= y / view.scale; drawGrid(); } // it stays in sight
+  const screen = toScreen(place),
+    [x, y] = [0, 1].map((
+      k,
+    ) => (screen[k] < 20
+      ? screen[k] - 60
+      : screen[k] > [view.width, view.height][k] - 20
+      ? screen[k] - [view.width, view.height][k] + 60
+      : 0)
+    );
+  if (x || y) {
+    view.x += x / view.scale;
+    view.y -= y / view.scale;
+    drawGrid();
+  } // it stays in sight
   if (clicks.length) view.preview = [...clicks.map(placed), place];
   draw();
   const under = pointUnder(toScreen(place)), link = under ? null : linkUnder(toScreen(place))?.link;
-  $("where").textContent = words ?? [`${quantity(place[0], "m", 6)}, ${quantity(place[1], "m", 6)}`, under ? `point ${under}` : link ? `link ${link}` : ""].filter(Boolean).join(": ");
+  $("where").textContent = words ??
+    [
+      `${quantity(place[0], "m", 6)}, ${quantity(place[1], "m", 6)}`,
+      under ? `point ${under}` : link ? `link ${link}` : "",
+    ].filter(Boolean).join(": ");
 }
 
 function next(back) {
@@ -288,10 +411,14 @@ function press() {
 
 export function keys(event) {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
-  const named = TOOLS.find(([, , key]) => key === event.key.toLowerCase()), arrow = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+  const named = TOOLS.find(([, , key]) => key === event.key.toLowerCase()),
+    arrow = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
   if (named) take(named[0]);
-  else if (event.key === "Escape") { view.cursor = null; $("where").textContent = ""; take("move"); }
-  else if (event.key === "Enter" && tool === "plate" && !view.cursor) plate(false);
+  else if (event.key === "Escape") {
+    view.cursor = null;
+    $("where").textContent = "";
+    take("move");
+  } else if (event.key === "Enter" && tool === "plate" && !view.cursor) plate(false);
   else if (event.key === "Enter") press();
   else if (event.key.toLowerCase() === "n") next(event.shiftKey);
   else if (event.key === "Delete" || event.key === "Backspace") actions.remove();
@@ -303,7 +430,11 @@ export function keys(event) {
     put(onGrid(here.map((value, k) => value + step * arrow[k])));
   } else if (arrow && view.chosen?.kind === "point") {
     const step = gridStep(6) * (event.shiftKey ? 10 : 1), here = handle(view.chosen.name);
-    actions.edit({ do: "move", point: view.chosen.name, to: here.map((value, k) => Number((value + step * arrow[k]).toPrecision(9))) });
+    actions.edit({
+      do: "move",
+      point: view.chosen.name,
+      to: here.map((value, k) => Number((value + step * arrow[k]).toPrecision(9))),
+    });
   } else if (arrow) actions.position(view.position + (arrow[0] || -arrow[1]));
   else return;
   event.preventDefault();

@@ -14,29 +14,51 @@ function render({ model, el }) {
     done?.(new Response(buffers[0], { status: told.status }));
   };
   model.on("msg:custom", listen);
-  const ask = (path, given) => new Promise((done, failed) => {
-    const key = `${mine} ${++number}`;
-    waiting.set(key, done);
-    if (path !== "full") setTimeout(() => waiting.delete(key) && failed(new Error("the kernel does not answer")), 30_000);
-    model.send({ number: key, path, given: given ?? {} });
-  });
+  const ask = (path, given) =>
+    new Promise((done, failed) => {
+      const key = `${mine} ${++number}`;
+      waiting.set(key, done);
+      if (path !== "full") {
+        setTimeout(() => waiting.delete(key) && failed(new Error("the kernel does not answer")), 30_000);
+      }
+      model.send({ number: key, path, given: given ?? {} });
+    });
   const frame = document.createElement("iframe");
   frame.title = model.get("name");
   frame.style.cssText = "width:100%;height:60em;border:1px solid #ccd";
-  frame.srcdoc = files["page.html"].replace(/<link rel="stylesheet"[^>]*>/, () => `<style>${files["live.css"]}</style>`).replace(/<script.*<\/script>/, "");
-  const words = document.createElement("p"), elsewhere = `open ${model.get("address")} in a browser on the kernel's computer`, began = Date.now();
+  frame.srcdoc = files["page.html"].replace(/<link rel="stylesheet"[^>]*>/, () => `<style>${files["live.css"]}</style>`)
+    .replace(/<script.*<\/script>/, "");
+  const words = document.createElement("p"),
+    elsewhere = `open ${model.get("address")} in a browser on the kernel's computer`,
+    began = Date.now();
   words.setAttribute("role", "status");
-  const blocked = () => { words.textContent = `This notebook keeps the editor's script from running: ${elsewhere}.`; };
+  const blocked = () => {
+    words.textContent = `This notebook keeps the editor's script from running: ${elsewhere}.`;
+  };
   frame.onload = () => {
     frame.contentWindow.kernel = ask;
-    const main = Object.assign(frame.contentDocument.createElement("script"), { type: "module", src: addresses["main.js"], onerror: blocked });
+    const main = Object.assign(frame.contentDocument.createElement("script"), {
+      type: "module",
+      src: addresses["main.js"],
+      onerror: blocked,
+    });
     frame.contentDocument.body.append(main);
   };
   const look = setInterval(() => {
-    if (frame.contentDocument?.body?.dataset.ready) { words.textContent = ""; clearInterval(look); } else if (!words.textContent && Date.now() - began > PATIENCE) words.textContent = `The kernel does not answer: the editor begins when the cell that runs has ended; if that kernel is gone, run its cell again, or ${elsewhere}.`;
+    if (frame.contentDocument?.body?.dataset.ready) {
+      words.textContent = "";
+      clearInterval(look);
+    } else if (!words.textContent && Date.now() - began > PATIENCE) {
+      words.textContent =
+        `The kernel does not answer: the editor begins when the cell that runs has ended; if that kernel is gone, run its cell again, or ${elsewhere}.`;
+    }
   }, 500);
   el.append(frame, words);
-  return () => { clearInterval(look); model.off("msg:custom", listen); Object.values(addresses).forEach((each) => URL.revokeObjectURL(each)); };
+  return () => {
+    clearInterval(look);
+    model.off("msg:custom", listen);
+    Object.values(addresses).forEach((each) => URL.revokeObjectURL(each));
+  };
 }
 
 export default { render };

@@ -14,11 +14,19 @@ async function inflated(id) {
 // The rows of all arrays as they are stored: one kind behind the other, packed by the significance of their bytes.
 async function storedRows(places, count, packed) {
   const kinds = { d: Float64Array, f: Float32Array }, counts = { d: 0, f: 0 }, rows = {};
-  for (const [kind, , , same] of Object.values(places)) counts[kind] += count * same.filter((value) => value === null).length;
+  for (const [kind, , , same] of Object.values(places)) {
+    counts[kind] += count * same.filter((value) => value === null).length;
+  }
   let bytes = packed ? await inflated("numbers") : bytesOf("numbers"), at = 0;
   for (const [kind, Kind] of Object.entries(kinds)) {
-    const long = Kind.BYTES_PER_ELEMENT, total = counts[kind], own = packed ? new Uint8Array(long * total) : bytes.subarray(at, at + long * total);
-    if (packed) for (let plane = 0; plane < long; plane++) for (let k = 0; k < total; k++) own[long * k + plane] = bytes[at + plane * total + k];
+    const long = Kind.BYTES_PER_ELEMENT,
+      total = counts[kind],
+      own = packed ? new Uint8Array(long * total) : bytes.subarray(at, at + long * total);
+    if (packed) {
+      for (let plane = 0; plane < long; plane++) {
+        for (let k = 0; k < total; k++) own[long * k + plane] = bytes[at + plane * total + k];
+      }
+    }
     rows[kind] = new Kind(own.buffer, own.byteOffset, total);
     at += long * total;
   }

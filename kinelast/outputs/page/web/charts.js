@@ -10,24 +10,31 @@ const colour = (k) => variable(`--l${k % LINK_COLOURS}`);
 // The positions in the order of the axis, null where some were left out between two.
 const order = (() => {
   const every = Array.from({ length: N }, (_, i) => i), time = row("time");
-  const steps = every.slice(1).map((i) => time[i] - time[i - 1]), usual = [...steps].sort((a, b) => a - b)[steps.length >> 1];
+  const steps = every.slice(1).map((i) => time[i] - time[i - 1]),
+    usual = [...steps].sort((a, b) => a - b)[steps.length >> 1];
   const apart = (i) => model.left_out > 0 && i > 0 && steps[i - 1] > 1.5 * usual;
   const found = every.flatMap((i) => (apart(i) ? [null, i] : [i]));
   return axis.falling ? found.reverse() : found;
 })();
 const orderOf = new Map(order.map((i, k) => [i, k]));
-const abscissae = order.map((i, k) => (i === null ? (axis.values[order[k - 1]] + axis.values[order[k + 1]]) / 2 : axis.values[i]));
+const abscissae = order.map((
+  i,
+  k,
+) => (i === null ? (axis.values[order[k - 1]] + axis.values[order[k + 1]]) / 2 : axis.values[i]));
 const shownAt = (i) => i !== null && counted(i);
 
 // Curves with their styles: no two that are drawn at first have one colour or the same dashes. Drawn at first are those that
 // say so, or the largest; a curve keeps the colour that it asks for, its link's, where that is free.
 function styled(curves, sizes) {
   const ranked = curves.map((_, k) => k).sort((a, b) => sizes[b] - sizes[a]);
-  const first = curves.some((curve) => curve.shown) ? ranked.filter((k) => curves[k].shown) : ranked.slice(0, MOST_CURVES);
+  const first = curves.some((curve) => curve.shown)
+    ? ranked.filter((k) => curves[k].shown)
+    : ranked.slice(0, MOST_CURVES);
   const shown = new Set(first), taken = new Set(), styles = [];
   const inOrder = [...curves.keys()].sort((a, b) => Number(shown.has(b)) - Number(shown.has(a)) || a - b);
   for (const [dash, k] of inOrder.entries()) {
-    const wanted = curves[k].colour ?? k, any = Array.from({ length: LINK_COLOURS }, (_, n) => (wanted + n) % LINK_COLOURS);
+    const wanted = curves[k].colour ?? k,
+      any = Array.from({ length: LINK_COLOURS }, (_, n) => (wanted + n) % LINK_COLOURS);
     const colour = any.find((each) => !taken.has(each)) ?? any[0];
     taken.add(colour);
     styles[k] = { ...curves[k], colour, dash, shown: shown.has(k) };
@@ -37,35 +44,87 @@ function styled(curves, sizes) {
 
 // Curves: {name, values: i -> number, colour}; values are in SI, drawn with a prefix that suits the greatest.
 function chart(holder, heading, unit, asked, options = {}) {
-  const rowOf = ({ values }) => (options.xs ? xs.map((x, k) => values(k)) : order.map((i) => (shownAt(i) ? values(i) : NaN)));
-  const xs = options.xs ?? abscissae, sizeOf = (curve) => rowOf(curve).reduce((most, value) => Math.max(most, Math.abs(value) || 0), 0);
+  const rowOf = (
+    { values },
+  ) => (options.xs ? xs.map((x, k) => values(k)) : order.map((i) => (shownAt(i) ? values(i) : NaN)));
+  const xs = options.xs ?? abscissae,
+    sizeOf = (curve) => rowOf(curve).reduce((most, value) => Math.max(most, Math.abs(value) || 0), 0);
   const curves = styled(asked, asked.map(sizeOf)), read = () => curves.map(rowOf);
   const xLabel = options.xLabel ?? axis.label;
   const made = { heading, unit, xs, xLabel, cycle: !options.xs, hidden: new Set(), live: options.live };
   curves.forEach((curve, k) => curve.shown || made.hidden.add(k));
-  const figure = h("figure", { class: "chart", "aria-label": `${heading}: curves of ${curves.map((curve) => curve.name).join(", ")}` });
+  const figure = h("figure", {
+    class: "chart",
+    "aria-label": `${heading}: curves of ${curves.map((curve) => curve.name).join(", ")}`,
+  });
   const canvas = h("div", { class: "plot" }), legend = h("div", { class: "legend" });
-  figure.append(h("figcaption", {}, h("h3", {}, heading), h("span", { class: "downloads" }, ["PNG", "SVG", "CSV"].map((kind) => h("button", { type: "button", "aria-label": `${heading} as ${kind}`, onclick: () => SAVES[kind](made) }, kind)))), legend, canvas);
+  figure.append(
+    h(
+      "figcaption",
+      {},
+      h("h3", {}, heading),
+      h(
+        "span",
+        { class: "downloads" },
+        ["PNG", "SVG", "CSV"].map((kind) =>
+          h("button", { type: "button", "aria-label": `${heading} as ${kind}`, onclick: () => SAVES[kind](made) }, kind)
+        ),
+      ),
+    ),
+    legend,
+    canvas,
+  );
   holder.append(figure);
   const greatest = (rows) => rows.flat().reduce((most, value) => (Math.abs(value) > most ? Math.abs(value) : most), 0);
-  const clean = (rows, factor) => rows.map((values) => values.map((value) => (isFinite(value) && (value > 0 || !options.log) ? value * factor : null)));
+  const clean = (rows, factor) =>
+    rows.map((values) =>
+      values.map((value) => (isFinite(value) && (value > 0 || !options.log) ? value * factor : null))
+    );
   const marks = curves.map((curve, k) => {
     const words = h("output", { "aria-live": "off" });
-    const button = h("button", { type: "button", "aria-pressed": String(curve.shown), onclick: () => {
-      made.hidden[made.hidden.has(k) ? "delete" : "add"](k);
-      button.setAttribute("aria-pressed", String(!made.hidden.has(k)));
-      made.plot.setSeries(k + 1, { show: !made.hidden.has(k) });
-    } }, s("svg", { viewBox: "0 0 26 8", "aria-hidden": "true" }, s("line", { x1: 0, x2: 26, y1: 4, y2: 4, "stroke-width": 2.4, stroke: `var(--l${curve.colour})`, "stroke-dasharray": dashOf(curve).join(" ") })), curve.name, " ", words);
+    const button = h(
+      "button",
+      {
+        type: "button",
+        "aria-pressed": String(curve.shown),
+        onclick: () => {
+          made.hidden[made.hidden.has(k) ? "delete" : "add"](k);
+          button.setAttribute("aria-pressed", String(!made.hidden.has(k)));
+          made.plot.setSeries(k + 1, { show: !made.hidden.has(k) });
+        },
+      },
+      s(
+        "svg",
+        { viewBox: "0 0 26 8", "aria-hidden": "true" },
+        s("line", {
+          x1: 0,
+          x2: 26,
+          y1: 4,
+          y2: 4,
+          "stroke-width": 2.4,
+          stroke: `var(--l${curve.colour})`,
+          "stroke-dasharray": dashOf(curve).join(" "),
+        }),
+      ),
+      curve.name,
+      " ",
+      words,
+    );
     return { button, words };
   });
   legend.append(...marks.map(({ button }) => button));
-  const left = made.hidden.size, words = `${curves.length - left} of ${curves.length} drawn, the largest; a name adds its curve`;
+  const left = made.hidden.size,
+    words = `${curves.length - left} of ${curves.length} drawn, the largest; a name adds its curve`;
   if (left) legend.append(h("span", { class: "soft left-out" }, words));
   const at = h("div", { class: "now" });
 
   made.tell = (index) => {
     const plot = made.plot, shown = plot?.cursor.idx ?? index;
-    marks.forEach(({ words }, k) => { words.textContent = shown === null || shown === undefined ? "" : quantity(worthy(made.rows[k][shown] ?? NaN), unit); });
+    marks.forEach(({ words }, k) => {
+      words.textContent = shown === null || shown === undefined
+        ? ""
+        : quantity(worthy(made.rows[k][shown] ?? NaN), unit);
+    });
   };
   // What is round-off beside the other curves is nothing.
   const worthy = (value) => (Math.abs(value) <= 1e-12 * made.greatest ? 0 : value);
@@ -89,23 +148,43 @@ function chart(holder, heading, unit, asked, options = {}) {
   }
   // Words over curves: shaded ranges of x, dashed lines with names, names of peaks; none over another.
   function annotate(plot) {
-    const { ranges = [], lines = [], peaks = [] } = options.notes ?? {}, pen = plot.ctx, { left, top, width, height } = plot.bbox, one = devicePixelRatio || 1;
+    const { ranges = [], lines = [], peaks = [] } = options.notes ?? {},
+      pen = plot.ctx,
+      { left, top, width, height } = plot.bbox,
+      one = devicePixelRatio || 1;
     const at = (x) => plot.valToPos(x, "x", true), within = (x) => x >= left - 1 && x <= left + width + 1;
     pen.save();
-    pen.beginPath(); pen.rect(left, top, width, height); pen.clip();
-    for (const [low, high] of ranges) { pen.globalAlpha = 0.18; pen.fillStyle = variable("--red"); pen.fillRect(at(low), top, Math.max(at(high) - at(low), one), height); pen.globalAlpha = 1; }
+    pen.beginPath();
+    pen.rect(left, top, width, height);
+    pen.clip();
+    for (const [low, high] of ranges) {
+      pen.globalAlpha = 0.18;
+      pen.fillStyle = variable("--red");
+      pen.fillRect(at(low), top, Math.max(at(high) - at(low), one), height);
+      pen.globalAlpha = 1;
+    }
     pen.font = `${11 * one}px system-ui, sans-serif`;
     pen.fillStyle = pen.strokeStyle = variable("--ink");
     for (const [x, words] of lines) {
       pen.setLineDash([5 * one, 4 * one]);
-      pen.beginPath(); pen.moveTo(at(x), top); pen.lineTo(at(x), top + height); pen.stroke();
+      pen.beginPath();
+      pen.moveTo(at(x), top);
+      pen.lineTo(at(x), top + height);
+      pen.stroke();
       const right = at(x) + 4 * one + pen.measureText(words).width < left + width;
       pen.textAlign = right ? "left" : "right";
       pen.fillText(words, at(x) + (right ? 4 : -4) * one, top + 12 * one);
     }
     pen.textAlign = "center";
-    const taken = [], heights = (x) => made.rows.map((row, k) => (made.hidden.has(k) ? NaN : row[plot.valToIdx(x)] * made.factor)).filter(isFinite);
-    for (const { x, words, y } of peaks.map(([x, words]) => ({ x, words, y: Math.max(...heights(x)) })).sort((one, other) => other.y - one.y)) {
+    const taken = [],
+      heights = (x) =>
+        made.rows.map((row, k) => (made.hidden.has(k) ? NaN : row[plot.valToIdx(x)] * made.factor)).filter(isFinite);
+    for (
+      const { x, words, y } of peaks.map(([x, words]) => ({ x, words, y: Math.max(...heights(x)) })).sort((
+        one,
+        other,
+      ) => other.y - one.y)
+    ) {
       const place = at(x), room = pen.measureText(words).width + 6 * one;
       if (!within(place) || !isFinite(y) || taken.some((other) => Math.abs(other - place) < room)) continue;
       taken.push(place);
@@ -118,20 +197,30 @@ function chart(holder, heading, unit, asked, options = {}) {
     const pen = plot.ctx, { left, top, width, height } = plot.bbox, one = devicePixelRatio || 1, apart = 12 * one;
     if (curves.length < 2) return;
     const last = (row) => row.findLast((value) => isFinite(value));
-    const ends = curves.flatMap((curve, k) => (made.hidden.has(k) || last(made.rows[k]) === undefined ? []
-      : [{ k, name: curve.name, y: plot.valToPos(last(made.rows[k]) * made.factor, "y", true) }]));
+    const ends = curves.flatMap((
+      curve,
+      k,
+    ) => (made.hidden.has(k) || last(made.rows[k]) === undefined
+      ? []
+      : [{ k, name: curve.name, y: plot.valToPos(last(made.rows[k]) * made.factor, "y", true) }])
+    );
     const names = spread(ends.sort((a, b) => a.y - b.y), apart, top, top + height);
     pen.save();
     pen.font = `${11 * one}px system-ui, sans-serif`;
     pen.textAlign = "left";
     for (const { k, name, y } of names) {
       pen.fillStyle = made.colours[k];
-      pen.fillText(name.length > LETTERS ? `${name.slice(0, LETTERS - 1)}…` : name, left + width + 5 * one, y + 4 * one);
+      pen.fillText(
+        name.length > LETTERS ? `${name.slice(0, LETTERS - 1)}…` : name,
+        left + width + 5 * one,
+        y + 4 * one,
+      );
     }
     pen.restore();
   }
   made.build = () => {
-    const seen = made.plot?.scales.x, part = seen && (seen.min > xs[0] || seen.max < xs[xs.length - 1]) ? { min: seen.min, max: seen.max } : null;
+    const seen = made.plot?.scales.x,
+      part = seen && (seen.min > xs[0] || seen.max < xs[xs.length - 1]) ? { min: seen.min, max: seen.max } : null;
     made.plot?.destroy();
     made.rows = read();
     made.greatest = greatest(made.rows);
@@ -142,16 +231,43 @@ function chart(holder, heading, unit, asked, options = {}) {
     const ink = variable("--soft"), rule = variable("--rule"), font = "11px system-ui, sans-serif";
     const axes = { stroke: ink, font, labelFont: font, grid: { stroke: rule, width: 1 }, ticks: { show: false } };
     const steps = axis.angular && made.cycle ? { incrs: ANGLES, values: (_, marks) => marks.map(turned) } : {};
-    const bound = options.largest ? { range: [-1.05 * largest * made.factor || -1, 1.05 * largest * made.factor || 1] } : {};
-    made.plot = new uPlot({
-      width: Math.max(240, canvas.clientWidth), height: CHART_HEIGHT, legend: { show: false },
-      scales: { x: { time: false }, y: options.log ? { distr: 3 } : bound },
-      axes: [{ ...axes, ...steps, size: 34, label: xLabel, labelSize: 16 }, { ...axes, size: 58, label: `[${unitWords(made.prefixed) || "1"}]`, labelSize: 16, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : number(tick, 5))) }],
-      series: [{}, ...curves.map((curve, k) => ({ label: curve.name, stroke: made.colours[k], width: 1.6, dash: dashOf(curve), points: { show: xs.length < 3 }, show: !made.hidden.has(k) }))],
-      cursor: { sync: made.cycle ? { key: "cycle" } : undefined, drag: { x: true, y: false }, points: { size: 6 } },
-      padding: [null, curves.length > 1 ? LABEL_WIDTH : null, null, null],
-      hooks: { draw: [mark, annotate, nameCurves], setCursor: [() => made.tell(made.cycle ? orderOf.get(instant.position) : null)] },
-    }, [xs, ...clean(made.rows, made.factor)], canvas);
+    const bound = options.largest
+      ? { range: [-1.05 * largest * made.factor || -1, 1.05 * largest * made.factor || 1] }
+      : {};
+    made.plot = new uPlot(
+      {
+        width: Math.max(240, canvas.clientWidth),
+        height: CHART_HEIGHT,
+        legend: { show: false },
+        scales: { x: { time: false }, y: options.log ? { distr: 3 } : bound },
+        axes: [{ ...axes, ...steps, size: 34, label: xLabel, labelSize: 16 }, {
+          ...axes,
+          size: 58,
+          label: `[${unitWords(made.prefixed) || "1"}]`,
+          labelSize: 16,
+          values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : number(tick, 5))),
+        }],
+        series: [
+          {},
+          ...curves.map((curve, k) => ({
+            label: curve.name,
+            stroke: made.colours[k],
+            width: 1.6,
+            dash: dashOf(curve),
+            points: { show: xs.length < 3 },
+            show: !made.hidden.has(k),
+          })),
+        ],
+        cursor: { sync: made.cycle ? { key: "cycle" } : undefined, drag: { x: true, y: false }, points: { size: 6 } },
+        padding: [null, curves.length > 1 ? LABEL_WIDTH : null, null, null],
+        hooks: {
+          draw: [mark, annotate, nameCurves],
+          setCursor: [() => made.tell(made.cycle ? orderOf.get(instant.position) : null)],
+        },
+      },
+      [xs, ...clean(made.rows, made.factor)],
+      canvas,
+    );
     if (part) made.plot.setScale("x", part); // what was zoomed into stays, in the other colours and on paper
     const canvasElement = canvas.querySelector("canvas");
     canvasElement.setAttribute("aria-hidden", "true");
@@ -159,16 +275,31 @@ function chart(holder, heading, unit, asked, options = {}) {
       made.plot.over.append(at);
       let pressed = 0;
       made.plot.over.addEventListener("mousedown", (event) => (pressed = event.clientX));
-      made.plot.over.addEventListener("click", (event) => { if (Math.abs(event.clientX - pressed) < 4 && made.plot.cursor.idx !== null && order[made.plot.cursor.idx] !== null) { stop(); showPosition(order[made.plot.cursor.idx]); } });
+      made.plot.over.addEventListener("click", (event) => {
+        if (
+          Math.abs(event.clientX - pressed) < 4 && made.plot.cursor.idx !== null && order[made.plot.cursor.idx] !== null
+        ) {
+          stop();
+          showPosition(order[made.plot.cursor.idx]);
+        }
+      });
     }
     made.follow(instant.position);
   };
-  made.resize = () => made.plot && made.plot.setSize({ width: Math.max(240, canvas.clientWidth), height: CHART_HEIGHT });
-  made.remove = () => { made.plot?.destroy(); charts.splice(charts.indexOf(made), 1); figure.remove(); };
+  made.resize = () =>
+    made.plot && made.plot.setSize({ width: Math.max(240, canvas.clientWidth), height: CHART_HEIGHT });
+  made.remove = () => {
+    made.plot?.destroy();
+    charts.splice(charts.indexOf(made), 1);
+    figure.remove();
+  };
   made.figure = figure;
   charts.push(made);
   made.build();
-  new ResizeObserver(() => { made.resize(); made.follow(instant.position); }).observe(canvas);
+  new ResizeObserver(() => {
+    made.resize();
+    made.follow(instant.position);
+  }).observe(canvas);
   return made;
 }
 
@@ -184,24 +315,33 @@ const SAVES = {
   },
   PNG(made) {
     // The heading and the names stand above the curves, as many on a line as there is room for.
-    const from = made.plot.ctx.canvas, one = devicePixelRatio || 1, font = `${13 * one}px system-ui, sans-serif`, to = h("canvas"), pen = to.getContext("2d");
+    const from = made.plot.ctx.canvas,
+      one = devicePixelRatio || 1,
+      font = `${13 * one}px system-ui, sans-serif`,
+      to = h("canvas"),
+      pen = to.getContext("2d");
     pen.font = font;
     let x = 10 * one, y = 44 * one;
     const names = made.curves.flatMap((curve, k) => {
       if (made.hidden.has(k)) return [];
       const wide = pen.measureText(curve.name).width + 44 * one;
-      if (x > 10 * one && x + wide > from.width) { x = 10 * one; y += 18 * one; }
+      if (x > 10 * one && x + wide > from.width) {
+        x = 10 * one;
+        y += 18 * one;
+      }
       x += wide;
       return [{ k, name: curve.name, x: x - wide, y }];
     });
-    to.width = from.width; to.height = from.height + y + 8 * one;
+    to.width = from.width;
+    to.height = from.height + y + 8 * one;
     pen.fillStyle = variable("--paper");
     pen.fillRect(0, 0, to.width, to.height);
     pen.drawImage(from, 0, y + 8 * one);
     pen.fillStyle = variable("--ink");
     pen.font = `600 ${font}`;
     pen.fillText(made.heading, 10 * one, 20 * one);
-    pen.font = font; pen.lineWidth = 2 * one;
+    pen.font = font;
+    pen.lineWidth = 2 * one;
     for (const { k, name, x, y } of names) {
       pen.fillText(name, x + 30 * one, y);
       pen.strokeStyle = made.colours[k];
@@ -212,20 +352,72 @@ const SAVES = {
   },
   SVG(made) {
     const wide = 900, tall = 300, left = 70, foot = 250, head = 40, right = 700;
-    const rows = made.rows.filter((_, k) => !made.hidden.has(k)).flat().filter(isFinite).map((value) => value * made.factor);
-    const low = rows.reduce((a, b) => Math.min(a, b), 0), high = rows.reduce((a, b) => Math.max(a, b), low < 0 ? 0 : 1e-300), [first, last] = [made.xs[0], made.xs[made.xs.length - 1]];
-    const x = (value) => left + ((right - left) * (value - first)) / (last - first || 1), y = (value) => foot - ((foot - head) * (value * made.factor - low)) / (high - low);
+    const rows = made.rows.filter((_, k) => !made.hidden.has(k)).flat().filter(isFinite).map((value) =>
+      value * made.factor
+    );
+    const low = rows.reduce((a, b) => Math.min(a, b), 0),
+      high = rows.reduce((a, b) => Math.max(a, b), low < 0 ? 0 : 1e-300),
+      [first, last] = [made.xs[0], made.xs[made.xs.length - 1]];
+    const x = (value) => left + ((right - left) * (value - first)) / (last - first || 1),
+      y = (value) => foot - ((foot - head) * (value * made.factor - low)) / (high - low);
     const step = ANGLES.find((each) => each >= (last - first) / 9) ?? 360, angles = made.cycle && axis.angular;
-    const marks = angles ? Array.from({ length: Math.floor(last / step) - Math.ceil(first / step) + 1 }, (_, k) => (Math.ceil(first / step) + k) * step) : ticks(first, last, 8);
-    const dash = (k) => dashOf(made.curves[k]).join(" "), mark = (from, to, more) => s("line", { x1: from[0], y1: from[1], x2: to[0], y2: to[1], stroke: "#888", ...more });
-    const path = (row) => made.xs.map((value, k) => (isFinite(row[k]) ? `${k && isFinite(row[k - 1]) ? "L" : "M"}${x(value).toFixed(2)} ${y(row[k]).toFixed(2)}` : "")).join("");
-    const words = (at, text, anchor = "middle") => s("text", { x: at[0], y: at[1], "text-anchor": anchor, "font-size": 12, "font-family": "sans-serif" }, text);
-    const picture = s("svg", { xmlns: SVG, viewBox: `0 0 ${wide} ${tall}`, width: wide, height: tall },
+    const marks = angles
+      ? Array.from(
+        { length: Math.floor(last / step) - Math.ceil(first / step) + 1 },
+        (_, k) => (Math.ceil(first / step) + k) * step,
+      )
+      : ticks(first, last, 8);
+    const dash = (k) => dashOf(made.curves[k]).join(" "),
+      mark = (from, to, more) => s("line", { x1: from[0], y1: from[1], x2: to[0], y2: to[1], stroke: "#888", ...more });
+    const path = (row) =>
+      made.xs.map((
+        value,
+        k,
+      ) => (isFinite(row[k])
+        ? `${k && isFinite(row[k - 1]) ? "L" : "M"}${x(value).toFixed(2)} ${y(row[k]).toFixed(2)}`
+        : "")
+      ).join("");
+    const words = (at, text, anchor = "middle") =>
+      s("text", { x: at[0], y: at[1], "text-anchor": anchor, "font-size": 12, "font-family": "sans-serif" }, text);
+    const picture = s(
+      "svg",
+      { xmlns: SVG, viewBox: `0 0 ${wide} ${tall}`, width: wide, height: tall },
       words([left, 20], `${made.heading} [${unitWords(made.prefixed)}]`, "start"),
       s("path", { d: `M${left} ${head}V${foot}H${right}M${left} ${y(0)}H${right}`, fill: "none", stroke: "#888" }),
-      ticks(low, high, 6).map((value) => [mark([left - 4, y(value / made.factor)], [left, y(value / made.factor)]), words([left - 7, y(value / made.factor) + 4], number(value), "end")]), marks.map((value) => [mark([x(value), foot], [x(value), foot + 4]), words([x(value), foot + 17], angles ? turned(value) : number(value))]), words([(left + right) / 2, foot + 34], made.xLabel),
-      made.rows.map((row, k) => made.hidden.has(k) ? null : s("path", { d: path(row), fill: "none", stroke: made.colours[k], "stroke-width": 1.6, "stroke-dasharray": dash(k) }, s("title", {}, made.curves[k].name))),
-      made.rows.map((_, k) => k).filter((k) => !made.hidden.has(k)).map((k, n) => [mark([right + 12, head + 18 * n], [right + 36, head + 18 * n], { stroke: made.colours[k], "stroke-width": 1.6, "stroke-dasharray": dash(k) }), words([right + 42, head + 18 * n + 4], short(made.curves[k].name), "start")]));
+      ticks(low, high, 6).map((
+        value,
+      ) => [
+        mark([left - 4, y(value / made.factor)], [left, y(value / made.factor)]),
+        words([left - 7, y(value / made.factor) + 4], number(value), "end"),
+      ]),
+      marks.map((
+        value,
+      ) => [
+        mark([x(value), foot], [x(value), foot + 4]),
+        words([x(value), foot + 17], angles ? turned(value) : number(value)),
+      ]),
+      words([(left + right) / 2, foot + 34], made.xLabel),
+      made.rows.map((row, k) =>
+        made.hidden.has(k) ? null : s("path", {
+          d: path(row),
+          fill: "none",
+          stroke: made.colours[k],
+          "stroke-width": 1.6,
+          "stroke-dasharray": dash(k),
+        }, s("title", {}, made.curves[k].name))
+      ),
+      made.rows.map((_, k) => k).filter((k) => !made.hidden.has(k)).map((
+        k,
+        n,
+      ) => [
+        mark([right + 12, head + 18 * n], [right + 36, head + 18 * n], {
+          stroke: made.colours[k],
+          "stroke-width": 1.6,
+          "stroke-dasharray": dash(k),
+        }),
+        words([right + 42, head + 18 * n + 4], short(made.curves[k].name), "start"),
+      ]),
+    );
     download(`${fileName(made.heading)}.svg`, "image/svg+xml", new XMLSerializer().serializeToString(picture));
   },
 };
@@ -233,7 +425,11 @@ const SAVES = {
 // Heights in their order, moved as far as it takes to keep them apart between two bounds; where there is no room, the first.
 function spread(found, apart, low, high) {
   const kept = found.slice(0, Math.floor((high - low) / apart) + 1);
-  kept.forEach((each, k) => { each.y = Math.max(each.y, k ? kept[k - 1].y + apart : low); });
-  for (let k = kept.length - 1; k >= 0; k--) kept[k].y = Math.min(kept[k].y, k < kept.length - 1 ? kept[k + 1].y - apart : high);
+  kept.forEach((each, k) => {
+    each.y = Math.max(each.y, k ? kept[k - 1].y + apart : low);
+  });
+  for (let k = kept.length - 1; k >= 0; k--) {
+    kept[k].y = Math.min(kept[k].y, k < kept.length - 1 ? kept[k + 1].y - apart : high);
+  }
   return kept;
 }

@@ -2,14 +2,41 @@
 const FIRST_FIELD = "M";
 
 function check(words, on, change, attributes = {}) {
-  return h("label", { class: "check", ...attributes }, h("input", { type: "checkbox", checked: on, onchange: (event) => change(event.target.checked) }), h("span", {}, words));
+  return h(
+    "label",
+    { class: "check", ...attributes },
+    h("input", { type: "checkbox", checked: on, onchange: (event) => change(event.target.checked) }),
+    h("span", {}, words),
+  );
 }
 
 function mechanismSection() {
   const words = h("output", { id: "instant", class: "instant" });
-  const slider = h("input", { type: "range", id: "position", min: 0, max: N - 1, value: 0, step: 1, "aria-label": "position in the cycle", oninput: (event) => { stop(); showPosition(Number(event.target.value)); } });
-  const button = h("button", { type: "button", id: "play", class: "main", "aria-pressed": "false", onclick: toggle }, "Play");
-  const speed = h("select", { id: "speed", "aria-label": "speed" }, [["slow", 20], ["medium", 8], ["fast", 3]].map(([name, seconds]) => h("option", { value: seconds, selected: seconds === 8 }, name)));
+  const slider = h("input", {
+    type: "range",
+    id: "position",
+    min: 0,
+    max: N - 1,
+    value: 0,
+    step: 1,
+    "aria-label": "position in the cycle",
+    oninput: (event) => {
+      stop();
+      showPosition(Number(event.target.value));
+    },
+  });
+  const button = h(
+    "button",
+    { type: "button", id: "play", class: "main", "aria-pressed": "false", onclick: toggle },
+    "Play",
+  );
+  const speed = h(
+    "select",
+    { id: "speed", "aria-label": "speed" },
+    [["slow", 20], ["medium", 8], ["fast", 3]].map(([name, seconds]) =>
+      h("option", { value: seconds, selected: seconds === 8 }, name)
+    ),
+  );
   function toggle() {
     if (instant.playing !== null) return stop();
     play(() => Number(speed.value));
@@ -33,16 +60,37 @@ function mechanismSection() {
   });
   holder.append(tip);
   const more = model.beams.length ? "; hover for values, click a link to see its fields below" : "";
-  const shown = h("div", { class: "bar" },
-    suited ? show("rigid", "rigid position") : null, show("paths", "paths of the points"), show("reactions", "joint forces"),
-    show("names", "names"), firstSpot() ? show("spot", "where it breaks first") : null,
-    h("button", { type: "button", onclick: saveMechanism }, "SVG of this instant"));
-  const controls = h("div", { class: "controls" },
+  const shown = h(
+    "div",
+    { class: "bar" },
+    suited ? show("rigid", "rigid position") : null,
+    show("paths", "paths of the points"),
+    show("reactions", "joint forces"),
+    show("names", "names"),
+    firstSpot() ? show("spot", "where it breaks first") : null,
+    h("button", { type: "button", onclick: saveMechanism }, "SVG of this instant"),
+  );
+  const controls = h(
+    "div",
+    { class: "controls" },
     h("div", { class: "bar" }, button, speed, slider, words),
     exaggeration(),
-    h("details", {}, h("summary", {}, "Diagrams, and what else is drawn"),
-      hint(`Drag the slider or any link${more}. Keys: space plays, ← and → step.`), diagramChoice(), shown));
-  const part = section("mechanism", "Mechanism", "The mechanism, moving", h("div", { class: "picture" }, holder, drawn), controls);
+    h(
+      "details",
+      {},
+      h("summary", {}, "Diagrams, and what else is drawn"),
+      hint(`Drag the slider or any link${more}. Keys: space plays, ← and → step.`),
+      diagramChoice(),
+      shown,
+    ),
+  );
+  const part = section(
+    "mechanism",
+    "Mechanism",
+    "The mechanism, moving",
+    h("div", { class: "picture" }, holder, drawn),
+    controls,
+  );
   drawMechanism(holder, tip);
   follow((i) => {
     slider.value = i;
@@ -51,33 +99,58 @@ function mechanismSection() {
   });
   // Keys of the picture, and while nothing else has the keyboard and the picture is seen, of the page.
   document.addEventListener("keydown", (event) => {
-    const target = /** @type {any} */ (event.target), inside = part.contains(target), box = holder.getBoundingClientRect();
-    if (event.ctrlKey || event.altKey || event.metaKey || !(inside || (target === document.body && box.bottom > 0 && box.top < innerHeight))) return;
+    const target = /** @type {any} */ (event.target),
+      inside = part.contains(target),
+      box = holder.getBoundingClientRect();
+    if (
+      event.ctrlKey || event.altKey || event.metaKey ||
+      !(inside || (target === document.body && box.bottom > 0 && box.top < innerHeight))
+    ) return;
     if (target.matches("input:not([type=checkbox]), select, summary")) return;
     const steps = { ArrowLeft: -1, ArrowRight: 1, ...(inside ? { PageUp: -10, PageDown: 10 } : {}) };
     if (event.key === " " && target.matches("button, input")) return;
     if (event.key === " ") toggle();
-    else if (event.key in steps) { stop(); showPosition(instant.position + steps[event.key]); }
-    else return;
+    else if (event.key in steps) {
+      stop();
+      showPosition(instant.position + steps[event.key]);
+    } else return;
     event.preventDefault();
   });
   return part;
 }
 
 function show(name, words) {
-  return check(words, view[name], (on) => { view[name] = on; view.redraw(); }, { id: `show-${name}` });
+  return check(words, view[name], (on) => {
+    view[name] = on;
+    view.redraw();
+  }, { id: `show-${name}` });
 }
 
 function diagramChoice() {
   if (!model.beams.length) return soft("No link has beams, so there are no diagrams.");
-  return h("fieldset", { class: "bar diagrams" }, h("legend", {}, "Diagrams on the links (each to its own scale)"), fieldsShown.map((field) => {
-    const row = FIELDS[field];
-    return h("label", { class: `check chip f-${field}`, title: row.means }, h("input", { type: "checkbox", value: field, checked: view.fields.has(field), onchange: (event) => {
-      view.fields[event.target.checked ? "add" : "delete"](field);
-      view.redraw();
-      showBeam();
-    } }), h("span", {}, row.name));
-  }));
+  return h(
+    "fieldset",
+    { class: "bar diagrams" },
+    h("legend", {}, "Diagrams on the links (each to its own scale)"),
+    fieldsShown.map((field) => {
+      const row = FIELDS[field];
+      return h(
+        "label",
+        { class: `check chip f-${field}`, title: row.means },
+        h("input", {
+          type: "checkbox",
+          value: field,
+          checked: view.fields.has(field),
+          onchange: (event) => {
+            view.fields[event.target.checked ? "add" : "delete"](field);
+            view.redraw();
+            showBeam();
+          },
+        }),
+        h("span", {}, row.name),
+      );
+    }),
+  );
 }
 
 function exaggeration() {
@@ -85,16 +158,38 @@ function exaggeration() {
   const words = h("output", {}, `${number(view.factor)} times`);
   const low = Math.min(0, Math.log10(suited) - 2), high = Math.max(0, Math.log10(suited) + 1);
   const range = h("input", {
-    type: "range", id: "exaggeration", min: low, max: high, step: 0.01, value: Math.log10(view.factor),
-    "aria-label": "exaggeration of the displacements", oninput: (event) => set(Math.pow(10, Number(event.target.value))),
+    type: "range",
+    id: "exaggeration",
+    min: low,
+    max: high,
+    step: 0.01,
+    value: Math.log10(view.factor),
+    "aria-label": "exaggeration of the displacements",
+    oninput: (event) => set(Math.pow(10, Number(event.target.value))),
   });
   function set(factor) {
     view.factor = Number(factor.toPrecision(2));
     words.textContent = `${number(view.factor)} times`;
     view.redraw();
   }
-  const button = (name, factor) => h("button", { type: "button", onclick: () => { if (factor > 0) range.value = Math.log10(factor); set(factor); } }, name);
-  return h("div", { class: "bar" }, h("label", { for: "exaggeration" }, "Displacements drawn larger"), range, words, button("true size", 1), button("rigid", 0), button(`${number(suited)} times`, suited));
+  const button = (name, factor) =>
+    h("button", {
+      type: "button",
+      onclick: () => {
+        if (factor > 0) range.value = Math.log10(factor);
+        set(factor);
+      },
+    }, name);
+  return h(
+    "div",
+    { class: "bar" },
+    h("label", { for: "exaggeration" }, "Displacements drawn larger"),
+    range,
+    words,
+    button("true size", 1),
+    button("rigid", 0),
+    button(`${number(suited)} times`, suited),
+  );
 }
 
 // The picture as it is, with the page's colours written into it.
@@ -103,9 +198,25 @@ function saveMechanism() {
   const originals = view.svg().querySelectorAll("*");
   copy.querySelectorAll("*").forEach((element, k) => {
     const style = getComputedStyle(originals[k]);
-    for (const name of ["fill", "stroke", "stroke-width", "stroke-dasharray", "fill-opacity", "opacity", "font", "visibility", "display"]) element.style.setProperty(name, style.getPropertyValue(name));
+    for (
+      const name of [
+        "fill",
+        "stroke",
+        "stroke-width",
+        "stroke-dasharray",
+        "fill-opacity",
+        "opacity",
+        "font",
+        "visibility",
+        "display",
+      ]
+    ) element.style.setProperty(name, style.getPropertyValue(name));
   });
   copy.setAttribute("xmlns", SVG);
   copy.setAttribute("width", view.svg().clientWidth);
-  download(`${fileName("mechanism")}_${instant.position}.svg`, "image/svg+xml", new XMLSerializer().serializeToString(copy));
+  download(
+    `${fileName("mechanism")}_${instant.position}.svg`,
+    "image/svg+xml",
+    new XMLSerializer().serializeToString(copy),
+  );
 }

@@ -13,30 +13,52 @@ const axes = [...data.numbers, ...data.figures];
 const scaleFor = Object.fromEntries(axes.map((name) => {
   const unit = data.units[name];
   if (unit === "rad") return [name, [180 / Math.PI, "deg"]];
-  return [name, scaleOf(columnOf(name).reduce((most, value) => (Math.abs(value) > most ? Math.abs(value) : most), 0), unit)];
+  return [
+    name,
+    scaleOf(columnOf(name).reduce((most, value) => (Math.abs(value) > most ? Math.abs(value) : most), 0), unit),
+  ];
 }));
 const valueWords = (name, k, digits = 4) => number(columnOf(name)[k] * scaleFor[name][0], digits);
 const unitOf = (name) => unitWords(scaleFor[name][1]);
 const axisWords = (name) => `${name}${unitOf(name) ? ` [${unitOf(name)}]` : ""}`;
 
-const state = { x: null, y: null, colour: "", greater: new Set(data.greater), within: {}, chosen: null, hovered: null, printing: false };
+const state = {
+  x: null,
+  y: null,
+  colour: "",
+  greater: new Set(data.greater),
+  within: {},
+  chosen: null,
+  hovered: null,
+  printing: false,
+};
 const listeners = { change: [], choice: [], brush: [] };
 const tell = (what) => listeners[what].forEach((listener) => listener());
 
 const bestPlace = data.best === null ? null : every.find((k) => designOf(k) === data.best) ?? null;
 
 function inside(k) {
-  for (const [name, [low, high]] of Object.entries(state.within)) { const value = columnOf(name)[k]; if (!(value >= low && value <= high)) return false; }
+  for (const [name, [low, high]] of Object.entries(state.within)) {
+    const value = columnOf(name)[k];
+    if (!(value >= low && value <= high)) return false;
+  }
   return true;
 }
 const known = (...names) => every.filter((k) => names.every((name) => isFinite(columnOf(name)[k])));
 
 // Pareto front of two figures, in the order of the first.
 function frontOf(x, y, among) {
-  const way = (name) => (state.greater.has(name) ? -1 : 1), [a, b] = [way(x), way(y)], [one, other] = [columnOf(x), columnOf(y)];
+  const way = (name) => (state.greater.has(name) ? -1 : 1),
+    [a, b] = [way(x), way(y)],
+    [one, other] = [columnOf(x), columnOf(y)];
   const sorted = [...among].sort((k, m) => a * (one[k] - one[m]) || b * (other[k] - other[m])), found = [];
   let least = Infinity;
-  for (const k of sorted) if (b * other[k] < least) { least = b * other[k]; found.push(k); }
+  for (const k of sorted) {
+    if (b * other[k] < least) {
+      least = b * other[k];
+      found.push(k);
+    }
+  }
   return found;
 }
 
@@ -48,13 +70,18 @@ function choose(k) {
 // From few to many by one colour scale.
 const RAMP = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [223, 197, 30]];
 function ramp(part) {
-  const place = Math.max(0, Math.min(1, part)) * (RAMP.length - 1), low = Math.min(RAMP.length - 2, Math.floor(place)), way = place - low;
+  const place = Math.max(0, Math.min(1, part)) * (RAMP.length - 1),
+    low = Math.min(RAMP.length - 2, Math.floor(place)),
+    way = place - low;
   return `rgb(${RAMP[low].map((one, k) => Math.round(one + way * (RAMP[low + 1][k] - one))).join(",")})`;
 }
 function spanOf(name, among = known(name)) {
   let low = Infinity, high = -Infinity;
   const values = columnOf(name);
-  for (const k of among) { if (values[k] < low) low = values[k]; if (values[k] > high) high = values[k]; }
+  for (const k of among) {
+    if (values[k] < low) low = values[k];
+    if (values[k] > high) high = values[k];
+  }
   if (!(high >= low)) return [0, 1];
   const room = high > low ? 0 : Math.abs(high) * 0.05 || 0.5;
   return [low - room, high + room];
@@ -68,7 +95,8 @@ function colours() {
 
 // A canvas as wide as its holder, sharp on any screen, drawn anew when it changes.
 function canvasIn(holder, height, draw, words) {
-  const canvas = h("canvas", { class: "drawn", role: "img", "aria-label": words, tabindex: 0 }), above = h("canvas", { class: "drawn above", "aria-hidden": "true" });
+  const canvas = h("canvas", { class: "drawn", role: "img", "aria-label": words, tabindex: 0 }),
+    above = h("canvas", { class: "drawn above", "aria-hidden": "true" });
   holder.append(canvas, above);
   const made = { canvas, above, width: 0, height };
   made.pen = (which) => which.getContext("2d");
@@ -76,8 +104,10 @@ function canvasIn(holder, height, draw, words) {
     const ratio = window.devicePixelRatio || 1;
     made.width = Math.max(260, holder.clientWidth);
     for (const each of [canvas, above]) {
-      each.width = Math.round(made.width * ratio); each.height = Math.round(height * ratio);
-      each.style.height = `${height}px`; each.style.width = `${made.width}px`;
+      each.width = Math.round(made.width * ratio);
+      each.height = Math.round(height * ratio);
+      each.style.height = `${height}px`;
+      each.style.width = `${made.width}px`;
       made.pen(each).setTransform(ratio, 0, 0, ratio, 0, 0);
     }
     draw();
@@ -89,6 +119,8 @@ function canvasIn(holder, height, draw, words) {
     return made.pen(above);
   };
   made.clear = (which) => made.pen(which).clearRect(0, 0, made.width, height);
-  new ResizeObserver(() => { if (Math.abs(Math.max(260, holder.clientWidth) - made.width) > 1) made.fit(); }).observe(holder);
+  new ResizeObserver(() => {
+    if (Math.abs(Math.max(260, holder.clientWidth) - made.width) > 1) made.fit();
+  }).observe(holder);
   return made;
 }

@@ -3,25 +3,105 @@ const ROWS = 50;
 
 function tableSection() {
   const order = { by: data.best === null ? "" : data.figures[0] ?? "", falling: false }, body = h("tbody");
-  const full = Object.keys(data.answered).length > 0, heads = ["", ...axes].map((name) => h("th", { scope: "col", class: name ? "figure" : null, "aria-sort": "none" }, h("button", { type: "button", onclick: () => sort(name) }, name || "design", name && unitOf(name) ? h("small", {}, ` [${unitOf(name)}]`) : null)));
-  const any = data.reasons.some(Boolean), more = h("button", { type: "button", onclick: () => { shown *= 5; draw(); } }, "Show more"), told = soft("");
+  const full = Object.keys(data.answered).length > 0,
+    heads = ["", ...axes].map((name) =>
+      h(
+        "th",
+        { scope: "col", class: name ? "figure" : null, "aria-sort": "none" },
+        h(
+          "button",
+          { type: "button", onclick: () => sort(name) },
+          name || "design",
+          name && unitOf(name) ? h("small", {}, ` [${unitOf(name)}]`) : null,
+        ),
+      )
+    );
+  const any = data.reasons.some(Boolean),
+    more = h("button", {
+      type: "button",
+      onclick: () => {
+        shown *= 5;
+        draw();
+      },
+    }, "Show more"),
+    told = soft("");
   let shown = ROWS;
-  section("designs-table", "Table", "All designs", told, h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Designs" }, h("table", {}, h("caption", {}, "Designs"), h("thead", {}, h("tr", {}, heads[0], full ? h("th", { scope: "col" }, "answered") : null, heads.slice(1), any ? h("th", { scope: "col" }, "why there are no figures") : null)), body)), more);
+  section(
+    "designs-table",
+    "Table",
+    "All designs",
+    told,
+    h(
+      "div",
+      { class: "wide", tabindex: 0, role: "region", "aria-label": "Designs" },
+      h(
+        "table",
+        {},
+        h("caption", {}, "Designs"),
+        h(
+          "thead",
+          {},
+          h(
+            "tr",
+            {},
+            heads[0],
+            full ? h("th", { scope: "col" }, "answered") : null,
+            heads.slice(1),
+            any ? h("th", { scope: "col" }, "why there are no figures") : null,
+          ),
+        ),
+        body,
+      ),
+    ),
+    more,
+  );
   function sort(name) {
     order.falling = order.by === name ? !order.falling : state.greater.has(name);
     order.by = name;
     draw();
   }
   function draw() {
-    const kept = every.filter(inside), values = order.by ? columnOf(order.by) : columnOf("#design"), way = order.falling ? -1 : 1;
+    const kept = every.filter(inside),
+      values = order.by ? columnOf(order.by) : columnOf("#design"),
+      way = order.falling ? -1 : 1;
     const size = (k) => (isFinite(values[k]) ? way * values[k] : Infinity);
     kept.sort((a, b) => size(a) - size(b) || a - b);
-    body.replaceChildren(...kept.slice(0, shown).map((k) => h("tr", { class: k === state.chosen ? "worst" : null, "data-design": designOf(k) },
-      h("th", { scope: "row" }, h("button", { type: "button", class: "pick", "aria-label": `choose design ${designOf(k)}`, onclick: () => choose(k) }, designOf(k)), k === bestPlace ? h("span", { class: "mark" }, " best") : null),
-      full ? h("td", {}, answerWords(k)) : null, axes.map((name) => h("td", { class: "figure" }, valueWords(name, k))), any ? h("td", { class: "message" }, reasonOf(k)) : null)));
-    heads.forEach((head, n) => head.setAttribute("aria-sort", ["", ...axes][n] === order.by ? (order.falling ? "descending" : "ascending") : "none"));
+    body.replaceChildren(
+      ...kept.slice(0, shown).map((k) =>
+        h(
+          "tr",
+          { class: k === state.chosen ? "worst" : null, "data-design": designOf(k) },
+          h(
+            "th",
+            { scope: "row" },
+            h("button", {
+              type: "button",
+              class: "pick",
+              "aria-label": `choose design ${designOf(k)}`,
+              onclick: () => choose(k),
+            }, designOf(k)),
+            k === bestPlace ? h("span", { class: "mark" }, " best") : null,
+          ),
+          full ? h("td", {}, answerWords(k)) : null,
+          axes.map((name) => h("td", { class: "figure" }, valueWords(name, k))),
+          any ? h("td", { class: "message" }, reasonOf(k)) : null,
+        )
+      ),
+    );
+    heads.forEach((head, n) =>
+      head.setAttribute(
+        "aria-sort",
+        ["", ...axes][n] === order.by ? (order.falling ? "descending" : "ascending") : "none",
+      )
+    );
     more.hidden = kept.length <= shown;
-    told.textContent = `${kept.length} design${kept.length === 1 ? "" : "s"}${kept.length < COUNT ? " within the ranges chosen above" : ""}, ${Math.min(shown, kept.length)} shown. Click a heading to sort, a number to choose the design.${full ? " Figures are quasi-static; of a design that is answered in full, by the theory named, they stand under \u201cThe design chosen\u201d." : ""}`;
+    told.textContent = `${kept.length} design${kept.length === 1 ? "" : "s"}${
+      kept.length < COUNT ? " within the ranges chosen above" : ""
+    }, ${Math.min(shown, kept.length)} shown. Click a heading to sort, a number to choose the design.${
+      full
+        ? " Figures are quasi-static; of a design that is answered in full, by the theory named, they stand under \u201cThe design chosen\u201d."
+        : ""
+    }`;
   }
   for (const what of ["change", "brush", "choice"]) listeners[what].push(draw);
   draw();
@@ -33,21 +113,71 @@ function chosenSection() {
   section("chosen", "One design", "The design chosen", holder);
   function draw() {
     const k = state.chosen;
-    if (k === null) { holder.replaceChildren(soft("None: click a dot, or a number in the table.")); return; }
-    const address = data.pages[String(designOf(k))], reason = reasonOf(k), beside = bestPlace !== null && bestPlace !== k ? bestPlace : null;
-    const rows = data.figures.map((name) => h("tr", {}, h("th", { scope: "row" }, name), h("td", { class: "figure" }, valueWords(name, k, 6)), beside === null ? null : h("td", { class: "figure" }, valueWords(name, beside, 6)), h("td", {}, unitOf(name))));
+    if (k === null) {
+      holder.replaceChildren(soft("None: click a dot, or a number in the table."));
+      return;
+    }
+    const address = data.pages[String(designOf(k))],
+      reason = reasonOf(k),
+      beside = bestPlace !== null && bestPlace !== k ? bestPlace : null;
+    const rows = data.figures.map((name) =>
+      h(
+        "tr",
+        {},
+        h("th", { scope: "row" }, name),
+        h("td", { class: "figure" }, valueWords(name, k, 6)),
+        beside === null ? null : h("td", { class: "figure" }, valueWords(name, beside, 6)),
+        h("td", {}, unitOf(name)),
+      )
+    );
     const answer = data.answered[String(designOf(k))], inFull = (name) => fullWords(name, answer.figures[name]);
-    if (answer) rows.forEach((row, n) => row.insertBefore(h("td", { class: "figure" }, inFull(data.figures[n])), row.children[2]));
-    const heads = ["figure", answer ? "quasi-static" : "here", ...(answer ? ["in full"] : []), ...(beside === null ? [] : ["the best"]), "unit"];
+    if (answer) {
+      rows.forEach((row, n) =>
+        row.insertBefore(h("td", { class: "figure" }, inFull(data.figures[n])), row.children[2])
+      );
+    }
+    const heads = [
+      "figure",
+      answer ? "quasi-static" : "here",
+      ...(answer ? ["in full"] : []),
+      ...(beside === null ? [] : ["the best"]),
+      "unit",
+    ];
     const lines = data.numbers.map((name) => `${name} = ${numberText(name, k)}`);
     holder.replaceChildren(
-      h("p", {}, h("b", {}, `Design ${designOf(k)}`), k === bestPlace ? ", the best" : "", address ? h("span", {}, ": ", h("a", { href: address }, "its page"), ", with vibration where that counts") : ""),
+      h(
+        "p",
+        {},
+        h("b", {}, `Design ${designOf(k)}`),
+        k === bestPlace ? ", the best" : "",
+        address ? h("span", {}, ": ", h("a", { href: address }, "its page"), ", with vibration where that counts") : "",
+      ),
       answer ? h("p", {}, `Answered in full: ${answerWords(k)}`) : "",
       reason ? h("p", { class: "verdict poor" }, reason) : "",
       address || !data.figures.some((name) => isFinite(columnOf(name)[k])) ? "" : commandsOf(designOf(k)),
-      h("h3", {}, "Its numbers in the scene"), h("pre", { tabindex: 0, id: "lines" }, lines.join("\n")),
+      h("h3", {}, "Its numbers in the scene"),
+      h("pre", { tabindex: 0, id: "lines" }, lines.join("\n")),
       h("button", { type: "button", onclick: () => navigator.clipboard?.writeText(lines.join("\n")) }, "Copy"),
-      h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Its figures" }, h("table", {}, h("caption", {}, "Its figures"), h("thead", {}, h("tr", {}, heads.map((words, n) => h("th", { scope: "col", class: n && words !== "unit" ? "figure" : null }, words)))), h("tbody", {}, rows))));
+      h(
+        "div",
+        { class: "wide", tabindex: 0, role: "region", "aria-label": "Its figures" },
+        h(
+          "table",
+          {},
+          h("caption", {}, "Its figures"),
+          h(
+            "thead",
+            {},
+            h(
+              "tr",
+              {},
+              heads.map((words, n) => h("th", { scope: "col", class: n && words !== "unit" ? "figure" : null }, words)),
+            ),
+          ),
+          h("tbody", {}, rows),
+        ),
+      ),
+    );
   }
   listeners.choice.push(draw);
   draw();
@@ -61,21 +191,27 @@ function answerWords(k) {
 function fullWords(name, told) {
   if (!told) return name.startsWith("limits_") ? "" : "the same";
   if (told.value === null) return "";
-  const [factor] = scaleFor[name], error = told.error === null || !told.value ? "" : ` ± ${number(100 * told.error / Math.abs(told.value), 2)} %`;
+  const [factor] = scaleFor[name],
+    error = told.error === null || !told.value ? "" : ` ± ${number(100 * told.error / Math.abs(told.value), 2)} %`;
   return `${number(told.value * factor, 6)}${error}`;
 }
 
 // What makes the page of a design that has none here.
 function commandsOf(design) {
   if (!data.scene) return "";
-  const quoted = (word) => (/^[\w./-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`), file = `${data.scene.replace(/\.toml$/, "")}_design_${design}.toml`;
-  const lines = [`deflection-report ${quoted(data.scene)} --design ${design} -o .`, `deflection-report ${quoted(file)} ${data.options}`.trim()];
+  const quoted = (word) => (/^[\w./-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`),
+    file = `${data.scene.replace(/\.toml$/, "")}_design_${design}.toml`;
+  const lines = [
+    `deflection-report ${quoted(data.scene)} --design ${design} -o .`,
+    `deflection-report ${quoted(file)} ${data.options}`.trim(),
+  ];
   return h("div", {}, h("h3", {}, "Its page is made by"), h("pre", { tabindex: 0, id: "commands" }, lines.join("\n")));
 }
 
 // In the units of the file.
 function numberText(name, k) {
-  const [factor, unit] = data.told_in[data.units[name]] ?? [1, data.units[name]], value = Number((columnOf(name)[k] * factor).toPrecision(12));
+  const [factor, unit] = data.told_in[data.units[name]] ?? [1, data.units[name]],
+    value = Number((columnOf(name)[k] * factor).toPrecision(12));
   return unit === "1" || unit === "" ? `${value}` : `"${value} ${unit}"`;
 }
 
@@ -83,11 +219,44 @@ function numberText(name, k) {
 function sensitivitySection() {
   const figures = Object.keys(data.sensitivities);
   if (!figures.length) return;
-  const bars = h("div", { class: "shares" }), pick = h("select", { id: "sensitivity-of", onchange: () => draw() }, figures.map((name) => h("option", { value: name }, name)));
-  section("sensitivities", "Sensitivities", "What a figure depends on", soft("By how many per cent the figure grows where a number grows by 1 %, the others held; orange: it falls."), h("div", { class: "bar" }, h("label", { for: "sensitivity-of" }, "Figure"), pick), bars);
+  const bars = h("div", { class: "shares" }),
+    pick = h(
+      "select",
+      { id: "sensitivity-of", onchange: () => draw() },
+      figures.map((name) => h("option", { value: name }, name)),
+    );
+  section(
+    "sensitivities",
+    "Sensitivities",
+    "What a figure depends on",
+    soft("By how many per cent the figure grows where a number grows by 1 %, the others held; orange: it falls."),
+    h("div", { class: "bar" }, h("label", { for: "sensitivity-of" }, "Figure"), pick),
+    bars,
+  );
   function draw() {
-    const rows = Object.entries(data.sensitivities[pick.value]).filter(([, size]) => size !== null).sort((a, b) => Math.abs(b[1]) - Math.abs(a[1])), most = Math.max(...rows.map(([, size]) => Math.abs(size)), 1e-300);
-    bars.replaceChildren(h("ul", {}, rows.map(([name, size]) => h("li", {}, h("span", {}, name), h("span", { class: "strip", "aria-hidden": "true" }, h("i", { style: `width:${(100 * Math.abs(size)) / most}%`, class: size < 0 ? "less" : "" })), h("span", {}, `${number(size, 3)} %`)))));
+    const rows = Object.entries(data.sensitivities[pick.value]).filter(([, size]) => size !== null).sort((a, b) =>
+        Math.abs(b[1]) - Math.abs(a[1])
+      ),
+      most = Math.max(...rows.map(([, size]) => Math.abs(size)), 1e-300);
+    bars.replaceChildren(
+      h(
+        "ul",
+        {},
+        rows.map(([name, size]) =>
+          h(
+            "li",
+            {},
+            h("span", {}, name),
+            h(
+              "span",
+              { class: "strip", "aria-hidden": "true" },
+              h("i", { style: `width:${(100 * Math.abs(size)) / most}%`, class: size < 0 ? "less" : "" }),
+            ),
+            h("span", {}, `${number(size, 3)} %`),
+          )
+        ),
+      ),
+    );
   }
   draw();
 }

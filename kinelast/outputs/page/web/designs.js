@@ -1,8 +1,16 @@
 // From the data to the page of many designs.
 function aboutDesigns() {
-  const words = [`${data.of} design${data.of === 1 ? "" : "s"} of ${data.numbers.length} number${data.numbers.length === 1 ? "" : "s"}: ${data.numbers.join(", ")}`];
+  const words = [
+    `${data.of} design${data.of === 1 ? "" : "s"} of ${data.numbers.length} number${
+      data.numbers.length === 1 ? "" : "s"
+    }: ${data.numbers.join(", ")}`,
+  ];
   words.push(data.failed ? `; ${data.failed} ha${data.failed === 1 ? "s" : "ve"} no figures` : "");
-  words.push(COUNT < data.of ? `. This page holds ${COUNT} of them: the fronts of its figures, the best, and a random part of the others` : "");
+  words.push(
+    COUNT < data.of
+      ? `. This page holds ${COUNT} of them: the fronts of its figures, the best, and a random part of the others`
+      : "",
+  );
   $("about").textContent = `${words.join("")}.`;
 }
 

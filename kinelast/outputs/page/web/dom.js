@@ -4,10 +4,11 @@ const $ = (id) => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
 
 function put(element, attributes, children) {
-  for (const [name, value] of Object.entries(attributes ?? {}))
+  for (const [name, value] of Object.entries(attributes ?? {})) {
     if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
     else if (value === true) element.setAttribute(name, "");
     else if (value !== false && value !== null && value !== undefined) element.setAttribute(name, value);
+  }
   element.append(...children.flat(9).filter((child) => child !== null && child !== undefined && child !== false));
   return element;
 }
@@ -22,7 +23,12 @@ function download(name, type, content) {
 
 function section(id, short, heading, ...children) {
   $("contents").append(h("li", {}, h("a", { href: `#${id}` }, short)));
-  const part = h("section", { id, "aria-labelledby": `${id}-heading` }, h("h2", { id: `${id}-heading` }, heading), children);
+  const part = h(
+    "section",
+    { id, "aria-labelledby": `${id}-heading` },
+    h("h2", { id: `${id}-heading` }, heading),
+    children,
+  );
   $("main").append(part);
   return part;
 }

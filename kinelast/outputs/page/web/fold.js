@@ -5,13 +5,20 @@ function foldAll(parts) {
     part.append(h("details", { class: "fold" }, h("summary", {}, heading), rest));
   }
   const folds = parts.map((part) => part.firstElementChild);
-  const button = h("button", { type: "button", id: "unfold", onclick: () => {
-    const open = folds.some((fold) => !fold.open);
-    for (const fold of folds) fold.open = open;
-  } }, "Open or fold all");
+  const button = h("button", {
+    type: "button",
+    id: "unfold",
+    onclick: () => {
+      const open = folds.some((fold) => !fold.open);
+      for (const fold of folds) fold.open = open;
+    },
+  }, "Open or fold all");
   document.querySelector("nav").append(button);
   const follow = () => unfold(decodeURIComponent(location.hash.slice(1)));
-  document.addEventListener("click", (event) => unfold(/** @type {any} */ (event.target).closest?.("a[href^='#']")?.hash.slice(1)));
+  document.addEventListener(
+    "click",
+    (event) => unfold(/** @type {any} */ (event.target).closest?.("a[href^='#']")?.hash.slice(1)),
+  );
   addEventListener("hashchange", follow);
   follow();
 }

@@ -1,6 +1,11 @@
 // From the data to the page.
 function runWords() {
-  const { run } = summary, words = [`${run.positions} position${run.positions === 1 ? "" : "s"} from ${figureWords(run.start)} to ${figureWords(run.end)}`];
+  const { run } = summary,
+    words = [
+      `${run.positions} position${run.positions === 1 ? "" : "s"} from ${figureWords(run.start)} to ${
+        figureWords(run.end)
+      }`,
+    ];
   if (run.singular) words.push(`, ${run.singular} of them singular`);
   if (run.locked) words.push(`, ${run.locked} of them possibly locked by friction`);
   if (run.left_out) words.push(`; ${run.left_out} more out of reach`);
@@ -8,8 +13,39 @@ function runWords() {
   return `${words.join("")}.`;
 }
 
-const ELASTIC = [contributions, beamSection, mapsSection, extremesSection, strengthSection, errorsSection, lifeSection, vibrationSection]; // empty for links that buckle
-const SECTIONS = [contributions, beamSection, curvesSection, speedsSection, whatIfSection, studiesSections, mapsSection, kinematicsSection, extremesSection, strengthSection, errorsSection, forcesSection, drivesSection, camsSection, lifeSection, jointsSection, vibrationSection, registerSection, checkSection, trustSection, inputsSection];
+const ELASTIC = [
+  contributions,
+  beamSection,
+  mapsSection,
+  extremesSection,
+  strengthSection,
+  errorsSection,
+  lifeSection,
+  vibrationSection,
+]; // empty for links that buckle
+const SECTIONS = [
+  contributions,
+  beamSection,
+  curvesSection,
+  speedsSection,
+  whatIfSection,
+  studiesSections,
+  mapsSection,
+  kinematicsSection,
+  extremesSection,
+  strengthSection,
+  errorsSection,
+  forcesSection,
+  drivesSection,
+  camsSection,
+  lifeSection,
+  jointsSection,
+  vibrationSection,
+  registerSection,
+  checkSection,
+  trustSection,
+  inputsSection,
+];
 
 async function start() {
   const script = document.createElement("script");
@@ -21,13 +57,34 @@ async function start() {
   const first = new Set(document.querySelectorAll("section"));
   for (const part of SECTIONS) if (!summary.buckles || !ELASTIC.includes(part)) part();
   footer();
-  foldAll([.../** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("main > section"))].filter((part) => !first.has(part)));
+  foldAll(
+    [.../** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("main > section"))].filter((part) =>
+      !first.has(part)
+    ),
+  );
   showPosition(positionOf(summary.largest_chord ?? summary.output));
   document.body.dataset.ready = "yes";
 }
 
 // Interface for tests.
-window.kinelast = { summary, model, number, quantity, fields: FIELDS, value: (field, beam, i, xi) => FIELDS[field].value(beam, i, xi), placeOf, localOf, velocityOf, accelerationOf, displacementOf, turnOf, row, vector, showPosition, instant };
+window.kinelast = {
+  summary,
+  model,
+  number,
+  quantity,
+  fields: FIELDS,
+  value: (field, beam, i, xi) => FIELDS[field].value(beam, i, xi),
+  placeOf,
+  localOf,
+  velocityOf,
+  accelerationOf,
+  displacementOf,
+  turnOf,
+  row,
+  vector,
+  showPosition,
+  instant,
+};
 start().catch((error) => {
   $("main").prepend(h("p", { class: "verdict poor" }, `This page could not be drawn: ${error.message}`));
   throw error;

@@ -1,6 +1,10 @@
 // A field along every link (up) over the cycle (across), linked to the same instant.
 const ACROSS = 240, UP = 31;
-const SHADES = [[178, 24, 43], [239, 138, 98], [253, 219, 199], [247, 247, 247], [209, 229, 240], [103, 169, 207], [33, 102, 172]];
+const SHADES = [[178, 24, 43], [239, 138, 98], [253, 219, 199], [247, 247, 247], [209, 229, 240], [103, 169, 207], [
+  33,
+  102,
+  172,
+]];
 
 function shade(part) {
   // From -1, red, by white to 1, blue.
@@ -10,9 +14,25 @@ function shade(part) {
 
 function mapsSection() {
   if (!model.beams.length || N < 2) return;
-  const pick = h("select", { id: "map-field", onchange: () => draw() }, fieldsShown.map((field) => h("option", { value: field, selected: field === FIRST_FIELD }, FIELDS[field].name)));
+  const pick = h(
+    "select",
+    { id: "map-field", onchange: () => draw() },
+    fieldsShown.map((field) => h("option", { value: field, selected: field === FIRST_FIELD }, FIELDS[field].name)),
+  );
   const rows = h("div", { class: "maps" });
-  section("maps", "Maps", "Along each link, over the cycle", soft("Vertical: from the first to the second point of the link; horizontal: ", axis.label, ". Blue is positive, red negative, white zero, grey without figures; each map spans its own range."), hint("Hover for values, click to go to that instant."), h("div", { class: "bar kept" }, h("label", { for: "map-field" }, "Field"), pick), rows);
+  section(
+    "maps",
+    "Maps",
+    "Along each link, over the cycle",
+    soft(
+      "Vertical: from the first to the second point of the link; horizontal: ",
+      axis.label,
+      ". Blue is positive, red negative, white zero, grey without figures; each map spans its own range.",
+    ),
+    hint("Hover for values, click to go to that instant."),
+    h("div", { class: "bar kept" }, h("label", { for: "map-field" }, "Field"), pick),
+    rows,
+  );
   const lines = [];
   function draw() {
     lines.length = 0;
@@ -26,28 +46,56 @@ function mapsSection() {
 
 function map(beam, field, lines) {
   const { name, unit, value } = FIELDS[field], { label, length, start, end } = model.beams[beam];
-  const across = Math.min(order.length, ACROSS), columns = Array.from({ length: across }, (_, k) => order[Math.floor((k * order.length) / across)]);
-  const values = columns.map((i) => Array.from({ length: UP }, (_, k) => (shownAt(i) ? value(beam, i, k / (UP - 1)) : NaN)));
+  const across = Math.min(order.length, ACROSS),
+    columns = Array.from({ length: across }, (_, k) => order[Math.floor((k * order.length) / across)]);
+  const values = columns.map((i) =>
+    Array.from({ length: UP }, (_, k) => (shownAt(i) ? value(beam, i, k / (UP - 1)) : NaN))
+  );
   const most = values.flat().reduce((largest, each) => (Math.abs(each) > largest ? Math.abs(each) : largest), 0);
-  const canvas = h("canvas", { width: across, height: UP, role: "img", "aria-label": `${name} of ${label} over the cycle, at most ${quantity(most, unit)}` }), pen = canvas.getContext("2d"), image = pen.createImageData(across, UP);
-  values.forEach((column, x) => column.forEach((each, k) => {
-    const at = 4 * ((UP - 1 - k) * across + x);
-    image.data.set(isFinite(each) ? [...shade(most ? each / most : 0), 255] : [150, 150, 150, 255], at);
-  }));
+  const canvas = h("canvas", {
+      width: across,
+      height: UP,
+      role: "img",
+      "aria-label": `${name} of ${label} over the cycle, at most ${quantity(most, unit)}`,
+    }),
+    pen = canvas.getContext("2d"),
+    image = pen.createImageData(across, UP);
+  values.forEach((column, x) =>
+    column.forEach((each, k) => {
+      const at = 4 * ((UP - 1 - k) * across + x);
+      image.data.set(isFinite(each) ? [...shade(most ? each / most : 0), 255] : [150, 150, 150, 255], at);
+    })
+  );
   pen.putImageData(image, 0, 0);
   const line = h("div", { class: "now" }), told = h("span", { class: "soft" }, `±${quantity(most, unit, 3)}`);
   const place = (event) => {
     const box = canvas.getBoundingClientRect(), part = (size, at) => Math.max(0, Math.min(0.999999, at / size));
-    return [Math.floor(part(box.width, event.clientX - box.left) * order.length), 1 - part(box.height, event.clientY - box.top)];
+    return [
+      Math.floor(part(box.width, event.clientX - box.left) * order.length),
+      1 - part(box.height, event.clientY - box.top),
+    ];
   };
   const holder = h("div", { class: "map" }, canvas, line);
   holder.addEventListener("pointermove", (event) => {
     const [k, xi] = place(event), i = order[k];
     if (i === null) return;
-    told.textContent = `${quantity(value(beam, i, xi), unit)} at ${quantity(xi * length, "m", 3)}, ${axis.angular ? coordinateWords(row("drive")[i], "rad") : instantWords(i)}`;
+    told.textContent = `${quantity(value(beam, i, xi), unit)} at ${quantity(xi * length, "m", 3)}, ${
+      axis.angular ? coordinateWords(row("drive")[i], "rad") : instantWords(i)
+    }`;
   });
   holder.addEventListener("pointerleave", () => (told.textContent = `±${quantity(most, unit, 3)}`));
-  holder.addEventListener("click", (event) => { const i = order[place(event)[0]]; if (i !== null) { stop(); showPosition(i); } });
+  holder.addEventListener("click", (event) => {
+    const i = order[place(event)[0]];
+    if (i !== null) {
+      stop();
+      showPosition(i);
+    }
+  });
   lines.push(line);
-  return h("div", { class: "maprow" }, h("div", { class: "maplabel" }, h("b", {}, label), h("span", { class: "soft" }, `${start} – ${end}`), told), holder);
+  return h(
+    "div",
+    { class: "maprow" },
+    h("div", { class: "maplabel" }, h("b", {}, label), h("span", { class: "soft" }, `${start} – ${end}`), told),
+    holder,
+  );
 }

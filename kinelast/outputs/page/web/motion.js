@@ -76,16 +76,20 @@ function drawnPlace(link, point, i, factor) {
 function drawnOnBeam(beam, xi, i, factor) {
   const { link, start, length } = model.beams[beam];
   const from = placeOf(link, localOf(link, start), i), way = beamDirection(beam, i);
-  const bent = factor ? [length * xi + factor * basic("u", beam, i, xi), factor * basic("w", beam, i, xi)] : [length * xi, 0];
+  const bent = factor
+    ? [length * xi + factor * basic("u", beam, i, xi), factor * basic("w", beam, i, xi)]
+    : [length * xi, 0];
   return plus(from, times(way, bent));
 }
 
 // Every named point that moves, once, with a link it belongs to.
 const movingPoints = (() => {
   const found = new Map();
-  model.links.forEach((link, k) => Object.keys(link.points).forEach((point) => {
-    if (k > GROUND && !found.has(point) && !(point in model.links[GROUND].points)) found.set(point, k);
-  }));
+  model.links.forEach((link, k) =>
+    Object.keys(link.points).forEach((point) => {
+      if (k > GROUND && !found.has(point) && !(point in model.links[GROUND].points)) found.set(point, k);
+    })
+  );
   return [...found].map(([point, link]) => ({ point, link }));
 })();
 
@@ -93,10 +97,24 @@ const movingPoints = (() => {
 const axis = (() => {
   const drive = model.drives[0], values = has("drive") && model.drives.length ? row("drive") : null;
   const steps = values ? Array.from({ length: N - 1 }, (_, i) => values[i + 1] - values[i]) : [];
-  if (drive && drive.unit === "rad" && steps.length && (steps.every((step) => step > 0) || steps.every((step) => step < 0)))
-    return { values: Array.from(values, (angle) => (angle * 180) / Math.PI), label: `angle of ${drive.name} [°]`, angular: true, falling: steps[0] < 0 };
+  if (
+    drive && drive.unit === "rad" && steps.length &&
+    (steps.every((step) => step > 0) || steps.every((step) => step < 0))
+  ) {
+    return {
+      values: Array.from(values, (angle) => (angle * 180) / Math.PI),
+      label: `angle of ${drive.name} [°]`,
+      angular: true,
+      falling: steps[0] < 0,
+    };
+  }
   const [factor, unit] = scaleOf(Math.max(...row("time").map(Math.abs)), "s");
-  return { values: Array.from(row("time"), (time) => time * factor), label: `time [${unit}]`, angular: false, falling: false };
+  return {
+    values: Array.from(row("time"), (time) => time * factor),
+    label: `time [${unit}]`,
+    angular: false,
+    falling: false,
+  };
 })();
 
 function instantWords(i) {
@@ -120,6 +138,8 @@ function positionOf(figure) {
   if (!figure?.time || figure.time.value === null) return 0;
   let best = 0;
   const time = row("time");
-  for (let i = 1; i < N; i++) if (Math.abs(time[i] - figure.time.value) < Math.abs(time[best] - figure.time.value)) best = i;
+  for (let i = 1; i < N; i++) {
+    if (Math.abs(time[i] - figure.time.value) < Math.abs(time[best] - figure.time.value)) best = i;
+  }
   return best;
 }

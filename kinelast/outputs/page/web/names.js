@@ -5,14 +5,16 @@ const SIDES = [[1, -1], [-1, -1], [1, 1], [-1, 1], [1.2, 0], [-1.2, 0], [0, -1.2
 // Places around another: x, y of a name's foot, and 1 where it begins there, -1 where it ends, 0 where that is its middle.
 function around(/** @type {number[]} */ [x, y], far) {
   return [far, 2 * far, 3 * far].flatMap((away) =>
-    SIDES.map(([dx, dy]) => [x + dx * away, y + dy * away + (dy > 0 ? ABOVE : dy < 0 ? 0 : ABOVE / 2), Math.sign(dx)]));
+    SIDES.map(([dx, dy]) => [x + dx * away, y + dy * away + (dy > 0 ? ABOVE : dy < 0 ? 0 : ABOVE / 2), Math.sign(dx)])
+  );
 }
 
 // Names: {text, spots}. Each takes the first of its places that is free; where none is it is left out.
 function placeNames(names, lines, [width, height]) {
   const taken = [];
-  const isFree = (box) => box[0] >= 0 && box[1] >= 0 && box[2] <= width && box[3] <= height
-    && !taken.some((other) => overlap(other, box)) && !lines.some((line) => crosses(line, box));
+  const isFree = (box) =>
+    box[0] >= 0 && box[1] >= 0 && box[2] <= width && box[3] <= height &&
+    !taken.some((other) => overlap(other, box)) && !lines.some((line) => crosses(line, box));
   for (const { text, spots } of names) {
     const wide = (text.wide ??= text.getComputedTextLength() + 2);
     const boxes = spots.filter(([x, y]) => isFinite(x + y)).map(([x, y, lean]) => {

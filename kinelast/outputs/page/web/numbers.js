@@ -16,7 +16,8 @@ function prefixedScale(largest, unit) {
   if (raised) {
     // A prefix would be raised with the metre.
     if (!(size > 0 && isFinite(size))) return [1, unit];
-    const name = Object.keys(METRES).find((each) => size >= Math.pow(METRES[each], Number(raised[1])) * (1 - 1e-9)) ?? "µm";
+    const name = Object.keys(METRES).find((each) => size >= Math.pow(METRES[each], Number(raised[1])) * (1 - 1e-9)) ??
+      "µm";
     return [1 / Math.pow(METRES[name], Number(raised[1])), name + unit.slice(1)];
   }
   if (UNPREFIXED.has(unit) || unit.startsWith("1/") || !isFinite(size) || size < 1e-12) return [1, unit];
@@ -52,7 +53,8 @@ function number(value, digits = 4) {
 }
 
 function unitWords(unit) {
-  return (unit === "1" ? "" : unit).replace(/\^2/g, "²").replace(/\^3/g, "³").replace(/\^4/g, "⁴").replace(/ /g, "·").replace("deg", "°");
+  return (unit === "1" ? "" : unit).replace(/\^2/g, "²").replace(/\^3/g, "³").replace(/\^4/g, "⁴").replace(/ /g, "·")
+    .replace("deg", "°");
 }
 
 function quantity(value, unit, digits = 4) {
@@ -77,7 +79,9 @@ function coordinateWords(value, unit) {
 
 // Round ticks between two values.
 function ticks(low, high, most) {
-  const raw = (high - low) / most || 1, power = Math.pow(10, Math.floor(Math.log10(raw))), step = [1, 2, 5, 10].map((f) => f * power).find((each) => each >= raw * 0.999);
+  const raw = (high - low) / most || 1,
+    power = Math.pow(10, Math.floor(Math.log10(raw))),
+    step = [1, 2, 5, 10].map((f) => f * power).find((each) => each >= raw * 0.999);
   const first = Math.ceil(low / step - 1e-9), count = Math.floor(high / step + 1e-9) - first;
   return Array.from({ length: Math.max(0, Math.min(50, count + 1)) }, (_, k) => (first + k) * step);
 }

@@ -5,7 +5,9 @@ const { summary, model, verdict, handout, text: sceneText } = read("scene");
 const N = model.positions;
 Object.assign(chosenUnits, model.units);
 const arrays = await unpacked(model, N);
-for (const [name, [of, times, factors]] of Object.entries(model.integrals)) arrays[name] = integrated(arrays[name].values, arrays[of], times, factors);
+for (const [name, [of, times, factors]] of Object.entries(model.integrals)) {
+  arrays[name] = integrated(arrays[name].values, arrays[of], times, factors);
+}
 
 // Coefficients of a field of which the first are known, and the rest those of another that is so many times integrated.
 function integrated(first, { values, shape: [order, pieces] }, times, factors) {
@@ -14,8 +16,12 @@ function integrated(first, { values, shape: [order, pieces] }, times, factors) {
   for (let k = 0; k < order; k++) {
     let product = 1;
     for (let d = 1; d <= times; d++) product *= k + d;
-    for (let piece = 0; piece < pieces; piece++)
-      for (let i = 0; i < N; i++) whole[((k + times) * pieces + piece) * N + i] = (values[(k * pieces + piece) * N + i] * factors[piece]) / product;
+    for (let piece = 0; piece < pieces; piece++) {
+      for (let i = 0; i < N; i++) {
+        whole[((k + times) * pieces + piece) * N + i] = (values[(k * pieces + piece) * N + i] * factors[piece]) /
+          product;
+      }
+    }
   }
   return { values: whole, shape: [order + times, pieces] };
 }
@@ -26,7 +32,9 @@ const has = (name) => name in arrays;
 const vector = (name, k, i) => [arrays[name].values[2 * (k * N + i)], arrays[name].values[2 * (k * N + i) + 1]];
 
 // Rows of pieces of every beam, and where they begin.
-const piecesOf = model.beams.map((_, beam) => model.pieces.map((owner, at) => [owner, at]).filter(([owner]) => owner === beam).map(([, at]) => at));
+const piecesOf = model.beams.map((_, beam) =>
+  model.pieces.map((owner, at) => [owner, at]).filter(([owner]) => owner === beam).map(([, at]) => at)
+);
 
 function pieceAt(beam, i, xi) {
   const rows = piecesOf[beam];
@@ -73,17 +81,28 @@ function stresses(beam, i, xi) {
   return { axial, bending, shear };
 }
 
-const known = (beam) => model.beams[beam].area !== null && model.beams[beam].inertia !== null && model.beams[beam].fibre !== null;
+const known = (beam) =>
+  model.beams[beam].area !== null && model.beams[beam].inertia !== null && model.beams[beam].fibre !== null;
 const stress = (rule) => (beam, i, xi) => (known(beam) ? rule(stresses(beam, i, xi)) : NaN);
 
 // What a reader may ask of a field besides its name.
 const MEANINGS = {
-  q_x: "inertia, weight and other loads along the link, per length", q_y: "inertia, weight and other loads across the link, per length",
-  N: "along the link; positive pulls", V: "across the link", M: "the moment by which one half of the link turns the other",
-  u: "displacement along the link, from where a rigid link would be", w: "displacement across the link, from where a rigid link would be", phi: "by how much the link is turned there from a rigid one",
-  chord: "how far the link bows out of the straight line through its own displaced ends: bending alone, without what carries the link about",
-  left: "normal stress of the outermost fibre on the left of the way from the first point to the second", right: "normal stress of the outermost fibre on the right", normal: "the larger of both outermost fibres; tension positive",
-  shear: "the largest shear stress of the section", mises: "what is compared with the yield stress", axial: "axial force over area",
+  q_x: "inertia, weight and other loads along the link, per length",
+  q_y: "inertia, weight and other loads across the link, per length",
+  N: "along the link; positive pulls",
+  V: "across the link",
+  M: "the moment by which one half of the link turns the other",
+  u: "displacement along the link, from where a rigid link would be",
+  w: "displacement across the link, from where a rigid link would be",
+  phi: "by how much the link is turned there from a rigid one",
+  chord:
+    "how far the link bows out of the straight line through its own displaced ends: bending alone, without what carries the link about",
+  left: "normal stress of the outermost fibre on the left of the way from the first point to the second",
+  right: "normal stress of the outermost fibre on the right",
+  normal: "the larger of both outermost fibres; tension positive",
+  shear: "the largest shear stress of the section",
+  mises: "what is compared with the yield stress",
+  axial: "axial force over area",
 };
 const OWN = {
   chord: (beam, i, xi) => {
@@ -91,18 +110,27 @@ const OWN = {
     const [from, to] = [first, last].map(([at, end, sign]) => sign * basic("w", at, i, end));
     return basic("w", beam, i, xi) - from - (to - from) * (begin + rise * xi);
   },
-  axial: stress((s) => s.axial), left: stress((s) => s.axial - s.bending), right: stress((s) => s.axial + s.bending), shear: stress((s) => s.shear),
+  axial: stress((s) => s.axial),
+  left: stress((s) => s.axial - s.bending),
+  right: stress((s) => s.axial + s.bending),
+  shear: stress((s) => s.shear),
 };
 
 // Every field of the registry by its key: name, symbol, unit, what it means, its value on a beam at a position and place.
 const FIELDS = Object.fromEntries(model.fields.map((field) => [field.key, { ...field, means: MEANINGS[field.key] }]));
 for (const [key, field] of Object.entries(FIELDS)) {
-  if (field.greatest_of.length) field.value = (beam, i, xi) => {
-    const most = field.greatest_of.map((part) => FIELDS[part].value(beam, i, xi)).reduce((one, other) => (Math.abs(other) > Math.abs(one) ? other : one));
-    return field.signed ? most : Math.abs(most);
-  };
-  else if (field.root_of.length) field.value = (beam, i, xi) => Math.sqrt(field.root_of.reduce((sum, [weight, part]) => sum + weight * FIELDS[part].value(beam, i, xi) ** 2, 0));
-  else field.value = OWN[key] ?? ((beam, i, xi) => basic(key, beam, i, xi));
+  if (field.greatest_of.length) {
+    field.value = (beam, i, xi) => {
+      const most = field.greatest_of.map((part) => FIELDS[part].value(beam, i, xi)).reduce((
+        one,
+        other,
+      ) => (Math.abs(other) > Math.abs(one) ? other : one));
+      return field.signed ? most : Math.abs(most);
+    };
+  } else if (field.root_of.length) {
+    field.value = (beam, i, xi) =>
+      Math.sqrt(field.root_of.reduce((sum, [weight, part]) => sum + weight * FIELDS[part].value(beam, i, xi) ** 2, 0));
+  } else field.value = OWN[key] ?? ((beam, i, xi) => basic(key, beam, i, xi));
 }
 const FIRST = ["M", "w", "chord", "u", "phi", "N", "V", "left", "right", "shear", "mises", "q_x", "q_y"];
 const PARTS = ["axial", "normal", "axis"]; // of others, which show them
@@ -117,12 +145,14 @@ function scaleOfField(field) {
   if (field in scales) return scales[field];
   let largest = 0;
   const step = Math.max(1, Math.floor(N / 120));
-  for (let beam = 0; beam < model.beams.length; beam++)
-    for (let i = 0; i < N; i += step)
+  for (let beam = 0; beam < model.beams.length; beam++) {
+    for (let i = 0; i < N; i += step) {
       for (let k = 0; k <= 16 && counted(i); k++) {
         const size = Math.abs(FIELDS[field].value(beam, i, k / 16));
         if (size > largest) largest = size;
       }
+    }
+  }
   return (scales[field] = largest);
 }
 

@@ -2,19 +2,37 @@
 function speedsSection() {
   const { speeds, limits } = { ...summary, ...summary.acceptance };
   if (!speeds) return;
-  const { between } = speeds, grid = h("div", { class: "charts" }), xs = between.speed, rpm = speeds.unit === "rad/s" ? 30 / Math.PI : 1;
-  const words = (speed) => `${number(speed)} ${unitWords(speeds.unit)}${rpm === 1 ? "" : ` (${number(speed * rpm, 3)} rpm)`}`, lists = (all) => all.join(", ");
+  const { between } = speeds,
+    grid = h("div", { class: "charts" }),
+    xs = between.speed,
+    rpm = speeds.unit === "rad/s" ? 30 / Math.PI : 1;
+  const words = (speed) =>
+      `${number(speed)} ${unitWords(speeds.unit)}${rpm === 1 ? "" : ` (${number(speed * rpm, 3)} rpm)`}`,
+    lists = (all) => all.join(", ");
   const notes = {
     ranges: speeds.unstable_ranges,
-    lines: speeds.limit && speeds.highest_within_limits ? [[speeds.highest_within_limits, `limits hold up to ${number(speeds.highest_within_limits)}`]] : [],
-    peaks: speeds.peaks.filter(({ resonance }) => resonance).map(({ speed, resonance }) => [speed, resonance.met ? `${resonance.harmonic}×${resonance.mode}` : `mode ${resonance.mode}`]),
+    lines: speeds.limit && speeds.highest_within_limits
+      ? [[speeds.highest_within_limits, `limits hold up to ${number(speeds.highest_within_limits)}`]]
+      : [],
+    peaks: speeds.peaks.filter(({ resonance }) => resonance).map((
+      { speed, resonance },
+    ) => [speed, resonance.met ? `${resonance.harmonic}×${resonance.mode}` : `mode ${resonance.mode}`]),
   };
-  section("speeds", "Speeds", "Against the speed of the drive", soft("Largest values along each link over the cycle, with and without vibration. 5×2 at a peak: the 5th harmonic of the cycle meets the 2nd natural mode. Click a name to hide its curve."), grid);
+  section(
+    "speeds",
+    "Speeds",
+    "Against the speed of the drive",
+    soft(
+      "Largest values along each link over the cycle, with and without vibration. 5×2 at a peak: the 5th harmonic of the cycle meets the 2nd natural mode. Click a name to hide its curve.",
+    ),
+    grid,
+  );
   for (const field of ["chord", "w", "mises"]) {
     const { name, unit } = FIELDS[field];
     if (!model.beams.some(({ label }) => speeds.values[field][label].some((value) => value))) continue;
     const curves = model.beams.flatMap(({ label }, beam) => {
-      const still = (k) => onLine(xs[k], speeds.speed, speeds.without_vibration[field][label]), shown = 2 * beam < MOST_CURVES;
+      const still = (k) => onLine(xs[k], speeds.speed, speeds.without_vibration[field][label]),
+        shown = 2 * beam < MOST_CURVES;
       const found = curve(label, (k) => between.values[field][label][k] ?? NaN, beamColour(beam));
       return [{ ...found, shown }, { ...curve(`${label} without vibration`, still), shown }];
     });
@@ -22,18 +40,38 @@ function speedsSection() {
     chart(grid, `Largest ${name} against the speed`, unit, curves, { xs, notes, log: true, xLabel });
   }
   const told = [];
-  if (speeds.highest_within_limits !== null) told.push(speeds.highest_within_limits ? `All limits hold up to ${words(speeds.highest_within_limits)}${speeds.limit ? `; ${speeds.limit.words}` : ", the highest requested speed"}.` : `${speeds.verdicts[0] === "too close to decide" ? "The limits are too close to decide" : "The limits do not hold"} at the lowest speed.`);
-  else if (!limits.length) told.push("No limits are set, so there is no limit speed.");
-  const critical = Object.entries(speeds.critical).map(([multiple, [low, high]]) => `${multiple} times the speed at ${number(low)} to ${number(high)} ${unitWords(speeds.unit)}`);
-  if (critical.length) told.push(`The lowest natural frequency, which varies over the cycle, is met by ${lists(critical)}.`);
-  for (const [low, high] of speeds.unstable_ranges) told.push(`No steady state from ${words(low)} to ${words(high)}: vibration grows.`);
+  if (speeds.highest_within_limits !== null) {
+    told.push(
+      speeds.highest_within_limits
+        ? `All limits hold up to ${words(speeds.highest_within_limits)}${
+          speeds.limit ? `; ${speeds.limit.words}` : ", the highest requested speed"
+        }.`
+        : `${
+          speeds.verdicts[0] === "too close to decide" ? "The limits are too close to decide" : "The limits do not hold"
+        } at the lowest speed.`,
+    );
+  } else if (!limits.length) told.push("No limits are set, so there is no limit speed.");
+  const critical = Object.entries(speeds.critical).map(([multiple, [low, high]]) =>
+    `${multiple} times the speed at ${number(low)} to ${number(high)} ${unitWords(speeds.unit)}`
+  );
+  if (critical.length) {
+    told.push(`The lowest natural frequency, which varies over the cycle, is met by ${lists(critical)}.`);
+  }
+  for (const [low, high] of speeds.unstable_ranges) {
+    told.push(`No steady state from ${words(low)} to ${words(high)}: vibration grows.`);
+  }
   if (!speeds.unstable_ranges.length) told.push("A steady state exists at every speed.");
-  told.push(...speeds.words.filter((line) => line.includes("large displacement")).map((line) => `${line[0].toUpperCase()}${line.slice(1)}.`));
+  told.push(
+    ...speeds.words.filter((line) => line.includes("large displacement")).map((line) =>
+      `${line[0].toUpperCase()}${line.slice(1)}.`
+    ),
+  );
   $("speeds").append(h("p", {}, told.join(" ")), soft("All values are in speeds.csv."));
 }
 
 // Value at x on the line through values at rising places.
 function onLine(x, places, values) {
-  const after = Math.min(Math.max(places.findIndex((place) => place >= x), 1), places.length - 1), share = (x - places[after - 1]) / (places[after] - places[after - 1]);
+  const after = Math.min(Math.max(places.findIndex((place) => place >= x), 1), places.length - 1),
+    share = (x - places[after - 1]) / (places[after] - places[after - 1]);
   return (values[after - 1] ?? NaN) * (1 - share) + (values[after] ?? NaN) * share;
 }

@@ -9,17 +9,46 @@ function table(rows, columns, caption) {
     const known = rows.map(column.of).filter((value) => value !== null && value !== undefined && isFinite(value));
     const largest = known.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
     const [factor, unit] = scaleOf(largest, column.unit ?? "1");
-    const cell = column.words ?? ((each) => (column.none && !isFinite(valueOf(column, each)) ? column.none : number(valueOf(column, each) * factor, column.digits ?? 4) + unreliableMark(column.figure?.(each))));
+    const cell = column.words ??
+      ((
+        each,
+      ) => (column.none && !isFinite(valueOf(column, each))
+        ? column.none
+        : number(valueOf(column, each) * factor, column.digits ?? 4) + unreliableMark(column.figure?.(each))));
     return { ...column, unitShown: unitWords(unit), cell };
   });
   const body = h("tbody");
-  const heads = shown.map((column, k) => h("th", { scope: "col", class: column.of ? "figure" : null, "aria-sort": "none" },
-    h("button", { type: "button", title: column.means, onclick: () => sort(k) }, column.name, column.unitShown ? h("small", {}, ` [${column.unitShown}]`) : null)));
-  const made = rows.map((each) => ({ each, line: h("tr", {}, shown.map((column, k) => { const words = column.cell(each); return k === 0 ? h("th", { scope: "row", class: long(words) }, words) : h("td", { class: column.of ? "figure" : long(words) ?? (column.wraps ? "wraps" : null) }, words); })) }));
+  const heads = shown.map((column, k) =>
+    h(
+      "th",
+      { scope: "col", class: column.of ? "figure" : null, "aria-sort": "none" },
+      h(
+        "button",
+        { type: "button", title: column.means, onclick: () => sort(k) },
+        column.name,
+        column.unitShown ? h("small", {}, ` [${column.unitShown}]`) : null,
+      ),
+    )
+  );
+  const made = rows.map((each) => ({
+    each,
+    line: h(
+      "tr",
+      {},
+      shown.map((column, k) => {
+        const words = column.cell(each);
+        return k === 0
+          ? h("th", { scope: "row", class: long(words) }, words)
+          : h("td", { class: column.of ? "figure" : long(words) ?? (column.wraps ? "wraps" : null) }, words);
+      }),
+    ),
+  }));
   const worst = shown.find((column) => column.worst);
   if (worst && rows.length > 1) {
     const rank = (each) => (worst.worst === "least" ? -1 : 1) * Math.abs(valueOf(worst, each));
-    const ranked = made.filter(({ each }) => isFinite(rank(each)) && valueOf(worst, each) !== 0).sort((a, b) => rank(b.each) - rank(a.each));
+    const ranked = made.filter(({ each }) => isFinite(rank(each)) && valueOf(worst, each) !== 0).sort((a, b) =>
+      rank(b.each) - rank(a.each)
+    );
     if (ranked.length) {
       ranked[0].line.classList.add("worst");
       ranked[0].line.firstChild.append(h("span", { class: "mark" }, ` ${worst.worst === "least" ? "least" : "most"}`));
@@ -30,17 +59,27 @@ function table(rows, columns, caption) {
     const column = shown[k];
     const descending = order && order[0] === k ? !order[1] : Boolean(column.of);
     order = [k, descending];
-    const key = column.of ? (each) => (column.signed ? valueOf(column, each) : Math.abs(valueOf(column, each))) : (each) => String(column.cell(each));
+    const key = column.of
+      ? (each) => (column.signed ? valueOf(column, each) : Math.abs(valueOf(column, each)))
+      : (each) => String(column.cell(each));
     made.sort((a, b) => {
       const one = key(a.each), other = key(b.each);
-      const way = typeof one === "string" ? one.localeCompare(other, undefined, { numeric: true }) : (isNaN(one) ? -Infinity : one) - (isNaN(other) ? -Infinity : other);
+      const way = typeof one === "string"
+        ? one.localeCompare(other, undefined, { numeric: true })
+        : (isNaN(one) ? -Infinity : one) - (isNaN(other) ? -Infinity : other);
       return descending ? -way : way;
     });
     body.replaceChildren(...made.map(({ line }) => line));
-    heads.forEach((head, at) => head.setAttribute("aria-sort", at === k ? (descending ? "descending" : "ascending") : "none"));
+    heads.forEach((head, at) =>
+      head.setAttribute("aria-sort", at === k ? (descending ? "descending" : "ascending") : "none")
+    );
   }
   body.append(...made.map(({ line }) => line));
-  return h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": caption }, h("table", {}, h("caption", {}, caption), h("thead", {}, h("tr", {}, heads)), body));
+  return h(
+    "div",
+    { class: "wide", tabindex: 0, role: "region", "aria-label": caption },
+    h("table", {}, h("caption", {}, caption), h("thead", {}, h("tr", {}, heads)), body),
+  );
 }
 
 const FIRST_ROWS = 8;

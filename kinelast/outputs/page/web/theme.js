@@ -1,11 +1,27 @@
 // Dark or light: as the reader likes it, by a button, and light on paper.
 function theme(redraw = () => {}) {
   const dark = matchMedia("(prefers-color-scheme: dark)"), root = document.documentElement;
-  const set = (name) => { root.dataset.theme = name; redraw(); };
+  const set = (name) => {
+    root.dataset.theme = name;
+    redraw();
+  };
   root.dataset.theme = dark.matches ? "dark" : "light";
-  $("tools").append(h("button", { type: "button", id: "theme", "aria-label": "dark or light page", onclick: () => set(root.dataset.theme === "dark" ? "light" : "dark") }, "◐"));
+  $("tools").append(
+    h("button", {
+      type: "button",
+      id: "theme",
+      "aria-label": "dark or light page",
+      onclick: () => set(root.dataset.theme === "dark" ? "light" : "dark"),
+    }, "◐"),
+  );
   dark.addEventListener("change", () => set(dark.matches ? "dark" : "light"));
   let before = null;
-  addEventListener("beforeprint", () => { before = root.dataset.theme; set("light"); });
-  addEventListener("afterprint", () => { if (before) set(before); before = null; });
+  addEventListener("beforeprint", () => {
+    before = root.dataset.theme;
+    set("light");
+  });
+  addEventListener("afterprint", () => {
+    if (before) set(before);
+    before = null;
+  });
 }
