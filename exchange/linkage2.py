@@ -46,7 +46,7 @@ class Connector:
 
 
 @dataclass
-class _Reading:
+class _LinkageReading:
     """Parts of the scene read so far: connectors by their numbers, links of the file by a key."""
 
     connectors: dict[str, Connector]
@@ -91,7 +91,7 @@ def _unreadable(error: ValueError) -> ExchangeError:
 def _drawing(root: ElementTree.Element, title: str) -> Drawing:
     program = root.find("program")
     names = Names()
-    read = _Reading(
+    read = _LinkageReading(
         {each.attrib["id"]: _connector(each, names) for each in root.findall("connector") if _moves(each)},
         UNITS.get("" if program is None else program.get("units", "").lower(), "mm"),
     )
@@ -133,7 +133,7 @@ def _connector(each: ElementTree.Element, names: Names) -> Connector:
     )
 
 
-def _read_links(read: _Reading, root: ElementTree.Element, wheels: set[str]) -> dict[str, ElementTree.Element]:
+def _read_links(read: _LinkageReading, root: ElementTree.Element, wheels: set[str]) -> dict[str, ElementTree.Element]:
     """Read the links, joining fastened ones. Return the actuators by their keys."""
     actuators: dict[str, ElementTree.Element] = {}
     elements: dict[str, ElementTree.Element] = {}
@@ -157,7 +157,7 @@ def _read_links(read: _Reading, root: ElementTree.Element, wheels: set[str]) -> 
     return actuators
 
 
-def _fastened(read: _Reading, elements: dict[str, ElementTree.Element]) -> list[tuple[list[str], bool]]:
+def _fastened(read: _LinkageReading, elements: dict[str, ElementTree.Element]) -> list[tuple[list[str], bool]]:
     """Groups of fastened links, larger links first, and whether each group is fastened to the ground."""
     groups = {key: [key] for key in elements}
     grounded = set()
@@ -176,7 +176,7 @@ def _fastened(read: _Reading, elements: dict[str, ElementTree.Element]) -> list[
     return [(sorted(keys, key=lambda key: -len(read.members[key])), bool(grounded & {*keys})) for keys in distinct]
 
 
-def _read_slot(read: _Reading, key: str) -> None:
+def _read_slot(read: _LinkageReading, key: str) -> None:
     """Read the slot of a connector: a fixed pin in a moving link, or a pin of a moving link."""
     pin = read.connectors[key]
     if len(pin.limits) != 2:
@@ -202,7 +202,7 @@ def _read_slot(read: _Reading, key: str) -> None:
         _read_straight(read, pin, start, end, link, on)
 
 
-def _read_straight(read: _Reading, pin: Connector, start: Connector, end: Connector, link: str, on: str) -> None:
+def _read_straight(read: _LinkageReading, pin: Connector, start: Connector, end: Connector, link: str, on: str) -> None:
     along = end.place - start.place
     across = ((pin.place - start.place) * along.conjugate()).imag / abs(along) ** 2 if along else 1.0
     if abs(across) > MAX_OFFSET:
@@ -214,7 +214,7 @@ def _read_straight(read: _Reading, pin: Connector, start: Connector, end: Connec
         read.links[on] = read.links[on].with_beam(start.name, end.name)
 
 
-def _read_arc(read: _Reading, pin: Connector, start: Connector, end: Connector, on: str) -> None:
+def _read_arc(read: _LinkageReading, pin: Connector, start: Connector, end: Connector, on: str) -> None:
     """Replace a curved slot by a link from its centre to its pin, with the same motion."""
     half, radius = (end.place - start.place) / 2, abs(pin.radius)
     if not half or abs(half) > radius * (1 + MAX_ARC_OFFSET):
@@ -240,7 +240,7 @@ def _read_arc(read: _Reading, pin: Connector, start: Connector, end: Connector, 
     read.notes.append(f"the curved slot of {pin.name} is a link from the arc's centre here, with the same motion")
 
 
-def _turning(read: _Reading) -> Iterator[Drive]:
+def _turning(read: _LinkageReading) -> Iterator[Drive]:
     """Drives of the input connectors, each of its first link."""
     for connector in read.connectors.values():
         link = link_with(read.links, connector.name)
@@ -249,7 +249,7 @@ def _turning(read: _Reading) -> Iterator[Drive]:
             yield Drive({"link": link, "at": connector.name}, f"{connector.turns:g} rpm", start=start)
 
 
-def _cylinder(read: _Reading, key: str, each: ElementTree.Element) -> Drive:
+def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Drive:
     """Add barrel, rod and slider of an actuator; it extends by its throw and returns, or first retracts if cpm < 0."""
     first, last = (read.connectors[number] for number in (read.members[key][0], read.members[key][-1]))
     name = read.called(key, f"cylinder_{key.split(maxsplit=1)[0]}")
@@ -268,7 +268,7 @@ def _cylinder(read: _Reading, key: str, each: ElementTree.Element) -> Drive:
     return Drive({"slider": f"{name}_slide"}, law=to_and_fro((stroke, -stroke), speed, read.unit))
 
 
-def _gears(read: _Reading, root: ElementTree.Element) -> Iterator[Gear]:
+def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[Gear]:
     """Wheels by the ratio of their sizes, turning on the link that carries both, or on the ground."""
     for ratio in root.iterfind("ratios/ratio"):
         wheels = [_wheel(read, each) for each in ratio.findall("link")]
@@ -306,7 +306,7 @@ def _driven_first(gears: list[Gear], driven: Sequence[Mapping[str, str]]) -> tup
     return tuple(ordered)
 
 
-def _wheel(read: _Reading, each: ElementTree.Element) -> tuple[str, str, float]:
+def _wheel(read: _LinkageReading, each: ElementTree.Element) -> tuple[str, str, float]:
     """Link, axle and size of a wheel; the link is "" if the file does not have it."""
     key = next((key for key in read.link_of if key.split()[0] == each.get("id")), "")
     return (read.link_of.get(key, ""), read.members[key][0] if key else "", float(each.get("size") or 0))

@@ -22,7 +22,7 @@ Place = tuple[complex, float]  # of a body: its origin and its angle
 
 
 @dataclass(frozen=True)
-class Pair:
+class JointPair:
     """A joint between a point of one body and one of another, in their axes; `axis` of a slider, in the first's.
 
     `turn` is the angle of the second body from the first if it is constant, else None.
@@ -147,10 +147,10 @@ def _mass(parts: Sequence[tuple[Mapping[str, Any], Place]]) -> tuple[float | Non
     return mass, center, sum(own + part * abs(place - center) ** 2 for part, place, own in lumps)
 
 
-def _pair(each: Mapping[str, Any], local: Mapping[str, Mapping[str, complex]]) -> Pair:
+def _pair(each: Mapping[str, Any], local: Mapping[str, Mapping[str, complex]]) -> JointPair:
     first, second = each["body_i"], each["body_j"]
     slides = each["type"] == "prismatic"
-    return Pair(
+    return JointPair(
         first, second, local[first][each["point_i"]], local[second][each["point_j"]],
         complex(*each["axis_local_i"]) if slides else None,
         None if each["type"] == "revolute" else float(each.get("delta_theta_0", 0)),
@@ -181,7 +181,7 @@ def _shared(joints: Mapping[str, Mapping[str, Any]]) -> dict[tuple[str, str], st
 
 
 def _assembled(
-    bodies: list[str], pairs: list[Pair], turns: Mapping[tuple[str, str], float]
+    bodies: list[str], pairs: list[JointPair], turns: Mapping[tuple[str, str], float]
 ) -> tuple[dict[str, Place], bool]:
     """Places that close all joints with the drivers at their start, and True if the program finds the same.
 

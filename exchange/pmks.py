@@ -14,9 +14,9 @@ from exchange.pmks_code import (
     SLIDES,
     TRACED,
     WELDED,
-    Force,
-    Joint,
-    Part,
+    PmksForce,
+    PmksJoint,
+    PmksPart,
     Saved,
     decoded,
     folded,
@@ -44,7 +44,7 @@ def of_pmks(text: str, title: str) -> Drawing:
     if query.startswith(BODY_DOCUMENT):
         raise ExchangeError(f'a file of PMKS+ that begins with "{BODY_DOCUMENT}" is not read: save it as a link')
     saved = _of_first(query) if "j=" in query else decoded(query)
-    return _Reading(folded(saved), title).drawing()
+    return _PmksReading(folded(saved), title).drawing()
 
 
 def _of_first(query: str) -> Saved:
@@ -60,7 +60,7 @@ def _of_first(query: str) -> Saved:
         kind = "joint"
         joints = tuple(map(_first_joint, rows["j"]))
         kind = "link"
-        parts = tuple(Part(row[0], row[0], tuple(filter(None, row[5].split("|")))) for row in rows["l"])
+        parts = tuple(PmksPart(row[0], row[0], tuple(filter(None, row[5].split("|")))) for row in rows["l"])
         kind = "setting"
         turns = float(settings[0] or 20.0)
     except (ValueError, IndexError):
@@ -72,13 +72,13 @@ def _of_first(query: str) -> Saved:
     return Saved(unit, joints, parts, turns=-turns if settings[1:2] == ["true"] else turns)
 
 
-def _first_joint(row: list[str]) -> Joint:
+def _first_joint(row: list[str]) -> PmksJoint:
     key, x, y, _, kind, fixed, angle, _, driven = row[:9]
     marks = SLIDES * (kind == "P") | FIXED * (fixed == "t") | DRIVEN * (driven == "t")
-    return Joint(key, key, complex(float(x), float(y)), float(angle), marks)
+    return PmksJoint(key, key, complex(float(x), float(y)), float(angle), marks)
 
 
-class _Reading:
+class _PmksReading:
     """A saved mechanism on its way to a drawing."""
 
     def __init__(self, saved: Saved, title: str) -> None:
@@ -100,14 +100,14 @@ class _Reading:
             if joint.has(SLIDES):
                 self._add_slot(joint)
 
-    def _add_link(self, part: Part, called: Names) -> None:
+    def _add_link(self, part: PmksPart, called: Names) -> None:
         frame = all(self.joints[key].has(FIXED) and not self.joints[key].has(SLIDES) for key in part.joints)
         name = GROUND if frame else called(part.key, part.name)
         self.link_of |= dict.fromkeys((part.key, *part.parts), name)
         if not frame:
             self.links[name] = Body(tuple(dict.fromkeys(self.point[key] for key in part.joints)), *self._masses(part))
 
-    def _masses(self, part: Part) -> tuple[float | None, complex | None, float | None]:
+    def _masses(self, part: PmksPart) -> tuple[float | None, complex | None, float | None]:
         """Mass [kg], centre and inertia [kg m^2] of a link; those of a new link of PMKS+ are nobody's choice."""
         unit = self.saved.unit
         if not part.mass or part.mass == part.inertia == UNTOUCHED:
@@ -115,7 +115,7 @@ class _Reading:
         inertia = None if part.inertia is None else part.inertia * INERTIA[unit]
         return part.mass * MASS[unit], part.center, inertia
 
-    def _add_slot(self, joint: Joint) -> None:
+    def _add_slot(self, joint: PmksJoint) -> None:
         """Add the slot of a joint: of a pin, or of a link that slides without turning."""
         point = self.point[joint.key]
         on = self.link_of.get(joint.carrier, GROUND) if joint.carrier else GROUND
@@ -145,7 +145,7 @@ class _Reading:
         else:
             self.slots[f"slot_{point}"] = Slot(point, riders[0], on, direction, travel)
 
-    def _drive(self, joint: Joint) -> Drive:
+    def _drive(self, joint: PmksJoint) -> Drive:
         """The drive of a joint: on the ground of the first link there, else of the second one from the first."""
         point, unit = self.point[joint.key], self.saved.unit
         if joint.has(SLIDES):
@@ -174,7 +174,7 @@ class _Reading:
             loads.append(Load(link, point, force.size * FORCE[unit] * along, force.local))
         return tuple(loads)
 
-    def _point_at(self, link: str, force: Force) -> str:
+    def _point_at(self, link: str, force: PmksForce) -> str:
         points = self.links[link].points
         known = next((point for point in points if self.places[point] == force.start), None)
         if known is not None:

@@ -26,7 +26,7 @@ DIGEST = re.compile(r"\*[0-9A-Za-z]{6}$")
 
 
 @dataclass(frozen=True)
-class Joint:
+class PmksJoint:
     """A joint: place, angle of its line [rad] if it slides, link and two joints of a moving slot.
 
     A `speed` of 0 stands for the speed of the whole file.
@@ -48,7 +48,7 @@ class Joint:
 
 
 @dataclass(frozen=True)
-class Part:
+class PmksPart:
     """A link; `parts` are the links welded into it. In older files the block of a slider is a `piston`."""
 
     key: str
@@ -63,7 +63,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Force:
+class PmksForce:
     """A force at `start` towards or away from `end`; a local one turns with its link."""
 
     link: str
@@ -80,9 +80,9 @@ class Saved:
     """The records of a file; `turns` [rpm] and `slides` [length/s] are the default speeds of its drives."""
 
     unit: str
-    joints: tuple[Joint, ...]
-    parts: tuple[Part, ...]
-    forces: tuple[Force, ...] = ()
+    joints: tuple[PmksJoint, ...]
+    parts: tuple[PmksPart, ...]
+    forces: tuple[PmksForce, ...] = ()
     turns: float = 20.0
     slides: float = 5.0
     gravity: bool = False
@@ -157,36 +157,36 @@ def _read(
         raise ExchangeError(f'the {kind} "{word[:80]}" of PMKS+ cannot be read') from None
 
 
-def _joint(fields: list[str], number: Callable[[int, str], float]) -> Joint:
+def _joint(fields: list[str], number: Callable[[int, str], float]) -> PmksJoint:
     key, name, x, y, angle = fields[0][1:], *fields[1:5]
     carrier, first, second, speed, mass, *_ = [*fields[5:], "", "", "", "", ""]
-    return Joint(
+    return PmksJoint(
         key, unquote(name), complex(number(0, x), number(1, y)), number(2, angle), DIGITS.index(fields[0][0]),
         carrier, (first, second), number(3, speed), number(4, mass),
     )  # fmt: skip
 
 
-def _part(fields: list[str], number: Callable[[int, str], float]) -> Part:
+def _part(fields: list[str], number: Callable[[int, str], float]) -> PmksPart:
     mark, piston, key = fields[0][0], fields[0][1] == "P", fields[0][2:]
     if mark not in LINK_MARKS + PART_MARKS:
         raise ValueError(mark)
     name, mass, inertia, x, y = fields[1:6]
     end = fields.index("", 7)
     center = complex(number(2, x), number(3, y))
-    return Part(
+    return PmksPart(
         key, unquote(name), tuple(fields[7:end]), number(0, mass),
         number(1, inertia) if mark in OWN_INERTIA else None, center if mark in OWN_CENTER else None,
         mark in LINK_MARKS, piston, tuple(filter(None, fields[end:])),
     )  # fmt: skip
 
 
-def _force(fields: list[str], number: Callable[[int, str], float]) -> Force:
+def _force(fields: list[str], number: Callable[[int, str], float]) -> PmksForce:
     marks, link, name = DIGITS.index(fields[0][0]), *fields[1:3]
     x, y, x2, y2, size = (number(field, text) for field, text in enumerate(fields[3:8]))
-    return Force(link, unquote(name), complex(x, y), complex(x2, y2), size, bool(marks & 1), bool(marks & 2))
+    return PmksForce(link, unquote(name), complex(x, y), complex(x2, y2), size, bool(marks & 1), bool(marks & 2))
 
 
-def _require_known(joints: tuple[Joint, ...], parts: tuple[Part, ...]) -> None:
+def _require_known(joints: tuple[PmksJoint, ...], parts: tuple[PmksPart, ...]) -> None:
     """Raise if a record names an unknown joint or link."""
     keys, links = {joint.key for joint in joints}, {part.key for part in parts}
     for part in parts:
@@ -253,7 +253,7 @@ def _digest(text: str) -> str:
     return letters
 
 
-def _joint_word(joint: Joint) -> str:
+def _joint_word(joint: PmksJoint) -> str:
     own = coded(joint.speed) if joint.speed else ""
     rest = [joint.carrier, *joint.slot, own, coded(joint.mass) if joint.mass else ""]
     fields = [joint.name, *map(coded, (joint.place.real, joint.place.imag, joint.angle)), *rest]
@@ -262,14 +262,14 @@ def _joint_word(joint: Joint) -> str:
     return f"{DIGITS[joint.marks]}{joint.key},{','.join(fields)}"
 
 
-def _part_word(part: Part) -> str:
+def _part_word(part: PmksPart) -> str:
     center = part.center or 0j
     sizes = ",".join(map(coded, (part.mass, part.inertia or 0.0, center.real, center.imag)))
     mark = "YMGA"[2 * (part.center is None) + (part.inertia is None)]
     return f"{mark}R{part.key},{part.name},{sizes},c5cae9,{','.join(part.joints)},,"
 
 
-def _force_word(force: Force) -> str:
+def _force_word(force: PmksForce) -> str:
     marks = DIGITS[force.local | force.outward << 1]
     places = (force.start.real, force.start.imag, force.end.real, force.end.imag, force.size)
     return f"{marks}{force.name},{force.link},{force.name},{','.join(map(coded, places))}"

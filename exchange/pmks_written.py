@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from exchange.drawing import GROUND, Body, Drawing, ExchangeError, Names, Slide, Slot
 from exchange.pmks import FORCE, INERTIA, MASS, SOURCE
-from exchange.pmks_code import DRIVEN, FIXED, SLIDES, TRACED, WELDED, Force, Joint, Part, Saved, encoded
+from exchange.pmks_code import DRIVEN, FIXED, SLIDES, TRACED, WELDED, PmksForce, PmksJoint, PmksPart, Saved, encoded
 
 WRITTEN = {"mm": ("cm", 0.1), "cm": ("cm", 1.0), "m": ("cm", 100.0), "in": ("in", 1.0)}
 KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # of joints; a link has those of its joints
@@ -120,7 +120,7 @@ class _Writing:
         names = sorted(self.members, key=lambda name: order.index(name) if name in order else len(order))
         parts = tuple(self._part(name, called) for name in names)
         forces = tuple(
-            Force(
+            PmksForce(
                 self.link_key[load.link], f"F{number}", self.scale * drawing.points[load.point],
                 self.scale * drawing.points[load.point] + load.force / (abs(load.force) or 1.0),
                 abs(load.force) / FORCE[self.unit], load.turning, True,
@@ -131,11 +131,11 @@ class _Writing:
         turns = next((speed for speed, links in self.drives.values() if links), 20.0)
         return Saved(self.unit, joints, parts, forces, turns, gravity=drawing.gravity)
 
-    def _joint(self, name: str, called: Names) -> Joint:
+    def _joint(self, name: str, called: Names) -> PmksJoint:
         drawing, slot = self.drawing, self.slots.get(name)
         marks = DRIVEN * (name in self.drives) | FIXED * (name in drawing.ground) | TRACED * (name == drawing.traced)
         speed = self.drives[name][0] if name in self.drives else 0.0
-        joint = Joint(self.key[name], called(name), self.scale * self.places[name], marks=marks, speed=speed)
+        joint = PmksJoint(self.key[name], called(name), self.scale * self.places[name], marks=marks, speed=speed)
         if slot is None:
             return joint
         marks = marks & ~FIXED | SLIDES | (WELDED if isinstance(slot, Slide) else 0)
@@ -146,12 +146,12 @@ class _Writing:
         ends = self.key[first], self.key[last]
         return replace(joint, marks=marks, carrier=self.link_key[slot.on], slot=ends, mass=mass)
 
-    def _part(self, name: str, called: Names) -> Part:
+    def _part(self, name: str, called: Names) -> PmksPart:
         body: Body = self.drawing.links[name]
         points = self.members[name]
         middle = sum(self.places[point] for point in points) / len(points)
         center = self.scale * (middle if body.center is None else body.center)
-        return Part(
+        return PmksPart(
             self.link_key[name], called(f"link {name}", name), tuple(self.key[point] for point in points),
             (body.mass or 0.0) / MASS[self.unit], (body.inertia or 0.0) / INERTIA[self.unit], center,
         )  # fmt: skip

@@ -17,7 +17,7 @@ from tiers import in_tiers
 from elastic import RIGID, Section, Taper, deflection, i_section, sample, section_of
 from fem_check import compare_solid, solve_solid
 from fem_check.solid.body import SolidLink
-from fem_check.solid.outline import Outline, Strip
+from fem_check.solid.outline import SolidOutline, Strip
 from fem_check.solid.responses import responses
 from rigid import Beam, Friction, LineLoad, Link, Lump, PointLoad, motion
 
@@ -33,7 +33,7 @@ class TestTheoryOfElasticity:
     @staticmethod
     def cantilever_errors(across, depth=0.3, EA=7.0, force=1.0):
         """Root of the integral of the displacement's error, and energy of the error, of a body loaded at its end."""
-        body = SolidLink(Outline((0j, 1 + 0j), (Strip(0, 1, (EA,), (EA * depth**2 / 12,)),)), NU, across)
+        body = SolidLink(SolidOutline((0j, 1 + 0j), (Strip(0, 1, (EA,), (EA * depth**2 / 12,)),)), NU, across)
         basis, end = body.basis, 1 + depth / 2  # the body reaches beyond its points by half its depth
         EI, GI, L = EA * depth**2 / 12, EA * depth**2 / 12 / (2 * (1 + NU)), 1 + depth
         turned = force * L**2 / (2 * EI) - force * depth**2 / (8 * GI)
@@ -84,7 +84,7 @@ class TestTheoryOfElasticity:
 
 
 class TestLoads:
-    outline = Outline(
+    outline = SolidOutline(
         (0j, 1 + 0j, 0.3 + 0.6j),
         (
             Strip(0, 1, (12e3, -2e3), (1.0, -0.4), (3.0,)),

@@ -304,11 +304,11 @@ def test_a_started_mechanism_comes_to_its_steady_state():
 
 def frequencies(mechanism, sections, speed, elements):
     """Of small vibrations about the steady turning, seen from the turning axes, drives held [rad/s]."""
-    from fem_check.nonlinear.cycle import Collocation
+    from fem_check.nonlinear.cycle import PeriodicCollocation
     from fem_check.nonlinear.system import system_of
 
     system = system_of(mechanism, sections, [ConstantSpeed(0.0, speed)], 0.0, elements, None, 0.0)
-    solver = Collocation(system, 2 * math.pi / (speed or 1.0), 16)
+    solver = PeriodicCollocation(system, 2 * math.pi / (speed or 1.0), 16)
     found = solver.solved(lambda share, words: None)
     given = found.q, found.v, found.a, found.pulls, solver.drives, solver.factor
     tangents = solver.frames.seen(system.residual(*given)[2])

@@ -97,7 +97,7 @@ class TestDocs:
                 assert names["moved"]["B"].position.shape == (360,)
                 assert names["bent"]["coupler"].w.shape == (360, 101)
         assert len(snippets) >= 7
-        assert names["told"].figures["check"]["passed"]
+        assert names["checked"].figures["check"]["passed"]
         printed = capsys.readouterr().out.splitlines()
         assert printed[0].startswith("0.3062 kg 309.9 MPa ± ")
         thin, thick = (float(line.split()[2]) for line in printed if line.startswith(("6 mm", "8 mm")))

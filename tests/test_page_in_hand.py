@@ -196,8 +196,8 @@ def test_tables_fit_a_usual_screen(driver, steel):
 def test_a_run_that_is_singular_throughout_says_so(driver, tmp_path):
     page = Page(driver, written(tmp_path, PARALLELOGRAM, "--positions", "2"))
     text = page.run("return document.body.innerText")
-    assert "No stresses: there is no position without a singularity." in text
-    assert "do not tell their dimensions" not in text
+    assert "No stresses: all positions are singular." in text
+    assert "the sections have no dimensions" not in text
     assert page.run("return document.querySelectorAll('.tile .go').length") == 0
     assert errors(page) == []
 

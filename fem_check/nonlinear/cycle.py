@@ -72,11 +72,11 @@ def cycle(system: System, period: float, count: int, progress: Progress | None =
     DoesNotCloseError
         The rigid motion is not periodic, or Newton's method does not converge.
     """
-    solver = Collocation(system, period, count)
+    solver = PeriodicCollocation(system, period, count)
     return solver.solved(progress or (lambda share, words: None))
 
 
-class Collocation:
+class PeriodicCollocation:
     """Equations of a whole period."""
 
     def __init__(self, system: System, period: float, count: int) -> None:

@@ -23,7 +23,7 @@ OFFSETS = np.arange(POINTS) - (POINTS - 1) / 2
 
 
 @dataclass(frozen=True, eq=False)
-class LinkMotion:
+class RigidLinkMotion:
     """Positions, velocities and accelerations of the rigid links, as in `rigid.Motion`.
 
     Attributes

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_check.nonlinear.link_motion import LinkMotion
+from fem_check.nonlinear.link_motion import RigidLinkMotion
 from fem_check.nonlinear.nodes import Nodes, NotCheckedError
 from fem_check.nonlinear.rigid_places import RigidPlaces
 from fem_check.nonlinear.ties import place_of
@@ -175,7 +175,7 @@ def _elastic_pieces(
 
 def factors(loads: Loads, time: Reals, rigid: RigidPlaces) -> Reals:
     """Evaluate the laws of all loads, shape (instants, loads)."""
-    motion: Any = LinkMotion(time, rigid)
+    motion: Any = RigidLinkMotion(time, rigid)
     values = [np.broadcast_to(np.asarray(law(motion), float), time.shape) for law in loads.laws]
     table = np.stack([*values, np.ones(time.shape)], axis=-1)
     return table[:, loads.law]
@@ -205,7 +205,7 @@ def line_loads(rigid: RigidPlaces, beam: int, xi: Reals, direction: Complexes, t
     direction
         Unit vector of x' at the nodes, (instants, nodes).
     """
-    motion: Any = LinkMotion(time, rigid)
+    motion: Any = RigidLinkMotion(time, rigid)
     mechanism = rigid.mechanism
     at = mechanism.beams[beam][0]
     number = beam - next(k for k, (link, _) in enumerate(mechanism.beams) if link == at)

@@ -21,7 +21,7 @@ from rigid.arrays import Complexes
 
 
 @dataclass(frozen=True, eq=False)
-class Masses:
+class NodeMasses:
     """`mass` [kg], `first` moment [kg m], complex, in link axes, and `inertia` [kg m^2] of nodes."""
 
     mass: Reals
@@ -40,7 +40,7 @@ class MassState:
     energy: Reals
 
 
-def mass_state(masses: Masses, q: Reals, v: Reals, a: Reals, gravity: complex) -> MassState:
+def mass_state(masses: NodeMasses, q: Reals, v: Reals, a: Reals, gravity: complex) -> MassState:
     """Inertia minus weight of all nodes; q, v, a of shape (instants, nodes, 3)."""
     arm = masses.first * np.exp(1j * q[..., 2])
     felt = a[..., 0] + 1j * a[..., 1] - gravity

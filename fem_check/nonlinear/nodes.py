@@ -12,7 +12,7 @@ import numpy as np
 
 from elastic import Section
 from fem_check.nonlinear.beam_elements import Elements, element_stiffness
-from fem_check.nonlinear.node_masses import Masses, gathered, gathering_weights
+from fem_check.nonlinear.node_masses import NodeMasses, gathered, gathering_weights
 from rigid import Beam, Link, Mechanism, MechanismError, Reals
 from rigid.arrays import Integers, Numbers
 
@@ -50,7 +50,7 @@ class Nodes:
     along: tuple[tuple[int, ...], ...]
     first: tuple[int, ...]
     elements: Elements
-    masses: Masses
+    masses: NodeMasses
 
 
 def is_rigid(section: Section) -> bool:
@@ -62,7 +62,7 @@ def nodes_of(
     mechanism: Mechanism, sections: Sequence[Section], elements: int, damping: float | Sequence[float]
 ) -> Nodes:
     """Create the nodes of a mechanism; a link of rigid beams has one node."""
-    builder = _Builder(mechanism, sections, elements, np.broadcast_to(np.asarray(damping, float), len(sections)))
+    builder = _NodeBuilder(mechanism, sections, elements, np.broadcast_to(np.asarray(damping, float), len(sections)))
     for number, link in enumerate(mechanism.links):
         beams = [k for k, (at, _) in enumerate(mechanism.beams) if at == number]
         if number and any(not is_rigid(sections[k]) for k in beams):
@@ -72,7 +72,7 @@ def nodes_of(
     return builder.built()
 
 
-class _Builder:
+class _NodeBuilder:
     """Builder of the nodes."""
 
     def __init__(self, mechanism: Mechanism, sections: Sequence[Section], elements: int, damping: Reals) -> None:
@@ -176,7 +176,7 @@ class _Builder:
             np.array(columns[5], float),
         )
         mass, first, inertia = (np.array(values) for values in zip(*self.mass, strict=True))
-        masses = Masses(mass.astype(float), first.astype(complex), inertia.astype(float))
+        masses = NodeMasses(mass.astype(float), first.astype(complex), inertia.astype(float))
         return Nodes(
             np.array(self.link), np.array(self.rest), self.at, tuple(self.along), tuple(self.first), elements, masses
         )

@@ -107,10 +107,10 @@ def ties_of(
         A slider or toothed wheels on an elastic link, a pin without a beam end, a soft joint of several links, or
         Coulomb friction.
     """
-    return _Builder(mechanism, nodes, joints, drawn).built(first)
+    return _TieBuilder(mechanism, nodes, joints, drawn).built(first)
 
 
-class _Builder:
+class _TieBuilder:
     """Builder of the ties."""
 
     def __init__(self, mechanism: Mechanism, nodes: Nodes, joints: Mapping[str, JointCompliance], drawn: Reals) -> None:

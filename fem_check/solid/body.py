@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_check.solid.outline import Outline, Powers, grid
+from fem_check.solid.outline import Powers, SolidOutline, grid
 from rigid import Reals
 from rigid.arrays import Integers
 
@@ -23,7 +23,7 @@ class SolidLink:
     Parameters
     ----------
     outline
-        Outline of the link.
+        SolidOutline of the link.
     poisson
         Poisson's ratio.
     across
@@ -37,7 +37,7 @@ class SolidLink:
         Position along the beam of all quadrature points, shape (elements, points), clipped to the beam's ends.
     """
 
-    def __init__(self, outline: Outline, poisson: float, across: int) -> None:
+    def __init__(self, outline: SolidOutline, poisson: float, across: int) -> None:
         from skfem import Basis, ElementQuad2, ElementVector, MeshQuad
 
         self.outline, self.poisson, self.grid = outline, poisson, grid(outline, across)

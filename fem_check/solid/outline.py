@@ -55,7 +55,7 @@ class Strip:
 
 
 @dataclass(frozen=True)
-class Outline:
+class SolidOutline:
     """Link as strips between its points [m], complex, in the link's axes."""
 
     points: tuple[complex, ...]
@@ -98,7 +98,7 @@ class QuadGrid:
     xi: tuple[Reals, ...]
 
 
-def grid(outline: Outline, across: int) -> QuadGrid:
+def grid(outline: SolidOutline, across: int) -> QuadGrid:
     """Mesh a link with `across` elements (an even number) over each beam's depth.
 
     Raises
@@ -132,7 +132,7 @@ def grid(outline: Outline, across: int) -> QuadGrid:
     )
 
 
-def _corners(outline: Outline, point: int) -> Iterator[tuple[int, int, int, complex]]:
+def _corners(outline: SolidOutline, point: int) -> Iterator[tuple[int, int, int, complex]]:
     """Yield corners of neighbouring strips at a point: strip, end, side (+1 or -1), place [m]."""
     ends = outline.ends_at(point)
     if len(ends) < 2:
@@ -146,7 +146,7 @@ def _corners(outline: Outline, point: int) -> Iterator[tuple[int, int, int, comp
         yield j, stop, 2 * stop - 1, outline.points[point] + place
 
 
-def _corner(outline: Outline, one: tuple[int, int, complex], other: tuple[int, int, complex]) -> complex:
+def _corner(outline: SolidOutline, one: tuple[int, int, complex], other: tuple[int, int, complex]) -> complex:
     """Intersection of a strip's left edge with the next one's right edge, from the point [m]."""
     (k, end, first_way), (j, stop, turned) = one, other
     first, second = (float(outline.strips[number].depth(float(at))) for number, at in ((k, end), (j, stop)))
@@ -165,7 +165,7 @@ def _corner(outline: Outline, one: tuple[int, int, complex], other: tuple[int, i
 
 
 def _rows(
-    outline: Outline, k: int, sides: dict[tuple[int, int, int], complex], across: int
+    outline: SolidOutline, k: int, sides: dict[tuple[int, int, int], complex], across: int
 ) -> tuple[Complexes, Reals, Reals, int]:
     """Points of a strip by row, beam length between rows, xi, and rows of the overhang."""
     strip = outline.strips[k]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fem_check.solid.body import SolidLink
-from fem_check.solid.outline import Outline, Powers
+from fem_check.solid.outline import Powers, SolidOutline
 from rigid import Reals
 from rigid.arrays import Complexes
 
@@ -52,13 +52,13 @@ class Responses:
 
 
 @lru_cache(maxsize=64)
-def responses(outline: Outline, carrying: tuple[int, ...], poisson: float, across: int) -> Responses:
+def responses(outline: SolidOutline, carrying: tuple[int, ...], poisson: float, across: int) -> Responses:
     """Compute the responses of a link to its unit loads.
 
     Parameters
     ----------
     outline
-        Outline of the link.
+        SolidOutline of the link.
     carrying
         Support points that balance each unit load; balanced loads do not depend on them. Two points act as two
         supports, a single one also takes a moment.
@@ -90,7 +90,7 @@ def _of_strip(body: SolidLink, k: int) -> Reals:
     return np.array((*loads, body.strained(k)))
 
 
-def _supports(outline: Outline, pins: list[Any], carrying: tuple[int, ...]) -> Reals:
+def _supports(outline: SolidOutline, pins: list[Any], carrying: tuple[int, ...]) -> Reals:
     """Reactions: force at the first point, and transverse force or moment, (3, dofs)."""
     first = carrying[0] if carrying else 0
     arms = [outline.points[point] - outline.points[first] for point in carrying]

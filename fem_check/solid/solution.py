@@ -15,7 +15,7 @@ from fem_check.linear.frame import Frame, FramePlace
 from fem_check.linear.loads import concentrated
 from fem_check.linear.solution import solve
 from fem_check.linear.ties import ties
-from fem_check.solid.outline import Outline, OutlineError, Strip
+from fem_check.solid.outline import OutlineError, SolidOutline, Strip
 from fem_check.solid.responses import Responses, responses
 from rigid import LineLoad, Motion, Reals
 from rigid.arrays import Columns, Complexes
@@ -162,7 +162,7 @@ def _no_body(frame: Frame, at: int, sections: Sequence[Section]) -> str | None:
     return "a slider's block moves along it" if any(frame.bodies[k].link == at for k, _ in blocks) else None
 
 
-def _outline(motion: Motion, at: int, names: Sequence[str], sections: Sequence[Section]) -> Outline:
+def _outline(motion: Motion, at: int, names: Sequence[str], sections: Sequence[Section]) -> SolidOutline:
     link = motion.mechanism.links[at]
     strips = []
     for beam, section in zip(link.beams, sections, strict=True):
@@ -170,7 +170,7 @@ def _outline(motion: Motion, at: int, names: Sequence[str], sections: Sequence[S
         EA, EI = _along(section.EA, taper.EA), _along(section.EI, taper.EI)
         mass = _along(beam.mass_per_length, beam.mass_taper)
         strips.append(Strip(names.index(beam.start), names.index(beam.end), EA, EI, mass))
-    return Outline(tuple(complex(link.points[name]) for name in names), tuple(strips))
+    return SolidOutline(tuple(complex(link.points[name]) for name in names), tuple(strips))
 
 
 def _along(at_start: Any, taper: Sequence[float]) -> tuple[float, ...]:

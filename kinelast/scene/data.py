@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -114,7 +115,7 @@ class Scene:
     report_units: str = "SI"
     written: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     settled: Any = None
-    parts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    parts: Mapping[str, Mapping[str, Any]] = field(default_factory=lambda: defaultdict(dict))
 
     @property
     def cams(self) -> Mapping[str, Cam]:

@@ -75,7 +75,7 @@ class ChartedPosture:
         )
 
 
-class Chart:
+class PostureChart:
     """Visited cells of the drive coordinate; None for postures without a polynomial.
 
     Cells are numbered along the coordinate, over any number of turns.

@@ -8,7 +8,7 @@ import numpy as np
 
 from rigid.arrays import Complexes, Reals
 from rigid.decomposition.order import structure
-from rigid.dynamics.chart import Chart
+from rigid.dynamics.chart import PostureChart
 from rigid.dynamics.integrated_motion import Effort, MotionLaw, effort_of
 from rigid.dynamics.leading import Lead, unwound
 from rigid.dynamics.tracking import Tracker
@@ -44,7 +44,7 @@ class RightHandSide:
         self.unit = np.array([1.0 if tracker.turns(number) else tracker.size for number in free])
         turned = self.own_coordinates(tracker.angle, offset=False)
         self._offset = {number: coordinates[number] - value for number, value in turned.items()}
-        self.chart = Chart(tracker) if charted and len(drives) == 1 else None
+        self.chart = PostureChart(tracker) if charted and len(drives) == 1 else None
         if lead.own:  # otherwise the motion is unchanged, and only drives have rotors
             tracker.seen = lambda coasting: lead.seen(coasting, self.own_coordinates(tracker.angle))
             tracker.rotors = lead.rotors
