@@ -1,4 +1,4 @@
-"""Errors of figures: each of one figure, in its unit, made of differences that were computed for it."""
+"""Errors of figures, in their units, from differences between answers."""
 
 from __future__ import annotations
 
@@ -21,21 +21,24 @@ from rigid.arrays import Complexes, Numbers, Reals
 VIBRATION, LARGE = "vibration", "large displacement"
 HIGHER_ORDERS, TIME, BEAM_THEORY, ROUND_OFF = "higher orders", "time and coordinates", "beam theory", "round-off"
 BETWEEN = "between the positions"
-MEASURED, BODIES = "motion, as measured", "beam theory, as measured"  # by checks, in place of the estimates
+MEASURED, BODIES = "motion, as measured", "beam theory, as measured"  # parts measured by checks
 NOT_OF_MOTION = (BEAM_THEORY, ROUND_OFF, BETWEEN)  # parts that no theory of motion changes
-BY_MOTION = (VIBRATION, LARGE)  # each from the answer with those before it to that with it: their signs count
-SEARCHED = LARGEST, LEAST, MOST  # reductions that find a place in the cycle
-QUARTER = 4.0  # ratio in which the error of an average falls with half as long steps
+BY_MOTION = (VIBRATION, LARGE)  # successive corrections, added with their signs
+SEARCHED = LARGEST, LEAST, MOST  # reductions with a place in the cycle
+QUARTER = 4.0  # ratio of the errors of an average at full and half steps
 ONE_POSITION = "there is no instant beside it to compare with"
-RIGID_HEADLINE = "drive_effort", "joint_force"  # figures of a mechanism of rigid links by which it is graded
-HEADLINE = NAMES["w"], NAMES["mises"]  # figures of which every report tells the greatest
-LITTLE = 0.01  # of the greatest figure of a unit, below which one of them counts as so much
+RIGID_HEADLINE = "drive_effort", "joint_force"  # graded figures of rigid links
+HEADLINE = NAMES["w"], NAMES["mises"]  # main figures of every report
+LITTLE = 0.01  # smallest base of relative errors, relative to the largest figure of the unit
 COURSES, JOINT_FORCES = ("u", "w", "chord", "N", "M"), "joint forces"
-LITTLE_PRESSED, KNOWN_TO = 0.2, 0.02  # of the greatest: load ratios below the first are known to the second
+LITTLE_PRESSED, KNOWN_TO = (
+    0.2,
+    0.02,
+)  # relative to the largest load ratio: ratios below the first are known to the second
 MAX_CHANGE_RATIO = 3.0  # change of a load ratio between positions, relative to that of the axial force
-DISPLACEMENTS = ("m", "rad")  # units of figures whose discretization error is a share of the largest of their unit
-AT = np.linspace(0.0, 1.0, 5)  # places along the beams at which courses are compared
-SMALL = 0.1  # of the greatest of all beams or joints, below which the course of one counts as so much
+DISPLACEMENTS = ("m", "rad")  # units with discretization errors relative to the largest figure of the unit
+AT = np.linspace(0.0, 1.0, 5)  # stations at which courses are compared
+SMALL = 0.1  # smallest base of course errors, relative to the largest of all beams or joints
 EPS = float(np.finfo(float).eps)
 
 
@@ -56,7 +59,7 @@ class FigureError:
 
     @property
     def size(self) -> float:
-        """All parts together: the sum of those with signs, and of the others' magnitudes; nan where not known."""
+        """Total: signed parts added with their signs, others by magnitude; nan if unknown."""
         if self.unknown:
             return math.nan
         lacks = math.fsum(self.parts.get(name, 0.0) for name in BY_MOTION)
@@ -69,17 +72,17 @@ class FigureError:
 
     @property
     def measured(self) -> bool:
-        """Whether checks measured its largest part."""
+        """True if a check measured the largest part."""
         return self.largest in (MEASURED, BODIES)
 
     def without(self, names: Sequence[str]) -> FigureError:
-        """The error but for some of its parts."""
+        """Return the error without some of its parts."""
         return FigureError({name: part for name, part in self.parts.items() if name not in names}, self.unknown)
 
 
 @dataclass(frozen=True)
 class GradedFigure:
-    """A figure that a reader looks at, by which an answer is graded.
+    """A main figure, by which an answer is graded.
 
     Attributes
     ----------
@@ -99,13 +102,13 @@ class GradedFigure:
 
     @property
     def share(self) -> float:
-        """The error as a share; nan where it is not known."""
+        """Relative error; nan if unknown."""
         return self.error.size / self.base
 
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Estimate of an answer's error, of which the errors of its figures are made.
+    """Data for the errors of all figures of an answer.
 
     Attributes
     ----------
@@ -140,7 +143,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Measured:
-    """Errors of figures by a check that rests on another theory, of its items in the units of the figures.
+    """Errors of figures from a check by another theory, in the units of the figures.
 
     Attributes
     ----------
@@ -153,7 +156,7 @@ class Measured:
     own: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     def in_place(self, key: str, item: int, error: FigureError) -> FigureError:
-        """An error with that of the check in place of all estimates of the theory of motion.
+        """Return an error with the measured part instead of the estimates for the theory of motion.
 
         The estimate stays where the check is too coarse to tell more.
         """
@@ -168,7 +171,7 @@ class Measured:
 def with_bodies(
     errors: Mapping[str, Sequence[FigureError]], off: Sequence[float], whole: Sequence[float]
 ) -> dict[str, list[FigureError]]:
-    """Errors with beam theory's part as plane bodies have it.
+    """Errors of beam theory measured by plane bodies.
 
     Of the deflection from a beam's chord it is what they differ by; of other figures the estimate, times as much as it
     is too low or too high for the beam for which that is most. These keep the estimate where a beam that has a part in
@@ -199,7 +202,7 @@ def with_bodies(
 def figure_errors(
     answer: Cycle, figures: Sequence[Figure], off: Estimate, keys: Collection[str] | None = None
 ) -> dict[str, list[FigureError]]:
-    """Errors of every item of the figures of an answer, by key; only of some `keys` if given.
+    """Return the errors of all items of the figures of an answer, by key; `keys` selects some.
 
     The same reductions are taken of the answer and of the answer without one cause of error; the difference is that
     part of the error. A part known as a share counts as that share of the largest item of the figure; the
@@ -252,7 +255,7 @@ def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Map
 
 
 def _of_motion(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[FigureError]:
-    """Position errors of a figure of the rigid motion, of every item.
+    """Return the position errors of all items of a rigid figure.
 
     Of a largest or least value that is the gain of a parabola there, of others the change by every second instant,
     and a quarter of that by every fourth, as the first may be small by chance.
@@ -292,7 +295,7 @@ def _of_items(
     base = reference_deflection(np.where(np.isfinite(here), np.abs(here), 0.0))
     wide = (
         base if figure.over == LEAST else np.full(np.shape(here), np.max(base, initial=0.0))
-    )  # safeties are quotients
+    )  # a safety is a quotient
     parts |= {name: figure.power * share * wide for name, share in off.shares.items()}
     if TIME in off.shares:
         units = figure.units(answer.scene)
@@ -310,7 +313,7 @@ def _of_items(
 
 
 def stiffness_error(sizes: Iterable[float], errors: Iterable[FigureError]) -> float:
-    """Share by which natural frequencies are too high, by how much too little beam theory lets the links deflect.
+    """Return the relative error of natural frequencies by the deflection that beam theory neglects.
 
     By Rayleigh's quotient that is half of the share by which it makes them too stiff.
 
@@ -326,14 +329,14 @@ def stiffness_error(sizes: Iterable[float], errors: Iterable[FigureError]) -> fl
 
 
 def _difference(after: Any, before: Any) -> Reals:
-    """By how much values change; not at all where both are infinite."""
+    """Return differences of values; 0 if both are infinite."""
     with np.errstate(invalid="ignore"):
         difference: Reals = np.where(after == before, 0.0, after - before)
     return difference
 
 
 def _round_off(answer: Cycle, figure: Figure) -> Reals:
-    """Round-off of every item as a share, at the position where it is found.
+    """Return the relative round-off of every item at its position.
 
     EPS times the motion's condition, or times that of the deflection where links bend: next to where all are straight
     that is told of rotations that are nothing.
@@ -348,7 +351,7 @@ def _round_off(answer: Cycle, figure: Figure) -> Reals:
 
 
 def history_error(answer: Cycle, off: Estimate) -> float:
-    """Greatest error by the theory of motion, and in time, of any deflection from a chord at any instant.
+    """Return the largest error of any deflection from a chord at any instant, by theory of motion and time.
 
     As a share of the largest deflection of the beam; a check of the whole mechanism measures it.
     """
@@ -362,7 +365,7 @@ def history_error(answer: Cycle, off: Estimate) -> float:
 
 
 def course_errors(answer: Cycle, off: Estimate) -> dict[str, float]:
-    """Greatest errors by the theory of motion, and in time, of fields and joint forces at any instant, by name.
+    """Return the largest errors of fields and joint forces at any instant, by theory of motion and time.
 
     Each as a share of the largest value of the member or joint, or of `SMALL` of the largest of all where that is more.
     """
@@ -380,32 +383,32 @@ def course_errors(answer: Cycle, off: Estimate) -> dict[str, float]:
 
 
 def _greatest_of_members(answer: Cycle, values: Reals) -> Reals:
-    """Of values along beams, shape (beams, positions, stations), of the whole member of every beam."""
+    """Return values of the whole member of every beam, from shape (beams, positions, stations)."""
     greatest: Reals = np.nan_to_num(np.abs(values)).max(axis=(1, 2), initial=0.0)
     return members_of(answer.scene.mechanism).greatest(greatest)
 
 
 def _not_small(greatest: Reals) -> Reals:
-    """Bases of shares of beams or joints: their greatest values, but no less than `SMALL` of the greatest of all."""
+    """Return the bases of relative errors: largest values, at least `SMALL` of the largest of all."""
     base: Reals = np.maximum(greatest, SMALL * greatest.max(initial=0.0))
     return base
 
 
 def _greatest_share(values: Numbers, others: Numbers, base: Reals) -> float:
-    """Greatest difference in any row, as a share of the row's base."""
+    """Return the largest difference in any row, relative to the base of the row."""
     apart = np.nan_to_num(np.abs(others - values)).max(axis=tuple(range(1, values.ndim)), initial=0.0)
     return float(np.divide(apart, base, out=np.zeros_like(apart), where=base > 0.0).max(initial=0.0))
 
 
 def _joint_forces(bent: Deflection) -> Complexes:
-    """At all positions [N], complex, shape (joints, positions)."""
+    """Return joint forces [N], complex, shape (joints, positions)."""
     columns = bent.motion.columns
     forces = [np.broadcast_to(np.asarray(force, complex), columns) for force in bent.forces.force]
     return np.reshape(np.array(forces, complex), (len(forces), *columns))
 
 
 def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: Estimate) -> list[GradedFigure]:
-    """The figures that are read: the headline's, the output, and those that limits judge."""
+    """Return the main figures: headline, output, and figures with limits."""
     by_key = {figure.key: figure for figure in figures}
     values = magnitudes(answer, [figure for figure in figures if not figure.rigid])
     motion = [figure for figure in figures if figure.of_motion(scene)]
@@ -422,13 +425,13 @@ def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: 
 
 
 def limited_figures(scene: Scene, figures: Sequence[Figure]) -> list[Figure]:
-    """Figures that limits judge."""
+    """Return the figures with limits."""
     keys = {limit.figure for limit in limits_of(scene)}
     return [figure for figure in figures if figure.key in keys]
 
 
 def _read(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> Iterator[tuple[str, int]]:
-    """Keys of the figures that are read, each with the item that has the greatest of those that are looked at."""
+    """Return the keys of the main figures, each with the item of the largest value."""
     limited: Iterator[tuple[str, Sequence[int] | None]] = (
         (limit.figure, bounded_items(scene, limit)) for limit in limits_of(scene)
     )
@@ -443,12 +446,12 @@ def _read(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]
 
 
 def worst_of(graded: Sequence[GradedFigure]) -> GradedFigure | None:
-    """The figure that is farthest off as a share, or the first of an unknown error."""
+    """Return the figure with the largest relative error, or the first with an unknown error."""
     return max(graded, key=lambda each: math.inf if math.isnan(each.share) else each.share, default=None)
 
 
 def _scales(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> dict[str, float]:
-    """Greatest known magnitude by unit."""
+    """Return the largest known magnitude by unit."""
     scales: dict[str, float] = {}
     for key, sizes in values.items():
         for unit, size in zip(figures[key].units(scene), sizes, strict=True):

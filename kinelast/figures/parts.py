@@ -1,4 +1,4 @@
-"""Parts of the summary: inputs, strength and vibration of the links, drives, joints, life, friction and checks."""
+"""Sections of the summary: inputs, strength, vibration, drives, joints, life, friction, checks."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ from rigid.kinetostatics import rubbing_joints, sliding_directions
 if TYPE_CHECKING:
     from fem_check.solid import SolidComparison
 
-SAME = 1e-9  # of a link's size, by which two places on it are one
-STEADY = 1e-9  # share of the speed by which a steady drive may seem to change
-MARKS = 24  # positions at most at which contact is told to be lost
-FEW = 16  # positions that tell too little of a cycle's harmonics
+SAME = 1e-9  # distance of coincident places, relative to the size of the link
+STEADY = 1e-9  # relative change of a steady speed by round-off
+MARKS = 24  # largest number of listed positions without contact
+FEW = 16  # too few positions for harmonics of the cycle
 
 
 def input_figures(results: Results) -> dict[str, Any]:
-    """Inputs of a scene that the reader of a report needs beside its links."""
+    """Return the inputs of a scene other than its links."""
     mechanism, sections = results.mechanism, results.deflection.sections
     gravity = complex(mechanism.gravity)
     return {
@@ -74,12 +74,12 @@ def input_figures(results: Results) -> dict[str, Any]:
 
 
 def _first(value: Any) -> float:
-    """A number of a section, that of its first design."""
+    """Return a number of a section for its first design."""
     return float(np.ravel(value)[0])
 
 
 def _centre(link: Link, lump: Lump) -> dict[str, Any]:
-    """The point that is at a mass's centre; where none is, the point that holds it and `offset`, in the link's axes."""
+    """Return the point at the centre of a mass, or a point of the link and the `offset` from it in link axes."""
     origin, offset = complex(link.points[lump.point]), complex(lump.offset)
     near = SAME * max(map(abs, (offset, *(complex(place) - origin for place in link.points.values()))))
     names = [lump.point, *link.points]
@@ -90,13 +90,13 @@ def _centre(link: Link, lump: Lump) -> dict[str, Any]:
 
 
 def _speed(least: float, most: float, unit: str) -> dict[str, Any]:
-    """Greatest speed of a drive with its sign, and whether it is the same throughout."""
+    """Return the largest speed of a drive with its sign, and True if it is constant."""
     fastest = least if abs(least) > abs(most) else most
     return {"speed": figure(fastest, f"{unit}/s"), "steady": bool(most - least <= STEADY * abs(fastest))}
 
 
 def _load(load: Any) -> Iterator[tuple[str, Any]]:
-    """Kind of a load, the link and place it acts on, how large it is before any law in time, and where it points."""
+    """Yield kind, link, place, size (without its table) and direction of a load."""
     resists = isinstance(load, Resistance)
     yield "resists", ("one way" if load.one_way else "both ways") if resists else None
     load = load.load if resists else load
@@ -122,7 +122,7 @@ def _load(load: Any) -> Iterator[tuple[str, Any]]:
 
 
 def strength_figures(results: Results) -> dict[str, dict[str, Any]]:
-    """Per beam: swing of the normal stress, safety, load over critical load, slenderness."""
+    """Return stress range, safety, load / critical load and slenderness of every beam."""
     run = results.figures
     return {
         label: {
@@ -137,7 +137,7 @@ def strength_figures(results: Results) -> dict[str, dict[str, Any]]:
 
 
 def _swing(swings: Any, length: float) -> dict[str, Any]:
-    """The larger swing of both fibres, shape (2, stations), and where it is."""
+    """Return the larger stress range of both fibres, shape (2, stations), and its place."""
     if np.isnan(swings).all():
         return figure(math.nan, "Pa")
     side, at = np.unravel_index(np.nanargmax(swings), swings.shape)
@@ -147,7 +147,7 @@ def _swing(swings: Any, length: float) -> dict[str, Any]:
 
 
 def vibration_figures(results: Results) -> dict[str, Any] | None:
-    """Natural frequencies over the cycle, and their excitation; None where no link has beams."""
+    """Return natural frequencies over the cycle and their excitation; None without beams."""
     frequencies = results.frequencies
     if frequencies is None:
         return None
@@ -172,7 +172,7 @@ def _over_cycle(results: Results, omega: Any) -> dict[str, Any]:
 
 
 def _exciting_load(results: Results, lowest: float) -> dict[str, Any] | None:
-    """The fastest strong harmonic of the load; None of no cycle."""
+    """Return the fastest strong harmonic of the load; None if there is no cycle."""
     few = len(results.motion.time) <= FEW
     if few or math.isnan(results.period) or not math.isfinite(lowest) or not results.counted.all():
         return None
@@ -187,13 +187,13 @@ def _exciting_load(results: Results, lowest: float) -> dict[str, Any] | None:
 
 
 def fastest_drive(results: Results) -> float:
-    """Greatest speed of any drive that turns [rad/s]; 0 where none does."""
+    """Return the largest speed of a rotating drive [rad/s]; 0 if there is none."""
     rates = np.abs(results.figures.rates).max(axis=0)
     turning = (rate for drive, rate in zip(results.mechanism.drives, rates.tolist(), strict=True) if drive.turns)
     return float(max((rate for rate in turning if math.isfinite(rate)), default=0.0))
 
 
-DRIVE_KEYS = {  # of the summary, and the figures that stand there
+DRIVE_KEYS = {  # keys of the summary and their figures
     "effort": "drive_effort",
     "rms": "drive_rms",
     "mean": "drive_mean",
@@ -210,7 +210,7 @@ DRIVE_KEYS = {  # of the summary, and the figures that stand there
 
 
 def law_figures(scene: Scene, number: int) -> dict[str, Any] | None:
-    """Peaks of the law of a drive, counted from 0; None where it is at constant speed or an effort.
+    """Return the peaks of the law of a drive, by its number from 0; None for constant speed or an effort.
 
     A jerk that is infinite is null, with the times at which the acceleration jumps.
     """
@@ -224,11 +224,11 @@ def law_figures(scene: Scene, number: int) -> dict[str, Any] | None:
     return {**told, "jumps": [figure(time, "s") for time in peaks.jumps]}
 
 
-POWERS = "", "^2", "^3"  # of the second, in the units of derivatives
+POWERS = "", "^2", "^3"  # powers of the second in units of derivatives
 
 
 def drive_figures(results: Results) -> list[dict[str, Any]]:
-    """Figures of every drive, peaks of its law, and data and figures of its parts."""
+    """Return the figures of every drive, the peaks of its law, and data and figures of its parts."""
     scene = results.scene
     names = items_of(scene, DRIVE)
     rows = []
@@ -246,7 +246,7 @@ def drive_figures(results: Results) -> list[dict[str, Any]]:
 
 
 def _figure_of(results: Results, key: str, name: str) -> dict[str, Any] | None:
-    """The largest of a figure's item over the cycle; None where it has no such item."""
+    """Return the largest value of an item over the cycle; None if the figure has no such item."""
     known = next(each for each in results.figures.figures if each.key == key)
     items = items_of(results.scene, known.of)
     if name not in items:
@@ -256,7 +256,7 @@ def _figure_of(results: Results, key: str, name: str) -> dict[str, Any] | None:
 
 
 def cam_rows(results: Results) -> dict[str, dict[str, Any]]:
-    """Figures of every cam; where it would have to go back on itself, and where its follower leaves it.
+    """Return the figures of every cam, with undercut and lost contact.
 
     `counts`: at how many positions that is; `cut`: how deep the follower at another place cuts into the profile, as it
     does where the cam cannot be made.
@@ -287,14 +287,14 @@ def cam_rows(results: Results) -> dict[str, dict[str, Any]]:
 
 
 def _marks(results: Results, there: Flags) -> list[dict[str, Any]]:
-    """Positions at which something is: of many the first, the last and some between."""
+    """Return positions with a property; of many the first, the last and some between."""
     at = np.flatnonzero(there & results.counted)
     some = at if len(at) <= MARKS else at[np.linspace(0, len(at) - 1, MARKS).astype(int)]
     return [at_position(results, int(position)) for position in some]
 
 
 def part_rows(results: Results) -> dict[str, dict[str, dict[str, Any]]]:
-    """Facts and figures of the parts that have a section of their own, by kind and name."""
+    """Return data and figures of parts with a separate section, by kind and name."""
     return {
         part.key: {
             name: _part_row(results, part, name, part.facts(own)) for name, own in part.of(results.scene).items()
@@ -316,7 +316,7 @@ SENSES = {1: "turns counter-clockwise", -1: "turns clockwise", 0: "swings"}
 
 
 def joint_rows(results: Results) -> list[dict[str, Any]]:
-    """Figures of every joint: its force, and of one under [bearings] those of its parts."""
+    """Return the force of every joint, and the figures of its parts under [bearings]."""
     scene, rows = results.scene, []
     for number, ((joint, link), peak) in enumerate(
         zip(results.joint_words, results.figures.peaks["joint_force"], strict=True)
@@ -348,7 +348,7 @@ def _joint_parts(results: Results, number: int) -> dict[str, Any]:
 
 
 def life_figures(results: Results) -> dict[str, Any] | None:
-    """Endurance and life of every beam, and the place; None of a scene that does not ask."""
+    """Return endurance and life of every beam with the place; None without [fatigue]."""
     scene, run = results.scene, results.figures
     if scene.fatigue is None:
         return None
@@ -371,7 +371,7 @@ def life_figures(results: Results) -> dict[str, Any] | None:
 
 
 def friction_figures(results: Results) -> dict[str, Any] | None:
-    """Efforts and heat of friction in the joints; None where no joint has any."""
+    """Return friction efforts and friction power of the joints; None without friction."""
     rubbing = rubbing_joints(results.mechanism)
     if not rubbing:
         return None
@@ -391,14 +391,14 @@ def friction_figures(results: Results) -> dict[str, Any] | None:
 
 
 def resting(results: Results) -> Flags:
-    """Whether nothing slides in any joint with friction, though drives may hold it there, shape (positions,)."""
+    """Return True if no joint with friction slides, even if a drive holds it, shape (positions,)."""
     signs = sliding_directions(results.motion, results.deflection.forces.sliding)
     still: Flags = np.all([sign == 0.0 for sign in signs.values()], axis=0)
     return still & ~results.singular
 
 
 def nonlinear_figures(check: NonlinearCheck | NotMade | None) -> dict[str, Any] | None:
-    """The nonlinear check as plain data, shares of the largest deflection from the chord."""
+    """Return the nonlinear check as plain data, relative to the largest deflection from the chord."""
     if check is None:
         return None
     if isinstance(check, NotMade):
@@ -425,7 +425,7 @@ def nonlinear_figures(check: NonlinearCheck | NotMade | None) -> dict[str, Any] 
 
 
 def solid_figures(check: SolidComparison | NotMade | None) -> dict[str, Any] | None:
-    """The solid check as plain data, shares of the largest deflection from the chord."""
+    """Return the solid check as plain data, relative to the largest deflection from the chord."""
     if check is None:
         return None
     if isinstance(check, NotMade):

@@ -1,4 +1,4 @@
-"""The registry of figures: each once, for reports, designs, speeds and limits alike."""
+"""Registry of all figures, used by reports, designs, speeds and limits."""
 
 from __future__ import annotations
 
@@ -55,12 +55,12 @@ from rigid.arrays import Complexes, Real, Reals
 from rigid.constants import mass_moments
 from rigid.kinetostatics import friction_power, rubbing_joints
 
-NAMES = {"w": "deflection", "mises": "stress"}  # of figures that are fields, where not the field's key
-HARMONICS = 6  # of the fastest drive, that natural frequencies are held against
+NAMES = {"w": "deflection", "mises": "stress"}  # keys of figures that differ from the key of their field
+HARMONICS = 6  # harmonics of the fastest drive compared with natural frequencies
 
 
 def safety_factor(sections: Sequence[Section], stress: Any) -> Reals:
-    """Yield stress over the largest von Mises stress, shape (beams, ...): infinite without stress, nan if not known."""
+    """Yield stress / largest von Mises stress, shape (beams, ...); infinite without stress, nan if unknown."""
     size = np.abs(stress)
     limits = [np.broadcast_to(np.ravel(section.yield_stress), size.shape[1:] or 1) for section in sections]
     limit = np.array(limits, float).reshape(size.shape)
@@ -75,7 +75,7 @@ def _safety(cycle: Cycle) -> Largest:
 
 
 def _angle_errors(cycle: Cycle) -> Largest:
-    """Of every moving link, at that of its points where it is largest."""
+    """Largest value over the points of every moving link."""
     links = cycle.scene.mechanism.links[1:]
     best = [_angle_error(cycle, link.name) for link in links]
     return Largest(
@@ -95,7 +95,7 @@ def _mass(cycle: Cycle) -> Real:
 
 
 def _condition(cycle: Cycle) -> Largest:
-    """Of all positions that could be computed, also those that do not count."""
+    """Largest value over all computed positions, including ill-conditioned ones."""
     condition = np.where(cycle.singular, -1.0, cycle.condition)
     at = condition.argmax(axis=-1)
     most = np.take_along_axis(condition, at[..., None], -1)[..., 0]
@@ -103,7 +103,7 @@ def _condition(cycle: Cycle) -> Largest:
 
 
 def _transmission(cycle: Cycle) -> Largest:
-    """Least transmission angle of any dyad; nan where there is none."""
+    """Smallest transmission angle of all dyads; nan if there is none."""
     angles = [one.angle for one in transmission_angles(cycle.motion)]
     if not angles:
         return fixed(lambda _: np.nan)(cycle)
@@ -111,7 +111,7 @@ def _transmission(cycle: Cycle) -> Largest:
 
 
 def _fastest(cycle: Cycle) -> Reals:
-    """Greatest speed of any drive that turns [rad/s], shape (..., 1); 0 where none does."""
+    """Largest speed of a rotating drive [rad/s], shape (..., 1); 0 if there is none."""
     pairs = zip(cycle.motion.mechanism.drives, cycle.motion.drive_rate, strict=True)
     rates = [np.abs(np.broadcast_to(rate, cycle.columns)) for drive, rate in pairs if drive.turns]
     return np.max([np.nanmax(rate, axis=-1, keepdims=True) for rate in rates], axis=0) if rates else np.zeros(1)
@@ -132,12 +132,12 @@ def _feedback(cycle: Cycle) -> Reals:
 
 
 def _rubbing(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """A figure of the scene where a joint has friction."""
+    """Return a figure of a scene with friction."""
     return each(lambda cycle: [values(cycle)] if rubbing_joints(cycle.scene.mechanism) else [])
 
 
-TOLD = ("w", "chord", "mises")  # fields that a design's row tells
-LIMITS = {"w": "deflection", "chord": "chord"}  # keys under [limits] of their figures
+TOLD = ("w", "chord", "mises")  # fields in the row of a design
+LIMITS = {"w": "deflection", "chord": "chord"}  # keys of their limits under [limits]
 OF_FIELDS = tuple(
     Figure(NAMES.get(key, key), FIELDS[key].name, FIELDS[key].unit, BEAM, AlongBeams(key), fields=(key,),
            told=key in TOLD, limit=LIMITS.get(key, ""))
@@ -193,7 +193,7 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
 
 
 def output_figures(output: Output | None) -> tuple[Figure, ...]:
-    """Figures of the output: its error, and of a link the angles between which it swings [rad], see `swing_of`."""
+    """Return figures of the output: its error, and for a link the limits of its angle [rad], see `swing_of`."""
     if output is None:
         return ()
     if output.point:
@@ -225,7 +225,7 @@ def output_figures(output: Output | None) -> tuple[Figure, ...]:
 
 
 def _of_its_motion(output: Output) -> tuple[Figure, ...]:
-    """Figures of how the drive moves an output, whether a point or an angle."""
+    """Return figures of the motion of an output, a point or an angle."""
 
     def unit(scene: Scene) -> list[str]:
         turns = scene.mechanism.drives[0].turns if scene.mechanism.drives else True
@@ -249,12 +249,12 @@ def _of_its_motion(output: Output) -> tuple[Figure, ...]:
 
 
 def _stopping(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
-    """A figure of the scene where its drives come to rest."""
+    """Return a figure of a scene with drives that come to rest."""
     return lambda cycle: find(cycle) if cycle.scene.course.stops else each(lambda _: [])(cycle)
 
 
 def limits_of(scene: Scene) -> tuple[Limit, ...]:
-    """All limits of a scene: those by keys of their own, and those by the names of figures.
+    """Return all limits of a scene, by their keys and by names of figures.
 
     Raises
     ------
@@ -293,11 +293,11 @@ def _limit_by_name(scene: Scene, bound: FigureBound) -> Limit:
 
 @lru_cache(maxsize=64)
 def figures_of(output: Output | None) -> tuple[Figure, ...]:
-    """All figures of a scene with this output."""
+    """Return all figures of a scene with this output."""
     return (*ALONG_BEAMS, *output_figures(output), *OF_THE_MACHINE, *clearance_figures(output))
 
 
 OF_OUTPUTS = {
     each.key for output in (Output("", "P"), Output("")) for each in figures_of(output) if each not in figures_of(None)
 }
-"""Keys of figures that only a scene with an output has."""
+"""Keys of figures that need an output."""

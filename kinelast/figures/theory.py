@@ -1,4 +1,4 @@
-"""Which theory of motion answers a scene, and how far its answer is from the truth."""
+"""Choice of the theory of motion for a scene, and the error of its answer."""
 
 from __future__ import annotations
 
@@ -63,30 +63,30 @@ from rigid.arrays import Reals
 
 MotionAt = Callable[[Any], Motion]
 
-TOLERANCE = 1e-4  # of a theory asked for by name, in time and in its coordinates, relative to the largest displacement
+TOLERANCE = 1e-4  # tolerance of a theory requested by name, relative to the largest displacement
 FINE = 0.02  # tolerance of the solver, relative to the requested accuracy
 FINEST = 1e-6  # smallest tolerance of the solver: below it, time elements take minutes or stop converging
-EXACT = 0.02  # tolerance of the exact answer that nobody asked for by name, relative to the requested accuracy
+EXACT = 0.02  # tolerance of an exact answer not requested by name, relative to the requested accuracy
 RESOLVED = 0.4  # discretization error that needs no finer discretization to be measured, relative to the accuracy
-SMALL_ROTATION = 0.05  # [rad] for an accuracy of 1: smaller rotations tell the effect of large displacement
-FAR = 3.0  # change of the largest deflection by vibration over the accuracy: beyond it no quasi-static answer is made
-JUDGED = 0.2  # of both, if limits judge the answer: a bound must not decide what a measured error would not
-BOUND_OVER_ERROR = 4.0  # the solver's bound of its discretization error over the error that most answers have
-BESIDES = 0.1  # share of the accuracy, or of the error that no theory of motion reduces, that is not worth an answer
+SMALL_ROTATION = 0.05  # [rad] / accuracy: a smaller rotation is itself the estimate of large displacement
+FAR = 3.0  # change of the largest deflection by vibration / accuracy, above which quasi-static is not tried
+JUDGED = 0.2  # factor on both bounds if limits judge the answer
+BOUND_OVER_ERROR = 4.0  # bound of the discretization error / its usual value
+BESIDES = 0.1  # a possible gain below this share of the accuracy or of the remaining error needs no better theory
 FURTHER = 0.1  # tolerance of a finer exact answer, relative to that of the answer it is compared with
 NO_MORE = 0.1  # largest change of deflections by the last step to the exact answer, relative to the accuracy
 MAX_ROTATION = 4.0  # [rad] rotation of a section beyond which no vibration is computed
-MAX_PHASE = 0.5  # [rad] of the lowest natural frequency from position to position: ringing peaks are lost beyond
-MAX_REFINED = 10_000  # positions, above which no instants between them are examined
-SAME = 1e-9  # share by which moments at rest may differ by round-off
-MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] of a drive over the whole run
-MAX_CHANGE_PER_TRAVEL = 10.0  # share of the largest moment by which moments of a machine at rest change per travel
+MAX_PHASE = 0.5  # [rad] phase of the lowest natural frequency between positions; peaks of ringing are lost above
+MAX_REFINED = 10_000  # with more positions, no instants between them are examined
+SAME = 1e-9  # relative difference of moments at rest by round-off
+MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] largest travel of a drive at rest
+MAX_CHANGE_PER_TRAVEL = 10.0  # relative change of moments per travel of a machine at rest
 UNSTABLE = "the links have no steady state, their vibration grows"
 
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """The deflection by the theory that was taken.
+    """Deflection by the chosen theory, with errors.
 
     Attributes
     ----------
@@ -124,44 +124,44 @@ class Answer:
 
     @property
     def deflection(self) -> Deflection:
-        """The answer."""
+        """Deflection of the links."""
         return self.cycle.deflection
 
     def at(self, plain: Deflection) -> Deflection:
-        """The answer at the positions of a quasi-static deflection."""
+        """Return the answer at the positions of a quasi-static deflection."""
         if self.theory == QUASI_STATIC or self.vibrating is None or self.vibrating.vibration is None:
             return plain
         return deflection_at(self.vibrating, plain.motion)
 
     @property
     def unknown(self) -> str:
-        """Reason why nobody knows how far the answer is off; empty where that is known."""
+        """Reason for an unknown error; empty if the error is known."""
         return self.off.unknown
 
     @cached_property
     def errors(self) -> Mapping[str, Sequence[FigureError]]:
-        """Of every figure of the run by key, of every item."""
+        """Errors of all items of the figures, by key."""
         return figure_errors(self.cycle, self.figures, self.off)
 
     @cached_property
     def by_motion(self) -> float:
-        """As of `history_error`; nan where it is not known."""
+        """See `history_error`; nan if unknown."""
         known = self.cycle.scene.labels and not self.unknown
         return history_error(self.cycle, self.off) if known else math.nan if self.unknown else 0.0
 
     @cached_property
     def courses(self) -> Mapping[str, float]:
-        """As of `course_errors`; nothing where they are not known."""
+        """See `course_errors`; empty if unknown."""
         return {} if self.unknown or not self.cycle.scene.labels else course_errors(self.cycle, self.off)
 
     @property
     def worst_course(self) -> tuple[str, float]:
-        """Name of the course that is farthest off, and its error as a share; nothing, and nan, where not known."""
+        """Name and relative error of the worst course; empty and nan if unknown."""
         return max(self.courses.items(), key=lambda item: item[1], default=("", math.nan))
 
     @property
     def error(self) -> float:
-        """Of the worst of the figures that are read, as a share; nan where one is not known, 0 where there is none."""
+        """Relative error of the worst graded figure; nan if one is unknown, 0 if there is none."""
         if self.unknown:
             return math.nan
         worst = worst_of(self.graded)
@@ -169,11 +169,11 @@ class Answer:
 
     @property
     def accurate(self) -> bool | None:
-        """Whether the answer is as near as was asked for; None where nothing was asked."""
+        """True if the requested accuracy is reached; None if none was requested."""
         return self.reaches(self.error)
 
     def reaches(self, error: float) -> bool | None:
-        """Whether an error is within the accuracy asked for, and the courses too; None where none was."""
+        """Return True if an error and the courses are within the accuracy; None if none was requested."""
         if self.accuracy is None:
             return None
         return error <= self.accuracy and not self.worst_course[1] > self.accuracy
@@ -187,7 +187,7 @@ def answer(
     only_told: bool = False,
     progress: Progress = SILENT,
 ) -> Answer:
-    """The answer of the theory asked for, or of the cheapest one that is accurate enough.
+    """Return the answer of the requested theory, or of the cheapest one that is accurate enough.
 
     Parameters
     ----------
@@ -248,7 +248,7 @@ def answer(
 
 @dataclass(frozen=True, eq=False)
 class _Rungs:
-    """The answers of all theories to a scene, each with its errors."""
+    """Answers of all theories to a scene, with errors."""
 
     quasi_static: Cycle
     theory: Theory
@@ -261,12 +261,12 @@ class _Rungs:
 
     @property
     def plain(self) -> Deflection:
-        """The deflection of links that do not vibrate."""
+        """Quasi-static deflection."""
         return self.quasi_static.deflection
 
     @cached_property
     def held_back(self) -> float:
-        """Greatest error of a figure that is read that no theory of motion changes, as a share."""
+        """Largest relative error of a graded figure that is independent of the theory of motion."""
         cycle = self._cycle(self.plain)
         off = Estimate({}, self._cycle(beyond_beam_theory(self.plain)), {})
         return max((each.share for each in graded_figures(self.scene, cycle, self.figures, off)), default=0.0)
@@ -276,7 +276,7 @@ class _Rungs:
 
     @cached_property
     def figures(self) -> list[Figure]:
-        """Those of a run."""
+        """Figures of a run."""
         return [figure for figure in figures_of(output_of(self.scene)) if not figure.asked]
 
     def climbed(self, linear: Elastodynamic, tolerance: float, wanted: float) -> Iterator[Answer]:
@@ -345,15 +345,15 @@ class _Rungs:
         return bool(abs(there - here) > FAR * wanted * max(there, stretch))
 
     def rigid(self) -> Answer:
-        """The answer of links that do not bend."""
+        """Return the answer of rigid links."""
         return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, {})
 
     def unknown(self, why: str) -> Answer:
-        """The quasi-static answer where vibration is not known."""
+        """Return the quasi-static answer if vibration is unknown."""
         return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, {}, why)
 
     def at_rest(self) -> Answer:
-        """The answer where nothing moves, nothing vibrates, and large displacement cannot be solved for.
+        """Return the answer of a machine at rest without vibration, if large displacement cannot be solved.
 
         That is told by the square of the greatest rotation and by the share of Euler's load.
         """
@@ -363,7 +363,7 @@ class _Rungs:
         return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, large)
 
     def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
-        """Whether the discretization error is too large to be stated by its bound, and a finer one is affordable.
+        """Return True if the bound of the discretization error is too large, and a finer one is affordable.
 
         After a start, links ring in axial modes that the bound does not cover: there it is always measured.
         """
@@ -376,7 +376,7 @@ class _Rungs:
     def _large_displacement(
         self, linear: Elastodynamic, finer: Vibration | None, wanted: float
     ) -> tuple[Elastodynamic, dict[str, Cycle], dict[str, float]]:
-        """The answer with large displacement, also as a stage; or a bound of its effect as a share.
+        """Return the answer with large displacement as a stage, or a relative estimate of its effect.
 
         It uses the finer discretization if there is one: that of the linear answer may be too coarse for it.
         """
@@ -398,7 +398,7 @@ class _Rungs:
         finer: Vibration | None,
         begun: Elastodynamic | None = None,
     ) -> tuple[dict[str, Cycle], dict[str, float]]:
-        """The exact answer in a finer discretization, and the errors known as shares.
+        """Return the exact answer in a finer discretization, and errors known as shares.
 
         Forces follow from accelerations and are farther off than displacements, so no bound of these replaces the finer
         answer. It is left out where it takes too long, or settles less than the answer itself.
@@ -443,7 +443,7 @@ class _Rungs:
 
     @cached_property
     def _motion_between(self) -> Motion | None:
-        """The motion at instants between the positions, too; None if they are not reached, or beyond `MAX_REFINED`."""
+        """Return the motion including instants between the positions; None if unreachable or above `MAX_REFINED`."""
         times = self.plain.motion.time
         if len(times) > MAX_REFINED:
             return None
@@ -454,13 +454,13 @@ class _Rungs:
 
     @cached_property
     def _between(self) -> Cycle:
-        """The quasi-static answer at instants between the positions, too."""
+        """Return the quasi-static answer including instants between the positions."""
         moved = self._motion_between
         assert moved is not None
         return Cycle(self.scene, moved, scene_deflection(self.scene, moved), sampled=True, between=True)
 
     def _closer(self, name: str, vibrating: Elastodynamic | None, cycle: Cycle) -> Cycle | None:
-        """The answer of a theory at instants between the positions, too; None of a single position."""
+        """Return an answer including instants between the positions; None for a single position."""
         moved = self._motion_between
         if np.shape(self.plain.motion.time) != self.plain.motion.columns or len(self.plain.motion.time) < 2:
             return None
@@ -479,12 +479,12 @@ class _Rungs:
         return {}
 
     def _may_peak_between(self, vibrating: Elastodynamic | None) -> bool:
-        """Whether links may ring to their largest deflection and back between two positions."""
+        """Return True if links may vibrate to a peak and back between two positions."""
         spacing = np.diff(self.plain.motion.time).max(initial=0.0)
         return vibrating is not None and bool(vibrating.lowest * spacing > MAX_PHASE)
 
     def _with_short_elements(self, moved: Motion, vibrating: Elastodynamic) -> Motion:
-        """The motion also at the points of time elements that resolve more than the given instants do."""
+        """Return the motion including points of time elements shorter than the given steps."""
         if vibrating.vibration is None:
             return moved
         grid, times = vibrating.vibration.problem.terms.grid, moved.time
@@ -496,7 +496,7 @@ class _Rungs:
         return self.scene.course.at(np.unique(np.append(times, points))) if len(points) else moved
 
     def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:
-        """By how much the worst of the graded figures differs without vibration, as a share.
+        """Return the relative change by vibration of the most affected graded figure.
 
         What rings on after a stop is none but vibration.
         """
@@ -512,7 +512,7 @@ class _Rungs:
         return {}
 
     def _cycle(self, bent: Deflection) -> Cycle:
-        """Of a deflection, the same one each time, so that its figures are found once."""
+        """Return the cycle of a deflection, cached, so that its figures are computed once."""
         still = self.quasi_static
         if id(bent) not in self._cycles:
             known = {"sampled": True} if bent is still.given else {"still": still, "sampled": True, "_known": {}}
@@ -521,7 +521,7 @@ class _Rungs:
 
 
 def _enough(rung: Answer, wanted: float) -> bool:
-    """Whether a finer theory would not help: the accuracy is reached, or the error that it could take away is small.
+    """Return True if a better theory would not help: accuracy reached, or little error left to remove.
 
     Where an accuracy is asked for, that of courses, of all fields and joint forces, is to be within it too.
     """
@@ -536,7 +536,7 @@ def _enough(rung: Answer, wanted: float) -> bool:
 
 
 def _off_by_motion(rung: Answer) -> float:
-    """Greatest error by the theory of motion of any figure that is read, or course; infinite where not known."""
+    """Return the largest relative error by the theory of motion; infinite if unknown."""
     if rung.unknown:
         return math.inf
     return max((*map(_share_by_motion, rung.graded), *rung.courses.values()), default=0.0)
@@ -556,7 +556,7 @@ def _rests(plain: Deflection) -> bool:
 
 
 def _held(scene: Scene, motion: Motion) -> tuple[MotionAt, float]:
-    """A mechanism at rest as a cycle of any duration: its first position at any instants, and the duration."""
+    """Return the motion of a mechanism at rest (first position at all instants) and a duration."""
 
     def held(times: Any) -> Motion:
         return replace(scene.course.at(np.repeat(motion.time[:1], len(times))), time=np.asarray(times))
@@ -565,7 +565,7 @@ def _held(scene: Scene, motion: Motion) -> tuple[MotionAt, float]:
 
 
 def damping_of(scene: Scene) -> Damping:
-    """Damping of every beam: beta where its material gives it, the damping ratio for the others."""
+    """Return the damping of every beam: beta of its material, otherwise the damping ratio."""
     theory = scene.theory
     return Damping(np.array(theory.damping or (math.nan,) * len(scene.labels)), ratio=theory.damping_ratio)
 
