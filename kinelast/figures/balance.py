@@ -1,4 +1,4 @@
-"""Proposals that balance a machine: counterweights, discs and springs on links that turn about pins of the ground."""
+"""Proposals for balancing: counterweights, discs and springs on links that turn about ground pins."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from machine.drives import (
 from rigid import Motion, position_of
 from rigid.plane import cross
 
-NOTHING = 1e-9  # share of the largest amount, below which one is round-off
+NOTHING = 1e-9  # amounts below this share of the largest are round-off
 
 
 def balance_figures(results: Results) -> dict[str, Any]:
-    """Proposals for the motion of a scene as plain data, with `words`; see `machine.drives.balanced`.
+    """Return proposals for a motion as plain data, with `words`, see `machine.drives.balanced`.
 
     `shaking_force`, `weight`: counterweights on the links, as first moments of mass; `shaking_moment`: discs that turn
     with the links, or against them where they are negative, besides the counterweights of the shaking force;
@@ -64,7 +64,7 @@ def balance_figures(results: Results) -> dict[str, Any]:
 
 
 def balance_text(document: Document, proposals: Mapping[str, Any]) -> str:
-    """The text of a scene with the counterweights of its shaking force; empty where there are none that can be added.
+    """Return the text of a scene with counterweights against its shaking force; empty if none can be added.
 
     Each is a rigid link of its mass, welded to its link at the pin. Their masses are variables of `[optimize]`, which
     makes the shaking force least where the scene does not say what else.
@@ -101,14 +101,14 @@ def balance_text(document: Document, proposals: Mapping[str, Any]) -> str:
 
 
 def _put(file: Any, table: str, key: str, value: Any) -> None:
-    """Put a value into a table of a file, which may not be there yet."""
+    """Write a value into a table of a file, and add the table if it is missing."""
     if table not in file:
         file[table] = {}
     file[table][key] = value
 
 
 def _drawn_place(document: Document, part: Mapping[str, Any]) -> complex | None:
-    """Where the drawing has a counterweight; None where the drawing does not show at which angle its link is."""
+    """Return the drawn place of a counterweight; None if the drawing does not show the angle of its link."""
     mechanism, places = document.scene.mechanism, drawn_places(document.table)
     direction = drawn_direction(mechanism.links[mechanism.index[part["link"]]], places)
     if direction is None or part["pin"] not in places:
@@ -117,7 +117,7 @@ def _drawn_place(document: Document, part: Mapping[str, Any]) -> complex | None:
 
 
 def _moment(motion: Motion, pins: Mapping[int, str], force: Balance, weight: Any) -> Balance:
-    """Discs on the links that turn, which balance the moment that the counterweights of the shaking force leave."""
+    """Return discs on rotating links that balance the remaining shaking moment."""
     left = inertia_moment(motion)
     for (at, pin), pair in zip(pins.items(), force.amounts.reshape(-1, 2), strict=True):
         pushes = (amount * each for amount, each in zip(pair, shaking_influences(motion, at), strict=True))
@@ -126,7 +126,7 @@ def _moment(motion: Motion, pins: Mapping[int, str], force: Balance, weight: Any
 
 
 def _goes_round(motion: Motion, at: int) -> bool:
-    """Whether a link goes round, which no spring can."""
+    """Return True if a link makes full turns, which excludes a spring."""
     angle = np.unwrap(np.angle(motion.direction[at]))
     return bool(abs(angle[-1] - angle[0]) > np.pi)
 
@@ -137,7 +137,7 @@ def _told(balance: Balance, unit: str, parts: list[dict[str, Any]]) -> dict[str,
 
 
 def _counterweights(results: Results, pins: Mapping[int, str], balance: Balance) -> list[dict[str, Any]]:
-    """First moments of mass to add to the links, and the same as a mass on the far side of the pin."""
+    """Return first moments of mass to add to the links, and the equivalent masses beyond the pin."""
     rows = []
     largest = float(np.abs(balance.amounts).max(initial=0.0))
     for (at, pin), pair in zip(pins.items(), balance.amounts.reshape(-1, 2), strict=True):
@@ -165,7 +165,7 @@ def _amounts(results: Results, pins: Mapping[int, str], balance: Balance, unit: 
 
 
 def _spring(results: Results, at: int, pin: str, balance: Balance) -> list[dict[str, Any]]:
-    """The torsion spring that takes most of the effort: its stiffness, and the angle of the link where it is slack."""
+    """Return the torsion spring that reduces the effort most: stiffness, and link angle without moment."""
     stiffness, moment = balance.amounts.tolist()
     slack = float(np.angle(results.motion.direction[at, 0])) - moment / stiffness
     link = results.mechanism.links[at].name
@@ -174,7 +174,7 @@ def _spring(results: Results, at: int, pin: str, balance: Balance) -> list[dict[
 
 
 def _words(proposals: Mapping[str, Any], told_in: ToldIn) -> Iterator[str]:
-    """Sentences on the proposals."""
+    """Return sentences on the proposals."""
     for key, name in (("shaking_force", "shaking force"), ("weight", "effort of the weights")):
         if key in proposals and proposals[key]["before"]["value"]:
             parts = (

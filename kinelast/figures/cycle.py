@@ -1,4 +1,4 @@
-"""A scene in motion, of which figures are made: one run, or many designs or speeds side by side."""
+"""A scene in motion, the input of all figures: one run, or many designs or speeds at once."""
 
 from __future__ import annotations
 
@@ -37,21 +37,21 @@ from rigid.arrays import Flags, Numbers
 __all__ = ["NOISE", "drive_words", "joint_words", "points_of"]
 Result = TypeVar("Result")
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not Kind.LOAD)
-WELL = 1e6  # condition up to which a position counts in the largest values: beyond, round-off grows into them
-STATIONS = 21  # along a beam, where it is looked at closely enough for differences
-SETTLED = 1e-5  # so that derivatives are those of a natural frequency, not of its refinement
+WELL = 1e6  # largest condition number of a position that counts in largest values
+STATIONS = 21  # stations along a beam for differences between answers
+SETTLED = 1e-5  # tolerance of natural frequencies, fine enough for their derivatives
 
 
 class LargestSearch(Protocol):
-    """A search for the largest values of a cycle: a figure."""
+    """Search for the largest values in a cycle."""
 
     @property
     def find(self) -> Callable[[Cycle], Largest]:
-        """From a cycle to the largest values of the figure's items."""
+        """Function from a cycle to the largest values of the items."""
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """Keys of the fields that the figure takes."""
+        """Keys of the fields that the figure needs."""
 
 
 @dataclass(frozen=True)
@@ -61,11 +61,11 @@ class AlongBeams(RowSearch):
     key: str
 
     def rows(self, cycle: Cycle) -> Reals | None:
-        """Values of a cycle that is sampled along the beams."""
+        """Return the values of a cycle that is sampled along the beams."""
         return greatest_along(sample(cycle.deflection, self.key, STATIONS)) if cycle.sampled else None
 
     def __call__(self, cycle: Cycle) -> Largest:
-        """Largest values of the beams over the positions that count."""
+        """Return the largest values of the beams over the positions that count."""
         rows = self.rows(cycle)
         if rows is not None:
             return cycle.largest(rows)
@@ -114,7 +114,7 @@ class Cycle:
     _known: dict[tuple[Any, ...], Any] = field(default_factory=dict, repr=False)
 
     def once(self, function: Callable[..., Result], *arguments: Hashable) -> Result:
-        """A result of the cycle and further arguments, kept for whoever asks for it again."""
+        """Return a result of the cycle and further arguments, cached."""
         key = function, *arguments
         if key not in self._known:
             self._known[key] = function(self, *arguments)
@@ -122,18 +122,18 @@ class Cycle:
         return result
 
     def of(self, figure: LargestSearch) -> Largest:
-        """The largest values of a figure's items."""
+        """Return the largest values of the items of a figure."""
         return self._found(figure.find, bool(figure.fields))
 
     def _found(self, find: Callable[[Cycle], Largest], of_fields: bool) -> Largest:
-        key = find, self.sampled and of_fields  # fields that are sampled differ from exact ones
+        key = find, self.sampled and of_fields  # sampled fields differ from exact ones
         if key not in self._known:
             self._known[key] = find(self)
         result: Largest = self._known[key]
         return result
 
     def search(self, figures: Iterable[LargestSearch]) -> None:
-        """Find figures that reduce rows of values alike in one search, so that `of` knows them."""
+        """Search several figures at once and cache them for `of`."""
         searched: dict[Any, Numbers] = {}
         for figure in figures:
             key = figure.find, self.sampled and bool(figure.fields)
@@ -151,33 +151,33 @@ class Cycle:
 
     @cached_property
     def deflection(self) -> Deflection:
-        """Its deflection."""
+        """Deflection of the links."""
         return self.given or scene_deflection(self.scene, self.motion)
 
     @cached_property
     def columns(self) -> tuple[int, ...]:
-        """Shape of the columns, also where the designs differ in numbers that do not move them."""
+        """Shape of the columns, including designs with equal motion."""
         of_cams = (cam.designs for cam in self.scene.cams.values())
         return np.broadcast_shapes(self.motion.columns, designs_of(self.scene.sections), *of_cams)
 
     @cached_property
     def reached(self) -> Flags:
-        """Whether the mechanism closes, shape (..., positions)."""
+        """True if the mechanism closes, shape (..., positions)."""
         return np.broadcast_to(reachable(self.motion), self.columns)
 
     @cached_property
     def condition(self) -> Reals:
-        """Of the motion, shape (..., positions)."""
+        """Condition number of the motion, shape (..., positions)."""
         return np.broadcast_to(self.motion.condition, self.columns)
 
     @cached_property
     def singular(self) -> Flags:
-        """Whether a position has no figures: nearly singular, or friction may lock there, shape (..., positions)."""
+        """True at positions without figures: nearly singular, or friction may lock, shape (..., positions)."""
         return np.broadcast_to(self.deflection.lost, self.columns)
 
     @cached_property
     def counted(self) -> Flags:
-        """Whether a position counts in the largest values, shape (..., positions): conditioned up to `WELL`.
+        """True at positions that count in largest values (condition up to `WELL`), shape (..., positions).
 
         Where no position is so well conditioned, all that could be computed count.
         """
@@ -193,7 +193,7 @@ class Cycle:
 
     @cached_property
     def weights(self) -> Reals:
-        """Time that every position stands for in averages [s], shape (..., positions); 0 where it does not count."""
+        """Weights of positions in time averages [s], shape (..., positions); 0 if a position does not count."""
         run = self.scene.run
         cycle: Any = run.duration if run.turn else np.nan
         period = cycle if self.period is None else np.asarray(self.period)[..., None]
@@ -201,19 +201,19 @@ class Cycle:
 
     @cached_property
     def well_conditioned(self) -> Deflection:
-        """The deflection with nan at the positions that do not count."""
+        """Deflection with nan at positions that do not count."""
         left_out = ~self.singular & ~self.counted
         return marked(self.deflection, left_out) if left_out.any() else self.deflection
 
     def largest(self, values: Any) -> Largest:
-        """Largest magnitude over the positions that count, of values of shape (..., positions)."""
+        """Return the largest magnitude of values, shape (..., positions), over the positions that count."""
         if np.shape(values)[-len(self.columns) :] != self.columns:
             values = np.broadcast_to(values, (*np.shape(values)[: -len(self.columns)], *self.columns))
         found = largest(values, self.counted_if_any)
         return replace(found, gain=self._gain(np.abs(values), found.position)) if self.between else found
 
     def least(self, values: Any) -> Largest:
-        """Least over the positions, the last axis; nan if none is known."""
+        """Return the smallest value over the positions, the last axis; nan if none is known."""
         known = np.where(np.isnan(values), np.inf, values)
         at = known.argmin(axis=-1)
         value = np.take_along_axis(np.asarray(values), at[..., None], -1)[..., 0]
@@ -221,7 +221,7 @@ class Cycle:
         return replace(found, gain=self._gain(-known, found.position)) if self.between else found
 
     def _gain(self, size: Reals, position: Any) -> Reals:
-        """Gain of peaks between the positions; see `peak_gain`."""
+        """Return the gain of peaks between the positions, see `peak_gain`."""
         run, time = self.scene.run, self.motion.time
         if len(time) < 3 or np.shape(size)[-1] != len(time):
             return np.zeros(np.shape(position))
@@ -229,22 +229,22 @@ class Cycle:
 
     @cached_property
     def coarser(self) -> Cycle:
-        """The rigid motion and its quasi-static answer at every second position."""
+        """Rigid motion and quasi-static answer at every second position."""
         return Cycle(self.scene, self.scene.course.at(self.motion.time[::2]), sampled=True)
 
     def rows(self, values: Any) -> Numbers:
-        """Values of several items with all columns, shape (items, ..., positions)."""
+        """Return values of several items with all columns, shape (items, ..., positions)."""
         columns = self.columns
         wide = [each if np.shape(each) == columns else np.broadcast_to(each, columns) for each in values]
         return np.array(wide) if wide else np.zeros((0, *self.columns))
 
     def along(self, key: str) -> Largest:
-        """Largest magnitude of a field along every beam over the positions that count, shape (beams, ...)."""
+        """Return the largest magnitude of a field on every beam over the positions that count, shape (beams, ...)."""
         return self._found(AlongBeams(key), True)
 
     @cached_property
     def maxima(self) -> dict[str, Largest]:
-        """Greatest magnitudes of the fields that are wanted."""
+        """Largest magnitudes of the needed fields."""
         return cycle_maxima(self.deflection, sorted(self.wanted), self.counted_if_any, self.period)
 
     @cached_property
@@ -270,7 +270,7 @@ class Cycle:
 
     @cached_property
     def bending(self) -> Reals:
-        """Largest deflection from the chord over that of all positions, by beam: the worst, shape (..., positions)."""
+        """Largest deflection from the chord, relative to its maximum, of the worst beam, shape (..., positions)."""
         sizes = np.abs(sample(self.deflection, "chord", STATIONS)).max(axis=-1)
         base = reference_deflection(np.nan_to_num(sizes).max(axis=-1))[..., None]
         share = np.divide(sizes, base, out=np.zeros_like(sizes), where=base > 0.0)
@@ -278,7 +278,7 @@ class Cycle:
         return worst
 
     def joint(self, number: int) -> JointCourse:
-        """Force and motion of a joint over the positions that count."""
+        """Return force and motion of a joint over the positions that count."""
         return self.once(_joint, number)
 
     @cached_property
@@ -288,7 +288,7 @@ class Cycle:
 
     @cached_property
     def deviations(self) -> dict[str, PathDeviation]:
-        """Of every named point that moves, shape (..., positions)."""
+        """Displacement of every moving named point, shape (..., positions)."""
         links = self.scene.mechanism.links
         return {name: self._deviation(links[link].name, name) for name, link in points_of(self.scene.mechanism)}
 
@@ -338,20 +338,20 @@ def _joint(cycle: Cycle, number: int) -> JointCourse:
 
 
 def greatest_along(values: Any) -> Reals:
-    """Of values at stations, the last axis, those of largest magnitude, with their signs."""
+    """Return the values of largest magnitude along the last axis (stations), with signs."""
     at = np.abs(values).argmax(axis=-1)
     greatest: Reals = np.take_along_axis(values, at[..., None], -1)[..., 0]
     return greatest
 
 
-FEW = 64  # beams, whose matrices take 1.5 GB at most, and a quarter of a minute
+FEW = 64  # beams with all coordinates: at most 1.5 GB and 15 s
 MOST_COORDINATES = 18 * FEW
-MOST_BEAMS = 150  # that are short pieces of their links, with a third of the coordinates
-INNER = 4  # polynomials along a beam that vibration begins with
+MOST_BEAMS = 150  # beams that are short pieces of links, with a third of the coordinates
+INNER = 4  # initial number of polynomials along a vibrating beam
 
 
 def too_many_beams(mechanism: Mechanism) -> str:
-    """Why vibration and buckling of a mechanism are not looked at, in words; empty where they are."""
+    """Return the reason why vibration and buckling are not computed; empty if they are."""
     count = len(mechanism.beams)
     if count <= FEW:
         return ""

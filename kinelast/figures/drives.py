@@ -18,23 +18,23 @@ PerDrive = Callable[[Cycle, int], Reals]
 
 
 def _each(values: PerDrive) -> Callable[[Cycle], list[Reals]]:
-    """Values of all drives, from those of a drive by its number."""
+    """Return the values of all drives, from a function of the number of a drive."""
     return lambda cycle: [values(cycle, number) for number in range(len(cycle.scene.mechanism.drives))]
 
 
 def _over_time(measure: Callable[..., Reals], values: PerDrive) -> Callable[[Cycle], Any]:
-    """Figures that average values of the drives over the positions that count."""
+    """Return figures that average values of the drives over the positions that count."""
     return averaged(_each(lambda cycle, number: over_time(cycle, measure, values(cycle, number))))
 
 
 def energy_taken(values: Any, weight: Any) -> Reals:
-    """Energy that a power takes [J]."""
+    """Return the energy input of a power [J]."""
     whole: Reals = mean_positive(values, weight) * np.sum(weight, axis=-1)
     return whole
 
 
 def energy_given(values: Any, weight: Any) -> Reals:
-    """Energy that a power gives back [J]."""
+    """Return the energy returned by a power [J]."""
     return energy_taken(-np.asarray(values), weight)
 
 

@@ -1,4 +1,4 @@
-"""Figures by name: measures of all items or of single ones."""
+"""Measures: figures of all items or of single items, by name."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ __all__ = [
     "RUBBING", "SCENE", "STOPPING", "Figure", "Kind", "averaged", "each",
     "fixed", "items_of", "largest_of", "least", "sole", "whole",
 ]  # fmt: skip
-"""Names of `kinelast.scene.figure`, which files of this room and above take from here."""
+"""Names from `kinelast.scene.figure`, exported for this package."""
 
 
 @dataclass(frozen=True)
 class Measure:
-    """A figure of some items of a scene, or of all: a number for a design or a speed."""
+    """A figure of one, several or all items, as a single number of a design or speed."""
 
     name: str
     unit: str
@@ -61,12 +61,12 @@ class Measure:
     items: tuple[int, ...] | None = None
 
     def among(self, values: Any) -> Reals:
-        """Its values among magnitudes of all items, shape (items, ...)."""
+        """Return its values from the magnitudes of all items, shape (items, ...)."""
         rows = values if self.items is None else values[[*self.items]]
         return largest_row(Largest(rows, -1), self.figure.over == LEAST).value
 
     def of(self, cycle: Cycle) -> tuple[Reals, Integers]:
-        """Value, and a number that is the same for the same item and position, -1 of no position; shape (...)."""
+        """Return values, and numbers that identify item and position (-1 without position), shape (...)."""
         known = cycle.of(self.figure)
         count, items = len(known.value), self.items or range(len(known.value))
         rows = known if len(items) == count else _picked(known, items)
@@ -85,7 +85,7 @@ def _picked(known: Largest, items: Sequence[int]) -> Largest:
 
 
 def magnitudes(cycle: Cycle, figures: Iterable[Figure]) -> dict[str, Any]:
-    """Magnitudes of all items of figures by key, with the gain of their peaks between the positions."""
+    """Return the magnitudes of all items of figures by key, including the gain of peaks between positions."""
     figures = [*figures]
     cycle.search(figures)
     return {figure.key: _magnitude(cycle.of(figure), figure.over) for figure in figures}
@@ -97,7 +97,7 @@ def _magnitude(found: Largest, over: str) -> Any:
 
 
 def bounded_items(scene: Scene, limit: Limit) -> list[int]:
-    """Numbers of the items that a limit holds for: of beams, those of its link where it does not name the figure."""
+    """Return the numbers of the items of a limit; a limit of a link holds for all its beams."""
     mechanism = scene.mechanism
     of_links = limit.of in (BEAM, FATIGUED) and not limit.named
     names = [mechanism.links[at].name for at, _ in mechanism.beams] if of_links else items_of(scene, limit.of)
@@ -105,7 +105,7 @@ def bounded_items(scene: Scene, limit: Limit) -> list[int]:
 
 
 def measures_of(scene: Scene, figures: Iterable[Figure]) -> dict[str, Measure]:
-    """Figures by name: of all items together, where these have one unit, and of every item."""
+    """Return measures by name: of all items together (if they have one unit) and of every item."""
     return {measure.name: measure for figure in figures for measure in _measures(scene, figure)}
 
 
@@ -121,7 +121,7 @@ def _measures(scene: Scene, figure: Figure) -> Iterator[Measure]:
 
 
 def chosen(table: Mapping[str, Measure], names: Iterable[str | Figure]) -> list[Measure]:
-    """Figures by name; one that is none of the table stands for itself.
+    """Return measures by their names; other names are kept.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Findings on the inputs of a scene: numbers that hardly a machine has, and runs and loads that close no cycle."""
+"""Findings on inputs: unusual numbers, and runs and loads that do not form a cycle."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from rigid import LineLoad, PointLoad, Resistance
 INPUTS = "Inputs"
 GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"
 ORDER = (POOR, CAUTION, OPEN, GOOD)
-LONG, SHORT = 90.0, 1e-5  # [m], of the longest link: larger machines and smaller ones are not of slender links
-FAST = 1e5  # [rad/s], a dentist's drill runs at half of it
-USUAL = {  # by what has it and the name it has there: words, least and most, unit, and a number with a usual one
-    "solid": {  # from soft rubber to diamond, from foam to osmium
+LONG, SHORT = 90.0, 1e-5  # [m] range of the longest link of usual machines
+FAST = 1e5  # [rad/s]; a dental drill reaches half of it
+USUAL = {  # by kind and key: words, usual range, unit, example
+    "solid": {  # soft rubber to diamond, foam to osmium
         "E": ("E", 1e6, 2e12, "Pa", "210 GPa"),
         "density": ("density", 10.0, 3e4, "kg/m^3", "7.85 g/cm^3"),
         "yield_stress": ("yield stress", 1e3, 1e11, "Pa", "250 MPa"),
     },
 }
-GRAVITY = 3e3  # [m/s^2], ten times that of the Sun, and less than that of the Earth in mm/s^2
-ALIKE = 1e-6  # of a load and a ratio, by which they are the same
-LOOKED_AT = 9  # instants of a load by time
-MOST_TURNS = 1000  # of which a run is seen to be whole
-NEARLY = 1e-3  # of a duration, by which it misses a cycle that is meant
+GRAVITY = 3e3  # [m/s^2] ten times that of the Sun, below that of the Earth in mm/s^2
+ALIKE = 1e-6  # relative difference of equal loads and equal ratios
+LOOKED_AT = 9  # instants at which a load over time is examined
+MOST_TURNS = 1000  # largest number of whole turns that is recognized
+NEARLY = 1e-3  # relative difference of a duration from an intended cycle
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One answer to "can I trust this?": a level, a heading, and a sentence with its figure."""
+    """A finding on reliability: level, heading and sentence."""
 
     level: str
     heading: str
@@ -46,13 +46,13 @@ class Finding:
 
 
 def input_findings(results: Results) -> Iterator[Finding]:
-    """Findings on the numbers and materials of a scene."""
+    """Yield findings on the numbers and materials of a scene."""
     yield from _numbers(results)
     yield from _poisson(results)
 
 
 def _numbers(results: Results) -> Iterator[Finding]:
-    """Numbers that no solid and no mechanism has: most likely without their units."""
+    """Yield findings on impossible numbers, most likely in a wrong unit."""
     yield from _sizes(results)
     usual = {**USUAL, **{part.key: part.usual for part in PARTS}}
     for kind, whose, owner in _owners(results.scene):
@@ -68,7 +68,7 @@ def _numbers(results: Results) -> Iterator[Finding]:
 
 
 def _owners(scene: Scene) -> Iterator[tuple[str, str, Any]]:
-    """Parts with their kind, as of `USUAL`, and their name in words."""
+    """Yield parts with their kind in `USUAL` and their name in words."""
     yield from (("solid", name, each) for name, each in scene.materials.items())
     for part in PARTS:
         if part.drive_row:
@@ -80,7 +80,7 @@ def _owners(scene: Scene) -> Iterator[tuple[str, str, Any]]:
 
 
 def _sizes(results: Results) -> Iterator[Finding]:
-    """Links and speeds that hardly a machine has."""
+    """Yield findings on unusual links and speeds."""
     sizes = {
         link.name: max(
             abs(complex(one) - complex(other)) for one in link.points.values() for other in link.points.values()
@@ -101,7 +101,7 @@ def _sizes(results: Results) -> Iterator[Finding]:
 
 
 def _poisson(results: Results) -> Iterator[Finding]:
-    """The Poisson's ratio assumed for materials that do not tell it, where beams shear by it."""
+    """Yield the finding that a Poisson's ratio was assumed for shear deformation."""
     scene = results.scene
     sheared = {
         made.material for made, own in zip(scene.made_of, scene.sections, strict=False) if np.isfinite(own.kGA).all()
@@ -115,7 +115,7 @@ def _poisson(results: Results) -> Iterator[Finding]:
 
 
 def cycle_findings(results: Results) -> Iterator[Finding]:
-    """Whether the run is the cycle of the whole mechanism."""
+    """Yield findings on the cycle of the run."""
     run, heading = results.scene.run, "Cycle"
     lasts = quantity(run.duration, "s")
     if run.no_cycle:
@@ -148,13 +148,13 @@ def cycle_findings(results: Results) -> Iterator[Finding]:
 
 
 def _whole(ratio: float) -> int:
-    """A ratio that is a whole number beyond 1; else 0."""
+    """Return a ratio if it is an integer above 1, otherwise 0."""
     number = round(ratio) if ratio < MOST_TURNS else 0
     return number if number > 1 and abs(ratio - number) <= ALIKE * number else 0
 
 
 def _jumping_loads(scene: Scene) -> Iterator[Finding]:
-    """Loads that do not end as they begin where the run is a cycle, which repeats them."""
+    """Yield findings on loads that do not close although the run is a cycle."""
     given = (load.load if isinstance(load, Resistance) else load for load in scene.mechanism.loads)
     by_law = [(load.link, law) for load in given if isinstance(load, PointLoad | LineLoad) and (law := load.law)]
     if not by_law:

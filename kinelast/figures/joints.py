@@ -16,7 +16,7 @@ from rigid.arrays import Reals
 
 
 def clearance_figures(output: Output | None) -> tuple[Figure, ...]:
-    """Figures of the output's displacement by clearance; none where there is no output."""
+    """Return figures of the output displacement by clearance; none without an output."""
     if output is None:
         return ()
 

@@ -1,4 +1,4 @@
-"""The largest values over the cycle, searched between the positions too."""
+"""Search for the largest values of fields between the positions of a cycle."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from kinelast.tasks.progress import SILENT, Progress
 from rigid import Reals
 from rigid.arrays import Flags
 
-POINTS = 9  # instants looked at in every bracket in a round
-ROUNDS = 9  # each makes the brackets four times narrower; a smooth peak is flat, so this is beyond round-off
+POINTS = 9  # instants per bracket and round
+ROUNDS = 9  # each round narrows brackets four times; enough for round-off of a smooth peak
 
 
 def refined(results: Results, progress: Progress = SILENT) -> Results:
-    """The same results, the peaks of fields each improved between the neighbours of the position where it was found.
+    """Return results with the peak of each field refined between the neighbours of its position.
 
     A peak keeps its place where nothing larger is near; one that lies between positions is marked `refined`. A second,
     narrower peak elsewhere in the cycle that all positions miss is not found: that takes more positions. A peak is left
@@ -50,7 +50,7 @@ def refined(results: Results, progress: Progress = SILENT) -> Results:
 def _searched(
     results: Results, names: list[tuple[str, int]], progress: Progress
 ) -> dict[int, tuple[float, float, float]]:
-    """By number of a name, value, place and time where a larger value lies between the positions."""
+    """Return value, place and time of larger values between the positions, by number."""
     best = [results.figures.of_field(field)[beam] for field, beam in names]
     low, high = np.array([_bracket(results, peak.time) for peak in best]).T
     better: dict[int, tuple[float, float, float]] = {}
@@ -70,7 +70,7 @@ def _searched(
 
 
 def _bracket(results: Results, time: float) -> tuple[float, float]:
-    """The instants of a position's neighbours; a cycle goes on beyond its ends, any other run ends there."""
+    """Return the instants of the neighbours of a position; a cycle continues beyond its ends."""
     instants, run = results.motion.time, results.scene.run
     at = int(np.argmin(np.abs(instants - time)))
     step = float(instants[1] - instants[0])
@@ -80,11 +80,11 @@ def _bracket(results: Results, time: float) -> tuple[float, float]:
 
 
 def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tuple[Reals, Reals, Flags]:
-    """Every name's extreme along its beam, where it is, and whether the mechanism is well conditioned there.
+    """Return the extreme along the beam for each name, its place, and True if well conditioned.
 
     At every name's own instants; shapes of `grid`.
     """
-    instants, back = np.unique(grid, return_inverse=True)  # peaks of many names lie between the same positions
+    instants, back = np.unique(grid, return_inverse=True)  # many peaks lie between the same positions
     moved = results.scene.course.at(instants)
     bent = scene_deflection(results.scene, moved)
     found = extremes(bent, tuple(dict.fromkeys(field for field, _ in names)))
@@ -98,7 +98,7 @@ def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tupl
 
 
 def _peaks(results: Results, better: dict[int, tuple[float, float, float]]) -> Iterator[tuple[int, Peak]]:
-    """Numbers and peaks of those that are larger between the positions: value, place and time of each."""
+    """Yield number, value, place and time of peaks that are larger between the positions."""
     if not better:
         return
     run = results.scene.run

@@ -1,4 +1,4 @@
-"""One scene computed: weighed before it starts, moved and deflected, as a whole or chunk by chunk, and checked.
+"""Compute one scene: memory estimate, motion, deflection (whole or in chunks), and checks.
 
 The figures of the chunks are joined: a short run is one chunk. Curves, maps, films, frequencies and the check are of
 `SHOWN` even positions.
@@ -30,16 +30,16 @@ if TYPE_CHECKING:
     from fem_check import Comparison
 
 
-HEAVY = 2e8  # [bytes] from which it is told
-NUMBER = 8  # bytes of a number, and about
-DIGITS = 20  # of one in a table
+HEAVY = 2e8  # [bytes] requests above are announced
+NUMBER = 8  # bytes of a number
+DIGITS = 20  # bytes of a number in a table, about
 MOST_MESHES = 20_000
-SHARE = 0.8  # of what is free that may be taken
-COPIES = 5  # of its arrays that the check has at once
+SHARE = 0.8  # largest share of free memory
+COPIES = 5  # copies of its arrays during the check
 
 
 def require_room(scene: Scene, request: Request, positions: int, checked: int, out: Path) -> str:
-    """The message on a heavy request; empty of others.
+    """Return the message on a heavy request, otherwise an empty text.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def require_room(scene: Scene, request: Request, positions: int, checked: int, o
 
 
 def _columns(scene: Scene) -> int:
-    """About how many columns positions.csv has."""
+    """Return the approximate number of columns of positions.csv."""
     mechanism = scene.mechanism
     points = sum(len(link.points) for link in mechanism.links[1:])
     of_beams = (len(EXTREME_FIELDS) + 1) * len(mechanism.beams)
@@ -87,7 +87,7 @@ def _free_disk(out: Path) -> float:
 
 
 def _free_memory() -> float:
-    """Memory that is free, where the system tells it."""
+    """Return the free memory [bytes], infinite if unknown."""
     try:
         lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
         return next(1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable"))
@@ -99,13 +99,13 @@ def _words(size: float) -> str:
     return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"
 
 
-LONG = 100_000  # positions times beams, one more, and a share of the links: some 200 MB
-PER_LINK = 0.25  # of a beam's memory
+LONG = 100_000  # positions x (beams + 1 + share of links) above which a run goes in chunks: about 200 MB
+PER_LINK = 0.25  # memory of a link relative to a beam
 SHOWN = 3600
 
 
 def is_long(scene: Scene, positions: int) -> bool:
-    """Whether a run is to go in chunks: it is long."""
+    """Return True if a run is long enough for chunks."""
     mechanism = scene.mechanism
     return positions * (len(mechanism.beams) + 1 + PER_LINK * len(mechanism.links)) > LONG
 
@@ -117,7 +117,7 @@ def long_results(
     require: Callable[[Scene, Deflection], None],
     theory: Callable[[Results], Results] | None = None,
 ) -> Results:
-    """The figures of a long run, and its deflection at `SHOWN` even positions.
+    """Return the figures of a long run, and its deflection at `SHOWN` even positions.
 
     Parameters
     ----------
@@ -147,9 +147,9 @@ def long_results(
 
 
 def _shown(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], None]) -> Motion:
-    """The motion at even positions of a long run, as those near them tell on which branch it is."""
+    """Return the motion at even positions of a long run, on the branch of nearby positions."""
     shown = np.linspace(0.0, scene.run.duration, SHOWN, endpoint=not scene.run.turn)
-    if len(time) < SHOWN or not np.isclose(time[-1] - time[0], shown[-1], rtol=2 / SHOWN):  # some were left out
+    if len(time) < SHOWN or not np.isclose(time[-1] - time[0], shown[-1], rtol=2 / SHOWN):  # positions were left out
         shown = time[:: -(-len(time) // SHOWN)]
     beside = np.clip(np.searchsorted(time, shown), 0, len(time) - 1)
     near, first = [], 0
@@ -164,7 +164,7 @@ def _shown(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], Non
 
 
 def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Results:
-    """Motion, deflection and, where asked for, the check of a scene.
+    """Return motion, deflection and, if requested, the check of a scene.
 
     Raises
     ------
@@ -179,7 +179,7 @@ def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Res
 
 
 def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
-    """The results of the theory of motion that is asked for, see `kinelast.figures.results.answered`."""
+    """Return the results by the requested theory of motion, see `kinelast.figures.results.answered`."""
     scene, theory = plain.scene, request.theory_of(plain.scene)
     judged = bool(limits_of(scene))
     if scene.labels and not (theory.plain and not judged):
@@ -188,7 +188,7 @@ def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
 
 
 def further_checked(results: Results, request: Request, progress: Progress) -> Results:
-    """The results with the checks that take the whole answer, or other theories, where they are asked for."""
+    """Return the results with the requested checks of the whole answer."""
     if request.elements is not None:
         from kinelast.figures.checks import momentum_balances
 
@@ -209,7 +209,7 @@ def further_checked(results: Results, request: Request, progress: Progress) -> R
 
 
 def checked(scene: Scene, bent: Deflection, request: Request, progress: Progress) -> Comparison | None:
-    """The comparison with finite elements, where it is asked for."""
+    """Return the comparison with finite elements, if requested."""
     if request.elements is None:
         return None
     from fem_check import compare, solve
@@ -219,7 +219,7 @@ def checked(scene: Scene, bent: Deflection, request: Request, progress: Progress
 
 
 def _require_reached(scene: Scene, moved: Motion) -> None:
-    """Raise where a motion goes where the mechanism does not reach."""
+    """Raise if the mechanism does not reach a position."""
     try:
         require_reached(scene, moved)
     except SceneError as error:
@@ -228,7 +228,7 @@ def _require_reached(scene: Scene, moved: Motion) -> None:
 
 
 def require_chunk(scene: Scene, bent: Deflection) -> None:
-    """Raise where a chunk of a long run cannot be reached, told of all the run at fewer positions, or loses a beam."""
+    """Raise if a chunk of a long run is unreachable (described for the whole run), or a block leaves its beam."""
     if not reachable(bent.motion).all():
         _require_reached(scene, scene_motion(scene, SHOWN, partial=True))
         _require_reached(scene, bent.motion)
@@ -236,7 +236,7 @@ def require_chunk(scene: Scene, bent: Deflection) -> None:
 
 
 def require_on_beams(scene: Scene, bent: Deflection) -> None:
-    """Raise where a block leaves the elastic beam that it slides on."""
+    """Raise if a block leaves its elastic beam."""
     known = np.isfinite(bent.motion.origin).all(axis=0)
     for block in bent.blocks:
         off = known & np.isnan(block.xi)
@@ -250,7 +250,7 @@ def require_on_beams(scene: Scene, bent: Deflection) -> None:
 
 
 def _moved(scene: Scene, request: Request) -> tuple[Motion, int]:
-    """The motion, and how many positions were left out."""
+    """Return the motion and the number of omitted positions."""
     times = scene.course.times(request.positions)
     kept = scene.course.reached(times) if request.reachable else times
     if not len(kept):

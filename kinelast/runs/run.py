@@ -1,4 +1,4 @@
-"""One scene: everything that was asked of it, written to its folder all at once or not at all."""
+"""Compute one scene and write its folder completely or not at all."""
 
 from __future__ import annotations
 
@@ -53,11 +53,11 @@ from kinelast.tasks.task import (
 )
 
 STUDIES = "sensitivities", "tolerances", "optimum"
-"""Studies of a scene's designs."""
+"""Studies of designs of a scene."""
 
 
 def try_scene(request: Request, resume: bool, task: Task, progress: Progress = SILENT) -> Outcome:
-    """Compute a scene and write its folder; every fault becomes the outcome.
+    """Compute a scene, write its folder, and return the outcome, including errors.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def try_scene(request: Request, resume: bool, task: Task, progress: Progress = S
         Hears how far it is, and before it starts how much a large request takes.
     """
     start = time.perf_counter()
-    with np.errstate(all="ignore"):  # what is no number is told as none
+    with np.errstate(all="ignore"):  # values that are not numbers are reported as missing
         work = partial(_scene, task, request, resume, progress)
         outcome = guarded(task.name, work, "positions, stations or elements, or --jobs")
     return replace(outcome, seconds=time.perf_counter() - start)
@@ -88,7 +88,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     if request.changes:
         document = document.with_changes(request.changes)
     scene = document.scene
-    limits_of(scene)  # raises where there is no figure of a name, before anything is computed
+    limits_of(scene)  # raises for an unknown figure before any computation
     if request.units:
         scene = replace(scene, report_units=request.units)
     positions = scene.run.positions
@@ -96,7 +96,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     scene = replace(scene, course=scene.course.telling(_on_step(scene, progress)))
     if scene.course.interrupted is not None:
         request = replace(request, reachable=True)
-        made = {**made, "interrupted": scene.course.interrupted}  # so that no later run takes it for whole
+        made = {**made, "interrupted": scene.course.interrupted}  # a later run does not treat it as complete
     told = {**task.beside, "made_from": made}
     if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
         progress.tell(heavy)
@@ -116,7 +116,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
 
 
 def _on_step(scene: Scene, progress: Progress) -> OnStep:
-    """Who is told of the steps of an integrated motion, which may take long, or more steps than are allowed."""
+    """Return a listener for the steps of an integrated motion."""
     stage, end = f"{scene.name}: integrating {scene.run.duration:g} s of motion", scene.run.duration
     times, began, judged = [0.0], time.perf_counter(), False
 
@@ -144,7 +144,7 @@ def _on_step(scene: Scene, progress: Progress) -> OnStep:
 
 
 def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Results:
-    """The results of a long run, with tables written on the way."""
+    """Return the results of a long run, and write its tables chunk by chunk."""
     instants = scene.course.times()
     count = len(instants)
     if request.reachable:
@@ -186,7 +186,7 @@ def _finish(
     request: Request,
     progress: Progress,
 ) -> dict[str, Any]:
-    """The figures of a scene with its tables written, and all other files, in a folder that is to stand at a place.
+    """Write the tables and all other files of a scene to a folder, and return its figures.
 
     `told` is what the summary tells besides.
     """
@@ -227,7 +227,7 @@ def _finish(
 def _optimum(
     document: Document, figures: Mapping[str, Any], told: Mapping[str, Any], request: Request, progress: Progress
 ) -> tuple[Results, dict[str, Any]]:
-    """The best design's results and figures, with the studies of the scene's designs, for its report."""
+    """Return results and figures of the best design with the studies, for its report."""
     from kinelast.figures.summary import summary
 
     best = document.with_values({row["path"]: row["value"] for row in figures["optimum"]["variables"]}, "best design")
@@ -242,7 +242,7 @@ def _optimum(
 def _speeds(
     part: Path, scene: Scene, asked: tuple[float, float, int], others: Sequence[str], progress: Progress
 ) -> dict[str, Any]:
-    """The answer against the speed of the drive, written and as figures."""
+    """Write the answer over the speed of the drive, and return it as figures."""
     from kinelast.figures.speeds import speeds
     from kinelast.outputs.speeds import draw_speeds, speed_figures, speed_table
 
@@ -254,7 +254,7 @@ def _speeds(
 
 
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:
-    """The outcome of a scene with its folder written: sentences and status."""
+    """Return the outcome of a finished scene: sentences and status."""
     line = f"{task.name}: {headline(figures)} -> {task.folder}"
     if others := foreign(task.folder, figures):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
@@ -274,7 +274,7 @@ def _told(task: Task, figures: dict[str, Any]) -> Outcome:
 
 @contextmanager
 def _kept_apart(name: str, failed: dict[str, str]) -> Iterator[None]:
-    """Note an exception instead of raising it: figures are not to be lost with their drawing."""
+    """Store an exception of a drawing instead of raising it, so that the figures are kept."""
     try:
         with stops_kept():
             yield
@@ -293,7 +293,7 @@ def _drawings(
     request: Request,
     progress: Progress,
 ) -> Iterator[tuple[str, Callable[[], Any]]]:
-    """Names of the drawings of a scene, and the functions that make them.
+    """Yield names of drawings, and functions that make them.
 
     `shown` are the results and figures of the page and of its print: those of an optimum where one is asked for.
     """
@@ -354,13 +354,13 @@ def _drawings(
         yield "mesh", meshes
     films = request.animate
     if films and (results.buckles or not results.scene.labels):
-        films = ("motion",)  # nothing is drawn along links that buckle, or have no beams
+        films = ("motion",)  # no diagrams on links that buckle or have no beams
     for diagram in films:
         yield f"{diagram}.{request.picture}", partial(film, diagram)
 
 
 def _differs(figures: Mapping[str, Any]) -> bool:
-    """Whether a check failed or cannot be made or called, or limits, an optimum or an accuracy are not reached."""
+    """Return True if a check fails or cannot be made, or limits, optimum or accuracy are not reached."""
     checks = [figures.get(name) for name in ("check", "nonlinear_check", "solid_check")]
     made = [check for check in checks if check is not None]
     failed = any(
