@@ -1,4 +1,4 @@
-"""Cams: the profile that gives a follower its motion, its pressure angle and curvature, the contact and its stress."""
+"""Cams: profile for a follower motion, pressure angle, curvature, contact force and pressure."""
 
 from machine.cams.contact import HERTZ_RANGE, contact_modulus, line_pressure
 from machine.cams.courses import BOTH, INNER, OUTER, Cam, CamCourse, cam_course, cut_depth

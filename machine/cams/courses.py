@@ -20,7 +20,7 @@ from rigid.plane import ROUND_OFF, cross, dot
 
 INNER, OUTER, BOTH = "inner", "outer", "both"
 UNKNOWN = float("nan")
-BLOCK = 2_000_000  # distances that are looked at together
+BLOCK = 2_000_000  # distances computed at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,13 +67,13 @@ class Cam:
 
     @property
     def designs(self) -> tuple[int, ...]:
-        """Shape of its numbers: () or (designs, 1)."""
+        """Shape of the values: () or (designs, 1)."""
         numbers = (self.centre, self.speed, self.roller, self.radius, *(self.face or ()), self.width, self.modulus)
         return np.broadcast_shapes(*(np.shape(each) for each in numbers))
 
     @property
     def flanks(self) -> tuple[bool, ...]:
-        """Of every flank that it has, whether it is the outer one."""
+        """For each flank, True for an outer flank."""
         return {INNER: (False,), OUTER: (True,), BOTH: (False, True)}[self.flank]
 
 
@@ -119,22 +119,22 @@ class CamCourse:
 
     @property
     def pitch(self) -> Complexes:
-        """The path of the roller's centre on the cam, or of the face's first point, in the axes of the cam [m]."""
+        """Path of the roller centre, or of the first point of the face, in cam axes [m]."""
         return np.asarray(self.follower * np.conj(self.turn))
 
     @property
     def profile(self) -> Complexes:
-        """The cam in its own axes [m], a point for every position."""
+        """Profile in cam axes [m], one point per position."""
         return np.asarray(self.contact * np.conj(self.turn))
 
     @cached_property
     def lever(self) -> Reals:
-        """Component along the normal of `influence`: force times it is effort of the drive."""
+        """Normal component of `influence`: drive effort / contact force."""
         return np.asarray(dot(self.normal, self.influence))
 
     @property
     def pressure_angle(self) -> Reals:
-        """Between the normal and the way in which the drive moves the contact [rad], within a quarter turn.
+        """Angle between the normal and the motion of the contact by the drive [rad], within a quarter turn.
 
         It is told of a dwell too; nan where the drive does not move the contact.
         """
@@ -145,18 +145,18 @@ class CamCourse:
 
     @property
     def convex_radius(self) -> Reals:
-        """Radius of curvature of the cam where it bulges [m], negative where it is undercut; else infinite."""
+        """Radius of curvature of convex parts [m], negative if undercut; infinite elsewhere."""
         if self.cam.roller is None:
             return self.radius
         return np.where(self.pitch_curvature > 0.0, 1.0 / self.pitch_curvature - self.cam.radius, np.inf)
 
     @property
     def hollow_radius(self) -> Reals:
-        """Radius of curvature of the cam where it is hollow [m]; else infinite."""
+        """Radius of curvature of concave parts [m]; infinite elsewhere."""
         return np.where((self.radius < 0.0) & ~self.undercut, -self.radius, np.inf)
 
     def force(self, effort: Any) -> Reals:
-        """Force with which the cam presses for an effort of the drive [N], along the normal; negative where it pulls.
+        """Return the contact force along the normal for an effort of the drive [N]; negative if the cam would pull.
 
         By virtual work, so that it is told at rest too.
         """
@@ -164,13 +164,13 @@ class CamCourse:
             return np.asarray(effort / self.lever)
 
     def torque(self, force: Any) -> Reals:
-        """Torque that the shaft gives for a force at the contact [N m], counter-clockwise."""
-        with np.errstate(invalid="ignore"):  # an infinite force through the shaft
+        """Return the torque of the shaft for a contact force [N m], counter-clockwise."""
+        with np.errstate(invalid="ignore"):  # an infinite force whose line passes through the shaft
             return np.asarray(force * cross(self.contact, self.normal))
 
     @property
     def relative_curvature(self) -> Reals:
-        """The sum of the curvatures of cam and follower [1/m]; nan of a knife edge, and where it is undercut."""
+        """Sum of the curvatures of cam and follower [1/m]; nan for a knife edge and for undercut."""
         with np.errstate(divide="ignore", invalid="ignore"):
             if self.cam.roller is None:
                 sum_ = 1.0 / self.radius
@@ -180,12 +180,12 @@ class CamCourse:
         return np.where(self.undercut, np.nan, sum_)
 
     def preload(self, effort: Any) -> Reals:
-        """Effort that a spring has to give towards the cam, so that they keep in contact [N m or N], at least 0."""
+        """Return the smallest spring effort that keeps the contact [N m or N], at least 0."""
         return np.asarray(np.maximum(-np.asarray(effort) * np.sign(self.lever), 0.0))
 
     @property
     def face_margin(self) -> Reals:
-        """How far the contact is within the ends of the face [m], negative beyond them; nan of a roller."""
+        """Return the distance of the contact from the nearer end of the face [m], negative beyond; nan for a roller."""
         if self.cam.face is None:
             return self.along
         start, end = self.cam.face
@@ -193,7 +193,7 @@ class CamCourse:
 
 
 def cam_course(motion: Motion, cam: Cam, pace: Any = 1.0, outer: bool = False) -> CamCourse:
-    """A flank of a cam over a motion.
+    """Return a flank of a cam over a motion.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def _of_roller(motion: Motion, cam: Cam, speed: Any, turn: Any, outer: bool) -> 
     assert cam.roller is not None
     point = cam.link, cam.roller
     arm, moved = position_of(motion, *point) - cam.centre, velocity_of(motion, *point)
-    relative = moved - 1j * speed * arm  # of the centre against the cam, and the rate of that in the cam's axes
+    relative = moved - 1j * speed * arm  # velocity of the centre relative to the cam, and its rate in cam axes
     bent = acceleration_of(motion, *point) - 2j * speed * moved - speed**2 * arm
     side = np.sign(speed) * (-1.0 if outer else 1.0)
     size = np.abs(relative)
@@ -228,7 +228,7 @@ def _of_roller(motion: Motion, cam: Cam, speed: Any, turn: Any, outer: bool) -> 
 
 
 def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamCourse:
-    """Of a face through P along e, with n = i e: it touches where the velocity against the cam lies along it.
+    """Return the contact of a face through P along e, n = i e: the relative velocity there is along the face.
 
     With the velocity u of P against the cam, and the rate D at which the face turns against it, that is at s = -n.u/D
     from P. The cam's radius is the rate at which the contact goes along the cam over D.
@@ -254,7 +254,7 @@ def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamCourse:
 
 
 def cut_depth(course: CamCourse) -> Reals:
-    """How deep the follower at any other position cuts into every point of the profile [m], shape (positions,).
+    """Return how deep the follower at other positions cuts into each profile point [m], shape (positions,).
 
     None, to the distance of the positions, where the cam can be made. Of one design, over a turn of the cam.
     """

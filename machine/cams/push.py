@@ -1,4 +1,4 @@
-"""Push of cams on their followers, in the place of the efforts of the drives that they move."""
+"""Contact forces of cams on their followers, which replace the efforts of the driven coordinates."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from rigid.kinematics import by_laws, unit_motion
 from rigid.kinetostatics import link_loads
 from rigid.plane import dot
 
-SMALL = 1e-12  # share of the levers below which several cams are as good as one
+SMALL = 1e-12  # relative determinant of the levers below which the forces of several cams are undetermined
 
 
 @dataclass(frozen=True, eq=False)
 class CamPush:
-    """A load: cams press where they touch, as much as rigid links ask of the drives that they move.
+    """Load by cams: contact forces that replace the drive efforts of the rigid mechanism.
 
     Where a cam has no lever on its drive, the drive keeps its effort.
 
@@ -45,11 +45,11 @@ class CamPush:
 
     @property
     def points(self) -> Iterable[tuple[str, str]]:
-        """Where they press: the roller's centre; of a face its two ends, which share the force by their levers."""
+        """Points of action: the roller centre, or both ends of a face, which share the force by their levers."""
         return [(cam.follower, point) for cam in self.cams for point in cam.points]
 
     def forces(self, motion: Motion) -> Iterator[tuple[str, str, Any, Any]]:
-        """Forces on the followers in the ground's axes at every position."""
+        """Return forces on the followers in ground axes at every position."""
         courses = self._courses(motion)
         for cam, course, force in zip(self.cams, courses, self._pressing(motion, courses), strict=True):
             push = force * course.normal
@@ -61,7 +61,7 @@ class CamPush:
                 yield cam.follower, point, np.where(force == 0.0, 0.0, part * push), 0.0
 
     def pressing(self, motion: Motion) -> Reals:
-        """Forces of the cams on their followers [N], shape (cams, ..., positions)."""
+        """Return the contact forces on the followers [N], shape (cams, ..., positions)."""
         return self._pressing(motion, self._courses(motion))
 
     def _courses(self, motion: Motion) -> list[CamCourse]:
@@ -70,7 +70,7 @@ class CamPush:
         return [cam_course(passed, cam, outer=cam.flanks[0]) for cam in self.cams]
 
     def _pressing(self, motion: Motion, courses: Sequence[CamCourse]) -> Reals:
-        """By virtual work: every drive that has its motion from a cam has no effort left."""
+        """Solve the contact forces by virtual work: no effort remains in the drives that cams move."""
         mechanism = _without(motion.mechanism, self)
         loads = link_loads(replace(motion, mechanism=mechanism))
         units = [unit_motion(motion, cam.drive) for cam in self.cams]
@@ -84,7 +84,7 @@ class CamPush:
 
 
 def _lever(unit: Motion, course: CamCourse) -> Any:
-    """Effort of a drive by a force of 1 N at a contact."""
+    """Return the drive effort of a contact force of 1 N."""
     cam = course.cam
     arm = course.follower if cam.face is None else course.contact
     velocity = unit.velocity[cam.link] + 1j * unit.angular_velocity[cam.link] * (
@@ -94,7 +94,7 @@ def _lever(unit: Motion, course: CamCourse) -> Any:
 
 
 def _solved(levers: Reals, efforts: Reals) -> Reals:
-    """Forces [N], shape (cams, ..., positions), of several cams; 0 at positions where they are not determined."""
+    """Return the forces of several cams [N], shape (cams, ..., positions); 0 if undetermined."""
     matrices, sides = np.moveaxis(levers, (0, 1), (-2, -1)), np.moveaxis(efforts, 0, -1)[..., None]
     known: Any = np.isfinite(matrices).all(axis=(-2, -1)) & np.isfinite(sides[..., 0]).all(axis=-1)
     sizes = np.abs(matrices).max(axis=(-2, -1), initial=0.0) ** len(levers)
@@ -105,7 +105,7 @@ def _solved(levers: Reals, efforts: Reals) -> Reals:
 
 
 def _work(unit: Motion, force: Sequence[Any], moment: Sequence[Any]) -> Any:
-    """Work of loads of links at the origins of their axes in a displacement, shape (..., positions)."""
+    """Return the work of link loads at link origins in a displacement, shape (..., positions)."""
     whole: Any = np.zeros(unit.columns)
     for at, (pull, couple) in enumerate(zip(force, moment, strict=True)):
         if at:
@@ -115,5 +115,5 @@ def _work(unit: Motion, force: Sequence[Any], moment: Sequence[Any]) -> Any:
 
 @lru_cache(maxsize=8)
 def _without(mechanism: Mechanism, push: CamPush) -> Mechanism:
-    """A mechanism without the push of cams."""
+    """Return the mechanism without the contact forces of cams."""
     return replace(mechanism, loads=tuple(load for load in mechanism.loads if load is not push))
