@@ -202,7 +202,9 @@ def answered(content: bytes, options: Sequence[str], place: Path, name: str) -> 
     made = set(place.rglob("*")) - before
     strays = [path for path in made if place / "out" not in (path, *path.parents)]
     hidden = [path for path in made if path.name.startswith(".")]
-    short = bool({"--structure", "--list", "--completion"} & {*options}) or (status == 2 and "usage:" in words)
+    short = any(each.startswith(("--structure", "--list", "--completion")) for each in options) or (
+        status == 2 and "usage:" in words
+    )
     for wrong, what in (
         (status not in DOCUMENTED or "Traceback" in words, f"status {status}: {words[-900:]}"),
         (strays, f"wrote elsewhere: {strays[:3]}"),
