@@ -32,9 +32,9 @@ from unittest import mock
 from drawn_scenes import drawn_case
 
 from kinelast.cli.command import main
-from kinelast.figures.entry import LEAST
 from kinelast.figures.registry import figures_of
 from kinelast.outputs.table import csv_rows
+from kinelast.scene.figure import LEAST
 from kinelast.tasks.task import shipped_scenes, shipped_structures
 
 SECONDS = 20  # that a case may take of a processor, and ten times that of a clock on the wall

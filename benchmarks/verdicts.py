@@ -31,7 +31,7 @@ from drawn_scenes import text_of
 from random_mechanisms import Drawn, drawn
 from scipy.stats import beta
 
-from kinelast.figures.entry import LEAST, MOST, measures_of
+from kinelast.figures.entry import measures_of
 from kinelast.figures.limits import VERDICTS, acceptance
 from kinelast.figures.registry import figures_of
 from kinelast.figures.results import Results
@@ -40,6 +40,7 @@ from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, scene_deflection, scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
+from kinelast.scene.figure import LEAST, MOST
 from kinelast.tasks.request import Request, RequestError
 from rigid import MechanismError
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from elastic import Deflection, marked, sample
 from kinelast.figures.cycle import Cycle, drive_words
-from kinelast.figures.entry import LEAST, Figure, bounded_items, items_of, magnitudes
+from kinelast.figures.entry import bounded_items, magnitudes
 from kinelast.figures.limits import decisive
 from kinelast.figures.output import output_of
 from kinelast.figures.ranges import needed_by_limits, refusals
@@ -28,6 +28,7 @@ from kinelast.scene.data import Scene, require_reached, require_tables, scene_de
 from kinelast.scene.document import Document, document_from_dict
 from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
+from kinelast.scene.figure import LEAST, Figure, items_of
 from kinelast.scene.limits import Limit, tolerance
 from kinelast.scene.parsing import is_chain, read_toml
 from kinelast.scene.part import Stroke

@@ -6,9 +6,9 @@ from rows import row
 
 from elastic import FIELDS
 from kinelast import read_scene, shipped_scenes
-from kinelast.figures.entry import Figure
 from kinelast.figures.registry import figures_of
 from kinelast.scene.data import Scene
+from kinelast.scene.figure import Figure
 from kinelast.scene.limits import Output
 
 INTRO = """# Figures

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import Figure, Measure, chosen, measures_of
+from kinelast.figures.entry import Measure, chosen, measures_of
 from kinelast.figures.limits import limits_kept
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
+from kinelast.scene.figure import Figure
 from kinelast.scene.format import SceneTable
 from kinelast.scene.joints import RUBBING
 from kinelast.scene.limits import Output

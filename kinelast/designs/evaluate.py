@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from kinelast.designs.base import Base, DesignRows, base_of, out_of_bounds, table_with
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import Figure
 from kinelast.figures.limits import BROKEN, VERDICTS
 from kinelast.figures.results import Results
 from kinelast.scene.build import built
 from kinelast.scene.data import Scene, scene_deflection, scene_motion
 from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import SceneError
+from kinelast.scene.figure import Figure
 from rigid import SINGULAR, MechanismError, Reals, TableError
 from rigid.arrays import Integers
 from rigid.chunks import columns_of

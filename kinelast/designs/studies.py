@@ -30,7 +30,6 @@ from kinelast.designs.tolerances import (
     scatter,
     variance_shares,
 )
-from kinelast.figures.entry import Figure
 from kinelast.figures.limits import (
     BROKEN,
     KEPT,
@@ -49,6 +48,7 @@ from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene, scene_motion
 from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import fault, known_name
+from kinelast.scene.figure import Figure
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import Output, sets_limit
 from kinelast.scene.numbers import beside

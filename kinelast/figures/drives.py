@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from kinelast.figures.cycle import Cycle, drive_words
-from kinelast.figures.entry import AVERAGE, DRIVE, Figure, averaged, each
 from kinelast.scene.data import Scene
 from kinelast.scene.drive_values import effort, load_inertia, over_time, power, rate
+from kinelast.scene.figure import AVERAGE, DRIVE, Figure, averaged, each
 from machine.drives import mean, mean_positive, root_mean_square
 from rigid.arrays import Reals
 

@@ -13,42 +13,16 @@ from kinelast.figures.cycle import Cycle
 from kinelast.scene.data import Scene
 from kinelast.scene.error import fault, likely
 from kinelast.scene.figure import (
-    AVERAGE,
     BEAM,
     DRIVE,
-    FIXED,
-    FRICTION,
-    JOINT,
     LARGEST,
     LEAST,
-    LINK,
-    MOST,
-    POINT,
-    RUBBING,
-    SCENE,
-    STOPPING,
     Figure,
-    Kind,
-    averaged,
-    each,
-    fixed,
     items_of,
-    largest_of,
-    least,
-    sole,
-    whole,
 )
 from kinelast.scene.limits import Limit
 from kinelast.scene.parts.fatigue import FATIGUED
 from rigid.arrays import Integers, Reals
-
-__all__ = [
-    "AVERAGE", "BEAM", "DRIVE",
-    "FIXED", "FRICTION", "JOINT", "LARGEST", "LEAST", "LINK", "MOST", "POINT",
-    "RUBBING", "SCENE", "STOPPING", "Figure", "Kind", "averaged", "each",
-    "fixed", "items_of", "largest_of", "least", "sole", "whole",
-]  # fmt: skip
-"""Names from `kinelast.scene.figure`, exported for this package."""
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,10 @@ import numpy as np
 from elastic import Deflection, reference_deflection, sample
 from elastic.links import members_of
 from kinelast.figures.cycle import STATIONS, Cycle
-from kinelast.figures.entry import LARGEST, LEAST, MOST, Figure, bounded_items, magnitudes
+from kinelast.figures.entry import bounded_items, magnitudes
 from kinelast.figures.registry import NAMES, limits_of
 from kinelast.scene.data import Scene
+from kinelast.scene.figure import LARGEST, LEAST, MOST, Figure
 from kinelast.scene.limits import OUTPUT_ERROR
 from rigid.arrays import Complexes, Numbers, Reals
 

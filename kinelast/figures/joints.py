@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import Figure, each
+from kinelast.scene.figure import Figure, each
 from kinelast.scene.limits import Output
 from kinelast.scene.parts.bearings import CLEARANCE, CLEARANCES, joints_with
 from machine.joints import clearance_effects

@@ -12,20 +12,7 @@ import numpy as np
 
 from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import (
-    BEAM,
-    FIXED,
-    LARGEST,
-    LEAST,
-    SCENE,
-    Figure,
-    Measure,
-    bounded_items,
-    fixed,
-    items_of,
-    magnitudes,
-    measures_of,
-)
+from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
 from kinelast.figures.errors import stiffness_error
 from kinelast.figures.peaks import Peak
 from kinelast.figures.ranges import needed_by_limits, refusals
@@ -34,6 +21,7 @@ from kinelast.figures.results import Results, at_peak, figure, largest, results_
 from kinelast.figures.trust import doubts
 from kinelast.scene.data import QUASI_STATIC, Scene
 from kinelast.scene.error import SceneError
+from kinelast.scene.figure import BEAM, FIXED, LARGEST, LEAST, SCENE, Figure, fixed, items_of
 from kinelast.scene.limits import Limit
 from kinelast.scene.numbers import UNRELIABLE
 from rigid.arrays import Integers, Real, Reals, of_designs

@@ -11,11 +11,11 @@ import numpy as np
 
 from elastic.assessment import harmonics
 from kinelast.figures.cycle import NOISE
-from kinelast.figures.entry import DRIVE, items_of
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, figure, largest
 from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
+from kinelast.scene.figure import DRIVE, items_of
 from kinelast.scene.part import Part
 from kinelast.scene.parts import PARTS
 from kinelast.scene.parts.bearings import BEARINGS, joints_with, lost_contact

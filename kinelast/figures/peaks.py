@@ -13,9 +13,9 @@ import numpy as np
 from elastic import FIELDS, Kind, Largest
 from elastic.assessment import stress_ends
 from kinelast.figures.cycle import EXTREME_FIELDS, NOISE, WELL, Cycle
-from kinelast.figures.entry import AVERAGE, FIXED, LARGEST, LEAST, Figure
 from kinelast.figures.errors import LITTLE, FigureError
 from kinelast.figures.registry import NAMES, figures_of
+from kinelast.scene.figure import AVERAGE, FIXED, LARGEST, LEAST, Figure
 from kinelast.scene.limits import Output
 from kinelast.scene.numbers import UNRELIABLE
 from rigid import Motion

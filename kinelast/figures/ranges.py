@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.figures.entry import items_of
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
+from kinelast.scene.figure import items_of
 from kinelast.scene.parts import PARTS
 from kinelast.scene.parts.cam_courses import CAM_NEEDS, cam_faults
 from machine import Range

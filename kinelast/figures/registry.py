@@ -13,27 +13,7 @@ from elastic import FIELDS, Largest, Section, displacement_of, largest_row
 from elastic.assessment import angle_error
 from kinelast.figures.cycle import EXTREME_FIELDS, AlongBeams, Cycle, drive_words
 from kinelast.figures.drives import DRIVE_FIGURES
-from kinelast.figures.entry import (
-    BEAM,
-    DRIVE,
-    FIXED,
-    FRICTION,
-    JOINT,
-    LEAST,
-    LINK,
-    MOST,
-    POINT,
-    RUBBING,
-    SCENE,
-    STOPPING,
-    Figure,
-    each,
-    fixed,
-    items_of,
-    measures_of,
-    sole,
-    whole,
-)
+from kinelast.figures.entry import measures_of
 from kinelast.figures.joints import clearance_figures
 from kinelast.figures.output import (
     advantage_of,
@@ -46,7 +26,28 @@ from kinelast.figures.output import (
 )
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError, fault, likely
-from kinelast.scene.figure import OUTPUT_ERROR, Limit
+from kinelast.scene.figure import (
+    BEAM,
+    DRIVE,
+    FIXED,
+    FRICTION,
+    JOINT,
+    LEAST,
+    LINK,
+    MOST,
+    OUTPUT_ERROR,
+    POINT,
+    RUBBING,
+    SCENE,
+    STOPPING,
+    Figure,
+    Limit,
+    each,
+    fixed,
+    items_of,
+    sole,
+    whole,
+)
 from kinelast.scene.limits import FigureBound, Output
 from kinelast.scene.parts import PARTS
 from kinelast.scene.parts.bearings import PLAIN, ROLLING

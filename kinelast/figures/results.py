@@ -14,11 +14,11 @@ from elastic import Deflection, Extreme, marked
 from elastic.assessment import LIMITS, Exceedance, PathDeviation, exceedances, period_of, slenderness
 from elastic.vibration import Frequencies, natural_frequencies
 from kinelast.figures.cycle import Cycle, drive_words, joint_words, too_many_beams
-from kinelast.figures.entry import items_of
 from kinelast.figures.errors import FigureError, GradedFigure, Measured, with_bodies, worst_of
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, run_figures
 from kinelast.scene.data import QUASI_STATIC, Scene, Theory, scene_deflection, scene_motion
+from kinelast.scene.figure import items_of
 from kinelast.scene.numbers import coordinate, number, percent, quantity
 from kinelast.tasks.progress import SILENT, Progress, one_thread
 from rigid import ConstantSpeed, Mechanism, Motion, Reals

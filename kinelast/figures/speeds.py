@@ -15,7 +15,7 @@ from elastic import Deflection
 from elastic.assessment import beyond_beam_theory
 from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, SpeedSearch, critical_speeds, prominences
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import BEAM, LEAST, Figure, Measure, bounded_items, items_of, magnitudes, measures_of
+from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
 from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors, stiffness_error
 from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS, severities, widened
 from kinelast.figures.output import output_of
@@ -25,6 +25,7 @@ from kinelast.figures.results import Results
 from kinelast.figures.theory import damping_of
 from kinelast.scene.data import Scene, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
+from kinelast.scene.figure import BEAM, LEAST, Figure, items_of
 from kinelast.scene.limits import OUTPUT_ERROR, Limit
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from rigid import ConstantSpeed, MechanismError, Motion, with_rates

@@ -14,7 +14,6 @@ from elastic.assessment import LIMITS
 from elastic.links import members_of
 from kinelast.figures.checks import check_passed
 from kinelast.figures.cycle import EXTREME_FIELDS
-from kinelast.figures.entry import POINT, items_of
 from kinelast.figures.limits import acceptance, breaks_first
 from kinelast.figures.output import slid, turns_of
 from kinelast.figures.parts import (
@@ -36,6 +35,7 @@ from kinelast.figures.results import Results, at_position, coordinates, error_of
 from kinelast.figures.shares import output_shares
 from kinelast.figures.trust import exceedance_figures, findings, left_out, reliability, unreliable_figures
 from kinelast.scene.data import ACCURACY, QUASI_STATIC
+from kinelast.scene.figure import POINT, items_of
 from kinelast.scene.limits import OUTPUT_ERROR, Output
 from kinelast.scene.numbers import quantity
 from rigid import Beam

@@ -28,7 +28,7 @@ from elastic.elastodynamics import (
     worth_halving,
 )
 from kinelast.figures.cycle import Cycle, too_many_beams
-from kinelast.figures.entry import Figure, magnitudes
+from kinelast.figures.entry import magnitudes
 from kinelast.figures.errors import (
     HEADLINE,
     HIGHER_ORDERS,
@@ -57,6 +57,7 @@ from kinelast.scene.data import (
     scene_deflection,
 )
 from kinelast.scene.error import SceneError
+from kinelast.scene.figure import Figure
 from kinelast.tasks.progress import SILENT, Progress, one_thread
 from rigid import MechanismError, Motion
 from rigid.arrays import Reals

@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.figures.entry import LEAST
 from kinelast.figures.results import Results
 from kinelast.outputs.page.data import Numbers, kept_positions, model_of, numbers_of
 from kinelast.outputs.sealed import json_bytes
 from kinelast.outputs.words import verdict_words
+from kinelast.scene.figure import LEAST
 from kinelast.scene.numbers import SI, ToldIn
 from kinelast.scene.parts.bearings import BEARINGS
 from kinelast.scene.parts.cams import CAMS
