@@ -4,8 +4,9 @@ Needs only numpy and `rigid`. See also `elastic.assessment` (stress, stability, 
 frequencies) and `elastic.elastodynamics` (vibrating links).
 """
 
-from elastic.beams.cross_sections import SHAPES, Shape, box, circle, i_section, rectangle, section_of, tapered, tube
+from elastic.beams.cross_sections import SHAPES, Shape, box, circle, i_section, rectangle, tube
 from elastic.beams.section import RIGID, JointCompliance, Section, Taper, with_rotary_inertia
+from elastic.beams.shaped_sections import section_of, tapered
 from elastic.chunks import deflection_in_chunks
 from elastic.cycle_maxima import cycle_maxima
 from elastic.derived import coefficients

@@ -11,13 +11,12 @@ from elastic.beams.cross_sections import (
     circle,
     i_section,
     rectangle,
-    section_of,
     t_section,
-    tapered,
     tube,
 )
 from elastic.beams.outline import CrossSectionError, outline
 from elastic.beams.section import RIGID, JointCompliance, Section, Taper, with_rotary_inertia
+from elastic.beams.shaped_sections import section_of, tapered
 
 __all__ = [
     "POISSON",

@@ -1,21 +1,24 @@
-"""Cross-sections by dimensions: area, second moment, shear coefficient; tapers between two of them."""
+"""Cross-sections by dimensions: area, second moment, shear coefficient."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from elastic.beams.section import Section, Taper
+from elastic.beams.thin_walls import (
+    cowper_coefficients,
+    fillet_area,
+    fillet_product,
+    peak_of_angle,
+    shear_coefficient_by_energy,
+    walls_of_angle,
+)
 
 POISSON = 0.3
 """Default Poisson's ratio (metals)."""
-FIT_DEGREE = 12  # degree of the fit to a property that is not a polynomial along the taper
-MAX_FIT_ERROR = 1e-12  # largest error of the low-degree polynomial, relative to the largest value
-MIN_COEFFICIENT = 1e-14  # smaller taper coefficients are round-off, relative to the largest
 
 
 @dataclass(frozen=True)
@@ -118,7 +121,7 @@ def i_section(depth: float, width: float, web: float, flange: float, fillet: flo
     inside = depth - 2 * flange
     if not np.all((inside > 2 * fillet) & (width >= web + 2 * fillet)):
         raise ValueError("an I needs flanges and fillets below half of its depth, and a web and fillets in its width")
-    round_area, round_inertia, round_place = _corner(fillet)
+    round_area, round_inertia, round_place = fillet_area(fillet)
     place = inside / 2 - round_place
     area = 2 * width * flange + inside * web + 4 * round_area
     inertia = (width * depth**3 - (width - web) * inside**3) / 12 + 4 * (round_inertia + round_area * place**2)
@@ -130,7 +133,7 @@ def i_section(depth: float, width: float, web: float, flange: float, fillet: flo
         inertia,
         depth / 2,
         moment * area / (inertia * web),
-        _thin_walled(m, 30 * n**2 * (m + m**2), 5 * n**2 * (8 * m + 9 * m**2)),
+        cowper_coefficients(m, 30 * n**2 * (m + m**2), 5 * n**2 * (8 * m + 9 * m**2)),
         width,
     )
 
@@ -159,7 +162,7 @@ def box(depth: float, width: float, wall: float, corner: float = 0.0) -> Shape:
          (width - 2 * wall) * (depth - 2 * wall) ** 2 / 8),
     ]  # fmt: skip
     for sign, radius, half in ((-1.0, corner, depth / 2), (1.0, inner, depth / 2 - wall)):
-        area, inertia, place = _corner(radius)
+        area, inertia, place = fillet_area(radius)
         parts.append((sign, 4 * area, 4 * (inertia + area * (half - place) ** 2), 2 * area * (half - place)))
     area, inertia, moment = (sum(part[0] * part[k] for part in parts) for k in (1, 2, 3))
     height, across = depth - wall, width - wall
@@ -169,7 +172,7 @@ def box(depth: float, width: float, wall: float, corner: float = 0.0) -> Shape:
         inertia,
         depth / 2,
         moment * area / (inertia * 2 * wall),
-        _thin_walled(m, 10 * n**2 * (3 * m + 3 * m**2), 10 * n**2 * m),
+        cowper_coefficients(m, 10 * n**2 * (3 * m + 3 * m**2), 10 * n**2 * m),
         width,
     )
 
@@ -187,7 +190,7 @@ def channel(depth: float, width: float, web: float, flange: float, fillet: float
     inside = depth - 2 * flange
     if not np.all((inside > 2 * fillet) & (width >= web + fillet)):
         raise ValueError("a channel needs flanges and fillets below half of its depth, and a web and a fillet in width")
-    round_area, round_inertia, round_place = _corner(fillet)
+    round_area, round_inertia, round_place = fillet_area(fillet)
     place = inside / 2 - round_place
     area = 2 * width * flange + inside * web + 2 * round_area
     inertia = (width * depth**3 - (width - web) * inside**3) / 12 + 2 * (round_inertia + round_area * place**2)
@@ -195,7 +198,7 @@ def channel(depth: float, width: float, web: float, flange: float, fillet: float
     half, across = (depth - flange) / 2, width - web / 2
     flow = flange * across * half
     walls = [(flange, across, half, half, 0.0)] * 2 + [(web, 2 * half, half, -half, flow)]
-    return Shape(area, inertia, depth / 2, moment * area / (inertia * web), _shear_coefficient_by_energy(walls), width)
+    return Shape(area, inertia, depth / 2, moment * area / (inertia * web), shear_coefficient_by_energy(walls), width)
 
 
 def t_section(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
@@ -209,7 +212,7 @@ def t_section(depth: float, width: float, web: float, flange: float, fillet: flo
     if not np.all((depth > flange + fillet) & (width >= web + 2 * fillet)):
         raise ValueError("a T needs a flange and fillets below its depth, and a web and fillets in its width")
     stem = depth - flange
-    round_area, round_inertia, round_place = _corner(fillet)
+    round_area, round_inertia, round_place = fillet_area(fillet)
     parts = [  # area, distance of its centroid from the flange's outer face, own second moment
         (width * flange, flange / 2, width * flange**3 / 12),
         (web * stem, flange + stem / 2, web * stem**3 / 12),
@@ -224,7 +227,7 @@ def t_section(depth: float, width: float, web: float, flange: float, fillet: flo
     middle = web * height**2 / 2 / (web * height + flange * width)
     walls = [(web, height, height - middle, -middle, 0.0)] + [(flange, width / 2, -middle, -middle, 0.0)] * 2
     fibre = np.maximum(depth - axis, axis)
-    return Shape(area, inertia, fibre, moment * area / (inertia * web), _shear_coefficient_by_energy(walls), width)
+    return Shape(area, inertia, fibre, moment * area / (inertia * web), shear_coefficient_by_energy(walls), width)
 
 
 def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: float = 0.0) -> Shape:
@@ -246,16 +249,16 @@ def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: flo
     """
     if not np.all((np.minimum(depth, width) > wall + fillet + toe) & (toe <= wall)):
         raise ValueError("an angle needs a wall and radii below its legs, and toes of no more than its wall")
-    round_area, round_inertia, round_place = _corner(fillet)
-    toe_area, toe_inertia, toe_place = _corner(toe)
+    round_area, round_inertia, round_place = fillet_area(fillet)
+    toe_area, toe_inertia, toe_place = fillet_area(toe)
     parts = [  # area, centroid (y, z), own integrals of y^2, z^2, y z
         (depth * wall, depth / 2, wall / 2, wall * depth**3 / 12, depth * wall**3 / 12, 0.0),
         (wall * (width - wall), wall / 2, (width + wall) / 2, (width - wall) * wall**3 / 12,
          wall * (width - wall) ** 3 / 12, 0.0),
         (round_area, wall + round_place, wall + round_place, round_inertia, round_inertia,
-         _corner_product(fillet)),
-        (-toe_area, depth - toe_place, wall - toe_place, -toe_inertia, -toe_inertia, -_corner_product(toe)),
-        (-toe_area, wall - toe_place, width - toe_place, -toe_inertia, -toe_inertia, -_corner_product(toe)),
+         fillet_product(fillet)),
+        (-toe_area, depth - toe_place, wall - toe_place, -toe_inertia, -toe_inertia, -fillet_product(toe)),
+        (-toe_area, wall - toe_place, width - toe_place, -toe_inertia, -toe_inertia, -fillet_product(toe)),
     ]  # fmt: skip
     area = sum(part[0] for part in parts)
     y, z = (sum(part[0] * part[k] for part in parts) / area for k in (1, 2))
@@ -268,73 +271,8 @@ def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: flo
     ends = [(0.0, 0.0), (depth, 0.0), (0.0, width), *((at + toe * out_y, beside + toe * out_z) for at, beside in toes)]
     fibre = np.max([np.abs(at - y - share * (beside - z)) for at, beside in ends], axis=0)
     inertia = along - product**2 / across
-    walls = _walls_of_angle(depth - wall / 2, width - wall / 2, wall)
-    return Shape(area, inertia, fibre, _peak_of_angle(walls), _shear_coefficient_by_energy(walls), width)
-
-
-Wall = tuple[Any, Any, Any, Any, Any]
-"""Thin wall: thickness, length, distances of its start and end from the axis, int Y dA before its start."""
-
-
-def _walls_of_angle(leg: Any, other: Any, wall: Any) -> list[Wall]:
-    """Centre lines of both legs, from their ends to the corner; Y = y - I_yz/I_y z, see `angle`."""
-    whole = leg + other
-    y, z = leg**2 / 2 / whole, other**2 / 2 / whole
-    across = other**3 / 3 - whole * z**2
-    share = -whole * y * z / across  # centre lines have no product moment about the corner
-    corner = -y + share * z
-    return [(wall, leg, corner + leg, corner, 0.0), (wall, other, corner - share * other, corner, 0.0)]
-
-
-def _peak_of_angle(walls: Sequence[Wall]) -> Any:
-    """Largest shear stress over the mean, thin-walled angle: at the axis, on the longer side."""
-    area, inertia = _wall_properties(walls)
-    thick, length, first, last, _ = walls[0]
-    share = first / (first - last)
-    return thick * length * first * share / 2 * area / (inertia * thick)
-
-
-def _wall_properties(walls: Sequence[Wall]) -> tuple[Any, Any]:
-    """Area and second moment of thin walls."""
-    area = sum(thick * length for thick, length, _, _, _ in walls)
-    inertia = sum(thick * length * (a**2 + a * b + b**2) / 3 for thick, length, a, b, _ in walls)
-    return area, inertia
-
-
-def _shear_coefficient_by_energy(walls: Sequence[Wall]) -> tuple[Any, float, float]:
-    """Shear coefficient of thin walls from the energy of the shear flow, as a, b, c of `Shape.cowper`.
-
-    k = I^2/(A int Q^2/t ds): Cowper's coefficient without the effect of Poisson's ratio.
-    """
-    area, inertia = _wall_properties(walls)
-    energy = 0.0
-    for thick, length, first, last, flow in walls:
-        b, c = thick * length * first, thick * length * (last - first) / 2
-        energy = energy + length / thick * (flow**2 + flow * b + (2 * flow * c + b**2) / 3 + b * c / 2 + c**2 / 5)
-    return inertia**2 / (area * energy), 1.0, 1.0
-
-
-def _corner(radius: float) -> tuple[float, float, float]:
-    """Area between a right angle and its fillet: area, second moment, distance of the centroid from each side."""
-    area = (1 - math.pi / 4) * radius**2
-    share = (1 / 6) / (1 - math.pi / 4)  # distance of the centroid from the circle's centre, relative to the radius
-    inertia = (1 / 3 - math.pi / 16 - (1 - math.pi / 4) * share**2) * radius**4
-    return area, inertia, (1 - share) * radius
-
-
-def _corner_product(radius: float) -> float:
-    """Product moment of the area between a right angle and its fillet, about its centroid."""
-    area, _, place = _corner(radius)
-    return (19 / 24 - math.pi / 4) * radius**4 - area * place**2
-
-
-def _thin_walled(m: float, flanges: float, flanges_by_poisson: float) -> tuple[float, float, float]:
-    """Cowper's a, b, c of thin walls; m: flange area over web area."""
-    return (
-        10 * (1 + 3 * m) ** 2,
-        12 + 72 * m + 150 * m**2 + 90 * m**3 + flanges,
-        11 + 66 * m + 135 * m**2 + 90 * m**3 + flanges_by_poisson,
-    )
+    walls = walls_of_angle(depth - wall / 2, width - wall / 2, wall)
+    return Shape(area, inertia, fibre, peak_of_angle(walls), shear_coefficient_by_energy(walls), width)
 
 
 SHAPES: Mapping[str, Callable[..., Shape]] = {
@@ -348,105 +286,3 @@ SHAPES: Mapping[str, Callable[..., Shape]] = {
     "angle": angle,
 }
 """Functions that return a `Shape` from its dimensions, by name."""
-
-
-def section_of(
-    shape: Shape,
-    E: float,
-    poisson: float | None = None,
-    yield_stress: float = math.nan,
-    taper: Taper | None = None,
-    shear: bool = True,
-) -> Section:
-    """Section of a beam with one shape and one material.
-
-    Parameters
-    ----------
-    E
-        Young's modulus [Pa].
-    poisson
-        Poisson's ratio; if given, the beam is Timoshenko's, with Cowper's shear coefficient.
-    yield_stress
-        For the safety factor [Pa].
-    taper
-        See `tapered`.
-    shear
-        False: neglect shear deformation, but keep its rigidity so that its effect can be estimated.
-    """
-    kGA = math.nan
-    if poisson is not None:
-        kGA = shape.shear_coefficient(poisson) * E / (2 * (1 + poisson)) * shape.area
-    return Section(
-        EA=E * shape.area,
-        EI=E * shape.inertia,
-        kGA=kGA if shear and poisson is not None else math.inf,
-        taper=taper,
-        area=shape.area,
-        inertia=shape.inertia,
-        fibre=shape.fibre,
-        peak_shear=shape.peak_shear,
-        yield_stress=yield_stress,
-        shear_rigidity=kGA,
-        width=shape.width,
-        round=shape.round,
-    )
-
-
-def tapered(
-    shape: Callable[..., Shape], start: Sequence[float], end: Sequence[float], poisson: float = 0.0
-) -> tuple[Taper, tuple[float, ...]]:
-    """Taper of a beam with linearly varying dimensions.
-
-    Area and second moment are then polynomials of degree 2 and 4. Other properties are fitted to `MAX_FIT_ERROR`:
-    shear coefficients, and the second moment of a T or angle, as its axis moves.
-
-    Parameters
-    ----------
-    shape
-        Function that returns the shape, such as `rectangle`, `circle` or `tube`.
-    start, end
-        Dimensions at the two ends.
-    poisson
-        Poisson's ratio, for the shear coefficient.
-
-    Returns
-    -------
-    Taper; polynomial for `Beam.mass_taper`.
-
-    Examples
-    --------
-    A rectangle loses half of its depth:
-
-    >>> taper, mass = tapered(rectangle, (0.02, 0.01), (0.01, 0.01))
-    >>> [round(value, 12) for value in mass], [round(value, 12) for value in taper.EI]
-    ([1.0, -0.5], [1.0, -1.5, 0.75, -0.125])
-    """
-    angles = math.pi * (np.arange(FIT_DEGREE + 1) + 0.5) / (FIT_DEGREE + 1)
-    stations = (1 - np.cos(angles)) / 2
-    first, last = np.asarray(start, float), np.asarray(end, float)
-    shapes = [shape(*((1 - xi) * first + xi * last)) for xi in stations]
-    whole = shape(*first)
-
-    def along(degree: int, values: Sequence[float], at_start: float) -> tuple[float, ...]:
-        if not np.isfinite(values).all():
-            return (1.0,)
-        wanted = np.asarray(values) / at_start
-        found = np.polynomial.Chebyshev.fit(stations, wanted, degree, domain=[0.0, 1.0])
-        if np.abs(found(stations) - wanted).max() > MAX_FIT_ERROR * np.abs(wanted).max():
-            found = np.polynomial.Chebyshev.fit(stations, wanted, FIT_DEGREE, domain=[0.0, 1.0])
-        series = found.convert(kind=np.polynomial.Polynomial, domain=[-1.0, 1.0]).coef
-        series = np.where(np.abs(series) > MIN_COEFFICIENT * np.abs(series).max(), series, 0.0)
-        top = int(np.flatnonzero(series)[-1])
-        return tuple(float(value) for value in series[: top + 1] / series[0])
-
-    area = along(2, [each.area for each in shapes], whole.area)
-    factors = [each.area * each.shear_coefficient(poisson) for each in shapes]
-    taper = Taper(
-        EA=area,
-        EI=along(4, [each.inertia for each in shapes], whole.inertia),
-        kGA=along(FIT_DEGREE, factors, whole.area * whole.shear_coefficient(poisson)),
-        fibre=along(1, [each.fibre for each in shapes], whole.fibre),
-        peak_shear=along(FIT_DEGREE, [each.peak_shear for each in shapes], whole.peak_shear),
-        width=along(1, [each.width for each in shapes], whole.width),
-    )
-    return taper, area

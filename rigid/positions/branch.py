@@ -24,15 +24,14 @@ from rigid.positions import knots as table_of
 from rigid.positions.drive_path import FINEST, Path
 from rigid.positions.dyad_places import place_dyad_with_slack
 from rigid.positions.enclosure import Ends, KnotStep, StepCertificate, loop
-from rigid.positions.knots import Table, located, merged, some, steps
+from rigid.positions.knots import Table, located, merged, some, steps, touches
 from rigid.positions.newton import STEPS, closes, newton, sine_of, tree_closure
 from rigid.positions.partial_posture import PartialPosture
-from rigid.positions.rows import select_designs
+from rigid.positions.rows import designs_of_lengths, select_designs
 
 DYAD_CHANGE_WIDTH = 64  # largest width of a dyad's change point, in its finest steps
 GENERAL_CHANGE_WIDTH = 256  # the same for a general group, which has more round-off
 FINEST_GENERAL = 2.0**-24  # shortest step of a general group, in strides; round-off hides branches in shorter ones
-SIDE_KNOTS = 3  # knots on each side of a change point that must have a larger sine
 STEPS_PER_BLOCK = 4096  # steps certified at once, so that they fit the cache
 MAX_HALVED = 30_000  # steps halved at once, unless there were more from the start
 LIMIT_RESOLUTION = 2.0**-8  # resolution of a dyad's limit of motion, in strides
@@ -51,7 +50,7 @@ class TrackedBranch:
         self.mechanism, self.structure, self.path, self.forms, self.edge = mechanism, structure, path, forms, edge
         self.low, self.high = low, high
         self.drawing = Drawing(mechanism)
-        self.designs = lengths(mechanism)
+        self.designs = designs_of_lengths(mechanism)
         self.rows = self.designs[0] if self.designs else 1
         self.loops = [tuple(loop(group, cut) for cut in group.cut) for group in structure.groups]
         self.drivers = structure.measured_drivers
@@ -343,7 +342,7 @@ class TrackedBranch:
             self._end_at_open_knots(number)
         place, row = self.table["place"], self.table["row"]
         sign = np.ones(len(place))
-        for at in self._touches(number):
+        for at in self._change_points(number):
             if self.path.onward(place[at - 1], place[at + 1]):
                 beyond = place > place[at] if place[at] >= self.path.begin else place < place[at]
                 sign[beyond & (row == row[at])] *= -1.0
@@ -381,39 +380,8 @@ class TrackedBranch:
         knots: Integers = np.where(place[at + 1] > self.path.begin, at + 1, at)
         return knots
 
-    def _touches(self, number: int) -> list[int]:
-        """Knots nearest to the places at which the sine of a dyad touches zero.
-
-        The sine drops sharply within a few of the finest steps. If it only comes near zero, it turns around gently.
-        """
-        place, row, sine = self.table["place"], self.table["row"], np.abs(self.table["sine"][:, number])
-        open_ = ~self.table[f"sure{number}"] & (np.diff(place, append=np.inf) <= 2 * FINEST * self.path.stride)
-        least = np.zeros(len(place), bool)
-        count = len(place) - 2 * SIDE_KNOTS
-        if count > 0:
-            here = sine[SIDE_KNOTS:-SIDE_KNOTS]
-            before, after = (
-                np.array([sine[SIDE_KNOTS + k * way :][:count] for k in range(1, SIDE_KNOTS + 1)]) for way in (-1, 1)
-            )
-            inside = (
-                open_[SIDE_KNOTS:-SIDE_KNOTS]
-                & open_[SIDE_KNOTS - 1 :][:count]
-                & (row[: -2 * SIDE_KNOTS] == row[2 * SIDE_KNOTS :])
-            )
-            with np.errstate(invalid="ignore"):
-                lowest = (here < before.min(axis=0)) & (here <= after.min(axis=0))
-                least[SIDE_KNOTS:-SIDE_KNOTS] = inside & lowest & (2 * here <= np.minimum(before[-1], after[-1]))
-        touches: list[int] = []
-        for at in np.flatnonzero(least):
-            if touches and row[touches[-1]] == row[at] and place[at] - place[touches[-1]] <= self.width(number):
-                continue
-            touches.append(int(at))
-        return touches
-
-
-def lengths(mechanism: Mechanism) -> tuple[int, ...]:
-    """Return the shape of the dimensions: () or (designs, 1)."""
-    values = [place for link in mechanism.links for place in link.points.values()]
-    values += [value for part in mechanism.fixed_angles for value in part.lengths]
-    values += mechanism.drawing.values()
-    return np.broadcast_shapes(*(np.shape(value) for value in values))
+    def _change_points(self, number: int) -> list[int]:
+        """Knots nearest to the places at which the sine of a dyad touches zero."""
+        table = self.table
+        uncertain = ~table[f"sure{number}"] & (np.diff(table["place"], append=np.inf) <= 2 * FINEST * self.path.stride)
+        return touches(table["place"], table["row"], table["sine"][:, number], uncertain, self.width(number))

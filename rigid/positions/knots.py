@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from rigid.arrays import Integers
+from rigid.arrays import Flags, Integers, Reals
+
+SIDE_KNOTS = 3  # knots on each side of a change point that must have a larger sine
 
 Table = dict[str, Any]
 """Arrays with the knots as first axis.
@@ -79,3 +81,35 @@ def located(table: Mapping[str, Any], places: Any, rows: int) -> Integers:
     last = np.searchsorted(row, np.arange(rows), side="right") - 2
     knots: Integers = np.clip(before, first[:, None], last[:, None])
     return knots
+
+
+def touches(place: Reals, row: Integers, sine: Reals, uncertain: Flags, width: float) -> list[int]:
+    """Knots nearest to the places at which a sine touches zero, at most one in `width`.
+
+    The sine drops sharply within a few of the finest steps. If it only comes near zero, it turns around gently.
+
+    Parameters
+    ----------
+    uncertain
+        True for each knot followed by one of the finest steps without certificate.
+    """
+    sine, least, count = np.abs(sine), np.zeros(len(place), bool), len(place) - 2 * SIDE_KNOTS
+    if count > 0:
+        here = sine[SIDE_KNOTS:-SIDE_KNOTS]
+        before, after = (
+            np.array([sine[SIDE_KNOTS + k * way :][:count] for k in range(1, SIDE_KNOTS + 1)]) for way in (-1, 1)
+        )
+        inside = (
+            uncertain[SIDE_KNOTS:-SIDE_KNOTS]
+            & uncertain[SIDE_KNOTS - 1 :][:count]
+            & (row[: -2 * SIDE_KNOTS] == row[2 * SIDE_KNOTS :])
+        )
+        with np.errstate(invalid="ignore"):
+            lowest = (here < before.min(axis=0)) & (here <= after.min(axis=0))
+            least[SIDE_KNOTS:-SIDE_KNOTS] = inside & lowest & (2 * here <= np.minimum(before[-1], after[-1]))
+    chosen: list[int] = []
+    for at in np.flatnonzero(least):
+        if chosen and row[chosen[-1]] == row[at] and place[at] - place[chosen[-1]] <= width:
+            continue
+        chosen.append(int(at))
+    return chosen

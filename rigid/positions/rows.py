@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from rigid.mechanism import Mechanism
+
 PLAIN = (str, float, complex, int, type(None))
 
 
@@ -40,3 +42,11 @@ def _cut(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
         if each.init and (part := _cut(own := getattr(value, each.name), rows, designs)) is not own:
             changed[each.name] = part
     return replace(value, **changed) if changed else value
+
+
+def designs_of_lengths(mechanism: Mechanism) -> tuple[int, ...]:
+    """Shape of a mechanism's dimensions: () or (designs, 1)."""
+    values = [place for link in mechanism.links for place in link.points.values()]
+    values += [value for part in mechanism.fixed_angles for value in part.lengths]
+    values += mechanism.drawing.values()
+    return np.broadcast_shapes(*(np.shape(value) for value in values))
