@@ -18,7 +18,7 @@ from rigid.positions.rows import select_designs
 
 CACHE_CELLS = 24576  # links times columns that fit the cache
 MIN_COLUMNS = 1024  # smallest efficient chunk: below this, call overhead dominates
-SEAM = 3  # repeated positions of the previous chunk, to detect a change point at the seam
+SEAM_POSITIONS = 3  # repeated positions of the previous chunk, to detect a change point at the seam
 MIN_SINE = 1e-2  # smallest sine of a position that identifies the branch reliably
 
 
@@ -57,8 +57,8 @@ def motion_in_chunks(
     """
     given = drive_arrays(mechanism, drive, drive_rate, drive_acceleration, time)
     columns = columns_of(mechanism, len(given[-1])) if columns is None else columns
-    if columns <= SEAM:
-        raise ValueError(f"chunks of {columns} columns, expected more than {SEAM}")
+    if columns <= SEAM_POSITIONS:
+        raise ValueError(f"chunks of {columns} columns, expected more than {SEAM_POSITIONS}")
     for rows in design_chunks(mechanism.designs, len(given[-1]), columns):
         yield from _along(select_designs(mechanism, rows, mechanism.designs), given, columns)
 
@@ -106,7 +106,7 @@ def _drawn_anew(drawn: Mechanism, lead: Reals | None, passed: Motion) -> tuple[M
     """Redraw at the last reliable position before the seam; also return the drive path to it."""
     sine = passed.sine
     firm: Any = (np.reshape(sine, (-1, sine.shape[-1])) > MIN_SINE).all(axis=0)
-    places = np.flatnonzero(firm[:-SEAM])
+    places = np.flatnonzero(firm[:-SEAM_POSITIONS])
     if not len(places):
         return drawn, passed.drive if lead is None else np.concatenate([lead, passed.drive], axis=1)
     last = places[-1]

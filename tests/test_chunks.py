@@ -16,7 +16,7 @@ from tiers import in_tiers
 
 from elastic import PRIMARY, deflection, deflection_in_chunks
 from rigid import Beam, Gear, Link, Mechanism, PinDrive, motion, motion_in_chunks
-from rigid.chunks import SEAM
+from rigid.chunks import SEAM_POSITIONS
 
 EPS = np.finfo(float).eps
 
@@ -37,7 +37,7 @@ class TestBranch:
     def test_a_seam_is_not_drawn_at_a_flat_position(self, off):
         """The last position that could be drawn anew is flat to round-off: one before it is taken."""
         columns = 25
-        angle = np.pi + off + (np.arange(60) - (columns - SEAM - 1)) * 0.1
+        angle = np.pi + off + (np.arange(60) - (columns - SEAM_POSITIONS - 1)) * 0.1
         chunks = list(motion_in_chunks(parallelogram(angle[0]), angle, 1.0, columns=columns))
         crank, _, rocker = joined(chunks, "direction")[1:]
         np.testing.assert_allclose(rocker, crank, rtol=0, atol=1e-6)

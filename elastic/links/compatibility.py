@@ -26,7 +26,7 @@ from elastic.links.rings import link_response
 from elastic.links.sliding_blocks import block_loads
 from rigid import JointForces, Motion
 from rigid.arrays import Columns, Complexes, Numbers, Reals
-from rigid.closures import UNSTRESSED
+from rigid.closures import MAX_UNSTRESSED
 from rigid.kinetostatics import beam_couples, beam_loads
 from rigid.plane import dot
 
@@ -168,7 +168,7 @@ def compatible_forces(
 
 def _scaled_part(amount: Reals, part: Columns) -> Numbers:
     """Scale a part of a self-stress; zero if the part is zero, even for an unknown amount."""
-    share: Numbers = np.where(np.abs(part) > UNSTRESSED, amount, 0.0) * part
+    share: Numbers = np.where(np.abs(part) > MAX_UNSTRESSED, amount, 0.0) * part
     return share
 
 

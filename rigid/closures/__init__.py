@@ -2,11 +2,11 @@
 
 from rigid.closures.conditioning import cancellation_factor, greatest_rotation, ill_conditioned
 from rigid.closures.displacements import displacements
-from rigid.closures.forces import UNSTRESSED, joint_forces, loaded_flanks, self_stresses
+from rigid.closures.forces import MAX_UNSTRESSED, joint_forces, loaded_flanks, self_stresses
 from rigid.closures.gears import gear_input, gear_loads, rack_arm
 
 __all__ = [
-    "UNSTRESSED",
+    "MAX_UNSTRESSED",
     "cancellation_factor",
     "displacements",
     "gear_input",

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from rigid.arrays import Columns, Complexes, Numbers, Reals
-from rigid.decomposition.groups import RIGID, Group
+from rigid.decomposition.groups import LINK_CONSTRAINTS, Group
 from rigid.joints import JointPlace
 from rigid.plane import ZERO, number
 
@@ -55,7 +55,7 @@ class Closure:
     @property
     def redundancy(self) -> int:
         """Number of self-stresses: one per set of `tensions`, three per ring (x, y, moment)."""
-        return len(self.tensions) + RIGID * len(self.rings)
+        return len(self.tensions) + LINK_CONSTRAINTS * len(self.rings)
 
 
 def closure(

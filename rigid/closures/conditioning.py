@@ -20,8 +20,8 @@ from rigid.plane import ZERO, number
 
 SINGULAR = 1e12
 """Condition number above which velocities and forces of a position are nan."""
-REGULAR = 1e-2  # positions with a larger sine are never singular
-MILD = 4.0  # cancellation up to this ratio of parts to sum is ignored
+MIN_REGULAR_SINE = 1e-2  # positions with a larger sine are never singular
+MIN_CANCELLATION = 4.0  # cancellation up to this ratio of parts to sum is ignored
 TINY = np.finfo(float).tiny  # divisor instead of zero
 
 
@@ -136,7 +136,7 @@ def extents(mechanism: Mechanism) -> list[Columns]:
 def may_be_singular(mechanism: Mechanism, closures: Sequence[Closure]) -> bool:
     """True if a position may be singular."""
     free = (closed for closed in closures if closed.group.free)
-    return any(not closure_sine(mechanism, closed).min() >= REGULAR for closed in free)
+    return any(not closure_sine(mechanism, closed).min() >= MIN_REGULAR_SINE for closed in free)
 
 
 def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) -> list[Columns]:
@@ -173,12 +173,12 @@ def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) 
 
 def cancellation_factor(bound: Columns, done: Columns) -> Columns:
     """Growth of relative round-off by cancellation: upper bound of a figure over its size, at least 1."""
-    return np.maximum(1.0, bound / (MILD * np.maximum(done, TINY)))
+    return np.maximum(1.0, bound / (MIN_CANCELLATION * np.maximum(done, TINY)))
 
 
 def ill_conditioned(motion: MotionState, condition: Columns) -> Flags:
     """True if a condition number exceeds SINGULAR next to a singular position, shape (..., positions)."""
-    near: Flags = (motion.sine < REGULAR) & np.logical_not(condition <= SINGULAR)
+    near: Flags = (motion.sine < MIN_REGULAR_SINE) & np.logical_not(condition <= SINGULAR)
     return near
 
 

@@ -11,12 +11,12 @@ import numpy as np
 from rigid.arrays import Columns, Flags
 from rigid.closures.closure import Closure, reach_from
 from rigid.closures.gears import gear_loads
-from rigid.decomposition.groups import RIGID
+from rigid.decomposition.groups import LINK_CONSTRAINTS
 from rigid.joints import JointPlace
 from rigid.plane import ZERO, cross, dot, number
 from rigid.teeth import loaded_flank
 
-UNSTRESSED = 1e-9
+MAX_UNSTRESSED = 1e-9
 """A joint has no part in a self-stress of unit size if its component is smaller."""
 
 
@@ -136,7 +136,7 @@ def joint_forces(
         stressed = tension[1] if tension is not None and tension[0] == place else None
         rings = []
         for number_of_ring, ring in enumerate(closed.rings):
-            pull, couple = _in_ring(stressed, len(closed.tensions) + RIGID * number_of_ring)
+            pull, couple = _in_ring(stressed, len(closed.tensions) + LINK_CONSTRAINTS * number_of_ring)
             _add_load(ring.joint.child, ring.arm_child, pull, couple, force, moment)
             _add_load(ring.joint.parent, ring.arm_parent, -pull, -couple, force, moment)
             rings.append((pull, couple))
@@ -171,7 +171,7 @@ def joint_forces(
 
 def _in_ring(stressed: int | None, number: int) -> tuple[Columns, Columns]:
     """Force and moment on the child of a weld that closes a ring: unit loads for self-stresses from `number` on."""
-    if stressed is None or not number <= stressed < number + RIGID:
+    if stressed is None or not number <= stressed < number + LINK_CONSTRAINTS:
         return ZERO, ZERO
     return ((1.0, ZERO), (1j, ZERO), (ZERO, 1.0))[stressed - number]
 

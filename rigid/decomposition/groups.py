@@ -13,7 +13,7 @@ from functools import cached_property
 from rigid.arrays import Reals
 from rigid.joints import Body, Joint
 
-RIGID = 3  # constraints that fix a link in the plane
+LINK_CONSTRAINTS = 3  # constraints that fix a link in the plane
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class Group:
     @property
     def surplus(self) -> int:
         """Number of constraints beyond the freedoms."""
-        return 2 * len(self.cut) + RIGID * len(self.rings) - len(self.free)
+        return 2 * len(self.cut) + LINK_CONSTRAINTS * len(self.rings) - len(self.free)
 
     @cached_property
     def fixed(self) -> tuple[Joint, ...]:

@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from rigid.decomposition.groups import RIGID
+from rigid.decomposition.groups import LINK_CONSTRAINTS
 from rigid.joints import Coupling, Joint, PinJoint, SliderJoint, WeldJoint
 from rigid.parts import Gear, Link, MechanismError, PinDrive, Slider, SliderDrive, Weld
 
@@ -197,7 +197,7 @@ class Net:
             constraints, rank = self._between(start, end)
             if constraints > rank and top(start) != top(end):
                 surplus += constraints - rank
-                if rank == RIGID:
+                if rank == LINK_CONSTRAINTS:
                     group[top(start)] = top(end)
         return surplus
 
@@ -208,7 +208,7 @@ class Net:
         lines = [complex(np.ravel(slider.direction)[0]) for slider, *ends in self.sliders.values() if set(ends) == pair]
         parallel = not pins and all(abs((lines[0].conjugate() * line).imag) <= MAX_PARALLEL_SINE for line in lines)
         welds = sum(ends == pair for _, ends in self.welds)
-        return 2 * (pins + len(lines)) + welds, 2 if parallel else RIGID
+        return 2 * (pins + len(lines)) + welds, 2 if parallel else LINK_CONSTRAINTS
 
     def _connected(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
         """Yield connected sets of unknown links next to a known one, smaller sets first."""

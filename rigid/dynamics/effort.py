@@ -14,7 +14,7 @@ import numpy as np
 
 from rigid.arrays import Columns, Complexes, Flags, Reals
 from rigid.closures.conditioning import SINGULAR
-from rigid.closures.forces import UNSTRESSED, JointForces
+from rigid.closures.forces import MAX_UNSTRESSED, JointForces
 from rigid.closures.gears import gear_loads
 from rigid.constants import mass_constants
 from rigid.dynamics.constraints import Constraints, constraint_matrix, constraint_table, constraints_at
@@ -176,7 +176,7 @@ def _multiplier_forces(motion: Motion, friction: Mapping[int, Reals]) -> JointFo
     for row, (number, place) in enumerate(followers, efforts):
         if place.teeth is not None:
             effort = place.joint.sense * multiplier[..., row]
-            flank[number] = np.where(np.abs(effort) > UNSTRESSED * np.abs(load).max(-1), np.sign(effort), 0.0)
+            flank[number] = np.where(np.abs(effort) > MAX_UNSTRESSED * np.abs(load).max(-1), np.sign(effort), 0.0)
             matrix[..., row, :] = (
                 place.teeth.sense * place.joint.sense * _tooth_row(motion, place, place.teeth.push(flank[number]))
             )
@@ -212,7 +212,7 @@ def _determined(matrix: Reals, load: Reals) -> Reals:
     """Multipliers of a redundant mechanism determined by equilibrium; nan for the others."""
     multipliers = np.linalg.pinv(matrix) @ load
     self_stress = np.linalg.svd(matrix)[2][..., matrix.shape[-2] :, :]
-    stressed = np.linalg.norm(self_stress, axis=-2) > UNSTRESSED
+    stressed = np.linalg.norm(self_stress, axis=-2) > MAX_UNSTRESSED
     multipliers[stressed] = np.nan
     return multipliers
 

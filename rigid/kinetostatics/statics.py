@@ -10,7 +10,7 @@ import numpy as np
 
 from rigid.arrays import Columns, Reals
 from rigid.closures.conditioning import cancellation_factor, extents, greatest_force, ill_conditioned
-from rigid.closures.forces import UNSTRESSED, JointForces, joint_forces, self_stresses
+from rigid.closures.forces import MAX_UNSTRESSED, JointForces, joint_forces, self_stresses
 from rigid.closures.gears import gear_loads
 from rigid.constants import mass_constants
 from rigid.joints import JointPlace
@@ -30,7 +30,7 @@ def reactions(motion: Motion) -> JointForces:
         forces.mark(ill_conditioned(motion, force_condition(motion, forces)))
     states = self_stresses(motion.closures, forces.flank)
     for number in forces.friction:
-        if any(np.any(np.abs(state.force[number]) + np.abs(state.moment[number]) > UNSTRESSED) for state in states):
+        if any(np.any(np.abs(state.force[number]) + np.abs(state.moment[number]) > MAX_UNSTRESSED) for state in states):
             forces.mark(True)  # an undetermined contact force makes all forces with friction undetermined
     for state in states:
         for values, parts in ((forces.force, state.force), (forces.moment, state.moment)):
@@ -42,10 +42,12 @@ def reactions(motion: Motion) -> JointForces:
 def _open_where(value: Columns, part: Columns) -> Columns:
     """Set components with a share in a self-stress to nan."""
     if not np.iscomplexobj(part):
-        return np.where(np.abs(part) > UNSTRESSED, np.nan, value) if np.any(np.abs(part) > UNSTRESSED) else value
+        return (
+            np.where(np.abs(part) > MAX_UNSTRESSED, np.nan, value) if np.any(np.abs(part) > MAX_UNSTRESSED) else value
+        )
     result = np.empty(np.broadcast(value, part).shape, complex)
-    result.real = np.where(np.abs(part.real) > UNSTRESSED, np.nan, np.real(value))
-    result.imag = np.where(np.abs(part.imag) > UNSTRESSED, np.nan, np.imag(value))
+    result.real = np.where(np.abs(part.real) > MAX_UNSTRESSED, np.nan, np.real(value))
+    result.imag = np.where(np.abs(part.imag) > MAX_UNSTRESSED, np.nan, np.imag(value))
     return result
 
 

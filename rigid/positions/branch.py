@@ -21,11 +21,11 @@ from rigid.joint_places import joint_place
 from rigid.mechanism import Mechanism
 from rigid.plane import number as as_number
 from rigid.positions import knots as table_of
-from rigid.positions.drive_path import FINEST, Path
+from rigid.positions.drive_path import FINEST_STEP, Path
 from rigid.positions.dyad_places import place_dyad_with_slack
 from rigid.positions.enclosure import Ends, KnotStep, StepCertificate, loop
 from rigid.positions.knots import Table, located, merged, some, steps, touches
-from rigid.positions.newton import STEPS, closes, newton, sine_of, tree_closure
+from rigid.positions.newton import MAX_NEWTON_STEPS, closes, newton, sine_of, tree_closure
 from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.rows import designs_of_lengths, select_designs
 
@@ -91,7 +91,7 @@ class TrackedBranch:
 
     # Placing
 
-    def set(self, table: Table, number: int, guess: Reals | None = None, corrections: int = STEPS) -> None:
+    def set(self, table: Table, number: int, guess: Reals | None = None, corrections: int = MAX_NEWTON_STEPS) -> None:
         """Place a group at knots from coordinates `guess`, shape (free, knots), in at most `corrections` steps."""
         placed, group = self._placed_before(table, number)
         shape = placed.shape
@@ -199,7 +199,7 @@ class TrackedBranch:
         count = len(low["place"])
         links = len(self.mechanism.links)
         before = np.ones(count, bool)
-        finest = high["place"] - low["place"] <= 2 * FINEST * self.path.stride
+        finest = high["place"] - low["place"] <= 2 * FINEST_STEP * self.path.stride
         with np.errstate(all="ignore"):
             turned = np.angle(high["direction"] * np.conj(low["direction"])).T
             shift = (high["origin"] - low["origin"]).T
@@ -223,7 +223,7 @@ class TrackedBranch:
                 if k == number:
                     return box.T, before
                 passed = finest & np.isfinite(low["sine"][:, k] + high["sine"][:, k])
-                box = np.where(np.isnan(box) & passed, np.abs(ways.T) + DYAD_CHANGE_WIDTH * FINEST, box)
+                box = np.where(np.isnan(box) & passed, np.abs(ways.T) + DYAD_CHANGE_WIDTH * FINEST_STEP, box)
                 before &= np.isfinite(box).all(axis=0)
                 certificate.fill(box)
         raise AssertionError
@@ -280,7 +280,7 @@ class TrackedBranch:
 
     def finest(self, number: int) -> float:
         """Shortest useful step of a group, in strides."""
-        return FINEST if self.forms[number] else FINEST_GENERAL
+        return FINEST_STEP if self.forms[number] else FINEST_GENERAL
 
     def width(self, number: int) -> float:
         """Largest width of uncertain steps about a change point of a group."""
@@ -373,7 +373,7 @@ class TrackedBranch:
         table, at = self.table, steps(self.table)
         place, sine = table["place"], table["sine"][:, number]
         at = at[~table[f"sure{number}"][at] & (sine[at] * sine[at + 1] <= 0)]
-        at = at[place[at + 1] - place[at] <= 2 * FINEST * self.path.stride]
+        at = at[place[at + 1] - place[at] <= 2 * FINEST_STEP * self.path.stride]
         slides = table[f"free{number}"][:, ~np.array(self.structure.groups[number].angles)]
         jump = np.abs(slides[at + 1] - slides[at]).max(axis=1, initial=0.0)
         at = at[~(jump <= MAX_JUMP * self.mechanism.size)]
@@ -383,5 +383,7 @@ class TrackedBranch:
     def _change_points(self, number: int) -> list[int]:
         """Knots nearest to the places at which the sine of a dyad touches zero."""
         table = self.table
-        uncertain = ~table[f"sure{number}"] & (np.diff(table["place"], append=np.inf) <= 2 * FINEST * self.path.stride)
+        uncertain = ~table[f"sure{number}"] & (
+            np.diff(table["place"], append=np.inf) <= 2 * FINEST_STEP * self.path.stride
+        )
         return touches(table["place"], table["row"], table["sine"][:, number], uncertain, self.width(number))

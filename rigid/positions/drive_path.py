@@ -17,10 +17,10 @@ from rigid.mechanism import Mechanism
 KNOTS_PER_TURN = 64
 STRIDE = 2 * math.pi / KNOTS_PER_TURN  # knot distance of a pin's drive [rad]
 STRIDES_PER_SIZE = 50  # strides of a slider's drive over the size of the drawing
-BLOCK = 16  # number of knots by which a branch is extended
+KNOTS_PER_EXTENSION = 16  # number of knots by which a branch is extended
 KNOT_OFFSET = 0.0618  # of knots from round angles, in strides
-STILL = 1e-9  # largest distance of places that count as equal [rad or m]
-FINEST = 2.0**-18  # resolution of a change point, in strides
+PLACE_TOLERANCE = 1e-9  # largest distance of places that count as equal [rad or m]
+FINEST_STEP = 2.0**-18  # resolution of a change point, in strides
 
 
 @dataclass(frozen=True, eq=False)

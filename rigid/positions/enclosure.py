@@ -17,9 +17,9 @@ from rigid.decomposition.groups import Group
 from rigid.joints import Joint
 from rigid.plane import ROUND_OFF
 
-ROUNDS = 6  # attempts to find a box that is mapped into itself
+MAX_ATTEMPTS = 6  # attempts to find a box that is mapped into itself
 INFLATION = 1.05  # factor on a box, so that it is mapped into its interior
-NOISE = 4 * ROUND_OFF  # round-off of a gap, relative to the sizes of its vectors
+GAP_ROUND_OFF = 4 * ROUND_OFF  # round-off of a gap, relative to the sizes of its vectors
 MIN_BOX = 1e-13  # smallest half width of a box [rad or m], because of round-off
 
 
@@ -217,7 +217,7 @@ class StepCertificate:
         bent = np.zeros((free, cuts, count))
         slope = np.zeros((free, free, cuts, count))
         for c, (each, cut) in enumerate(zip(self.loops, self.group.cut, strict=True)):
-            gap[c] = self._deviation(each, None) + NOISE * self._extent(each)
+            gap[c] = self._deviation(each, None) + GAP_ROUND_OFF * self._extent(each)
             twist[c] = 0.0 if cut.turns else self.base[cut.parent] + self.base[cut.child]
             for j, number in enumerate(self.group.free):
                 hinge = self.group.tree[number]
@@ -250,7 +250,7 @@ class StepCertificate:
             maps.append((start + MIN_BOX, first, (weight[:, None, None] * slope).sum(axis=3)))
             box = np.maximum(box, start)
         sure = np.zeros(box.shape[1:], bool)
-        for _ in range(ROUNDS):
+        for _ in range(MAX_ATTEMPTS):
             box = np.where(sure, box, box * INFLATION)  # proven boxes stay: growing with the others could spoil them
             again = np.max([self._mapped(each, box) for each in maps], axis=0)
             sure = (again < box).all(axis=0)

@@ -13,7 +13,7 @@ from rigid.drawing import Drawing
 from rigid.joint_places import joint_place
 from rigid.mechanism import Mechanism
 from rigid.positions.branch import TrackedBranch
-from rigid.positions.drive_path import FINEST, STILL, Path, path_through
+from rigid.positions.drive_path import FINEST_STEP, PLACE_TOLERANCE, Path, path_through
 from rigid.positions.dyad_places import place_dyad, place_dyad_with_slack
 from rigid.positions.knots import located
 from rigid.positions.newton import correct, newton, require_closed, sine_of, tree_closure
@@ -23,7 +23,7 @@ from rigid.postures import Posture
 
 MIN_FIRM_SINE = 0.5  # dyads with larger sines pass no change point between near positions
 MAX_NEAR_STEP = 0.1  # largest step of a drive [rad], and of such a sine, between near positions
-DEEP = 2.0**-46  # resolution of a limit of motion in strides, if positions close to it are requested
+NEAR_LIMIT_RESOLUTION = 2.0**-46  # resolution of a limit of motion in strides, if positions close to it are requested
 BOX_MARGIN = 1e-6  # tolerance in addition to the certified box
 PASS_KNOTS = 2  # knots on each side of a change point from which its crossing is interpolated
 
@@ -119,14 +119,14 @@ def _far_from_change_points(sines: Any) -> bool:
 
 def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Reals) -> PartialPosture:
     """Place all links on the branch tracked from the drawing."""
-    drawn = path.vertices is None and all(abs(end - path.begin) <= STILL for end in path.span)
+    drawn = path.vertices is None and all(abs(end - path.begin) <= PLACE_TOLERANCE for end in path.span)
     plain = _as_drawn(mechanism, structure, drive) if drawn or structure.closed_form else None
     if plain is not None and (
         drawn or not plain.sine or (_closely_spaced(path) and _far_from_change_points(plain.sine))
     ):
         return plain
     forms = tuple(group.closed_form for group in structure.groups)
-    for edge in (FINEST, DEEP):
+    for edge in (FINEST_STEP, NEAR_LIMIT_RESOLUTION):
         branch, places = branch_through(mechanism, structure, path, forms, edge)
         at = located(branch.table, places, branch.rows)
         if plain is not None and (branch.table["sign"] > 0).all():

@@ -16,9 +16,9 @@ from rigid.plane import ROUND_OFF, number
 from rigid.positions.partial_posture import PartialPosture
 from rigid.postures import Posture
 
-STEPS = 40  # Newton steps at most
+MAX_NEWTON_STEPS = 40  # largest number of Newton steps
 TOLERANCE = 1e-14  # largest last step, in radians or mechanism sizes
-FITS = 1e-10  # largest gap of a redundant joint that counts as closed, in radians or mechanism sizes
+MAX_CLOSED_GAP = 1e-10  # largest gap of a redundant joint that counts as closed, in radians or mechanism sizes
 
 
 def _shape(placed: PartialPosture) -> tuple[int, ...]:
@@ -40,7 +40,7 @@ def require_closed(placed: PartialPosture, group: Group) -> None:
     """Set a driven group to nan if its redundant joints do not fit."""
     size = placed.mechanism.size if group.cut or group.rings else 1.0
     for joint in group.cut + group.rings:
-        closed = joint.closes(placed, FITS, FITS * size)
+        closed = joint.closes(placed, MAX_CLOSED_GAP, MAX_CLOSED_GAP * size)
         placed.origin[joint.child] = placed.origin[joint.child] + np.where(closed, 0.0, np.nan)
 
 
@@ -69,7 +69,7 @@ def closes(placed: PartialPosture, group: Group, coordinates: Any, parts: Column
     return shut
 
 
-def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int = STEPS) -> Reals:
+def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int = MAX_NEWTON_STEPS) -> Reals:
     """Find the coordinates of the free joints that close the group; nan without a solution."""
     free = [group.tree[number] for number in group.free]
     column = (-1, *[1] * (coordinates.ndim - 1))
@@ -92,7 +92,9 @@ def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int 
             before = length
             if closed.tensions:
                 sizes = (abs(number(e)) for column in columns(group, closed.tree, closed.cut) for e in column)
-                settled &= reduce(np.maximum, (np.abs(gap) for gap in gaps)) <= FITS * reduce(np.maximum, sizes)
+                settled &= reduce(np.maximum, (np.abs(gap) for gap in gaps)) <= MAX_CLOSED_GAP * reduce(
+                    np.maximum, sizes
+                )
             done = done | settled
             if np.all(done | ~np.isfinite(coordinates).all(axis=0)):
                 break

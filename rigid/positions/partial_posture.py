@@ -14,7 +14,7 @@ from rigid.mechanism import Mechanism
 from rigid.plane import ROUND_OFF, unit
 from rigid.postures import Posture
 
-TURNS = 8  # turns of a gear's driver, each way, among which the nearest to a posture is chosen
+MAX_DRIVER_TURNS = 8  # turns of a gear's driver, each way, among which the nearest to a posture is chosen
 
 
 @dataclass(eq=False)
@@ -56,7 +56,9 @@ class PartialPosture:
         """Angle of a follower, with the turns of its driver that bring it closest to the posture `near`."""
         assert self.near is not None
         seen = self.near.direction[joint.child] * np.conj(self.direction[joint.parent])
-        angles = [coordinate + turn * count for count in sorted(range(-TURNS, TURNS + 1), key=abs)]
+        angles = [
+            coordinate + turn * count for count in sorted(range(-MAX_DRIVER_TURNS, MAX_DRIVER_TURNS + 1), key=abs)
+        ]
         away = np.array([np.abs(unit(joint.sense * angle) - seen) for angle in angles])
         return np.choose(np.argmin(np.round(away, 9), axis=0), angles)
 

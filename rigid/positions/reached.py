@@ -11,12 +11,12 @@ from rigid.arrays import Reals
 from rigid.decomposition.groups import Structure
 from rigid.mechanism import Mechanism
 from rigid.positions.branch import TrackedBranch
-from rigid.positions.drive_path import BLOCK, STILL, Path, drawn_drives
+from rigid.positions.drive_path import KNOTS_PER_EXTENSION, PLACE_TOLERANCE, Path, drawn_drives
 from rigid.positions.knots import located
 from rigid.positions.trace import Trace
 
-TURNS = (1, 2, 4, 8)  # of the drive, after which a mechanism may return to its first posture
-SAME = 1e-7  # tolerance of an equal posture, relative to the size and in unit vectors
+RETURN_TURNS = (1, 2, 4, 8)  # of the drive, after which a mechanism may return to its first posture
+POSTURE_TOLERANCE = 1e-7  # tolerance of an equal posture, relative to the size and in unit vectors
 
 
 def _followed(
@@ -49,14 +49,14 @@ def branch_through(
     if path.vertices is not None:
         return _followed(mechanism, structure, path, 0.0, 0.0, forms, edge), path.requested
     kept = mechanism.__dict__.setdefault("_branches", {})
-    begin, block = path.begin, BLOCK * path.stride
+    begin, block = path.begin, KNOTS_PER_EXTENSION * path.stride
     if path.turn and (turns := np.round((begin - drawn_drives(mechanism)[0][0]) / path.turn)):
         # the drawing's own coordinate, so that the result can be reused for any turn
         path = path.shifted(path.turn * turns)
         begin = path.begin
     low, high = map(float, path.span)
     sense = 1.0 if high - begin >= begin - low else -1.0
-    for turns in TURNS if path.turn and high - low > path.turn - block else ():
+    for turns in RETURN_TURNS if path.turn and high - low > path.turn - block else ():
         period = sense * turns * path.turn
         ends = min(begin, begin + period), max(begin, begin + period)
         whole = _cached_branch(mechanism, structure, path, *ends, forms, edge, kept)
@@ -91,7 +91,7 @@ def _branch_over_request(
     mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float, kept: Any
 ) -> TrackedBranch:
     """Track the branch from the drawing as far as the requested positions, in blocks of knots."""
-    begin, block = path.begin, BLOCK * path.stride
+    begin, block = path.begin, KNOTS_PER_EXTENSION * path.stride
     low, high = path.span
     below, above = (np.ceil(max(way, 0.0) / block) * block for way in (begin - low, high - begin))
     return _cached_branch(
@@ -103,14 +103,16 @@ def _is_known_at(branch: TrackedBranch, place: float) -> bool:
     """True if the branch of some design is known at a knot next to a place."""
     at = located(branch.table, np.array([place]), branch.rows)[:, 0]
     closes = np.isfinite(branch.table["sine"]).all(axis=1)
-    inside = (branch.table["place"][at] <= place + STILL) & (place - STILL <= branch.table["place"][at + 1])
+    inside = (branch.table["place"][at] <= place + PLACE_TOLERANCE) & (
+        place - PLACE_TOLERANCE <= branch.table["place"][at + 1]
+    )
     return bool((inside & (closes[at] | closes[at + 1])).any())
 
 
 def _is_closed_cycle(branch: TrackedBranch, first: float, last: float) -> bool:
     """True if all designs have equal postures at two places."""
     place, to = branch.table["place"], np.array([first, last])
-    at = located(branch.table, to + STILL, branch.rows)
+    at = located(branch.table, to + PLACE_TOLERANCE, branch.rows)
     ends = np.where(np.abs(place[at + 1] - to) < np.abs(place[at] - to), at + 1, at)
     at_begin, at_end = (
         {name: branch.table[name][ends[:, k]] for name in ("origin", "direction", "sign")} for k in (0, 1)
@@ -120,7 +122,7 @@ def _is_closed_cycle(branch: TrackedBranch, first: float, last: float) -> bool:
         np.abs(at_begin["origin"] - at_end["origin"]).max() / size,
         np.abs(at_begin["direction"] - at_end["direction"]).max(),
     ]
-    return bool(max(away) < SAME and (at_begin["sign"] == at_end["sign"]).all())
+    return bool(max(away) < POSTURE_TOLERANCE and (at_begin["sign"] == at_end["sign"]).all())
 
 
 def _ends(branch: TrackedBranch) -> bool:
@@ -134,9 +136,9 @@ def _cached_branch(
     """Return the branch between two places, from the cache if possible."""
     branch: TrackedBranch | None = kept.get((forms, edge))
     if branch is not None:
-        if branch.low <= low + STILL or branch.closed(-1):
+        if branch.low <= low + PLACE_TOLERANCE or branch.closed(-1):
             low = branch.low
-        if high - STILL <= branch.high or branch.closed(1):
+        if high - PLACE_TOLERANCE <= branch.high or branch.closed(1):
             high = branch.high
         if (low, high) == (branch.low, branch.high):
             return branch

@@ -11,20 +11,20 @@ from rigid.positions.branch import TrackedBranch
 from rigid.positions.knots import Table, merged, some, steps
 
 BRANCH_DISTANCE = 2.0**-16  # distance from a change point at which branches are distinct, in strides
-MIN_DISTANCE = 2.0**-20  # the same beyond a change point narrowed by round-off
-SMOOTH = 0.1  # largest deviation from linear motion of a smooth branch, relative to the way
-SHORTEST = 2.0**-34  # shortest step of a march, in strides
+MIN_BRANCH_DISTANCE = 2.0**-20  # the same beyond a change point narrowed by round-off
+MAX_SMOOTH_DEVIATION = 0.1  # largest deviation from linear motion of a smooth branch, relative to the way
+MIN_MARCH_STEP = 2.0**-34  # shortest step of a march, in strides
 MAX_SHORTENING = 8  # a step this many times shorter than the last leap is certified at once
-MAX_MARCH = 400  # steps of a march
-HIDDEN = 2e-6  # smaller sines may hide one branch from another by round-off
-CLEAR = 0.1  # with larger sines of earlier groups, their round-off is negligible
+MAX_MARCH_STEPS = 400  # steps of a march
+MAX_HIDDEN_SINE = 2e-6  # smaller sines may hide one branch from another by round-off
+MIN_CLEAR_SINE = 0.1  # with larger sines of earlier groups, their round-off is negligible
 MIN_KNOTS = 8  # grid knots needed to find links that turn with the drive
-EASY = 2  # successful steps after which a march doubles its step
-CORRECTIONS = 10  # Newton steps from a close guess
-STRAIGHT = 0.25  # largest deviation from linear motion of a leap, relative to its length
-ROUGH = 2.0**-6  # resolution of the first certification of a walk, in strides
-STILL = 1e-15  # smaller differences of places are zero [rad or m]
-NOISE = 1e-9  # round-off near a change point [rad or m]
+STEPS_TO_DOUBLE = 2  # successful steps after which a march doubles its step
+MAX_CORRECTIONS = 10  # Newton steps from a close guess
+MAX_LEAP_DEVIATION = 0.25  # largest deviation from linear motion of a leap, relative to its length
+FIRST_RESOLUTION = 2.0**-6  # resolution of the first certification of a walk, in strides
+MIN_DIFFERENCE = 1e-15  # smaller differences of places are zero [rad or m]
+CHANGE_POINT_NOISE = 1e-9  # round-off near a change point [rad or m]
 
 
 class Trace:
@@ -43,7 +43,7 @@ class Trace:
         for sense in (1, -1):
             self._walk(coarse[:, begin::sense], start)
         self._fill(np.flatnonzero(~branch.table["coarse"]), np.ravel(coarse))
-        branch.refine(self.number, steps(branch.table), ROUGH)
+        branch.refine(self.number, steps(branch.table), FIRST_RESOLUTION)
         for row in range(branch.rows):
             for sense in (1, -1):
                 self._handle_uncertain_steps(row, sense)
@@ -118,7 +118,9 @@ class Trace:
                     near = near[np.abs(table["place"][near + (sense < 0)] - start) <= branch.path.stride]
                     branch.refine(self.number, near)
                     continue
-            elif table["sine"][run[0], self.number] <= HIDDEN and self._passes_smoothly(row, sense, start, stop):
+            elif table["sine"][run[0], self.number] <= MAX_HIDDEN_SINE and self._passes_smoothly(
+                row, sense, start, stop
+            ):
                 passed = stop
                 continue
             if (start - marched) * sense <= 0:  # no progress since the last march
@@ -135,7 +137,7 @@ class Trace:
                 continue
             marched, leaps, here = start, True, sure
             if stuck:
-                knot = self._knot_beyond(row, sense, here) if len(knots) < MAX_MARCH else None
+                knot = self._knot_beyond(row, sense, here) if len(knots) < MAX_MARCH_STEPS else None
                 if knot is None:
                     if carried := self._turns_with_drive(row, sense, here):
                         continue
@@ -153,7 +155,7 @@ class Trace:
             inner, outer = (first, last) if sense > 0 else (last, first)
             if (
                 table["row"][first] != row
-                or (place[outer] - max(passed * sense, start * sense) * sense) * sense <= STILL
+                or (place[outer] - max(passed * sense, start * sense) * sense) * sense <= MIN_DIFFERENCE
             ):
                 continue
             if (place[inner] - start) * sense < 0.0:
@@ -178,7 +180,7 @@ class Trace:
                 branch.set(knot, k)
         if guess is None:
             guess = (low[f"free{self.number}"] + part[:, None] * branch.ways(self.number, low, high)).T
-        branch.set(knot, self.number, guess, CORRECTIONS)
+        branch.set(knot, self.number, guess, MAX_CORRECTIONS)
         knot[f"sure{self.number}"] = np.zeros(1, bool)
         return knot
 
@@ -189,7 +191,11 @@ class Trace:
         """
         two, one = (self._knot_at(row, place - k * step, None) for k in (2, 1))
         slope = self.branch.ways(self.number, two, one)
-        return place + step, one[f"free{self.number}"] + 2 * slope, np.abs(slope).max() * SMOOTH + NOISE
+        return (
+            place + step,
+            one[f"free{self.number}"] + 2 * slope,
+            np.abs(slope).max() * MAX_SMOOTH_DEVIATION + CHANGE_POINT_NOISE,
+        )
 
     def _knot_beyond(self, row: int, sense: int, place: float) -> Table | None:
         """Knot of the smooth branch just beyond a change point, or None."""
@@ -210,7 +216,9 @@ class Trace:
         outward = (table["row"] == row) & ((table["place"] - begin) * sense >= 0.0)
         beyond = outward & ((table["place"] - place) * sense > 0.0)
         passed = np.flatnonzero(outward & ~beyond & np.isfinite(table["sine"][:, self.number]))
-        clear = np.flatnonzero(outward & table["coarse"] & (table["sine"][:, : self.number] > CLEAR).all(axis=1))
+        clear = np.flatnonzero(
+            outward & table["coarse"] & (table["sine"][:, : self.number] > MIN_CLEAR_SINE).all(axis=1)
+        )
         if branch.path.vertices is not None or not branch.path.turn or len(passed) < 2 or len(clear) < MIN_KNOTS:
             return False
         one, other, looked_at = (some(table, which) for which in (passed[:-1], passed[1:], clear))
@@ -245,7 +253,7 @@ class Trace:
         if not self.branch.path.onward(*sorted((start, stop))):
             return True
         with np.errstate(all="ignore"):
-            step = max(abs(stop - start), MIN_DISTANCE * self.branch.path.stride)
+            step = max(abs(stop - start), MIN_BRANCH_DISTANCE * self.branch.path.stride)
             to, guess, known = self._extrapolated(row, 0.5 * (start + stop), sense * step)
             return (to - self._last(row, sense)) * sense > 0 or self._distance(
                 self._knot_at(row, to, None), guess
@@ -279,14 +287,17 @@ class Trace:
         step, gone, easy = stride / 8, 0.0, 0
         leapt = step if leaps and slope.any() else np.inf
         with np.errstate(all="ignore"):
-            while gone < stride and here["place"][0] != end and len(knots) < MAX_MARCH:
-                if step < min(branch.edge, SHORTEST) * stride:
+            while gone < stride and here["place"][0] != end and len(knots) < MAX_MARCH_STEPS:
+                if step < min(branch.edge, MIN_MARCH_STEP) * stride:
                     break
                 to = float(here["place"][0]) + sense * step
                 to = end if (to - end) * sense > 0 else to
                 guess = here[name] + slope * (to - here["place"])
                 knot = self._knot_at(row, to, guess.T)
-                good = leapt < np.inf and self._distance(knot, guess) <= STRAIGHT * np.abs(guess - here[name]).max()
+                good = (
+                    leapt < np.inf
+                    and self._distance(knot, guess) <= MAX_LEAP_DEVIATION * np.abs(guess - here[name]).max()
+                )
                 if not good and step * MAX_SHORTENING <= leapt:
                     pair = (here, knot) if sense > 0 else (knot, here)
                     good = np.isfinite(branch.certify(*pair, self.number)[0]).all()
@@ -297,7 +308,7 @@ class Trace:
                 knots.append(knot)
                 here, gone, easy = knot, gone + step, easy + 1
                 leapt = step if leaps else leapt
-                step = 2 * step if easy > EASY else step
+                step = 2 * step if easy > STEPS_TO_DOUBLE else step
         return knots, gone < stride and here["place"][0] != end
 
     def _enter(self, row: int, inner: float, knots: list[Table]) -> None:
@@ -346,7 +357,7 @@ class Trace:
         self._fill(outer[~table["coarse"][outer]], np.sort([at, *grid]))
         begins = steps(table)
         nearer = np.minimum(table["place"][begins] * sense, table["place"][begins + 1] * sense)
-        branch.refine(self.number, begins[mine[begins] & (nearer >= last * sense)], ROUGH)
+        branch.refine(self.number, begins[mine[begins] & (nearer >= last * sense)], FIRST_RESOLUTION)
 
     def _rejoins(self, row: int, sense: int, last: float) -> bool:
         """True if certain steps lead from a knot to the next grid knot of the table."""
@@ -357,5 +368,5 @@ class Trace:
         low, high = sorted((last, float(outer[0])))
         at = steps(table)
         mine = (table["row"][at] == row) & (table["place"][at] >= low) & (table["place"][at + 1] <= high)
-        branch.refine(self.number, at[mine], ROUGH)
+        branch.refine(self.number, at[mine], FIRST_RESOLUTION)
         return self._certain(row, sense, last, float(outer[0])) == float(outer[0])
