@@ -189,11 +189,11 @@ class Trace:
 
         On this scale a branch continues straight if only round-off is in the way, and turns back at a limit of motion.
         """
-        two, one = (self._knot_at(row, place - k * step, None) for k in (2, 1))
-        slope = self.branch.ways(self.number, two, one)
+        farther, nearer = (self._knot_at(row, place - k * step, None) for k in (2, 1))
+        slope = self.branch.ways(self.number, farther, nearer)
         return (
             place + step,
-            one[f"free{self.number}"] + 2 * slope,
+            nearer[f"free{self.number}"] + 2 * slope,
             np.abs(slope).max() * MAX_SMOOTH_DEVIATION + CHANGE_POINT_NOISE,
         )
 
