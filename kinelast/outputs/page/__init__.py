@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from hashlib import sha256
 from html import escape
-from importlib.metadata import PackageNotFoundError, distribution
 from importlib.util import find_spec
 from itertools import combinations
 from pathlib import Path
@@ -121,6 +120,8 @@ def _chart_library() -> bytes:
 
 def _installed(folder: Path) -> Path | None:
     """Return this folder of the installed kinelast; Python in a copy of the source imports the copy instead."""
+    from importlib.metadata import PackageNotFoundError, distribution  # takes longer than the page
+
     try:
         return Path(str(distribution("kinelast").locate_file(folder.relative_to(WEB.parents[3]))))
     except PackageNotFoundError:
@@ -129,8 +130,8 @@ def _installed(folder: Path) -> Path | None:
 
 def _library() -> Path:
     """Return the folder of uPlot's files: this one, that of the installed kinelast, or that of its package."""
-    for folder in (WEB, _installed(WEB)):
-        if folder and (folder / "uPlot.iife.js").is_file():
+    for find in (lambda folder: folder, _installed):
+        if (folder := find(WEB)) and (folder / "uPlot.iife.js").is_file():
             return folder
     found = find_spec("uplot")
     if found is None or not found.submodule_search_locations:
