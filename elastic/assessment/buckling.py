@@ -19,7 +19,7 @@ import numpy as np
 
 from elastic.assessment.buckling_bound import buckling_bound
 from elastic.elastodynamics.displacements import Displacements, own_basis, rigid_body_modes, unit_displacements
-from elastic.elastodynamics.elastic_structure import elastic_structure
+from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
 from elastic.elastodynamics.equations_of_motion import GeometricStiffness, geometric_stiffness
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.links.beam_trees import trees_of
@@ -29,6 +29,7 @@ from rigid.arrays import Flags, Integers
 
 INNER = 4  # polynomials along a beam
 REAL = 1e-9  # largest imaginary part of a real root, relative to the largest root
+ROUND_OFF = 1e-12  # smaller roots are zero, relative to the largest root
 RESOLVED = 0.2  # above this load ratio, the largest of all positions is found
 EVEN = 13  # evenly spaced positions that are always computed
 TOGETHER = 8  # positions computed at once
@@ -99,7 +100,7 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
 def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
     """Select the next positions: largest bounds above the resolved ratio, else around each link's largest ratio.
 
-    The latter are the tops of the parabolas through the largest values and their neighbours, finally their neighbours.
+    The latter are the tops of the parabolas through the largest values and their neighbours, with a position each side.
     """
     seen = ~np.isnan(ratios[0])
     above = np.flatnonzero(~seen & (bound > max(np.nanmax(ratios), resolved)))
@@ -116,8 +117,8 @@ def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
         fall = (ratios[rows, here] - ratios[rows, right]) / (right - here)
         top = (left + here + rise * (right - left) / (rise + fall)) / 2.0
     top = np.where(np.isfinite(top), top, here).round().astype(int)
-    beside = here[seen[top]]
-    some = np.unique([*top, *np.maximum(beside - 1, 0), *np.minimum(beside + 1, len(seen) - 1)])
+    top = np.where(seen[top], here, top)
+    some = np.unique(np.clip([top - 1, top, top + 1], 0, len(seen) - 1))
     unseen: Integers = some[~seen[some]]
     return unseen
 
@@ -146,6 +147,25 @@ def buckling_factor(deflection: Deflection) -> Reals:
         return np.asarray(1.0 / ratio)
 
 
+def _pressed_shapes(structure: ElasticStructure) -> Reals:
+    """Shapes of unit strain energy on which axial forces do work, shape (n, r).
+
+    Inner shapes of stretch, and of the section's rotation in a beam with shear, neither turn the axis nor move a point.
+    They follow the other coordinates with the least energy (static condensation, exact here).
+    """
+    stiffness = structure.stiffness
+    felt = structure.fields["slope"].any(axis=(0, 1))
+    for move, turn in structure.nodes.values():
+        felt |= (move != 0) | (turn != 0)
+    felt[len(felt) - len(structure.soft) :] = True
+    if trees_of(structure.mechanism).rails:  # a block feels every displacement of the beam below it
+        felt[:] = True
+    shapes = np.eye(len(felt))[:, felt]
+    shapes[~felt] = -np.linalg.solve(stiffness[np.ix_(~felt, ~felt)], stiffness[np.ix_(~felt, felt)])
+    factor = np.linalg.cholesky(shapes.T @ stiffness @ shapes)
+    return np.asarray(shapes @ np.linalg.inv(factor).T)
+
+
 class _BucklingModes:
     """Buckling modes of a mechanism at any of its positions."""
 
@@ -156,8 +176,8 @@ class _BucklingModes:
         self.motion, mechanism = motion, motion.mechanism
         self.structure = elastic_structure(mechanism, deflection.sections, deflection.joints, INNER)
         self.chosen = chosen_points(mechanism)
-        self.basis = np.linalg.inv(np.linalg.cholesky(self.structure.stiffness)).T
-        if not len(self.basis):
+        self.basis = _pressed_shapes(self.structure)
+        if not self.basis.size:
             return
         self.carried = rigid_body_modes(self.structure, motion)
         self.felt = geometric_stiffness(self.structure, deflection, self.chosen)
@@ -167,7 +187,7 @@ class _BucklingModes:
     def of_links(self, some: Integers) -> Reals:
         """Load ratios of the modes in which each link buckles, shape (positions, links)."""
         ratio = np.zeros((len(some), len(self.motion.mechanism.links)))
-        if not len(self.basis):
+        if not self.basis.size:
             return ratio
         felt, moved = self.felt[some], self._moved(some)
         pressing = -felt.stiffness(moved, moved)
@@ -175,6 +195,7 @@ class _BucklingModes:
         ratio[~known] = np.nan
         felt, moved = felt[known], moved[known]
         values, modes = self._solved(felt, moved, pressing[known])
+        values = np.where(values > ROUND_OFF * np.abs(values).max(axis=-1, keepdims=True), values, 0.0)
         values, modes = (part[..., -2 * ratio.shape[1] :] for part in (values, modes))
         links = self._working(felt, moved, modes)
         for link in range(ratio.shape[1]):
