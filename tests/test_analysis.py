@@ -1,6 +1,7 @@
 """Limits, dead points, transmission, time and velocity ratios, and inverse kinematics, against closed forms."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -23,6 +24,8 @@ from rigid.analysis import (
     transmission_angles,
     velocity_ratio,
 )
+from rigid.analysis.crossings import zeros
+from rigid.arrays import Reals
 
 
 def bare_four_bar(crank, coupler, rocker, base, count=90, start=0.0, side=1.0):
@@ -348,3 +351,14 @@ class TestInverse:
         found = drive_values(course, coordinate, value)[0]
         assert found.size <= 4
         assert np.abs(found - wanted).min() < 1e-11
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [np.sin, lambda x: x**3, lambda x: np.expm1(20 * x), np.cbrt, np.sign, lambda x: x],
+    ids=["sine", "cube", "exponential", "cube root", "jump", "line"],
+)
+def test_zeros_are_found_to_round_off_between_their_ends(shape: Callable[[Reals], Reals]) -> None:
+    places = np.array([0.0, 1e-9, 0.1, 1 / 3, 0.5, 0.9, 1.0 - 1e-9, 1.0])
+    found = zeros(lambda part: shape(part - places), shape(-places), shape(1.0 - places))
+    np.testing.assert_allclose(found, places, atol=2e-10)

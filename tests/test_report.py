@@ -133,7 +133,7 @@ def test_a_copy_of_the_source_takes_the_charts_of_the_installed_package(tmp_path
             (tmp_path / root / web / name).touch()
     installed = SimpleNamespace(locate_file=lambda path: tmp_path / "installed" / path)
     monkeypatch.setattr(page, "WEB", tmp_path / "copy" / web)
-    monkeypatch.setattr(page, "distribution", lambda name: installed)
+    monkeypatch.setattr("importlib.metadata.distribution", lambda name: installed)
     assert page._library() == tmp_path / "installed" / web
 
 

@@ -154,7 +154,7 @@ def _pressed_shapes(structure: ElasticStructure) -> Reals:
     They follow the other coordinates with the least energy (static condensation, exact here).
     """
     stiffness = structure.stiffness
-    felt = structure.fields["slope"].any(axis=(0, 1))
+    felt: Flags = np.asarray(structure.fields["slope"].any(axis=(0, 1)))
     for move, turn in structure.nodes.values():
         felt |= (move != 0) | (turn != 0)
     felt[len(felt) - len(structure.soft) :] = True

@@ -14,9 +14,8 @@ from rigid.parts import MechanismError
 from rigid.postures import Posture
 
 CLOSING_TOLERANCE = 1e-6  # largest closing error of a turn, relative to the drives' range
-MAX_STEPS = 60  # largest number of iterations of Ridders' method
-ZERO_TOLERANCE = 2e-16  # width at which an interval is accepted as a zero, relative to the original one
-FINAL_STEP = 1e-10  # [intervals] step after which the zero is accepted: each step squares the error
+MAX_STEPS = 60  # largest number of steps to a zero
+FINAL_STEP = 1e-10  # [intervals] last step to a zero: the error after it is below 1e-16
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +101,7 @@ def positions(course: Motion, at: Integers) -> Motion:
 
 
 def zeros(function: Callable[[Any], Any], first: Reals, last: Reals) -> Reals:
-    """Zeros of functions on 0 to 1, to round-off, by a vectorised Ridders' method.
+    """Zeros of functions on 0 to 1, to round-off, by Chandrupatla's method; the first step is a secant.
 
     Parameters
     ----------
@@ -113,30 +112,24 @@ def zeros(function: Callable[[Any], Any], first: Reals, last: Reals) -> Reals:
 
     References
     ----------
-    C. Ridders, A new algorithm for computing a single root of a real continuous function, IEEE Transactions on Circuits
-    and Systems 26 (1979) 979-980.
+    T. Chandrupatla, A new hybrid quadratic/bisection algorithm for finding the zero of a nonlinear function without
+    using derivatives, Advances in Engineering Software 28 (1997) 145-149.
     """
-    a, b, fa, fb = np.zeros(len(first)), np.ones(len(first)), first.copy(), last.copy()
-    b, fb = np.where(fa == 0, a, b), np.where(fa == 0, fa, fb)
-    a, fa = np.where(fb == 0, b, a), np.where(fb == 0, fb, fa)
-    best = np.where(np.abs(fa) < np.abs(fb), a, b)
-    for _ in range(MAX_STEPS):
-        if not len(best) or (np.abs(b - a) <= ZERO_TOLERANCE).all():
-            break
-        m = (a + b) / 2
-        fm = function(m)
-        root = np.sqrt(fm * fm - fa * fb)
-        x = m + (m - a) * np.sign(fa - fb) * np.divide(fm, root, out=np.zeros_like(fm), where=root > 0)
-        fx = function(x)
-        settled = np.abs(x - best) <= FINAL_STEP
-        best = x
-        across = np.sign(fm) * np.sign(fx) < 0
-        below = np.sign(fa) * np.sign(fx) < 0
-        done = (fx == 0) | settled
-        a, fa, b, fb = (
-            np.where(done, x, np.where(across, m, np.where(below, a, x))),
-            np.where(done, fx, np.where(across, fm, np.where(below, fa, fx))),
-            np.where(done, x, np.where(across, x, np.where(below, x, b))),
-            np.where(done, fx, np.where(across, fx, np.where(below, fx, fb))),
-        )
-    return best
+    a, b, fa, fb = np.ones(len(first)), np.zeros(len(first)), last.copy(), first.copy()
+    with np.errstate(divide="ignore", invalid="ignore"):
+        part = fa / (fa - fb)
+        for _ in range(MAX_STEPS):
+            step = part * (b - a)
+            if not (np.abs(step) > FINAL_STEP).any():
+                break
+            x = a + step
+            fx = function(x)
+            same = np.sign(fx) == np.sign(fa)
+            c, fc = np.where(same, a, b), np.where(same, fa, fb)
+            b, fb = np.where(same, b, a), np.where(same, fb, fa)
+            a, fa = x, fx
+            xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+            quadratic = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+            monotonic = (phi**2 < xi) & ((1 - phi) ** 2 < 1 - xi)
+            part = np.where(fa == 0, 0.0, np.where(monotonic, np.clip(quadratic, 0.0, 1.0), 0.5))
+    return a + part * (b - a)

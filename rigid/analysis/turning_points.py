@@ -65,14 +65,17 @@ def limits(course: Motion, coordinate: Coordinate) -> list[LimitPosition]:
     For one design. Extremes closer together than two positions are not detected; the ends of the motion are excluded.
     """
     between = intervals(course)
-    values = coordinate.value(course)
-    positions = []
-    for number, part, rising in turning_points(between, coordinate):
-        here = between.at(np.array([number]), np.array([part]))
-        begin = values[between.left[number]]
-        value = float(begin + coordinate.difference(here, begin)[0])
-        positions.append(LimitPosition("maximum" if rising else "minimum", value, here.drive[:, 0]))
-    return positions
+    turns = turning_points(between, coordinate)
+    if not turns:
+        return []
+    numbers, parts, rising = (np.array(column) for column in zip(*turns, strict=True))
+    here = between.at(numbers, parts)
+    begin = coordinate.value(course)[between.left[numbers]]
+    values = begin + coordinate.difference(here, begin)
+    return [
+        LimitPosition("maximum" if rises else "minimum", float(value), drive)
+        for rises, value, drive in zip(rising, values, here.drive.T, strict=True)
+    ]
 
 
 def turning_points(between: Intervals, coordinate: Rated) -> list[tuple[int, float, bool]]:
