@@ -27,6 +27,7 @@ from kinelast.figures.entry import magnitudes
 from kinelast.figures.limits import KEPT, SEVERITY, full_answer, limits_of_items, severities, verdict_on
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
+from kinelast.figures.ranges import needed_by_limits
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import summary
@@ -131,6 +132,7 @@ def check_doors(tables):
     results = computed(scene, Request())
     told = summary(results)
     figures, verdicts = told["figures"], [row["kept"] for row in told["acceptance"]["limits"]]
+    kept = [each and not told["yields"] for each in verdicts]
     noise = {unit: 2 * NOISE * scale for unit, scale in results.figures.scales.items()}
 
     with chunks(5):
@@ -161,19 +163,19 @@ def check_doors(tables):
             further = abs(figures[key]["value"]) - abs(value)
             assert further * (-1 if of_motion[key] == LEAST else 1) >= -scale, ("report", key)
     if scene.limits:
-        assert bool(row.columns["limits_kept"][0]) == all(verdicts)
+        assert bool(row.columns["limits_kept"][0]) == all(kept)
         # Of the best of a sweep, and of an optimum.
         judged = verdict_on(full_answer(scene, limits_of_items(scene)).judgements)
         assert (judged["verdict"], judged["passed"]) == tuple(told["acceptance"][key] for key in ("verdict", "passed"))
 
     found = figures_of(output_of(scene))
-    named = {limit.figure for limit in limits_of(scene)}
+    named = {limit.figure for limit in limits_of(scene)} | needed_by_limits(scene)
     found = [figure for figure in found if not figure.asked or figure.key in named]
     moved = scene.course.at(scene.course.times())
     cycle = Cycle(scene, repeated(moved, (2, len(moved.time))))
     sizes = magnitudes(cycle, found)
     both = [np.broadcast_to(each == SEVERITY.index(KEPT), 2).tolist() for each in severities(scene, sizes)]
-    assert both == [[passed] * 2 for passed in verdicts], "columns"
+    assert both == [[passed] * 2 for passed in kept], "columns"
     return told
 
 
@@ -373,6 +375,34 @@ def test_a_limit_by_the_name_of_a_figure_is_judged_at_a_speed_as_by_its_report(s
         found = speeds(scene_from_dict(tables), (10.0, 20.0, 2))
         assert found.verdicts[-1] == summary_of(tables)["acceptance"]["verdict"]
         assert (found.highest == 20.0) == (share > 1) == (found.limit is None)
+
+
+def test_a_speed_at_which_a_link_yields_is_not_acceptable_though_its_limits_hold():
+    """And all limits hold up to the speed at which the first link reaches its yield strength."""
+    tables = slow_four_bar()
+    tables["run"] |= {"positions": 360, "theory": "elastodynamic"}
+    tables["materials"]["steel"]["yield"] = allowed(summary_of(tables)["figures"]["stress"], 0.8)
+    tables["limits"] = {"deflection": "1 m"}
+    found, told = speeds(scene_from_dict(tables), (10.0, 20.0, 2)), summary_of(tables)
+    assert found.verdicts[-1] == told["acceptance"]["verdict"] == "cannot be judged"
+    assert told["yields"] in told["acceptance"]["problem"]
+    assert found.verdicts[0] == "acceptable"
+    assert found.limit.limit.kind == "safety"
+    tables["drives"][0]["speed"] = found.highest
+    assert summary_of(tables)["figures"]["safety"]["value"] == pytest.approx(1.0, rel=0.01)
+
+
+@pytest.mark.parametrize("paths", [[], ["sections.bar.depth"]])
+def test_designs_are_computed_beside_breaks_of_the_laws_too(paths):
+    """No position is at a jump of the acceleration, and the report's largest figures are beside one."""
+    path = Path(__file__).parent / "data" / "cases" / "acceleration_jump.toml"
+    tables = toml_tables(path.read_text(encoding="utf-8"), "")
+    tables["run"]["positions"] = 61
+    told = summary(computed(scene_from_dict(tables), Request(theory="quasi-static")))["figures"]
+    names = ["deflection", "stress", "joint_force", "drive_effort"]
+    row = evaluate(tables, paths, [[0.007][: len(paths)]], names)
+    for name in names:
+        assert row.columns[name][0] == pytest.approx(abs(told[name]["value"]), rel=1e-9), name
 
 
 def test_limits_of_figures_that_there_are_not_are_all_told_at_once():

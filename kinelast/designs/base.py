@@ -77,10 +77,23 @@ class Base:
     @cached_property
     def pressed_at(self) -> Integers:
         """Positions at which designs are checked for buckling: even ones, and the worst of the nominal scene."""
-        times = self.scene.course.times()
+        times = self.instants(self.scene)
         cycle = Cycle(self.scene, self.scene.course.at(times))
         even = np.linspace(0, len(times) - 1, min(EVEN_POSITIONS, len(times))).round().astype(int)
         return np.unique([*even, *np.ravel(cycle.pressed.position)])
+
+    def instants(self, scene: Scene) -> Reals:
+        """Return the instants at which designs are computed: positions, and both sides of each break of the laws.
+
+        With designs on an axis, the breaks are those of the nominal mechanism under the laws of these designs.
+        """
+        course, times = scene.course, scene.course.times()
+        if times.ndim > 1:
+            return times
+        if any(self.on_axis):
+            nominal = self.scene.course
+            course = nominal if all(self.on_axis) else replace(nominal, laws=course.laws, run=course.run)
+        return course.with_breaks(times)
 
     @cached_property
     def fields(self) -> frozenset[str]:

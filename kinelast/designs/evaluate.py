@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from kinelast.designs.base import Base, DesignRows, base_of, out_of_bounds, table_with
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.limits import BROKEN, VERDICTS
-from kinelast.figures.results import Results
+from kinelast.figures.results import Results, at_breaks
 from kinelast.scene.build import built
 from kinelast.scene.data import Scene, scene_deflection, scene_motion
 from kinelast.scene.document import Document, Tables, document_of
@@ -210,7 +210,7 @@ def _batch(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) -
 def _all_positions(base: Base, scene: Scene, group: DesignRows) -> Iterator[PartialResult]:
     """Figures of the designs at all positions; the nominal row 0 is left out."""
     rows = group.rows
-    cycle = Cycle(scene, scene.course.at(scene.course.times()), wanted=base.fields, used=len(rows) + 1)
+    cycle = Cycle(scene, scene.course.at(base.instants(scene)), wanted=base.fields, used=len(rows) + 1)
     counted = slice(1, len(rows) + 1) if len(cycle.columns) > 1 else slice(None)
     figures = {}
     for measure in base.measures:
@@ -253,7 +253,9 @@ def _reasons(cycle: Cycle) -> Words:
 def _largest_load_ratio(base: Base, cycle: Cycle) -> Reals:
     """Largest load over critical load at some positions, shape (designs,)."""
     if len(cycle.columns) > 1:
-        cycle = Cycle(cycle.scene, cycle.scene.course.at(cycle.scene.course.times()[..., base.pressed_at]))
+        times = base.instants(cycle.scene)
+        some = times[..., np.minimum(base.pressed_at, times.shape[-1] - 1)]
+        cycle = Cycle(cycle.scene, cycle.scene.course.at(some))
     return np.atleast_1d(cycle.pressed.value.max(axis=0, initial=0.0))
 
 
@@ -261,7 +263,7 @@ def _buckling_reason(base: Base, values: Reals) -> str:
     """Describe how a design buckles, empty if it does not; for designs near the critical load."""
     scene = base.document.with_values({place.variable.path: float(value)
                                        for place, value in zip(base.places, values, strict=True)}).scene  # fmt: skip
-    words = Results(scene, scene_deflection(scene, scene_motion(scene, partial=True))).buckles
+    words = at_breaks(Results(scene, scene_deflection(scene, scene_motion(scene, partial=True)))).buckles
     return f"{VERDICTS[BROKEN]}: {words}" if words else ""
 
 

@@ -15,7 +15,7 @@ from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
 from kinelast.figures.errors import stiffness_error
 from kinelast.figures.peaks import Peak
-from kinelast.figures.ranges import needed_by_limits, refusals
+from kinelast.figures.ranges import STRENGTH, can_yield, needed_by_limits, refusals
 from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
 from kinelast.figures.results import Results, at_peak, figure, largest, results_in_full
 from kinelast.figures.trust import doubts
@@ -47,16 +47,23 @@ def widened(value: Any, error: Any) -> Any:
 def severity(limit: Limit, value: Any, error: Any) -> Integers:
     """Return the outcomes of a limit for figures and their errors, as indices into `SEVERITY`, shape (...).
 
-    A limit is too close to decide if its bound is within the error, or within `WIDENED` times an unreliable error. The
-    error of a safety factor is that of the stress in its denominator.
+    A limit is too close to decide if its bound is within the error, or within `WIDENED` times an unreliable error.
     """
-    error = widened(value, error)
-    least = value - error
-    if limit.figure in RECIPROCAL:
-        least = np.divide(value, 1.0 + np.divide(error, value, where=value > 0.0, out=np.zeros(np.shape(value))))
-    below, above = limit.kept(least), limit.kept(value + error)
+    below, above = (limit.kept(end) for end in ends(limit, value, error))
     known = np.where(below & above, SEVERITY.index(KEPT), np.where(below | above, SEVERITY.index(TOO_NEAR), 0))
     return np.where(np.isnan(value) | np.isnan(error), SEVERITY.index(UNKNOWN), known)
+
+
+def ends(limit: Limit, value: Any, error: Any) -> tuple[Any, Any]:
+    """Return the smallest and the largest value of figures within their `widened` errors.
+
+    The error of a safety factor is that of the stress in its denominator.
+    """
+    error = widened(value, error)
+    if limit.figure.partition(".")[0] not in RECIPROCAL:
+        return value - error, value + error
+    share = np.divide(error, value, where=value > 0.0, out=np.zeros(np.shape(value)))
+    return np.divide(value, 1.0 + share), value + error
 
 
 def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, Any] | None = None) -> Iterator[Integers]:
@@ -66,7 +73,7 @@ def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, An
     ----------
     figures
         Magnitudes of the figures in SI units by key, shape (items, ...), in the order of `items_of`. A limit cannot be
-        judged if its figure is missing or out of range, or if a cam does not work.
+        judged if its figure is missing or out of range, if a link yields, or if a cam does not work.
     errors
         Errors of the same shapes. Without them, the outcomes are no verdicts.
     """
@@ -103,6 +110,8 @@ def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure
         known = magnitudes(cycle, bounded)
         given = [(replace(limit, bound=of_designs(limit.bound)), decisive(cycle.scene, limit, known))
                  for limit in limits_of(cycle.scene)]  # fmt: skip
+        if can_yield(cycle.scene):
+            given.append((STRENGTH, np.fmin.reduce(known[STRENGTH.figure], axis=0)))
         return reduce(np.minimum, [limit.margin(value) for limit, value in given])
 
     fields = tuple(dict.fromkeys(field for figure in bounded for field in figure.fields))
@@ -141,7 +150,7 @@ class Judgement:
     @property
     def worst(self) -> float:
         """Figure with its error towards the bound."""
-        return self.value - self.error if self.limit.least else self.value + self.error
+        return float(ends(self.limit, self.value, self.error)[0 if self.limit.least else 1])
 
 
 def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | None = None) -> Judgement:
@@ -173,23 +182,25 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
 
 
 def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[int]) -> Judgement:
-    """Return the judgement, or "cannot be judged" if a formula is out of range or a cam does not work."""
+    """Return the judgement, or "cannot be judged" for one of the reasons of `refusals`."""
     if judged.outcome == BROKEN:
         return judged
     known = {other: [peak.value for peak in peaks] for other, peaks in results.figures.peaks.items() if peaks}
     why = "; ".join(words for words, refused in refusals(results.scene, key, items, known) if refused)
-    return replace(judged, outcome=UNKNOWN, problem=why) if why else judged
+    if not why:
+        return judged
+    known = judged.problem if judged.outcome == UNKNOWN else ""
+    return replace(judged, outcome=UNKNOWN, problem="; ".join(filter(None, (known, why))))
 
 
 def _if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
-    """Return the judgements, with "cannot be judged" instead of "kept" if the figures are not reliable."""
-    kept = any(judged.outcome == KEPT for judged in judgements)
-    why = "; ".join(doubts(results)) if kept else ""
+    """Return the judgements, with "cannot be judged" for all that are not broken if the figures are not reliable."""
+    doubtful = [judged.outcome in (KEPT, TOO_NEAR) for judged in judgements]
+    why = "; ".join(doubts(results)) if any(doubtful) else ""
     if not why:
         return tuple(judgements)
-    return tuple(
-        replace(judged, outcome=UNKNOWN, problem=why) if judged.outcome == KEPT else judged for judged in judgements
-    )
+    pairs = zip(judgements, doubtful, strict=True)
+    return tuple(replace(judged, outcome=UNKNOWN, problem=why) if doubt else judged for judged, doubt in pairs)
 
 
 def limits_of_items(scene: Scene) -> list[Limit]:

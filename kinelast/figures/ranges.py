@@ -1,4 +1,4 @@
-"""Ranges of the sizing formulas, and limits that cannot be judged outside them."""
+"""Reasons why limits cannot be judged: a link yields, or a sizing formula is outside its range."""
 
 from __future__ import annotations
 
@@ -10,18 +10,36 @@ import numpy as np
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
 from kinelast.scene.figure import items_of
+from kinelast.scene.limits import Limit
+from kinelast.scene.numbers import number
 from kinelast.scene.parts import PARTS
 from kinelast.scene.parts.cam_courses import CAM_NEEDS, cam_faults
 from machine import Range
 from rigid.arrays import Flags
 
 CHECKS = [check for part in PARTS for check in part.checks]
+STRENGTH = Limit("safety", 1.0, least=True)  # beyond it, the links do not stay elastic
 
 
 def needed_by_limits(scene: Scene) -> set[str]:
     """Return the keys of further figures that the judgement of the scene's limits needs."""
     limited = {limit.figure for limit in limits_of(scene)}
-    return {*(CAM_NEEDS if scene.cams else ()), *(check.by for check in CHECKS if limited & {*check.refuses})}
+    of_cams, of_strength = CAM_NEEDS if scene.cams else (), (STRENGTH.figure,) if can_yield(scene) else ()
+    return {*of_cams, *of_strength, *(check.by for check in CHECKS if limited & {*check.refuses})}
+
+
+def can_yield(scene: Scene) -> bool:
+    """Return whether the yield stress of any beam is known."""
+    return any(np.isfinite(section.yield_stress).any() for section in scene.sections)
+
+
+def yield_words(scene: Scene, safeties: Sequence[float]) -> str:
+    """Return the largest stress in terms of the yield strength, as a sentence; empty if no link yields."""
+    known = {beam: safety for beam, safety in enumerate(safeties) if safety < STRENGTH.bound}
+    if not known:
+        return ""
+    beam = min(known, key=lambda each: known[each])
+    return f"stress is {number(1.0 / known[beam], 3)} times the yield strength of {scene.member_names[beam]}"
 
 
 def refusals(scene: Scene, figure: str, items: Sequence[int], figures: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -34,6 +52,10 @@ def refusals(scene: Scene, figure: str, items: Sequence[int], figures: Mapping[s
     figures
         Values of all items by key; see `needed_by_limits`.
     """
+    safeties = np.asarray(figures.get(STRENGTH.figure, np.zeros(0)), float)
+    if len(safeties):
+        least = np.fmin.reduce(safeties, axis=0)
+        yield yield_words(scene, np.fmin.reduce(safeties.reshape(len(safeties), -1), axis=1).tolist()), least < 1.0
     yield from cam_faults(scene, figures)
     for check in CHECKS:
         if figure in check.refuses and check.by in figures:

@@ -17,9 +17,10 @@ from kinelast.figures.cycle import Cycle, drive_words, joint_words, too_many_bea
 from kinelast.figures.errors import FigureError, GradedFigure, Measured, with_bodies, worst_of
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, run_figures
+from kinelast.figures.ranges import yield_words
 from kinelast.scene.data import QUASI_STATIC, Scene, Theory, scene_deflection, scene_motion
 from kinelast.scene.figure import items_of
-from kinelast.scene.numbers import coordinate, number, percent, quantity
+from kinelast.scene.numbers import coordinate, percent, quantity
 from kinelast.tasks.progress import SILENT, Progress, one_thread
 from rigid import ConstantSpeed, Mechanism, Motion, Reals
 from rigid.arrays import Flags
@@ -169,11 +170,7 @@ class Results:
     @cached_property
     def yields(self) -> str:
         """Largest stress in terms of the yield strength, as a sentence; empty if no link yields."""
-        known = {beam: peak.value for beam, peak in enumerate(self.figures.peaks["safety"]) if peak.value < 1.0}
-        if not known:
-            return ""
-        beam = min(known, key=lambda each: known[each])
-        return f"stress is {number(1.0 / known[beam], 3)} times the yield strength of {self.scene.member_names[beam]}"
+        return yield_words(self.scene, [peak.value for peak in self.figures.peaks["safety"]])
 
     def _drive_at(self, position: int) -> Sequence[float]:
         coordinates: list[float] = self.motion.drive[:, position].tolist()
@@ -405,34 +402,45 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
     SceneError
         The theory cannot answer, see `kinelast.figures.theory.answer`.
     """
-    scene = plain.scene
-    if plain.buckles:
-        return replace(plain, deflection=marked(plain.deflection, np.ones(plain.motion.columns, bool)))
+    scene, whole = plain.scene, at_breaks(plain)
+    if whole.buckles:
+        here, whole = (
+            replace(each, deflection=marked(each.deflection, np.ones(each.motion.columns, bool)))
+            for each in (plain, whole)
+        )
+        run = run_figures(here.cycle, output_of(scene))
+        return replace(here, run=run.with_instants(run_figures(whole.cycle, run.output)))
     if theory.plain and not judged:
-        return plain
+        if whole is plain:
+            return plain
+        run = with_breaks(plain, run_figures(plain.cycle, output_of(scene)))
+        return replace(plain, run=run.with_averages(whole.cycle))
     from kinelast.figures.theory import answer
 
-    scene, bent = plain.scene, plain.deflection
-    times = (
-        bent.motion.time if plain.left_out or len(bent.motion.time) < 2 else scene.course.with_breaks(bent.motion.time)
-    )
-    if len(times) == len(bent.motion.time):
-        best = answer(plain.cycle, theory, plain.period, theory.plain, progress)
+    best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
+    if whole is plain:
         return replace(plain, deflection=best.deflection, answer=best)
-    cycle = replace(plain, deflection=scene_deflection(scene, scene.course.at(times))).cycle
-    best = answer(cycle, theory, plain.period, theory.plain, progress)
-    here = replace(plain, deflection=best.at(bent), answer=replace(best, quasi_static=bent))
+    here = replace(plain, deflection=best.at(plain.deflection), answer=replace(best, quasi_static=plain.deflection))
     return replace(here, run=with_breaks(here, run_figures(here.cycle, output_of(scene))))
+
+
+def at_breaks(plain: Results) -> Results:
+    """Return quasi-static results at the positions and at both sides of each break of the laws; itself without any."""
+    course, times = plain.scene.course, plain.motion.time
+    if plain.left_out or len(times) < 2 or len(course.with_breaks(times)) == len(times):
+        return plain
+    return replace(plain, deflection=scene_deflection(plain.scene, course.at(course.with_breaks(times))))
 
 
 def with_breaks(results: Results, run: RunFigures) -> RunFigures:
     """Return the figures of a run, including both sides of the breaks of its laws."""
     scene, answer, sides = results.scene, results.answer, results.scene.course.breaks.sides
-    if answer is None or not len(sides):
+    if results.buckles or not len(sides):
         return run
     plain = scene_deflection(scene, scene.course.at(sides))
-    beside = run_figures(Cycle(scene, plain.motion, answer.at(plain), tabled=True), run.output)
-    return run.with_instants(beside).with_averages(answer.cycle)
+    bent = answer.at(plain) if answer else plain
+    found = run.with_instants(run_figures(Cycle(scene, plain.motion, bent, tabled=True), run.output))
+    return found.with_averages(answer.cycle) if answer else found
 
 
 def results_in_full(scene: Scene) -> Results:

@@ -17,9 +17,9 @@ from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, S
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
 from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors, stiffness_error
-from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS, severities, widened
+from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS, ends, severities
 from kinelast.figures.output import output_of
-from kinelast.figures.ranges import refusals
+from kinelast.figures.ranges import STRENGTH, can_yield, needed_by_limits, refusals
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import Results
 from kinelast.figures.theory import damping_of
@@ -157,7 +157,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     """
     nominal = _nominal(scene)
     limits = limits_of(scene)
-    needed = {*FIELDS.values(), *(limit.figure for limit in limits)}
+    needed = {*FIELDS.values(), *(limit.figure for limit in limits), *needed_by_limits(scene)}
     figures = [figure for figure in figures_of(output_of(scene)) if not figure.asked or figure.key in needed]
     still = [figure for figure in figures if figure.key in needed]
     ratios = (np.linspace(*asked) / nominal).tolist()
@@ -383,15 +383,24 @@ def _curves(values: Mapping[str, Any]) -> Reals:
 def _limit(
     scene: Scene, figures: Sequence[Figure], still: Sequence[Figure], search: SpeedSearch, nominal: float
 ) -> SpeedLimit | None:
-    """Return the limit speed and the first limit that fails above, or None if all limits are kept."""
+    """Return the limit speed and the first limit that fails above, or None if all limits are kept.
+
+    The yield strength is a limit, too: above it no other limit can be judged.
+    """
     rows = [(limit, item) for limit in limits_of(scene) for item in bounded_items(scene, limit)]
+    if can_yield(scene):
+        rows += [(STRENGTH, item) for item in range(len(scene.labels))]
 
     def used(answers: SpeedMap, side: float = 1.0) -> Reals:
         values, errors = (_by_figure(scene, figures, each) for each in (answers.values, answers.errors))
+        without = {key: each for key, each in values.items() if key != STRENGTH.figure}
         shares = []
         for limit, item in rows:
+            if limit is STRENGTH:
+                shares.append(np.nan_to_num(_used(limit, values[limit.figure], None, item, side)))
+                continue
             share = _used(limit, values.get(limit.figure), errors.get(limit.figure), item, side)
-            for _, refused in refusals(scene, limit.figure, [item], values):
+            for _, refused in refusals(scene, limit.figure, [item], without):
                 share = np.where(refused, np.nan, share)
             shares.append(share)
         return np.array(np.broadcast_arrays(*shares))
@@ -423,9 +432,9 @@ def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Rea
     if values is None:
         return np.full(1, np.nan)
     value = np.asarray(values[item])
-    error = 0.0 if errors is None else side * widened(value, errors[item])
+    low, high = ends(limit, value, 0.0 if errors is None else errors[item])
     own = replace(limit, bound=float(np.ravel(limit.bound)[0]))
-    return own.used(value - error if limit.least else value + error)
+    return own.used(low if limit.least == (side > 0.0) else high)
 
 
 def _peaks(told: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[SpeedPeak]:

@@ -73,13 +73,13 @@ def findings(results: Results) -> list[Finding]:
 
 
 def doubts(results: Results) -> list[str]:
-    """Reasons why no limit can be called kept: a link yields, or findings make the figures unreliable.
+    """Findings that make all figures unreliable, so that no limit can be called kept.
 
-    A known error does not count: each limit is judged with the error of its own figure.
+    A known error does not count: each limit is judged with the error of its own figure. Nor does a link that yields:
+    see `kinelast.figures.ranges.refusals`.
     """
     poor = [finding.heading for finding in findings(results) if finding.level == POOR]
-    unreliable = [f"not reliable: {heading.lower()}" for heading in poor if heading != HEADINGS["yield"]]
-    return [results.yields, *unreliable] if results.yields else unreliable
+    return [f"not reliable: {heading.lower()}" for heading in poor if heading != HEADINGS["yield"]]
 
 
 def reliability(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
