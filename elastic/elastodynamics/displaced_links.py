@@ -11,7 +11,7 @@ strain, both from the previous solution. Derivation: docs/theory.md.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -36,6 +36,8 @@ from elastic.elastodynamics.vibration_loads import (
 from elastic.links.added_loads import AddedLoads
 from rigid.arrays import Complexes, Reals
 from rigid.kinetostatics import beam_directions
+
+OF_MOTION = "moved", "accelerations", "viscous"  # cached values that do not depend on section and joint forces
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +79,13 @@ class Displaced:
             return moved
         return moved + self.shortened.unit @ self.amplitudes[..., None]
 
-    @property
+    def under(self, force: Complexes, joints: Complexes, moments: Reals) -> Displaced:
+        """Return the same displaced links with other section and joint forces; their motion is not computed again."""
+        same = replace(self, force=force, joints=joints, moments=moments)
+        same.__dict__.update({name: vars(self)[name] for name in OF_MOTION if name in vars(self)})
+        return same
+
+    @cached_property
     def accelerations(self) -> Complexes:
         """Accelerations of all masses and moments of inertia at the points, shape (points, masses), complex."""
         terms = self.vibration.problem.terms
@@ -88,7 +96,7 @@ class Displaced:
             return total
         return total + self.shortened.accelerations(self.history, self.residual.moved, self.amplitudes)
 
-    @property
+    @cached_property
     def viscous(self) -> Reals:
         """Damping parts of the forces of all strains, times the weights of their points, shape (points, rows)."""
         problem = self.vibration.problem

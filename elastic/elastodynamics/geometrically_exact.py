@@ -204,10 +204,14 @@ def _settled(
 
 
 def _carried(known: Displaced, vibration: Vibration, before: Discretization, now: Discretization) -> Displaced | None:
-    """Transfer links found by Newton's method to another discretization; None if found by other steps."""
-    if known.shortened is None or has_dry_friction(vibration.motion.mechanism):
+    """Transfer displaced links to another discretization.
+
+    None with friction, and of linear steps in other coordinates: what these could follow would stay in the residual.
+    """
+    if has_dry_friction(vibration.motion.mechanism) or (known.shortened is None and now is not before):
         return None
-    return newly_shortened(carried_over(known, vibration, now.per_coordinate_of(before)))
+    there = carried_over(known, vibration, now.per_coordinate_of(before))
+    return there if known.shortened is None else newly_shortened(there)
 
 
 def _off(found: Elastodynamic) -> float:

@@ -97,7 +97,7 @@ def _extended(before: tuple[float, Displaced], last: tuple[float, Displaced], sh
 
 def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, fastest: float) -> Settled | None:
     """Solve at a share of the rigid motion's loads; return the best step, or None if numbers overflow."""
-    now, last, least = begun, np.inf, np.inf
+    now, last, least, residual = begun, np.inf, np.inf, np.inf
     operator: Vibration | None = None
     before: list[Any] = []
     best: Settled | None = None
@@ -114,7 +114,9 @@ def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, f
         size = float(np.abs(change).max(initial=0.0))
         best = settled if best is None or settled.open < best.open else best
         done = settled.open if share == 1.0 else settled.change_share
-        if done <= tolerance or not size <= SETTINGS.max_newton_ratio * last:
+        before_it, residual = residual, settled.residual_share
+        stalled = residual > SETTINGS.min_fall * before_it and settled.change_share < SETTINGS.filtered_change * residual
+        if done <= tolerance or stalled or not size <= SETTINGS.max_newton_ratio * last:
             break
         if count % SETTINGS.patience == 0:
             if not best.open < SETTINGS.min_progress * least:
@@ -136,7 +138,7 @@ def _in_balance(now: Displaced, share: float, still: Loaded) -> Unbalanced:
         off = float(np.abs(answer.force - now.force).max(initial=0.0))
         if off <= SETTINGS.balance * float(np.abs(answer.force).max(initial=TINY)):
             break
-        now = replace(now, force=answer.force, joints=answer.joints, moments=answer.moments)
+        now = now.under(answer.force, answer.joints, answer.moments)
     return solution
 
 

@@ -47,14 +47,21 @@ class Settled:
     @property
     def share(self) -> float:
         """Change or residual, the larger, relative to the largest displacement."""
-        greatest = np.abs(places_of(self.displaced.moved)).max(initial=TINY)
-        return float(max(np.abs(off).max(initial=0.0) for off in (self.change, self.residual)) / greatest)
+        return max(self.change_share, self.residual_share)
 
-    @property
+    @cached_property
     def change_share(self) -> float:
         """Change by one more step, relative to the largest displacement."""
+        return self._share_of(self.change)
+
+    @cached_property
+    def residual_share(self) -> float:
+        """Residual of the exact equations, relative to the largest displacement."""
+        return self._share_of(self.residual)
+
+    def _share_of(self, off: Complexes) -> float:
         greatest = np.abs(places_of(self.displaced.moved)).max(initial=TINY)
-        return float(np.abs(self.change).max(initial=0.0) / greatest)
+        return float(np.abs(off).max(initial=0.0) / greatest)
 
     @cached_property
     def worst(self) -> float:
