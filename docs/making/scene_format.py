@@ -23,8 +23,8 @@ ROOT = Path(__file__).parents[2]
 MARK = re.compile(r"^<!-- keys: ([\w ]+) -->\n(?:.*?)^<!-- end -->$", re.MULTILINE | re.DOTALL)
 PAGE = ROOT / "docs" / "scenes.md"
 ILLUSTRATED = re.compile(r',? (?:as in|or for a pin|or) (?:"[^"]*"|\[[^]]*\]|[\d.e+-]+)')
-HEAD = "| key | meaning | value (default) |\n| --- | --- | --- |\n"
-SHAPES = "| `shape` | keys, optional ones in brackets |\n| --- | --- |\n"
+HEAD = "| key | meaning | value (default) |\n|---|---|---|\n"
+SHAPES = "| `shape` | keys, optional ones in brackets |\n|---|---|\n"
 
 
 def with_tables(markdown: str) -> str:
@@ -75,10 +75,11 @@ def _parts(kind: Any) -> list[Any]:
 
 
 def rows(struct: type[Struct]) -> list[str]:
-    """Rows of the table of a struct's keys."""
+    """Rows of the table of a struct's keys, without those that a table of its own base has."""
     kinds = {field.name: field.type for field in inspect.type_info(struct).fields}
+    inherited = {name for base in struct.__mro__[1:] if base in structs() for name in base.__struct_fields__}
     cells = []
-    for field in fields(struct):
+    for field in (field for field in fields(struct) if field.name not in inherited):
         meaning, special = _words(struct, field)
         value = ", ".join(filter(None, [_kind(kinds[field.name]), _bounds(kinds[field.name])]))
         default = special or _default(field)
@@ -145,9 +146,11 @@ def _kind(kind: Any) -> str:  # noqa: PLR0911 - a line a kind
         case inspect.StructType():
             return "table"
         case inspect.DictType():
-            return f"{_kind(kind.value_type)}, by name"
+            value = _kind(kind.value_type)
+            return "named tables" if value == "table" else f"{value} by name"
         case inspect.ListType():
-            return f"list of {_kind(kind.item_type)}"
+            value = _kind(kind.item_type)
+            return f"list of {'tables' if value == 'table' else value}"
         case inspect.TupleType():
             each = [_kind(part) for part in kind.item_types]
             same = len({*each}) == 1 and len(each) > 1
@@ -179,7 +182,7 @@ def _bounds(kind: Any) -> str:  # noqa: PLR0911 - likewise
             return ", ".join(
                 f"{sign} {_number(bound)}"
                 for name, sign in signs.items()
-                if (bound := getattr(kind, name)) is not None and abs(bound) < 2**40
+                if (bound := getattr(kind, name)) is not None and abs(bound) < 1e9
             )
         case inspect.ListType():
             least = f"{kind.min_length} or more" if kind.min_length else ""

@@ -83,8 +83,8 @@ class Circle(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="cir
 class Tube(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="tube"):
     """A circular tube by its outer diameter, and its inner one or its wall."""
 
-    outer: Sizes  #: outer diameter
-    inner: Sizes | None = None  #: inner diameter, or instead `wall`
+    outer: Sizes  #: diameter
+    inner: Sizes | None = None  #: diameter
     wall: Sizes | None = None  #: thickness, instead of `inner`
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
@@ -109,7 +109,7 @@ class Box(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="box"):
     depth: Sizes  #: in the plane of motion
     width: Sizes  #: across it
     wall: Sizes  #: thickness
-    corner: Sizes | None = None  #: outer radius of the corners [0]
+    corner: Sizes | None = None  #: outer radius [0]
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
         """Depth, width, wall and corner at the two ends of the beam [m]."""
@@ -127,9 +127,9 @@ class Flanged(Dimensioned, frozen=True, kw_only=True, tag_field="shape"):
     flanges: ClassVar[int]
     sides: ClassVar[int]
     depth: Sizes  #: in the plane of motion
-    width: Sizes  #: of the flanges, across it
-    web: Sizes  #: thickness of the web
-    flange: Sizes  #: thickness of the flanges
+    width: Sizes  #: of the flanges
+    web: Sizes  #: thickness
+    flange: Sizes  #: thickness
     fillet: Sizes | None = None  #: radius between web and flange [0]
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
@@ -166,11 +166,11 @@ class Channel(Flanged, frozen=True, kw_only=True, tag_field="shape", tag="channe
 class Angle(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="angle"):
     """An angle with a leg of `depth` in the plane of motion, free to bend sideways too; held from twisting."""
 
-    depth: Sizes  #: of the leg in the plane of motion
-    width: Sizes  #: of the leg across it
-    wall: Sizes  #: thickness of both
+    depth: Sizes  #: leg in the plane of motion
+    width: Sizes  #: leg across it
+    wall: Sizes  #: thickness
     fillet: Sizes | None = None  #: radius between the legs [0]
-    toe: Sizes | None = None  #: radius at the inner edges of their ends [0]
+    toe: Sizes | None = None  #: radius at their inner edges [0]
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
         """Depth, width, wall, fillet and toe at the two ends of the beam [m]."""
@@ -192,9 +192,9 @@ def _or_none(sizes: Any) -> Any:
 class Outline(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="outline"):
     """Any outline, by its corners: in the plane of motion, then across it. Held from twisting."""
 
-    points: Annotated[list[Place], Meta(min_length=3)] | None = None  #: its corners, in turn [those of the drawing]
-    holes: list[Annotated[list[Place], Meta(min_length=3)]] | None = None  #: the corners of each [none]
-    #: a DXF file beside the scene, y in the plane of motion: its lines close one outline, with holes or none [none]
+    points: Annotated[list[Place], Meta(min_length=3)] | None = None  #: corners in turn [those of the drawing]
+    holes: list[Annotated[list[Place], Meta(min_length=3)]] | None = None  #: corners of each hole [none]
+    #: DXF file beside the scene, y in the plane of motion: one closed outline with holes [none]
     drawing: str | None = None
 
 
@@ -204,17 +204,17 @@ class Properties(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag=
     A: Area  #: area
     #: second moment of area
     I: SecondMoment  # noqa: E741
-    c: Size | None = None  #: distance of the outermost fibre [stress is not known]
+    c: Size | None = None  #: distance of the outermost fibre [no stress]
     shear_area: Area | None = None  #: area that resists shear [no shear]
 
 
 class Rigidities(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="rigidities"):
     """A beam without a material."""
 
-    EA: AxialRigidity  #: axial rigidity
-    EI: BendingRigidity  #: bending rigidity
+    EA: AxialRigidity  #: axial
+    EI: BendingRigidity  #: bending
     mass_per_length: MassPerLength  #: mass per length
-    kGA: ShearRigidity | None = None  #: shear rigidity [no shear]
+    kGA: ShearRigidity | None = None  #: shear [no shear]
 
 
 SectionTable = (
@@ -239,19 +239,18 @@ class MaterialTable(StrictTable, frozen=True, kw_only=True):
 
     E: Stress  #: Young's modulus
     density: Density  #: mass per volume
-    #: Poisson's ratio [0.3, that of metals; the report says so]
-    poisson: Annotated[float, Meta(gt=-1, le=0.5)] | None = None
-    G: Stress | None = None  #: shear modulus, instead of `poisson` [from `poisson`]
-    yield_stress: Stress | None = field(default=None, name="yield")  #: for the safety factor [none]
-    expansion: Expansion | None = None  #: thermal, where a `temperature` is given
-    #: beta of the law of Kelvin and Voigt, stress = E (strain + beta d strain/dt) [by `damping_ratio`]
+    poisson: Annotated[float, Meta(gt=-1, le=0.5)] | None = None  #: Poisson's ratio [0.3, and the report says so]
+    G: Stress | None = None  #: shear modulus, instead of `poisson`
+    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress, for the safety [none]
+    expansion: Expansion | None = None  #: thermal expansion, for `temperature`
+    #: beta of Kelvin and Voigt: stress = E (strain + beta d strain/dt) [by `damping_ratio`]
     damping: Duration | None = None
-    ultimate: Stress | None = None  #: tensile strength, where `[fatigue]` asks for it
-    #: amplitude of fully reversed stress that a smooth bar bears up to the knee, where `[fatigue]` asks for it
+    ultimate: Stress | None = None  #: tensile strength, for `[fatigue]`
+    #: endurable amplitude of reversed stress of a smooth bar at the knee, for `[fatigue]`
     endurance: Stress | None = None
     slope: Annotated[float, Meta(gt=1)] = 5.0  #: exponent k of the S-N line
     knee: Annotated[float, Meta(gt=0)] = 1e6  #: cycles at which the S-N line reaches `endurance`
-    #: cycles at which a second, flatter line ends in the endurance limit; aluminium and austenitic steel 1e8 [the knee]
+    #: cycles at the end of a second, flatter line; 1e8 for aluminium and austenitic steel [the knee]
     second_knee: Annotated[float, Meta(gt=0)] | None = None
     second_slope: Annotated[float, Meta(gt=1)] = 15.0  #: exponent of the second line
 
@@ -259,68 +258,58 @@ class MaterialTable(StrictTable, frozen=True, kw_only=True):
 class BeamTable(StrictTable, frozen=True, kw_only=True):
     """A straight piece of a link."""
 
-    start: str = field(name="from")  #: its first point
-    end: str = field(name="to")  #: its second point
-    section: str | None = None  #: before the link's [the link's]
-    material: str | None = None  #: before the link's [the link's]
-    strain: Strain | None = None  #: before the link's [the link's]
-    temperature: Warming | None = None  #: before the link's [the link's]
+    start: str = field(name="from")  #: first point
+    end: str = field(name="to")  #: second point
+    section: str | None = None  #: overrides that of the link [the link's]
+    material: str | None = None  #: as `section` [the link's]
+    strain: Strain | None = None  #: as `section` [the link's]
+    temperature: Warming | None = None  #: as `section` [the link's]
 
 
 class LinkTable(StrictTable, frozen=True, kw_only=True):
     """A link: its points, beams, masses and outline."""
 
-    #: names, as in `["A", "B"]`: shape as drawn; or places in the link's own axes, as in `{A = [0, 0], B = ["30 cm",
-    #: 0]}`
+    #: names, `["A", "B"]`: shape as drawn; or places in link axes, `{A = [0, 0], B = ["30 cm", 0]}`
     points: list[str] | dict[str, Place]
-    length: Size | None = None  #: of a link of two points, instead of the drawn length [as drawn]
-    section: str | None = None  #: of its beams: a name under `[sections]`, or one of the trade
-    material: str | None = None  #: of its beams: a name under `[materials]`, or one of the trade
-    #: which points are joined by straight beams [each point to the next; one that lies between two before it goes
-    #: between them]
+    length: Size | None = None  #: length of a link with two points [as drawn]
+    section: str | None = None  #: name under `[sections]`, or a standard name
+    material: str | None = None  #: name under `[materials]`, or a standard name
+    #: pairs of points joined by straight beams [each point to the next, through points between]
     beams: list[tuple[str, str] | BeamTable] | None = None
-    #: what its beams are longer by than drawn when nothing pulls, per length: an error of length [0]
-    strain: Strain | None = None
-    temperature: Warming | None = None  #: by how much they are warmer than when they had their length [0]
-    rigid: bool = False  #: `true`: it does not bend
-    mass: Mass | None = None  #: of a rigid link [by section and material]
-    #: of mass of a rigid link: a point's name, or `[x, y]` in its own axes [by section and material; of a single
-    #: point: there]
+    strain: Strain | None = None  #: free strain of the beams, positive if they are longer than drawn [0]
+    temperature: Warming | None = None  #: warming since the beams had their length [0]
+    rigid: bool = False  #: `true`: no bending
+    mass: Mass | None = None  #: mass of a rigid link [by section and material]
+    #: centre of mass of a rigid link: a point, or `[x, y]` in link axes [by section and material; a single point]
     center: str | Place | None = None
-    #: moment of inertia of a rigid link about its centre of mass [by section and material, or 0]
-    inertia: Inertia | None = None
-    masses: dict[str, Mass] = field(default_factory=dict)  #: point masses on it, as in `{B = "50 g"}`
-    #: corners for drawing it: names, or `[x, y]` in its own axes
+    inertia: Inertia | None = None  #: about the centre of mass of a rigid link [by section and material, or 0]
+    masses: dict[str, Mass] = field(default_factory=dict)  #: point masses, such as `{B = "50 g"}`
+    #: corners of its picture: points, or `[x, y]` in link axes
     outline: list[str | Place] = field(default_factory=list)
 
 
 class RunTable(StrictTable, frozen=True, kw_only=True):
     """Which positions are computed, gravity, the theories of beams and of motion, and the output."""
 
-    positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360  #: how many positions are computed
-    #: of the run from the start; the last position is at its end, unless it is one cycle [one cycle]
-    duration: Duration | None = None
-    gravity: tuple[Acceleration, Acceleration] | None = None  #: acceleration of free fall, `[x, y]` [none]
-    #: theory of the beams: `"timoshenko"` asks every section for its shear rigidity, `"euler-bernoulli"` leaves shear
-    #: and rotary inertia out [shear wherever sections tell]
+    positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360  #: number of positions
+    duration: Duration | None = None  #: duration from the start [one cycle]
+    gravity: tuple[Acceleration, Acceleration] | None = None  #: components `[x, y]` [none]
+    #: `"timoshenko"`: refuse sections without shear; `"euler-bernoulli"`: no shear, no rotary inertia [shear if the
+    #: section has it]
     beams: Literal["euler-bernoulli", "timoshenko"] | None = None
-    #: of motion: links that do not vibrate, that vibrate, that vibrate and are displaced by any amount [chosen by
-    #: `accuracy`]
+    #: theory of motion [chosen by `accuracy`]
     theory: Literal["quasi-static", "elastodynamic", "geometrically-exact"] | None = None
-    #: in place of `theory`: how far the answer may be off; the cheapest theory that gets there is taken [5 %]
-    accuracy: Share | None = None
-    #: of the lowest natural frequency over the cycle, for materials without `damping` [0.01]
+    accuracy: Share | None = None  #: allowed error; selects the cheapest theory, instead of `theory` [5 %]
+    #: at the lowest natural frequency over the cycle, for materials without `damping` [0.01]
     damping_ratio: Annotated[float, Meta(gt=0, lt=1)] | None = None
-    tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10  #: relative, of a step, where the motion is integrated
-    #: after which an integration is given up, or after twenty whose size tells that it would take a thousand times as
-    #: many; a step takes some 1.5 ms with one drive, 8 ms with several
+    tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10  #: relative tolerance of a step of an integrated motion
+    #: largest number of such steps; a step takes some 1.5 ms with one drive, 8 ms with several
     steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 1000
-    #: the point or angle that the machine is there for, as in `"C"` or `"rocker.angle"` [guessed from the form]
-    output: str = ""
-    #: how near the output has to be to where it rests, to have settled after a stop [2 % of the residual amplitude]
+    output: str = ""  #: point or angle that does the work, such as `"C"`, `"rocker.angle"` [guessed]
+    #: distance from rest at which the output has settled after a stop [2 % of the residual amplitude]
     settled: Allowance | None = None
-    #: of the page and of `positions.csv`: `"SI"` with the prefix that suits, `"mm"` (mm, N, MPa), `"in"` (in, lbf,
-    #: psi, lb) [`"mm"` or `"in"` of a file in these `units`, else `"SI"`]
+    #: units of page and `positions.csv`: SI, `"mm"` (mm, N, MPa), `"in"` (in, lbf, psi, lb) [as `units` if mm or in,
+    #: else SI]
     report_units: Literal["SI", "mm", "in"] | None = None
 
 
@@ -328,31 +317,30 @@ class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
     """A planar mechanism of rigid and elastic links, its drives and loads."""
 
     title: str = ""  #: heading of the report [the file's name]
-    source: str = ""  #: where the data are from
-    units: LengthUnit = "m"  #: of bare lengths
-    #: a TOML file beside the scene with more materials and sections, for all that are named and not in the scene [none]
-    library: str | None = None
-    structure_only: bool = False  #: `true`: the file may say less, and is for `--structure`
-    materials: dict[Name, MaterialTable] = field(default_factory=dict)  #: what links are made of
+    source: str = ""  #: origin of the data
+    units: LengthUnit = "m"  #: unit of bare lengths
+    library: str | None = None  #: TOML file beside the scene with further materials and sections [none]
+    structure_only: bool = False  #: `true`: a shorter scene, for `--structure` only
+    materials: dict[Name, MaterialTable] = field(default_factory=dict)  #: materials of links
     sections: dict[Name, SectionTable] = field(default_factory=dict)  #: cross-sections of links
-    points: dict[Name, Place]  #: places that draw the mechanism near its start
-    links: dict[Name, LinkTable]  #: the links, one of them `ground`
+    points: dict[Name, Place]  #: drawing of the mechanism near its start
+    links: dict[Name, LinkTable]  #: links, one of them `ground`
     sliders: dict[Name, SliderTable] = field(default_factory=dict)  #: links that slide on others
     slots: dict[Name, SlotTable] = field(default_factory=dict)  #: pins in straight slots
-    welds: dict[Name, WeldTable] = field(default_factory=dict)  #: points at which links are joined rigidly
-    contacts: dict[Name, ContactTable] = field(default_factory=dict)  #: links that touch, of a scene for `--structure`
-    joints: dict[Name, JointTable] = field(default_factory=dict)  #: joints that rub, give way or do not fit
+    welds: dict[Name, WeldTable] = field(default_factory=dict)  #: rigid joints
+    contacts: dict[Name, ContactTable] = field(default_factory=dict)  #: gears and cams for `--structure`
+    joints: dict[Name, JointTable] = field(default_factory=dict)  #: friction, compliance, misfit of joints
     masses: dict[Name, Mass] = field(default_factory=dict)  #: point masses at joints
-    drives: list[DriveTable] = field(default_factory=list)  #: one for every freedom
-    loads: list[LoadTable] = field(default_factory=list)  #: forces and moments besides inertia and weight
-    gears: list[GearTable] = field(default_factory=list)  #: pairs of joints whose coordinates are tied
+    drives: list[DriveTable] = field(default_factory=list)  #: one for each degree of freedom
+    loads: list[LoadTable] = field(default_factory=list)  #: forces and moments
+    gears: list[GearTable] = field(default_factory=list)  #: coupled joint coordinates
     springs: list[SpringTable] = field(default_factory=list)  #: springs and dampers
-    limits: LimitsTable = field(default_factory=LimitsTable)  #: that figures have to keep
-    run: RunTable = field(default_factory=RunTable)  #: what is computed, and how
-    sweep: SweepTable = field(default_factory=SweepTable)  #: designs that are computed
-    sensitivities: SensitivitiesTable = field(default_factory=SensitivitiesTable)  #: figures that are differentiated
-    tolerances: dict[str, Amount | ToleranceTable] = field(default_factory=dict)  #: how numbers scatter, by their paths
-    optimize: OptimizeTable = field(default_factory=OptimizeTable)  #: the best design
+    limits: LimitsTable = field(default_factory=LimitsTable)  #: allowed figures
+    run: RunTable = field(default_factory=RunTable)  #: positions, gravity, theory
+    sweep: SweepTable = field(default_factory=SweepTable)  #: designs to compute
+    sensitivities: SensitivitiesTable = field(default_factory=SensitivitiesTable)  #: derivatives to compute
+    tolerances: dict[str, Amount | ToleranceTable] = field(default_factory=dict)  #: scatter of numbers, by path
+    optimize: OptimizeTable = field(default_factory=OptimizeTable)  #: goal and variables
 
 
 if TYPE_CHECKING:
@@ -376,29 +364,29 @@ Part = Annotated[float, Meta(ge=-1e9, le=1e9)]
 class ContactTable(StrictTable, frozen=True, kw_only=True):
     """Two links that touch: they roll on each other, or slip along the tangent where a normal is given."""
 
-    links: tuple[str, str]  #: the two that touch
-    at: Place  #: where, in the drawing
-    normal: Direction | None = None  #: direction of the common normal where they slip on each other [they roll]
+    links: tuple[str, str]  #: two links
+    at: Place  #: place in the drawing
+    normal: Direction | None = None  #: direction of the common normal, if they slip [they roll]
 
 
 class SpatialJointTable(StrictTable, frozen=True, kw_only=True):
     """A joint between two links in space."""
 
-    links: tuple[str, str]  #: the two it joins
+    links: tuple[str, str]  #: two links
     #: `revolute`, `prismatic`, `helical`, `cylindrical`, `spherical`, `planar`, `universal`, `annular`, `line`,
-    #: `point`, `rigid`, or another usual name of them, as `pivot`
+    #: `point`, `rigid`, or another usual name
     type: str
-    at: tuple[Length, Length, Length] | None = None  #: where [the origin]
-    axis: tuple[Part, Part, Part] | None = None  #: its direction; the normal of a contact in a point or plane [z]
-    normal: tuple[Part, Part, Part] | None = None  #: of a line contact; of a universal joint its second axis
-    pitch: Length | None = None  #: advance per radian of a helical joint, negative for a left-handed thread
+    at: tuple[Length, Length, Length] | None = None  #: place [the origin]
+    axis: tuple[Part, Part, Part] | None = None  #: direction; normal of a planar or point contact [z]
+    normal: tuple[Part, Part, Part] | None = None  #: of a line contact; second axis of a universal joint
+    pitch: Length | None = None  #: advance per radian of a helical joint; negative: left-handed
 
 
 class ChainTable(StrictTable, frozen=True, kw_only=True):
     """A chain of joints in space, of which the structure is asked."""
 
     title: str = ""  #: heading [the file's name]
-    source: str = ""  #: where the data are from
-    units: LengthUnit = "m"  #: of bare lengths
-    fixed: str | None = None  #: the fixed link [`ground`, or the first one mentioned]
-    joints: dict[Name, SpatialJointTable] = field(default_factory=dict)  #: the joints, each between two links
+    source: str = ""  #: origin of the data
+    units: LengthUnit = "m"  #: unit of bare lengths
+    fixed: str | None = None  #: fixed link [`ground`, or the first one]
+    joints: dict[Name, SpatialJointTable] = field(default_factory=dict)  #: joints

@@ -53,67 +53,67 @@ class RollingTable(StrictTable, frozen=True, kw_only=True):
     C: LoadRating  #: dynamic load rating
     C0: LoadRating | None = None  #: static load rating [none]
     type: Literal["ball", "roller"] = "ball"  #: life exponent 3 for `"ball"`, 10/3 for `"roller"`
-    #: probability that a bearing reaches the life
+    #: share of bearings that reach the life
     reliability: Literal["90 %", "95 %", "96 %", "97 %", "98 %", "99 %"] = "90 %"
-    condition: Factor | None = None  #: life factor a_ISO for lubrication and contamination [1]
+    condition: Factor | None = None  #: a_ISO, for lubrication and contamination [1]
     elements: Annotated[int, Meta(ge=3)] | None = None  #: number of balls or rollers [none]
     life: Duration | None = None  #: required life [none]
-    safety: Factor | None = None  #: required static safety factor [none]
-    #: smallest equivalent load / `C` against skidding: about 0.01 for balls, 0.02 for rollers [none]
+    safety: Factor | None = None  #: required static safety [none]
+    #: least equivalent load / `C` against skidding: some 0.01 (balls), 0.02 (rollers) [none]
     least_load: Share | None = None
-    least_overlap: Factor | None = None  #: smallest swing / angle between neighbouring elements [none]
+    least_overlap: Factor | None = None  #: least swing / angle between elements [none]
 
 
 class PlainTable(StrictTable, frozen=True, kw_only=True):
     """A plain bearing and the limits of its material."""
 
-    diameter: Size | None = None  #: diameter of the pin or shaft
-    length: Size | None = None  #: length of the block of a slider, with `through` at its middle; instead of `diameter`
-    width: Size  #: width of the bearing, or of the block
-    pressure: Stress | None = None  #: largest allowed pressure [none]
-    speed: SlidingSpeed | None = None  #: largest allowed sliding speed [none]
-    pressure_speed: PressureSpeed | None = None  #: largest allowed mean of pressure x sliding speed [none]
+    diameter: Size | None = None  #: pin diameter
+    length: Size | None = None  #: length of a sliding block, `through` at its middle; instead of `diameter`
+    width: Size  #: width of bearing or block
+    pressure: Stress | None = None  #: upper limit [none]
+    speed: SlidingSpeed | None = None  #: upper limit of the sliding speed [none]
+    pressure_speed: PressureSpeed | None = None  #: upper limit of the mean of pressure x sliding speed [none]
 
 
 class PinTable(StrictTable, frozen=True, kw_only=True):
     """A pin through an eye and two cheeks, or overhung from one cheek, and its limits."""
 
-    diameter: Size  #: diameter of the pin
+    diameter: Size  #: pin diameter
     eye: Size  #: thickness of the eye
     cheek: Size | None = None  #: thickness of each cheek
-    gap: Size | None = None  #: gap between eye and cheek [0]
-    overhung: bool = False  #: `true`: held on one side only, without `cheek`
-    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress of the material
-    shear: Stress | None = None  #: largest allowed shear stress [none]
-    bending: Stress | None = None  #: largest allowed bending stress [none]
-    safety: Factor | None = None  #: smallest allowed `yield` / stress [none]
+    gap: Size | None = None  #: between eye and cheek [0]
+    overhung: bool = False  #: `true`: held on one side, without `cheek`
+    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress
+    shear: Stress | None = None  #: upper limit of the shear stress [none]
+    bending: Stress | None = None  #: upper limit of the bending stress [none]
+    safety: Factor | None = None  #: lower limit of `yield` / stress [none]
 
 
 class EyeTable(StrictTable, frozen=True, kw_only=True):
     """The eye of a link, and its limits."""
 
-    diameter: Size  #: diameter of the hole
-    width: Size  #: width of the plate
-    thickness: Size  #: thickness of the plate
-    edge: Size  #: distance from the centre of the hole to the end
-    link: str | None = None  #: link of the eye; the notch counts in its life under `[fatigue]` [none]
-    #: fatigue notch factor of the net section [from the shape, within the range of the formula]
+    diameter: Size  #: hole diameter
+    width: Size  #: plate width
+    thickness: Size  #: plate thickness
+    edge: Size  #: centre of the hole to the end
+    link: str | None = None  #: link whose life includes the notch under `[fatigue]` [none]
+    #: fatigue notch factor of the net section [from the shape, in its range]
     notch: Annotated[float, Meta(ge=1)] | None = None
-    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress of the material
-    bearing: Stress | None = None  #: largest allowed bearing stress [none]
-    net: Stress | None = None  #: largest allowed tension in the net section [none]
-    tear_out: Stress | None = None  #: largest allowed tear-out shear stress [none]
-    safety: Factor | None = None  #: smallest allowed `yield` / stress [none]
+    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress
+    bearing: Stress | None = None  #: upper limit of the bearing stress [none]
+    net: Stress | None = None  #: upper limit of the tension in the net section [none]
+    tear_out: Stress | None = None  #: upper limit of the tear-out shear stress [none]
+    safety: Factor | None = None  #: lower limit of `yield` / stress [none]
 
 
 class BearingTable(StrictTable, frozen=True, kw_only=True):
     """Parts of a pin or slider. An empty table of a pin reports its force, swing and speed."""
 
-    rolling: RollingTable | None = None  #: a rolling bearing [none]
-    plain: PlainTable | None = None  #: a plain bearing, the only part allowed for a slider [none]
-    pin: PinTable | None = None  #: a pin [none]
-    eye: EyeTable | None = None  #: the eye of a link [none]
-    clearance: Size | None = None  #: diameter of the hole minus diameter of the pin [none: not reported]
+    rolling: RollingTable | None = None  #: rolling bearing [none]
+    plain: PlainTable | None = None  #: plain bearing; the only part of a slider [none]
+    pin: PinTable | None = None  #: pin [none]
+    eye: EyeTable | None = None  #: eye of a link [none]
+    clearance: Size | None = None  #: hole diameter - pin diameter [none: not reported]
 
 
 def _built(assembly: Assembly) -> dict[str, JointParts]:
@@ -246,7 +246,7 @@ def _found(reduced: Reduction, part: Kind, values: Values) -> Callable[[Cycle], 
 _one, _every, _least = partial(_found, averaged), partial(_found, each), partial(_found, least)
 LIVES = "bearing_life", "bearing_revolutions"
 BEARINGS: Part[JointParts] = Part(
-    KEY, "parts of joints that are to be sized", BearingTable, _built,
+    KEY, "parts of joints to size", BearingTable, _built,
     (
         Figure("joint_mean_force", "mean force in a joint, cubic over its angle", "N", BEARING,
                _one(BEARING, lambda _, course: course.mean_force()), AVERAGE),

@@ -52,25 +52,23 @@ class CamTable(StrictTable, frozen=True, kw_only=True):
     """A cam that moves a drive: its profile follows from the motion of the follower; limits of its contact."""
 
     follower: str  #: link moved by the cam
-    centre: str | Place  #: centre of the camshaft: a point of the ground, or `[x, y]` in the drawing
-    roller: str | None = None  #: centre of the roller, a point of the follower; or use `face`
-    roller_radius: Size | None = None  #: radius of the roller, needed for `pressure` [0: knife edge]
-    face: tuple[str, str] | None = None  #: two points of the follower at the ends of its flat face
-    drive: str | None = None  #: link or slider of the drive that the cam moves [the only drive]
-    #: speed of the camshaft, positive counter-clockwise, whole turns in a run [one turn in a run]
+    centre: str | Place  #: camshaft centre: a ground point, or `[x, y]` in the drawing
+    roller: str | None = None  #: roller centre, a point of the follower; or use `face`
+    roller_radius: Size | None = None  #: needed for `pressure` [0: knife edge]
+    face: tuple[str, str] | None = None  #: two points of the follower: ends of a flat face
+    drive: str | None = None  #: link or slider of its drive [the only drive]
+    #: camshaft speed, positive counter-clockwise, whole turns in a run [one turn in a run]
     speed: CamSpeed | None = None
-    #: `"inner"`: cam inside the path of the follower, `"outer"`: ring around it, `"both"`: groove
+    #: `"inner"`: cam inside the path; `"outer"`: ring around it; `"both"`: groove
     flank: Literal["inner", "outer", "both"] = "inner"
-    #: `false`: the force acts along the coordinate of the drive instead of at the contact
-    push: bool = True
-    width: Size | None = None  #: width of the contact [pressure is not computed]
-    #: material of the cam, under `[materials]` or in the library [pressure is not computed]
-    material: str | None = None
-    follower_material: str | None = None  #: material of the roller or face [as `material`]
-    pressure: Stress | None = None  #: largest allowed Hertzian contact pressure [none]
-    pressure_angle: PressureAngle | None = None  #: largest allowed pressure angle, such as `"30 deg"` [none]
-    radius: Size | None = None  #: smallest allowed convex radius of curvature [none]
-    hollow_radius: Size | None = None  #: smallest allowed concave radius of curvature, such as the cutter radius [none]
+    push: bool = True  #: `false`: force along the drive coordinate instead of at the contact
+    width: Size | None = None  #: contact width [no pressure]
+    material: str | None = None  #: cam material, under `[materials]` or a standard name [no pressure]
+    follower_material: str | None = None  #: material of roller or face [as `material`]
+    pressure: Stress | None = None  #: upper limit of Hertz's pressure [none]
+    pressure_angle: PressureAngle | None = None  #: upper limit, such as `"30 deg"` [none]
+    radius: Size | None = None  #: least convex radius of curvature [none]
+    hollow_radius: Size | None = None  #: least concave radius, such as that of the cutter [none]
 
 
 def _built(assembly: Assembly) -> dict[str, Cam]:
@@ -303,7 +301,7 @@ def _over_yield(scene: Scene, pressures: Any) -> Any:
 
 
 CAMS: Part[Cam] = Part(
-    KEY, "cams that give drives their motions", CamTable, _built,
+    KEY, "cams of drives", CamTable, _built,
     (
         Figure("cam_pressure_angle", "pressure angle of a cam", "rad", CAM,
                _of_cams(lambda cycle, name: cam_flanks(cycle, name)[0].pressure_angle), power=0.0,

@@ -23,13 +23,13 @@ KEY = "cylinders"
 class CylinderTable(StrictTable, frozen=True, kw_only=True):
     """A hydraulic or pneumatic cylinder of a sliding drive."""
 
-    bore: Size  #: diameter of the piston
-    rod: Size | None = None  #: diameter of the rod [0]
-    length: Size | None = None  #: buckling length of the rod with pinned ends [none: buckling is not checked]
+    bore: Size  #: piston diameter
+    rod: Size | None = None  #: rod diameter [0]
+    length: Size | None = None  #: buckling length of the pinned rod [none: no buckling check]
     E: Stress | None = None  #: Young's modulus of the rod [206 GPa]
-    pressure: Pressure | None = None  #: largest supply pressure [none]
-    flow: FlowRate | None = None  #: largest supply flow [none]
-    buckling_safety: Factor | None = None  #: smallest allowed Euler load / largest push [none]
+    pressure: Pressure | None = None  #: upper limit of the pressure [none]
+    flow: FlowRate | None = None  #: upper limit of the flow [none]
+    buckling_safety: Factor | None = None  #: least Euler load / push [none]
 
 
 def _cylinder(scene: SceneTable, number: int) -> Cylinder | None:
@@ -48,7 +48,7 @@ def _cylinder(scene: SceneTable, number: int) -> Cylinder | None:
 
 CYLINDER = Kind("cylinder", lambda scene: scene.parts[KEY])
 CYLINDERS: Part[Cylinder] = Part(
-    KEY, "cylinders that drives name", CylinderTable, by_drive(_cylinder),
+    KEY, "cylinders of drives", CylinderTable, by_drive(_cylinder),
     (
         Figure("pressure", "cylinder pressure", "Pa", CYLINDER,
                each(of_drives(KEY, lambda cycle, number, own: working_pressure(own, effort(cycle, number)))),

@@ -51,8 +51,8 @@ class LinkFatigueTable(StrictTable, frozen=True, kw_only=True):
     """Factors of the endurance limit of a link, and notch factors at its points."""
 
     surface: Surface | Factor | None = None  #: surface of steel, or the factor itself [1]
-    size: Factor | None = None  #: size factor [from the dimensions of the section]
-    #: fatigue notch factors at points, such as `{A = 1.8}`, for all beams that end there [1]
+    size: Factor | None = None  #: size factor [from the section]
+    #: fatigue notch factors of all beam ends at points, such as `{A = 1.8}` [1]
     notches: dict[str, Annotated[float, Meta(ge=1)]] = field(default_factory=dict)
 
 
@@ -60,10 +60,8 @@ class FatigueTable(LinkFatigueTable, frozen=True, kw_only=True):
     """Fatigue: criterion, reliability, factors of all links and of single links."""
 
     criterion: Literal["goodman", "gerber", "soderberg"] = "goodman"  #: mean stress criterion
-    #: probability that a part has the endurance limit; 0.5 is the mean
-    reliability: Annotated[float, Meta(gt=0, lt=1)] = 0.5
-    #: factors of single links, which override those of all links
-    links: dict[str, LinkFatigueTable] = field(default_factory=dict)
+    reliability: Annotated[float, Meta(gt=0, lt=1)] = 0.5  #: share of parts that have the endurance limit
+    links: dict[str, LinkFatigueTable] = field(default_factory=dict)  #: factors of single links, instead
 
 
 def _built(assembly: Assembly) -> dict[str, FatigueTask]:
@@ -193,7 +191,7 @@ def _cycles(cycle: Cycle) -> Largest:
 
 FATIGUED = Kind("fatigued beam", lambda scene: scene.labels if scene.parts[KEY] else ())
 FATIGUE: Part[FatigueTask] = Part(
-    KEY, "asks for the life of the links [not asked for]", FatigueTable, _built,
+    KEY, "life of the links [none]", FatigueTable, _built,
     (
         Figure("endurance", "safety against endurance", "1", FATIGUED,
                _asked(lambda cycle: beam_fatigue(cycle).safety), LEAST, limit="endurance", whole=True),

@@ -38,21 +38,17 @@ FASTEST = 1e5  # [rad/s], speed of usual motors
 class MotorTable(StrictTable, frozen=True, kw_only=True):
     """A motor with its gearbox; torques and inertias are at the motor shaft."""
 
-    #: continuous torque; limit of the root mean square of the torque [none]
-    rated_torque: Torque | None = None
-    peak_torque: Torque | None = None  #: peak torque; limit of the largest torque [none]
-    #: stall torque of a motor whose torque falls linearly to zero at `top_speed` [none]
-    stall_torque: Torque | None = None
-    rated_speed: TurningSpeed | None = None  #: rated speed; limit of the mean speed [none]
-    top_speed: TurningSpeed | None = None  #: top speed; limit of the largest speed [none]
-    rotor_inertia: Inertia | None = None  #: inertia of the rotor, added to the load of the drive [0]
-    #: inertia of the gearbox at the motor shaft, as in catalogues; added to the load of the drive [0]
-    gear_inertia: Inertia | None = None
-    #: motor angle / drive angle; for a sliding drive motor angle / travel, or a lead [1]
+    rated_torque: Torque | None = None  #: continuous torque: limit of the rms torque [none]
+    peak_torque: Torque | None = None  #: limit of the largest torque [none]
+    stall_torque: Torque | None = None  #: stall torque, if the torque falls linearly to zero at `top_speed` [none]
+    rated_speed: TurningSpeed | None = None  #: limit of the mean speed [none]
+    top_speed: TurningSpeed | None = None  #: limit of the largest speed [none]
+    rotor_inertia: Inertia | None = None  #: added to the load [0]
+    gear_inertia: Inertia | None = None  #: inertia of the gearbox at the motor shaft, added to the load [0]
+    #: motor angle / drive angle; of a sliding drive motor angle / travel, or a lead [1]
     gear_ratio: GearRatio | None = None
-    efficiency: Share | None = None  #: efficiency of the gearbox, in both directions [1]
-    #: limit of load inertia / (motor + gearbox inertia), at the same shaft [none]
-    inertia_ratio: Factor | None = None
+    efficiency: Share | None = None  #: gearbox efficiency, both directions [1]
+    inertia_ratio: Factor | None = None  #: limit of load inertia / (motor + gearbox inertia) [none]
 
     @property
     def full_use(self) -> float | None:
@@ -141,7 +137,7 @@ def _mean_size(values: Reals, weight: Any) -> Reals:
 
 MOTOR = Kind("motor", lambda scene: scene.parts[KEY])
 MOTORS: Part[Motor] = Part(
-    KEY, "motors that drives name", MotorTable, by_drive(motor_of),
+    KEY, "motors of drives", MotorTable, by_drive(motor_of),
     (
         Figure("motor_torque", "motor torque", "N m", MOTOR, each(of_drives(KEY, motor_torque)), limit="peak_torque"),
         Figure("motor_rms", "motor torque, root mean square", "N m", MOTOR,

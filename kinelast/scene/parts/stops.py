@@ -32,10 +32,9 @@ SIZE = 0.04  # half the length of a symbol, relative to the size of the drawing
 class StopTable(JointNameTable, frozen=True, kw_only=True):
     """End stops of a joint, named as in a drive."""
 
-    #: lower bound: angle of the link axes from the axes of `on`, or travel from the drawn place [none]
-    least: Coordinate | None = None
-    most: Coordinate | None = None  #: upper bound of the coordinate [none]
-    margin: Coordinate | None = None  #: smallest allowed distance from the stops [0]
+    least: Coordinate | None = None  #: lower bound of the coordinate [none]
+    most: Coordinate | None = None  #: upper bound [none]
+    margin: Coordinate | None = None  #: least allowed distance from the stops [0]
 
     @property
     def required_margin(self) -> Coordinate:
@@ -150,7 +149,7 @@ def _begin(kind: str, name: str) -> dict[str, Any] | None:
 
 
 STOPS: Part[Stop] = Part(
-    "stops", "bounds of joints' coordinates", StopTable, _built,
+    "stops", "end stops of joints", StopTable, _built,
     (
         Figure("lower_stop_margin", "margin of a joint above its lower stop", _units(LOWER), LOWER,
                _margins(LOWER, lambda stop, value: value - stop.least), LEAST, everywhere=True,
