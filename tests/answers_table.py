@@ -17,6 +17,7 @@ from kinelast.cli.command import main
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "answers.md"
 MARK = "<!-- answers -->\n"
+EVERYWHERE = "Every analysis accepts: "
 NUMBER = re.compile(r'\d[\d.]*(e-?\d+)?|"[^"]*"')  # and names
 
 BARS = edited(FOUR_BAR, ("100 rad/s", "20 rad/s"), ("positions = 36", "positions = 12"))
@@ -231,8 +232,10 @@ def reason(told: str, status: int) -> str:
 def table(cells: dict[tuple[str, str], str]) -> str:
     """The table with its reasons, in Markdown."""
     reasons = list(dict.fromkeys(NUMBER.sub("...", why) for why in cells.values() if why))
-    lines = ["| | " + " | ".join(ANSWERS) + " |", "| --- |" + " --- |" * len(ANSWERS)]
-    for feature in FEATURES:
+    everywhere = [feature for feature in FEATURES if not any(cells[feature, answer] for answer in ANSWERS)]
+    lines = [EVERYWHERE + "; ".join(everywhere) + ".", "", "| | " + " | ".join(ANSWERS) + " |"]
+    lines.append("|---|" + "---|" * len(ANSWERS))
+    for feature in (feature for feature in FEATURES if feature not in everywhere):
         marks = (cells[feature, answer] for answer in ANSWERS)
         shown = ("yes" if not why else str(reasons.index(NUMBER.sub("...", why)) + 1) for why in marks)
         lines.append(f"| {feature} | {' | '.join(shown)} |")

@@ -3,20 +3,23 @@
 import re
 
 import pytest
-from answers_table import ANSWERS, FEATURES, MARK, NUMBER, PAGE, cell
+from answers_table import ANSWERS, EVERYWHERE, FEATURES, MARK, NUMBER, PAGE, cell
 from tiers import in_tiers
 
 KEPT = PAGE.read_text().split(MARK)[1]
 REASONS = {number: NUMBER.sub("...", why) for number, why in re.findall(r"^(\d+)\. (.*)$", KEPT, re.MULTILINE)}
-ROWS = {
+ACCEPTED = KEPT.partition(EVERYWHERE)[2].partition(".\n")[0].split("; ")
+ROWS = {feature: ["yes"] * len(ANSWERS) for feature in ACCEPTED} | {
     feature: marks
     for feature, *marks in (line.strip("| ").split(" | ") for line in KEPT.splitlines() if line.startswith("| "))
 }
 
 
 def test_the_page_has_all_features_and_answers():
-    head, _, *features = [line for line in KEPT.splitlines() if line.startswith("| ")]
-    assert [row.split(" | ")[0].removeprefix("| ") for row in features] == list(FEATURES)
+    head, *features = [line for line in KEPT.splitlines() if line.startswith("| ")]
+    in_table = [row.split(" | ")[0].removeprefix("| ") for row in features]
+    assert in_table == [feature for feature in FEATURES if feature not in ACCEPTED]
+    assert [feature for feature in FEATURES if feature not in in_table] == ACCEPTED
     assert head == "| | " + " | ".join(ANSWERS) + " |"
     given = [mark for feature in FEATURES for mark in ROWS[feature] if mark != "yes"]
     assert list(dict.fromkeys(given)) == list(REASONS)
