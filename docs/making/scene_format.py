@@ -75,13 +75,15 @@ def _parts(kind: Any) -> list[Any]:
 
 
 def rows(struct: type[Struct]) -> list[str]:
-    """Rows of the table of a struct's keys, without those that a table of its own base has."""
+    """Rows of the table of a struct's keys, without inherited ones and the tables of the scene."""
     kinds = {field.name: field.type for field in inspect.type_info(struct).fields}
     inherited = {name for base in struct.__mro__[1:] if base in structs() for name in base.__struct_fields__}
     cells = []
     for field in (field for field in fields(struct) if field.name not in inherited):
         meaning, special = _words(struct, field)
         value = ", ".join(filter(None, [_kind(kinds[field.name]), _bounds(kinds[field.name])]))
+        if struct is SceneTable and "table" in _kind(kinds[field.name]).replace("or table", ""):
+            continue  # a section of the page describes it
         default = special or _default(field)
         key = f"**`{field.encode_name}`**" if field.required else f"`{field.encode_name}`"
         cells.append([key, meaning, f"{value} ({default})" if default not in {"", "none"} else value])
