@@ -1,4 +1,4 @@
-"""Energy and momentum of a moving mechanism, added up mass point by mass point: Newton's laws without the program's."""
+"""Energy and momentum of a moving mechanism, summed over mass points without the program's mechanics."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ STATIONS, WEIGHTS = (STATIONS + 1) / 2, WEIGHTS / 2
 
 
 def mass_points(mechanism):
-    """Link, place in its axes, mass: Gauss points carry a beam's mass exactly up to its second moment."""
+    """Yield link, local point and mass: Gauss points keep a beam's mass, centre and second moment exactly."""
     for at, link in enumerate(mechanism.links):
         for beam in link.beams if at else ():
             start, way = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
@@ -22,12 +22,12 @@ def mass_points(mechanism):
 
 
 def inertias(mechanism):
-    """Link and moment of inertia of its lumps about their own centres."""
+    """Return links and moments of inertia of their lumps about the lump centres."""
     return [(at, lump.inertia) for at, link in enumerate(mechanism.links) if at for lump in link.lumps]
 
 
 def applied(motion):
-    """Link, place in its axes, force in the ground's axes, moment: given loads and weight."""
+    """Yield link, local point, force in ground axes and moment of weight and given loads."""
     mechanism = motion.mechanism
     for at, place, mass in mass_points(mechanism):
         yield at, place, mass * mechanism.gravity, 0.0
@@ -61,7 +61,7 @@ def kinetic_energy(motion):
 
 
 def kinetic_power(motion):
-    """Rate of the kinetic energy, m a.v."""
+    """Return the rate of the kinetic energy, m a.v."""
     points = sum(
         mass * product(acceleration_of(motion, at, place), velocity_of(motion, at, place))
         for at, place, mass in mass_points(motion.mechanism)
@@ -73,7 +73,7 @@ def kinetic_power(motion):
 
 
 def applied_power(motion):
-    """Power of weight and loads."""
+    """Return the power of weight and loads."""
     return sum(
         product(force, velocity_of(motion, at, place)) + twist * motion.angular_velocity[at]
         for at, place, force, twist in applied(motion)
@@ -81,7 +81,7 @@ def applied_power(motion):
 
 
 def missing_force(motion):
-    """Applied force less rate of momentum, and the same about the origin: what the ground must take."""
+    """Return applied force minus rate of momentum, and the same moment about the origin: the reaction of the ground."""
     force = sum(pull for _, _, pull, _ in applied(motion))
     twist = sum(moment(position_of(motion, at, place), pull) + twist for at, place, pull, twist in applied(motion))
     for at, place, mass in mass_points(motion.mechanism):

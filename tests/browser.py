@@ -1,4 +1,4 @@
-"""A headless Chromium, where there is one, and pages opened in it."""
+"""Open pages in a headless Chromium."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ DRIVER = shutil.which("chromedriver")
 
 
 def started():
-    """A browser; the test is skipped, with the reason, where there is none."""
+    """Return a browser, or skip the test if Chromium or its driver is missing."""
     webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     if CHROMIUM is None or DRIVER is None:
         pytest.skip("no Chromium with its driver: on Debian, apt-get install chromium chromium-driver")
@@ -29,7 +29,7 @@ def started():
 
 
 class Page:
-    """A page that is open: its script has run to the end."""
+    """A page whose script has finished."""
 
     def __init__(
         self,
@@ -42,9 +42,9 @@ class Page:
         height: int = 900,
     ) -> None:
         self.driver = driver
-        driver.get("about:blank")  # an editor of which the server has ended asks no more
+        driver.get("about:blank")  # so that an editor whose server has ended sends no more requests
         self.logs()
-        driver.get_log("performance")  # of pages before
+        driver.get_log("performance")  # drop the requests of earlier pages
         features = [{"name": name, "value": value} for name, value in (media or {}).items()]
         driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
@@ -53,20 +53,20 @@ class Page:
         deadline = time.monotonic() + 20
         while not self.run(f"return {ready}") and time.monotonic() < deadline:
             time.sleep(0.02)
-        if not folded:  # what is not rendered has no text, and is not to be clicked
+        if not folded:  # folded parts have no text and cannot be clicked
             self.run("document.querySelectorAll('.fold').forEach((each) => (each.open = true))")
         self.path = path
 
     def run(self, script: str, *arguments):
-        """What a script in the page returns."""
+        """Return the result of a script."""
         return self.driver.execute_script(script, *arguments)
 
     def logs(self) -> list[dict]:
-        """What was written to the console since last asked."""
+        """Return console messages since the last call."""
         return self.driver.get_log("browser")
 
     def requests(self) -> list[str]:
-        """Addresses asked for since last asked, but for the page itself, data and blobs."""
+        """Return the addresses requested since the last call, without the page itself, data and blobs."""
         asked = []
         for entry in self.driver.get_log("performance"):
             message = json.loads(entry["message"])["message"]
@@ -87,11 +87,11 @@ return names.filter((name, k) => names.indexOf(name) !== k);
 
 
 def accessibility_faults(page: Page) -> list[tuple[str, str, list[str]]]:
-    """What axe-core finds against a page: rule, how bad, and where; its script comes with axe-selenium-python."""
+    """Return the accessibility violations by axe-core: rule, impact and elements."""
     axe = pytest.importorskip("axe_selenium_python", reason="axe-selenium-python is not installed")
     page.run((Path(axe.__file__).parent / "node_modules" / "axe-core" / "axe.min.js").read_text())
     script = "const done = arguments[arguments.length - 1]; axe.run().then(done)"
     found = page.driver.execute_async_script(script)["violations"]
-    shared = page.run(SHARED_NAMES)  # a rule of newer axe-core
+    shared = page.run(SHARED_NAMES)  # this rule is missing in older axe-core
     assert not shared, shared
     return [(rule["id"], rule["impact"], [node["html"][:120] for node in rule["nodes"][:3]]) for rule in found]

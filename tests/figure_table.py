@@ -1,4 +1,4 @@
-"""Figures of many designs as the modules on designs ask for them, for figures that are formulas."""
+"""Figures of many designs by formula, with the interface that the modules on designs expect."""
 
 from dataclasses import dataclass, field
 

@@ -1,6 +1,6 @@
-"""One thread a process, as the command has it; imported before numpy, which otherwise gives small matrices all cores.
+"""Use one thread per process, like the command. Import this before numpy.
 
-Tests run side by side: the whole suite takes 1.7 times as long without.
+Without it, numpy uses all cores for small matrices, and parallel tests take 1.7 times as long.
 """
 
 import os

@@ -1,24 +1,26 @@
-"""Processes that a test starts: they and their pipes end with it.
+"""Start processes that end with the test, wait for them, and imitate a full disk.
 
-One that is left by a test that fails would be told, as a warning, of whichever test is running when it is collected.
+A process left by a failed test would warn during a later test.
 """
 
+import errno
 import os
 import signal
 import subprocess
+import time
 from contextlib import suppress
 
 STARTED: list[subprocess.Popen] = []
 
 
 def started(command, **options):
-    """A process in a group of its own."""
+    """Start a process in its own group."""
     STARTED.append(subprocess.Popen(command, start_new_session=True, **options))
     return STARTED[-1]
 
 
 def end_all():
-    """End the groups of all processes that were started, and close their pipes."""
+    """End the groups of all started processes and close their pipes."""
     while STARTED:
         run = STARTED.pop()
         if run.poll() is None:
@@ -27,3 +29,16 @@ def end_all():
             run.wait()
         for pipe in filter(None, (run.stdin, run.stdout, run.stderr)):
             pipe.close()
+
+
+def wait_for(condition, seconds=60.0):
+    """Wait until `condition` returns a true value; fail after some seconds."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "timeout"
+        time.sleep(0.005)
+
+
+def full_disk(*_, **__):
+    """Raise the error of a full disk."""
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -1,4 +1,4 @@
-"""What the tests of the source documents share."""
+"""Helpers for the tests of the source documents."""
 
 import numpy as np
 
@@ -17,6 +17,6 @@ def number(course, link):
 
 
 def three_ways(course):
-    """Effort of the first drive by Newton and Euler, virtual work, and multipliers, shape (3, positions)."""
+    """Return the effort of the first drive by Newton-Euler, virtual work and multipliers, shape (3, positions)."""
     newton = drive_efforts(course, reactions(course))[0]
     return np.array([newton, virtual_work_efforts(course)[0], drive_efforts(course, multiplier_forces(course))[0]])

@@ -1,7 +1,7 @@
-"""Mechanisms on the edge of what floating point can tell, with their positions in as many digits as asked for.
+"""Mechanisms near singular positions, with their positions in any number of digits.
 
-Near a singular position a walk or an iteration in floats loses the way; here the closed forms of the triangles are
-taken with mpmath instead, from the very floats that the program is given.
+Close to a singular position, iterations in floats fail. These closed forms by mpmath start from the same floats as
+the program.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ STATIONS = np.linspace(0, 1, 5)
 
 
 def number(value):
-    """A float or complex as it is, in mpmath."""
+    """Convert a float or complex to mpmath without rounding."""
     value = complex(value)
     return mpmath.mpc(mpf(value.real), mpf(value.imag))
 
 
 def triangle(first, second, long, short, side):
-    """Where circles about two points meet, left of the way between them for side +1."""
+    """Return the intersection of circles about two points, left of the line between them if side is +1."""
     way = second - first
     square = way.real**2 + way.imag**2
     x = (square + long**2 - short**2) / (2 * square)
@@ -37,7 +37,7 @@ def triangle(first, second, long, short, side):
 
 
 def coordinates(*links):
-    """(x, y, angle) of links from their origins and angles."""
+    """Return (x, y, angle) of links from their origins and angles."""
     rows = []
     for origin, angle in links:
         rows += [mpmath.re(origin), mpmath.im(origin), angle]
@@ -45,7 +45,7 @@ def coordinates(*links):
 
 
 class FourBar:
-    """Crank, coupler, rocker of given lengths on a base from 0 to `base`, drawn at the angle `start`."""
+    """Crank, coupler and rocker on a base from 0 to `base`, drawn at the angle `start`."""
 
     def __init__(self, lengths, base, start, side=1, gravity=GRAVITY, masses=(0.47, 0.47, 0.47), origin=0.0):
         crank, coupler, rocker = lengths
@@ -74,7 +74,7 @@ class FourBar:
 
 
 class SliderCrank:
-    """A crank about 0, a rod, a block on the line y = `offset`; `pressed` where the block drives."""
+    """Crank about 0, rod, and block on the line y = `offset`; `pressed` makes the block the drive."""
 
     def __init__(self, crank, rod, offset, start, pressed=False):
         self.lengths, self.offset, self.pressed = (crank, rod), offset, pressed
@@ -107,7 +107,7 @@ class SliderCrank:
 
 
 class Inverted:
-    """A crank about 0 whose pin carries a block; a guide through it turns about `base`."""
+    """Crank about 0 with a block on its pin; the block slides on a guide that turns about `base`."""
 
     def __init__(self, crank, base, start):
         self.crank, self.base = crank, base
@@ -135,7 +135,7 @@ class Inverted:
 
 
 class TwoDyads:
-    """A four-bar whose rocker, lengthened, pulls a second dyad; both are short of being stretched by given lengths."""
+    """Four-bar whose extended rocker drives a second dyad; `first` and `second` are the distances from full stretch."""
 
     def __init__(self, first, second, start=1.3):
         crank, base, coupler, over = 0.25, 0.33, 0.14, 1.4
@@ -183,22 +183,22 @@ class TwoDyads:
 
 
 def references(case, drive, rate, rate2, side=None):
-    """Fields at STATIONS in 50 digits, rounded."""
+    """Return fields at STATIONS, computed with 50 digits and rounded."""
     solved = exact(case.mechanism, case.sections, [drive], [rate], [rate2], at=case.at(drive, side))
     return {field: solved.sampled(field, STATIONS) for field in PRIMARY}
 
 
 def scales(fields):
-    """What the errors of fields are measured by: forces by the greatest of N and V, displacements of u and w."""
+    """Return reference values of the errors: largest of N and V for forces, of u and w for displacements."""
     great = {field: np.abs(values).max() for field, values in fields.items()}
     force, size = max(great["N"], great["V"]), max(great["u"], great["w"])
     return great | {"N": force, "V": force, "u": size, "w": size}
 
 
 def error(case, drive, rate=7.0, rate2=-3.0, way=(), side=None):
-    """Greatest error of all fields in units of eps, and the condition of the fields and of the position.
+    """Return the largest field error in eps, and the condition numbers of fields and position.
 
-    `way`: positions that the mechanism passes before; `side`: where it is then, if not as drawn.
+    `way`: earlier positions of the mechanism; `side`: assembly at the position, if not as drawn.
     """
     course = motion(case.mechanism, [*way, drive], rate, rate2)
     solved = deflection(course, case.sections)

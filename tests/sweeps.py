@@ -1,4 +1,4 @@
-"""A small sweep to test with: closed forms that take no time, or fail where they are told to."""
+"""A small sweep in closed form that can be slow, fail or be killed."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from kinelast.tasks.progress import Progress
 
 @dataclass(frozen=True)
 class Parabolas:
-    """Tip deflection of cantilevers under a load, whose length grows with the number: w = F l^3 / (3 EI)."""
+    """Tip deflection of cantilevers of increasing length, w = F l^3 / (3 EI)."""
 
-    seconds: float = 0.0  # that a chunk takes
-    fails: frozenset[int] = frozenset()  # first designs of chunks that fail
-    kills: Path | None = None  # a file that is there until the first process has died
+    seconds: float = 0.0  # duration of a chunk
+    fails: frozenset[int] = frozenset()  # first designs of the chunks that fail
+    kills: Path | None = None  # exists until the first process is killed
     units: dict[str, str] = field(default_factory=lambda: {"length": "m", "tip": "m"})
 
     def __call__(self, first, last):
@@ -40,7 +40,7 @@ class Parabolas:
 
 
 def swept_scene(path, sweep):
-    """The steel four-bar at 12 positions with a [sweep], in a file."""
+    """Write the steel four-bar with 12 positions and a [sweep] to a file."""
     text = file_text(shipped_scenes()["steel_four_bar"]).replace("positions = 360", "positions = 12")
     path.write_text(text + sweep)
     return path
@@ -50,19 +50,19 @@ IDENTITY = {"scene": "a word for its text", "options": {"positions": 72}}
 
 
 def tree(folder):
-    """All files of a folder with their bytes."""
+    """Return all files of a folder with their bytes."""
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 class Printed(Progress):
-    """Sentences, printed."""
+    """Print progress as sentences."""
 
     def tell(self, sentence):
         print(sentence, flush=True)
 
 
 def main(folder, count, chunk, jobs, seconds, store):
-    """A sweep in a process of its own, to be ended from outside; it goes on with what is there."""
+    """Run or resume a sweep in this process, so that a test can end it from outside."""
     from kinelast.sweep import store as stores
     from kinelast.sweep.running import run_plan
     from kinelast.tasks.progress import stoppable

@@ -1,4 +1,4 @@
-"""Limits of a scene and its output: what is held against what, what the command answers, who causes the error."""
+"""Limits and outputs: verdicts, answers of the command, and the links that cause the output error."""
 
 import json
 import re
@@ -26,47 +26,47 @@ from kinelast.tasks.request import Request
 from kinelast.tasks.task import shipped_scenes
 
 STEEL = shipped_scenes()["steel_four_bar"].read_text().replace("accuracy", "# accuracy")
-SLOW = STEEL.replace('speed = "100 rad/s"', 'speed = "10 rad/s"')  # where vibration is a share of a percent
-EASY = STEEL.replace('speed = "100 rad/s"', 'speed = "30 rad/s"')  # where it is a percent
+SLOW = STEEL.replace('speed = "100 rad/s"', 'speed = "10 rad/s"')  # vibration is a fraction of a per cent
+EASY = STEEL.replace('speed = "100 rad/s"', 'speed = "30 rad/s"')  # vibration is about one per cent
 
 
 def answer(tmp_path, capsys, more, text=SLOW):
-    """Exit status, line and summary of the slow steel four-bar with more tables, without vibration."""
+    """Return exit status, output and summary of the slow steel four-bar with further tables, without vibration."""
     (tmp_path / "one.toml").write_text(text + more)
     plain = ["--theory", "quasi-static"]
     status = main([str(tmp_path / "one.toml"), "--positions", "36", *plain, "-o", str(tmp_path / "out")])
-    told = capsys.readouterr()
+    output = capsys.readouterr()
     summary = tmp_path / "out" / "one" / "summary.json"
-    return status, told.out + told.err, json.loads(summary.read_text()) if summary.exists() else None
+    return status, output.out + output.err, json.loads(summary.read_text()) if summary.exists() else None
 
 
 @pytest.mark.parametrize(
     ("limits", "kept"),
     in_tiers(
         [
-            ('deflection = "12 um"', True),  # the crank's 11.58 um
+            ('deflection = "12 um"', True),  # the crank has 11.58 um
             ('deflection = "11 um"', False),
-            ('chord = "10 um"', True),  # the coupler's 9.22 um
+            ('chord = "10 um"', True),  # the coupler has 9.22 um
             ('chord = "9 um"', False),
-            ("safety = 150", True),  # the crank's 160
+            ("safety = 150", True),  # the crank has 160
             ("safety = 170", False),
-            ('output = "0.006 deg"', True),  # the rocker's 0.0051 deg
+            ('output = "0.006 deg"', True),  # the rocker has 0.0051 deg
             ('output = "0.0045 deg"', False),
             ('deflection = "12 um"\nchord = "9 um"', False),
-            ('[limits.links.crank]\nchord = "2.5 um"', True),  # its 2.23 um
+            ('[limits.links.crank]\nchord = "2.5 um"', True),  # it has 2.23 um
             ('[limits.links.coupler]\nchord = "2.5 um"', False),
-            ("[limits.links.coupler]\nsafety = 500", True),  # its 570
+            ("[limits.links.coupler]\nsafety = 500", True),  # it has 570
             ("[limits.links.crank]\nsafety = 500", False),
         ],
         5,
         8,
     ),
 )
-def test_limits_are_kept_or_not(limits, kept, tmp_path, capsys):
-    status, told, summary = answer(tmp_path, capsys, f"\n[limits]\n{limits}\n")
+def test_exit_status_and_verdict_follow_the_limits(limits, kept, tmp_path, capsys):
+    status, output, summary = answer(tmp_path, capsys, f"\n[limits]\n{limits}\n")
     assert status == (0 if kept else 1)
-    assert ("NOT ACCEPTABLE" in told) == (not kept)
-    assert (": acceptable" in told) == kept
+    assert ("NOT ACCEPTABLE" in output) == (not kept)
+    assert (": acceptable" in output) == kept
     assert summary["acceptance"]["passed"] is kept
 
 
@@ -84,8 +84,8 @@ STICKING = STEEL + RUBBING.replace("0.0001", "0.9").replace("5 mm", "150 mm")
 
 
 @pytest.mark.slow
-def test_a_little_friction_changes_no_verdict(tmp_path, capsys):
-    """Quasi-statically the limit seems kept."""
+def test_a_little_friction_does_not_change_the_verdict(tmp_path, capsys):
+    """The quasi-static deflection alone would keep the limit."""
     deflections = []
     for number, friction in enumerate(("", RUBBING)):
         path = tmp_path / f"{number}.toml"
@@ -100,12 +100,12 @@ def test_a_little_friction_changes_no_verdict(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("text", "reason"), in_tiers([(UNSTABLE, "unstable at 460 rad/s"), (STICKING, "friction sticks too hard")], 1, 1)
 )
-def test_figures_of_unknown_error_keep_no_limit(text, reason, tmp_path, capsys):
+def test_figures_of_unknown_error_cannot_be_judged(text, reason, tmp_path, capsys):
     (tmp_path / "one.toml").write_text(text + '\n[limits]\ndeflection = "1 m"\n')
     assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out")]) == 1
-    told = capsys.readouterr().out
-    assert "CANNOT BE JUDGED: " in told
-    assert reason in told
+    output = capsys.readouterr().out
+    assert "CANNOT BE JUDGED: " in output
+    assert reason in output
     acceptance = json.loads((tmp_path / "out" / "one" / "summary.json").read_text())["acceptance"]
     assert acceptance["passed"] is None
     assert reason in acceptance["problem"]
@@ -126,20 +126,20 @@ def test_figures_of_unknown_error_keep_no_limit(text, reason, tmp_path, capsys):
     ),
 )
 def test_a_limit_within_the_error_is_too_close_to_decide(bound, verdict, status, tmp_path, capsys):
-    """At 30 rad/s the crank deflects by 104.5 um without vibration, by 105.8 um with it."""
+    """At 30 rad/s the deflection of the crank is 104.5 um without vibration and 105.8 um with vibration."""
     (tmp_path / "one.toml").write_text(EASY + f'\n[limits]\ndeflection = "{bound}"\n')
     assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out")]) == status
-    told = capsys.readouterr().out
+    output = capsys.readouterr().out
     acceptance = json.loads((tmp_path / "out" / "one" / "summary.json").read_text())["acceptance"]
     assert (acceptance["verdict"], acceptance["passed"]) == (
         verdict,
         {0: True}.get(status, None if "close" in verdict else False),
     )
-    assert (f": {verdict.upper()}: deflection of crank 104.5 µm ± 1.3 % (limit " in told) == bool(status)
-    assert ("mostly vibration: accuracy =" in told) == ("close" in verdict)
+    assert (f": {verdict.upper()}: deflection of crank 104.5 µm ± 1.3 % (limit " in output) == bool(status)
+    assert ("mostly vibration: accuracy =" in output) == ("close" in verdict)
 
 
-def test_the_headline_names_the_limits_that_are_exceeded_most(tmp_path, capsys):
+def test_the_headline_names_the_most_exceeded_limits(tmp_path, capsys):
     scene = tmp_path / "one.toml"
     scene.write_text(f'{EASY}\n[limits]\ndeflection = "1 um"\nsafety = 1e6\nchord = "1 um"\noutput = "0.001 deg"\n')
     assert main([str(scene), "-o", str(tmp_path / "out")]) == 1
@@ -148,11 +148,11 @@ def test_the_headline_names_the_limits_that_are_exceeded_most(tmp_path, capsys):
     assert re.search(named, line)
 
 
-def test_the_advice_of_a_verdict_settles_it(tmp_path, capsys):
+def test_the_advised_accuracy_decides(tmp_path, capsys):
     (tmp_path / "one.toml").write_text(EASY + '\n[limits]\ndeflection = "0.1055 mm"\n')
     assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out")]) == 1
-    asked = re.search(r'accuracy = "([^"]+)" would settle it', capsys.readouterr().out).group(1)
-    assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out"), "--accuracy", asked]) == 1
+    accuracy = re.search(r'accuracy = "([^"]+)" would settle it', capsys.readouterr().out).group(1)
+    assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out"), "--accuracy", accuracy]) == 1
     assert ": NOT ACCEPTABLE: deflection of crank 105.8 µm" in capsys.readouterr().out
 
 
@@ -160,29 +160,29 @@ def test_every_figure_of_the_summary_has_an_error_in_its_unit(tmp_path, capsys):
     _, _, summary = answer(tmp_path, capsys, '\n[limits]\ndeflection = "1 m"\n')
     for key, figure in summary["figures"].items():
         assert figure["error"] is not None, key
-        base = {"drive_mean": "drive_effort", "drive_mean_power": "drive_power"}.get(key, key)  # of nothing on average
-        # the discretization error of a small displacement is a share of the largest one
+        base = {"drive_mean": "drive_effort", "drive_mean_power": "drive_power"}.get(key, key)  # the mean is zero
+        # the discretization error of a small displacement is relative to the largest displacement
         least = 2e-5 * summary["figures"]["displacement"]["value"] if figure["unit"] == "m" else 1e-12
         assert 0.0 <= figure["error"] < 0.05 * abs(summary["figures"][base]["value"]) + least, key
 
 
 @pytest.mark.slow
-def test_the_speed_below_which_vibration_dies_out_is_told():
-    """Runs of their own on either side of it, and at the speed that was asked for."""
-    told = computed(scene_from_text(UNSTABLE), Request()).instability
-    grows, border = (float(part.split()[0]) for part in re.findall(r"(?:by|below) ([\d.]+ (?:%|rad/s))", told))
+def test_the_reported_stability_limit_is_right():
+    """Separate runs at the requested speed and on both sides of the reported limit."""
+    output = computed(scene_from_text(UNSTABLE), Request()).instability
+    grows, border = (float(part.split()[0]) for part in re.findall(r"(?:by|below) ([\d.]+ (?:%|rad/s))", output))
     growth = {}
     for speed in (460.0, 0.985 * border, 1.0005 * border):
         text = UNSTABLE.replace("460 rad/s", f"{speed} rad/s").replace("[run]", '[run]\ntheory = "elastodynamic"')
         answer = computed(scene_from_text(text), Request()).answer
         growth[speed] = answer.vibrating.growth
-    asked, below, above = growth.values()
+    accuracy, below, above = growth.values()
     assert below < 1 < above
-    assert 100 * (asked - 1) == pytest.approx(grows, rel=0.05)
+    assert 100 * (accuracy - 1) == pytest.approx(grows, rel=0.05)
 
 
 @pytest.mark.slow
-def test_an_unknown_error_is_told_without_limits(tmp_path, capsys):
+def test_an_unknown_error_is_reported_without_limits(tmp_path, capsys):
     (tmp_path / "one.toml").write_text(STICKING)
     assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out")]) == 0
     assert (
@@ -191,20 +191,20 @@ def test_an_unknown_error_is_told_without_limits(tmp_path, capsys):
 
 
 def test_without_limits_there_is_no_verdict(tmp_path, capsys):
-    status, told, summary = answer(tmp_path, capsys, "")
+    status, output, summary = answer(tmp_path, capsys, "")
     assert status == 0
-    assert "cceptable" not in told
+    assert "cceptable" not in output
     assert summary["acceptance"] == {"verdict": "", "passed": None, "problem": "", "limits": []}
 
 
 def test_a_limit_that_cannot_be_judged_is_not_kept(tmp_path, capsys):
     text = "\n".join(line for line in SLOW.splitlines() if not line.startswith("yield"))
-    status, told, _ = answer(tmp_path, capsys, "\n[limits]\nsafety = 1.5\n", text)
+    status, output, _ = answer(tmp_path, capsys, "\n[limits]\nsafety = 1.5\n", text)
     assert status == 1
-    assert "CANNOT BE JUDGED: safety: the figure is unknown" in told
+    assert "CANNOT BE JUDGED: safety: the figure is unknown" in output
 
 
-def test_a_failed_limit_counts_again_when_resumed(tmp_path, capsys):
+def test_a_resumed_run_reports_a_failed_limit_again(tmp_path, capsys):
     answer(tmp_path, capsys, '\n[limits]\nchord = "9 um"\n')
     assert main([str(tmp_path / "one.toml"), "--positions", "36", "--resume", "-o", str(tmp_path / "out")]) == 1
 
@@ -218,7 +218,7 @@ def with_output(words, limits=""):
 
 
 @pytest.mark.parametrize(("words", "kind", "name"), [("A", "point", "A"), ("coupler.angle", "angle", "coupler")])
-def test_the_output_is_what_the_scene_says(words, kind, name):
+def test_the_output_is_that_of_the_scene(words, kind, name):
     scene = scene_from_text(with_output(words))
     results = Results(scene, deflection(scene_motion(scene, 36), scene.sections))
     points, angles = point_figures(results), angle_figures(results)
@@ -229,7 +229,7 @@ def test_the_output_is_what_the_scene_says(words, kind, name):
 
 
 @pytest.mark.parametrize(
-    ("words", "limits", "told"),
+    ("words", "limits", "output"),
     [
         ("C", "", '[run] output: there is no point "C" that moves'),
         ("O", "", 'there is no point "O" that moves'),
@@ -243,19 +243,19 @@ def test_the_output_is_what_the_scene_says(words, kind, name):
         ("A", '[limits.links.krank]\nchord = "1 mm"\n', 'there is no link with beams "krank"; did you mean "crank"?'),
     ],
 )
-def test_mistakes_in_them_are_told(words, limits, told):
+def test_mistakes_in_limits_and_outputs(words, limits, output):
     with pytest.raises(SceneError) as error:
         scene_from_text(with_output(words, limits))
-    assert told in str(error.value)
+    assert output in str(error.value)
 
 
 def without_strain(added):
-    """Added loads but for their strain, which no link causes: the ends of turned beams are nearer to each other."""
+    """Return added loads without their strain, which no link causes. The ends of rotated beams come closer."""
     return added and replace(added, strain=None)
 
 
 def check_shares(results, course):
-    """Shares against all other links rigid: the forces of statics alone do not ask how stiff the links are."""
+    """Compare each share with the error if all other links are rigid. Statics alone gives the forces."""
     scene, bent = results.scene, results.deflection
     output = output_figure(results)
     shares = {row["link"]: row["value"] for row in output_shares(results, output)}
@@ -280,19 +280,19 @@ def check_shares(results, course):
         assert share == pytest.approx(along, rel=1e-8, abs=1e-10 * abs(output["value"]))
 
 
-SHARED = "steel_four_bar", "quick_return", "flapping_wing", "offset_slider_crank"
+MECHANISMS = "steel_four_bar", "quick_return", "flapping_wing", "offset_slider_crank"
 
 
-@pytest.mark.parametrize("name", in_tiers(SHARED, 2, 2))
-def test_shares_are_what_each_link_alone_would_cause(name):
+@pytest.mark.parametrize("name", in_tiers(MECHANISMS, 2, 2))
+def test_shares_equal_the_error_of_each_link_alone(name):
     scene = scene_from_text(shipped_scenes()[name].read_text())
     course = scene_motion(scene, 36)
     check_shares(Results(scene, deflection(course, scene.sections)), course)
 
 
 @pytest.mark.parametrize("name", ["steel_four_bar", "offset_slider_crank"])
-def test_shares_of_links_that_vibrate(name):
-    """Under the forces of that instant, those of the vibration among them."""
+def test_shares_of_vibrating_links(name):
+    """The forces at that instant include those of the vibration."""
     scene = scene_from_text(shipped_scenes()[name].read_text())
     results = computed(scene, Request(theory="elastodynamic"))
     check_shares(results, results.motion)
@@ -307,8 +307,8 @@ def test_shares_of_a_frame_with_rings_add_up():
     assert sum(row["value"] for row in shares) == pytest.approx(output["value"], rel=1e-9)
 
 
-def test_strain_goes_to_the_others():
-    """A coupler that is warm: the shares of stiffness do not hold what warmth adds."""
+def test_thermal_strain_counts_as_others():
+    """Shares belong to flexibility, so a warm coupler adds to "others"."""
     text = STEEL.replace("density = ", "expansion = 12e-6\ndensity = ", 1).replace(
         "[links.coupler]\n", "[links.coupler]\ntemperature = 40\n"
     )
@@ -323,7 +323,7 @@ def test_strain_goes_to_the_others():
     assert shares["others"] == pytest.approx(warmth, rel=1e-6)
 
 
-def test_a_long_run_is_thinned_out_but_keeps_its_peaks():
+def test_page_data_of_a_long_run_are_thinned_but_keep_peaks():
     scene = scene_from_text(STEEL)
     results = Results(scene, deflection(scene_motion(scene, 9000), scene.sections))
     kept = kept_positions(results)
@@ -333,7 +333,7 @@ def test_a_long_run_is_thinned_out_but_keeps_its_peaks():
     assert all(peak.time in times for key in EXTREME_FIELDS for peak in results.figures.of_field(key))
 
 
-def test_lines_of_a_table_give_their_numbers_back():
+def test_csv_numbers_are_read_back_exactly():
     numbers = np.array([[0.1, -1e-17, 3e300], [np.nan, 12345678.125, 5e-324]])
     for table in (numbers, np.where(np.isnan(numbers), np.inf, numbers)):
         rows = [
@@ -347,9 +347,9 @@ def test_lines_of_a_table_give_their_numbers_back():
 
 
 @pytest.mark.slow
-def test_stills_are_drawn_when_asked_for(tmp_path):
-    asked = ["--stills", "--positions", "24", "--theory", "quasi-static", "--quiet"]
-    assert main(["steel_four_bar", *asked, "-o", str(tmp_path)]) == 0
+def test_stills_are_drawn_on_request(tmp_path):
+    accuracy = ["--stills", "--positions", "24", "--theory", "quasi-static", "--quiet"]
+    assert main(["steel_four_bar", *accuracy, "-o", str(tmp_path)]) == 0
     stills = sorted((tmp_path / "steel_four_bar" / "stills").iterdir())
     assert {"mechanism.svg", "maps_1.svg", "joint_forces.svg"} <= {path.name for path in stills}
     for path in stills:

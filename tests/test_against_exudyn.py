@@ -1,7 +1,7 @@
-"""Claim: links vibrate as exudyn's geometrically exact beams do: the nonlinear check, the linear answer and its error.
+"""Vibrating links agree with exudyn's geometrically exact beams: the nonlinear check, the linear answer and its error.
 
-tests/data/exudyn_mechanisms.json, written by benchmarks/exudyn_mechanisms.py: deflection of every beam's middle from
-the chord over a turn of the steady state, by a code that shares nothing with this one.
+benchmarks/exudyn_mechanisms.py writes tests/data/exudyn_mechanisms.json: deflection of each beam's middle from the
+chord over a turn of the steady state. exudyn shares no code with this program.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from kinelast.tasks.request import Request
 from rigid import Beam, ConstantSpeed, Link, Lump, Mechanism, PinDrive, Slider, motion
 
 DATA = Path(__file__).parent / "data" / "exudyn_mechanisms.json"
-GIVEN = json.loads(DATA.read_text(encoding="utf-8"))["mechanisms"]
+REFERENCES = json.loads(DATA.read_text(encoding="utf-8"))["mechanisms"]
 
 
 def mechanism_of(given):
@@ -44,13 +44,13 @@ def mechanism_of(given):
     return Mechanism(links, (PinDrive("crank", "O"),), drawing, sliders)
 
 
-def apart(one, other, least=0.0):
-    """Greatest difference of the worst beam, of its greatest, or of a least share of that of all."""
+def difference(one, other, least=0.0):
+    """Return the largest difference, relative to the beam's maximum or to a share of the overall maximum."""
     greatest = np.abs(other).max(axis=1)
     return float((np.abs(one - other).max(axis=1) / np.maximum(greatest, least * greatest.max())).max())
 
 
-@pytest.fixture(scope="module", params=GIVEN, ids=[given["name"] for given in GIVEN])
+@pytest.fixture(scope="module", params=REFERENCES, ids=[given["name"] for given in REFERENCES])
 def case(request):
     given = request.param
     sections = [Section(EA, EI, kGA, area=A, inertia=inertia) for EA, EI, kGA, A, inertia in given["sections"]]
@@ -60,18 +60,18 @@ def case(request):
 
 @pytest.mark.parametrize(
     "case",
-    [pytest.param(each, marks=pytest.mark.slow if each["name"] == "Watt six-bar" else ()) for each in GIVEN],
-    ids=[each["name"] for each in GIVEN],
+    [pytest.param(each, marks=pytest.mark.slow if each["name"] == "Watt six-bar" else ()) for each in REFERENCES],
+    ids=[each["name"] for each in REFERENCES],
     indirect=True,
 )
 def test_the_nonlinear_check(case):
     mechanism, sections, speed, beta, expected = case
     law, count = ConstantSpeed(0.0, speed), expected.shape[1]
     found = nonlinear_steady_state(mechanism, sections, [law], 2 * math.pi / speed, count, 8, damping=beta)
-    assert apart(found.chord[:, :, 4], expected) < 3e-4
+    assert difference(found.chord[:, :, 4], expected) < 3e-4
 
 
-def test_the_elastodynamic_answers_and_how_far_off_they_are(case):
+def test_the_elastodynamic_answers_and_their_errors(case):
     mechanism, sections, speed, beta, expected = case
     period, count = 2 * math.pi / speed, expected.shape[1]
 
@@ -80,27 +80,27 @@ def test_the_elastodynamic_answers_and_how_far_off_they_are(case):
 
     found = elastodynamic(motion_at(np.arange(count) * (period / count)), motion_at, period, sections, damping=beta)
     vibrating, plain = (sample(bent, "chord", [0.5])[..., 0] for bent in (found.deflection, found.quasi_static))
-    assert apart(vibrating, expected) < 5e-4
+    assert difference(vibrating, expected) < 5e-4
     exact = sample(geometrically_exact(found).deflection, "chord", [0.5])[..., 0]
-    assert apart(exact, expected) < min(1.5e-4, apart(vibrating, expected))
-    assert apart(plain, expected) == pytest.approx(theory_error(found).history.max(), rel=0.05)
-    assert apart(plain, expected) > 0.01
+    assert difference(exact, expected) < min(1.5e-4, difference(vibrating, expected))
+    assert difference(plain, expected) == pytest.approx(theory_error(found).history.max(), rel=0.05)
+    assert difference(plain, expected) > 0.01
 
 
 @pytest.mark.slow
-def test_the_deflection_to_a_tolerance(case):
-    """Steps and elements of its own choice, at the instants of the other code."""
+def test_the_nonlinear_check_meets_its_tolerance(case):
+    """The check chooses steps and elements; the instants are those of exudyn."""
     mechanism, sections, speed, beta, expected = case
     period, count = 2 * math.pi / speed, expected.shape[1]
     times, law = np.arange(count) * (period / count), [ConstantSpeed(0.0, speed)]
     found = refined_deflection(mechanism, sections, law, times, period, True, 5e-3, damping=beta)
     assert found.error <= 5e-3
-    assert apart(found.chord[:, :, found.elements // 2], expected) < 5e-3
+    assert difference(found.chord[:, :, found.elements // 2], expected) < 5e-3
 
 
 @pytest.mark.slow
-def test_every_field_where_two_cranks_ring():
-    """A damping ratio of 0.01, large displacement 38 % of the deflection: six modes let steps stall, 3 to 5 % off."""
+def test_every_field_of_two_ringing_cranks():
+    """With a damping ratio of 0.01 and large displacements of 38 %, six modes are off by 3 to 5 %."""
     given = json.loads((DATA.parent / "exudyn_two_cranks.json").read_text(encoding="utf-8"))
     scene = read_scene(Path(__file__).parents[1] / "benchmarks" / "data" / "two_cranks.toml")
     few = replace(scene, course=replace(scene.course, run=replace(scene.course.run, positions=24)))
@@ -109,18 +109,18 @@ def test_every_field_where_two_cranks_ring():
     assert answer.vibrating.coordinates > 6
     for name in ("u", "w", "chord", "N", "M"):
         found, expected = sample(answer.deflection, name, given["stations"]), np.array(given[name])
-        assert apart(found.reshape(len(found), -1), expected.reshape(len(expected), -1), 0.1) < 0.012, name
+        assert difference(found.reshape(len(found), -1), expected.reshape(len(expected), -1), 0.1) < 0.012, name
     expected = np.array(given["joints"]) @ (1, 1j)
-    assert apart(np.array(answer.deflection.forces.force), expected, 0.1) < 0.012
+    assert difference(np.array(answer.deflection.forces.force), expected, 0.1) < 0.012
 
 
 @pytest.mark.parametrize("accuracy", [0.05, 0.02, pytest.param(0.005, marks=pytest.mark.slow)])
-def test_how_far_off_forces_are_that_ring_faster_than_links_bend(accuracy):
-    """0.02 to 0.16 % was stated where 0.6 to 1 % is true."""
+def test_the_error_of_forces_that_ring_faster_than_deflections(accuracy):
+    """The true error is 0.6 to 1 %."""
     given = json.loads((DATA.parent / "exudyn_end_masses.json").read_text(encoding="utf-8"))
     scene = read_scene(DATA.parent / "end_masses.toml")
     answer = computed(scene, Request(accuracy=accuracy)).answer
     expected = np.array(given["force"]) @ (1, 1j)
-    off = apart(np.array(answer.deflection.forces.force[:1]), expected[None])
+    off = difference(np.array(answer.deflection.forces.force[:1]), expected[None])
     assert off > 0.004
     assert off / 2 < answer.courses["joint forces"] < 2 * off

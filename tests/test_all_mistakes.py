@@ -1,7 +1,7 @@
-"""Claim: every mistake of a scene's file is told in one run, and none that is not there.
+"""One run reports every mistake of a scene file, and only real mistakes.
 
-A script plants two to four mistakes in scenes, at random places: a key or a table misspelt, a unit of another
-dimension, a name that nothing has, a key left out, a choice that there is not, a line that is no TOML.
+A script plants two to four random mistakes: misspelt keys and tables, wrong units, unknown names and choices, missing
+keys, invalid TOML.
 """
 
 import pickle
@@ -32,7 +32,7 @@ def misspelt(word, draw):
 
 
 def entries(lines):
-    """Of every line with a key: its number, the entry's header as messages name it, key and value."""
+    """Yield line number, header as in messages, key and value of each line with a key."""
     header, counts = "", {}
     for number, line in enumerate(lines):
         if match := re.fullmatch(r"(\[+)([\w.-]+)\]+\s*(#.*)?", line):
@@ -45,9 +45,10 @@ def entries(lines):
 
 
 def mistakes_for(header, key, value, draw):
-    """Spoilt lines for a key, each with the place that its message must have."""
+    """Yield damaged lines for a key, each with the expected place of its message."""
     table = header.split(".")[0].partition("[")[0]
-    by_figures = "sweep", "optimize", "sensitivities", "limits.figures"  # whose names are known once they are judged
+    # names of figures are checked later, when they are evaluated
+    by_figures = "sweep", "optimize", "sensitivities", "limits.figures"
     if header in ("sections", "points", "tolerances", "", "masses", *by_figures):
         if table == "points" and value.startswith("["):
             yield f'{key} = ["3 kg", 0.0]', (header, key)
@@ -68,7 +69,7 @@ def mistakes_for(header, key, value, draw):
 
 
 def spoilt(text, seed):
-    """A text with two to four mistakes, no two in one line or entry, and where each is: of no TOML the line."""
+    """Return a text with two to four mistakes in different entries, and their places."""
     draw = random.Random(seed)
     lines = text.splitlines()
     while True:
@@ -90,8 +91,8 @@ def spoilt(text, seed):
             return "\n".join(changed), places
 
 
-def told(text):
-    """Where the mistakes of a text are told to be: table and key, or the line of what is no TOML."""
+def reported(text):
+    """Yield the reported places of mistakes: table and key, or the line of invalid TOML."""
     try:
         scene_from_text(text)
     except SceneError as error:
@@ -101,7 +102,7 @@ def told(text):
 
 
 def alike(found, planted):
-    """Whether a message is at a planted mistake."""
+    """Return whether a message is at the place of a planted mistake."""
     if not isinstance(planted, tuple):
         return found == planted
     header, key = planted
@@ -109,14 +110,14 @@ def alike(found, planted):
 
 
 @pytest.mark.parametrize("seed", in_tiers(range(150), 8, 16))
-def test_every_mistake_is_told_in_one_go(seed):
+def test_every_mistake_is_reported_in_one_run(seed):
     text, planted = spoilt([*TEXTS.values()][seed % len(TEXTS)], seed)
-    found = [*told(text)]
+    found = [*reported(text)]
     assert all(any(alike(one, other) for one in found) for other in planted), (planted, found)
     assert len(found) == len(planted), (planted, found)
 
 
-def test_the_command_tells_each_on_a_line_of_its_own(tmp_path, capsys):
+def test_the_command_prints_one_line_per_mistake(tmp_path, capsys):
     text, planted = spoilt(FOUR_BAR, 5)
     (tmp_path / "bad.toml").write_text(text)
     assert main([str(tmp_path / "bad.toml"), "-o", str(tmp_path / "out")]) == 2
@@ -129,7 +130,7 @@ def test_the_command_tells_each_on_a_line_of_its_own(tmp_path, capsys):
 STEEL = shipped_scenes()["steel_four_bar"].read_text()
 
 
-def test_the_first_is_the_error_and_the_others_come_with_it_through_a_pickle():
+def test_a_pickled_error_keeps_all_mistakes():
     with pytest.raises(SceneError, match=r"\[links.crank\] lenth") as caught:
         scene_from_text(STEEL.replace("length", "lenth"))
     error = pickle.loads(pickle.dumps(caught.value))
@@ -137,10 +138,10 @@ def test_the_first_is_the_error_and_the_others_come_with_it_through_a_pickle():
     assert str(error).count("\n") == 2
 
 
-def test_what_does_not_close_is_not_told_of_a_mechanism_that_was_mended():
+def test_a_repaired_scene_reports_no_open_joints():
     open_ = STEEL.replace("250 mm", "50 mm").replace("300 mm", "50 mm")
-    assert [*told(open_.replace("poisson", "poison"))] == ["materials.steel.poison"]
+    assert [*reported(open_.replace("poisson", "poison"))] == ["materials.steel.poison"]
 
 
-def test_a_table_whose_head_cannot_be_read_is_not_told_to_be_missing():
-    assert [*told(STEEL.replace("[points]", "[points"))] == [STEEL.splitlines().index("[points]") + 1]
+def test_a_table_with_an_unreadable_header_is_not_reported_as_missing():
+    assert [*reported(STEEL.replace("[points]", "[points"))] == [STEEL.splitlines().index("[points]") + 1]

@@ -1,6 +1,6 @@
-"""Claims about pictures: right ordinates, nothing rebuilt, files complete, plain words where OpenGL is missing.
+"""Pictures have the right ordinates, meshes are reused, files are complete, and missing OpenGL is reported.
 
-What is compared with is geometry written out here by hand, or the pixels themselves.
+References are geometry written by hand, or the pixels themselves.
 """
 
 import os
@@ -84,14 +84,17 @@ def inverted():
 
 
 def cantilever(angles, speed=3.0):
-    """A rod of 2 m, 5 kg/m, that turns about O at a steady speed."""
+    """Return a rod of 2 m and 5 kg/m that turns about O at constant speed."""
     arm = Link("arm", {"O": 0.0, "A": 2.0}, (Beam("O", "A", 5.0),))
     mechanism = Mechanism((Link("ground", {"O": 0.0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 2}, gravity=-10j)
     return turned(mechanism, [Section(EA=1e6, EI=1e3)], speed, np.asarray(angles))
 
 
 def over(background, *names):
-    """Colour of diagrams' paints over each other and a background, each covers FILL_OPACITY of what it lies on."""
+    """Return the colour of overlapping diagram fills on a background.
+
+    Each fill covers FILL_OPACITY of the colour below.
+    """
     known = paints(background)
     colour = np.array(known["paper"])
     for name in names:
@@ -100,7 +103,7 @@ def over(background, *names):
 
 
 def half_reaching():
-    """Bars of 1 m on pins 2.5 m apart: position 0 is in reach, the dyad is stretched at 1, and 2 is out of reach."""
+    """Return bars of 1 m on pins 2.5 m apart: in reach at position 0, stretched at 1, out of reach at 2."""
     links = (
         Link("ground", {"O": 0.0, "D": 2.5}),
         steel_bar("crank", "O", "A", 1.0),
@@ -112,7 +115,7 @@ def half_reaching():
 
 
 class TestOrdinates:
-    """The ends of ordinates stand off the rigid link by the field times the scale."""
+    """The distance of ordinate ends from the rigid link is the field times the scale."""
 
     def test_bending_moment_of_a_cantilever_under_its_weight(self):
         bent = cantilever([0.0])
@@ -128,7 +131,7 @@ class TestOrdinates:
         force = 5.0 * 3.0**2 * (4.0 - x**2) / 2 - 5.0 * 10.0 * (2.0 - x)
         assert tips == pytest.approx(1j * x - 0.02 * force, abs=1e-12)
 
-    def test_fills_are_parted_by_sign(self, four_bar):
+    def test_fills_are_separated_by_sign(self, four_bar):
         positive, negative, _, outline = diagram_shapes(four_bar, "w", 20.0)
         assert (positive.fill, negative.fill) == (POSITIVE, NEGATIVE)
         assert POSITIVE != NEGATIVE
@@ -139,7 +142,7 @@ class TestOrdinates:
             assert heights[0] + heights[1] == pytest.approx(heights[2], abs=1e-15)
             assert np.all((abs(heights[0]) < 1e-15) | (abs(heights[1]) < 1e-15))
 
-    def test_deformed_shape_meets_at_its_pins(self, four_bar, slider_crank, inverted):
+    def test_deformed_links_meet_at_pins(self, four_bar, slider_crank, inverted):
         for bent in (four_bar, slider_crank, inverted):
             scales = scales_of(bent, diagram_named("shape"), SMALL)
             shapes = shapes_of(bent, diagram_named("shape"), scales, SMALL)
@@ -148,7 +151,7 @@ class TestOrdinates:
             ends = curve[:, [0, -1]].ravel()
             assert max(abs(ends - pin).min() for pin in pins) < 1e-12
 
-    def test_curves_leave_the_rigid_place_by_the_exaggerated_displacement(self):
+    def test_curves_show_the_exaggerated_displacement(self):
         bent = cantilever([0.0])
         style = Style(size=(320, 192), exaggeration=0.25)
         shapes = shapes_of(bent, diagram_named("shape"), scales_of(bent, diagram_named("shape"), style), style)
@@ -158,7 +161,7 @@ class TestOrdinates:
 
 
 class TestLayout:
-    """One scale and one view for the whole cycle, everything inside."""
+    """One scale and one view fit the whole cycle."""
 
     @pytest.mark.parametrize("name", DIAGRAMS)
     def test_all_points_of_all_positions_are_inside(self, name, four_bar, slider_crank, inverted):
@@ -170,16 +173,16 @@ class TestLayout:
             assert 0 < pixels.real.min() <= pixels.real.max() < 320
             assert FOOT * 192 < pixels.imag.min() <= pixels.imag.max() < (1 - HEAD) * 192
 
-    def test_greatest_ordinate_is_a_share_of_the_mechanism(self):
+    def test_the_largest_ordinate_is_about_a_sixth_of_the_mechanism(self):
         bent = cantilever([0.0, np.pi / 2, np.pi, 3 * np.pi / 2])
         scales = scales_of(bent, diagram_named("bending-moment"), SMALL)
         assert scales.peak == pytest.approx(100.0)
         assert 0.15 <= scales.scale * 100.0 / 4.0 <= 0.20
 
-    def test_the_chosen_scale_is_kept(self, four_bar):
+    def test_a_given_scale_is_kept(self, four_bar):
         assert scales_of(four_bar, diagram_named("deflection"), Style(scale=7.0)).scale == 7.0
 
-    def test_a_field_that_is_nothing_has_no_scale(self):
+    def test_a_zero_field_has_scale_zero(self):
         straight = cantilever([0.0], speed=0.0 + 1e-300)
         assert scales_of(straight, diagram_named("slope"), SMALL).scale > 0
         rigid = deflection(straight.motion, [RIGID])
@@ -193,7 +196,7 @@ class TestLayout:
 
 
 class TestRendering:
-    """What comes out of the canvas."""
+    """Pixels of rendered pictures."""
 
     @pytest.mark.parametrize("name", in_tiers(sorted(DIAGRAMS, key=lambda name: [*DIAGRAMS].index(name) % 6), 1, 3))
     def test_frames_show_ink_and_differ(self, name, slider_crank):
@@ -226,7 +229,7 @@ class TestRendering:
                 assert mesh.points[:, 0] + 1j * mesh.points[:, 1] == pytest.approx(pixels, abs=1e-3)
 
     @pytest.mark.slow
-    def test_diagrams_are_drawn_in_both_colours(self, four_bar):
+    def test_positive_and_negative_fills_are_visible(self, four_bar):
         def near(image, paint):
             return np.count_nonzero(np.abs(image[40:150] - 255 * over("white", paint)).max(axis=2) < 6)
 
@@ -235,7 +238,7 @@ class TestRendering:
         assert max(near(image, POSITIVE) for image in images) > 50
         assert max(near(image, NEGATIVE) for image in images) > 50
 
-    def test_outlines_and_the_deformed_shape_join_a_diagram(self, four_bar):
+    def test_outlines_and_deformed_shape_can_be_added_to_a_diagram(self, four_bar):
         style = Style(size=(320, 192), show=("deformed",), outlines={"coupler": [-0.02j, 0.3 - 0.02j, 0.15 + 0.1j]})
         with off_screen(), Picture(four_bar, "shear-force", style) as picture:
             levels = [shape.level for shape in picture.shapes]
@@ -256,20 +259,20 @@ class TestRendering:
 
 
 class TestFiles:
-    """Stills and films are complete, or are not there."""
+    """Files of stills and films are complete or absent."""
 
     def test_film(self, four_bar, tmp_path):
         from imageio_ffmpeg import get_ffmpeg_exe
 
-        told = []
+        calls = []
         path = tmp_path / "film.mp4"
-        assert movie(four_bar, "slope", path, 6, SMALL, lambda done, count: told.append((done, count))) == (path,)
+        assert movie(four_bar, "slope", path, 6, SMALL, lambda done, count: calls.append((done, count))) == (path,)
         decode = [get_ffmpeg_exe(), "-v", "error", "-i", path, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
         raw = subprocess.run(decode, capture_output=True, check=True).stdout
         frames = np.frombuffer(raw, np.uint8).reshape(-1, 192, 320, 3).astype(int)
         assert len(frames) == 6
         assert np.all(np.any(np.abs(np.diff(frames, axis=0)) > 100, axis=(1, 2, 3)))
-        assert told == [(k, 6) for k in range(1, 7)]
+        assert calls == [(k, 6) for k in range(1, 7)]
         assert list(tmp_path.iterdir()) == [path]
 
     def test_gif(self, inverted, tmp_path):
@@ -294,16 +297,16 @@ class TestFiles:
                 images.append(np.asarray(image))
         assert not np.array_equal(images[0], images[1])
 
-    def test_one_still_has_the_name_given(self, four_bar, tmp_path):
+    def test_one_still_keeps_the_given_name(self, four_bar, tmp_path):
         assert stills(four_bar, "deflection", [3], tmp_path / "one.png", SMALL) == (tmp_path / "one.png",)
         assert (tmp_path / "one.png").stat().st_size > 1000
 
-    def test_all_frames_without_a_number(self):
+    def test_the_default_is_up_to_120_frames(self):
         assert spread(range(12), None) == list(range(12))
         assert len(spread(range(360), None)) == 120
 
     @pytest.mark.slow
-    def test_a_film_that_fails_leaves_nothing(self, four_bar, tmp_path):
+    def test_a_failed_film_leaves_no_file(self, four_bar, tmp_path):
         def stop(done, count):
             raise KeyboardInterrupt
 
@@ -313,7 +316,7 @@ class TestFiles:
         assert list(tmp_path.iterdir()) == []
 
     @pytest.mark.slow
-    def test_singular_positions_are_left_out(self, tmp_path):
+    def test_positions_out_of_reach_are_omitted(self, tmp_path):
         bent = half_reaching()
         possible = drawable(bent, diagram_named("deflection"))
         assert possible[0] == 0
@@ -343,11 +346,11 @@ class TestFiles:
             movie(four_bar, **asked)
         assert list(tmp_path.iterdir()) == []
 
-    def test_a_position_that_is_none(self, four_bar, tmp_path):
+    def test_an_unknown_position_is_an_error(self, four_bar, tmp_path):
         with pytest.raises(ValueError, match="position 12 is not among the 12 positions, 0 to 11"):
             stills(four_bar, "slope", [12], tmp_path / "x.png")
 
-    def test_several_designs(self):
+    def test_several_designs_are_an_error(self):
         ground = Link("ground", {"O": 0.0, "D": 0.35})
         crank = steel_bar("crank", "O", "A", np.array([[0.1], [0.09]]))
         links = (ground, crank, steel_bar("coupler", "A", "B", 0.3), steel_bar("rocker", "D", "B", 0.25))
@@ -367,13 +370,13 @@ class TestFiles:
             ({"background": "blau"}, 'no colour "blau"'),
         ],
     )
-    def test_styles_that_cannot_be(self, change, message):
+    def test_invalid_styles(self, change, message):
         with pytest.raises(ValueError, match=message):
             Style(**change)
 
 
 class TestWords:
-    """What stands around the drawing."""
+    """Captions and legend."""
 
     def test_angle_and_time_keep_their_units(self, four_bar):
         words = drive_words(four_bar)
@@ -389,7 +392,7 @@ class TestWords:
         words = drive_words(bent)
         assert [words(position) for position in range(3)] == ["lift -50 mm", "lift 0 mm", "lift 125 mm"]
 
-    def test_the_legend_tells_both_scales(self, four_bar):
+    def test_the_legend_shows_both_scales(self, four_bar):
         diagram = diagram_named("bending-moment")
         scales = scales_of(four_bar, diagram, Style())
         view = view_for(shapes_of(four_bar, diagram, scales, Style()), [], range(12), Style())
@@ -403,7 +406,7 @@ class TestWords:
 
 
 class TestMachine:
-    """OpenGL is asked for in a child process, once, and its absence is told in words."""
+    """A child process tests OpenGL once, and a missing OpenGL is reported in words."""
 
     def test_missing_opengl_names_the_package(self, monkeypatch, four_bar, tmp_path):
         monkeypatch.setattr(rendering, "TRIAL", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
@@ -425,7 +428,7 @@ class TestMachine:
         monkeypatch.setattr(subprocess, "run", refuse)
         probe()
 
-    def test_the_environment_is_left_as_it_was(self, monkeypatch):
+    def test_the_environment_is_restored(self, monkeypatch):
         monkeypatch.delenv(rendering.WINDOW, raising=False)
         probe.cache_clear()
         before = dict(os.environ)

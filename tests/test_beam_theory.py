@@ -1,4 +1,4 @@
-"""Claim: what beam theory leaves out is told by shear and by moments that come in, within a factor of two."""
+"""The estimates by shear and load introduction predict the error of beam theory within a factor of two."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ DRIVEN = cantilever({"A": 0, "B": 1.0}, loads=(PointLoad("beam", "B", -1j),))
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
 def test_shear_of_a_rectangle(poisson):
-    """Without its shape known: 48 EI/(5 kGA l^2), k of Cowper."""
+    """Unknown shape: 48 EI/(5 kGA l^2), with k by Cowper."""
     EA, EI = 1200.0, 1.0
     kGA = 10 * (1 + poisson) / (12 + 11 * poisson) * EA / (2 * (1 + poisson))
     share = shear_share(deflection(still(UNIFORM), [Section(EA, EI)]), poisson)
@@ -26,7 +26,7 @@ def test_shear_of_a_rectangle(poisson):
 
 
 def test_shear_of_a_known_shape_that_is_not_to_shear():
-    """By its own coefficient, the same that Timoshenko's beam takes; what shears already changes no more."""
+    """The section's own shear coefficient applies, as in Timoshenko's beam; sections with shear need none."""
     shape = tube(0.1, 0.09)
     known, sheared = (section_of(shape, E, 0.25, shear=counts) for counts in (False, True))
     assert np.isinf(known.kGA)
@@ -50,17 +50,17 @@ def test_tapered_and_rigid_beams_and_designs():
 
 @pytest.mark.parametrize("slender", in_tiers([5, 10, 30, 200], 2, 2))
 @pytest.mark.parametrize("name", ["uniform", "driven", "hanging"])
-def test_within_a_factor_of_two_of_plane_bodies(name, slender):
+def test_the_estimate_is_within_a_factor_of_two_of_plane_bodies(name, slender):
     hanging = cantilever({"A": 0, "B": 1.0}, loads=(LineLoad("beam", 0, -1j, -1j),))
     mechanism = {"uniform": UNIFORM, "driven": DRIVEN, "hanging": hanging}[name]
     solved = deflection(still(mechanism), [Section(EA=float(slender) ** 2, EI=1.0)])
-    told = max(shear_share(solved)[0], introduction_share(solved)[0])
-    assert 0.5 < told / compare_solid(solved).relative < 2.0
+    estimate = max(shear_share(solved)[0], introduction_share(solved)[0])
+    assert 0.5 < estimate / compare_solid(solved).relative < 2.0
 
 
 @pytest.mark.parametrize("name", ["uniform", "driven"])
-def test_the_deflection_with_what_is_left_out_is_that_of_plane_bodies(name):
-    """Ten times as long as deep: the change of the largest deflection from the chord, within a factor of two."""
+def test_the_corrected_deflection_is_that_of_plane_bodies(name):
+    """For a slenderness of ten, the change of the largest chord deflection is right within a factor of two."""
     solved = deflection(still({"uniform": UNIFORM, "driven": DRIVEN}[name]), [Section(EA=100.0, EI=1.0)])
     whole = beyond_beam_theory(solved)
     chord, more = (np.abs(sample(bent, "chord", np.linspace(0.0, 1.0, 33))).max() for bent in (solved, whole))
@@ -68,7 +68,7 @@ def test_the_deflection_with_what_is_left_out_is_that_of_plane_bodies(name):
 
 
 def test_a_beam_on_two_supports_shears_by_the_closed_form():
-    """q l^2/(8 kGA) in the middle, no moment coming in; one that shears already stays as it is, the same object."""
+    """The shear deflection in the middle is q l^2/(8 kGA), without moment; a beam with shear is returned unchanged."""
     solved = deflection(still(UNIFORM), [Section(EA=1200.0, EI=1.0)])
     whole = beyond_beam_theory(solved, poisson=0.3)
     kGA = 1200.0 * 13 / 15.3 / 2.6  # Cowper's rectangle
@@ -80,8 +80,8 @@ def test_a_beam_on_two_supports_shears_by_the_closed_form():
 @pytest.mark.parametrize(
     ("lean", "share"), [(0.0, 0.0), (np.pi / 6, 2 * np.sin(np.pi / 12) / np.sqrt(2)), (np.pi / 2, 1.0)]
 )
-def test_moments_count_as_far_as_they_turn_a_corner(lean, share):
-    """Half of the way along a bar that is bent there, and pinned at both ends: what is left of 0.28 M/kGA."""
+def test_the_share_of_moments_grows_with_the_angle_of_a_corner(lean, share):
+    """Bar with a bend in the middle, pinned at both ends: the share is 0.28 M/kGA times a factor of the angle."""
     points = {"A": 0.0, "C": 0.5, "B": 0.5 + 0.5 * np.exp(1j * lean)}
     links = Link("ground", {"A": 0.0}), Link("bar", points, (Beam("A", "C"), Beam("C", "B"))), Link("block", {"B": 0.0})
     guide = Slider("guide", "block", "ground", "B", points["B"], points["B"] / abs(points["B"]))
@@ -95,31 +95,31 @@ def test_moments_count_as_far_as_they_turn_a_corner(lean, share):
 
 
 @pytest.mark.parametrize(("turn", "within"), in_tiers([(45, 0.35), (63, 0.1), (90, 0.2), (120, 0.25)], 1, 3))
-def test_a_corner_is_stiff_as_that_of_plane_bodies_is(turn, within):
-    """A bracket twenty times as long as deep, bent by a moment: where its end goes from the line through one leg."""
+def test_the_stiffness_of_a_corner_is_that_of_plane_bodies(turn, within):
+    """Slenderness 20, bent by a moment: displacement of the end relative to the line through the first leg."""
     points = {"A": 0.0, "C": 1.0, "B": 1.0 + np.exp(1j * np.radians(turn))}
     mechanism = cantilever(points, loads=(PointLoad("beam", "B", moment=1.0),))
     solved = deflection(still(mechanism), [Section(EA=12 / 0.05**2, EI=1.0)] * 2)
-    told = _bent_end(points, *(displacement_of(beyond_beam_theory(solved), "beam", name)[0] for name in points))
+    estimate = _bent_end(points, *(displacement_of(beyond_beam_theory(solved), "beam", name)[0] for name in points))
     plain = _bent_end(points, *(displacement_of(solved, "beam", name)[0] for name in points))
     solid = solve_solid(solved.motion, solved.sections, across=8)
     response, loads = solid.bodies[1], solid.loads[1][:, 0]
     places = np.array(response.body.outline.points)
     pins = [(loads @ response.points)[np.abs(places - place).argmin()] for place in points.values()]
-    assert told - plain == pytest.approx(_bent_end(points, *pins) - plain, rel=within)
-    assert told < plain
+    assert estimate - plain == pytest.approx(_bent_end(points, *pins) - plain, rel=within)
+    assert estimate < plain
 
 
 def _bent_end(points, start, corner, end):
-    """Displacement of a bracket's end across its second leg, from the line through its first."""
+    """Return the displacement of the end across the second leg, relative to the line through the first leg."""
     first, second = points["C"] - points["A"], points["B"] - points["C"]
     turned = ((corner - start) / first).imag
     return (np.conj(1j * second) * (end - corner - 1j * turned * second)).real
 
 
 @pytest.mark.parametrize("name", ["steel_four_bar", "flapping_wing", "flap_plates", "quick_return"])
-def test_share_of_shear_is_that_of_a_solution_with_shear(name):
-    """Also where the forces that statics tells make a second solution needless."""
+def test_the_share_of_shear_equals_that_of_a_solution_with_shear(name):
+    """This holds also if statics alone gives the forces, so that no second solution is needed."""
     scene = read_scene(shipped_scenes()[name])
     bent = deflection(scene_motion(scene, 24), scene.sections, joints=scene.joints)
     xi = np.linspace(0.0, 1.0, 33)

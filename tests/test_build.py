@@ -1,4 +1,4 @@
-"""Claim: a mechanism built in Python is the scene of the file that it writes; its parts are the format's tables."""
+"""A mechanism built in Python equals the scene file that it writes, and its parts are the tables of the format."""
 
 import subprocess
 import sys
@@ -34,7 +34,7 @@ def plain(kind):
 
 
 def inside(kind):
-    """Tables in the type of an entry."""
+    """Return the tables in the type of an entry."""
     kind = plain(kind)
     if isinstance(kind, type) and issubclass(kind, StrictTable):
         return [kind]
@@ -45,7 +45,7 @@ def class_name(table):
     return table.__name__.removesuffix("Table")
 
 
-def test_the_stub_has_the_classes_that_are_made(monkeypatch):
+def test_the_stub_has_the_generated_classes(monkeypatch):
     stub = ModuleType("stub")
     monkeypatch.setitem(sys.modules, "stub", stub)
     exec(build.stub_text(), stub.__dict__)
@@ -60,7 +60,7 @@ def test_the_stub_has_the_classes_that_are_made(monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_type_checker_knows_the_keys_by_the_stub(tmp_path):
+def test_a_type_checker_finds_wrong_keys(tmp_path):
     (tmp_path / "stubbed.pyi").write_text(build.stub_text())
     right = tmp_path / "right.py"
     right.write_text(
@@ -74,12 +74,12 @@ def test_a_type_checker_knows_the_keys_by_the_stub(tmp_path):
         return subprocess.run(command, check=False, cwd=tmp_path, capture_output=True, text=True).stdout
 
     assert checked(right).startswith("Success")
-    assert 'Unexpected keyword argument "lenth"' in (told := checked(wrong))
-    assert 'Argument "section" to "Link" has incompatible type "int"' in told
+    assert 'Unexpected keyword argument "lenth"' in (result := checked(wrong))
+    assert 'Argument "section" to "Link" has incompatible type "int"' in result
 
 
 def part_of(kind, content, name=None):
-    """A table of a file as a part."""
+    """Return a table of a file as a part."""
     if kind in ("points", "masses"):
         return build.Point(name, *content) if kind == "points" else build.PointMass(name, content)
     table = kind
@@ -92,7 +92,7 @@ def part_of(kind, content, name=None):
 
 
 def inner(kind, value):
-    """A value of a key with parts in place of the tables in it."""
+    """Return the value of a key with parts instead of tables."""
     tables = inside(kind)
     if not tables or isinstance(value, str | float | int):
         return value
@@ -104,14 +104,14 @@ def inner(kind, value):
 
 
 def in_full(tables):
-    """Tables of a file with tolerances as tables too, where they are numbers."""
+    """Return the tables of a file with all tolerances as tables."""
     tolerances = tables.get("tolerances", {}).items()
     full = {path: each if isinstance(each, dict) else {"plus_minus": each} for path, each in tolerances}
     return {**tables, **({"tolerances": full} if full else {})}
 
 
 def rebuilt(document):
-    """A document made anew of parts, in the order of its file."""
+    """Return a document rebuilt from parts, in the order of its file."""
     parts, head = [], {}
     for key, value in in_full(document.tables).items():
         entry = next(each for each in msgspec.structs.fields(SceneTable) if each.encode_name == key)
@@ -125,7 +125,7 @@ def rebuilt(document):
 
 
 @pytest.mark.parametrize("path", in_tiers(shipped_scenes().values(), 5, 11), ids=shipped_scenes())
-def test_every_shipped_scene_can_be_built_and_is_the_same(path):
+def test_every_shipped_scene_can_be_rebuilt(path):
     document = read_document(path)
     again = rebuilt(document)
     assert again.tables == in_full(document.tables)
@@ -136,7 +136,7 @@ BAR = {"depth": "6 mm", "width": "10 mm"}
 
 
 def four_bar(rocker="250 mm"):
-    """The steel four-bar as docs/python.md builds it."""
+    """Return the steel four-bar as built in docs/python.md."""
     steel = build.Material("steel", E="210 GPa", poisson=0.3, density="7850 kg/m^3", yield_stress="355 MPa")
     bar = build.Rectangle("bar", depth="6 mm", width="10 mm")
     Q, A, B, D = (build.Point(*each) for each in (("O", 0, 0), ("A", 0.1, 0), ("B", 0.28, 0.24), ("D", 0.35, 0)))
@@ -150,23 +150,23 @@ def four_bar(rocker="250 mm"):
 @pytest.mark.parametrize(
     "theory", ["quasi-static", *(pytest.param(each, marks=pytest.mark.slow) for each in ("elastodynamic", None))]
 )
-def test_what_is_built_is_answered_as_its_file_is_to_the_last_bit(theory, tmp_path):
+def test_a_built_mechanism_and_its_file_give_the_same_bits(theory, tmp_path):
     built = four_bar()
     (tmp_path / "again.toml").write_text(built.text())
     asked = {"theory": theory, "positions": 48}
-    told = answer(load("steel_four_bar"), **asked)
+    result = answer(load("steel_four_bar"), **asked)
     for mine in (answer(load(tmp_path / "again.toml"), **asked), answer(built, **asked)):
-        for name in told.beams:
-            assert mine.beams[name].w.tobytes() == told.beams[name].w.tobytes()
-        assert mine.drives.crank.effort.tobytes() == told.drives.crank.effort.tobytes()
-        assert mine.figures["figures"] == told.figures["figures"]
+        for name in result.beams:
+            assert mine.beams[name].w.tobytes() == result.beams[name].w.tobytes()
+        assert mine.drives.crank.effort.tobytes() == result.drives.crank.effort.tobytes()
+        assert mine.figures["figures"] == result.figures["figures"]
     assert four_bar("260 mm").scene.mechanism.links[3].points["B"] == 0.26
 
 
 class TestParts:
-    """What parts may hold, and what is wrong with them, in one sentence."""
+    """Contents of parts, and errors in one sentence."""
 
-    def test_numbers_of_numpy_and_a_part_in_place_of_a_name(self):
+    def test_parts_accept_numpy_numbers_and_parts_for_names(self):
         Q, A = build.Point("O", np.float64(0), 0), build.Point("A", *np.array([0.2, 0.0]))
         arm = build.Link(
             "arm", [Q, A], section=build.Rectangle("bar", **BAR), material="S235", masses={A: np.float32(2)}
@@ -191,7 +191,7 @@ class TestParts:
         with pytest.raises(SceneError, match=r"\[links.arm\] length: expected a length"):
             build.mechanism(build.Link("ground", [Q]), build.Link("arm", [Q], length="3 kg"))
 
-    def test_one_line_each(self):
+    def test_repr_is_one_line(self):
         Q = build.Point("O", 0, 0)
         assert repr(Q) == 'Point("O")'
         assert repr(build.Link("ground", [Q])) == 'Link("ground")'
@@ -199,7 +199,7 @@ class TestParts:
 
 
 class TestAnswer:
-    """An answer by names, against the closed form of an arm that turns steadily."""
+    """An answer by names, compared with the closed form of a steadily rotating arm."""
 
     SPEED, LENGTH, MASS = 50.0, 0.2, 7850 * 6e-5
 
@@ -212,40 +212,48 @@ class TestAnswer:
         return build.mechanism(*parts, name="arm")
 
     @pytest.fixture
-    def told(self, arm):
+    def result(self, arm):
         return answer(arm, theory="quasi-static")
 
-    def test_forces_of_joints_and_efforts_of_drives(self, told):
+    def test_forces_of_joints_and_efforts_of_drives(self, result):
         pull = self.MASS * self.LENGTH**2 * self.SPEED**2 / 2
-        inward = -pull * np.exp(1j * self.SPEED * told.motion.time)
-        np.testing.assert_allclose(told.joints.O.force.arm, inward, rtol=1e-12)
-        np.testing.assert_allclose(told.joints["O"].force["ground"], -inward, rtol=1e-12)
-        assert abs(told.drives.arm.effort).max() < 1e-12 * pull
-        np.testing.assert_allclose(told.drives.arm.rate, self.SPEED)
-        assert told.drives.arm.power.shape == told.joints.O.moment.arm.shape == (8,)
+        inward = -pull * np.exp(1j * self.SPEED * result.motion.time)
+        np.testing.assert_allclose(result.joints.O.force.arm, inward, rtol=1e-12)
+        np.testing.assert_allclose(result.joints["O"].force["ground"], -inward, rtol=1e-12)
+        assert abs(result.drives.arm.effort).max() < 1e-12 * pull
+        np.testing.assert_allclose(result.drives.arm.rate, self.SPEED)
+        assert result.drives.arm.power.shape == result.joints.O.moment.arm.shape == (8,)
         stretch = 2 * pull * self.LENGTH / (3 * 210e9 * 6e-5)
-        np.testing.assert_allclose(abs(told.points.A.displacement), stretch, rtol=1e-12)
-        assert told.links.arm.angular_velocity == pytest.approx(self.SPEED)
+        np.testing.assert_allclose(abs(result.points.A.displacement), stretch, rtol=1e-12)
+        assert result.links.arm.angular_velocity == pytest.approx(self.SPEED)
 
-    def test_names_iterate_and_complete(self, told):
-        assert [*told.joints] == ["O"]
-        assert [*told.points] == ["O", "A"]
-        assert [*told.motion] == told.motion.keys() == ["O", "A", "ground", "arm"]
-        assert dict(told.deflection).keys() == {"arm"} == {*told.deflection}
-        for named in (told.points, told.links, told.beams, told.joints, told.drives, told.motion, told.deflection):
+    def test_names_iterate_and_complete(self, result):
+        assert [*result.joints] == ["O"]
+        assert [*result.points] == ["O", "A"]
+        assert [*result.motion] == result.motion.keys() == ["O", "A", "ground", "arm"]
+        assert dict(result.deflection).keys() == {"arm"} == {*result.deflection}
+        for named in (
+            result.points,
+            result.links,
+            result.beams,
+            result.joints,
+            result.drives,
+            result.motion,
+            result.deflection,
+        ):
             assert named._ipython_key_completions_() == [*named]
-        assert {"O", "A"} <= {*dir(told.points)}
-        assert "\n" not in repr(told)
-        assert "arm" in told._repr_html_()
+        assert {"O", "A"} <= {*dir(result.points)}
+        assert "\n" not in repr(result)
+        assert "arm" in result._repr_html_()
         with pytest.raises(AttributeError, match='no "B": choose from O, A'):
-            _ = told.points.B
+            _ = result.points.B
         with pytest.raises(KeyError, match="choose from arm"):
-            _ = told.drives["crank"]
+            _ = result.drives["crank"]
 
     def test_the_error_and_the_theory_are_those_of_the_report(self, arm):
-        told, figures = answer(arm, accuracy="20 %"), report(arm, accuracy=0.2).figures
-        assert (told.theory, told.error) == (figures["theory"]["name"], figures["theory"]["error"])
-        assert told.figures["largest_deflection"] == figures["largest_deflection"]
+        result, figures = answer(arm, accuracy="20 %"), report(arm, accuracy=0.2).figures
+        assert (result.theory, result.error) == (figures["theory"]["name"], figures["theory"]["error"])
+        assert result.figures["largest_deflection"] == figures["largest_deflection"]
 
 
 def steel():
@@ -253,7 +261,7 @@ def steel():
 
 
 class TestWrongArguments:
-    """What is given that cannot be is told in one sentence, as the error that Python has for it."""
+    """Wrong arguments raise Python's usual errors with one sentence."""
 
     @pytest.mark.parametrize("ask", [motion, deflection, report, answer])
     def test_no_scene(self, ask):
@@ -280,14 +288,14 @@ class TestWrongArguments:
             answer(four_bar(), **asked)
 
     @pytest.mark.parametrize("name", ["nowhere.toml", "nowhere"])
-    def test_a_file_that_is_not_there(self, name, tmp_path, monkeypatch):
+    def test_a_missing_file(self, name, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
         with pytest.raises(FileNotFoundError, match="nowhere"):
             load(name)
         with pytest.raises(FileNotFoundError, match="there is no such file"):
             read_document(tmp_path / "nowhere.toml")
 
-    def test_no_editor_of_a_file_that_is_not_there(self, tmp_path):
+    def test_the_editor_of_a_missing_file(self, tmp_path):
         pytest.importorskip("uvicorn", reason="the extra live is not installed")
         with pytest.raises(FileNotFoundError, match=r"expected a \.toml file, there or to be, a report, or a shipped"):
             kinelast.live(tmp_path / "nowhere" / "mine.toml")
@@ -306,14 +314,14 @@ class TestWrongArguments:
             (lambda: build.mechanism(build.Point("O", None, 0)), ValueError, 'the Point "O" has no number for x'),
         ],
     )
-    def test_what_is_given_is_told_in_one_sentence(self, ask, error, words):
+    def test_the_error_is_one_sentence(self, ask, error, words):
         with pytest.raises(error, match=words) as caught:
             ask()
         assert "\n" not in str(caught.value)
 
-    def test_one_change_may_stand_alone(self):
+    def test_a_single_change(self):
         assert steel().with_changes("sections.bar.depth=5 mm").values == {"sections.bar.depth": 0.005}
 
-    def test_what_is_public_is_shown_and_no_more(self):
+    def test_dir_lists_only_public_names(self):
         assert dir(kinelast) == sorted(kinelast.__all__)
         assert dir(build) == sorted(build.__all__)

@@ -1,7 +1,7 @@
-"""Claim: scenes that once were answered wrongly, slowly or rudely are answered as is right, through the command.
+"""Scenes that were once answered wrongly, slowly or badly now have the right answer, through the command.
 
-The scenes are those of tests/data/cases. What is right is from outside of the program where it can be: a tracker that
-shares no line (`benchmarks/branch_tracker.py`), exudyn, independent finite elements, closed forms.
+The scenes are in tests/data/cases. References are independent if possible: a tracker without shared code
+(`benchmarks/branch_tracker.py`), exudyn, independent finite elements, and closed forms.
 """
 
 import json
@@ -26,7 +26,7 @@ CASES = Path(__file__).parent / "data" / "cases"
 
 @pytest.fixture
 def answered(tmp_path, capsys):
-    """Run a case with options: the status, all that is said, and the summary, if one is written."""
+    """Return a function that runs a case with options and returns status, output and summary (or None)."""
 
     def run(name, *options):
         status = main([str(CASES / f"{name}.toml"), "-o", str(tmp_path / "out"), *options])
@@ -38,12 +38,12 @@ def answered(tmp_path, capsys):
 
 
 def moved(name):
-    """The motion of a case."""
+    """Return the motion of a case."""
     return scene_motion(scene_from_text((CASES / f"{name}.toml").read_text()))
 
 
 def worded(said, name):
-    """The closing line without the case's name and folder."""
+    """Return the closing line without the name and folder of the case."""
     [line] = [line for line in said.splitlines() if line.startswith(f"{name}: ")]
     return line.removeprefix(f"{name}: ").split(" -> ")[0]
 
@@ -56,18 +56,18 @@ class TestTheDriveAndItsBranch:
             pytest.param("other_assembly_after_a_turn", "512.529", marks=pytest.mark.slow),
         ],
     )
-    def test_a_drive_that_cannot_go_all_the_way_says_where_it_stops(self, name, angle, answered):
+    def test_the_error_gives_the_stop_of_a_drive(self, name, angle, answered):
         """The tracker stops at 1.886354 and 8.945315 rad."""
         status, said, summary = answered(name)
         assert (status, summary) == (2, None)
         assert f"{angle} deg, where the joint" in said
 
     @pytest.mark.slow
-    def test_drawn_near_a_dead_point_it_goes_away_from_it(self, answered, tmp_path):
-        """By the tracker for 5.46 rad."""
+    def test_a_drive_drawn_near_a_dead_point_moves_away_from_it(self, answered, tmp_path):
+        """The tracker moves by 5.46 rad."""
         status, _, summary = answered("drawn_near_dead_point", "--set", "run.duration=5.46")
         assert status == 1
-        assert summary["buckles"]  # its forces grow near the dead point
+        assert summary["buckles"]  # joint forces grow near the dead point
         assert (summary["run"]["singular"], summary["run"]["left_out"]) == (0, 0)
         status, said, _ = answered("drawn_near_dead_point", "--set", "run.duration=5.47")
         assert status == 2
@@ -75,7 +75,7 @@ class TestTheDriveAndItsBranch:
 
     @pytest.mark.slow
     def test_an_avoided_crossing_is_passed_smoothly(self):
-        """By the tracker; other positions of it in test_branch_ends."""
+        """The reference is the tracker; test_branch_ends has other positions of this case."""
         course = moved("near_change_point")
         plate = course.direction[course.mechanism.index["plate"]]
         turned = np.unwrap(np.angle(plate / plate[0]))
@@ -84,15 +84,15 @@ class TestTheDriveAndItsBranch:
 
     @pytest.mark.slow
     def test_five_turns_stay_on_the_branch_of_the_drawing(self):
-        """The crank is short: every turn is like the first, and no link jumps."""
+        """With a short crank each turn equals the first, and no link jumps."""
         course = moved("wrong_branch_5_turns_36_per_turn")
         assert np.isfinite(course.direction).all()
         np.testing.assert_allclose(course.direction[:, :-36], course.direction[:, 36:], atol=1e-9)
         assert abs(np.diff(course.direction)).max() < 0.2
 
     @pytest.mark.slow
-    def test_an_integrated_motion_is_told_on_the_branch_that_was_integrated(self):
-        """At 2.25 s B is at 1.000 + 0.033i, by the case, and the motion goes on smoothly."""
+    def test_positions_of_an_integrated_motion_are_on_its_branch(self):
+        """At 2.25 s B is at 1.000 + 0.033i, and the motion continues smoothly."""
         course = moved("effort_past_change_point")
         mechanism = course.mechanism
         at = mechanism.index["rocker"]
@@ -114,7 +114,7 @@ class TestTheDriveAndItsBranch:
             np.testing.assert_allclose(course.angular_velocity[course.mechanism.index[link]], rate, rtol=1e-12)
 
     @pytest.mark.parametrize("name", ["trammel_structure", "planet_contacts_structure"])
-    def test_a_structure_says_one_thing(self, name, answered):
+    def test_a_structure_report_does_not_contradict_itself(self, name, answered):
         status, said, _ = answered(name, "--structure")
         assert status == 0
         assert "mobility m = 1, hyperstaticity h = 0" in said
@@ -124,8 +124,8 @@ class TestTheDriveAndItsBranch:
 
 class TestVibration:
     @pytest.mark.slow
-    def test_a_start_from_rest_is_one_with_or_without_a_dwell_before(self, answered):
-        """Started at rest, exudyn has 1136 um and a safety of 1.62."""
+    def test_a_dwell_before_a_start_from_rest_changes_nothing(self, answered):
+        """exudyn, started at rest: 1136 um, safety 1.62."""
         for name in ("start_from_rest", "start_after_dwell"):
             _, _, summary = answered(name)
             assert abs(summary["figures"]["deflection"]["value"]) == pytest.approx(1.136e-3, rel=0.005)
@@ -133,7 +133,7 @@ class TestVibration:
 
     @pytest.mark.slow
     def test_the_cycle_of_two_cranks_is_that_of_the_whole_mechanism(self, answered):
-        """The cranks turn at 100 and 150 rad/s: all is where it was after two turns of the first; about 7.7 mm."""
+        """The cranks turn at 100 and 150 rad/s, so the cycle is two turns of the first crank; about 7.7 mm."""
         _, _, summary = answered("two_cranks")
         assert abs(summary["figures"]["deflection"]["value"]) == pytest.approx(7.7e-3, rel=0.04)
         assert summary["figures"]["safety"]["value"] == pytest.approx(0.24, abs=0.01)
@@ -141,7 +141,7 @@ class TestVibration:
 
     @pytest.mark.slow
     def test_a_repeated_law_that_stops_agrees_with_the_nonlinear_check(self, answered):
-        """At few positions too: 55 % apart were told at 120, where 1.8 % is right."""
+        """1.8 % is right, also for 120 positions."""
         status, _, summary = answered("stops_repeat", "--check", "nonlinear", "--positions", "120")
         assert status == 0
         assert summary["nonlinear_check"]["passed"]
@@ -149,7 +149,7 @@ class TestVibration:
 
     @pytest.mark.exhaustive
     def test_shear_and_rotary_inertia_are_in_the_answer(self, answered, tmp_path):
-        """They are 10.1 % of it by exudyn; the nonlinear check has them by elements of its own."""
+        """They are 10.1 % of it by exudyn; the nonlinear check has its own elements for them."""
         _, _, summary = answered("law_345_repeated", "--check", "nonlinear")
         check = summary["nonlinear_check"]
         assert check["passed"]
@@ -162,10 +162,10 @@ class TestVibration:
         assert 0.04 < abs(other / chord - 1) < 0.2
 
     @pytest.mark.slow
-    def test_errors_are_those_of_every_figure(self, answered):
-        """Of a strong spring: an error of 1.3 % was told of all, while w and u of two links were 46 and 84 % off.
+    def test_each_figure_has_its_own_error(self, answered):
+        """Strong spring: the errors of the links differ by more than a factor of three.
 
-        Against the geometrically exact answer, which the nonlinear check confirms.
+        The reference is the geometrically exact answer, which the nonlinear check confirms.
         """
         _, _, summary = answered("strong_spring", "--check", "nonlinear")
         assert summary["nonlinear_check"]["largest"] < 0.01
@@ -184,7 +184,7 @@ class TestVibration:
 
 class TestVerdicts:
     @pytest.mark.slow
-    def test_a_trace_of_friction_changes_no_verdict(self, answered):
+    def test_very_small_friction_does_not_change_the_verdict(self, answered):
         shown = []
         for name in ("limits_base", "limits_friction"):
             status, said, summary = answered(name)
@@ -196,7 +196,7 @@ class TestVerdicts:
             assert abs(abs(rubbed["value"]) - abs(base["value"])) <= rubbed["error"] + base["error"]
 
     @pytest.mark.slow
-    def test_without_a_steady_state_nothing_is_acceptable(self, answered):
+    def test_a_machine_without_steady_state_cannot_be_judged(self, answered):
         status, said, _ = answered("limits_unstable")
         assert status == 1
         assert worded(said, "limits_unstable").startswith("CANNOT BE JUDGED: ")
@@ -204,21 +204,21 @@ class TestVerdicts:
 
     @pytest.mark.slow
     @pytest.mark.parametrize("count", [2, 10])
-    def test_a_limit_speed_does_not_depend_on_how_many_are_asked(self, count, answered):
-        """456 rad/s by 241 speeds."""
+    def test_the_limit_speed_does_not_depend_on_the_number_of_speeds(self, count, answered):
+        """A run of 241 speeds gives 456 rad/s."""
         _, said, _ = answered("limit_speed", "--speeds", f"200:660:{count}")
         [found] = re.findall(r"all limits hold up to ([\d.]+) rad/s", said)
-        assert float(found) == pytest.approx(456, rel=0.01)  # the error of the stress is kept off the limit
+        assert float(found) == pytest.approx(456, rel=0.01)  # the error of the stress counts against the limit
 
     @pytest.mark.parametrize(
         ("without", "named"), [("named_point_none", "named_point_far"), ("named_point_none_b", "named_point_near")]
     )
-    def test_a_named_point_changes_no_word(self, without, named, answered):
+    def test_a_named_point_does_not_change_the_verdict(self, without, named, answered):
         assert worded(answered(without)[1], without) == worded(answered(named)[1], named)
 
     @pytest.mark.slow
-    def test_a_rod_in_eight_beams_is_that_in_one(self, answered):
-        """Within the errors told, and under the same cautions."""
+    def test_a_rod_of_eight_beams_equals_one_of_one_beam(self, answered):
+        """They agree within their errors and have the same cautions."""
         told = [answered(f"rod_in_{beams}")[2] for beams in ("1_beam", "8_beams")]
         assert told[0]["reliability"]["level"] == told[1]["reliability"]["level"] == "caution"
         findings = [{each["heading"]: each["level"] for each in summary["trust"]} for summary in told]
@@ -227,8 +227,8 @@ class TestVerdicts:
         assert second == pytest.approx(first, rel=5e-3)
 
     @pytest.mark.parametrize("name", in_tiers(["excavator", "robot2r", "toggle", "pantograph", "scissor"], 0, 3))
-    def test_a_first_machine_is_answered_without_a_caution_and_agrees_with_finite_elements(self, name, answered):
-        positions = ("--positions", "2880") if name == "toggle" else ()  # its upper link's peaks are that narrow
+    def test_a_simple_machine_has_no_caution_and_agrees_with_finite_elements(self, name, answered):
+        positions = ("--positions", "2880") if name == "toggle" else ()  # narrow peaks of the upper link
         status, said, summary = answered(f"new_user/{name}", "--check", *positions)
         assert status == 0
         assert summary["reliability"]["level"] == "good"
@@ -237,8 +237,8 @@ class TestVerdicts:
         largest = summary["figures"]["deflection"]
         assert largest["error"] < 0.02 * abs(largest["value"])
 
-    def test_a_motion_that_was_followed_once_gives_the_postures_between(self, monkeypatch):
-        """The excavator is placed by Newton's method: further instants begin at known postures, and end at the same."""
+    def test_further_instants_start_at_known_postures(self, monkeypatch):
+        """Newton's method places the excavator; further instants start at known postures and agree."""
         text = (CASES / "new_user" / "excavator.toml").read_text()
         course, other = (scene_from_text(text).course for _ in range(2))
         times = course.closer(course.at(course.times()).time)
@@ -249,8 +249,8 @@ class TestVerdicts:
         np.testing.assert_allclose(found.origin, expected.origin, atol=1e-12)
 
     @pytest.mark.slow
-    def test_a_peak_that_is_narrower_than_the_positions_are_apart_is_in_the_error(self, answered):
-        """The largest deflection is 0.0720 mm, where 360 positions find 0.0524."""
+    def test_the_error_includes_a_peak_between_positions(self, answered):
+        """The largest deflection is 0.0720 mm; 360 positions give 0.0524 mm."""
         status, _, summary = answered("new_user/toggle")
         largest = summary["figures"]["deflection"]
         assert status == 0
@@ -261,7 +261,7 @@ class TestVerdicts:
 
 class TestFormulasOutsideTheirRange:
     def test_a_link_beyond_its_ultimate_strength_breaks_in_the_first_cycle(self, answered):
-        """700 MPa of 600; yield is 355."""
+        """The stress is 700 MPa, the ultimate strength 600 MPa, the yield stress 355 MPa."""
         status, _said, summary = answered("life_above_strength")
         assert status == 1
         assert summary["acceptance"]["passed"] is False
@@ -284,7 +284,7 @@ class TestFormulasOutsideTheirRange:
         ],
     )
     def test_the_life_of_a_bearing_outside_its_range_is_not_judged(self, name, words, answered):
-        """P/C is 0.79 by hand, (3 kg of 0.2 m at 62.8 rad/s)/3 kN; the swing 5 deg over 60."""
+        """P/C = 0.79, for 3 kg at 0.2 m and 62.8 rad/s and C = 3 kN; the swing is 5 deg, the range starts at 60 deg."""
         status, _said, summary = answered(name)
         assert status == 1
         assert summary["acceptance"]["passed"] is None
@@ -293,7 +293,7 @@ class TestFormulasOutsideTheirRange:
 
     @pytest.mark.parametrize("name", ["clearance_order_a", "clearance_order_b"])
     def test_clearance_does_not_depend_on_the_order_of_the_links(self, name):
-        """Three pins along the rod, 20 um each, at the steepest rod: sin phi = 50/200."""
+        """Three pins on the rod with 20 um each, at the steepest position of the rod: sin phi = 50/200."""
         scene = scene_from_text((CASES / f"{name}.toml").read_text())
         cycle = Cycle(scene, scene_motion(scene))
         worst, _ = (cycle.of(each).value for each in clearance_figures(scene.output))
@@ -301,7 +301,7 @@ class TestFormulasOutsideTheirRange:
 
     @pytest.mark.parametrize(("rotor", "added"), [("1e-3", 0.0040903), ("0", 0.0290903)])
     def test_the_flywheel_to_add_is_less_by_the_machine(self, rotor, added, answered):
-        """2 m g r / (0.02 w^2) in all; of that 3 kg of 0.2 m, and the rotor 25 times over, turn already."""
+        """The total is 2 m g r / (0.02 w^2); the 3 kg at 0.2 m and the geared rotor (ratio 25) already contribute."""
         _, _, summary = answered("flywheel", "--set", f"motors.m.rotor_inertia={rotor}")
         row = summary["drives"]["arm"]
         assert row["flywheel"]["value"] == pytest.approx(2 * 3 * 9.81 * 0.2 / (0.02 * (20 * np.pi) ** 2), rel=1e-4)
@@ -317,8 +317,8 @@ class TestErrorsOfPositions:
         ("name", "positions", "key", "right"),
         [("rigid_figure", "7", "load_inertia", 0.002329), ("rigid_machine", "4", "flywheel", 0.1491)],
     )
-    def test_few_positions_break_the_limit_that_many_break(self, name, positions, key, right, answered):
-        """At 360 positions the figures were those here."""
+    def test_few_positions_give_the_verdict_of_many(self, name, positions, key, right, answered):
+        """360 positions give these figures."""
         status, said, summary = answered(name, "--positions", positions)
         assert status == 1
         assert "NOT ACCEPTABLE" in said
@@ -327,16 +327,16 @@ class TestErrorsOfPositions:
         assert 0.0 < found["error"] < 1e-3 * right
 
     @pytest.mark.parametrize("positions", in_tiers(["359", "360"], 1, 1))
-    def test_a_jump_within_a_segment_is_seen_from_one_side_at_a_time(self, positions, answered):
-        """By exudyn 335.6 um; 395.9 at 360 positions before."""
+    def test_a_jump_within_a_law_has_a_left_and_a_right_limit(self, positions, answered):
+        """exudyn gives 335.6 um."""
         _, _, summary = answered("acceleration_jump", "--positions", positions)
         assert abs(summary["figures"]["deflection"]["value"]) == pytest.approx(335.6e-6, rel=2e-3)
 
     @pytest.mark.slow
     def test_a_short_pulse_of_a_load_is_answered(self, answered):
-        """By exudyn, 48 elements a beam and steps of 0.5 to 1 us: 227.0 um, 2554 N in B and 1233 N in D.
+        """exudyn, 48 elements per beam and steps of 0.5 to 1 us: 227.0 um, 2554 N in B and 1233 N in D.
 
-        No position meets the peak of the pulse.
+        No position is at the peak of the pulse.
         """
         _, _, summary = answered("load_pulse")
         assert abs(summary["figures"]["deflection"]["value"]) == pytest.approx(227.0e-6, rel=2e-3)
@@ -344,7 +344,7 @@ class TestErrorsOfPositions:
         assert forces["B"] == pytest.approx(2554.0, rel=0.01)
         assert forces["D"] == pytest.approx(1233.0, rel=0.02)
 
-    def test_one_position_is_no_verdict_on_the_cycle(self, answered):
+    def test_one_position_cannot_judge_the_cycle(self, answered):
         status, said, _ = answered("one_position")
         assert status == 1
         assert worded(said, "one_position").startswith("CANNOT BE JUDGED: deflection of crank 111.1")
@@ -353,8 +353,8 @@ class TestErrorsOfPositions:
 
 class TestTolerances:
     @pytest.mark.slow
-    def test_machines_that_vibrate_are_answered_in_full(self, answered):
-        """49 full runs: 75.5 % keep the limit; the deflection is 881 to 1311 um."""
+    def test_tolerances_of_vibrating_machines_use_full_answers(self, answered):
+        """49 full runs: 75.5 % keep the limit, and the deflection is 881 to 1311 um."""
         _, _, summary = answered("tolerances_vibrating", "--tolerances")
         kept = summary["tolerances"]["limits_kept"]
         assert kept["low"] < 0.755 < kept["high"]
@@ -364,23 +364,23 @@ class TestTolerances:
         assert row["sampled"]["high"] == pytest.approx(1311e-6, rel=0.03)
 
     @pytest.mark.slow
-    def test_the_share_beyond_the_limit_with_the_error_of_geometry_is_in_the_same_sentence(self, answered):
+    def test_the_verdict_includes_the_geometric_error(self, answered):
         _, said, summary = answered("gripper_tolerances", "--tolerances", "--samples", "128")
         [line] = [line for line in said.splitlines() if "all limits are kept by" in line]
         assert "including geometry, 46 % of machines exceed it" in line
         assert 0.3 < summary["tolerances"]["limits_kept"]["beyond"] < 0.6
 
 
-class TestManners:
-    def test_a_distribution_that_is_none_is_one_message(self, answered):
+class TestMessages:
+    def test_an_unknown_distribution_is_one_message(self, answered):
         status, said, _ = answered("tolerance_distribution_typo")
         assert status == 2
         assert re.search(r'distribution: expected one of uniform, normal, got "CON"$', said.strip())
         assert "\n" not in said.strip()
 
     @pytest.mark.slow
-    def test_an_arm_too_small_to_be_integrated_says_so_at_once(self, tmp_path, capsys):
-        """As a line of mass: after twenty steps, of which it wants a million times as many."""
+    def test_an_arm_too_small_for_integration_is_reported_early(self, tmp_path, capsys):
+        """The arm has only line mass and needs a million times as many steps as allowed."""
         text = (CASES / "tiny_arm_by_effort.toml").read_text().replace("[run]", '[run]\nbeams = "euler-bernoulli"')
         (tmp_path / "tiny.toml").write_text(text)
         assert main([str(tmp_path / "tiny.toml"), "-o", str(tmp_path / "out")]) == 2
@@ -388,7 +388,7 @@ class TestManners:
         assert re.search(r"it has taken 2\d steps, 0.1 s would take about .*e\+06 times as many", said)
 
     @pytest.mark.slow
-    def test_a_change_point_that_vibration_cannot_pass_is_named(self, answered):
+    def test_a_change_point_prevents_the_vibration_analysis(self, answered):
         status, said, summary = answered("three_cranks_by_effort")
         assert status == 0
         assert "vibration cannot be answered: it has no bound from 2.6" in said
@@ -398,10 +398,10 @@ class TestManners:
     @pytest.mark.slow
     @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="the largest memory is told by Linux")
     def test_six_positions_of_a_flap_take_little_memory(self, tmp_path):
-        """4.2 GB before; the shipped flap takes 0.4."""
+        """The shipped flap takes 0.4 GB."""
         code = (
             "import re, sys; from kinelast.cli.command import main; status = main(sys.argv[1:]);"
-            "print(status, re.search(r'VmHWM:\\s*(\\d+)', open('/proc/self/status').read())[1])"  # from exec on
+            "print(status, re.search(r'VmHWM:\\s*(\\d+)', open('/proc/self/status').read())[1])"  # counted from exec on
         )
         call = [sys.executable, "-c", code, str(CASES / "memory_4_GB.toml"), "-o", str(tmp_path), "--positions", "6"]
         ended = subprocess.run(call, capture_output=True, text=True, check=True)
@@ -411,7 +411,7 @@ class TestManners:
 
 
 class TestBuckling:
-    """Euler: pi^2 EI/l^2 = 518 N of the rod; a quarter of it at the arm's free end."""
+    """Euler: pi^2 EI/l^2 = 518 N for the rod, and a quarter for the arm with a free end."""
 
     @pytest.mark.parametrize(
         ("name", "link", "times"),
@@ -421,8 +421,8 @@ class TestBuckling:
             ("free_arm_beyond_buckling", "arm", 1.8),
         ],
     )
-    def test_beyond_the_critical_load_nothing_else_is_said(self, name, link, times, answered):
-        """The rod bears more where the crank stands across its line."""
+    def test_beyond_the_critical_load_buckling_is_the_only_result(self, name, link, times, answered):
+        """The rod bears more if the crank is across its line."""
         status, said, summary = answered(name)
         assert status == 1
         assert f"NOT ACCEPTABLE: {link} buckles" in said
@@ -436,8 +436,8 @@ class TestBuckling:
         assert summary["breaks_first"][0]["reserve"]["value"] == pytest.approx(1 / times, rel=0.002)
 
     @pytest.mark.parametrize(("part", "buckles"), [(0.96, False), (1.02, True)])
-    def test_the_ratio_is_that_of_the_ends_as_they_are(self, part, buckles, tmp_path, capsys):
-        """A quarter of Euler's load, which the report took for that between pins: 24 % told at 96 %."""
+    def test_the_critical_load_depends_on_the_ends(self, part, buckles, tmp_path, capsys):
+        """The cantilever bears a quarter of Euler's load of a pinned rod."""
         text = (CASES / "free_arm_beyond_buckling.toml").read_text()
         (tmp_path / "arm.toml").write_text(text.replace("24871.40309074519", str(24871.40309074519 / 1.8 * part)))
         assert main([str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out")]) == 1
@@ -447,7 +447,7 @@ class TestBuckling:
 
     @pytest.mark.slow
     def test_the_nonlinear_check_agrees_below_the_critical_load(self, tmp_path):
-        """At 95 % of it axial force multiplies what the rod bends by 27, which small displacements do not know."""
+        """At 95 % of the critical load, axial force multiplies the deflection by 27; the linear answer omits this."""
         text = (CASES / "buckled_rod.toml").read_text().replace("-777.225", str(-777.225 / 1.5 * 0.95))
         (tmp_path / "rod.toml").write_text(text)
         options = "--theory", "geometrically-exact", "--check", "nonlinear", "--positions", "48"
@@ -458,23 +458,23 @@ class TestBuckling:
         assert check["links"]["rod"]["without_vibration"] > 0.9
 
     @pytest.mark.filterwarnings("error")
-    def test_the_nonlinear_check_says_what_happens_beyond_it(self, answered):
-        """It found the rod straight, where it cannot stay, and compared that with nothing."""
+    def test_the_nonlinear_check_reports_buckling_beyond_it(self, answered):
+        """The straight rod is an unstable solution, so there is nothing to compare."""
         status, said, summary = answered("buckled_rod", "--check", "nonlinear")
         assert status == 1
         assert "NOT ACCEPTABLE: rod buckles" in said
         assert summary["nonlinear_check"]["passed"] is None
         assert summary["nonlinear_check"]["problem"].startswith("there is no answer to compare: rod buckles")
 
-    def test_without_limits_it_is_not_acceptable_either(self, tmp_path, capsys):
+    def test_a_buckling_rod_is_not_acceptable_even_without_limits(self, tmp_path, capsys):
         text = (CASES / "buckled_rod.toml").read_text().split("[limits]")[0]
         (tmp_path / "rod.toml").write_text(text)
         assert main([str(tmp_path / "rod.toml"), "-o", str(tmp_path / "out")]) == 1
         assert "NOT ACCEPTABLE: rod buckles" in capsys.readouterr().out
 
     @pytest.mark.slow
-    def test_designs_that_buckle_are_told_from_those_that_do_not(self, answered, tmp_path):
-        """Below a depth of 3.45 mm, by the third root of the load."""
+    def test_buckling_designs_are_separated_from_others(self, answered, tmp_path):
+        """Designs below a depth of 3.45 mm buckle, by the cube root of the load."""
         _, said, _ = answered("buckled_sweep", "--sweep")
         assert "2 keep all limits" in said
         assert "smallest mass 0.2348 kg: no. 3 (sections.bar.depth 3.6 mm), acceptable" in said
@@ -487,8 +487,8 @@ class TestBuckling:
         assert "not acceptable from 1 rad/s to 5 rad/s: rod buckles" in said
         assert "hold up to" not in said
 
-    def test_growth_that_elements_of_time_cannot_follow_is_not_damped_away(self):
-        """The method damps it: 3e-13 a cycle was told, and stable below 2.91 rad/s."""
+    def test_fast_growth_is_not_hidden_by_numerical_damping(self):
+        """Numerical damping would make this growth look like decay."""
         scene = scene_from_text((CASES / "buckled_rod_elastic_crank.toml").read_text())
         moved, given = scene_motion(scene), (scene.course.at, float(scene.run.cycle), scene.sections, scene.joints)
         found = elastodynamic(moved, *given, Damping(np.full(2, np.nan), ratio=0.02))
@@ -496,15 +496,15 @@ class TestBuckling:
         assert not found.stable
         assert np.isnan(stable_below(*given, found.damping))
 
-    def test_a_load_that_follows_its_link_buckles_nothing(self, answered):
-        """1.8 times what buckles the arm where the force keeps its direction; Beck's column bears 8.1 times."""
+    def test_a_follower_load_does_not_buckle_the_arm(self, answered):
+        """The load is 1.8 times critical for a fixed direction; Beck's column bears 8.1 times."""
         status, _, summary = answered("follower_load")
         assert status == 0
         assert summary["figures"]["buckling"]["value"] == 0.0
 
 
 def test_every_case_has_a_test():
-    """By its name in this file."""
+    """The name of each case occurs in this file."""
     text = Path(__file__).read_text()
     for path in CASES.rglob("*.toml"):
         name = re.sub(r"^rod_in_", "", path.stem)
@@ -512,32 +512,32 @@ def test_every_case_has_a_test():
 
 
 class TestThroughInfinity:
-    """A block on two guides that become parallel does not come back from the other side."""
+    """A block on two guides that become parallel does not reappear on the other side."""
 
     @pytest.mark.parametrize(("name", "angle"), [("through_infinity", "180"), ("through_infinity_swing", "0")])
-    def test_the_drive_stops_where_guide_and_slot_are_parallel(self, name, angle, answered):
-        """The guide lies along the x axis, so that x = h / tan(angle of the crank)."""
+    def test_the_drive_stops_when_guide_and_slot_are_parallel(self, name, angle, answered):
+        """The guide is the x axis, so that x = h / tan(crank angle)."""
         status, said, summary = answered(name)
         assert (status, summary) == (2, None)
         assert f'it stops at "crank" at {angle} deg, where the joint "P" runs to infinity' in said
 
 
-class TestDoors:
-    """Inputs that no machine has, and files that no scene may name, are refused in one message."""
+class TestRejectedInputs:
+    """Impossible dimensions and forbidden files are rejected in one message."""
 
-    def test_a_place_farther_than_any_machine_is_refused(self, answered):
+    def test_a_point_too_far_away_is_rejected(self, answered):
         status, said, _ = answered("crash_far_point", "--speeds", "20 rad/s : 200 rad/s : 5", "--reachable")
         assert status == 2
         assert "[points] G x: expected a length" in said
         assert "shorter than 10000 m" in said
 
-    def test_a_table_of_designs_outside_the_folder_is_not_opened(self, answered):
+    def test_a_table_outside_the_folder_is_not_opened(self, answered):
         status, said, _ = answered("sweep_table_outside", "--sweep")
         assert status == 2
         assert "[sweep] table: expected a file beside the scene that ends in .csv" in said
 
     @pytest.mark.parametrize("name", ["../designs.csv", "/tmp/designs.csv"])
-    def test_nor_is_one_above_the_folder(self, name, tmp_path, capsys):
+    def test_a_table_above_the_folder_is_not_opened(self, name, tmp_path, capsys):
         text = (CASES / "sweep_table_outside.toml").read_text().replace("/etc/hostname", name)
         (tmp_path / "in").mkdir()
         (tmp_path / "in" / "scene.toml").write_text(text)
@@ -548,8 +548,8 @@ class TestDoors:
         assert "secret" not in said.err + said.out
 
     @pytest.mark.parametrize("line", in_tiers(["KEY = 1", "[KEY]", "a = {KEY = 1}", '"x".KEY = 1'], 1, 3))
-    def test_a_key_of_very_many_parts_is_refused(self, line):
-        """In a process of its own: the parser would take half a minute for each of them."""
+    def test_a_key_of_very_many_parts_is_rejected(self, line):
+        """A separate process, because the parser would take half a minute per key."""
         script = (
             "from kinelast.scene.parsing import read_toml\n"
             f"text = 'title = \"1.2.3\"\\n' + {line!r}.replace('KEY', 'a' + '.a' * 20_000)\n"
@@ -559,10 +559,10 @@ class TestDoors:
         assert ran.stdout == "a key of more than 32 parts, as in a.b.c (at line 2, column 1)\n"
 
 
-def test_ringing_that_peaks_between_the_positions_is_not_overlooked(answered):
-    """At 1088 positions the geometrically exact answer is 735 um, the nonlinear check at most 736.6: allowed are 727.2.
+def test_ringing_with_peaks_between_positions_is_in_the_error(answered):
+    """At 1088 positions the geometrically exact answer is 735 um, the check at most 736.6 um; the limit is 727.2 um.
 
-    Its 68 positions are nearly half a period apart: the quasi-static 721.5 um ± 0.48 % were acceptable.
+    The 68 positions are nearly half a period apart; the quasi-static answer is 721.5 um ± 0.48 %.
     """
     status, _, summary = answered("rings_between_positions")
     figure = summary["figures"]["displacement"]
@@ -573,10 +573,10 @@ def test_ringing_that_peaks_between_the_positions_is_not_overlooked(answered):
 
 
 class TestLargeDisplacement:
-    """References by exudyn's geometrically exact beams, which share nothing with the program."""
+    """References by the geometrically exact beams of exudyn, which shares no code with the program."""
 
     def test_a_frame_at_rest_bent_by_its_own_length(self, answered):
-        """exudyn, 128 elements: the tip moves by (0.8592, -0.9141) m; the deflection of the upright is the first."""
+        """exudyn, 128 elements: the tip moves by (0.8592, -0.9141) m, and 0.8592 m is the deflection of the upright."""
         status, _, summary = answered("large_deflection_at_rest")
         assert status == 0
         assert summary["theory"]["name"] == "geometrically-exact"
@@ -585,7 +585,7 @@ class TestLargeDisplacement:
     @pytest.mark.slow
     @pytest.mark.parametrize("accuracy", ["5 %", "0.5 %"])
     def test_a_finer_accuracy_is_no_worse(self, accuracy, answered):
-        """exudyn: 59.6 mm."""
+        """exudyn gives 59.6 mm."""
         _, _, summary = answered("finer_is_worse", "--accuracy", accuracy)
         off = abs(abs(summary["largest_deflection"]["value"]) / 0.0596 - 1)
         assert off < 0.012
@@ -593,23 +593,23 @@ class TestLargeDisplacement:
 
     @pytest.mark.exhaustive
     @pytest.mark.parametrize(("accuracy", "stated"), [("5 %", 0.5), ("0.5 %", 0.15)])
-    def test_viscous_pins_have_an_answer_at_any_accuracy(self, accuracy, stated, answered):
-        """Without one at 5 %, and 10.49 m ± 979 % at 0.5 %, before. The links are 0.07 to 0.26 m long."""
+    def test_viscous_pins_have_a_geometrically_exact_answer(self, accuracy, stated, answered):
+        """The links are 0.07 to 0.26 m long."""
         _, _, summary = answered("viscous_pins", "--accuracy", accuracy)
         assert summary["theory"]["name"] == "geometrically-exact"
         assert summary["theory"]["error"] < stated
         assert 0.04 < abs(summary["largest_deflection"]["value"]) < 0.06
 
     @pytest.mark.exhaustive
-    def test_dry_friction_in_a_slider_crank_is_answered_or_refused_in_words(self, answered):
+    def test_dry_friction_in_a_slider_crank_has_an_answer_or_a_reason(self, answered):
         status, said, summary = answered("crash_coulomb", "--accuracy", "5 %")
         assert status in (0, 1)
         assert summary["theory"]["error"] is None or summary["theory"]["error"] > 0.05
         assert "Error" not in said
 
     @pytest.mark.exhaustive
-    def test_steps_that_stalled_settle(self, answered):
-        """Stated before: 451 % of 77 mm."""
+    def test_the_iteration_converges(self, answered):
+        """The answer and its error are of the right order."""
         _, _, summary = answered("check_cannot_tell")
         assert summary["theory"]["error"] < 0.4
         assert abs(summary["largest_deflection"]["value"]) < 0.03

@@ -1,4 +1,4 @@
-"""Through change points on the smooth branch; singular positions marked, never garbage."""
+"""A mechanism passes change points on the smooth branch, and singular positions are marked."""
 
 import numpy as np
 import pytest
@@ -7,22 +7,22 @@ from mechanisms import parallelogram, steel_bar
 from elastic import Section, deflection
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, motion, reactions
 
-BELOW = {"A": -0.1j, "B": 0.3 - 0.1j}
-ROUND = np.linspace(0.2, 4 * np.pi, 361)
+DRAWN_BELOW = {"A": -0.1j, "B": 0.3 - 0.1j}
+ANGLES = np.linspace(0.2, 4 * np.pi, 361)
 
 
 class TestParallelogram:
-    @pytest.mark.parametrize("drawn", [{}, BELOW], ids=["drawn above", "drawn below"])
+    @pytest.mark.parametrize("drawn", [{}, DRAWN_BELOW], ids=["drawn above", "drawn below"])
     @pytest.mark.parametrize("start", [0.3, -0.5, 2.9, 3.5, 0.0], ids=str)
-    def test_stays_one(self, drawn, start):
-        going = motion(parallelogram(**drawn), start + ROUND, 1.0)
+    def test_it_stays_a_parallelogram(self, drawn, start):
+        going = motion(parallelogram(**drawn), start + ANGLES, 1.0)
         np.testing.assert_allclose(going.direction[3], going.direction[1], rtol=0, atol=1e-12)
         away = going.condition < 1e6
         np.testing.assert_allclose(going.angular_velocity[3, away], 1.0, rtol=0, atol=1e-9)
 
     @pytest.mark.parametrize("count", [60, 83, 361])
-    def test_stays_one_as_a_general_group(self, count, monkeypatch):
-        """Between coarse positions either branch may be near: none folds otherwise than both neighbours."""
+    def test_it_stays_a_parallelogram_when_solved_by_newton(self, count, monkeypatch):
+        """Each position folds like one of the neighbours, although coarse steps could reach either branch."""
         monkeypatch.setattr("rigid.decomposition.groups.Group.closed_form", property(lambda group: not group.free))
         going = motion(parallelogram(), np.linspace(0.3, 2 * np.pi + 0.4, count), 1.0)
         np.testing.assert_allclose(going.direction[3], going.direction[1], rtol=0, atol=1e-6)
@@ -30,8 +30,8 @@ class TestParallelogram:
     @pytest.mark.parametrize(
         ("count", "near", "few"), [(170, 0.03, 8), (170, 0.003, 8), (200, 0.03, 4), (200, 0.03, 16)]
     )
-    def test_a_general_group_folds_as_its_neighbours_do(self, count, near, few, monkeypatch):
-        """Where the coarse positions are even and those between them are not, the start between them misleads."""
+    def test_newton_keeps_the_fold_at_uneven_positions(self, count, near, few, monkeypatch):
+        """Uneven positions follow even ones, so an interpolated start would be misleading."""
         links = (
             Link("ground", {"O": 0.0, "D": 0.35}),
             steel_bar("crank", "O", "A", 0.1),
@@ -45,24 +45,24 @@ class TestParallelogram:
         going = motion(mechanism, drive)
         np.testing.assert_allclose(going.direction[3], going.direction[1], rtol=0, atol=1e-4)
 
-    def test_an_antiparallelogram_stays_one(self):
-        going = motion(parallelogram(B=0.22 - 0.06j), ROUND, 1.0)
+    def test_an_antiparallelogram_stays_an_antiparallelogram(self):
+        going = motion(parallelogram(B=0.22 - 0.06j), ANGLES, 1.0)
         assert np.abs(going.direction[3] - going.direction[1]).max() > 1.9
-        assert np.abs(np.diff(going.direction[3])).max() < 2 * np.diff(ROUND).max()
+        assert np.abs(np.diff(going.direction[3])).max() < 2 * np.diff(ANGLES).max()
 
-    def test_one_that_is_a_trifle_off_has_no_change_point(self):
-        going = motion(parallelogram(0.1 + 1e-5), ROUND[:100], 1.0)
+    def test_a_slightly_unequal_parallelogram_has_no_change_point(self):
+        going = motion(parallelogram(0.1 + 1e-5), ANGLES[:100], 1.0)
         signs = np.sign((np.conj(going.direction[2]) * going.direction[3]).imag)
         assert (signs == signs[0]).all()
 
-    def test_designs_are_told_apart(self):
+    def test_only_exact_designs_pass_the_change_point(self):
         rockers = np.array([[0.1], [0.1 + 1e-5], [0.1]])
-        going = motion(parallelogram(rockers), ROUND, 1.0)
+        going = motion(parallelogram(rockers), ANGLES, 1.0)
         apart = np.abs(going.direction[3] - going.direction[1]).max(axis=-1)
         assert (apart[[0, 2]] < 1e-12).all()
         assert apart[1] > 1.0
 
-    def test_flat_positions_are_marked_and_have_no_forces(self):
+    def test_singular_positions_are_marked_and_have_no_forces(self):
         going = motion(parallelogram(), np.array([0.3, 0.0, 0.3 + np.pi, np.pi]), 1.0)
         flat = np.array([False, True, False, True])
         np.testing.assert_array_equal(going.condition > 1e12, flat)
@@ -85,7 +85,7 @@ def test_an_isosceles_slider_crank_goes_straight_through():
     np.testing.assert_allclose(motion(course, angles, 1.0).origin[3], 0.2 * np.cos(angles), rtol=0, atol=1e-12)
 
 
-def test_two_parallelograms_in_a_row_change_together():
+def test_two_parallelograms_in_series_pass_change_points_together():
     links = (
         Link("ground", {"O": 0.0, "D": 0.3, "F": 0.5}),
         steel_bar("crank", "O", "A", 0.1),
@@ -95,11 +95,11 @@ def test_two_parallelograms_in_a_row_change_together():
         steel_bar("last", "F", "E", 0.15),
     )
     drawing = {"O": 0, "D": 0.3, "F": 0.5, "A": 0.1j, "B": 0.3 + 0.1j, "C": 0.3 + 0.15j, "E": 0.5 + 0.15j}
-    going = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), ROUND, 1.0)
+    going = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), ANGLES, 1.0)
     np.testing.assert_allclose(going.direction[5], going.direction[1], rtol=0, atol=1e-10)
 
 
 @pytest.mark.parametrize("part", [slice(150, 200), slice(200, 201), slice(0, 361, 40), slice(360, 0, -1)], ids=str)
-def test_the_branch_does_not_depend_on_which_positions_are_asked(part):
-    whole, some = motion(parallelogram(), ROUND, 1.0), motion(parallelogram(), ROUND[part], 1.0)
+def test_the_branch_does_not_depend_on_the_requested_positions(part):
+    whole, some = motion(parallelogram(), ANGLES, 1.0), motion(parallelogram(), ANGLES[part], 1.0)
     np.testing.assert_allclose(some.direction, whole.direction[:, part], rtol=0, atol=1e-12)

@@ -1,7 +1,7 @@
-"""Claim: a clock that jumps and a machine that sleeps change no result, lose nothing and refuse nothing.
+"""Jumping clocks and a suspended machine do not change results, lose data or block a run.
 
-Clocks are replaced in every process by a `sitecustomize`: the time of day jumps by years at every look, or is an hour
-ahead or behind for a while; all clocks go on by eight hours now and then, as those of some systems do after a sleep.
+A `sitecustomize` replaces the clocks in every process. The time of day jumps by years at each call, or is an hour off
+for a while. All clocks sometimes advance by eight hours, as after a suspension.
 """
 
 import os
@@ -47,8 +47,8 @@ figures = ["mass", "deflection"]
 
 
 def results(folder, clock, *options):
-    """Contents of the files that hold results, by their places, of a run under a clock; "" is the honest one."""
-    here, out = Path(__file__).parent.parent, folder / "out" / (clock or "honest")
+    """Return the contents of result files of a run under a clock; "" is the real clock."""
+    here, out = Path(__file__).parent.parent, folder / "out" / (clock or "expected")
     (folder / "clocks").mkdir(exist_ok=True)
     (folder / "clocks" / "sitecustomize.py").write_text(CLOCKS)
     path = [*([str(folder / "clocks")] if clock else []), str(here)]
@@ -72,15 +72,15 @@ def test_results_and_resuming_do_not_depend_on_clocks(kind, tmp_path):
     for name in ("one", "two"):
         (tmp_path / f"{name}.toml").write_text(scene)
     options = ["one.toml", "--sweep"] if kind == "sweep" else ["one.toml", "two.toml"]
-    honest = results(tmp_path, "", *options)
-    assert len(honest) >= 2
+    expected = results(tmp_path, "", *options)
+    assert len(expected) >= 2
     for clock in ("leaps", "hours", "sleeps"):
-        assert results(tmp_path, clock, *options) == honest, clock
+        assert results(tmp_path, clock, *options) == expected, clock
 
 
-def test_another_run_is_waited_for_though_the_machine_sleeps(tmp_path, monkeypatch):
-    """Its minute of patience is one of trying, not of a clock that went on by hours."""
-    honest, looks = time.monotonic, iter(range(10**9))
+def test_a_run_waits_for_another_despite_a_suspension(tmp_path, monkeypatch):
+    """The patience of one minute counts attempts, not the time of a clock that advanced by hours."""
+    expected, looks = time.monotonic, iter(range(10**9))
     held, let_go = threading.Event(), threading.Event()
 
     def another():
@@ -91,7 +91,7 @@ def test_another_run_is_waited_for_though_the_machine_sleeps(tmp_path, monkeypat
     thread = threading.Thread(target=another)
     thread.start()
     assert held.wait(10)
-    monkeypatch.setattr("kinelast.outputs.outbox.time.monotonic", lambda: honest() + 28800.0 * next(looks))
+    monkeypatch.setattr("kinelast.outputs.outbox.time.monotonic", lambda: expected() + 28800.0 * next(looks))
     monkeypatch.setattr("kinelast.outputs.outbox.time.sleep", lambda _: (let_go.set(), thread.join(10)))
     with locked(tmp_path / "arm") as hidden:
         assert hidden

@@ -1,4 +1,4 @@
-"""Claim: what would take too long or too much memory is told, or not begun; and never told in two ways."""
+"""Jobs that take too much time or memory are reported or not started."""
 
 import json
 import re
@@ -27,33 +27,33 @@ from rigid.dynamics import Effort, ForwardError, forward
 from rigid.topology import Contact
 
 
-def test_an_integration_of_far_too_many_steps_is_given_up_when_they_have_a_size():
-    """A pendulum of a micrometre swings five million times in three hours."""
+def test_an_integration_that_needs_far_too_many_steps_stops_early():
+    """A pendulum of one micrometre oscillates five million times in three hours."""
     links = (Link("ground", {"O": 0.0}), Link("bob", {"O": 0.0, "A": 1e-6}, lumps=(Lump("A", 1.0),)))
     pendulum = Mechanism(links, (PinDrive("bob", "O"),), {}, gravity=-9.81j)
     steps = []
-    told = r"it has taken 2\d steps, 10000 s would take about .*e\+\d+ times as many"
-    with pytest.raises(ForwardError, match=told) as caught:
+    warned = r"it has taken 2\d steps, 10000 s would take about .*e\+\d+ times as many"
+    with pytest.raises(ForwardError, match=warned) as caught:
         forward(pendulum, [Effort()], [1.0], [0.0], 1e4, 1e-8, most_steps=1000, on_step=steps.append)
     assert caught.value.kind == "steps"
     assert 20 <= len(steps) < 30
-    # One that the allowed steps nearly reach is gone on with to the last of them.
+    # An integration that nearly fits is continued to the last allowed step.
     with pytest.raises(ForwardError, match="it has taken 50 steps"):
         forward(pendulum, [Effort()], [1.0], [0.0], 0.1, 1e-8, most_steps=50)
 
 
-@pytest.mark.parametrize(("duration", "steps", "told"), [(200, 60, True), (8, 1000, False)])
-def test_an_integration_of_more_steps_than_allowed_says_so_after_twenty(duration, steps, told, tmp_path, capsys):
-    """It is given up in the end, but not without a word until then."""
+@pytest.mark.parametrize(("duration", "steps", "warned"), [(200, 60, True), (8, 1000, False)])
+def test_a_warning_after_twenty_steps_announces_too_many_steps(duration, steps, warned, tmp_path, capsys):
+    """The integration stops only at the limit, so an early warning is needed."""
     text = edited(FALLING, ("duration = 2", f"duration = {duration}\nsteps = {steps}"))
     (tmp_path / "arm.toml").write_text(text)
-    assert main([str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out")]) == (2 if told else 0)
+    assert main([str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out")]) == (2 if warned else 0)
     said = capsys.readouterr().err
     sentence = r"arm: after 2\d steps the integration stands at .*, and it is given up after \d+ \(steps under"
-    assert bool(re.search(sentence, said)) == told
+    assert bool(re.search(sentence, said)) == warned
 
 
-def test_coordinates_are_not_refined_beyond_the_memory_allowed(monkeypatch):
+def test_refinement_respects_the_memory_limit(monkeypatch):
     tried = []
     known = solution.resolved_in_time
 
@@ -72,11 +72,11 @@ def test_coordinates_are_not_refined_beyond_the_memory_allowed(monkeypatch):
     monkeypatch.setattr(solution, "MOST_NUMBERS", 0)
     rough = elastodynamic(instants, turning, 2 * np.pi / 60.0, sections, tolerance=1e-5)
     assert len(tried) == 1
-    assert rough.reduction_error > 1e-5  # and that is told
+    assert rough.reduction_error > 1e-5  # the error is reported
 
 
-def test_contacts_that_hold_a_mechanism_are_not_told_to_be_missing():
-    """A wheel on the ground that a pushed bar's contact holds: as many drives as freedoms."""
+def test_contacts_count_as_constraints_in_the_structure_report():
+    """A contact holds the second wheel, so there are as many drives as degrees of freedom."""
     links = (Link("ground", {"O": 0.0, "D": 3.0}), Link("a", {"O": 0.0}), Link("b", {"D": 0.0}))
     wheels = Mechanism(links, (PinDrive("a", "O"),), {"O": 0.0, "D": 3.0})
     text = " ".join(structure_text(wheels, [Contact("mesh", "a", "b", 1.0, 1j)]).split())
@@ -86,7 +86,7 @@ def test_contacts_that_hold_a_mechanism_are_not_told_to_be_missing():
     assert "add a drive" in " ".join(structure_text(wheels).split())
 
 
-def test_a_block_on_a_tapered_guide_is_told_with_file_table_and_key():
+def test_the_error_for_a_tapered_guide_names_file_table_and_key():
     tapered = """
 [materials.steel]
 E = 210e9
@@ -105,7 +105,7 @@ width = 0.01
 
 
 def arm_of(count):
-    """The arm in so many beams: points at which nothing acts divide none."""
+    """Return the scene of the arm, divided into `count` beams by tiny masses."""
     points = {f"P{k}": f"[{0.2 * k / count!r}, 0]" for k in range(1, count)}
     names = ", ".join(f'"{name}"' for name in ("O", *points, "A"))
     masses = ", ".join(f'{name} = "1e-9 g"' for name in points)
@@ -118,10 +118,11 @@ def arm_of(count):
 
 
 @pytest.mark.slow
-def test_an_arm_in_a_hundred_beams_vibrates_as_in_one():
-    """Its short beams have no polynomials of their own; the lowest frequency besides by a closed form.
+def test_an_arm_of_a_hundred_beams_vibrates_like_one_beam():
+    """Tip deflection and frequencies agree, and the lowest frequency has a closed form.
 
-    Rotary inertia and shear lower it by 4.648/2 (r/l)^2 (1 + E/kG) of Euler and Bernoulli's, by Rayleigh's quotient.
+    Rotary inertia and shear reduce the Euler-Bernoulli frequency by 4.648/2 (r/l)^2 (1 + E/kG), by Rayleigh's
+    quotient.
     """
     found = []
     for count in (1, 100):
@@ -139,7 +140,7 @@ def test_an_arm_in_a_hundred_beams_vibrates_as_in_one():
 
 
 @pytest.mark.slow
-def test_vibration_of_very_many_beams_is_said_to_be_unknown_before_it_starts(tmp_path, capsys, monkeypatch):
+def test_vibration_of_too_many_beams_is_reported_as_unknown_before_it_starts(tmp_path, capsys, monkeypatch):
     def never(*_, **__):
         raise AssertionError("matrices of very many beams")
 
@@ -150,17 +151,17 @@ def test_vibration_of_very_many_beams_is_said_to_be_unknown_before_it_starts(tmp
     file = tmp_path / "long.toml"
     file.write_text(text)
     assert main([str(file), "--positions", "4", "--out", str(tmp_path / "out")]) == 0
-    told = capsys.readouterr().err
-    assert f"not looked at in {count} beams of {6 * count} coordinates" in told
-    assert f'of which {count} are in the link "arm"' in told
+    warned = capsys.readouterr().err
+    assert f"not looked at in {count} beams of {6 * count} coordinates" in warned
+    assert f'of which {count} are in the link "arm"' in warned
     figures = json.loads((tmp_path / "out" / "long" / "summary.json").read_text())
     assert figures["theory"]["name"] == "quasi-static"
     assert figures["theory"]["error"] is None
     assert any(f"{count} beams" in finding["text"] for finding in figures["trust"])
 
 
-class Heard(Progress):
-    """Stages that were told."""
+class Recorder(Progress):
+    """Record the stages of the progress."""
 
     def __init__(self):
         self.stages = []
@@ -170,27 +171,27 @@ class Heard(Progress):
 
 
 @pytest.mark.slow
-def test_designs_that_are_computed_one_by_one_are_told_one_by_one():
-    """As those are that are integrated, each of which may take seconds."""
+def test_progress_counts_integrated_designs_one_by_one():
+    """Integration of one design may take seconds."""
     text = edited(ARM, ("speed = 50.0", 'effort = "0.1 N m"'), ("positions = 8", "positions = 3\nduration = 0.02"))
-    heard = Heard()
-    sensitivity_study(document_from_text(text), ["sections.bar.depth"], heard)
-    assert [done for _, done, _ in heard.stages] == list(range(len(heard.stages)))
-    assert len(heard.stages) > 4
+    recorder = Recorder()
+    sensitivity_study(document_from_text(text), ["sections.bar.depth"], recorder)
+    assert [done for _, done, _ in recorder.stages] == list(range(len(recorder.stages)))
+    assert len(recorder.stages) > 4
 
 
-def test_speeds_tell_how_finely_the_motion_is_resolved():
-    heard = Heard()
-    speeds(scene_from_text(ARM), (20.0, 60.0, 2), heard)
-    assert any("solving speeds (" in stage for stage, _, _ in heard.stages)
-    assert {(0, 2), (1, 2)} <= {(done, total) for stage, done, total in heard.stages if stage.endswith(": speeds")}
-    between = [(done, total) for stage, done, total in heard.stages if "searching between" in stage]
+def test_progress_of_speeds_shows_the_resolution():
+    recorder = Recorder()
+    speeds(scene_from_text(ARM), (20.0, 60.0, 2), recorder)
+    assert any("solving speeds (" in stage for stage, _, _ in recorder.stages)
+    assert {(0, 2), (1, 2)} <= {(done, total) for stage, done, total in recorder.stages if stage.endswith(": speeds")}
+    between = [(done, total) for stage, done, total in recorder.stages if "searching between" in stage]
     assert len(between) > 2
     assert all(done < total for done, total in between)
 
 
-def test_vibration_tells_how_finely_the_motion_is_resolved():
-    heard = Heard()
+def test_progress_of_vibration_shows_the_resolution():
+    recorder = Recorder()
     scene = scene_from_text(edited(FOUR_BAR, ("positions = 36", "positions = 8")))
-    computed(scene, Request(), heard)
-    assert len({stage for stage, _, _ in heard.stages if "solving vibration (" in stage}) > 1
+    computed(scene, Request(), recorder)
+    assert len({stage for stage, _, _ in recorder.stages if "solving vibration (" in stage}) > 1

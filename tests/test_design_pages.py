@@ -1,4 +1,4 @@
-"""From the page of a sweep to the reports of its designs: the same figures, and no sweep lost with a page."""
+"""Pages of single designs show the figures of their row, and a failed page does not lose the sweep."""
 
 import csv
 import json
@@ -27,7 +27,7 @@ def scene(tmp_path):
     path = swept_scene(tmp_path / "my bars.toml", SWEEP)
     text = path.read_text(encoding="utf-8")
     assert 'accuracy = "5 %"' in text
-    path.write_text(text.replace('accuracy = "5 %"', 'theory = "quasi-static"'), encoding="utf-8")  # as rows are
+    path.write_text(text.replace('accuracy = "5 %"', 'theory = "quasi-static"'), encoding="utf-8")  # like the rows
     return path
 
 
@@ -35,19 +35,19 @@ def swept(scene, *options):
     return main([str(scene), "--sweep", "-o", str(scene.parent / "out"), *options])
 
 
-def linked(folder):
-    """Designs that the page of a sweep leads to, the best first."""
+def linked_designs(folder):
+    """Return the designs linked_designs on the page of a sweep, best first."""
     head = '<script type="application/json" id="designs">'
     page = (folder / "designs.html").read_text(encoding="utf-8")
     return json.loads(page.split(head)[1].split("</script>")[0])["pages"]
 
 
-def test_the_report_of_a_design_has_the_figures_of_its_row(scene, capsys):
+def test_the_report_of_a_design_shows_the_figures_of_its_row(scene, capsys):
     assert swept(scene, "--pages", "2", "--positions", "10") == 0
     folder = scene.parent / "out" / "my bars"
     with (folder / "designs.csv").open(newline="") as file:
         rows = {row["design"]: row for row in csv.DictReader(file)}
-    pages = linked(folder)
+    pages = linked_designs(folder)
     best = min(rows, key=lambda number: float(rows[number]["stress [Pa]"]))
     assert len(pages) == 2
     assert best in pages
@@ -65,7 +65,7 @@ def test_the_report_of_a_design_has_the_figures_of_its_row(scene, capsys):
             "joint_force [N]": max(joint["force"]["value"] for joint in found["joints"]),
             "drive_effort [N m]": max(abs(drive["effort"]["value"]) for drive in found["drives"].values()),
         }
-        for name, value in figures.items():  # the scene's file has 12 digits of its numbers
+        for name, value in figures.items():  # the scene file has 12 digits
             assert value == pytest.approx(float(rows[number][name]), rel=1e-10), name
         assert main([str(scene), "--design", number, "-o", str(scene.parent)]) == 0
         one = f"my bars_design_{number}.toml"
@@ -83,9 +83,9 @@ def test_a_page_that_fails_does_not_lose_the_sweep(scene, monkeypatch, capsys):
         assert swept(scene, "--pages", "1") == 3
     assert "the program failed on report.html" in capsys.readouterr().err
     assert (folder / "designs.csv").is_file()
-    assert linked(folder) == {}
+    assert linked_designs(folder) == {}
     assert swept(scene, "--pages", "1", "--resume") == 0
-    [address] = linked(folder).values()
+    [address] = linked_designs(folder).values()
     made = (folder / address).stat().st_mtime_ns
     assert swept(scene, "--pages", "1", "--resume") == 0
     assert (folder / address).stat().st_mtime_ns == made
@@ -93,11 +93,11 @@ def test_a_page_that_fails_does_not_lose_the_sweep(scene, monkeypatch, capsys):
     (folder / "designs").write_text("somebody's own")
     assert swept(scene, "--pages", "1") == 2
     assert "no pages of single designs" in capsys.readouterr().err
-    assert linked(folder) == {}
+    assert linked_designs(folder) == {}
     assert (folder / "designs").read_text() == "somebody's own"
 
 
-def test_pages_are_of_the_best_and_of_the_front():
+def test_pages_are_made_for_the_best_design_and_the_front():
     columns = {"mass": [1.0, 2.0, 3.0, 3.0, 9.0], "safety": [1.0, 2.0, 1.5, 4.0, 3.0]}  # the front is 0, 1, 3
     assert paged_designs(columns, ("mass", "safety"), 4, 20) == [4, 0, 1, 3]
     assert paged_designs(columns, ("mass", "safety"), 3, 20) == [3, 0, 1]
@@ -106,10 +106,10 @@ def test_pages_are_of_the_best_and_of_the_front():
 
 
 @pytest.mark.slow
-def test_a_click_opens_the_report_and_the_commands_told_make_the_others(scene, driver, monkeypatch, capsys):
+def test_a_click_opens_a_report_or_shows_its_command(scene, driver, monkeypatch, capsys):
     assert swept(scene, "--pages", "1") == 0
     path = scene.parent / "out" / "my bars" / "designs.html"
-    page, best = Page(driver, path), next(iter(linked(path.parent)))
+    page, best = Page(driver, path), next(iter(linked_designs(path.parent)))
     assert page.run("return document.getElementById('commands')") is None
     other = page.run(
         "const row = [...document.querySelectorAll('#designs-table tbody tr')]"
@@ -136,13 +136,13 @@ def test_a_click_opens_the_report_and_the_commands_told_make_the_others(scene, d
 
 
 @pytest.mark.slow
-def test_a_report_has_a_slider_over_the_one_number_that_was_varied(scene, driver):
+def test_a_report_has_a_slider_for_a_single_varied_number(scene, driver):
     text = scene.read_text(encoding="utf-8").replace('"sections.bar.width" = ["20 mm", "40 mm"]\n', "")
     one = scene.with_name("one.toml")
     one.write_text(text.replace('{from = "4.1 mm", to = "9.3 mm", count = 4}', '["9 mm", "5 mm", "7 mm"]'))
     assert swept(one, "--pages", "1", "--positions", "10") == 0
     folder = scene.parent / "out" / "one"
-    [address] = linked(folder).values()
+    [address] = linked_designs(folder).values()
     page = Page(driver, folder / address)
     with (folder / "designs.csv").open(newline="") as file:
         rows = sorted(csv.DictReader(file), key=lambda row: float(row["sections.bar.depth [m]"]))

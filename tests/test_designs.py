@@ -1,4 +1,4 @@
-"""Many designs at once: every row is what a single run of that design says, for every number of a scene."""
+"""In an evaluation of many designs, each row equals a single run, for every number of a scene."""
 
 import copy
 import re
@@ -23,7 +23,7 @@ from kinelast.tasks.request import Request
 from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, PointLoad, motion
 from tests.scene_texts import SWING, WHEEL
 
-SPREAD = 3e-3  # share by which numbers are changed
+SPREAD = 3e-3  # relative change of the numbers
 
 
 def shipped(name, positions):
@@ -34,7 +34,7 @@ def shipped(name, positions):
 
 STEEL = shipped("steel_four_bar", 24)
 
-# Numbers that must not change alone: places on one line, choices of the theory, what none of the figures takes.
+# Numbers to leave unchanged: points on a common line, choices of the theory, and numbers that no figure uses.
 MECHANISMS = {
     "steel": (STEEL, ("run.accuracy", "run.tolerance", "run.steps")),
     "press": (shipped("offset_slider_crank", 24), ("run.tolerance", "run.steps")),
@@ -78,7 +78,7 @@ def paths_of(name):
 
 
 def single(tables):
-    """Figures of one scene by the way of the report, which knows nothing of designs."""
+    """Return the figures of a scene as its report computes them, without the modules on designs."""
     results = computed(scene_from_dict(tables), Request(theory="quasi-static"))
     found = summary(results)
     largest = {"deflection": "largest_deflection", "chord": "largest_chord", "stress": "largest_stress"}
@@ -115,8 +115,8 @@ def require_same(found, singles):
         assert np.abs(column - np.abs(alone)).max() <= 1e-11 * np.abs(alone).max() + 1e-13, name
 
 
-def test_a_design_that_breaks_a_straight_link_leaves_the_chord_of_others_as_it_is():
-    """The members are those of the scene as it stands, whichever designs are computed together."""
+def test_bending_a_straight_link_in_one_design_keeps_the_chord_of_others():
+    """The members are those of the drawn scene, for any set of designs."""
     document = read_document(shipped_scenes()["pusher"]).with_positions(12)
     drawn = document.variable("points.D.x").base
     found = evaluate(document, ["points.D.x"], [[drawn], [drawn + 0.02]], ["chord"])
@@ -124,8 +124,8 @@ def test_a_design_that_breaks_a_straight_link_leaves_the_chord_of_others_as_it_i
     assert found.columns["chord"][0] == pytest.approx(alone.columns["chord"][0], rel=1e-12)
 
 
-def test_designs_of_a_part_of_a_cycle_are_not_followed_through_the_whole(monkeypatch):
-    """How long the cycle is does not matter to them; a scene alone, whose links vibrate, is followed."""
+def test_designs_of_a_partial_cycle_are_not_traced_through_the_whole_cycle(monkeypatch):
+    """Their figures do not need the length of the cycle; a single scene with vibration does."""
     followed = []
     of = build.mechanism_repeats
     monkeypatch.setattr(build, "mechanism_repeats", lambda *parts: followed.append(1) or of(*parts))
@@ -142,7 +142,7 @@ def test_designs_of_a_part_of_a_cycle_are_not_followed_through_the_whole(monkeyp
 
 
 @pytest.mark.parametrize("name", in_tiers(MECHANISMS, 3, 6))
-def test_a_row_is_what_a_single_run_says_with_every_number_changed_at_once(name):
+def test_rows_equal_single_runs_if_all_numbers_change(name):
     tables, _ = MECHANISMS[name]
     paths = paths_of(name)
     assert len(paths) > 9
@@ -150,7 +150,7 @@ def test_a_row_is_what_a_single_run_says_with_every_number_changed_at_once(name)
 
 
 @pytest.mark.parametrize("name", in_tiers([name for name in MECHANISMS if name != "rubbing"], 0, 3))
-def test_designs_on_one_axis_of_arrays_are_what_single_runs_say(name):
+def test_vectorized_designs_equal_single_runs(name):
     tables, _ = MECHANISMS[name]
     base = base_of(document_from_dict(tables), paths_of(name), None)
     paths = [place.variable.path for place, fits in zip(base.places, base.on_axis, strict=True) if fits]
@@ -162,7 +162,7 @@ def test_designs_on_one_axis_of_arrays_are_what_single_runs_say(name):
 @pytest.mark.parametrize(
     "path", in_tiers(["materials.steel.E", "materials.steel.yield", "materials.steel.poisson", "points.B.x"], 2, 2)
 )
-def test_designs_that_differ_in_what_does_not_move_them_have_all_figures(path):
+def test_designs_that_share_one_motion_have_all_figures(path):
     base = document_of(STEEL).variable(path).base
     found = evaluate(STEEL, [path], [[base], [0.9 * base]])
     alone = evaluate(STEEL, ["points.D.x"], [[0.35]])
@@ -172,7 +172,7 @@ def test_designs_that_differ_in_what_does_not_move_them_have_all_figures(path):
     assert (found.columns["safety"][0] != found.columns["safety"][1]) == (path == "materials.steel.yield")
 
 
-def test_a_design_finds_its_branch_on_its_own_drawing():
+def test_each_design_follows_the_branch_of_its_own_drawing():
     heights = [0.24, -0.24, 0.2, -0.3]
     heavy = {**STEEL, "run": {"positions": 24, "gravity": [0.0, -9.81]}}
     found = evaluate(heavy, ["points.B.y"], [[height] for height in heights], ["deflection", "shaking_moment"])
@@ -191,7 +191,7 @@ def test_a_design_finds_its_branch_on_its_own_drawing():
                 "bars",
                 ["points.3.y", "sections.bar.depth"],
                 0.05,
-            ),  # arrays so large that numpy multiplies into one of them
+            ),  # arrays large enough for numpy to multiply in place
             ("press", ["points.B.y", "sliders.guide.direction"], 0.1),
             ("shaper", ["links.rod.length", "sections.arm.depth"], 0.1),
             ("andrews", ["links.K3.points.E.y", "links.K5.mass"], 0.1),
@@ -200,7 +200,7 @@ def test_a_design_finds_its_branch_on_its_own_drawing():
         2,
     ),
 )
-def test_a_row_does_not_depend_on_the_others_to_the_last_bit(name, paths, spread):
+def test_a_row_does_not_depend_on_other_rows_bit_for_bit(name, paths, spread):
     tables = shipped("flap_bars", 361) if name == "bars" else MECHANISMS[name][0]
     rng = np.random.default_rng(0)
     base = np.array([document_of(tables).variable(path).base for path in paths])
@@ -213,7 +213,7 @@ def test_a_row_does_not_depend_on_the_others_to_the_last_bit(name, paths, spread
         assert list(whole.reason[list(rows)]) == list(part.reason)
 
 
-def test_a_design_that_cannot_be_is_a_row_with_its_reason():
+def test_an_impossible_design_is_a_row_with_a_reason():
     press = MECHANISMS["press"][0]
     paths = ["sections.rod.inner", "links.rod.length", "links.crank.length"]
     good = [0.008, 0.18, 0.05]
@@ -237,7 +237,7 @@ def test_a_design_that_cannot_be_is_a_row_with_its_reason():
 
 
 def wrong(tables, paths, values):
-    """What a single run of a design says that cannot be."""
+    """Return the error message of a single run of a design."""
     try:
         for path, value in zip(paths, values, strict=True):
             tables = document_of(tables).with_values({path: value}).tables
@@ -247,7 +247,7 @@ def wrong(tables, paths, values):
     raise AssertionError("nothing is wrong")
 
 
-def test_numbers_of_a_file_are_known_by_their_paths():
+def test_paths_identify_the_numbers_of_a_scene():
     for path in ("drives.crank.speed", "drives[1].speed"):
         assert document_of(STEEL).variable(path) == Variable(path, "rad/s", 100.0)
     assert document_of(STEEL).variable("points.B.y").base == document_of(STEEL).variable("points.B[2]").base == 0.24
@@ -282,7 +282,7 @@ def test_numbers_of_a_file_are_known_by_their_paths():
         ("", ": there is no such number in the scene"),
     ],
 )
-def test_a_path_that_names_no_number_is_told_with_the_nearest(path, words):
+def test_an_unknown_path_suggests_the_nearest(path, words):
     with pytest.raises(SceneError) as caught:
         document_of(STEEL).variable(path)
     assert words in f"{path}: {caught.value.problem}"
@@ -298,19 +298,19 @@ def test_a_path_that_names_no_number_is_told_with_the_nearest(path, words):
         ("materials.steel.poisson", "much", "expected a number, got much"),
     ],
 )
-def test_a_value_that_cannot_stand_there_is_told(path, text, words):
+def test_an_invalid_value_is_an_error(path, text, words):
     with pytest.raises(SceneError, match=re.escape(words)):
         document_of(STEEL).value(path, text)
 
 
-def test_a_figure_that_there_is_none_of_is_told_with_the_nearest():
+def test_an_unknown_figure_suggests_the_nearest():
     with pytest.raises(SceneError, match=re.escape('there is no figure "deflexion"; did you mean "deflection"?')):
         evaluate(STEEL, ["sections.bar.depth"], [[0.005]], ["deflexion"])
     with pytest.raises(ValueError, match=re.escape("values of shape (1, 2) for 1 paths, expected (designs, 1)")):
         evaluate(STEEL, ["sections.bar.depth"], [[0.005, 0.1]])
 
 
-def test_limits_and_the_output_are_judged_design_by_design():
+def test_limits_and_output_are_evaluated_for_each_design():
     tables = copy.deepcopy(STEEL)
     tables["run"]["output"] = "B"
     tables["limits"] = {"deflection": "1 mm", "output": "2 mm", "links": {"crank": {"safety": 1.5}}}
@@ -320,7 +320,8 @@ def test_limits_and_the_output_are_judged_design_by_design():
         scene = document_of(tables).with_values({"sections.bar.depth": depth}).scene
         results = computed(scene, Request(theory="quasi-static"))
         figures = summary(results)
-        kept = all(limit["kept"] for limit in figures["acceptance"]["limits"])  # were there no error, which no row has
+        # a row has no error, so the error does not count
+        kept = all(limit["kept"] for limit in figures["acceptance"]["limits"])
         assert bool(found.columns["limits_kept"][row]) == kept
         assert found.columns["output_error"][row] == pytest.approx(figures["output"]["value"], rel=1e-12)
         masses = [link["mass"]["value"] for link in figures["links"]]
@@ -329,7 +330,7 @@ def test_limits_and_the_output_are_judged_design_by_design():
 
 
 @pytest.mark.parametrize("name", ["steel", "press", "shaper"])
-def test_an_output_that_the_scene_does_not_name_is_that_of_its_report(name):
+def test_the_default_output_equals_that_of_the_report(name):
     tables, _ = MECHANISMS[name]
     results = computed(scene_from_dict(tables), Request(theory="quasi-static"))
     output = summary(results)["output"]
@@ -341,7 +342,7 @@ def test_an_output_that_the_scene_does_not_name_is_that_of_its_report(name):
 
 
 @pytest.mark.parametrize("name", ["steel", "shaper", "swing"])
-def test_the_largest_over_the_cycle_is_that_of_all_positions(name):
+def test_cycle_maxima_equal_the_maxima_of_all_positions(name):
     scene = scene_from_dict(MECHANISMS[name][0])
     bent = deflection(scene_motion(scene), scene.sections, joints=scene.joints)
     keys = [key for key in FIELDS if key not in ("q_x", "q_y")]
@@ -358,14 +359,14 @@ def test_the_largest_over_the_cycle_is_that_of_all_positions(name):
 
 
 @pytest.mark.parametrize(("field", "expected"), [("M", 0.5 * 9.81 * 4), ("left", 0.5 * 9.81 * 4 * 0.003 / 1.8e-10)])
-def test_between_the_positions_of_a_cycle_the_largest_is_that_of_a_parabola(field, expected):
-    """An arm of 2 m and 1 kg/m under its weight: m g l^2/2 where it is level, which is between two positions."""
+def test_maxima_between_positions_converge_with_fourth_order(field, expected):
+    """An arm of 2 m and 1 kg/m bears m g l^2/2 in its level position, which is between two positions."""
     arm = Link("arm", {"O": 0, "A": 2.0}, (Beam("O", "A", 1.0),))
     turning = Mechanism((Link("ground", {"O": 0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 2}, gravity=-9.81j)
     section = section_of(rectangle(0.006, 0.01), 210e9)
     errors = []
     for count in (16, 32):
-        angle = (np.arange(count) + 0.7 + 0.1 * (-1.0) ** np.arange(count)) * 2 * np.pi / count  # unevenly
+        angle = (np.arange(count) + 0.7 + 0.1 * (-1.0) ** np.arange(count)) * 2 * np.pi / count  # uneven
         bent = deflection(motion(turning, angle, 0.0, 0.0, angle), [section])
         plain, found = (cycle_maxima(bent, [field], period=period)[field].value[0] for period in (None, 2 * np.pi))
         assert plain < found
@@ -374,8 +375,8 @@ def test_between_the_positions_of_a_cycle_the_largest_is_that_of_a_parabola(fiel
     assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.3)
 
 
-def test_a_fibre_that_only_a_closer_look_passes_over():
-    """An arm under an even load, pulled a little: one fibre is stressed half a per cent less than the other."""
+def test_the_fibre_with_the_larger_stress_is_found():
+    """Uniform load and a small tension: the stresses of the two fibres differ by half a per cent."""
     section = section_of(rectangle(0.006, 0.01), 210e9)
     bending = 10.0 / 2 * 0.003 / 1.8e-10
     pull = 0.0025 * bending * 6e-5
@@ -386,8 +387,8 @@ def test_a_fibre_that_only_a_closer_look_passes_over():
     np.testing.assert_allclose(found.value, [1.0025 * bending], rtol=1e-12)
 
 
-def test_no_polynomial_is_larger_than_its_bound():
-    """By which positions are passed over; values at stations are no more than they reach, and closer ones nearer."""
+def test_bounds_of_polynomials_hold():
+    """Bounds decide which positions are skipped; finer stations give tighter bounds."""
     rng = np.random.default_rng(8)
     for count in range(1, 9):
         values = rng.normal(size=(count, 5, 40)) * 4.0 ** rng.integers(-2, 3, (count, 1, 1))
@@ -402,7 +403,7 @@ def test_no_polynomial_is_larger_than_its_bound():
             assert (high - low <= curved / (8 * steps**2) + 1e-8 * high).all()
 
 
-def test_designs_may_be_driven_at_rates_and_from_places_of_their_own():
+def test_designs_can_have_different_rates_and_starts():
     scene = scene_from_dict(STEEL)
     turn, rates, starts = np.linspace(0, 6, 61), np.array([[50.0], [-80.0]]), np.array([[0.0], [0.4]])
     rated = motion(scene.mechanism, turn, rates[None])
@@ -416,7 +417,7 @@ def test_designs_may_be_driven_at_rates_and_from_places_of_their_own():
     assert rated.columns == placed.columns == (2, 61)
 
 
-def test_positions_that_do_not_count_are_passed_over():
+def test_masked_positions_are_ignored():
     scene = scene_from_dict(STEEL)
     bent = deflection(scene_motion(scene), scene.sections)
     best = cycle_maxima(bent, ["w"])["w"].position
@@ -429,7 +430,7 @@ def test_positions_that_do_not_count_are_passed_over():
     assert (none.position == -1).all()
 
 
-def test_viscosity_of_a_joint_is_per_turn_of_a_pin_and_per_length_of_a_slider():
+def test_the_unit_of_viscosity_depends_on_the_joint():
     tables = shipped("offset_slider_crank", 4)
     name = next(iter(tables["sliders"] if "sliders" in tables else tables["slots"]))
     tables["joints"] = {"A": {"viscosity": 1.0}, name: {"viscosity": 1.0}}

@@ -1,4 +1,4 @@
-"""The page of many designs in a browser: its front, what is chosen, what is kept, and words that stay data."""
+"""The page of many designs in a browser: Pareto front, selection, stored designs, and texts as plain data."""
 
 import re
 
@@ -15,7 +15,7 @@ BEST = 7
 
 
 def designs(count):
-    """Columns and reasons of designs made up: every tenth has no figures."""
+    """Return columns and reasons of artificial designs; each tenth has no figures."""
     random = np.random.default_rng(4)
     depth, speed = random.uniform(4e-3, 12e-3, count), random.uniform(60.0, 140.0, count)
     spread = random.uniform(1.0, 3.0, count)
@@ -59,20 +59,20 @@ def with_reasons(columns):
     return columns, UNITS, reasons.tolist(), NUMBERS, FIGURES
 
 
-def by_hand(one, other):
-    """Every design against every other one."""
+def front_by_comparison(one, other):
+    """Return the front by comparing each design with each other."""
     known = np.flatnonzero(np.isfinite(one) & np.isfinite(other))
     pairs = np.stack([one[known], other[known]])
     beaten = ((pairs[:, :, None] >= pairs[:, None, :]).all(0) & (pairs[:, :, None] > pairs[:, None, :]).any(0)).any(1)
     return set(known[~beaten].tolist())
 
 
-def test_the_front_is_what_no_design_beats(page, columns):
+def test_the_front_has_the_designs_that_no_other_dominates(page, columns):
     shown = "return kinelast.scatter.front().map((k) => kinelast.columnOf('#design')[k])"
-    assert set(page.run(shown)) == by_hand(columns["mass"], columns["deflection"])
+    assert set(page.run(shown)) == front_by_comparison(columns["mass"], columns["deflection"])
     assert set(front(columns["mass"], columns["deflection"]).tolist()) == set(page.run(shown))
     page.run("const up = document.getElementById('up'); up.value = 'safety'; up.dispatchEvent(new Event('change'));")
-    assert set(page.run(shown)) == by_hand(columns["mass"], -columns["safety"])
+    assert set(page.run(shown)) == front_by_comparison(columns["mass"], -columns["safety"])
 
 
 def test_numbers_arrive_to_the_last_digit(page, columns):
@@ -81,7 +81,7 @@ def test_numbers_arrive_to_the_last_digit(page, columns):
         np.testing.assert_array_equal(found, columns[name])
 
 
-def test_a_design_is_chosen_by_its_number_and_by_its_dot(page, columns):
+def test_a_design_is_chosen_by_its_number_or_its_dot(page, columns):
     assert "the best" in page.run("return document.getElementById('chosen').innerText")
     assert page.run("return document.querySelector('#chosen a').getAttribute('href')") == "best/report.html"
     page.run("document.querySelectorAll('#designs-table tbody button')[4].click()")
@@ -112,7 +112,7 @@ def test_a_design_is_chosen_by_its_number_and_by_its_dot(page, columns):
     assert page.run("return kinelast.columnOf('#design')[kinelast.state.chosen]") == corner
 
 
-def test_a_design_that_is_answered_in_full_says_so(page, columns):
+def test_a_full_answer_is_shown(page, columns):
     chosen = page.run("return document.getElementById('chosen').innerText")
     assert "Answered in full: elastodynamic, acceptable" in chosen
     assert re.search(r"deflection\s.*\b2 ± 1.5 %", chosen)
@@ -126,7 +126,7 @@ def test_a_design_that_is_answered_in_full_says_so(page, columns):
     assert {words for number, words in answers if number != str(BEST)} == {"quasi-static", ""}
 
 
-def test_a_range_keeps_what_is_within(page, columns):
+def test_a_range_filters_designs(page, columns):
     page.run(
         "const which = document.getElementById('range-of'), to = document.getElementById('range-to'); "
         "which.value = 'mass'; which.dispatchEvent(new Event('change')); "
@@ -140,7 +140,7 @@ def test_a_range_keeps_what_is_within(page, columns):
     assert len(page.run(kept)) == 200
 
 
-def test_words_are_data_and_the_page_is_accessible(page):
+def test_texts_are_not_executed_and_the_page_is_accessible(page):
     assert page.run("return window.hit ?? 'none'") == "none"
     page.run("document.querySelectorAll('#designs-table thead button')[0].click()")
     assert REASON in page.run("return document.querySelectorAll('#designs-table tbody tr')[3].innerText")
@@ -151,12 +151,14 @@ def test_words_are_data_and_the_page_is_accessible(page):
         assert page.run("return document.documentElement.scrollWidth <= window.innerWidth")
 
 
-def test_of_many_designs_the_fronts_and_the_best_are_kept():
+def test_selection_keeps_the_fronts_and_the_best():
     columns, _ = designs(3 * SHOWN)
     figures = [columns["deflection"], columns["mass"], columns["drives.crank.speed"]]
     kept = kept_designs(3 * SHOWN, figures, 1234)
     assert len(np.unique(kept)) == SHOWN
-    assert by_hand(figures[0][:500], figures[1][:500]) == set(front(figures[0][:500], figures[1][:500]).tolist())
+    assert front_by_comparison(figures[0][:500], figures[1][:500]) == set(
+        front(figures[0][:500], figures[1][:500]).tolist()
+    )
     assert {1234, *front(figures[0], figures[1]), *front(figures[0], figures[2])} <= set(kept.tolist())
     np.testing.assert_array_equal(kept, kept_designs(3 * SHOWN, figures, 1234))
     all_on_it = [columns["mass"], -columns["mass"]]
@@ -165,7 +167,7 @@ def test_of_many_designs_the_fronts_and_the_best_are_kept():
     assert 1234 in crowded
 
 
-def test_ten_thousand_designs_are_fluent(driver, tmp_path):
+def test_ten_thousand_designs_make_a_small_page(driver, tmp_path):
     columns, reasons = designs(3 * SHOWN)
     content = designs_page("Many", columns, UNITS, reasons.tolist(), NUMBERS, FIGURES, best=1234)
     (tmp_path / "designs.html").write_bytes(content)
@@ -175,7 +177,7 @@ def test_ten_thousand_designs_are_fluent(driver, tmp_path):
     assert len(content) < 1_500_000
 
 
-def test_a_column_that_is_missing_is_told():
+def test_a_missing_column_is_an_error():
     columns, reasons = designs(20)
     with pytest.raises(ValueError, match="column 'stress': expected shape \\(20,\\), got none"):
         designs_page("Few", columns, UNITS, reasons.tolist(), NUMBERS, ("stress",))

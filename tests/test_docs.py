@@ -1,9 +1,8 @@
-"""Claim: every block of the documentation runs as it stands, those of a page one after the other in one folder.
+"""Every block of the documentation runs; the blocks of a page run in order, in one folder.
 
-Python is executed; a command is given its arguments, and prints the lines that follow it; a scene is read, a part of
-one is held against the format. Comments before a block, which readers do not see, say what they do between:
-`<!-- not run: REASON -->`; `<!-- into FILE -->`, a part of a scene that is put into a file; `<!-- step: COMMAND -->`,
-what a reader does by hand.
+Python is executed. A command is called with its arguments and must print the lines below it. A scene is read, and
+each key of a part of a scene must exist. Hidden comments before a block control this: `<!-- not run: REASON -->`;
+`<!-- into FILE -->` merges a part of a scene into a file; `<!-- step: COMMAND -->` does a manual step.
 """
 
 import importlib.util
@@ -27,12 +26,12 @@ BLOCK = re.compile(r"((?:^<!-- [^\n]* -->\n+)*)^```(\w*)\n(.*?)^```$", re.DOTALL
 NOTE = re.compile(r"^<!-- (not run|into|step):? ([^\n]+?) -->$", re.MULTILINE)
 COMMAND = re.compile(r"^(?:\$ )?(deflection-report\b.*|\. \.venv/bin/activate\b.*)$")
 SAVED = re.compile(r"[Ss]ave (?:this|the one below) as `(\w+\.toml)`")
-OF_A_SWEEP = "sweeps.md"  # reads the folder of a sweep that was run before
+OF_A_SWEEP = "sweeps.md"  # reads the folder of an earlier sweep
 RUN = ("python", "toml", "sh", "console", "")
 
 
 class Block(NamedTuple):
-    """A block of a page: its language, its text, number of its first line, its file, steps before it."""
+    """Block of a page: language, text, number of its first line, file, and steps before it."""
 
     kind: str
     text: str
@@ -42,13 +41,13 @@ class Block(NamedTuple):
 
 
 def pages():
-    """README, CONTRIBUTING and all pages of docs."""
+    """Return README, CONTRIBUTING and all pages of docs."""
     outside = [ROOT / name for name in ("README.md", "CONTRIBUTING.md") if (ROOT / name).is_file()]
     return [*outside, *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 def blocks(page):
-    """The blocks of a page that are run."""
+    """Yield the blocks of a page that are run."""
     text = page.read_text(encoding="utf-8")
     end = 0
     for block in BLOCK.finditer(text):
@@ -63,7 +62,7 @@ def blocks(page):
 
 
 def commands(text):
-    """The command lines of a block, each with the lines that it is to print."""
+    """Yield the commands of a block, each with its expected lines."""
     told = []
     for line in text.splitlines():
         if call := COMMAND.match(line):
@@ -95,7 +94,8 @@ def test_the_blocks_of_a_page_run(page, tmp_path, monkeypatch, capsys):
                 step, shell=True, check=True
             )
         if block.kind == "python":
-            exec(compile("\n" * block.line + block.text, str(page), "exec"), names)  # so that a fault names its line
+            # tracebacks show the line of the page
+            exec(compile("\n" * block.line + block.text, str(page), "exec"), names)
         elif block.kind == "toml":
             is_a_scene(block)
         else:
@@ -104,7 +104,7 @@ def test_the_blocks_of_a_page_run(page, tmp_path, monkeypatch, capsys):
 
 
 def is_a_scene(block):
-    """A block is a scene, or a part of one of which every key is known."""
+    """Check that a block is a scene, or a part of a scene with known keys."""
     tables = tomllib.loads(block.text)
     if "points" in tables and "links" in tables:
         assert scene_from_text(block.text).title == tables.get("title", "scene")
@@ -123,7 +123,7 @@ def is_a_scene(block):
 
 
 def put(whole, tables):
-    """Put the values of some tables into those of a file."""
+    """Merge the values of tables into the tables of a file."""
     for name, value in tables.items():
         if isinstance(value, dict) and name in whole:
             put(whole[name], value)
@@ -132,10 +132,10 @@ def put(whole, tables):
 
 
 def prints(line, printed, capsys):
-    """A command prints some lines; its status is 0, or that which they tell."""
+    """Check the printed lines and the exit status of a command."""
     words = shlex.split(line, comments=True)
     if words[0] != "deflection-report":
-        return  # a step of the shell, which finds the command by itself
+        return  # a command of the shell itself
     capsys.readouterr()
     status = main(words[1:])
     out, err = capsys.readouterr()
@@ -149,7 +149,7 @@ def test_pages_with_blocks_are_found():
     assert {"README", "python", "strength", "validity", "dynamics", "scenes", "sweeps"} <= {page.stem for page in PAGES}
 
 
-def test_every_block_is_run_or_has_its_reason():
+def test_every_block_is_run_or_has_a_reason():
     left = []
     for page in pages():
         for block in blocks(page):
@@ -158,8 +158,8 @@ def test_every_block_is_run_or_has_its_reason():
     assert not left, "run it, give its reason (<!-- not run: ... -->), or call it text"
 
 
-def test_the_keys_of_the_format_stand_in_its_page(monkeypatch):
-    """As the structs that read them tell them; `python docs/making/scene_format.py` writes them."""
+def test_the_page_of_the_format_has_all_keys(monkeypatch):
+    """`python docs/making/scene_format.py` writes the tables from the structs."""
     where = ROOT / "docs" / "making" / "scene_format.py"
     spec = importlib.util.spec_from_file_location("scene_format", where)
     making = importlib.util.module_from_spec(spec)
@@ -170,7 +170,7 @@ def test_the_keys_of_the_format_stand_in_its_page(monkeypatch):
     assert not making.left_out(page)
 
 
-def test_tables_are_those_of_the_results(monkeypatch):
+def test_tables_show_the_results(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "benchmarks")
     tables = importlib.import_module("tables")
     for page in tables.PAGES:

@@ -1,4 +1,4 @@
-"""The examples of the page on dynamics run as they stand."""
+"""The examples in docs/dynamics.md run, and print the right amplitude."""
 
 import re
 from pathlib import Path
@@ -10,7 +10,7 @@ PAGE = (Path(__file__).parent.parent / "docs" / "dynamics.md").read_text(encodin
 
 
 @pytest.mark.slow
-def test_its_examples_run(capsys):
+def test_examples_run_and_print_the_right_amplitude(capsys):
     names: dict = {}
     for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
         exec(block, names)

@@ -1,4 +1,4 @@
-"""Claim: whatever happens to a run, folders are whole, nothing of anybody's is lost, and the next run goes on."""
+"""After any disturbance folders are whole, no file of a user is lost, and the next run continues."""
 
 import errno
 import json
@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import processes as disturbed
 import pytest
+from processes import full_disk, wait_for
 from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 from tiers import in_tiers
 
@@ -35,7 +36,7 @@ FILES = ("report.html", "positions.csv")
 
 
 def scenes(folder, count, long=()):
-    """Some scenes of a folder, those of the numbers `long` with very many positions."""
+    """Write scenes to a folder; those numbered in `long` have a million positions."""
     folder.mkdir(exist_ok=True)
     for number in range(count):
         text = edited(ARM, ("positions = 8", "positions = 1000000")) if number in long else ARM
@@ -48,19 +49,12 @@ def started(*arguments, **options):
     return disturbed.started([*COMMAND, *map(str, arguments)], cwd=here, **options)
 
 
-def wait_for(what, seconds=60.0):
-    end = time.monotonic() + seconds
-    while not what():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.02)
-
-
 def require_whole(folder):
     summary = json.loads((folder / "summary.json").read_text())
     rows = (folder / "positions.csv").read_text().splitlines()
     assert len(rows) == summary["run"]["positions"] + 1
     assert (folder / "report.html").read_text().rstrip().endswith("</html>")
-    names = {entry.name for entry in folder.iterdir() if ".edited" not in entry.name}  # spoilt ones were moved aside
+    names = {entry.name for entry in folder.iterdir() if ".edited" not in entry.name}  # damaged files were moved aside
     assert names == {*summary["files"], "summary.json"}
     assert all((folder / name).stat().st_size == size for name, size in summary["files"].items())
 
@@ -77,7 +71,7 @@ def whole_folders(out):
 
 
 @pytest.mark.slow
-def test_two_runs_at_once_leave_whole_folders_of_one_or_the_other(tmp_path):
+def test_concurrent_runs_leave_whole_folders(tmp_path):
     cases, out = scenes(tmp_path / "in", 4), tmp_path / "out"
     runs = [started(cases, "-o", out, "--positions", count, stderr=subprocess.PIPE) for count in (5, 6, 7)]
     assert [run.wait(120) for run in runs] == [0, 0, 0], [run.stderr.read() for run in runs]
@@ -87,7 +81,7 @@ def test_two_runs_at_once_leave_whole_folders_of_one_or_the_other(tmp_path):
         run.stderr.close()
 
 
-def test_a_folder_that_is_held_is_waited_for_and_then_refused(tmp_path, monkeypatch):
+def test_a_locked_folder_is_an_error_after_a_wait(tmp_path, monkeypatch):
     monkeypatch.setattr(folders, "PATIENCE", 0.2)
     another = complete(tmp_path / "arm")
     with locked(tmp_path / "arm"), pytest.raises(RequestError, match="is being written by another run"), another:
@@ -98,8 +92,8 @@ def test_a_folder_that_is_held_is_waited_for_and_then_refused(tmp_path, monkeypa
 
 
 @pytest.fixture
-def no_locks(monkeypatch):
-    """A file system that knows no locks, as some of other machines."""
+def without_locks(monkeypatch):
+    """Imitate a file system without locks, as on some network drives."""
     fcntl = pytest.importorskip("fcntl")
 
     def flock(*_):
@@ -109,8 +103,8 @@ def no_locks(monkeypatch):
 
 
 @pytest.mark.parametrize("step", ["open", "unlink"])
-def test_a_signal_between_two_steps_leaves_no_lock_behind(step, tmp_path, monkeypatch):
-    """One comes right after a lock's file is made, or right before it is removed."""
+def test_a_signal_between_two_steps_leaves_no_lock(step, tmp_path, monkeypatch):
+    """The signal comes right after a lock file is made, or right before it is removed."""
     code = f"""
 import os, signal
 from pathlib import Path
@@ -137,7 +131,7 @@ except StoppedError:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_interrupt_while_the_arguments_are_read_is_told_as_such(tmp_path, monkeypatch, capsys):
+def test_an_interrupt_during_parsing_is_reported_as_an_interrupt(tmp_path, monkeypatch, capsys):
     def interrupted(_):
         try:
             signal.raise_signal(signal.SIGINT)
@@ -167,8 +161,10 @@ except BaseException:
     "where", in_tiers(["kinelast.runs.run.write_tables", "kinelast.outputs.page.report_page"], 1, 0)
 )
 @pytest.mark.parametrize("instead", ['raise ImportError("initialization failed") from None', "pass"])
-def test_a_signal_while_a_library_is_loaded_ends_the_run(name, status, where, instead, tmp_path, monkeypatch, capsys):
-    """Libraries written in C make an error of their own of it; some clear it and go on."""
+def test_a_signal_during_the_import_of_a_library_ends_the_run(
+    name, status, where, instead, tmp_path, monkeypatch, capsys
+):
+    """Libraries in C replace the exception by their own, or clear it and continue."""
     (tmp_path / "written_in_c.py").write_text(SIGNALLED.replace("NAME", name).replace("INSTEAD", instead))
     tidied = []
 
@@ -176,13 +172,13 @@ def test_a_signal_while_a_library_is_loaded_ends_the_run(name, status, where, in
         sys.modules.pop("written_in_c", None)
         try:
             import_module("written_in_c")
-            if name == "SIGINT":  # which its user sends once more
+            if name == "SIGINT":  # the user presses Ctrl+C again
                 signal.raise_signal(signal.SIGINT)
             end = time.monotonic() + 5.0
             while time.monotonic() < end:
                 time.sleep(0.01)
         finally:
-            time.sleep(0.1)  # longer than until the signal comes once more
+            time.sleep(0.1)  # longer than the time to the repeated signal
             tidied.append(name)
 
     monkeypatch.syspath_prepend(tmp_path)
@@ -199,18 +195,15 @@ def test_a_signal_while_a_library_is_loaded_ends_the_run(name, status, where, in
     assert before == {each: signal.getsignal(each) for each in before}
 
 
-def test_a_lock_that_cannot_be_written_is_not_left_behind(tmp_path, monkeypatch, capsys):
-    def full(*_):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
+def test_a_lock_that_cannot_be_written_is_removed(tmp_path, monkeypatch, capsys):
     with monkeypatch.context() as patch:
-        patch.setattr(folders.os, "ftruncate", full)
+        patch.setattr(folders.os, "ftruncate", full_disk)
         assert main(["quick_return", "--structure", "-o", str(tmp_path / "out")]) == 2
     assert "cannot be made: No space left on device" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_locks_two_runs_are_kept_apart_all_the_same(no_locks, tmp_path):
+def test_two_runs_are_kept_apart_without_locks(without_locks, tmp_path):
     with locked(tmp_path / "arm") as hidden:
         (tmp_path / f"{hidden}.part").mkdir()
         with pytest.raises(RequestError, match=r'being written by another run.*remove ".*\.owner"'):
@@ -222,7 +215,7 @@ def test_without_locks_two_runs_are_kept_apart_all_the_same(no_locks, tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["arm"]
 
 
-def test_without_locks_all_that_wait_have_their_turn(no_locks, tmp_path):
+def test_all_waiting_runs_get_their_turn_without_locks(without_locks, tmp_path):
     turns = []
 
     def take(number):
@@ -239,7 +232,7 @@ def test_without_locks_all_that_wait_have_their_turn(no_locks, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_locks_what_a_killed_run_holds_is_taken_over(no_locks, tmp_path):
+def test_the_folder_of_a_killed_run_is_taken_over_without_locks(without_locks, tmp_path):
     dead = subprocess.Popen([sys.executable, "-c", ""])
     dead.wait()
     with locked(tmp_path / "arm"):
@@ -253,7 +246,7 @@ def test_without_locks_what_a_killed_run_holds_is_taken_over(no_locks, tmp_path)
 
 
 @pytest.mark.parametrize("number", [errno.EXDEV, errno.ENOTSUP, errno.EPERM])
-def test_where_nothing_can_be_renamed_it_is_told_and_what_was_there_stays(number, tmp_path, monkeypatch, capsys):
+def test_a_failed_rename_is_reported_and_keeps_the_old_folder(number, tmp_path, monkeypatch, capsys):
     call = [str(scenes(tmp_path / "in", 1) / "s0.toml"), "-o", str(tmp_path / "out")]
     assert main([*call, "--quiet"]) == 0
     before = {entry.name: entry.read_bytes() for entry in (tmp_path / "out" / "s0").iterdir()}
@@ -276,8 +269,8 @@ def test_where_nothing_can_be_renamed_it_is_told_and_what_was_there_stays(number
 
 
 @pytest.mark.slow
-def test_a_dead_worker_fails_its_scene_alone(tmp_path):
-    """The first scene takes far longer than the others; its process, the first that was started, is killed."""
+def test_a_dead_worker_fails_only_its_scene(tmp_path):
+    """The first scene takes far longer than the others; the test kills its process, which was started first."""
     cases, out = scenes(tmp_path / "in", 5, long=[0]), tmp_path / "out"
     tasks = [Task(cases / f"s{k}.toml", out / f"s{k}", f"s{k}") for k in range(5)]
 
@@ -300,20 +293,20 @@ def test_a_dead_worker_fails_its_scene_alone(tmp_path):
     ("name", "jobs"),
     in_tiers([("SIGINT", 2), ("SIGKILL", 2), ("SIGTERM", 1), ("SIGTERM", 2), ("SIGHUP", 2), ("SIGINT", 1)], 0, 3),
 )
-def test_a_signal_ends_all_processes_and_the_next_run_goes_on(name, jobs, tmp_path):
+def test_a_signal_ends_all_processes_and_the_next_run_continues(name, jobs, tmp_path):
     cases, out = scenes(tmp_path / "in", 4, long=[2, 3]), tmp_path / "out"
     number = getattr(signal, name)
     run = started(cases, "-o", out, "--jobs", jobs, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
     wait_for(lambda: (out / "s0").exists() and (out / "s1").exists() and hidden(out))
-    time.sleep(1.0)  # into the long scenes, and until the first two are counted
+    time.sleep(1.0)  # wait until the first two scenes are counted and a long one runs
     if name == "SIGINT":
-        os.killpg(run.pid, number)  # as a keyboard sends it
+        os.killpg(run.pid, number)  # like Ctrl+C
     else:
         run.send_signal(number)
     said = run.communicate(timeout=120)[1].decode()
     assert run.returncode == {"SIGINT": 130, "SIGKILL": -9}.get(name, 128 + number)
     with pytest.raises(ProcessLookupError):
-        wait_for(lambda: os.killpg(run.pid, 0), 10)  # which tells nothing but that there is none
+        wait_for(lambda: os.killpg(run.pid, 0), 10)  # wait until the process group is gone
     if name != "SIGKILL":
         assert "after 2 of 4 scenes; finished scenes are kept, continue with --resume" in said
         assert "2 done, 0 failed, 0 skipped" in said
@@ -327,7 +320,7 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(name, jobs, tmp_pa
 
 
 @pytest.mark.slow
-def test_a_pipe_that_is_closed_ends_nothing(tmp_path):
+def test_a_closed_pipe_does_not_end_the_run(tmp_path):
     cases, out = scenes(tmp_path / "in", 3), tmp_path / "out"
     run = started(cases, "-o", out, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     run.stdout.close()
@@ -338,7 +331,7 @@ def test_a_pipe_that_is_closed_ends_nothing(tmp_path):
 
 @pytest.mark.exhaustive
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device")
-def test_an_output_that_is_full_or_closed_ends_nothing(tmp_path):
+def test_a_full_or_closed_output_does_not_end_the_run(tmp_path):
     cases = scenes(tmp_path / "in", 2)
     with Path("/dev/full").open("w") as full:
         run = started(cases, "-o", tmp_path / "full", stdout=full, stderr=subprocess.PIPE)
@@ -351,7 +344,7 @@ def test_an_output_that_is_full_or_closed_ends_nothing(tmp_path):
 
 
 @pytest.mark.parametrize("function", ["write_table", "write_fields", "seal"])
-def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypatch, capsys):
+def test_a_full_disk_keeps_the_old_folder(function, tmp_path, monkeypatch, capsys):
     import kinelast.outputs.positions
     import kinelast.runs.run
 
@@ -360,15 +353,9 @@ def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypat
     assert main([*call, "--quiet"]) == 0
     before = {entry.name: entry.read_bytes() for entry in (tmp_path / "out" / "s0").iterdir()}
 
-    def full(*_, **__):
-        raise OSError(28, "No space left on device")
-
     with monkeypatch.context() as patch:
-        patch.setattr(
-            kinelast.outputs.positions if hasattr(kinelast.outputs.positions, function) else kinelast.runs.run,
-            function,
-            full,
-        )
+        place = kinelast.outputs.positions if hasattr(kinelast.outputs.positions, function) else kinelast.runs.run
+        patch.setattr(place, function, full_disk)
         assert main([*call, "--positions", "9"]) == 2
     assert "s0: not written: no space left on device" in capsys.readouterr().err
     assert {entry.name: entry.read_bytes() for entry in (tmp_path / "out" / "s0").iterdir()} == before
@@ -377,8 +364,8 @@ def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypat
     require_whole(tmp_path / "out" / "s0")
 
 
-def test_no_process_at_work_ever_sees_an_interrupt():
-    """Not the first one either, for which multiprocessing starts a tracker that would let interrupts through."""
+def test_interrupts_are_blocked_in_worker_processes():
+    """multiprocessing starts a tracker with the first worker; it would let interrupts through."""
     code = (
         "import signal; from functools import partial; from kinelast.tasks.processes import map_surviving\n"
         "masks = map_surviving(partial(signal.pthread_sigmask, signal.SIG_BLOCK), [(), ()], 2)\n"
@@ -387,12 +374,9 @@ def test_no_process_at_work_ever_sees_an_interrupt():
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 
-def test_a_full_disk_leaves_nothing_of_a_structure_behind(tmp_path, monkeypatch, capsys):
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
+def test_a_full_disk_leaves_no_part_of_a_structure_report(tmp_path, monkeypatch, capsys):
     with monkeypatch.context() as patch:
-        patch.setattr("kinelast.outputs.outbox.write_json", full)
+        patch.setattr("kinelast.outputs.outbox.write_json", full_disk)
         assert main(["quick_return", "--structure", "-o", str(tmp_path / "out")]) == 2
     assert "quick_return: not written: no space left on device" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
@@ -400,7 +384,7 @@ def test_a_full_disk_leaves_nothing_of_a_structure_behind(tmp_path, monkeypatch,
 
 
 @pytest.mark.parametrize("name", ["positions.csv", "summary.json", "report.html"])
-def test_results_that_are_not_as_they_were_written_are_computed_again_and_said(name, tmp_path, capsys):
+def test_changed_results_are_reported_and_computed_again(name, tmp_path, capsys):
     call = ["steel_four_bar", "--positions", "9", "--theory", "quasi-static", "-o", str(tmp_path)]
     assert main([*call, "--quiet"]) == 0
     path = tmp_path / "steel_four_bar" / name
@@ -416,7 +400,7 @@ def test_results_that_are_not_as_they_were_written_are_computed_again_and_said(n
 
 
 @pytest.mark.parametrize("files", in_tiers(["[[1]]", "3", '{"a": {}}', '["summary.json", null]'], 2, 0))
-def test_a_summary_that_was_edited_is_no_fault_of_the_program(files, tmp_path, capsys):
+def test_an_edited_summary_is_not_a_program_failure(files, tmp_path, capsys):
     call = ["steel_four_bar", "--positions", "9", "--theory", "quasi-static", "--quiet", "-o", str(tmp_path)]
     assert main(call) == 0
     path = tmp_path / "steel_four_bar" / "summary.json"
@@ -427,22 +411,19 @@ def test_a_summary_that_was_edited_is_no_fault_of_the_program(files, tmp_path, c
     assert "Traceback" not in capsys.readouterr().err
 
 
-def test_a_summary_that_cannot_be_written_leaves_the_older_one(tmp_path, monkeypatch, capsys):
+def test_a_summary_table_that_cannot_be_written_keeps_the_old_one(tmp_path, monkeypatch, capsys):
     cases, out = scenes(tmp_path / "in", 2), tmp_path / "out"
     assert main([str(cases), "-o", str(out), "--quiet"]) == 0
     before = (out / "summary.csv").read_bytes()
 
-    def full(*_, **__):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("kinelast.outputs.outbox.sync", full)
+    monkeypatch.setattr("kinelast.outputs.outbox.sync", full_disk)
     assert main([str(cases), "-o", str(out), "--quiet", "--resume"]) == 0
     assert "no space left on device" in capsys.readouterr().err.lower()
     assert (out / "summary.csv").read_bytes() == before
     assert hidden(out) == []
 
 
-SPOILT = {
+DAMAGES = {
     "report gone": lambda folder: (folder / "report.html").unlink(),
     "table empty": lambda folder: (folder / "positions.csv").write_text(""),
     "table cut": lambda folder: os.truncate(folder / "positions.csv", 200),
@@ -454,11 +435,11 @@ SPOILT = {
 }
 
 
-@pytest.mark.parametrize("how", in_tiers(SPOILT, 3, 0))
-def test_a_folder_that_was_spoilt_is_not_trusted_but_made_again(how, tmp_path, capsys):
+@pytest.mark.parametrize("how", in_tiers(DAMAGES, 3, 0))
+def test_a_damaged_folder_is_computed_again(how, tmp_path, capsys):
     call = [str(scenes(tmp_path / "in", 1) / "s0.toml"), "-o", str(tmp_path / "out"), "--resume"]
     assert main(call) == 0
-    SPOILT[how](tmp_path / "out" / "s0")
+    DAMAGES[how](tmp_path / "out" / "s0")
     capsys.readouterr()
     for again in (False, True):
         assert main(call) == 0
@@ -466,8 +447,8 @@ def test_a_folder_that_was_spoilt_is_not_trusted_but_made_again(how, tmp_path, c
         require_whole(tmp_path / "out" / "s0")
 
 
-def test_a_folder_is_of_the_bytes_that_were_computed(tmp_path, monkeypatch):
-    """The file changes while it is computed: what is told is the digest of what was read."""
+def test_the_digest_is_of_the_computed_text(tmp_path, monkeypatch):
+    """The scene file changes during the run; the recorded digest is of the text that was read."""
     import hashlib
 
     import kinelast.runs.run
@@ -485,8 +466,8 @@ def test_a_folder_is_of_the_bytes_that_were_computed(tmp_path, monkeypatch):
     assert json.loads((tmp_path / "out" / "s0" / "summary.json").read_text())["made_from"]["sha256"] == first
 
 
-def test_what_a_killed_run_left_is_cleared_and_what_it_had_moved_comes_back(tmp_path, capsys):
-    """Killed between the two renames, a run has left the old folder under its hidden name, with somebody's notes."""
+def test_the_next_run_restores_the_folder_moved_by_a_killed_run(tmp_path, capsys):
+    """A run killed between two renames leaves the old folder, with a user's notes, under a hidden name."""
     out = tmp_path / "out"
     call = [str(scenes(tmp_path / "in", 1) / "s0.toml"), "-o", str(out)]
     assert main(call) == 0
@@ -500,7 +481,7 @@ def test_what_a_killed_run_left_is_cleared_and_what_it_had_moved_comes_back(tmp_
     assert hidden(out) == []
 
 
-def test_nothing_of_anybody_is_lost(tmp_path, capsys):
+def test_foreign_files_are_kept(tmp_path, capsys):
     cases, out = scenes(tmp_path / "in", 1), tmp_path / "out"
     mine = {"s0/summary.json": '{"mine": 1}', ".s0.part/a": "a", ".s0.old/b": "b", ".kinelast-x.part/c": "c"}
     for name, text in mine.items():
@@ -513,7 +494,7 @@ def test_nothing_of_anybody_is_lost(tmp_path, capsys):
     assert sorted(entry.name for entry in (out / "s0").iterdir()) == ["summary.json"]
 
 
-def test_a_link_in_the_place_of_a_folder_is_refused(tmp_path, capsys):
+def test_a_symbolic_link_in_place_of_a_folder_is_an_error(tmp_path, capsys):
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     (tmp_path / "out").mkdir()
@@ -525,7 +506,7 @@ def test_a_link_in_the_place_of_a_folder_is_refused(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("name", ["..toml", "...toml", "....toml"])
-def test_a_scene_without_a_name_writes_nowhere(name, tmp_path, capsys):
+def test_a_scene_without_a_name_writes_nothing(name, tmp_path, capsys):
     (tmp_path / "in").mkdir()
     (tmp_path / "in" / name).write_text(ARM)
     before = sorted(tmp_path.rglob("*"))
@@ -534,10 +515,10 @@ def test_a_scene_without_a_name_writes_nowhere(name, tmp_path, capsys):
     assert sorted(tmp_path.rglob("*")) == before
 
 
-def test_names_that_are_no_text_and_long_ones_are_written_all_the_same(tmp_path, capsys):
+def test_undecodable_and_long_names_are_written(tmp_path, capsys):
     for name in (b"caf\xe9", b"\x1b[31mred", b"n" * 250, "stra\u00dfe \u202e".encode()):
         path = os.fsencode(tmp_path) + b"/" + name + b".toml"
-        with open(path, "w") as file:  # noqa: PTH123 - of bytes
+        with open(path, "w") as file:  # noqa: PTH123 - the name is bytes
             file.write(ARM)
         assert main([os.fsdecode(path), "-o", str(tmp_path / "out"), "--quiet", "--positions", "2"]) == 0
         require_whole(Path(os.fsdecode(os.fsencode(tmp_path) + b"/out/" + name)))
@@ -549,14 +530,14 @@ def test_names_that_are_no_text_and_long_ones_are_written_all_the_same(tmp_path,
 @pytest.mark.parametrize(
     "argument", ["n" * 300, "n" * 300 + ".toml", "a\0b.toml", "/dev/zero", "[", "*.none", "\x1b[2J", "", " "]
 )
-def test_arguments_that_name_no_scene_are_refused(argument, tmp_path, capsys):
+def test_arguments_that_name_no_scene_are_errors(argument, tmp_path, capsys):
     assert main([argument, "-o", str(tmp_path / "out")]) == 2
     said = capsys.readouterr().err
     assert len(said) < 600
     assert not re.search(r"[\x00-\x09\x0b-\x1f]", said)
 
 
-def test_endless_files_pipes_and_folders_are_refused(tmp_path, capsys):
+def test_endless_files_pipes_and_empty_folders_are_errors(tmp_path, capsys):
     (tmp_path / "endless.toml").symlink_to("/dev/zero")
     os.mkfifo(tmp_path / "pipe.toml")
     (tmp_path / "large.toml").write_text("#" * 5_000_000)
@@ -572,21 +553,15 @@ def test_endless_files_pipes_and_folders_are_refused(tmp_path, capsys):
     assert "holds no .toml file" in capsys.readouterr().err
 
 
-def test_a_working_folder_that_was_deleted_is_told(tmp_path):
+def test_a_deleted_working_folder_is_an_error(tmp_path):
     place = tmp_path / "gone"
     place.mkdir()
     scenes(tmp_path / "in", 1)
     code = f"import os; os.rmdir({str(place)!r}); from kinelast.cli.command import main; raise SystemExit(main("
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)}
     for call, status in (([str(tmp_path / "in" / "s0.toml"), "-o", "out"], 2), (["s0.toml"], 2)):
-        done = subprocess.run(
-            [sys.executable, "-c", f"{code}{call!r}))"],
-            cwd=place,
-            env=environment,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        command = [sys.executable, "-c", f"{code}{call!r}))"]
+        done = subprocess.run(command, cwd=place, env=environment, capture_output=True, text=True, check=False)
         place.mkdir()
         assert (done.returncode, "Traceback" in done.stderr) == (status, False), done.stderr
 
@@ -604,7 +579,7 @@ CHAIN = (
 )
 
 
-def test_what_cannot_be_drawn_takes_no_figures_with_it(tmp_path, monkeypatch, capsys):
+def test_a_failed_page_keeps_the_figures(tmp_path, monkeypatch, capsys):
     import kinelast.outputs.page
 
     call = [str(scenes(tmp_path / "in", 1) / "s0.toml"), "-o", str(tmp_path / "out"), "--resume"]
@@ -617,11 +592,11 @@ def test_what_cannot_be_drawn_takes_no_figures_with_it(tmp_path, monkeypatch, ca
     found = json.loads((tmp_path / "out" / "s0" / "summary.json").read_text())
     assert list(found["failed"]) == ["report.html"]
     assert set(found["files"]) == {"positions.csv"}
-    assert main(call) == 0  # made again, since it was not whole
+    assert main(call) == 0  # computed again, since a file failed
     require_whole(tmp_path / "out" / "s0")
 
 
-def test_frequencies_that_cannot_be_found_take_no_deflection_with_them(tmp_path, monkeypatch):
+def test_failed_frequencies_keep_the_deflection(tmp_path, monkeypatch):
     def none(*_, **__):
         raise np.linalg.LinAlgError("Eigenvalues did not converge")
 
@@ -633,7 +608,7 @@ def test_frequencies_that_cannot_be_found_take_no_deflection_with_them(tmp_path,
     assert found["vibration"]["drive_to_lowest"]["value"] is None
 
 
-def test_a_rigid_scene_has_its_report_whatever_is_asked(tmp_path, capsys):
+def test_a_rigid_scene_has_a_report_for_all_options(tmp_path, capsys):
     rigid = edited(SLIDER_CRANK, *(("section", "#section") for _ in ()))
     text = re.sub(r'section = "\w+"\nmaterial = "\w+"', "rigid = true\nmass = 1\ncenter = [0, 0]", rigid)
     (tmp_path / "rigid.toml").write_text(text)
@@ -649,7 +624,7 @@ def test_a_rigid_scene_has_its_report_whatever_is_asked(tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_results_are_the_same_byte_for_byte_for_any_number_of_jobs(tmp_path):
+def test_results_do_not_depend_on_the_number_of_jobs_bit_for_bit(tmp_path):
     cases = scenes(tmp_path / "in", 1)
     (cases / "chain.toml").write_text(CHAIN)
     for jobs in ("1", "2"):
@@ -658,29 +633,29 @@ def test_results_are_the_same_byte_for_byte_for_any_number_of_jobs(tmp_path):
     assert len(files) == 2 * 4 + 2
     for file in files:
         contents = [(tmp_path / jobs / "out" / file).read_bytes() for jobs in ("1", "2")]
-        if file.name == "index.html":  # tells how long the scenes took
+        if file.name == "index.html":  # contains the computing time
             contents = [re.sub(rb'"seconds":\{[^}]*\}', b"", content) for content in contents]
         assert contents[0] == contents[1], file
 
 
-def test_the_package_can_be_run_as_a_module():
+def test_the_package_runs_as_a_module():
     call = [sys.executable, "-m", "kinelast", "--list"]
     done = subprocess.run(call, cwd=Path(__file__).parent.parent, capture_output=True, text=True, check=True)
     assert "steel_four_bar" in done.stdout
 
 
 @pytest.mark.exhaustive
-def test_an_integration_that_is_interrupted_keeps_what_was_reached(tmp_path):
+def test_an_interrupted_integration_keeps_its_results(tmp_path):
     text = (Path(__file__).parent.parent / "kinelast/mechanisms/andrews_squeezer.toml").read_text()
     scene, out = tmp_path / "squeezer.toml", tmp_path / "out"
-    scene.write_text(re.sub(r"(?m)^duration = .*", "duration = 10\\nsteps = 1000000", text))  # minutes of steps
+    scene.write_text(re.sub(r"(?m)^duration = .*", "duration = 10\\nsteps = 1000000", text))  # minutes of computing
     run = started(scene, "-o", out, "--positions", 3000, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     time.sleep(4.0)
     asked = time.monotonic()
     os.killpg(run.pid, signal.SIGINT)
     said, _ = run.communicate(timeout=60)
     assert run.returncode == 130
-    assert time.monotonic() - asked < 20.0  # of which the integration takes a step, the report the rest
+    assert time.monotonic() - asked < 20.0  # a step of the integration, and the report
     require_whole(out / "squeezer")
     figures = json.loads((out / "squeezer" / "summary.json").read_text())
     reached = figures["run"]["interrupted"]["value"]
@@ -691,8 +666,8 @@ def test_an_integration_that_is_interrupted_keeps_what_was_reached(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_worker_whose_line_is_closed_with_something_unread_ends_silently(capfd):
-    """As one is that is interrupted between an answer and the next task."""
+def test_a_worker_ends_silently_if_its_pipe_closes_with_unread_data(capfd):
+    """This happens if the worker is interrupted between an answer and the next task."""
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     worker = context.Process(target=processes._serve, args=(there, abs))

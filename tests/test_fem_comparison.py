@@ -1,4 +1,4 @@
-"""What the comparison tells, and what the mesh files hold."""
+"""The comparison with finite elements, and the contents of mesh files."""
 
 from dataclasses import replace
 from xml.etree import ElementTree
@@ -17,7 +17,7 @@ from rigid.kinematics import repeated
 
 
 def with_fields(bent, **values):
-    """A deflection of undivided beams with other coefficients."""
+    """Return a deflection of undivided beams with other coefficients."""
     return replace(bent, amplitudes=replace(bent.amplitudes, **values))
 
 
@@ -28,7 +28,7 @@ def answers():
     return deflection(turning, case.sections), solve(turning, case.sections, 8)
 
 
-def test_the_true_answer_passes(answers):
+def test_the_right_answer_passes(answers):
     comparison = compare(*answers)
     assert comparison.passed
     assert comparison.compared == 24
@@ -36,8 +36,8 @@ def test_the_true_answer_passes(answers):
     assert comparison.elements == 8
 
 
-def test_tapered_beams_are_granted_what_their_elements_leave(answers):
-    """1/elements^4, no more; and the closed forms do not stand 1e-5 beside the elements."""
+def test_the_tolerance_of_tapered_beams_is_their_discretization_error(answers):
+    """The tolerance is 1/elements^4; an error of 1e-5 in the closed form is found."""
     exact, _ = answers
     shaped = [replace(section, taper=Taper(EI=(1.0, -0.7))) for section in exact.sections]
     bent = deflection(exact.motion, shaped)
@@ -61,11 +61,11 @@ def test_a_rigidity_one_percent_off_fails(answers):
 
 
 @pytest.mark.parametrize("field", PRIMARY)
-def test_a_single_wrong_coefficient_is_found_where_it_is(answers, field):
+def test_a_single_wrong_coefficient_is_located(answers, field):
     exact, found = answers
     values = getattr(exact, field).copy()
     scale = np.abs(sample(exact, field, found.xi)).max()
-    values[1, 2, 13] += 1e-3 * scale  # grows along the beam: greatest at its end
+    values[1, 2, 13] += 1e-3 * scale  # grows along the beam: largest at its end
     comparison = compare(with_fields(exact, **{field: values}), found)
     worst = comparison.worst[PRIMARY.index(field)]
     assert not comparison.passed
@@ -76,7 +76,7 @@ def test_a_single_wrong_coefficient_is_found_where_it_is(answers, field):
     assert comparison.relative[others].max() < 1e-8
 
 
-def test_a_beam_is_also_measured_by_itself(answers):
+def test_differences_are_also_relative_to_the_beam(answers):
     exact, found = answers
     values = exact.w.copy()
     small = np.abs(sample(exact, "w", found.xi)).max(axis=(1, 2))
@@ -90,7 +90,7 @@ def test_a_beam_is_also_measured_by_itself(answers):
     assert comparison.own[w, beam] > 1.5e-9
 
 
-def test_an_answer_on_one_side_only_fails(answers):
+def test_nan_on_one_side_fails(answers):
     exact, found = answers
     w = found.w.copy()
     w[:, 3] = np.nan
@@ -103,8 +103,8 @@ def test_an_answer_on_one_side_only_fails(answers):
     assert not compare(lost, nowhere).passed
 
 
-def test_a_field_that_is_zero_but_for_round_off_passes():
-    """No axial load at all: N is some 1e-16 of V on one side or the other."""
+def test_round_off_in_a_zero_field_passes():
+    """Without axial load, N is about 1e-16 of V in either answer."""
     case = four_bar(gravity=0.0, loads=(), crank=0.11)
     links = tuple(replace(link, lumps=()) for link in case.mechanism.links)
     still = motion_of(case.with_(links=links).mechanism, [0.4])
@@ -117,8 +117,8 @@ def test_a_field_that_is_zero_but_for_round_off_passes():
     assert comparison.relative[PRIMARY.index("N")].max() <= 1e-8
 
 
-def test_an_arm_that_only_a_moment_bends_passes():
-    """N and V are some 1e-16 of M/l on one side or the other."""
+def test_round_off_of_an_arm_under_a_moment_passes():
+    """N and V are about 1e-16 of M/l in either answer."""
     arm = Link("arm", {"O": 0.0, "A": 0.7}, (Beam("O", "A"),))
     links, twist = (Link("ground", {"O": 0.0}), arm), PointLoad("arm", "A", 0.0, 5.0)
     mechanism = Mechanism(links, (PinDrive("arm", "O"),), {"O": 0.0, "A": 0.7}, loads=(twist,))
@@ -130,8 +130,8 @@ def test_an_arm_that_only_a_moment_bends_passes():
 
 
 @pytest.mark.parametrize("slenderness", [5, 200])
-def test_an_arm_that_is_only_pulled_passes(slenderness):
-    """No gravity, constant speed: w and phi are round-off of what the pull would bend, were it across."""
+def test_round_off_of_an_arm_in_tension_passes(slenderness):
+    """w and phi are round-off relative to the bending by the same force across the arm."""
     arm = Link("arm", {"O": 0.0, "A": 0.7}, (Beam("O", "A", 0.5),), (Lump("A", 2.0),))
     mechanism = Mechanism((Link("ground", {"O": 0.0}), arm), (PinDrive("arm", "O"),), {"O": 0.0, "A": 0.7})
     turning = motion_of(mechanism, np.linspace(0.0, 6.0, 50), 30.0)
@@ -142,8 +142,8 @@ def test_an_arm_that_is_only_pulled_passes(slenderness):
     assert not compare(bent, found).passed
 
 
-def test_section_forces_that_jump_at_a_node_are_left_out_there_alone():
-    """A block stands on a node: whether a force is before or beyond it is a matter of round-off."""
+def test_section_forces_are_not_compared_at_a_node_with_a_jump():
+    """Round-off decides on which side of the block's node a force acts."""
     links = (Link("ground", {"O": 0.0}), Link("arm", {"O": 0.0, "A": 1.0}, (Beam("O", "A"),)), Link("block", {"B": 0}))
     mechanism = Mechanism(
         links,
@@ -160,7 +160,7 @@ def test_section_forces_that_jump_at_a_node_are_left_out_there_alone():
     assert not compare(exact, replace(found, M=M)).passed
 
 
-def test_a_mechanism_without_beams_has_nothing_to_differ():
+def test_a_mechanism_without_beams_passes():
     links = (Link("ground", {"O": 0.0}), Link("arm", {"O": 0.0, "A": 0.7}, lumps=(Lump("A", 2.0),)))
     mechanism = Mechanism(links, (PinDrive("arm", "O"),), {"O": 0.0, "A": 0.7}, gravity=-9.81j)
     held = motion_of(mechanism, [0.0, np.pi])
@@ -171,7 +171,7 @@ def test_a_mechanism_without_beams_has_nothing_to_differ():
     assert comparison.worst == ()
 
 
-def test_two_different_runs_are_refused(answers):
+def test_runs_of_different_shape_are_rejected(answers):
     case = four_bar(count=5)
     turning = motion_of(case.mechanism, case.drive, case.rate, case.rate2)
     with pytest.raises(ValueError, match=r"\(3, 24\).*\(3, 5\)"):
@@ -179,13 +179,13 @@ def test_two_different_runs_are_refused(answers):
 
 
 def read(path, position):
-    """Files of a collection by their instants, and one of them."""
+    """Return the instants of a mesh series and the mesh of one position."""
     sets = ElementTree.parse(path).getroot().findall("Collection/DataSet")
     times = [float(entry.get("timestep")) for entry in sets]
     return times, meshio.read(path.parent / sets[position].get("file"))
 
 
-def test_mesh_files_of_the_elements_hold_both_shapes_and_all_fields(answers, tmp_path):
+def test_mesh_files_of_elements_have_both_shapes_and_all_fields(answers, tmp_path):
     _, found = answers
     times, mesh = read(write_vtu_series(found, tmp_path / "new" / "folder"), 7)
     np.testing.assert_array_equal(times, np.linspace(0, 0.1, 24))
@@ -200,11 +200,11 @@ def test_mesh_files_of_the_elements_hold_both_shapes_and_all_fields(answers, tmp
         np.testing.assert_allclose(mesh.points[9 * number][:2], [start.real, start.imag], atol=1e-15)
         np.testing.assert_allclose(mesh.points[9 * number + 8][:2], [end.real, end.imag], atol=1e-15)
     moved = mesh.point_data["displacement"]
-    np.testing.assert_allclose(moved[8], moved[9], rtol=1e-9)  # the pin of crank and coupler stays whole
+    np.testing.assert_allclose(moved[8], moved[9], rtol=1e-9)  # the pin of crank and coupler stays closed
     np.testing.assert_allclose(mesh.point_data["deformed"], mesh.points + moved, atol=1e-15)
 
 
-def test_mesh_files_of_the_closed_forms_take_any_stations(answers, tmp_path):
+def test_mesh_files_of_closed_forms_have_any_stations(answers, tmp_path):
     exact, _ = answers
     _, mesh = read(write_vtu_series(exact, tmp_path, "forms", [0.0, 0.3, 1.0]), 2)
     assert mesh.points.shape == (9, 3)
@@ -212,14 +212,14 @@ def test_mesh_files_of_the_closed_forms_take_any_stations(answers, tmp_path):
         np.testing.assert_array_equal(mesh.point_data[field], sample(exact, field, [0.0, 0.3, 1.0])[:, 2].ravel())
 
 
-def test_mesh_files_leave_out_positions_without_an_answer(tmp_path):
+def test_mesh_files_omit_positions_without_an_answer(tmp_path):
     case = four_bar(crank=0.3, coupler=0.2, rocker=0.3, base=0.4, count=12)
     turning = motion_of(case.mechanism, case.drive, case.rate, case.rate2)
     times, _ = read(write_vtu_series(solve(turning, case.sections), tmp_path), 0)
     np.testing.assert_array_equal(times, np.flatnonzero(np.isfinite(turning.condition)))
 
 
-def test_misuse_of_mesh_files_is_refused(answers, tmp_path):
+def test_misuse_of_mesh_files_is_an_error(answers, tmp_path):
     with pytest.raises(ValueError, match="written at its nodes"):
         write_vtu_series(answers[1], tmp_path, stations=[0.0, 1.0])
     turning = answers[0].motion
@@ -229,7 +229,7 @@ def test_misuse_of_mesh_files_is_refused(answers, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_results_show_in_one_line(answers):
+def test_repr_of_results_is_one_line(answers):
     exact, found = answers
     assert repr(found) == "Solution(3 beams of 8 elements, columns (24,))"
     assert repr(found.ties[0]).startswith("TieForce('")
@@ -237,5 +237,5 @@ def test_results_show_in_one_line(answers):
     assert "\n" not in repr(compare(exact, found))
 
 
-def test_the_package_shows_its_public_names_alone():
+def test_dir_of_fem_check_lists_only_its_public_names():
     assert set(dir(fem_check)) == set(fem_check.__all__)

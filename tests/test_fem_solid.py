@@ -1,4 +1,4 @@
-"""Claim: the plane-stress bodies are those of the theory of elasticity, and tell beam theory's own error.
+"""Plane-stress bodies agree with the theory of elasticity, and measure the error of beam theory.
 
 S. P. Timoshenko, J. N. Goodier, Theory of Elasticity, 3rd ed., 1970: article 21, the end-loaded cantilever, and
 article 22, the beam under a uniform load.
@@ -25,16 +25,16 @@ NU = 0.3
 
 
 def section(depth, EI=1.0):
-    """Of a rectangle."""
+    """Return a rectangular section."""
     return Section(EA=12 * EI / depth**2, EI=EI)
 
 
 class TestTheoryOfElasticity:
     @staticmethod
     def cantilever_errors(across, depth=0.3, EA=7.0, force=1.0):
-        """Root of the integral of the displacement's error, and energy of the error, of a body loaded at its end."""
+        """Return the L2 error of the displacement and the energy of the error, for a body loaded at its end."""
         body = SolidLink(SolidOutline((0j, 1 + 0j), (Strip(0, 1, (EA,), (EA * depth**2 / 12,)),)), NU, across)
-        basis, end = body.basis, 1 + depth / 2  # the body reaches beyond its points by half its depth
+        basis, end = body.basis, 1 + depth / 2  # the body extends beyond its points by half its depth
         EI, GI, L = EA * depth**2 / 12, EA * depth**2 / 12 / (2 * (1 + NU)), 1 + depth
         turned = force * L**2 / (2 * EI) - force * depth**2 / (8 * GI)
 
@@ -60,8 +60,8 @@ class TestTheoryOfElasticity:
         return np.sqrt(((off**2).sum(axis=0) * basis.dx).sum()), (energy * basis.dx).sum()
 
     @pytest.mark.slow
-    def test_end_loaded_cantilever_in_order(self):
-        """Biquadratic elements: displacement of order 3, energy of order 4."""
+    def test_end_loaded_cantilever_converges(self):
+        """Biquadratic elements: order 3 for the displacement, order 4 for the energy."""
         errors = np.array([self.cantilever_errors(across) for across in (8, 16, 32)])
         orders = np.log2(errors[:-1] / errors[1:])
         np.testing.assert_allclose(orders[:, 0], 3.0, atol=0.2)
@@ -69,10 +69,10 @@ class TestTheoryOfElasticity:
 
     @pytest.mark.parametrize("poisson", in_tiers([0.0, 0.3, 0.49], 1, 2))
     def test_uniform_load_on_two_supports(self, poisson):
-        """5 q l^4/(384 EI) (1 + 12/5 (h/l)^2 (4/5 + 5 nu/6)), but for what the pins add.
+        """5 q l^4/(384 EI) (1 + 12/5 (h/l)^2 (4/5 + 5 nu/6)), apart from the effect of the pins.
 
-        Article 22 has 4/5 + nu/2 for a load on the edge. Spread over the depth it adds stresses that fall from one edge
-        to the other, -q y/h; their strains across bend the beam by nu q h^2/12, which makes nu/2 to 5 nu/6.
+        Article 22 has 4/5 + nu/2 for a load on the edge. A load spread over the depth adds the stress -q y/h across
+        the beam. Its strain bends the beam by nu q h^2/12, which changes nu/2 to 5 nu/6.
         """
         uniform = supported({"A": 0, "B": 1.0}, loads=(LineLoad("beam", 0, -1j, -1j),))
         left = []
@@ -93,7 +93,7 @@ class TestLoads:
         ),
     )
 
-    def test_pins_push_as_told(self):
+    def test_pin_forces_balance_the_load(self):
         body = SolidLink(self.outline, NU, 4)
         for k, place in enumerate(self.outline.points):
             np.testing.assert_allclose(
@@ -117,8 +117,8 @@ class TestLoads:
         forces = body.stiffness() @ body.rigid.T
         assert np.abs(forces).max() < 1e-10 * np.abs(body.stiffness()).max()
 
-    def test_where_a_link_is_held_makes_no_difference(self):
-        """Loads in balance need no support: lumps, joint forces and inertia add up."""
+    def test_the_support_of_a_link_does_not_matter(self):
+        """Balanced loads need no support: lumps, joint forces and inertia sum to zero."""
         case = four_bar()
         slender = [section(0.01)] * 3
         mechanism = replace(case.mechanism, links=case.mechanism.links)
@@ -134,7 +134,7 @@ class TestLoads:
 
 class TestAgainstBeamTheory:
     def test_cantilever(self):
-        """A massless arm under a force at its end, from its chord: F l^3 (xi - xi^3)/... and nothing by shear."""
+        """A massless arm under a force at its end: the chord deflection has no shear."""
         bent = deflection(still(cantilever({"A": 0, "B": 1.0}, loads=(PointLoad("beam", "B", -1j),))), [section(0.02)])
         found = compare_solid(bent)
         assert found.largest[0] == pytest.approx(1 / 3 * 3**-0.5 / 3, rel=2e-3)
@@ -142,7 +142,7 @@ class TestAgainstBeamTheory:
 
     @pytest.mark.parametrize("name", in_tiers(ALL, 3, 6))
     def test_all_mechanisms(self, name):
-        """With slender beams and every kind of load within some percent, on links that are bodies."""
+        """With slender beams and every kind of load, the difference is a few per cent on links that are bodies."""
         case = ALL[name]()
         lengths = [
             abs(link.points[b.end] - link.points[b.start]) for link in case.mechanism.links[1:] for b in link.beams
@@ -154,7 +154,7 @@ class TestAgainstBeamTheory:
         assert set(found.left_out) <= {"rocker"}
 
     @pytest.mark.parametrize("change", in_tiers(["depth", "taper"], 0, 1))
-    def test_difference_goes_with_the_square_of_the_depth(self, change):
+    def test_the_difference_scales_with_the_square_of_the_depth(self, change):
         case = steel_four_bar(36)
         taper = Taper(EA=(1.0, -0.5), EI=(1.0, -1.5, 0.75, -0.125)) if change == "taper" else None
         off = []
@@ -163,8 +163,8 @@ class TestAgainstBeamTheory:
             off.append(compare_solid(deflection(motion_of(case), sections), across=8).relative)
         np.testing.assert_allclose(np.log2(np.array(off[:-1]) / off[1:]), 2.0, atol=0.2)
 
-    def test_counting_shear_leaves_less(self):
-        """But for the crank, where the drive's moment comes in through the pin: that is none of shear's."""
+    def test_shear_explains_most_of_the_difference(self):
+        """The exception is the crank, where the pin introduces the drive moment."""
         case = steel_four_bar(36)
         bare = [section(0.02)] * 3
         shearing = [replace(part, kGA=5 / 6 * part.EA / (2 * (1 + NU))) for part in bare]
@@ -187,7 +187,7 @@ class TestAgainstBeamTheory:
         assert off[0] < 0.06
         assert off[0] / off[1] == pytest.approx(2.0, abs=0.1)  # corners as wide as the beams are deep do not bend
 
-    def test_a_link_of_one_beam_and_of_two_in_a_row_bend_alike(self):
+    def test_one_beam_and_two_collinear_beams_bend_alike(self):
         one = Link("arm", {"O": 0.0, "A": 1.0}, (Beam("O", "A", 2.0),), (Lump("A", 3.0),))
         two = Link("arm", {"O": 0.0, "C": 0.4, "A": 1.0}, (Beam("O", "C", 2.0), Beam("A", "C", 2.0)), (Lump("A", 3.0),))
         solid = [solve_solid(held(arm, gravity=-9.81j), [section(0.05)] * len(arm.beams)) for arm in (one, two)]
@@ -200,14 +200,14 @@ class TestAgainstBeamTheory:
 
 
 class TestHousehold:
-    def test_a_link_is_solved_once(self):
+    def test_each_link_is_solved_once(self):
         responses.cache_clear()
         for count in (12, 24):
             case = steel_four_bar(count)
             solve_solid(motion_of(case), case.sections)
         assert responses.cache_info().misses == 3
 
-    def test_rigid_links_and_rails_are_left_out(self):
+    def test_rigid_links_and_rails_are_omitted(self):
         case = steel_four_bar(6)
         bent = deflection(motion_of(case), [RIGID, *case.sections[1:]])
         found = compare_solid(bent)
@@ -218,20 +218,20 @@ class TestHousehold:
         assert nothing.compared == 0
         assert np.isnan(nothing.relative)
 
-    def test_thin_walls_are_left_out(self):
+    def test_thin_walls_are_omitted(self):
         case = steel_four_bar(6)
         walls = section_of(i_section(0.02, 0.02, 0.002, 0.003), 210e9, 0.3)
         found = compare_solid(deflection(motion_of(case), [case.sections[0], walls, case.sections[2]]))
         assert set(found.left_out) == {"coupler"}
         assert found.left_out["coupler"].startswith("a beam is hollow or an I")
 
-    def test_one_line_each(self):
+    def test_repr_is_one_line(self):
         case = steel_four_bar(6)
         solid = solve_solid(motion_of(case), case.sections)
         assert repr(solid) == "SolidSolution(3 links, 944 elements, 6 positions)"
         assert repr(compare_solid(deflection(motion_of(case), case.sections))).count("\n") == 0
 
-    def test_misuse_is_refused(self):
+    def test_misuse_is_an_error(self):
         case = steel_four_bar(3)
         turning = motion_of(case)
         with pytest.raises(ValueError, match="2 sections for 3 beams"):
@@ -243,7 +243,7 @@ class TestHousehold:
         with pytest.raises(ValueError, match="expected one design"):
             solve_solid(turning, [replace(case.sections[0], EA=np.ones((2, 1)))] * 3)
 
-    def test_what_has_no_outline_is_left_out(self):
+    def test_links_without_outline_are_omitted(self):
         case = steel_four_bar(3)
         deep = compare_solid(deflection(motion_of(case), [section(0.2)] * 3))
         assert set(deep.by_link) == {"coupler", "rocker"}
@@ -253,8 +253,8 @@ class TestHousehold:
         assert found.left_out["arm"].startswith("two beams meet at 5.71 degrees, 0.1 and 0.1 m deep")
 
 
-def test_the_deflection_of_the_axis_is_what_elastic_samples():
-    """Place by place, not only in the extremes."""
+def test_the_axis_deflection_agrees_with_elastic():
+    """The fields agree at each station, not only their extremes."""
     case = steel_four_bar(12)
     bent, solid = deflection(motion_of(case), case.sections), solve_solid(motion_of(case), case.sections)
     for k, (xi, chord) in enumerate(zip(solid.xi, solid.chord, strict=True)):
@@ -262,8 +262,8 @@ def test_the_deflection_of_the_axis_is_what_elastic_samples():
         np.testing.assert_allclose(chord, beam, atol=6e-3 * np.abs(beam).max())
 
 
-def test_friction_is_the_moments_that_it_makes():
-    """Viscous friction of a pin beside the same moments given as loads; Coulomb's comes from the same forces."""
+def test_friction_equals_its_moments():
+    """Viscous friction of a pin equals the same moments given as loads; Coulomb friction uses the same forces."""
     viscosity, made = 0.05, steel_four_bar().mechanism
     names = [link.name for link in made.links]
     coupler, rocker = names.index("coupler"), names.index("rocker")

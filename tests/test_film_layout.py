@@ -1,4 +1,4 @@
-"""Claims about words in pictures: they are inside, none lies over another, and they hide little."""
+"""Words in pictures are inside, do not overlap, and hide little."""
 
 from itertools import combinations
 
@@ -22,7 +22,7 @@ from elastic import deflection as bend
 from kinelast import deflection, load
 from rigid import Link, Mechanism, PinDrive, motion, position_of
 
-EVERYTHING = ("names", "links", "peak", "drives", "paths", "deformed")
+ALL_PARTS = ("names", "links", "peak", "drives", "paths", "deformed")
 SIZES = [(1280, 720), (720, 1280), (400, 1000), (1920, 480), (480, 270)]
 
 
@@ -32,7 +32,7 @@ def four_bar():
 
 
 def box(words):
-    """Left, right, lower and upper end of a line as the font has it [pixels]."""
+    """Return left, right, lower and upper end of a line as drawn by the font [pixels]."""
     from PIL import ImageFont
 
     left, top, right, bottom = ImageFont.truetype(str(font_file()), 100).getbbox(words.text)
@@ -46,13 +46,13 @@ def over(one, other):
 
 
 class TestAround:
-    """Head and foot."""
+    """Head and foot of the picture."""
 
     @pytest.mark.parametrize("size", SIZES)
     @pytest.mark.parametrize("look", ["plain", "solid"])
     @pytest.mark.parametrize("name", ["bending-moment", "shape"])
-    def test_the_legend_is_inside_and_nothing_lies_over_another(self, four_bar, size, look, name):
-        style = Style(size=size, look=look, show=EVERYTHING, exaggeration=2e6)
+    def test_the_legend_is_inside_without_overlap(self, four_bar, size, look, name):
+        style = Style(size=size, look=look, show=ALL_PARTS, exaggeration=2e6)
         diagram = diagram_named(name)
         found = legend(diagram, scales_of(four_bar, diagram, style), View(0j, 900.0, turn_of(look)), style)
         boxes = [box(words) for words in found.words]
@@ -63,13 +63,13 @@ class TestAround:
             boxes.append((low.real, high.real, low.imag, high.imag))
         assert min(each[0] for each in boxes) > 0
         assert max(each[1] for each in boxes) < size[0]
-        patches = len(set(boxes))  # of the mixture there are two, one over the other
+        patches = len(set(boxes))  # the mixed colour has two overlapping patches
         assert patches >= 4
         for one, other in combinations(set(boxes), 2):
             assert not over(one, other)
 
     @pytest.mark.parametrize("size", SIZES)
-    def test_the_head_is_above_all_and_its_lines_do_not_meet(self, four_bar, size):
+    def test_the_head_is_at_the_top_without_overlap(self, four_bar, size):
         style = Style(size=size, title="A mechanism whose title is somewhat long for its picture")
         diagram = diagram_named("bending-moment")
         words = drive_words(four_bar)
@@ -82,7 +82,7 @@ class TestAround:
         assert not any(over(one, other) for one, other in combinations(boxes, 2))
         assert min(each.height for each in lines) > 0.011 * min(size)
 
-    def test_a_length_is_as_long_as_it_is_seen(self, four_bar):
+    def test_the_scale_bar_has_the_length_of_the_picture(self, four_bar):
         diagram, style = diagram_named("shape"), Style(look="solid")
         view = View(0.1 + 0.2j, 900.0, turn_of("solid"))
         found = legend(diagram, scales_of(four_bar, diagram, style), view, style)
@@ -91,16 +91,16 @@ class TestAround:
         start, end = view.solid(np.array([[0.0, 0, 0], [float(value) / 1000, 0, 0]]))
         assert np.ptp(found.shapes[0].place(0)[:2].real) == pytest.approx(np.hypot(*(end - start)[:2]))
 
-    def test_nothing_is_written_with_a_sign(self):
+    def test_zero_has_no_sign(self):
         written = steady(706e-6, "m")
         assert (written(-1e-9), written(-706e-6), written(-0.4e-6)) == ("0 µm", "-706 µm", "0 µm")
 
 
 class TestNames:
-    """Names that move."""
+    """Names that move with their points."""
 
     @pytest.mark.parametrize(("size", "look"), in_tiers([((960, 540), "plain"), ((480, 800), "solid")], 0, 1))
-    def test_no_words_lie_over_others_where_points_crowd(self, size, look):
+    def test_words_do_not_overlap_in_a_crowd_of_points(self, size, look):
         bent = deflection(load("flapping_wing"))
         style = Style(size=size, look=look, show=("names", "links", "peak"))
         with off_screen(), Picture(bent, "bending-moment", style) as picture:
@@ -117,10 +117,10 @@ class TestNames:
                 assert FOOT * style.unit < low < high < size[1] - HEAD * style.unit
             seen[[at for at, _ in told]] += 1 / 72
         assert seen[0] == pytest.approx(1.0)  # the value
-        assert np.mean(seen[1:17]) > 0.7  # names of points come first
+        assert np.mean(seen[1:17]) > 0.7  # names of points have priority
         assert min(seen[1:17]) > 0.3
 
-    def test_what_comes_first_stays(self):
+    def test_the_first_of_overlapping_words_stays(self):
         middles = [np.array([0j, 0j]), np.array([5 + 0j, 100j]), np.array([8 + 0j, 100j])]
         kept = without_overlaps([Label(name, z, 10.0, "ink", 3 + 3j) for name, z in zip("abc", middles, strict=True)])
         assert [[label.at(position) for label in kept] for position in (0, 1)] == [["a", "", "c"], ["a", "b", ""]]
@@ -139,7 +139,7 @@ class TestNames:
                 away = {name: np.abs(label.middle - view.flat(place)) for name, place in pins.items()}
                 assert all(np.all(away[label.text] <= each) for each in away.values())
 
-    def test_a_name_stands_nearer_to_its_own_point_than_to_a_next_one(self):
+    def test_a_name_is_nearer_to_its_point_than_to_others(self):
         links = (Link("ground", {"O": 0.0}), steel_bar("arm", "O", "A", 0.5), steel_bar("end", "A", "B", 0.02))
         drives = PinDrive("arm", "O"), PinDrive("end", "A", "arm")
         mechanism = Mechanism(links, drives, {"O": 0, "A": 0.5, "B": 0.52})
@@ -149,7 +149,7 @@ class TestNames:
             away = abs(label.middle - places[label])
             assert all(np.all(away < abs(label.middle - other)) for name, other in places.items() if name is not label)
 
-    def test_two_names_at_one_place_are_both_told(self):
+    def test_two_names_at_one_place_are_both_shown(self):
         bars = steel_bar("one", "O", "A", 0.1), steel_bar("two", "P", "B", 0.1)
         links = (Link("ground", {"O": 0.0, "P": 0.0}), *bars)
         mechanism = Mechanism(links, (PinDrive("one", "O"), PinDrive("two", "P")), {"O": 0, "A": 0.1, "P": 0, "B": 0.1})
@@ -168,7 +168,7 @@ class TestNames:
         assert np.all(free > 0.3 * scales.pin * view.pixels)
 
     def named(self, bent, show="names"):
-        """Labels of the points of a mechanism of which nothing is drawn, and where these are [pixels]."""
+        """Return labels and places of the points of an undrawn mechanism [pixels]."""
         style = Style(size=(640, 384), show=(show,))
         view, scales = self.seen(bent)
         labels = name_labels(bent, scales, view, style, ink_of([], [], view, range(3), 3.0), 0.0)
@@ -179,12 +179,12 @@ class TestNames:
         return {label: view.flat(places[label.text]) for label in labels}
 
     def seen(self, bent):
-        """View and scales of a picture of a mechanism."""
+        """Return view and scales of a picture of a mechanism."""
         style = Style(size=(640, 384), show=("names",))
         scales = scales_of(bent, diagram_named("motion"), style)
         return view_for(shapes_of(bent, diagram_named("motion"), scales, style), [], range(3), style), scales
 
-    def test_what_is_hidden_is_length_times_width(self):
+    def test_the_hidden_area_is_length_times_width(self):
         cross = FlatShape(
             "link", lambda _: np.array([0j, 100j, 0j, -100 + 0j]), lines=(np.array([0, 1]), np.array([2, 3]))
         )
@@ -193,18 +193,18 @@ class TestNames:
         areas = hidden(np.array([[0 + 0j], [50j], [20 + 0j], [-50 + 0j], [9 + 3j]]), 10 + 5j)
         assert areas == pytest.approx([1.5 * (5 + 10), 1.5 * 10, 0.0, 1.5 * 20, 1.5 * (1 + 8)], abs=0.4)
 
-    def test_bodies_are_hidden_by_what_is_seen_of_them(self):
+    def test_bodies_hide_their_visible_area(self):
         square = prism(lambda _: np.array([0, 4, 4 + 4j, 4j]) + 50, 4, 0.0, 60.0)
         turn = turn_of("solid")
         ink = ink_of([], [square], View(0j, 1.0, turn), [0], 1.0)
-        front, back = (complex(*(turn @ [52, 2, z])[:2]) for z in (60, 0))  # seen apart
+        front, back = (complex(*(turn @ [52, 2, z])[:2]) for z in (60, 0))  # visible apart
         areas = ink.hidden(np.array([[front], [back], [(front + back) / 2], [0j]]), 6 + 6j)
         assert areas[:2] == pytest.approx(areas[0])
         assert areas[0] > 0
         assert areas[2:] == pytest.approx([0.0, 0.0])
 
     @pytest.mark.parametrize("look", ["plain", "solid"])
-    def test_the_value_hides_neither_its_dot_nor_the_arrow(self, look):
+    def test_the_value_does_not_cover_its_dot_or_the_arrow(self, look):
         bent = deflection(load("offset_slider_crank"))
         style = Style(size=(960, 540), look=look)
         with off_screen(), Picture(bent, "deflection", style) as picture:

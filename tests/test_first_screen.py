@@ -1,4 +1,4 @@
-"""What is seen of the page at once, on one sheet of paper, and of each chart."""
+"""First screen, one-sheet print and charts of the report page."""
 
 import base64
 import csv
@@ -17,7 +17,7 @@ from kinelast.tasks.task import shipped_scenes
 pytestmark = pytest.mark.slow  # seven reports, each printed
 
 SCREENS = [(1366, 768), (390, 844)]
-DECIDE = ["#acceptance", "#trusted", "#stage", ".deciding .tile:last-child"]
+DECIDING_PARTS = ["#acceptance", "#trusted", "#stage", ".deciding .tile:last-child"]
 BOXES = """
     return arguments[0].map((name) => document.querySelector(name).getBoundingClientRect())
         .map(({ left, top, right, bottom }) => [left, top, right, bottom]);"""
@@ -39,16 +39,16 @@ def out(tmp_path_factory):
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("size", SCREENS)
-def test_what_decides_is_seen_without_scrolling(name, size, driver, out):
+def test_the_verdict_is_visible_without_scrolling(name, size, driver, out):
     page = Page(driver, out / name / "report.html", size[0], folded=True, height=size[1])
-    for left, top, right, bottom in page.run(BOXES, DECIDE):
+    for left, top, right, bottom in page.run(BOXES, DECIDING_PARTS):
         assert 0 <= left < right <= size[0]
         assert 0 <= top < bottom <= size[1]
     if size[0] > 1000:
         assert page.run("return document.documentElement.scrollHeight") < 3000
 
 
-def test_the_figures_that_decide_are_in_their_order(driver, out):
+def test_the_deciding_figures_are_in_order(driver, out):
     page = Page(driver, out / MANY_LIMITS / "report.html", folded=True)
     limits = json.loads((out / MANY_LIMITS / "summary.json").read_text())["acceptance"]["limits"]
     most = max(limits, key=lambda limit: limit["used"] or 0)
@@ -81,7 +81,7 @@ def test_the_figures_that_decide_are_in_their_order(driver, out):
         ),
     ],
 )
-def test_reliable_never_stands_beside_its_contrary(name, verdict, trust, first, driver, out):
+def test_verdict_and_reliability_do_not_contradict_each_other(name, verdict, trust, first, driver, out):
     page = Page(driver, out / name / "report.html", folded=True)
     said = page.run("return ['acceptance', 'trusted'].map((name) => document.getElementById(name).innerText)")
     assert said[0].startswith(verdict)
@@ -90,7 +90,7 @@ def test_reliable_never_stands_beside_its_contrary(name, verdict, trust, first, 
     assert page.logs() == []
 
 
-def test_a_mechanism_that_buckles_is_drawn_as_rigid_links(driver, out):
+def test_a_buckling_mechanism_is_drawn_as_rigid_links(driver, out):
     page = Page(driver, out / "buckled" / "report.html", folded=True)
     lines = page.run(
         "return Array.from(document.querySelectorAll('.mechanism .link'), (each) => each.getAttribute('d'))"
@@ -103,7 +103,7 @@ def test_a_mechanism_that_buckles_is_drawn_as_rigid_links(driver, out):
     assert row["decides"].startswith("rod buckles, ")
 
 
-def test_a_link_opens_what_is_folded(driver, out):
+def test_a_link_unfolds_its_section(driver, out):
     page = Page(driver, out / "steel_four_bar" / "report.html", folded=True)
     fold = "return document.querySelector('#curves > .fold').open"
     assert not page.run(fold)
@@ -112,7 +112,7 @@ def test_a_link_opens_what_is_folded(driver, out):
 
 
 @pytest.mark.parametrize("name", ["steel_four_bar", MANY_LIMITS, "flap_plates", "buckled"])
-def test_the_page_is_one_sheet_and_so_is_the_file_to_print(name, driver, out):
+def test_page_and_print_file_are_one_sheet(name, driver, out):
     from pypdf import PdfReader
 
     page = Page(driver, out / name / "report.html", folded=True)
@@ -123,13 +123,13 @@ def test_the_page_is_one_sheet_and_so_is_the_file_to_print(name, driver, out):
         words = re.sub(r"\s+", " ", pages[0].extract_text())
         for heading in ("Assumptions", "Checked", "mm" if name == "buckled" else "displacements drawn"):
             assert heading in words
-        assert "Why?" not in words  # a link leads nowhere on paper
+        assert "Why?" not in words  # a link is useless on paper
         if name == MANY_LIMITS:
             assert "transmission angle" in words
             assert re.search(r"8[89]\.?\d* %", words)
 
 
-def test_a_chart_draws_six_curves_that_differ_in_colour_and_in_dashes(driver, out):
+def test_a_chart_draws_six_distinguishable_curves(driver, out):
     page = Page(driver, out / "flap_plates" / "report.html")
     shown = """
         return Array.from(document.querySelectorAll('#curves .chart'), (chart) => [
@@ -156,7 +156,7 @@ CROSSED = """
 
 
 @pytest.mark.parametrize("name", ["steel_four_bar", MANY_LIMITS, "flap_plates"])
-def test_names_lie_on_no_link(name, driver, out):
+def test_names_do_not_cover_links(name, driver, out):
     page = Page(driver, out / name / "report.html")
     for position in range(0, 24, 5):
         page.run("kinelast.showPosition(arguments[0])", position)
@@ -165,7 +165,7 @@ def test_names_lie_on_no_link(name, driver, out):
         assert crossed == []
 
 
-def test_designs_of_the_index_have_one_verdict_and_one_limit(driver, out):
+def test_the_index_shows_one_verdict_and_one_limit_per_scene(driver, out):
     page = Page(driver, out / "index.html")
     heads = page.run("return Array.from(document.querySelectorAll('thead th'), (head) => head.innerText.trim())")
     assert [head.split()[0] for head in heads[:4]] == ["scene", "verdict", "decides", "used"]
@@ -179,7 +179,7 @@ def test_designs_of_the_index_have_one_verdict_and_one_limit(driver, out):
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_a_shell_is_told_all_options(shell, capsys):
+def test_completions_list_all_options(shell, capsys):
     assert main(["--completion", shell]) == 0
     told = capsys.readouterr().out
     for word in ("theory", "geometrically-exact", "print", "kinelast", *shipped_scenes()):
@@ -187,7 +187,7 @@ def test_a_shell_is_told_all_options(shell, capsys):
 
 
 @pytest.mark.parametrize("width", [360, 1100, 1280])
-def test_no_figure_reaches_into_the_picture(width, driver, out):
+def test_figures_do_not_overlap_the_picture(width, driver, out):
     page = Page(driver, out / "steel_four_bar" / "report.html", width, folded=True)
     wide = "return Array.from(document.querySelectorAll('.tiles'), (each) => each.scrollWidth - each.clientWidth)"
     assert page.run(wide) == [0, 0]

@@ -1,6 +1,6 @@
-"""Claim: whatever stands in a file and is asked, the command answers it: a status, short messages, whole files.
+"""For any contents of a file and any options, the command gives a status, short messages and whole files.
 
-Some of the cases of benchmarks/fuzz_scenes.py; of most no page is drawn, which takes most of the time.
+These are some cases of benchmarks/fuzz_scenes.py. Most are run without pages, which take most of the time.
 """
 
 import sys
@@ -18,14 +18,14 @@ from kinelast.tasks.request import Batch, Request, options_of
 
 
 @pytest.fixture(autouse=True)
-def lines_in_between(no_lines_in_between, monkeypatch):
-    """The watch takes what is said of how far things are for an answer to who waits; a slow machine is no fault."""
+def progress_lines(no_lines_in_between, monkeypatch):
+    """Allow progress lines after 10 s: the watch takes them for an answer, and a slow machine is not an error."""
     monkeypatch.setattr("kinelast.cli.terminal.SELDOM", 10.0)
     monkeypatch.setattr("fuzz_scenes.SECONDS", 200)
 
 
 @pytest.mark.parametrize("tens", in_tiers(range(14), 1, 2))
-def test_spoilt_scenes_are_answered(tens, tmp_path, monkeypatch):
+def test_damaged_scenes_are_answered(tens, tmp_path, monkeypatch):
     monkeypatch.setattr("kinelast.outputs.page.report_page", lambda *_, **__: b"<html></html>")
     statuses = []
     for number in range(10 * tens, 10 * tens + 10):
@@ -43,20 +43,22 @@ def test_drawn_scenes_and_options_are_answered(tens, tmp_path):
 
 
 def test_every_key_and_every_option_is_drawn():
-    """Also those of tables and requests that are still to come: the keys are read off the format itself."""
+    """Keys are read from the format, so keys of future tables and options are included."""
     count = Counter()
     for number in range(3 * len(KEYS)):
         count.update(drawn_case(5, number).drawn)
     missing = [str(key) for key in KEYS if not any(count[str(key), how] for how in HOW)]
-    missing += [f"--{name}" for name in WORDS if name not in RARELY and not any(count[f"--{name}", how] for how in HOW)]
+    missing += [
+        f"--{name}" for name in WORDS if name not in UNDRAWN and not any(count[f"--{name}", how] for how in HOW)
+    ]
     assert not missing
-    assert {*WORDS, "live"} == set(options_of(Request, Batch))  # which serves until it is ended
+    assert {*WORDS, "live"} == set(options_of(Request, Batch))  # `live` serves until it is ended
 
 
-RARELY = {"version", "scheduler", "jobs"}  # ends a run, wait long, start processes
+UNDRAWN = {"version", "scheduler", "jobs"}  # these end a run, wait long or start processes
 
 
-def test_the_watch_sees_a_traceback_a_hang_and_what_is_written_elsewhere(tmp_path, monkeypatch):
+def test_the_watch_detects_each_fault(tmp_path, monkeypatch):
     import fuzz_scenes
 
     def stray(call):
@@ -92,14 +94,14 @@ def test_the_watch_sees_a_traceback_a_hang_and_what_is_written_elsewhere(tmp_pat
     ("cell", "fault"),
     [("3.0,inf", ""), ("inf,3.0", "positions.csv: A.w_max [m]: inf"), ("3.0,nan", "positions.csv: safety [1]: nan")],
 )
-def test_the_watch_lets_but_the_safety_of_an_unstressed_machine_be_infinite(cell, fault, tmp_path, monkeypatch):
+def test_the_watch_accepts_only_an_infinite_safety(cell, fault, tmp_path, monkeypatch):
     import fuzz_scenes
 
-    def told(call):
+    def answer(call):
         out = Path(call[2])
         out.mkdir(parents=True)
         (out / "positions.csv").write_text(f"A.w_max [m],safety [1]\n{cell}\n")
         return 0
 
-    monkeypatch.setattr(fuzz_scenes, "main", told)
+    monkeypatch.setattr(fuzz_scenes, "main", answer)
     assert fault_of(2, 0, tmp_path)[1] == fault

@@ -1,6 +1,6 @@
-"""Claim: links displaced by any amount are those of the exact equations of beams.
+"""Links with large displacements obey the exact equations of beams.
 
-Closed forms of the elastica, and `fem_check.nonlinear`, which shares neither motion, nor loads, nor theory.
+References are closed forms of the elastica, and `fem_check.nonlinear` with its own kinematics, loads and beam theory.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from rigid import (
 
 
 def loaded_cantilever(force, sections):
-    """A cantilever of length 1 that holds a force across its end, without vibrating."""
+    """Return the static answer of a cantilever of length 1 with a transverse force at its end."""
     arm = Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A", 1e-6),))
     load = PointLoad("arm", "A", force)
     held = Mechanism((Link("ground", {"O": 0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 1}, loads=(load,))
@@ -103,14 +103,14 @@ CASES = [
 
 
 @pytest.mark.parametrize(("make", "speed", "beta", "count", "limit"), CASES)
-def test_all_fields_of_the_whole_nonlinear_mechanism(make, speed, beta, count, limit):
+def test_all_fields_agree_with_the_nonlinear_mechanism(make, speed, beta, count, limit):
     case = make()
     start, period = case.drive[0, 0], 2 * math.pi / speed
 
     def law(t):
         return start + speed * np.asarray(t), np.full(np.shape(t), speed), np.zeros(np.shape(t))
 
-    whole = nonlinear_steady_state(
+    nonlinear = nonlinear_steady_state(
         case.mechanism, case.sections, [law], period, positions=count, elements=8, damping=beta
     )
     linear, found = vibrating(case, speed, count, beta)
@@ -118,22 +118,22 @@ def test_all_fields_of_the_whole_nonlinear_mechanism(make, speed, beta, count, l
     assert theory_error(found).large_displacement < 1e-3
 
     def off(bent, field):
-        reference = getattr(whole, field)
+        reference = getattr(nonlinear, field)
         largest = np.nanmax(np.abs(reference), axis=(1, 2))
-        differences = np.abs(sample(bent, field, whole.xi) - reference).max(axis=(1, 2))
+        differences = np.abs(sample(bent, field, nonlinear.xi) - reference).max(axis=(1, 2))
         return (differences / np.maximum(largest, 0.01 * largest.max())).max()
 
     for field in ("chord", "w", "phi", "u", "M"):
         assert off(found.deflection, field) < limit
-    for field in ("N", "V"):  # of the check's at its nodes less is known
+    for field in ("N", "V"):  # the check's forces at its nodes are less accurate
         assert off(found.deflection, field) < 4 * limit
     assert off(linear.deflection, "chord") > 3 * off(found.deflection, "chord")
     efforts = drive_efforts(found.deflection.motion, found.deflection.forces)
-    assert np.abs(efforts - whole.efforts).max() < limit * np.abs(whole.efforts).max()
+    assert np.abs(efforts - nonlinear.efforts).max() < limit * np.abs(nonlinear.efforts).max()
 
 
-def test_the_residual_that_steps_in_time_smooth_is_told():
-    """Steps that feel no inertia of it settle all the same, as far off as they say."""
+def test_the_error_includes_a_residual_that_time_steps_smooth():
+    """Time steps without the residual's inertia still converge; the stated error covers the difference."""
     linear, true = vibrating(ALL["RPP"](), 60.0, 48, 2e-4)
     poor = settled_links(linear.vibration, 1e-6, 1e-9)
     grid, plain = linear.vibration.problem.terms.grid, linear.quasi_static
@@ -143,8 +143,8 @@ def test_the_residual_that_steps_in_time_smooth_is_told():
     assert 1e-5 < off.max() < 2 * poor.worst
 
 
-def test_extremes_are_those_of_the_fields():
-    """Where section forces are no integrals of one another, each field tells its own extremes."""
+def test_extremes_equal_those_of_the_fields():
+    """Section forces are not integrals of each other here, so each field has its own extremes."""
     _, found = vibrating(ALL["RPR"](), 15.0, 24, 2e-4)
     xi = np.linspace(0.0, 1.0, 2001)
     for field, peak in extremes(found.deflection, ["N", "V", "M", "u", "w", "phi", "chord"]).items():
@@ -156,7 +156,7 @@ SOFT = Section(EA=1e4, EI=1.0, kGA=1e3)
 
 
 def held_exactly(mechanism, sections, joints=None):
-    """Deflection of a mechanism that stands still, displaced by any amount."""
+    """Return the deflection of a mechanism at rest with large displacements."""
 
     def motion_at(t):
         return motion(mechanism, 0 * np.asarray(t), 0.0, 0.0, t)
@@ -166,9 +166,9 @@ def held_exactly(mechanism, sections, joints=None):
 
 
 def shot(section, length, force, moment, give=0.0, steps=60):
-    """Place, rotation and moment at the end of a beam of Reissner's, by Runge and Kutta's fourth order.
+    """Integrate Reissner's beam by fourth-order Runge-Kutta; return position, rotation and moment at its end.
 
-    `force` on its end, and the `moment` at its start, which turns by so much times `give`.
+    `force` acts at the end. The start has the `moment` and rotates by `give` times the moment.
     """
 
     def rate(y):
@@ -188,9 +188,9 @@ def shot(section, length, force, moment, give=0.0, steps=60):
 
 @pytest.mark.parametrize(("load", "beside"), [(-0.7j, 0.0), (-0.4j, 0.7)])
 def test_a_block_on_a_bent_link(load, beside):
-    """A carriage on a vertical guide presses a block down on an arm whose drive gives way; a force turns the block.
+    """A block on a vertical guide presses down on an arm with a soft drive, and a force rotates the block.
 
-    Where the block is on the bent axis, its force is square to it there but for the moment times the curvature.
+    The contact force is normal to the bent axis, except for the moment times the curvature.
     """
     at, lever, give = 0.6, 0.1j, 0.2
     arm = Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A", 1e-6),))
@@ -205,7 +205,7 @@ def test_a_block_on_a_bent_link(load, beside):
     linear, found = held_exactly(mechanism, [SOFT], {"O": JointCompliance(rotation=give)})
     down = (load + beside).imag
 
-    def lacking(unknown):
+    def residual(unknown):
         length, along, moment = unknown
         force = along + 1j * down
         place, turn, held = shot(SOFT, length, force, moment, give)
@@ -216,7 +216,7 @@ def test_a_block_on_a_bent_link(load, beside):
         pushed = (np.conj(tangent) * force).real + turning * turning / (2 * SOFT.EI)
         return [place.real - at, held - turning, pushed]
 
-    length, along, moment = root(lacking, [at, 0.0, at * down], tol=1e-11).x
+    length, along, moment = root(residual, [at, 0.0, at * down], tol=1e-11).x
     place, turn, _ = shot(SOFT, length, along + 1j * down, moment, give)
     scale = abs(displacement_of(linear, "shoe", "P")[0] - 1j * place.imag)
     assert abs(displacement_of(found, "shoe", "P")[0] - 1j * place.imag) < min(2e-4 * abs(place.imag), 0.02 * scale)
@@ -227,9 +227,9 @@ def test_a_block_on_a_bent_link(load, beside):
 
 @pytest.mark.parametrize(("pressure_angle", "hub"), [(0.0, 0.0), (0.35, 0.1 - 0.05j)])
 def test_a_planet_on_a_bent_carrier(pressure_angle, hub):
-    """It rolls around a sun that stands still; by a force beside its pin its teeth bend the carrier by half a radian.
+    """A planet rolls around a fixed sun; a force beside the pin and the teeth bend the carrier by half a radian.
 
-    Teeth push across the line of centres as it then is, the planet turns as seen from there.
+    The tooth force acts across the deformed line of centres, and the planet rotates relative to that line.
     """
     beside, load, ratio, slope = 0.15 + 0.05j, -1j, -2.0, math.tan(pressure_angle)
     arm = Link("arm", {"O": 0, "P": 1.0}, (Beam("O", "P", 1e-6),))
@@ -243,14 +243,14 @@ def test_a_planet_on_a_bent_carrier(pressure_angle, hub):
     def turned(centre):
         return (1 - ratio) * (np.angle(centre) - slope * np.log(abs(centre)))
 
-    def lacking(unknown):
+    def residual(unknown):
         force = complex(*unknown[:2])
         centre, _, held = shot(SOFT, 1.0, force, unknown[2])
         moment = -(np.conj(beside * np.exp(1j * turned(centre))) * load).imag
         teeth = (1 - ratio) * moment * (slope - 1j) / np.conj(centre)
         return [(force - load - teeth).real, (force - load - teeth).imag, held]
 
-    along, across, moment = root(lacking, [0.0, -1.4, -1.4], tol=1e-11).x
+    along, across, moment = root(residual, [0.0, -1.4, -1.4], tol=1e-11).x
     centre, _, _ = shot(SOFT, 1.0, along + 1j * across, moment)
     assert displacement_of(found, "arm", "P")[0] == pytest.approx(centre - 1.0, abs=1e-6)
     assert rotation_of(found, "planet", "P")[0] == pytest.approx(turned(centre), abs=1e-6)
@@ -258,8 +258,8 @@ def test_a_planet_on_a_bent_carrier(pressure_angle, hub):
 
 
 @pytest.mark.slow
-def test_gears_about_axes_in_the_ground():
-    """Two soft arms under their weight, geared 1 to -2: against the whole nonlinear mechanism."""
+def test_gears_on_the_ground():
+    """Two soft arms under their weight with ratio -2 agree with the nonlinear mechanism."""
     bars = [
         Link(name, {o: 0, p: 0.2}, (Beam(o, p, 0.12),)) for name, o, p in (("first", "O", "A"), ("second", "D", "B"))
     ]
@@ -276,20 +276,23 @@ def test_gears_about_axes_in_the_ground():
     def law(t):
         return speed * t, np.full_like(t, speed), 0 * t
 
-    whole = nonlinear_steady_state(mechanism, sections, [law], period, positions=4 * count, elements=8, damping=2e-4)
+    nonlinear = nonlinear_steady_state(
+        mechanism, sections, [law], period, positions=4 * count, elements=8, damping=2e-4
+    )
     linear = elastodynamic(motion_at(np.arange(count) * period / count), motion_at, period, sections, damping=2e-4)
     found = geometrically_exact(linear)
     for field, limit in (("M", 1e-4), ("N", 1e-4), ("chord", 3e-4)):
-        reference = getattr(whole, field)[:, ::4]
+        reference = getattr(nonlinear, field)[:, ::4]
         off = [
-            np.abs(sample(bent, field, whole.xi) - reference).max() for bent in (found.deflection, linear.deflection)
+            np.abs(sample(bent, field, nonlinear.xi) - reference).max()
+            for bent in (found.deflection, linear.deflection)
         ]
         assert off[0] < min(limit * np.abs(reference).max(), off[1])
     efforts = drive_efforts(found.deflection.motion, found.deflection.forces)
-    assert np.abs(efforts - whole.efforts[:, ::4]).max() < 1e-4 * np.abs(whole.efforts).max()
+    assert np.abs(efforts - nonlinear.efforts[:, ::4]).max() < 1e-4 * np.abs(nonlinear.efforts).max()
 
 
-def test_a_wheel_that_runs_along_a_rack_is_refused():
+def test_a_wheel_on_a_rack_is_an_error():
     links = Link("ground", {"O": 0}), Link("cart", {"P": 0}), Link("wheel", {"P": 0, "Q": 0.05})
     guide = Slider("guide", "cart", "ground", "P", origin=0.0, direction=1.0)
     turns = PinDrive("wheel", "P", "cart")
@@ -300,8 +303,8 @@ def test_a_wheel_that_runs_along_a_rack_is_refused():
         require_known(motion(mechanism, np.zeros((1, 2))))
 
 
-def test_springs_lumps_beside_their_points_and_loads_that_turn():
-    """On an arm, and on a rigid lever that hangs on it by its pin, against the whole nonlinear mechanism."""
+def test_springs_eccentric_lumps_and_turning_loads():
+    """They act on an arm and on a rigid lever pinned to it; the reference is the nonlinear mechanism."""
     arm = Link("arm", {"O": 0, "A": 0.5}, (Beam("O", "A", 0.5),), (Lump("A", 0.05, 2e-4, 0.03 + 0.02j),))
     lever = Link("lever", {"A": 0, "B": 0.2 - 0.1j}, (), (Lump("B", 0.1, 1e-4, 0.02j), Lump("A", 0.02)))
     ground = Link("ground", {"O": 0, "S": 0.3 + 0.8j})
@@ -328,13 +331,13 @@ def test_springs_lumps_beside_their_points_and_loads_that_turn():
             mechanism, *(np.array(pair) for pair in zip((speed * t, speed + 0 * t, 0 * t), swing, strict=True)), t
         )
 
-    whole = nonlinear_steady_state(mechanism, sections, laws, period, positions=count, elements=12, damping=1e-3)
+    nonlinear = nonlinear_steady_state(mechanism, sections, laws, period, positions=count, elements=12, damping=1e-3)
     linear = elastodynamic(motion_at(np.arange(count) * period / count), motion_at, period, sections, damping=1e-3)
     found = geometrically_exact(linear)
     assert found.reduction_error < 1e-4
     for field in ("u", "w", "phi", "M"):
-        reference = getattr(whole, field)
-        off = [np.abs(sample(bent.deflection, field, whole.xi) - reference).max() for bent in (found, linear)]
+        reference = getattr(nonlinear, field)
+        off = [np.abs(sample(bent.deflection, field, nonlinear.xi) - reference).max() for bent in (found, linear)]
         assert off[0] < 3e-3 * np.abs(reference).max() < off[1]
     efforts = drive_efforts(found.deflection.motion, found.deflection.forces)
-    assert np.abs(efforts - whole.efforts).max() < 1e-3 * np.abs(whole.efforts).max()
+    assert np.abs(efforts - nonlinear.efforts).max() < 1e-3 * np.abs(nonlinear.efforts).max()

@@ -1,4 +1,4 @@
-"""Claim: every file says what it is for, first lines are no riddles, and the tables of docs/house.md are true."""
+"""Every file has a docstring, first lines are plain, and the tables of docs/house.md are right."""
 
 import ast
 import importlib
@@ -17,17 +17,17 @@ RIDDLE = re.compile(r"\b(what|whose|whatever)\b", re.IGNORECASE)
 
 @cache
 def tree_of(path):
-    """A file as a tree of syntax."""
+    """Return the syntax tree of a file."""
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
 @cache
 def files():
-    """Files of all packages."""
+    """Return the files of all packages."""
     return [path for package in PLAIN for path in sorted((ROOT / package).rglob("*.py"))]
 
 
-def test_every_file_says_what_it_is_for():
+def test_every_file_has_a_docstring():
     assert all(ast.get_docstring(tree_of(path)) for path in files())
 
 
@@ -43,10 +43,10 @@ JOINTS = "<!-- files that decide on the kind of a joint -->\n"
 
 
 def decides(node):
-    """Whether a piece of code tells one kind of joint from another by itself, instead of asking the joint.
+    """Return whether code distinguishes kinds of joints itself, instead of asking the joint.
 
-    It compares a slider or a line with None, asks for the class of a joint, part or drive, or goes through the parts of
-    one kind.
+    Such code compares a slider or a line with None, tests the class of a joint, part or drive, or iterates over the
+    parts of one kind.
     """
     if isinstance(node, ast.Compare) and any(
         isinstance(other, ast.Constant) and other.value is None for other in node.comparators
@@ -58,20 +58,20 @@ def decides(node):
 
 
 def deciding_files():
-    """Files that decide on the kind of a joint, the joints' own room left out."""
+    """Yield the files that distinguish kinds of joints, without the joints' own room."""
     for path in files():
         if "rigid/joints" not in path.as_posix() and any(decides(node) for node in ast.walk(tree_of(path))):
             yield path.relative_to(ROOT).with_suffix("").as_posix()
 
 
-def test_the_list_of_files_that_decide_on_the_kind_of_a_joint_is_true():
+def test_the_list_of_files_that_distinguish_joints_is_right():
     table = PAGE.read_text(encoding="utf-8").split(JOINTS)[1].split("\n\n")[0]
     told = set(re.findall(r"`([a-z_/]+)`", table.replace(" ", "")))
     assert told == set(deciding_files())
 
 
 def first_lines(path):
-    """First lines of the docstrings of a file, its classes and its functions, with their line numbers."""
+    """Yield the first docstring lines of a file, its classes and its functions, with line numbers."""
     documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
     for node in ast.walk(tree_of(path)):
         words = ast.get_docstring(node) if isinstance(node, documented) else None
@@ -80,7 +80,7 @@ def first_lines(path):
 
 
 @pytest.mark.parametrize("package", PLAIN)
-def test_first_lines_are_no_riddles(package):
+def test_first_lines_are_plain(package):
     riddles = [
         f"{path.relative_to(ROOT)}:{line}: {words}"
         for path in sorted((ROOT / package).rglob("*.py"))
@@ -94,7 +94,7 @@ SECTION = re.compile(r"^Parameters\n-+\n(.*?)(?=^\w+\n-+\n|\Z)", re.DOTALL | re.
 
 
 def unknown_parameters(path):
-    """Functions of a file of which the docstring documents a parameter that they do not have, or none by name."""
+    """Yield functions whose docstring documents an unknown or unnamed parameter."""
     for node in ast.walk(tree_of(path)):
         section = SECTION.search(ast.get_docstring(node) or "") if isinstance(node, ast.FunctionDef) else None
         if section:
@@ -104,23 +104,23 @@ def unknown_parameters(path):
                 yield f"{path.relative_to(ROOT)}: {node.name}"
 
 
-def test_documented_parameters_are_those_of_the_function():
-    """The site is not built where one is without its name."""
+def test_documented_parameters_exist():
+    """The site cannot be built with an unknown parameter."""
     assert not [each for path in files() for each in unknown_parameters(path)]
 
 
-EMPTY = {"found", "one", "own", "way"}
+VAGUE = {"found", "one", "own", "way"}
 """Names that say nothing of what they name."""
 
 
 def long_lived(path):
-    """Empty names of a file that live longer than three lines, from where they are bound to their last use."""
+    """Yield vague names that are used more than three lines after their assignment."""
     for function in ast.walk(tree_of(path)):
         if isinstance(function, ast.FunctionDef):
             seen = {}
             for node in ast.walk(function):
                 name = getattr(node, "id", getattr(node, "arg", None))
-                if name in EMPTY and isinstance(node, ast.Name | ast.arg):
+                if name in VAGUE and isinstance(node, ast.Name | ast.arg):
                     seen.setdefault(name, []).append(node)
             for name, nodes in seen.items():
                 bound = [node.lineno for node in nodes if isinstance(getattr(node, "ctx", None), ast.Store | None)]
@@ -128,7 +128,7 @@ def long_lived(path):
                     yield f"{path.relative_to(ROOT)}:{min(bound)}: {name} in {function.name}"
 
 
-def test_empty_names_live_three_lines_at_most():
+def test_vague_names_live_three_lines_at_most():
     assert not [name for path in files() for name in long_lived(path)]
 
 
@@ -139,7 +139,7 @@ ONE_FILE = {f"rigid.{name}" for name in ("arrays", "chunks", "constants", "kinem
 
 
 def deep_imports():
-    """Imports of another package that reach deeper than its root or a room's root: file, line and module."""
+    """Yield imports that reach below the root of another package or room: file, line and module."""
     for path in files():
         for node in ast.walk(tree_of(path)):
             if not isinstance(node, ast.ImportFrom) or not node.module or node.module in ONE_FILE:
@@ -147,9 +147,9 @@ def deep_imports():
             first, *inner = node.module.split(".")
             if first in PLAIN and first != path.relative_to(ROOT).parts[0] and inner:
                 room = ROOT / first / inner[0]
-                if first != "kinelast" and (len(inner) > 1 or not room.is_dir()):  # its rooms give their files
+                if first != "kinelast" and (len(inner) > 1 or not room.is_dir()):  # `kinelast` rooms export their files
                     yield f"{path.relative_to(ROOT)}:{node.lineno}: {node.module}"
 
 
-def test_a_package_is_imported_at_its_root_or_at_that_of_a_room():
+def test_imports_stop_at_the_root_of_a_package_or_room():
     assert not [*deep_imports()]

@@ -12,15 +12,15 @@ from rigid.peaks import PEAKS as WITHIN
 SMOOTH = ("harmonic", "cycloidal", "polynomial-345", "polynomial-4567", "modified-trapezoid", "modified-sine")
 RISES = (*SMOOTH, "trapezoidal-velocity", "constant-acceleration")
 
-# Greatest velocity h/T and acceleration h/T^2 of the double-dwell curves, as in the tables of peak factors of
-# R. L. Norton, Design of Machinery, chapter 8, in closed form: 30 z^2 (1 - z)^2 and 140 z^3 (1 - z)^3 at z = 1/2; their
-# derivatives where those of z^2 (1 - z)^2 (1 - 2 z) and so on vanish.
+# Largest velocity h/T and acceleration h/T^2 of the double-dwell curves: peak factors of R. L. Norton, Design of
+# Machinery, chapter 8, in closed form. They are 30 z^2 (1 - z)^2 and 140 z^3 (1 - z)^3 at z = 1/2, and the
+# acceleration at the roots of the jerk.
 PEAKS = {
     "harmonic": (pi / 2, pi**2 / 2),
     "cycloidal": (2.0, 2 * pi),
     "polynomial-345": (1.875, 10 / sqrt(3)),
     "polynomial-4567": (2.1875, 84 / (5 * sqrt(5))),
-    # Speed of 1 gained in the ramps; a modified trapezoid's and sine's acceleration from a rise of 1, by integration.
+    # The ramps reach a speed of 1; the modified trapezoid and sine follow by integration from a rise of 1.
     "trapezoidal-velocity": (1.5, 4.5),
     "constant-acceleration": (2.0, 4.0),
     "modified-trapezoid": (2.0, 8 * pi / (2 + pi)),
@@ -33,7 +33,7 @@ def fine(duration: float, count: int = 20001) -> np.ndarray:
 
 
 def assert_consistent(law: SegmentedLaw, time: np.ndarray, tolerance: float) -> None:
-    """Rate and acceleration are the derivatives of the coordinate, by central differences."""
+    """Check rate and acceleration against central differences of the coordinate."""
     step = 1e-5 * law.duration
     ahead, here, behind = law(time + step), law(time), law(time - step)
     for order in (0, 1):
@@ -42,7 +42,7 @@ def assert_consistent(law: SegmentedLaw, time: np.ndarray, tolerance: float) -> 
 
 
 @pytest.mark.parametrize("curve", RISES)
-def test_rises_have_the_peaks_of_the_handbook(curve):
+def test_rises_have_the_handbook_peaks(curve):
     _, rate, acceleration = SegmentedLaw(0.0, (Segment(curve, 0.2, 3.0),))(fine(0.2))
     velocity, bend = PEAKS[curve]
     assert np.abs(rate).max() == pytest.approx(velocity * 3.0 / 0.2, rel=1e-7)
@@ -50,7 +50,7 @@ def test_rises_have_the_peaks_of_the_handbook(curve):
 
 
 @pytest.mark.parametrize("curve", SMOOTH)
-def test_rises_begin_and_end_at_rest_and_are_derivatives_of_one_another(curve):
+def test_rises_start_and_end_at_rest_with_consistent_derivatives(curve):
     law = SegmentedLaw(1.0, (Segment(curve, 0.5, -2.0),))
     value, rate, _ = law(np.array([0.0, 0.25, 0.5]))
     assert value == pytest.approx([1.0, 0.0, -1.0], abs=1e-14)
@@ -59,7 +59,7 @@ def test_rises_begin_and_end_at_rest_and_are_derivatives_of_one_another(curve):
 
 
 @pytest.mark.parametrize("curve", ["trapezoidal-velocity", "constant-acceleration"])
-def test_curves_of_constant_acceleration_are_its_integrals(curve):
+def test_curves_of_constant_acceleration_equal_integrals(curve):
     z = fine(1.0)
     value, rate, acceleration = CURVES[curve](z)
     gained = np.concatenate([[0.0], np.cumsum((acceleration[1:] + acceleration[:-1]) / 2 * np.diff(z))])
@@ -72,23 +72,23 @@ def test_curves_of_constant_acceleration_are_its_integrals(curve):
 @pytest.mark.parametrize(
     "curve", ["cycloidal", "polynomial-345", "polynomial-4567", "modified-trapezoid", "modified-sine"]
 )
-def test_accelerations_begin_and_end_at_zero_but_not_the_harmonic(curve):
+def test_only_the_harmonic_law_starts_with_acceleration(curve):
     assert CURVES[curve](np.array([0.0, 1.0]))[2] == pytest.approx([0.0, 0.0], abs=1e-12)
     assert CURVES["harmonic"](np.array([0.0, 1.0]))[2] == pytest.approx([pi**2 / 2, -(pi**2) / 2])
 
 
-def test_segments_follow_one_another():
+def test_segments_are_joined():
     law = SegmentedLaw(0.1, (Segment("cycloidal", 1.0, 2.0), Segment("dwell", 0.5), Segment("harmonic", 2.0, -1.0)))
     value, rate, acceleration = law([0.0, 1.0, 1.3, 2.5, 3.5, 9.0, 1.5])
     assert law.duration == 3.5
     assert value == pytest.approx([0.1, 2.1, 2.1, 1.6, 1.1, 1.1, 2.1])
     assert rate == pytest.approx([0.0, 0.0, 0.0, -pi / 4, 0.0, 0.0, 0.0], abs=1e-12)
-    # At 1.5 s the dwell is over and the harmonic begins with -pi^2/2 h/T^2.
-    # At 3.5 s it still decelerates, with pi^2/2 h/T^2; afterwards nothing moves.
+    # At 1.5 s the dwell ends, and the harmonic starts with -pi^2/2 h/T^2. At 3.5 s it still has the acceleration
+    # pi^2/2 h/T^2; afterwards nothing moves.
     assert acceleration[[2, 4, 5, 6]] == pytest.approx([0.0, pi**2 / 8, 0.0, -(pi**2) / 8])
 
 
-def test_polynomial_takes_over_a_constant_speed():
+def test_a_polynomial_continues_a_constant_speed():
     law = SegmentedLaw(
         0.0,
         (
@@ -106,7 +106,7 @@ def test_polynomial_takes_over_a_constant_speed():
     assert_consistent(law, np.linspace(0.01, 1.89, 90), 1e-7)
 
 
-def test_constant_speed_keeps_it():
+def test_constant_speed():
     value, rate, acceleration = ConstantSpeed(0.5, -3.0)([0.0, 2.0])
     assert value.tolist() == [0.5, -5.5]
     assert rate.tolist() == [-3.0, -3.0]
@@ -123,7 +123,7 @@ def test_constant_speed_keeps_it():
         ((Segment("dwell", 1.0), Segment("constant-speed", 2.0, 3.0)), 2, "the speed jumps from 0 to 1.5"),
     ],
 )
-def test_laws_that_cannot_be_followed_are_refused(segments, number, message):
+def test_impossible_laws_are_errors(segments, number, message):
     with pytest.raises(LawError, match=message) as caught:
         SegmentedLaw(0.0, segments)
     assert caught.value.segment == number
@@ -133,8 +133,8 @@ def test_laws_that_cannot_be_followed_are_refused(segments, number, message):
     ("durations", "start", "end"),
     [((0.7, 0.1, 0.2), 0.8, 1.0), ((0.1, 0.2, 0.3), 0.3, 0.6), ((0.1, 0.1, 0.1), 0.2, 0.3)],
 )
-def test_an_instant_at_the_end_of_a_segment_has_a_side_whatever_the_last_digit_of_a_sum(durations, start, end):
-    """A harmonic rise begins and ends with its greatest acceleration, pi^2/2 h/T^2."""
+def test_the_side_of_a_segment_end_does_not_depend_on_round_off(durations, start, end):
+    """A harmonic rise starts and ends with the largest acceleration, pi^2/2 h/T^2."""
     law = SegmentedLaw(0.0, tuple(map(Segment, ("dwell", "dwell", "harmonic"), durations, (0.0, 0.0, 2.0))))
     greatest = pi**2 / 2 * 2.0 / durations[2] ** 2
     near = np.array([1 - 4e-16, 1.0, 1 + 4e-16])
@@ -155,8 +155,8 @@ def test_an_instant_at_the_end_of_a_segment_has_a_side_whatever_the_last_digit_o
         ("constant-acceleration", "2.00", "4.00", "inf"),
     ],
 )
-def test_peaks_between_dwells_are_those_of_the_handbook(curve, speed, acceleration, jerk):
-    """Coefficients of cam practice for a rise between dwells, as printed (VDI 2143-1; Norton, chapter 3)."""
+def test_peaks_between_dwells_agree_with_the_handbook(curve, speed, acceleration, jerk):
+    """Printed coefficients of a rise between dwells (VDI 2143-1; Norton, chapter 3)."""
     dwell = Segment("dwell", 0.3)
     peaks = law_peaks(SegmentedLaw(0.4, (dwell, Segment(curve, 0.5, -2.0), dwell)))
     unit = 2.0 / 0.5
@@ -167,11 +167,11 @@ def test_peaks_between_dwells_are_those_of_the_handbook(curve, speed, accelerati
 
 
 @pytest.mark.parametrize("curve", CURVES)
-def test_peaks_of_a_curve_are_those_of_its_derivatives(curve):
+def test_peaks_of_a_curve_agree_with_derivatives(curve):
     z = fine(1.0)
     _, rate, acceleration = CURVES[curve](z)
     slopes = np.diff(acceleration) / np.diff(z)
-    smooth = np.abs(slopes) < 1e3  # but where the acceleration jumps
+    smooth = np.abs(slopes) < 1e3  # excludes jumps of the acceleration
     found = [np.abs(each).max() for each in (rate, acceleration, slopes[smooth])]
     assert WITHIN[curve] == pytest.approx(found, rel=2e-4, abs=1e-6)
     if curve == "constant-speed":
@@ -191,43 +191,43 @@ def test_peaks_of_a_curve_are_those_of_its_derivatives(curve):
         (Segment("cycloidal", 1.0, -1.0), (0.0, 1.0, 2.0)),
     ],
 )
-def test_a_repeated_law_meets_its_own_start(last, jumps):
-    """Harmonic up and down as long is a cosine, whose jerk is pi^3/2."""
+def test_jumps_of_a_repeated_law_include_the_repetition(last, jumps):
+    """A harmonic rise and an equally long return are a cosine, with jerk pi^3/2."""
     law = SegmentedLaw(0.0, (Segment("harmonic", 1.0, 1.0), last))
-    told = law_peaks(RepeatedLaw(law))
+    peaks = law_peaks(RepeatedLaw(law))
     if jumps:
-        assert told.jumps[: len(jumps) - 1] == jumps[:-1]
-        assert told.jerk == inf
+        assert peaks.jumps[: len(jumps) - 1] == jumps[:-1]
+        assert peaks.jerk == inf
     else:
-        assert told.jerk == pytest.approx(pi**3 / 2)
-        assert not told.jumps
+        assert peaks.jerk == pytest.approx(pi**3 / 2)
+        assert not peaks.jumps
     assert law_peaks(law).jerk == inf
 
 
-def test_peaks_of_a_run_up_to_a_constant_speed():
+def test_peaks_of_a_run_up():
     law = SegmentedLaw(0.0, (Segment("polynomial-345", 0.4, 1.0), Segment("constant-speed", 1.0, 10.0)))
     time = fine(0.4)
     _, rate, acceleration = law(time)
-    told = law_peaks(law)
-    assert told.speed == pytest.approx(np.abs(rate).max(), rel=1e-9)
-    assert told.acceleration == pytest.approx(np.abs(acceleration).max(), rel=1e-7)
-    assert told.jerk == pytest.approx(np.abs(np.diff(acceleration) / np.diff(time)).max(), rel=1e-3)
-    assert not told.jumps
+    peaks = law_peaks(law)
+    assert peaks.speed == pytest.approx(np.abs(rate).max(), rel=1e-9)
+    assert peaks.acceleration == pytest.approx(np.abs(acceleration).max(), rel=1e-7)
+    assert peaks.jerk == pytest.approx(np.abs(np.diff(acceleration) / np.diff(time)).max(), rel=1e-3)
+    assert not peaks.jumps
 
 
-def test_peaks_of_a_table_are_those_of_its_spline():
-    """t^3 - 2 t on 0..4: 46, 24, 6; a cosine that is repeated is quickest between its entries, at nearly 1."""
+def test_peaks_of_a_table_are_those_of_the_spline():
+    """t^3 - 2 t on 0..4 has 46, 24 and 6; a repeated cosine is fastest between entries, with nearly 1."""
     times = (0.0, 1.0, 2.5, 3.0, 4.0)
-    told = law_peaks(TableLaw(times, tuple(t**3 - 2 * t for t in times)))
-    assert (told.speed, told.acceleration, told.jerk, told.jumps) == (*map(pytest.approx, (46, 24, 6)), ())
+    peaks = law_peaks(TableLaw(times, tuple(t**3 - 2 * t for t in times)))
+    assert (peaks.speed, peaks.acceleration, peaks.jerk, peaks.jumps) == (*map(pytest.approx, (46, 24, 6)), ())
     times = tuple(np.linspace(0, 2 * pi, 9).tolist())
     entries = np.cos(np.array(times[:-1]) + 0.3).tolist()
     law = TableLaw(times, (*entries, entries[0]), repeated=True)
-    told, (_, rate, acceleration) = law_peaks(RepeatedLaw(law)), law(fine(2 * pi))
-    assert told.speed == pytest.approx(np.abs(rate).max(), rel=1e-6)
-    assert told.acceleration == pytest.approx(np.abs(acceleration).max(), rel=1e-6)
-    assert told.speed == pytest.approx(1.0, rel=5e-3)
-    assert told.jerk == pytest.approx(np.abs(np.diff(acceleration) / np.diff(fine(2 * pi))).max(), rel=1e-6)
+    peaks, (_, rate, acceleration) = law_peaks(RepeatedLaw(law)), law(fine(2 * pi))
+    assert peaks.speed == pytest.approx(np.abs(rate).max(), rel=1e-6)
+    assert peaks.acceleration == pytest.approx(np.abs(acceleration).max(), rel=1e-6)
+    assert peaks.speed == pytest.approx(1.0, rel=5e-3)
+    assert peaks.jerk == pytest.approx(np.abs(np.diff(acceleration) / np.diff(fine(2 * pi))).max(), rel=1e-6)
 
 
 def test_peaks_of_other_laws():

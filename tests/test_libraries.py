@@ -1,4 +1,4 @@
-"""Claim: sections and materials of files beside the scene are those written out, and a run depends on the files."""
+"""Sections and materials from a library file equal those in the scene, and a run depends on its library."""
 
 import math
 
@@ -39,7 +39,7 @@ def scene(tmp_path):
     return path
 
 
-def test_a_section_of_a_library_is_the_one_written_out(scene):
+def test_a_library_section_equals_the_same_section_in_the_scene(scene):
     found, written = read_document(scene), scene_from_text(NAMED + SHOP)
     for key in ("EA", "EI", "kGA", "fibre"):
         assert getattr(found.scene.sections[0], key) == getattr(written.sections[0], key), key
@@ -51,7 +51,7 @@ def test_a_section_of_a_library_is_the_one_written_out(scene):
     assert own.scene.sections[0].area == pytest.approx(math.pi * 1e-4 / 4), "the scene's own goes before it"
 
 
-def test_its_numbers_may_be_varied(scene):
+def test_numbers_of_a_library_can_be_varied(scene):
     document = read_document(scene).with_values({"sections.heavy.depth": 0.04})
     assert document.scene.sections[0].area == pytest.approx(0.04 * 0.008)
     assert scene_from_text(document.text()).sections[0].area == pytest.approx(0.04 * 0.008)
@@ -70,7 +70,7 @@ def test_a_run_depends_on_its_library(scene, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         (('"30 mm"', "30"), 'library: shop.toml: depth of "heavy" needs a unit, as in "30 mm"'),
         (("density", "densty"), r'\[materials.ours\] densty: .* did you mean "density"\? \(in shop.toml\)'),
@@ -78,24 +78,24 @@ def test_a_run_depends_on_its_library(scene, tmp_path, capsys):
         (("[materials.ours]", "[materials.ours"), "library: shop.toml: not readable as TOML"),
     ],
 )
-def test_mistakes_name_the_library(scene, change, told):
+def test_mistakes_name_the_library(scene, change, message):
     (scene.parent / "shop.toml").write_text(edited(SHOP, change))
-    with pytest.raises(SceneError, match=told) as error:
+    with pytest.raises(SceneError, match=message) as error:
         read_document(scene)
     assert error.value.others == (), "what follows of it is no mistake"
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [("../shop.toml", "is not beside the scene"), ("shop.csv", "ends in .toml"), ("sho.toml", 'mean "shop.toml"')],
 )
-def test_files_elsewhere_are_not_read(scene, name, told):
+def test_libraries_elsewhere_are_rejected(scene, name, message):
     scene.write_text(SCENE.replace("shop.toml", name))
-    with pytest.raises(SceneError, match=told):
+    with pytest.raises(SceneError, match=message):
         read_document(scene)
 
 
-def test_the_live_editor_reads_it(scene):
+def test_the_live_editor_reads_a_library(scene):
     answer, _ = quick_answer(SCENE, with_numbers=True, folder=scene.parent)
     assert answer["mistakes"] == []
     assert answer["picture"] is not None
@@ -109,7 +109,7 @@ DRAWN = edited(ARM, ('shape = "rectangle"\ndepth = 0.006\nwidth = 0.01', 'shape 
 
 @pytest.fixture
 def drawing(tmp_path):
-    """A rectangle of four lines, 20 by 40 mm, with a hole of 12 mm, and words beside it."""
+    """Write a DXF rectangle of four lines, 20 by 40 mm, with a hole of 12 mm and a text."""
     import ezdxf
 
     drawn = ezdxf.new()
@@ -127,17 +127,17 @@ def drawing(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_drawing_is_a_section(drawing):
+def test_a_drawing_defines_a_section(drawing):
     document = read_document(drawing)
     (section,) = document.scene.sections
-    assert section.area == pytest.approx(8e-4 - math.pi * 36e-6, rel=2e-5)  # an arc by its chords
+    assert section.area == pytest.approx(8e-4 - math.pi * 36e-6, rel=2e-5)  # chords approximate the arc
     assert section.inertia == pytest.approx((20 * 40**3 / 12 - math.pi * 6**4 / 4) * 1e-12, rel=2e-6)
     assert section.width == pytest.approx(0.02)
     assert pytest.approx(section.EI, rel=1e-12) == scene_from_text(document.text()).sections[0].EI
 
 
 @pytest.mark.slow
-def test_a_drawing_that_closes_nothing_is_told(drawing):
+def test_an_open_outline_or_another_file_is_an_error(drawing):
     import ezdxf
 
     drawn = ezdxf.new()
@@ -151,7 +151,7 @@ def test_a_drawing_that_closes_nothing_is_told(drawing):
 
 
 def profile(*added):
-    """The text of a drawing of a rectangle, 30 by 40 mm, and of what is added by functions of its page."""
+    """Return the DXF text of a rectangle, 30 by 40 mm, with further entities."""
     from io import StringIO
 
     import ezdxf
@@ -167,8 +167,8 @@ def profile(*added):
 
 
 @pytest.mark.slow
-def test_a_drawing_of_something_else_is_refused():
-    """Half of a section, or one without its second part, is no answer."""
+def test_a_drawing_of_several_areas_or_open_lines_is_rejected():
+    """Half a section, or a section without its second part, would give a wrong answer."""
 
     def centre(page):
         page.add_line((15, 0), (15, 40))
@@ -199,7 +199,7 @@ def test_a_drawing_of_something_else_is_refused():
 
 
 @pytest.mark.slow
-def test_a_drawing_without_units_has_those_of_the_scene():
+def test_a_drawing_without_units_uses_the_units_of_the_scene():
     text = profile().replace("$INSUNITS", "$NOUNITS_")
     (in_mm,), (in_inches,) = section_of_dxf(text), section_of_dxf(text, "in")
     assert max(x for x, _ in in_mm) == pytest.approx(0.03)

@@ -1,6 +1,6 @@
-"""Claim: a run that goes in chunks says what the same run in one piece says, in memory that does not grow.
+"""A run in chunks gives the results of a single run, with bounded memory.
 
-Reference: the run in one piece, which the other tests hold against references from outside.
+The reference is the single run, which the other tests compare with independent references.
 """
 
 import csv
@@ -21,14 +21,14 @@ from kinelast.cli.command import main
 from kinelast.scene.document import scene_from_text
 
 
-def both(text, tmp_path, monkeypatch, *options, status=0, asked=("--theory", "quasi-static")):
-    """The folders of a run in one piece and in chunks of 64 positions."""
+def both(text, tmp_path, monkeypatch, *options, status=0, theory=("--theory", "quasi-static")):
+    """Return the folders of a single run and of a run in chunks of 64 positions."""
     scene = tmp_path / "scene.toml"
     scene.write_text(text)
     folders = []
     for name, long in (("one", 1e18), ("many", 1)):
         monkeypatch.setattr(compute, "LONG", long)
-        call = [str(scene), "--quiet", *asked, "-o", str(tmp_path / name), *options]
+        call = [str(scene), "--quiet", *theory, "-o", str(tmp_path / name), *options]
         assert main(call) == status
         folders.append(tmp_path / name / "scene")
     return folders
@@ -41,7 +41,7 @@ def _small_chunks(monkeypatch):
 
 
 def numbers(tree, path=""):
-    """All figures of a summary by their path, but for those of vibration, which are of fewer positions."""
+    """Return all figures of a summary by path, except those of vibration, which use fewer positions."""
     if isinstance(tree, dict):
         for key, value in tree.items():
             if key not in ("vibration", "made_from", "files", "sha256", "cautions", "trust", "verdict"):
@@ -59,9 +59,9 @@ def table_of(folder):
 
 
 def require_alike(one, many, turns=False):
-    """Require the same table and summary; of several turns, the load over the critical load by 0.2 %.
+    """Require the same table and summary; with several turns, critical loads may differ by 0.2 %.
 
-    Each turn has a maximum, nearly as large as the others: if it is small, chunks may find that of another turn.
+    Each turn has nearly the same maximum, so chunks may select that of another turn.
     """
     rows, others = table_of(one), table_of(many)
     assert rows[0] == others[0]
@@ -84,7 +84,7 @@ def require_alike(one, many, turns=False):
             assert summaries[1][path] == value, path
 
 
-def test_every_figure_is_that_of_the_run_in_one_piece(tmp_path, monkeypatch):
+def test_every_figure_equals_that_of_a_single_run(tmp_path, monkeypatch):
     text = edited(FOUR_BAR, ("positions = 36", "positions = 500"))
     one, many = both(text, tmp_path, monkeypatch, "--fields", "--stations", "5")
     require_alike(one, many)
@@ -95,18 +95,18 @@ def test_every_figure_is_that_of_the_run_in_one_piece(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("asked", [("--accuracy", "1 %"), ("--theory", "elastodynamic")])
-def test_links_vibrate_in_a_long_run_as_in_one_piece(asked, tmp_path, monkeypatch):
+@pytest.mark.parametrize("options", [("--accuracy", "1 %"), ("--theory", "elastodynamic")])
+def test_vibration_of_a_long_run_equals_that_of_a_single_run(options, tmp_path, monkeypatch):
     text = edited(FOUR_BAR, ("positions = 36", "positions = 200"))
-    one, many = both(text, tmp_path, monkeypatch, asked=asked)
+    one, many = both(text, tmp_path, monkeypatch, theory=options)
     require_alike(one, many)
     theory = json.loads((many / "summary.json").read_text())["theory"]
     assert theory["without_vibration"] > 0.05
-    assert theory["name"] == (asked[1] if asked[0] == "--theory" else "geometrically-exact")
+    assert theory["name"] == (options[1] if options[0] == "--theory" else "geometrically-exact")
     assert theory["error"] < 0.02
 
 
-def test_positions_out_of_reach_are_told_or_left_out_alike(tmp_path, monkeypatch, capsys):
+def test_positions_out_of_reach_are_handled_alike(tmp_path, monkeypatch, capsys):
     text = edited(
         FOUR_BAR,
         ('["A", "B"]', '["A", "B"]\nlength = "200 mm"'),
@@ -121,12 +121,12 @@ def test_positions_out_of_reach_are_told_or_left_out_alike(tmp_path, monkeypatch
 
 
 @pytest.mark.slow
-def test_an_integrated_motion_goes_in_chunks_too(tmp_path, monkeypatch):
+def test_an_integrated_motion_can_be_split_into_chunks(tmp_path, monkeypatch):
     require_alike(*both(SWING, tmp_path, monkeypatch, "--positions", "200"))
 
 
 @pytest.mark.slow
-def test_the_check_and_films_are_of_the_positions_shown(tmp_path, monkeypatch):
+def test_check_and_films_use_the_shown_positions(tmp_path, monkeypatch):
     monkeypatch.setattr(compute, "SHOWN", 40)
     text = edited(FOUR_BAR, ("positions = 36", "positions = 500"))
     _, many = both(text, tmp_path, monkeypatch, "--check", "2")
@@ -150,8 +150,8 @@ def test_memory_does_not_grow_with_the_positions(monkeypatch):
 
 
 @pytest.mark.slow
-def test_springs_that_turn_and_friction_are_those_of_one_piece(tmp_path, monkeypatch):
-    """One spring counts the turns of its drive, the other the angle within half a turn."""
+def test_torsion_springs_and_friction_equal_those_of_a_single_run(tmp_path, monkeypatch):
+    """One spring counts the turns of its drive, the other has an angle within half a turn."""
     springs = '[[springs]]\nlink = "crank"\nat = "O"\nstiffness = 1\n'
     springs += '[[springs]]\nlink = "coupler"\non = "crank"\nat = "A"\nstiffness = 2\n'
     friction = '[joints.B]\nfriction = 0.1\nradius = "5 mm"\n'
@@ -161,18 +161,18 @@ def test_springs_that_turn_and_friction_are_those_of_one_piece(tmp_path, monkeyp
     require_alike(*both(text, tmp_path, monkeypatch), turns=True)
 
 
-def test_runs_of_many_links_without_beams_are_long_too():
+def test_many_links_without_beams_make_a_long_run():
     made = 'section = "bar"\nmaterial = "steel"'
     bare = edited(FOUR_BAR, *((made, f'rigid = true\nmass = 0.1\ncenter = "{point}"') for point in "ABD"))
     assert [compute.is_long(scene_from_text(bare), count) for count in (40_000, 60_000)] == [False, True]
 
 
-def test_a_heavy_request_is_told_before_it_starts_and_refused_where_there_is_no_room(tmp_path, monkeypatch, capsys):
+def test_a_large_request_is_announced_and_rejected_without_space(tmp_path, monkeypatch, capsys):
     scene = tmp_path / "scene.toml"
     scene.write_text(FOUR_BAR)
     monkeypatch.setattr(compute, "HEAVY", 1e3)
     assert main([str(scene), "--fields", "-o", str(tmp_path / "out")]) == 0
-    # 12 fields of 3 beams at 101 stations and 36 positions, twice while they are written: 2.09 MB, and a table.
+    # 12 fields of 3 beams at 101 stations and 36 positions, doubled during writing: 2.09 MB, and a table.
     assert "scene: 36 positions take about 2.1" in capsys.readouterr().err
     for what, options in (("_free_disk", ["--fields"]), ("_free_memory", ["--check"])):
         with monkeypatch.context() as patch:
@@ -184,7 +184,7 @@ def test_a_heavy_request_is_told_before_it_starts_and_refused_where_there_is_no_
     assert not (tmp_path / "none").exists()
 
 
-def test_out_of_memory_is_told_as_such(tmp_path, monkeypatch, capsys):
+def test_out_of_memory_is_reported(tmp_path, monkeypatch, capsys):
     scene = tmp_path / "scene.toml"
     scene.write_text(FOUR_BAR)
 
@@ -197,7 +197,7 @@ def test_out_of_memory_is_told_as_such(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.slow
-def test_results_of_a_long_run_know_their_whole():
+def test_results_of_a_long_run_have_the_counts_of_the_whole_run():
     scene = scene_from_text(FOUR_BAR)
     time = np.linspace(0, scene.run.duration, 5000, endpoint=False)
     results = compute.long_results(scene, time, lambda results, first: None, lambda scene, bent: None)
@@ -207,7 +207,7 @@ def test_results_of_a_long_run_know_their_whole():
 
 
 @pytest.mark.slow
-def test_what_takes_long_shows_progress(tmp_path, monkeypatch, capsys):
+def test_long_computations_show_progress(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("kinelast.cli.terminal.SELDOM", 0.0)
     monkeypatch.setattr(compute, "LONG", 1)
     texts = {
@@ -226,7 +226,7 @@ def test_what_takes_long_shows_progress(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.slow
-def test_a_terminal_has_a_bar_once_a_second_is_over(tmp_path):
+def test_a_terminal_shows_a_progress_bar_after_a_second(tmp_path):
     (tmp_path / "scene.toml").write_text(edited(FOUR_BAR, ("positions = 36", "positions = 200000")))
     ours, theirs = os.openpty()
     call = [sys.executable, "-m", "kinelast", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out")]
@@ -234,7 +234,7 @@ def test_a_terminal_has_a_bar_once_a_second_is_over(tmp_path):
     os.close(theirs)
     seen = b""
     while b"scene: solving positions" not in seen:
-        seen += os.read(ours, 4096)  # ends with an error where the command ends without a bar
+        seen += os.read(ours, 4096)  # raises an error if the command ends without a bar
     run.terminate()
     assert run.wait(120) == 143
     os.close(ours)

@@ -1,4 +1,4 @@
-"""Claim: a drive's motion in a CSV file beside the scene is the one written out, and a run depends on it."""
+"""A motion from a CSV file equals the same motion in the scene, and a run depends on the file."""
 
 import json
 import pickle
@@ -56,18 +56,18 @@ def scene(tmp_path):
             f"{t / 60!r},{v / 360!r}\n" for t, v in ((0.25, 10.5), (0.5, 0), (0.75, -10.5), (1, 0))),
     ],
 )  # fmt: skip
-def test_a_motion_in_a_file_is_the_one_written_out(text):
-    told = motion_table(text, "rad")
-    assert told.times == pytest.approx([0, 0.25, 0.5, 0.75, 1], abs=1e-15)
-    assert told.places == pytest.approx(np.radians([0, 10.5, 0, -10.5, 0]), abs=1e-15)
+def test_a_motion_file_equals_the_motion_in_the_scene(text):
+    message = motion_table(text, "rad")
+    assert message.times == pytest.approx([0, 0.25, 0.5, 0.75, 1], abs=1e-15)
+    assert message.places == pytest.approx(np.radians([0, 10.5, 0, -10.5, 0]), abs=1e-15)
 
 
-def test_bare_lengths_are_in_the_units_of_the_scene():
+def test_lengths_without_unit_are_in_the_unit_of_the_scene():
     assert motion_table("0,0\n1,10\n2,5\n3,0\n", "m", 0.001).places == (0.0, 0.01, 0.005, 0.0)
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("time [ms],angle [deg]\n0,0\n10,5\n20,x\n30,5", 'line 4: expected an angle, as in "30 deg" or 0.5, got "x"'),
         ("0,0\n1,1\n2,2", "expected 4 lines of numbers at least, got 3"),
@@ -103,7 +103,7 @@ def test_bare_lengths_are_in_the_units_of_the_scene():
                 ("t_ms;phi_deg", "time"),
                 ("time [s];angle in degrees", "angle"),
                 ("time [s];angle deg;note", "angle"),
-                ("time (ms) told;angle", "time"),
+                ("time (ms) message;angle", "time"),
                 ("ms;deg", "time"),
                 ("time <ticks>;angle", "time"),
                 ("# time ms, angle deg", "time"),
@@ -115,14 +115,14 @@ def test_bare_lengths_are_in_the_units_of_the_scene():
         ("", "expected 4 lines of numbers at least, got 0"),
     ],
 )
-def test_a_mistake_in_the_file_is_told_with_its_line(tmp_path, text, told):
+def test_the_message_names_the_line_of_the_file(tmp_path, text, message):
     (tmp_path / "lift.csv").write_text(text)
-    with pytest.raises(SceneError, match=rf"arm.toml: \[\[drives\]\] no. 1 motion: lift.csv: ({told})"):
-        document_from_text(OSCILLATING, "arm", str(tmp_path / "arm.toml")).scene  # noqa: B018 - built when asked for
+    with pytest.raises(SceneError, match=rf"arm.toml: \[\[drives\]\] no. 1 motion: lift.csv: ({message})"):
+        document_from_text(OSCILLATING, "arm", str(tmp_path / "arm.toml")).scene  # noqa: B018 - builds the scene
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [
         ("lifd.csv", 'there is no file "lifd.csv" beside the scene; did you mean "lift.csv"'),
         ("../lift.csv", "is not beside the scene"),
@@ -132,14 +132,14 @@ def test_a_mistake_in_the_file_is_told_with_its_line(tmp_path, text, told):
         ("lift", "that ends in .csv or .tsv or .txt"),
     ],
 )
-def test_a_file_that_is_not_beside_the_scene_is_not_read(scene, name, told):
-    with pytest.raises(SceneError, match=told) as caught:
+def test_a_motion_file_elsewhere_is_not_read(scene, name, message):
+    with pytest.raises(SceneError, match=message) as caught:
         document_from_text(OSCILLATING.replace("lift.csv", name), "arm", str(scene))
-    assert isinstance(caught.value, FileNotFoundError) == ("no file" in told)
+    assert isinstance(caught.value, FileNotFoundError) == ("no file" in message)
     assert caught.value.table, caught.value.key == ("drives[1]", "motion")
 
 
-def test_what_is_no_text_is_told(scene):
+def test_unreadable_motion_files_are_errors(scene):
     (scene.parent / "lift.csv").write_bytes("time [ms],angle [°]\n".encode("latin1"))
     with pytest.raises(SceneError, match=r'"lift.csv": not a text in UTF-8 at line 1'):
         read_document(scene)
@@ -149,7 +149,7 @@ def test_what_is_no_text_is_told(scene):
         columns_of('0,"' + "1" * 200_000, ("a", "b"))
 
 
-def test_every_door_takes_it(scene, tmp_path, monkeypatch):
+def test_every_interface_reads_the_motion_file(scene, tmp_path, monkeypatch):
     document, plain = read_document(scene), document_from_text(WRITTEN)
     angles = scene_motion(plain.scene).drive
     np.testing.assert_array_equal(scene_motion(document.scene).drive, angles)
@@ -164,21 +164,21 @@ def test_every_door_takes_it(scene, tmp_path, monkeypatch):
         document.variable("drives.crank.motion[2][2]")
 
 
-def test_the_text_of_a_scene_holds_the_motion(scene):
-    """So it is whole wherever it is put: as a design, an optimum, in a page, in an editor of its own."""
+def test_the_text_of_a_scene_contains_the_motion(scene):
+    """The text is self-contained: as a design, an optimum, in a page or in an editor."""
     document = read_document(scene)
-    for told in (
+    for message in (
         document.text(),
         document.scene.text,
         document.with_values({"sections.bar.depth": 0.005}).text("head"),
     ):
-        assert '["250 ms", "10.5 deg"],' in told
-        assert "lift.csv" not in told
-        again = document_from_text(told, read=beside(None))
+        assert '["250 ms", "10.5 deg"],' in message
+        assert "lift.csv" not in message
+        again = document_from_text(message, read=beside(None))
         np.testing.assert_array_equal(scene_motion(again.scene).drive, scene_motion(document.scene).drive)
 
 
-def test_the_live_editor_reads_what_is_beside_its_file_alone(scene):
+def test_the_live_editor_reads_only_files_beside_the_scene(scene):
     folder = SceneFile(scene).folder
     answer, _ = quick_answer(OSCILLATING, folder=folder)
     assert not answer["mistakes"]
@@ -195,9 +195,9 @@ def test_the_live_editor_reads_what_is_beside_its_file_alone(scene):
 
 
 @pytest.mark.slow
-def test_the_whole_live_answer_and_a_notebook_read_it(scene):
-    told, _, report = whole_answer(OSCILLATING, "arm", scene.parent)
-    assert not told["mistakes"]
+def test_the_full_live_answer_and_a_notebook_read_the_file(scene):
+    message, _, report = whole_answer(OSCILLATING, "arm", scene.parent)
+    assert not message["mistakes"]
     assert b"250 ms" in report
     view = LiveView(str(scene))
     try:
@@ -237,7 +237,7 @@ def test_a_sweep_depends_on_the_file(scene, tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_the_page_tells_the_peaks_of_a_law(driver, scene, tmp_path):
+def test_the_page_shows_the_peaks_of_a_law(driver, scene, tmp_path):
     law = 'law = [{curve = "harmonic", duration = "0.5 s", by = "30 deg"}, {curve = "dwell", duration = "0.5 s"}]'
     scene.write_text(OSCILLATING.replace('motion = "lift.csv"\nrepeat = true', law))
     assert main([str(scene), "-o", str(tmp_path / "out"), "--theory", "quasi-static"]) == 0
@@ -248,8 +248,8 @@ def test_the_page_tells_the_peaks_of_a_law(driver, scene, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_valve_lifted_by_a_table_is_the_one_lifted_by_its_law(tmp_path, monkeypatch):
-    """A table of 201 entries, of six decimals of a millimetre; the cam of it is within two thousandths of the law's."""
+def test_a_cam_by_a_table_equals_the_cam_by_its_law(tmp_path, monkeypatch):
+    """201 entries with six decimals of a millimetre give the cam within 0.2 %."""
     text = (Path(__file__).parents[1] / "docs" / "gallery" / "valve_train.toml").read_text()
     scene = scene_from_text(text)
     time = np.linspace(0, 20e-3, 201)

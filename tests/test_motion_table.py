@@ -1,4 +1,4 @@
-"""Claim: motion.csv tells of every drive, link, point and joint how it moves and what it bears."""
+"""motion.csv lists the kinematics and forces of each drive, link, point and joint."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ def columns_of(results: Results) -> dict[str, np.ndarray]:
 
 @pytest.fixture(scope="module", params=["quick_return", "steel_four_bar"])
 def table(request):
-    """Of quasi-static links over a whole turn, so that differences of neighbours are derivatives."""
+    """Quasi-static answer over a full turn, so that differences between neighbours are derivatives."""
     scene = load(request.param)
     results = computed(scene, Request(positions=MANY, theory="quasi-static"))
     return results, columns_of(results)
 
 
 def slope_of(values, time):
-    """Derivative of a closed course by central differences of the sixth order."""
+    """Return the derivative of a periodic function by sixth-order central differences."""
     values = np.asarray(values)
     steps = ((1, 45.0), (2, -9.0), (3, 1.0))
     return sum(c * (np.roll(values, -k) - np.roll(values, k)) for k, c in steps) / (60 * (time[1] - time[0]))
@@ -38,7 +38,7 @@ def slope_of(values, time):
 def test_rates_are_derivatives(table):
     results, columns = table
     time = columns["time"]
-    inner = slice(4, -4)  # away from where a turn of an angle closes
+    inner = slice(4, -4)  # without the jump of angles at the end of a turn
     for link in results.mechanism.links[1:]:
         for value, rate in (("theta", "omega"), ("omega", "alpha")):
             expected = slope_of(columns[f"{link.name}.{value}"], time)[inner]
@@ -52,7 +52,7 @@ def test_rates_are_derivatives(table):
                     np.testing.assert_allclose(columns[f"{point}.{rate}{axis}"], expected, rtol=1e-6, atol=1e-4)
 
 
-def test_a_pin_pushes_its_links_apart(table):
+def test_forces_of_a_pin_on_its_links_cancel(table):
     _, columns = table
     joints = {name.partition(".Fx_on_")[0] for name in columns if ".Fx_on_" in name}
     assert joints
@@ -63,7 +63,7 @@ def test_a_pin_pushes_its_links_apart(table):
             np.testing.assert_allclose(np.sum(forces, axis=0), 0.0, atol=1e-9 * np.abs(forces).max())
 
 
-def test_forces_along_and_across_are_those_of_the_turned_axes(table):
+def test_forces_along_and_across_a_link_are_rotated_components(table):
     results, columns = table
     for joint in ("A", "D"):
         for link in results.mechanism.links[1:]:
@@ -77,14 +77,14 @@ def test_forces_along_and_across_are_those_of_the_turned_axes(table):
                 np.testing.assert_allclose(across, y * np.cos(angle) - x * np.sin(angle), atol=1e-12 * size)
 
 
-def test_a_machine_that_loses_nothing_takes_no_power_on_the_mean(table):
+def test_mean_power_without_losses_is_zero(table):
     _, columns = table
     power = columns["crank.power"]
     assert abs(power.mean()) < 1e-9 * np.abs(power).max()
 
 
 def test_transmission_angle_of_the_four_bar():
-    """By the law of cosines, of the diagonal from the crank's end to the rocker's pin."""
+    """The law of cosines gives the angle from the diagonal between crank pin and rocker pivot."""
     scene = load("steel_four_bar")
     results = computed(scene, Request(positions=24, theory="quasi-static"))
     columns = columns_of(results)
@@ -95,8 +95,8 @@ def test_transmission_angle_of_the_four_bar():
     np.testing.assert_allclose(columns["B.transmission_angle"], np.arccos(np.abs(cosine)), atol=1e-12)
 
 
-def test_three_links_at_a_pin_are_in_balance():
-    """What the pin does to each of them sums to nothing, whichever two of them a joint counts as its own."""
+def test_forces_on_three_links_at_a_pin_cancel():
+    """The sum is zero for either choice of the two links of a joint."""
     scene = load("andrews_squeezer")
     columns = columns_of(computed(scene, Request(positions=5, theory="quasi-static")))
     joint = max({name.partition(".")[0] for name in columns if ".Fx_on_" in name},
@@ -106,7 +106,7 @@ def test_three_links_at_a_pin_are_in_balance():
     np.testing.assert_allclose(np.sum(forces, axis=0), 0.0, atol=1e-12 * np.abs(forces).max())
 
 
-def test_columns_are_chosen(tmp_path, capsys):
+def test_columns_can_be_selected(tmp_path, capsys):
     call = ["steel_four_bar", "--positions", "8", "--theory", "quasi-static", "--motion", "-o", str(tmp_path)]
     assert main([*call, "--columns", "B.*x,crank.power"]) in (0, 1)
     headings = csv_rows(tmp_path / "steel_four_bar" / "motion.csv")[0]

@@ -1,4 +1,4 @@
-"""Claim: motion, forces and energy of the nonlinear check are those of mechanics, up to published figures."""
+"""Motion, forces and energy of the nonlinear check obey mechanics, and frequencies agree with publications."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ GROUND = Link("ground", {"O": 0})
 DATA = json.loads((Path(__file__).parent / "data" / "steel_four_bar_vibrating.json").read_text())
 
 
-TURNED = (PinDrive("arm", "O"),)
+DRIVEN = (PinDrive("arm", "O"),)
 
 
-def arm(*, drives=TURNED, mass=2.0, lumps=(), loads=(), gravity=0.0):
+def arm(*, drives=DRIVEN, mass=2.0, lumps=(), loads=(), gravity=0.0):
     link = Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A", mass),), lumps)
     return Mechanism((GROUND, link), drives, {"O": 0, "A": 1.0}, gravity=gravity, loads=loads)
 
@@ -71,7 +71,7 @@ def steady_four_bar(speed, elements, positions, beta=40e-6):
 
 
 def test_a_falling_bar():
-    """theta'' = -3 g cos(theta)/2l, by an independent integrator; energy and the force in the pin."""
+    """theta'' = -3 g cos(theta)/2l by an independent integrator; also energy and pin force."""
     times = np.linspace(0.0, 1.0, 6)
     found = nonlinear_transient(arm(drives=(), gravity=-10j), [RIGID], [], times, 2e-3)
     exact = solve_ivp(lambda t, y: [y[1], -15 * np.cos(y[0])], (0, 1), [0, 0], t_eval=times, rtol=1e-11, atol=1e-12)
@@ -83,7 +83,7 @@ def test_a_falling_bar():
 
 
 def test_a_bead_on_a_turning_arm():
-    """Coriolis: moment m (r^2 theta'' + 2 r r' theta') and force m (r'' - r theta'^2) of the drives."""
+    """Coriolis: the drives have moment m (r^2 theta'' + 2 r r' theta') and force m (r'' - r theta'^2)."""
     links = (GROUND, Link("arm", {"O": 0, "A": 1.0}), Link("bead", {"P": 0}, (), (Lump("P", 3.0),)))
     drives = PinDrive("arm", "O"), SliderDrive("way")
     slider = Slider("way", "bead", "arm", "P", 0.0, 1.0)
@@ -101,7 +101,7 @@ def test_a_bead_on_a_turning_arm():
 
 
 def test_a_rigid_slider_crank():
-    """The piston is where the triangle has it, and the crank's moment is the power of its inertia and of a damper."""
+    """The triangle gives the piston's position; the crank's moment is the power of inertia and damper."""
     links = (
         GROUND,
         Link("crank", {"O": 0, "A": 0.1}, (), (Lump("A", 0.4, 0.01, -0.05),)),
@@ -127,7 +127,7 @@ def test_a_rigid_slider_crank():
 
 
 def test_geared_arms():
-    """The drive feels J1 + n^2 J2, whatever its motion."""
+    """The drive has the inertia J1 + n^2 J2, for any motion."""
     links = (
         Link("ground", {"O": 0, "D": 2.0}),
         Link("first", {"O": 0, "A": 1.0}, (), (Lump("A", 1.0),)),
@@ -141,8 +141,8 @@ def test_geared_arms():
 
 
 @pytest.mark.parametrize("damping", in_tiers([0.0, 1.5], 1, 1))
-def test_springs_swing(damping):
-    """A block between spring and damper, and a wheel on a torsion spring, against e^(-dt) cos; both let go."""
+def test_springs_oscillate(damping):
+    """A block between spring and damper, and a wheel on a torsion spring, oscillate like e^(-dt) cos after release."""
     links = (Link("ground", {"O": 0, "W": 5.0}), Link("block", {"P": 0}, (), (Lump("P", 2.0),)),
              Link("wheel", {"W": 0}, (), (Lump("W", 1.0, 0.5),)))  # fmt: skip
     springs = (
@@ -169,9 +169,9 @@ def test_springs_swing(damping):
 # Elastic links
 
 
-def test_slow_motion_bends_as_linear_theory_says():
-    """At 1 rad/s inertia of vibration and large displacements are nothing: what is left is the closed form."""
-    mechanism = steel_four_bar().mechanism  # no inertia of the sections, which stands in few points between elements
+def test_slow_motion_agrees_with_linear_theory():
+    """At 1 rad/s vibration and large displacements vanish, so the closed form remains."""
+    mechanism = steel_four_bar().mechanism  # without rotary inertia of the sections
     sections = [Section(210e9 * 6e-5, 37.8)] * 3
     found = nonlinear_steady_state(mechanism, sections, [ConstantSpeed(0.0, 1.0)], 2 * math.pi, 48)
     linear = deflection(motion(mechanism, 2 * np.pi * np.arange(48) / 48, 1.0), sections)
@@ -183,7 +183,7 @@ def test_slow_motion_bends_as_linear_theory_says():
 
 
 def test_a_tapered_mass_pulls_as_its_integral():
-    """speed^2 times the integral of m x at the axis; four elements see the taper's slope at the ends."""
+    """The force is speed^2 times the integral of m x; four elements resolve the taper."""
     link = Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A", 2.0, (1.0, -0.6)),))
     turning = Mechanism((GROUND, link), (PinDrive("arm", "O"),), {"O": 0, "A": 1.0})
     found = nonlinear_steady_state(turning, [Section(1e8, 1e4)], [ConstantSpeed(0.0, 2.0)], math.pi, 8, 4)
@@ -192,7 +192,7 @@ def test_a_tapered_mass_pulls_as_its_integral():
 
 
 def require_reference(found, near_u, near_w):
-    """Differences of u and w from the independent corotational code are within shares of their maxima."""
+    """Require that u and w agree with an independent corotational code, relative to their maxima."""
     stride, skip = found.w.shape[1] // 24, found.elements // 6
     for name, values, near in (("u_m", found.u, near_u), ("w_m", found.w, near_w)):
         for beam, link in enumerate(("crank", "coupler", "rocker")):
@@ -202,7 +202,7 @@ def require_reference(found, near_u, near_w):
 
 @pytest.mark.slow
 def test_steel_four_bar_vibrating():
-    """60 rad/s, nearly linear at 1 mm, against another code."""
+    """60 rad/s, deflection about 1 mm (nearly linear), compared with another code."""
     require_reference(steady_four_bar(60.0, 6, 144), 5e-3, 1e-3)
 
 
@@ -212,8 +212,8 @@ def test_steel_four_bar_vibrating_finely():
 
 
 @pytest.mark.slow
-def test_drive_work_is_what_damping_takes():
-    """Over a steady turn; and energy changes at every instant by what comes in and goes out."""
+def test_drive_work_equals_dissipation():
+    """This holds over a steady turn; the energy balance also holds at each instant."""
     found = steady_four_bar(100.0, 4, 128, beta=1e-4)
     power, heat = found.efforts[0] * 100.0, found.dissipated
     assert heat.min() > 0
@@ -224,8 +224,8 @@ def test_drive_work_is_what_damping_takes():
 
 
 @pytest.mark.slow
-def test_without_damping_energy_stays():
-    """A soft bar let go, large displacements: kinetic, stored and weight, to second order in the step."""
+def test_energy_is_conserved_without_damping():
+    """A soft bar is released: kinetic, elastic and potential energy balance to second order in the step."""
     mechanism = arm(drives=(), gravity=-10j)
     section = Section(1e5, 10.0, 1e4, area=1e-2, inertia=1e-6)
     mechanism = with_rotary_inertia(mechanism, [section])
@@ -242,7 +242,7 @@ def test_without_damping_energy_stays():
 
 
 def test_a_quasi_static_start_stays_steady():
-    """A bar stretched by its turning, u = m w^2 l^3/3EA at its end, does not begin to swing; a rigid one does."""
+    """A rotating bar with initial stretch u = m w^2 l^3/3EA does not oscillate; a bar without it does."""
     section, law = Section(1e5, 1e3, area=1e-2, inertia=1e-6), ConstantSpeed(0.2, 10.0)
     times = np.linspace(0.0, 0.02, 11)
     ends = {
@@ -256,7 +256,7 @@ def test_a_quasi_static_start_stays_steady():
 
 
 def started(elements, step, dissipation=0.2):
-    """A soft arm turned by a quarter in 0.5 s from rest, a load growing on it."""
+    """Return a soft arm rotated by a quarter turn in 0.5 s from rest, under an increasing load."""
     load = PointLoad("arm", "A", 3.0j, law=law_of_time(lambda t: t**4))
     law = SegmentedLaw(0.0, (Segment("polynomial-4567", 0.5, math.pi / 2),))
     section = Section(1e4, 20.0, area=1e-2, inertia=1e-5)
@@ -273,8 +273,8 @@ def test_order_of_the_step():
     assert np.log2(np.abs(coarse - middle) / np.abs(middle - fine)) == pytest.approx(2.0, abs=0.2)
 
 
-def test_damping_takes_what_kelvin_and_voigt_say():
-    """A bar stretched along itself at one frequency: the phase of u lags by atan(omega beta)."""
+def test_damping_agrees_with_kelvin_and_voigt():
+    """A bar under harmonic tension: the phase of u lags by atan(omega beta)."""
     pull = PointLoad("arm", "A", 5.0, law=law_of_time(lambda t: np.sin(2 * np.pi * t)))
     found = nonlinear_steady_state(arm(mass=0.0, loads=(pull,)), [Section(1e3, 10.0)], [lambda t: (0 * t,)], 1.0, 32,
                                    damping=0.05)  # fmt: skip
@@ -284,8 +284,8 @@ def test_damping_takes_what_kelvin_and_voigt_say():
 
 
 @pytest.mark.slow
-def test_a_started_mechanism_comes_to_its_steady_state():
-    """Two methods, one answer: marching for several turns and collocation over one."""
+def test_time_marching_reaches_the_steady_state():
+    """Marching over several turns and collocation over one turn agree."""
     mechanism, sections = steel_four_bar_of_known_area()
     speed, beta = 60.0, 2e-4
     period = 2 * math.pi / speed
@@ -303,7 +303,7 @@ def test_a_started_mechanism_comes_to_its_steady_state():
 
 
 def frequencies(mechanism, sections, speed, elements):
-    """Of small vibrations about the steady turning, seen from the turning axes, drives held [rad/s]."""
+    """Return frequencies of small vibrations about steady rotation, in rotating axes with fixed drives [rad/s]."""
     from fem_check.nonlinear.cycle import PeriodicCollocation
     from fem_check.nonlinear.system import system_of
 
@@ -319,18 +319,18 @@ def frequencies(mechanism, sections, speed, elements):
 
 
 @pytest.mark.parametrize(("speed", "published"), [(0.0, 3.5160), (2.0, 3.6195), (4.0, 3.888)])
-def test_turning_cantilever(speed, published):
+def test_rotating_cantilever(speed, published):
     """Hamza-Cherif and Houmat, 24th ICAS Congress 2004, table 2: chordwise, slenderness 70, all else 1.
 
-    They leave out by how much the beam gets longer as it turns, 1.6e-5 speed^2 here: 0.1 % of the frequency at 4.
+    They neglect the stretch by rotation, 1.6e-5 speed^2 here: 0.1 % of the frequency at 4.
     """
     turning = arm(mass=1.0)
     found = frequencies(turning, [Section(70.0**2, 1.0)], speed, 12)
     assert found[0] == pytest.approx(published, rel=1.2e-3)
 
 
-def test_order_of_the_elements_in_motion():
-    """Frequencies of a cantilever, the roots of cos x cosh x = -1 squared, to the fourth order."""
+def test_frequencies_converge_with_fourth_order():
+    """Frequencies of a cantilever: squared roots of cos x cosh x = -1."""
     exact = np.array([1.8751040687, 4.6940911330, 7.8547574382]) ** 2
     section = Section(1e9, 1.0)
     missed = [np.abs(frequencies(arm(mass=1.0), [section], 0.0, elements)[:3] - exact) for elements in (16, 32)]
@@ -339,7 +339,7 @@ def test_order_of_the_elements_in_motion():
 
 
 def test_frame_of_two_beams():
-    """Wallrapp and Schwertassek, table 5.5: two beams at a right angle, at rest; 0.2 % is what printed modes allow."""
+    """Wallrapp and Schwertassek, table 5.5: two beams at a right angle, at rest; the printed modes allow 0.2 %."""
     first, second = 9e-3, 9.5e-3
     link = Link("frame", {"O": 0, "A": 2.0, "B": 2.0 + 0.4j},
                 (Beam("O", "A", 3000 * first**2), Beam("A", "B", 7895 * first * second)))  # fmt: skip
@@ -355,7 +355,7 @@ def test_frame_of_two_beams():
 # Errors
 
 
-def test_what_has_no_period_is_refused():
+def test_invalid_periods_and_options_are_errors():
     mechanism, sections = steel_four_bar_of_known_area()
     with pytest.raises(DoesNotCloseError, match="no such period"):
         nonlinear_steady_state(mechanism, sections, [ConstantSpeed(0.0, 1.0)], 1.0, 16)
@@ -373,7 +373,7 @@ def test_what_has_no_period_is_refused():
         nonlinear_equilibrium(short, sections, [ConstantSpeed(0.0, 1.0)], [0.0, 3.0])
 
 
-def test_progress_is_told():
+def test_progress_is_reported():
     told = []
     mechanism, sections = steel_four_bar_of_known_area()
     nonlinear_steady_state(mechanism, sections, [ConstantSpeed(0.0, 9.0)], 2 * math.pi / 9, 16, 2,
@@ -398,7 +398,7 @@ def refined_four_bar(speed, tolerance, closed=True, **more):
 @pytest.mark.slow
 @pytest.mark.parametrize("speed", [30.0, pytest.param(100.0, marks=pytest.mark.slow)])
 def test_steps_and_elements_are_refined_to_the_tolerance(speed):
-    """Of the largest deflection of the worst beam, against harmonics in time and 8 elements."""
+    """The error is relative to the deflection of the worst beam; reference: harmonics in time and 8 elements."""
     found, true = refined_four_bar(speed, 5e-3), steady_four_bar(speed, 8, 64)
     assert found.error <= 5e-3
     count = min(found.elements, 8)
@@ -407,8 +407,8 @@ def test_steps_and_elements_are_refined_to_the_tolerance(speed):
 
 
 @pytest.mark.slow
-def test_few_steps_say_that_they_are_few():
-    """A rough tolerance is reached by fewer steps, and the error that is told is not below the true one."""
+def test_a_rough_tolerance_uses_fewer_steps():
+    """The stated error is not below the true error."""
     rough, fine = refined_four_bar(60.0, 0.1), refined_four_bar(60.0, 2e-3)
     assert rough.steps < fine.steps
     stride = fine.elements // rough.elements
@@ -417,8 +417,8 @@ def test_few_steps_say_that_they_are_few():
 
 
 @pytest.mark.slow
-def test_a_course_that_does_not_close_is_that_of_small_steps():
-    """Bent quasi-statically at first, then marched: by another formula of integration, in 2,000 steps."""
+def test_a_single_course_agrees_with_small_steps():
+    """The course starts with the quasi-static deflection; the reference is another integrator with 2,000 steps."""
     found = refined_four_bar(60.0, 5e-3, closed=False)
     mechanism, sections = steel_four_bar_of_known_area()
     turn = 2 * math.pi / 60.0
@@ -431,7 +431,7 @@ def test_a_course_that_does_not_close_is_that_of_small_steps():
 
 
 def pushed_block():
-    """A mass on a spring and damper, pushed by a sine."""
+    """Return a mass on spring and damper with a harmonic force."""
     links = Link("ground", {"O": 0, "W": 1.0}), Link("block", {"P": 0}, (), (Lump("P", 2.0),))
     spring = Spring("block", "P", anchor="O", stiffness=18.0, length=1.0, damping=1.5)
     push = PointLoad("block", "P", force=1.0, law=law_of_time(np.sin))
@@ -440,8 +440,8 @@ def pushed_block():
     return system_of(mechanism, [], [], 0.0, 1, None, 0.0)
 
 
-def test_collocation_is_of_the_fifth_order():
-    """The periodic motion of the block in closed form, at the ends of the steps."""
+def test_collocation_converges_with_fifth_order():
+    """The periodic motion of the block has a closed form at the ends of the steps."""
     system = pushed_block()
     errors = []
     for steps in (8, 16):
@@ -453,8 +453,8 @@ def test_collocation_is_of_the_fifth_order():
     assert math.log2(errors[0] / errors[1]) == pytest.approx(5.0, abs=0.3)
 
 
-def test_followed_in_time_a_motion_comes_to_its_cycle():
-    """The same block from its drawn place: what the start lets swing dies out by e^(-1.5 pi/2) a period."""
+def test_time_marching_converges_to_the_cycle():
+    """The block starts at its drawn position; the transient decays by e^(-1.5 pi/2) per period."""
     system, edges = pushed_block(), np.linspace(0.0, 2 * np.pi, 18)
     assert slowest_vibration(system) == pytest.approx(3.0)
     block = system.of_node[np.flatnonzero(system.nodes.link == 1)[0], 0]
@@ -466,8 +466,8 @@ def test_followed_in_time_a_motion_comes_to_its_cycle():
 
 
 @pytest.mark.slow
-def test_where_newtons_method_fails_the_motion_is_followed_in_time():
-    """A soft arm swung to and fro in three of its own periods: from the rigid places Newton's method finds nothing."""
+def test_time_marching_replaces_newtons_method_if_it_fails():
+    """A soft arm oscillates in three of its natural periods; Newton's method from the rigid positions diverges."""
     soft, section = arm(mass=1.0), [Section(1e5, 10.0)]
     own = 3.516 * math.sqrt(10.0)
     turn, beta = 6 * math.pi / own, 0.2 / own

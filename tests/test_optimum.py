@@ -1,4 +1,4 @@
-"""Claim: the best design is found where it is known, and its certificate says why it is the best."""
+"""The optimizer finds known optima, and its certificate shows why they are optimal."""
 
 import numpy as np
 import pytest
@@ -14,9 +14,9 @@ def problem(columns, low, high, figure="cost", **more):
     return DesignProblem(lambda values: Table(columns(*values.T)), np.array(low), np.array(high), figure, **more)
 
 
-def test_gradients_are_exact_for_polynomials_of_degree_four():
+def test_gradients_of_quartics_are_exact():
     case = problem(lambda x, y: {"cost": x**4 + x * y**3, "g": x * y}, [0, -1], [2, 1], limits=(Limit("g", 5.0),))
-    for shares in ([0.3, 0.7], [0.0, 1.0]):  # within, and at bounds
+    for shares in ([0.3, 0.7], [0.0, 1.0]):  # inside, and at the bounds
         x, y = 2 * shares[0], 2 * shares[1] - 1
         found = linearized(case, [np.array(shares)])[0]
         assert found.cost_slope == pytest.approx([2 * (4 * x**3 + y**3), 2 * 3 * x * y**2], abs=1e-11)
@@ -24,7 +24,7 @@ def test_gradients_are_exact_for_polynomials_of_degree_four():
 
 
 def test_hock_and_schittkowski_71():
-    """Test Examples for Nonlinear Programming Codes (1981), problem 71; there the squares have to be 40."""
+    """Test Examples for Nonlinear Programming Codes (1981), problem 71; the sum of squares is 40."""
 
     def columns(a, b, c, d):
         return {"cost": a * d * (a + b + c) + c, "product": a * b * c * d, "squares": a * a + b * b + c * c + d * d}
@@ -40,31 +40,31 @@ def test_hock_and_schittkowski_71():
     assert not sum(held.neighbours.better)
 
 
-def test_a_least_mass_under_a_limit_and_what_the_limit_costs():
-    """Cost w h, limit 1/(w h^3) <= 1: as slender as it may be; a per cent more deflection saves a third of one."""
+def test_a_minimum_mass_under_a_limit_has_the_right_multiplier():
+    """Minimize w h with 1/(w h^3) <= 1: the section is as slender as allowed, and 1 % more deflection saves 1/3 %."""
     case = problem(
         lambda w, h: {"cost": w * h, "bend": 1 / (w * h**3)}, [0.1, 0.4], [9.0, 2.0], limits=(Limit("bend", 1.0),)
     )
     best = optimum(case)
     assert best.values == pytest.approx([1 / 8, 2.0], rel=1e-5)
-    assert best.certificate.multiplier == pytest.approx([1.0], rel=1e-5)  # of w alone, as h is at its bound
+    assert best.certificate.multiplier == pytest.approx([1.0], rel=1e-5)  # only w counts, since h is at its bound
     assert best.certificate.high[1] == pytest.approx(2 * 1.6 / 2, rel=1e-5)  # cost ~ h^-2, and the range is 1.6
     assert best.certificate.low == pytest.approx([0, 0], abs=1e-12)
     assert best.certificate.residual < 1e-8
 
 
-def test_the_lowest_of_eight_valleys_is_found_from_many_starts():
+def test_many_starts_find_the_lowest_of_eight_minima():
     def columns(*x):
         return {"cost": sum((each**2 - 4) ** 2 + each for each in x) + 60}
 
     lowest = brentq(lambda x: 4 * x * (x * x - 4) + 1, -3, -1.5)
     best = optimum(problem(columns, [-3.0] * 3, [3.0] * 3), first=np.full(3, 0.9))
     assert best.values == pytest.approx([lowest] * 3, abs=1e-5)
-    assert len({tuple(np.sign(each.end - 0.5)) for each in best.searches}) > 1  # others end in other valleys
+    assert len({tuple(np.sign(each.end - 0.5)) for each in best.searches}) > 1  # other searches end in other minima
 
 
-def test_the_lowest_of_hundreds_of_valleys_is_found_by_evolution():
-    """Rastrigin's function in three variables, lowest where it is told to be."""
+def test_evolution_finds_the_lowest_of_hundreds_of_minima():
+    """Rastrigin's function of three variables, with a shifted minimum."""
     lowest = np.array([0.37, -1.21, 2.03])
 
     def columns(*x):
@@ -77,12 +77,12 @@ def test_the_lowest_of_hundreds_of_valleys_is_found_by_evolution():
     assert best.certificate.neighbours.better == (0,) * 4
 
 
-def test_a_figure_is_made_large():
+def test_a_figure_can_be_maximized():
     best = optimum(problem(lambda x: {"cost": x * np.exp(-x)}, [0.0], [4.0], largest=True))
     assert best.values == pytest.approx([1.0], abs=1e-5)
 
 
-def test_designs_without_figures_are_gone_around():
+def test_designs_without_figures_are_avoided():
     case = problem(lambda x, y: {"cost": np.sqrt(x + y - 1) + (x - y) ** 2 - 3 * x}, [0.0, 0.0], [1.0, 1.0])
     with np.errstate(invalid="ignore"):
         best = optimum(case)
@@ -93,7 +93,7 @@ def test_designs_without_figures_are_gone_around():
     assert best.values == pytest.approx([1.0, valley], abs=1e-5)
 
 
-def test_two_limits_that_exclude_each_other_leave_no_design():
+def test_contradictory_limits_leave_no_design():
     limits = (Limit("cost", 1.0), Limit("cost", 2.0, least=True))
     best = optimum(problem(lambda x: {"cost": x}, [0.0], [4.0], limits=limits))
     assert not best.feasible
@@ -105,12 +105,12 @@ def test_without_figures_there_is_no_optimum():
         optimum(problem(lambda x: {"cost": x * np.nan}, [0.0], [1.0]))
 
 
-def test_a_limit_is_kept_when_it_is_computed_anew():
+def test_the_optimum_keeps_its_limit_when_recomputed():
     case = problem(lambda x: {"cost": x, "f": 1 / x}, [0.1], [9.0], limits=(Limit("f", 0.7),))
     assert 1 / optimum(case).values[0] <= 0.7
 
 
-def test_shares_and_values_go_back_and_forth_with_their_rate():
+def test_shares_values_and_rates_are_consistent():
     case = problem(lambda x, y: {"cost": x}, [0.1, -3.0], [50.0, 7.0])
     shares = np.array([0.3, 0.8])
     values = case.values(shares)
@@ -121,10 +121,10 @@ def test_shares_and_values_go_back_and_forth_with_their_rate():
     assert case.rate(values) == pytest.approx(rate, rel=1e-9)
 
 
-def test_five_points_with_their_crank_angles_by_a_four_bar():
-    """A path of five points at given crank angles (Kunjur and Krishnamurty 1997; Cabrera et al. 2002).
+def test_a_four_bar_through_five_points():
+    """Path of five points at given crank angles (Kunjur and Krishnamurty 1997; Cabrera et al. 2002).
 
-    The best by least squares from 1200 random starts, outside of the program: a sum of squares of 7.41575e-7.
+    An independent least-squares search from 1200 random starts gives a sum of squares of 7.41575e-7.
     """
     wanted = np.array([3 + 3j, 2.759 + 3.363j, 2.372 + 3.663j, 1.890 + 3.862j, 1.355 + 3.943j])
     turn = np.radians([30, 45, 60, 75, 90])

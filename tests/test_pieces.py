@@ -1,4 +1,4 @@
-"""Claim: every field is whole on every piece of its beam, and what is made of the fields follows from one registry."""
+"""Each piece of a beam holds complete fields, and one registry defines all derived fields."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ XI = (0.0, 0.013, 0.4, 0.77, 0.96, 1.0)
 
 
 def on_pieces(solved, field):
-    """Values at `XI` of the single beam, by powers of the way along the piece that each is on."""
+    """Return values at `XI` of the single beam, by the powers of the coordinate on each piece."""
     division, values = solved.division, coefficients(solved, field)
     ends = division.start[:, 0] + division.width[:, 0]
     rows = [int(np.argmax(ends >= xi - 1e-15)) for xi in XI]
@@ -32,18 +32,18 @@ def on_pieces(solved, field):
 
 
 def integrals(N, V, M, fall):
-    """u, w, phi at `XI` from N/EA, M/EI, -V/kGA in mpmath, rigidities falling by the powers of `fall`."""
+    """Return u, w, phi at `XI` from N/EA, M/EI, -V/kGA by mpmath; `fall` has the powers of the taper."""
 
-    def until(function, x):
+    def integral_to(function, x):
         return mpmath.quad(function, mpmath.linspace(0, x, 9)) if x else mpmath.mpf(0)
 
     def curvature(s):
         return M(s) / (EI * fall(s) ** 3)
 
     return {
-        "u": [until(lambda s: N(s) / (EA * fall(s)), xi * L) for xi in XI],
-        "phi": [until(curvature, xi * L) for xi in XI],
-        "w": [until(lambda s, x=xi * L: (x - s) * curvature(s) - V(s) / (GA * fall(s)), xi * L) for xi in XI],
+        "u": [integral_to(lambda s: N(s) / (EA * fall(s)), xi * L) for xi in XI],
+        "phi": [integral_to(curvature, xi * L) for xi in XI],
+        "w": [integral_to(lambda s, x=xi * L: (x - s) * curvature(s) - V(s) / (GA * fall(s)), xi * L) for xi in XI],
     }
 
 
@@ -55,8 +55,8 @@ def assert_fields(solved, expected, tolerance):
 
 
 class TestTapered:
-    def test_every_piece_holds_the_whole_field(self):
-        """A beam that loses nine tenths of its depth, pulled, bent and sheared: against quadrature with 15 digits."""
+    def test_pieces_agree_with_quadrature(self):
+        """A beam that loses nine tenths of its depth in tension, bending and shear; reference: 15-digit quadrature."""
         force, moment = 900 - 120j, 7.0
         loads = (PointLoad("beam", "B", force, moment),)
         solved = deflection(still(cantilever({"A": 0, "B": L}, loads=loads)), [Section(EA, EI, GA, taper=STEEP)])
@@ -73,7 +73,7 @@ class TestTapered:
         )
 
     def test_loads_of_a_high_degree(self):
-        """Weight that grows with the 19th power along a tapered beam: V = w L (1 - xi^20)/20, M its integral."""
+        """Weight grows with the 19th power on a tapered beam: V = w L (1 - xi^20)/20, and M is its integral."""
         mass = (0.0,) * 19 + (2.0,)
         beam = cantilever({"A": 0, "B": L}, 1.0, gravity=-10j)
         link = beam.links[1]
@@ -89,15 +89,15 @@ class TestTapered:
         )
         assert_fields(solved, expected, 1e-13)
 
-    def test_pieces_are_as_short_as_the_nearest_pole_asks(self):
-        """None of a constant, more and shorter ones towards the end where the rigidity all but vanishes."""
+    def test_pieces_get_shorter_near_the_pole(self):
+        """A constant section has one piece; a strong taper has more and shorter pieces near its thin end."""
         assert piece_ends(Section(EA, EI, taper=Taper())) == (0.0, 1.0)
         thin = [np.diff(piece_ends(Section(EA, EI, taper=Taper(EI=(1.0, -left))))) for left in (0.5, 0.9, 0.999)]
         assert [len(widths) for widths in thin] == sorted({len(widths) for widths in thin})
         assert all((np.diff(widths) <= 0).all() for widths in thin)
 
     @pytest.mark.parametrize("name", ["RRR", "six-bar", "triad"])
-    def test_a_taper_that_is_none_changes_nothing(self, name):
+    def test_a_constant_taper_changes_nothing(self, name):
         case = ALL[name]()
         course = motion_of(case)
         plain = deflection(course, case.sections)
@@ -110,7 +110,7 @@ class TestTapered:
 
 
 class TestBlocks:
-    def test_displacements_pass_the_block_and_forces_jump_by_its_load(self):
+    def test_at_a_block_displacements_are_smooth_and_forces_jump(self):
         case = elastic_guide()
         solved = deflection(motion_of(case), case.sections)
         (block,) = solved.blocks
@@ -133,7 +133,7 @@ class TestBlocks:
 
 @pytest.fixture(scope="module")
 def bent():
-    """The steel four-bar with sections that tell their dimensions."""
+    """Return the steel four-bar with dimensioned sections."""
     case = steel_four_bar(24)
     known = {"area": 6e-5, "inertia": 1.8e-10, "fibre": 0.003, "peak_shear": 1.5}
     course = motion(case.mechanism, case.drive, case.rate)
@@ -142,7 +142,7 @@ def bent():
 
 class TestRegistry:
     @pytest.mark.parametrize("key", FIELDS)
-    def test_the_greatest_of_every_field_bounds_a_fine_grid(self, bent, key):
+    def test_extremes_bound_a_fine_grid(self, bent, key):
         found, grid = extremes(bent, [key])[key], sample(bent, key, np.linspace(0, 1, 501))
         largest = np.abs(grid).max(axis=-1)
         assert (np.abs(found.value) >= largest * (1 - 1e-12)).all()
@@ -152,7 +152,7 @@ class TestRegistry:
                           for beam, row in enumerate(found.xi)])  # fmt: skip
         np.testing.assert_allclose(there, found.value, rtol=1e-9, atol=1e-12 * largest.max())
 
-    def test_an_integral_has_the_unit_and_the_slope_that_its_source_gives(self, bent):
+    def test_integrals_have_the_unit_and_slope_of_their_source(self, bent):
         """N' = -q_x, V' = q_y, M' = V, u' = N/EA, phi' = M/EI, w' = phi."""
         section, length = bent.sections[0], bent.length[:, 0]
         factor = {"N": -1.0, "V": 1.0, "M": 1.0, "u": 1 / section.EA, "phi": 1 / section.EI, "w": 1.0}
@@ -175,20 +175,20 @@ class TestRegistry:
         for key, values in expected.items():
             np.testing.assert_allclose(sample(bent, key, XI), values, rtol=1e-12, atol=1e-12 * np.abs(values).max())
 
-    def test_a_diagram_of_every_field_by_its_key_and_its_name(self):
+    def test_every_field_has_a_diagram_by_key_and_name(self):
         assert {diagram.field for diagram in DIAGRAMS.values()} == {None, *FIELDS}
         for key, field in FIELDS.items():
             assert diagram_named(key) is diagram_named(field.slug)
         with pytest.raises(ValueError, match=r'no diagram "tresca".*von-mises-stress'):
             diagram_named("tresca")
 
-    def test_no_diagram_of_stresses_that_the_sections_do_not_tell(self, tmp_path):
+    def test_stress_diagrams_need_section_dimensions(self, tmp_path):
         case = steel_four_bar(4)
         unknown = deflection(motion(case.mechanism, case.drive, case.rate), case.sections)
         with pytest.raises(ValueError, match="von Mises stress is not known: the sections have no dimensions"):
             movie(unknown, "mises", tmp_path / "mises.mp4", 2, Style(size=(320, 192)))
 
-    def test_marked_positions_are_nan_in_every_field_and_the_others_as_they_were(self, bent):
+    def test_masked_positions_are_nan_in_every_field(self, bent):
         lost = np.arange(24) == 5
         known = marked(bent, lost)
         for key, field in FIELDS.items():
@@ -200,11 +200,11 @@ class TestRegistry:
 
 
 @pytest.mark.parametrize("package", [elastic, elastic.beams, elastic.assessment, elastic.vibration])
-def test_a_package_shows_what_it_gives_and_nothing_else(package):
+def test_dir_lists_only_public_names(package):
     assert dir(package) == sorted(package.__all__)
 
 
-def test_results_say_what_they_are_in_a_line():
+def test_repr_of_results_is_one_line():
     case = elastic_guide()
     solved = deflection(motion(case.mechanism, case.drive, case.rate), case.sections)
     for told in (solved, extremes(solved)["w"], case.sections[0], Section(np.ones((5000, 1)), 1.0)):
@@ -214,8 +214,8 @@ def test_results_say_what_they_are_in_a_line():
 
 
 @pytest.mark.parametrize("count", [3, 5, 8, 11])
-def test_turning_points_bracket_the_greatest_value(count):
-    """Against the roots of each slope, by companion matrices; some coefficients are zero, some zeros at the ends."""
+def test_turning_points_bracket_the_maximum(count):
+    """Reference: roots of the slope by companion matrices; some coefficients are zero, some roots at the ends."""
     draw = np.random.default_rng(count)
     values = draw.normal(size=(count, 400)) * (draw.uniform(size=(count, 400)) > 0.2)
     values[1, ::7] = 0.0
@@ -230,11 +230,11 @@ def test_turning_points_bracket_the_greatest_value(count):
 
 
 class TestMembers:
-    """A straight run of beams of one link bends as one, whichever way its beams are written."""
+    """A straight run of beams of one link bends as one member, for any direction of the beams."""
 
     @pytest.mark.parametrize("pairs", [("AB",), ("AM", "MB"), ("AM", "BM"), ("MA", "MB"), ("NM", "MB", "AN")])
-    def test_chord_is_that_of_the_whole(self, pairs):
-        """A supported beam under its weight q: w = -q x (l^3 - 2 l x^2 + x^3)/24 EI of Euler and Bernoulli."""
+    def test_the_chord_is_that_of_the_whole_member(self, pairs):
+        """Supported beam under its weight q: w = -q x (l^3 - 2 l x^2 + x^3)/24 EI (Euler-Bernoulli)."""
         points, q = {"A": 0.0, "N": 0.2, "M": 0.5, "B": 1.0}, 3.0
         beams = tuple(Beam(*pair, q / 9.81) for pair in pairs)
         bar, block = Link("bar", points, beams), Link("block", {"B": 0})

@@ -1,4 +1,4 @@
-"""Claim: a zero costs nothing and loses nothing, the order of solution is found once, errors carry their culprits."""
+"""ZERO is a neutral element, the order of solution is computed once, and errors name the parts at fault."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from rigid.plane import ZERO, cross, dot, imaginary, number
 class TestZero:
     ARRAY = np.array([1 + 2j, -3j])
 
-    def test_it_adds_nothing_and_multiplies_to_itself(self):
+    def test_sum_with_zero_is_the_same_object_and_product_is_zero(self):
         for value in (self.ARRAY, 2.0, 3j, np.float64(2.0), np.complex128(1j)):
             assert value + ZERO is value
             assert ZERO + value is value
@@ -26,25 +26,25 @@ class TestZero:
             assert ZERO * value is ZERO
             assert dot(value, ZERO) is cross(ZERO, value) is ZERO
 
-    def test_what_is_made_of_it_alone_is_it(self):
+    def test_operations_on_zero_alone_return_zero(self):
         made = (ZERO + ZERO, ZERO - ZERO, -ZERO, ZERO.real, ZERO.imag, abs(ZERO), ZERO.conjugate(), imaginary(ZERO))
         assert all(each is ZERO for each in made)
 
-    def test_it_is_a_number_for_who_asks(self):
+    def test_zero_converts_to_a_number(self):
         assert number(ZERO) == 0.0
         assert float(ZERO) == 0.0
         np.testing.assert_array_equal(np.broadcast_to(ZERO, (2,)), 0.0)
 
-    def test_a_numpy_function_refuses_it_instead_of_losing_it(self):
+    def test_numpy_functions_raise_on_zero(self):
         with pytest.raises(TypeError, match="ufunc"):
             np.abs(ZERO)
 
 
 class TestJoints:
-    """Both ways of placing a joint tell the same: with its block or with its owner placed first."""
+    """A joint has the same coordinate for either order of its two links."""
 
     @pytest.mark.parametrize("make", [four_bar, slider_crank])
-    def test_turned_round_a_joint_has_the_same_coordinate_and_the_opposite_gap(self, make):
+    def test_swapping_the_links_of_a_joint_keeps_its_coordinate_and_reverses_its_gap(self, make):
         case = make()
         here = motion(case.mechanism, case.drive + 0.0)
         away = replace(here, origin=here.origin + 0.01 * np.arange(len(here.origin)).reshape(-1, 1))
@@ -72,14 +72,14 @@ def test_the_order_of_solution_does_not_depend_on_the_drawing():
     assert structure(replace(mechanism, drawing=drawn)) is structure(mechanism)
 
 
-class TestCulprits:
-    def test_a_link_that_is_left_free(self):
+class TestErrors:
+    def test_a_free_link(self):
         links = (Link("ground", {"O": 0.0}), Link("arm", {"O": 0.0, "A": 1.0}), Link("tail", {"A": 0.0, "B": 1.0}))
         with pytest.raises(MechanismError, match="1 freedom") as found:
             structure(Mechanism(links, (PinDrive("arm", "O"),), {}))
         assert (found.value.kind, found.value.links) == ("freedoms", ("tail",))
 
-    def test_a_point_that_is_not_drawn(self):
+    def test_an_undrawn_point(self):
         case = four_bar()
         bare = {point: place for point, place in case.mechanism.drawing.items() if point != "B"}
         with pytest.raises(MechanismError, match='the point "B" is not drawn') as found:
@@ -101,14 +101,14 @@ class TestCulprits:
         assert found.value.positions == tuple(np.flatnonzero(~closes))
         assert set(found.value.joints) == {"B"}
 
-    def test_a_motion_that_cannot_go_on(self):
+    def test_a_motion_without_mass(self):
         links = (Link("ground", {"O": 0.0}), Link("arm", {"O": 0.0, "A": 1.0}))
         massless = Mechanism(links, (PinDrive("arm", "O"),), {"O": 0, "A": 1})
         with pytest.raises(ForwardError, match="moves no mass") as found:
             forward(massless, [Effort(1.0)], 0.0, 0.0, 1.0)
         assert (found.value.time, found.value.links, found.value.drives) == (0.0, ("arm",), (0,))
 
-    def test_a_table_that_ends_too_soon(self):
+    def test_an_instant_after_the_end_of_a_table(self):
         with pytest.raises(TableError, match="asked at 3") as found:
             table_curve([0.0, 2.0], [1.0, 1.0])(3.0)
         assert (found.value.place, found.value.ends) == (3.0, (0.0, 2.0))

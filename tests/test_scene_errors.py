@@ -31,7 +31,7 @@ SLOT = (
 GEAR = '[[gears]]\ndriver = {link = "crank"}\nfollower = {link = "rocker"}\nratio = 2\n'
 
 
-# An effort of any size may take an integrator any time: gears are here with a steady drive.
+# An effort may make the integrator slow for extreme sizes, so gears have a constant speed here.
 GEARED = edited(WHEEL, ("[[drives]]", MESH + "[[drives]]"), ("R =", "Q = [1, 0]\nR ="))
 
 
@@ -69,9 +69,9 @@ def segments(*pieces: str) -> tuple[str, str]:
     return 'speed = "100 rad/s"', f"law = [{', '.join(f'{{{piece}}}' for piece in pieces)}]"
 
 
-# (claim, text to spoil, edits, table, key, piece of the message)
+# (claim, text to damage, edits, table, key, part of the message)
 MISTAKES = [
-    # What stands in the file at all.
+    # Structure of the file.
     ("syntax", FOUR_BAR, [("[run]", "[run")], "", "", r"not readable as TOML: .*line 43"),
     ("table twice", FOUR_BAR, [("[links.rocker]", "[links.crank]")], "", "", r"not readable as TOML: Cannot declare \[links.crank\] twice .*line 34"),
     ("quotes of a word processor", FOUR_BAR, [('"6 mm"', "“6 mm”")], "", "", "straight quotes"),
@@ -322,7 +322,7 @@ MISTAKES = [
     ("effort in newtons", FOUR_BAR, [('speed = "100 rad/s"', 'effort = "3 N"'), ("[run]", "[run]\nduration = 1")], "drives[1]", "effort", 'as in "3 N m", got 3 N'),
     ("joints in space", FOUR_BAR, [add('[joints.B]\ntype = "pivot"')], "joints", "", "ask for it with --structure"),
     ("structure alone", "structure_only = true\n" + FOUR_BAR, [], "", "structure_only", "ask for it with --structure"),
-    # What only the mechanism as a whole tells.
+    # Found only for the mechanism as a whole.
     ("no duration", SLIDER_CRANK, [('link = "crank"\nspeed = 100', 'slider = "guide"\nspeed = 0.1')], "run", "duration", "no drive turns steadily"),
     ("a link too many", FOUR_BAR, [add('[links.arm]\npoints = ["B", "P"]\nsection = "bar"\nmaterial = "steel"')], "links.arm", "",
      r'link "arm" is left with 1 freedom: add a drive or a joint for each; points of one link only: "P"$'),
@@ -332,7 +332,7 @@ MISTAKES = [
      "expected increasing times"),
     ("times of a motion closer than round-off", FOUR_BAR,
      [('speed = "100 rad/s"', 'motion = [[0, 0], [1e-308, 0.1], ["0.5 s", 1], ["1 s", 2]]')], "drives[1]", "motion", "times that start at 0 and grow"),
-    # What is asked of its designs, whatever a run asks for.
+    # Studies of the scene, checked in every run.
     ("choice in a tolerance", FOUR_BAR,
      [("[run]", '[tolerances]\n"sections.bar.depth" = {plus_minus = 1, distribution = "gauss"}\n[run]')], "tolerances",
      "sections.bar.depth.distribution", 'expected one of uniform, normal, got "gauss"'),
@@ -362,7 +362,7 @@ MISTAKES = [
 @pytest.mark.parametrize(
     ("text", "edits", "table", "key", "message"), [row[1:] for row in MISTAKES], ids=[row[0] for row in MISTAKES]
 )
-def test_a_mistake_is_told_with_its_table_and_key(text, edits, table, key, message):
+def test_the_message_names_table_and_key(text, edits, table, key, message):
     with pytest.raises(SceneError) as caught:
         scene_from_text(edited(text, *edits), "mine", "mine.toml")
     error = caught.value
@@ -383,12 +383,12 @@ def test_a_mistake_is_told_with_its_table_and_key(text, edits, table, key, messa
         (TurnCompliance, "3 rad/Nm", 3.0),
     ],
 )
-def test_a_newton_metre_may_be_written_together(kind, text, value):
+def test_a_newton_metre_can_be_written_as_one_word(kind, text, value):
     assert kind.read(text) == pytest.approx(value, rel=1e-15)
 
 
 @pytest.mark.parametrize("text", ["3 Nm^-1", "3 Nms", "3 nm"])
-def test_what_may_not_be_a_newton_metre_is_not_guessed(text):
+def test_ambiguous_units_are_errors(text):
     for kind in (Moment, ForcePerLength, Force):
         with pytest.raises(ValueError, match="expected a"):
             kind.read(text)
@@ -405,11 +405,11 @@ def test_the_message_names_file_table_key_and_problem():
 
 
 @pytest.mark.parametrize("text", [FOUR_BAR, SLIDER_CRANK, QUICK_RETURN, YOKE, SWING, GEARED, STUDIED])
-def test_the_texts_are_right_before_they_are_spoilt(text):
+def test_the_undamaged_texts_are_valid(text):
     scene_motion(scene_from_text(text))
 
 
-def test_a_scene_without_points_or_links_is_told_which_table_is_missing():
+def test_the_message_names_a_missing_table():
     with pytest.raises(SceneError, match=r"needs \[points\]") as caught:
         scene_from_dict({"links": {}, "drives": []})
     assert caught.value.table == "points"
@@ -417,8 +417,8 @@ def test_a_scene_without_points_or_links_is_told_which_table_is_missing():
         scene_from_dict({"points": {"O": [0, 0]}})
 
 
-def test_a_crank_that_cannot_turn_is_told_where_it_stops():
-    # A crank of 100 mm, coupler 120, rocker 100, ground 350: assembled only while OA leans towards D.
+def test_the_message_gives_the_angles_at_which_a_crank_stops():
+    # Crank 200 mm, rocker 100 mm: the mechanism can be assembled only while A is near D.
     short = edited(
         FOUR_BAR, ('["A", "B"]', '["A", "B"]\nlength = "200 mm"'), ('["D", "B"]', '["D", "B"]\nlength = "100 mm"')
     )
@@ -436,14 +436,14 @@ def test_a_crank_that_cannot_turn_is_told_where_it_stops():
     assert scene_motion(scene_from_text(short), partial=True).columns == (36,)
 
 
-def test_two_drives_of_one_freedom_are_refused():
+def test_two_drives_of_one_freedom_are_an_error():
     fighting = edited(FOUR_BAR, add('[[drives]]\nlink = "rocker"\nspeed = 1'))
     with pytest.raises(SceneError) as caught:
         scene_motion(scene_from_text(fighting, "mine", "mine.toml"))
     assert caught.value.table in ("drives", "drives[1]", "links", "links.coupler")
 
 
-def test_lengths_that_never_assemble_are_told():
+def test_lengths_that_cannot_be_assembled_are_an_error():
     never = edited(
         FOUR_BAR, ('["A", "B"]', '["A", "B"]\nlength = "50 mm"'), ('["D", "B"]', '["D", "B"]\nlength = "100 mm"')
     )
@@ -458,7 +458,7 @@ BASES = [tomllib.loads(text) for text in (FOUR_BAR, SLIDER_CRANK, QUICK_RETURN, 
 
 
 def branches(tree, path=()):
-    """Paths of all that stands in a tree of tables and lists."""
+    """Yield the paths of all entries in a tree of tables and lists."""
     entries = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
     for key, entry in entries:
         yield (*path, key)
@@ -466,20 +466,20 @@ def branches(tree, path=()):
 
 
 @given(st.sampled_from([(base, path) for base in BASES for path in branches(base)]), st.sampled_from(JUNK))
-def test_whatever_stands_in_a_file_is_a_scene_or_a_scene_error(place, junk):
+def test_any_contents_are_a_scene_or_a_scene_error(place, junk):
     base, path = place
-    spoilt = deepcopy(base)
-    table = spoilt
+    damaged = deepcopy(base)
+    table = damaged
     for key in path[:-1]:
         table = table[key]
     table[path[-1]] = deepcopy(junk)
     with suppress(SceneError):
-        structure_from_dict(spoilt)
+        structure_from_dict(damaged)
     with suppress(SceneError):
-        scene_motion(scene_from_dict(spoilt), 3)
+        scene_motion(scene_from_dict(damaged), 3)
 
 
-def test_files_that_cannot_be_read(tmp_path: Path):
+def test_unreadable_files_are_errors(tmp_path: Path):
     with pytest.raises(SceneError, match="there is no such file"):
         read_scene(tmp_path / "none.toml")
     with pytest.raises(SceneError, match="not readable"):
@@ -490,22 +490,22 @@ def test_files_that_cannot_be_read(tmp_path: Path):
         read_scene(latin)
 
 
-def test_the_error_survives_the_way_from_a_worker():
+def test_the_error_can_be_pickled():
     import pickle
 
     error = pickle.loads(pickle.dumps(SceneError("a.toml", "links", "crank", "wrong")))
     assert (str(error), error.key) == ("a.toml: [links] crank: wrong", "crank")
 
 
-def test_no_message_is_long_or_holds_what_a_terminal_would_obey():
+def test_messages_are_short_and_printable():
     error = SceneError("a\x1b.toml", "links", "k" * 10**6, "\x00" * 10**6)
     assert len(str(error)) < 5000
     assert str(error).isprintable()
     assert (error.file, len(error.key)) == ("a\x1b.toml", 10**6)
 
 
-def test_bare_lengths_are_in_the_unit_of_the_scene():
-    """The same scene in metres and in millimetres, with a slide that a law moves and a table against it."""
+def test_lengths_without_unit_are_in_the_unit_of_the_scene():
+    """The same scene in metres and millimetres, with a law for a slide and a table against it."""
     metres = edited(
         SLIDER_CRANK,
         ("A = [0.1, 0.0]", "A = [0.06, 0.08]"),
@@ -527,8 +527,8 @@ def test_bare_lengths_are_in_the_unit_of_the_scene():
         np.testing.assert_allclose(course.mechanism.loads[0].law(course)[[0, -1]], [2, 1])
 
 
-def test_two_entries_at_one_place_are_a_step():
-    """A moment of 1 N m that trebles at half time: at the step itself the later one holds."""
+def test_two_entries_at_one_time_are_a_step():
+    """The moment of 1 N m triples at half time; at the step itself the later value applies."""
     text = edited(
         FOUR_BAR,
         add(LOAD + 'point = "B"\nmoment = 1\ntable = [[0, 1], [0.5, 1], [0.5, 3], [1, 3]]'),
@@ -538,8 +538,8 @@ def test_two_entries_at_one_place_are_a_step():
     assert course.mechanism.loads[0].law(course).tolist() == [1, 1, 3, 3, 3]
 
 
-def test_a_course_answers_alike_whenever_it_is_asked():
-    """Interrupted from the keyboard at its third step, before anybody asked for the motion."""
+def test_an_interrupted_course_keeps_the_steps_before_the_interrupt():
+    """The interrupt comes at the third step, before any motion is requested."""
 
     def three(time: float) -> None:
         seen.append(time)
@@ -557,7 +557,7 @@ def test_a_course_answers_alike_whenever_it_is_asked():
     assert np.isnan(course.period)
 
 
-def test_an_integration_that_takes_too_many_steps_ends_and_keeps_what_it_reached():
+def test_an_integration_with_too_many_steps_keeps_its_results():
     scene = scene_from_text(edited(FALLING, ("positions", "steps = 3\npositions")))
     with pytest.raises(
         SceneError, match=r"taken 3 steps, 2 s would take .*; steps under \[run\] allows more; --reachable keeps"

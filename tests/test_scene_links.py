@@ -1,4 +1,4 @@
-"""What a scene says of quantities, links and sliders."""
+"""Quantities, links and sliders of a scene."""
 
 import re
 import tomllib
@@ -41,7 +41,7 @@ def link(scene, name):
 
 
 class TestUnits:
-    """A string with a unit is the number in SI units; a bare number is in them already."""
+    """A text with a unit is converted to SI units; a plain number is in SI units."""
 
     @pytest.mark.parametrize(
         ("kind", "text", "value"),
@@ -74,41 +74,41 @@ class TestUnits:
         assert Length.read(0.25) == 0.25
         assert Stress.read(210_000_000_000) == 210e9
 
-    def test_quarter_turns_are_exact(self):
+    def test_right_angles_are_exact(self):
         assert [Direction.read(text) for text in ("0 deg", "90 deg", "180 deg", "-90 deg")] == [1, 1j, -1, -1j]
         assert Direction.read([3, 4]) == 0.6 + 0.8j
 
-    def test_a_speed_of_rotation_is_told_from_one_of_sliding(self):
+    def test_units_distinguish_rotation_and_sliding(self):
         assert (Speed.read("1 rad/s").unit, Speed.read("1 m/s").unit, Speed.read(1).unit) == ("rad/s", "m/s", "")
 
 
 class TestLinks:
-    """Links take their shape from the drawing, from a length, or from coordinates."""
+    """Links get their shape from the drawing, a length, or coordinates."""
 
-    def test_own_axes_run_from_the_first_point_to_the_second(self):
+    def test_local_axes_run_from_the_first_to_the_second_point(self):
         scene = scene_from_text(edited(FOUR_BAR, ('["A", "B"]', '["A", "B", "P"]\nbeams = [["A", "B"]]')))
         points = link(scene, "coupler").points
         assert points["A"] == 0
         assert points["B"] == pytest.approx(0.3)
         assert points["B"].imag == 0
-        # A-B is (0.18, 0.24) = 0.3 (0.6, 0.8) and A-P (0.1, 0.25): along 0.26, across 0.07.
+        # A-B is (0.18, 0.24) = 0.3 (0.6, 0.8), and A-P is (0.1, 0.25): 0.26 along, 0.07 across.
         assert points["P"] == pytest.approx(0.26 + 0.07j)
 
     def test_a_length_overrides_the_drawn_one(self):
         scene = scene_from_text(edited(FOUR_BAR, ('["D", "B"]', '["D", "B"]\nlength = "260 mm"')))
         assert link(scene, "rocker").points == {"D": 0, "B": 0.26}
 
-    def test_coordinates_are_taken_as_they_are(self):
+    def test_coordinates_are_kept(self):
         own = '{B = [0.01, 0], A = ["-29 cm", 0], P = [0, 0.1]}\nbeams = [["A", "B"]]'
         scene = scene_from_text(edited(FOUR_BAR, ('["A", "B"]', own)))
         assert link(scene, "coupler").points == {"B": 0.01, "A": pytest.approx(-0.29), "P": 0.1j}
         assert np.isfinite(scene_motion(scene).origin).all()
 
-    def test_drawn_points_of_the_ground_may_be_given_as_coordinates(self):
+    def test_ground_points_can_have_coordinates(self):
         spelt = edited(FOUR_BAR, ("O = [0.0, 0.0]\n", ""), ('["O", "D"]', "{O = [0, 0], D = [0.35, 0]}"))
         assert link(scene_from_text(spelt), "ground").points == link(scene_from_text(FOUR_BAR), "ground").points
 
-    def test_sections_have_the_properties_of_the_handbook(self):
+    def test_sections_have_the_handbook_properties(self):
         scene = scene_from_text(FOUR_BAR)
         section = scene.sections[0]
         assert (section.area, section.inertia, section.fibre) == (
@@ -132,7 +132,7 @@ class TestLinks:
         section = scene_from_text(edited(FOUR_BAR, (drawn, shape))).sections[0]
         assert (section.area, section.inertia, section.fibre) == (pytest.approx(A), pytest.approx(I), pytest.approx(c))
 
-    def test_several_beams_are_labelled_and_numbered_as_in_the_mechanism(self):
+    def test_labels_of_several_beams_are_in_mechanism_order(self):
         text = edited(
             FOUR_BAR,
             ('["A", "B"]', '["A", "B", "P"]\nbeams = [["A", "B"], {from = "B", to = "P", section = "thin"}]'),
@@ -151,13 +151,13 @@ class TestLinks:
         names = [scene.mechanism.links[number].name for number, _ in scene.mechanism.beams]
         assert names == [label.split(".")[0] for label in scene.labels]
 
-    def test_rigid_links_keep_the_beams_that_their_section_gives(self):
+    def test_rigid_links_keep_the_beams_of_their_section(self):
         scene = scene_from_text(edited(FOUR_BAR, ('["O", "A"]', '["O", "A"]\nrigid = true')))
         assert np.isinf([scene.sections[0].EA, scene.sections[0].EI]).all()
         assert scene.sections[0].inertia == pytest.approx(BAR_I)
         assert link(scene, "crank").lumps == ()
 
-    def test_rigid_links_have_the_mass_given_and_the_rest_from_their_section(self):
+    def test_rigid_links_combine_a_given_mass_with_their_section(self):
         scene = scene_from_text(edited(FOUR_BAR, ('["O", "A"]', '["O", "A"]\nrigid = true\nmass = 2')))
         (lump,) = link(scene, "crank").lumps
         assert (lump.point, lump.mass, lump.offset) == ("O", 2.0, pytest.approx(0.05))
@@ -165,7 +165,7 @@ class TestLinks:
         assert scene.labels == ("coupler", "rocker")
 
     def test_the_mass_of_a_guide_is_that_of_its_beams(self):
-        # Two beams of 0.3 and 0.4 kg at right angles, 0.3 m and 0.4 m long, by hand about their common centre.
+        # Two beams of 0.3 and 0.4 kg, 0.3 and 0.4 m long, at right angles: by hand about their common centre.
         text = edited(
             QUICK_RETURN,
             ("D = [0.0, 0.5]", "D = [0.0, 0.3]\nT = [0.4, 0.3]"),
@@ -198,15 +198,15 @@ class TestLinks:
             "rocker": [("B", pytest.approx(0.05))],
         }
 
-    def test_outlines_are_in_the_axes_of_the_link(self):
+    def test_outlines_are_in_local_axes(self):
         scene = scene_from_text(edited(FOUR_BAR, ('["A", "B"]', '["A", "B"]\noutline = ["A", ["15 cm", 0.02], "B"]')))
         assert scene.outlines == {"coupler": (0, pytest.approx(0.15 + 0.02j), pytest.approx(0.3))}
 
 
 class TestDrawnLengths:
-    """The length of a link that is as drawn may be set, swept and scattered, though none stands in the file."""
+    """The length of a link drawn without `length` can be set, swept and scattered."""
 
-    def test_setting_it_is_writing_it(self):
+    def test_setting_a_drawn_length_writes_it(self):
         written = edited(FOUR_BAR, ('points = ["A", "B"]', 'points = ["A", "B"]\nlength = "310 mm"'))
         changed = document_from_text(FOUR_BAR).with_changes(["links.coupler.length=310 mm"])
         assert changed.tables["links"]["coupler"]["length"] == "0.31 m"
@@ -215,7 +215,7 @@ class TestDrawnLengths:
         drawn = document_from_text(FOUR_BAR).variable("links.coupler.length").base
         assert drawn == pytest.approx(abs(complex(0.28, 0.24) - 0.1), rel=1e-15)
 
-    def test_designs_of_it_are_those_of_single_runs(self):
+    def test_designs_of_a_drawn_length_equal_single_runs(self):
         lengths = [[0.29], [0.31]]
         found = evaluate(document_from_text(FOUR_BAR), ["links.coupler.length"], lengths, ["deflection", "stress"])
         for row, (length,) in enumerate(lengths):
@@ -225,7 +225,7 @@ class TestDrawnLengths:
             assert found.columns["deflection"][row] == pytest.approx(abs(largest[0]), rel=1e-12)
             assert found.columns["stress"][row] == pytest.approx(largest[1], rel=1e-12)
 
-    def test_a_link_of_another_shape_tells_the_numbers_that_it_has(self):
+    def test_the_error_for_another_shape_lists_its_numbers(self):
         plate = edited(FOUR_BAR, ('["A", "B"]', "{A = [0, 0], B = [0.3, 0]}"))
         wide = edited(FOUR_BAR, ('["A", "B"]', '["A", "P", "B"]'))
         for text, words in ((plate, "links.coupler.points.B.x"), (wide, "points.B.x")):
@@ -234,14 +234,14 @@ class TestDrawnLengths:
 
 
 class TestSliders:
-    """A slider's line passes the drawn place of its point and is fixed in its owner."""
+    """A slider's line passes through the drawn point and is fixed in its owner."""
 
     def test_on_the_ground(self):
         (slider,) = scene_from_text(SLIDER_CRANK).mechanism.sliders
         assert (slider.on, slider.origin, slider.direction, slider.turn) == ("ground", 0.4, 1, 1)
 
     def test_on_a_moving_link_in_its_axes(self):
-        # The rocker points up from C; A is drawn 0.4 m along it.
+        # The rocker points up from C, and A is 0.4 m along it.
         (slider,) = scene_from_text(QUICK_RETURN).mechanism.sliders
         assert slider.origin == pytest.approx(0.4)
         assert slider.direction == pytest.approx(1)
@@ -251,7 +251,7 @@ class TestSliders:
         A, C = position_of(course, "crank", "A"), position_of(course, "rocker", "C")
         along = course.direction[course.mechanism.index["rocker"]]
         assert np.imag(np.conj(along) * (A - C)) == pytest.approx(np.zeros(36), abs=1e-15)
-        # Quick return: the crank (0.1 m) at right angles to the rocker, sin = 0.1/0.3.
+        # Quick return: if the crank (0.1 m) is normal to the rocker, the sine is 0.1/0.3.
         lean = np.abs(np.angle(along / 1j)).max()
         assert lean == pytest.approx(np.arcsin(1 / 3), abs=2e-3)
 
@@ -260,11 +260,12 @@ DIVIDED = {
     "four-bar": edited(FOUR_BAR, ("positions = 36", 'positions = 24\noutput = "rocker.angle"')),
     "slider-crank": edited(SLIDER_CRANK, ("positions = 36", 'positions = 24\noutput = "B"\ntheory = "quasi-static"')),
 }
-OF_POINTS = {"points", "displacement", "along_path", "off_path"}  # of what the summary tells: largest of named points
+# summary entries that are maxima over the named points
+OF_POINTS = {"points", "displacement", "along_path", "off_path"}
 
 
 def with_points(text, link, shares, reversed_at):
-    """A scene's tables with points on the way of a straight link, and beams between them, one the other way round."""
+    """Return a scene's tables with points on a straight link and beams between them, one beam reversed."""
     tables = tomllib.loads(text)
     points, own = tables["points"], tables["links"][link]
     first, last = own["points"]
@@ -284,7 +285,7 @@ def with_points(text, link, shares, reversed_at):
 
 
 def assert_alike(found, expected, path=""):
-    """Compare words, numbers to 1e-11, and errors to 1 %: steps of the solver are also measured at named points."""
+    """Compare texts, numbers to 1e-11, and errors to 1 %, because solver steps are also measured at named points."""
     if isinstance(expected, dict):
         assert found.keys() == expected.keys(), path
         for key in expected.keys() - OF_POINTS:
@@ -305,7 +306,7 @@ def undivided(name):
     return summary(computed(scene_from_text(DIVIDED[name]), Request()))
 
 
-class TestPointsOnTheWay:
+class TestPointsOnALink:
     @settings(max_examples=8, phases=[Phase.generate])
     @given(
         case=st.sampled_from([("four-bar", "crank"), ("four-bar", "coupler"), ("slider-crank", "rod")]),
@@ -313,14 +314,14 @@ class TestPointsOnTheWay:
         reversed_at=st.integers(0, 4),
     )
     @pytest.mark.slow
-    def test_named_points_change_no_figure_and_no_word(self, case, shares, reversed_at):
-        """Random points named on a straight link, its beams written piece by piece."""
+    def test_named_points_do_not_change_the_report(self, case, shares, reversed_at):
+        """A straight link gets random named points and one beam per segment."""
         name, link = case
         found = summary(computed(scene_from_dict(with_points(DIVIDED[name], link, shares, reversed_at)), Request()))
         assert_alike(found, undivided(name))
 
-    def test_they_move_with_the_beam(self):
-        """As one that is an end of beams does: it carries next to nothing."""
+    def test_points_on_a_link_move_with_the_beam(self):
+        """The reference is an end of two beams with almost no mass."""
         text = edited(
             FOUR_BAR, ('points = ["A", "B"]', 'points = ["A", "B", "M"]'), ("[points]", "[points]\nM = [0.19, 0.12]")
         )
@@ -335,8 +336,8 @@ class TestPointsOnTheWay:
         node = summary(computed(parted, Request()))["points"]["M"]["displacement"]["value"]
         assert found == pytest.approx(node, rel=1e-4)
 
-    def test_points_that_a_study_moves_stay_ends_of_beams(self):
-        """Off the line in one design: the link has a corner there, as one that is drawn so."""
+    def test_points_moved_by_a_study_stay_ends_of_beams(self):
+        """If a design moves the point off the line, the link has a corner there."""
         tables = with_points(DIVIDED["four-bar"], "coupler", [0.5], 0)
         drawn = tables["points"]["P0"]
         moved = {**tables, "points": {**tables["points"], "P0": [drawn[0], drawn[1] + 0.02]}}

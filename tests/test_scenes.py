@@ -1,4 +1,4 @@
-"""What a scene file means."""
+"""Meaning of the tables in a scene file."""
 
 import re
 import tomllib
@@ -26,19 +26,19 @@ from rigid import LineLoad, PinDrive, PointLoad, SliderDrive, position_of
 
 
 class TestDrives:
-    """Drives start where the drawing shows them, or where they are told to."""
+    """A drive starts at the drawn position, or at `start`."""
 
-    def test_the_drawn_angle_is_where_it_starts(self):
+    def test_a_drive_starts_at_the_drawn_angle(self):
         text = edited(FOUR_BAR, ("A = [0.1, 0.0]", "A = [0.06, 0.08]"))
         course = scene_motion(scene_from_text(text))
         assert course.drive[0, 0] == pytest.approx(np.arctan2(0.8, 0.6))
         assert position_of(course, "crank", "A")[0] == pytest.approx(0.06 + 0.08j)
 
-    def test_start_overrides_it(self):
+    def test_start_overrides_the_drawn_angle(self):
         course = scene_motion(scene_from_text(edited(FOUR_BAR, ("speed", 'start = "30 deg"\nspeed'))))
         assert position_of(course, "crank", "A")[0] == pytest.approx(0.1 * (cos(pi / 6) + 1j * sin(pi / 6)))
 
-    def test_a_drive_between_moving_links_turns_one_on_the_other(self):
+    def test_a_drive_between_moving_links_is_relative(self):
         text = edited(
             FOUR_BAR,
             ('["A", "B"]', '["A", "P"]'),
@@ -49,21 +49,21 @@ class TestDrives:
         scene = scene_from_text(text)
         course = scene_motion(scene)
         assert scene.mechanism.drives == (PinDrive("crank", "O"), PinDrive("coupler", "A", "crank"))
-        # Drawn: the crank along y, A-P = (0.2, 0.15), that is (0.15, -0.2) in the crank's axes.
+        # Drawn: the crank is along y, and A-P = (0.2, 0.15) is (0.15, -0.2) in the crank's axes.
         assert course.drive[1, 0] == pytest.approx(np.arctan2(-0.2, 0.15))
         assert course.angular_velocity[2] == pytest.approx(np.full(36, 50.0))
 
-    def test_one_turn_without_its_end(self):
+    def test_a_turn_excludes_its_end(self):
         scene = scene_from_text(FOUR_BAR)
         assert (scene.run.turn, scene.run.duration) == (True, pytest.approx(2 * pi / 100))
         assert np.degrees(scene_motion(scene, 4).drive[0]) == pytest.approx([0, 90, 180, 270])
         assert scene_motion(scene).columns == (36,)
 
-    def test_a_duration_with_its_end(self):
+    def test_a_duration_includes_its_end(self):
         scene = scene_from_text(edited(FOUR_BAR, ("[run]", '[run]\nduration = "20 ms"')))
         assert scene.course.times(3).tolist() == [0.0, 0.01, 0.02]
 
-    def test_a_law_is_followed_to_its_end(self):
+    def test_a_law_runs_to_its_end(self):
         law = 'law = [{curve = "cycloidal", duration = "0.2 s", by = "90 deg"}, {curve = "dwell", duration = 0.1}, ' \
               '{curve = "harmonic", duration = "0.2 s", to = "0 deg"}]'  # fmt: skip
         scene = scene_from_text(edited(FOUR_BAR, ('speed = "100 rad/s"', law)))
@@ -83,7 +83,7 @@ class TestDrives:
 
 
 class TestLoads:
-    """Loads at points and along beams, in fixed or turning axes, constant or against time."""
+    """Loads at points and along beams, in fixed or turning axes, constant or over time."""
 
     def load(self, text):
         scene = scene_from_text(edited(FOUR_BAR, ("[run]", f'[[loads]]\nlink = "rocker"\n{text}\n[run]')))
@@ -100,11 +100,11 @@ class TestLoads:
         assert (load.beam, load.start, load.end, load.turning) == (0, -40j, -80j, False)
 
     @pytest.mark.parametrize(("axes", "start", "end"), [("fixed", -80j, -40j), ("turning", 80j, 40j)])
-    def test_along_a_beam_from_its_other_end(self, axes, start, end):
+    def test_along_a_reversed_beam(self, axes, start, end):
         _, load = self.load(f'beam = ["B", "D"]\nstart = [0, -40]\nend = [0, -80]\naxes = "{axes}"')
         assert (load.start, load.end) == (start, end)
 
-    def test_both_readings_of_a_beam_bend_it_alike(self):
+    def test_a_reversed_beam_bends_alike(self):
         ends = [("D", "B", 30, 70), ("B", "D", -70, -30)]
         fields = []
         for first, second, start, end in ends:
@@ -116,7 +116,7 @@ class TestLoads:
     def test_a_table_against_time(self):
         scene, load = self.load('point = "B"\nmoment = 1\ntable = [[0, 0], ["30 ms", 3], ["0.1 s", 3]]')
         factor = load.law(scene_motion(scene, 4))
-        # A turn takes 20 pi ms; a quarter of it is 15.708 ms.
+        # A turn takes 20 pi ms; a quarter takes 15.708 ms.
         assert factor == pytest.approx([0.0, pi / 2, 3.0, 3.0])
 
     def test_a_cubic_through_a_cubic_table_is_the_cubic(self):
@@ -125,7 +125,7 @@ class TestLoads:
         course = scene_motion(scene, 7)
         assert load.law(course) == pytest.approx(course.time**3 - course.time, abs=1e-15)
 
-    def test_a_table_may_be_held(self):
+    def test_a_table_can_be_held(self):
         scene, load = self.load('point = "B"\nmoment = 1\nextend = "hold"\ntable = [["10 ms", 2], ["20 ms", 4]]')
         assert load.law(scene_motion(scene, 2)) == pytest.approx([2.0, 4.0])
 
@@ -134,25 +134,26 @@ class TestShippedScenes:
     """Every shipped scene moves, bends and names its source."""
 
     @pytest.mark.parametrize("name", in_tiers(sorted(shipped_scenes()), 5, 11))
-    def test_they_are_read_and_moved(self, name):
+    def test_shipped_scenes_move(self, name):
         scene = read_scene(shipped_scenes()[name])
         assert (scene.name, bool(scene.title), bool(scene.source)) == (name, True, True)
         bent = deflection(scene_motion(scene, 24), scene.sections)
         assert len(scene.labels) == len(bent.sections) == len(bent.length)
         assert np.isfinite(bent.w).all()
 
-    def test_there_are_the_promised_ones(self):
+    def test_documented_scenes_are_shipped(self):
         promised = {"steel_four_bar", "utenov_four_bar", "simeon_slider_crank", "offset_slider_crank", "quick_return"}
         assert promised <= set(shipped_scenes())
 
-    def test_the_steel_four_bar_closes_where_pythagoras_says(self):
-        # At crank angle 0, A (0.1, 0) and D (0.35, 0) are 0.25 apart, with 0.3 and 0.25 to B: 0.18 along, 0.24 up.
+    def test_the_steel_four_bar_closes_by_pythagoras(self):
+        # At crank angle 0, A (0.1, 0) and D (0.35, 0) are 0.25 apart, and B is 0.3 and 0.25 away: 0.18 along, 0.24
+        # up.
         course = scene_motion(read_scene(shipped_scenes()["steel_four_bar"]), 4)
         assert position_of(course, "coupler", "B")[0] == pytest.approx(0.28 + 0.24j)
         assert position_of(course, "rocker", "B")[0] == pytest.approx(0.28 + 0.24j)
 
     def test_simeons_rod_at_a_tenth_of_a_second(self):
-        # Closed form for the published data: load linear along the rod, deflection of a simply supported beam.
+        # Closed form for the published data: linear load along the rod, deflection of a simply supported beam.
         scene = read_scene(shipped_scenes()["simeon_slider_crank"])
         course = scene_motion(scene)
         bent = deflection(course, scene.sections)
@@ -163,8 +164,8 @@ class TestShippedScenes:
         middle = sample(bent, "chord", [0.5])[0, -1, 0]
         assert middle == pytest.approx(2.090334574e-4, abs=5e-13)
 
-    def test_the_ram_stands_still_where_the_rocker_turns_back(self):
-        # The crank at right angles to the rocker: sin of the rocker's lean is 0.1/0.3, and so far below x is the crank.
+    def test_the_ram_rests_at_the_reversal_of_the_rocker(self):
+        # The crank is normal to the rocker: the sine of the rocker's lean is 0.1/0.3.
         scene = read_scene(shipped_scenes()["quick_return"])
         turning = scene_from_text(
             edited(Path(scene.path).read_text(encoding="utf-8"),
@@ -179,12 +180,13 @@ class TestShippedScenes:
 KINELAST = Path(__file__).parent.parent / "kinelast"
 GALLERY = KINELAST.parent / "docs" / "gallery"
 SHIPPED = [*shipped_scenes().values(), *shipped_structures().values(), *sorted(GALLERY.glob("*.toml"))]
-IGNORED = {"$schema", "title", "description", "default", "$defs", "discriminator", "prefixItems"}  # of other drafts
+# keywords without constraints
+IGNORED = {"$schema", "title", "description", "default", "$defs", "discriminator", "prefixItems"}
 KINDS = {"object": dict, "array": list, "string": str, "boolean": bool, "integer": int, "number": (int, float)}
 
 
-def wrongs(schema, tables):
-    """Places in tables that a JSON Schema refuses, by the keywords that ours has, as draft 7 has them."""
+def schema_errors(schema, tables):
+    """Yield the places in tables that a JSON Schema (draft 7) rejects, for the keywords used by this project."""
     whole = scene_schema(schema)
 
     def wrong(told, value, place):
@@ -222,15 +224,15 @@ def wrongs(schema, tables):
 
 
 class TestFormat:
-    """The published format is the one that is read."""
+    """The published format equals the one that the program reads."""
 
     @pytest.mark.parametrize("path", in_tiers(SHIPPED, 10, 30), ids=lambda path: path.stem)
-    def test_every_shipped_scene_is_valid_by_the_schema_that_it_names(self, path):
+    def test_every_shipped_scene_is_valid_by_its_schema(self, path):
         text = path.read_text(encoding="utf-8")
         named = re.match(r"#:schema (.*)", text)
         schema = (path.parent / named[1]).resolve() if named else KINELAST / "scene.schema.json"
         assert schema.parent == KINELAST.resolve()
-        assert not [*wrongs(schema.name, tomllib.loads(text))]
+        assert not [*schema_errors(schema.name, tomllib.loads(text))]
 
     @pytest.mark.parametrize(
         ("old", "new", "place"),
@@ -246,11 +248,11 @@ class TestFormat:
             ('speed = "100 rad/s"', 'motion = "lift.csv"', ""),
         ],
     )
-    def test_a_mistake_is_told_in_its_place(self, old, new, place):
+    def test_the_schema_locates_a_mistake(self, old, new, place):
         text = edited(shipped_scenes()["steel_four_bar"].read_text(encoding="utf-8"), (old, new))
-        assert [*wrongs("scene.schema.json", tomllib.loads(text))] == [place] * bool(place)
+        assert [*schema_errors("scene.schema.json", tomllib.loads(text))] == [place] * bool(place)
 
-    def test_the_schema_names_every_key_and_forbids_others(self):
+    def test_the_schema_rejects_unknown_keys(self):
         tables = scene_schema()["$defs"]
         assert all(table["additionalProperties"] is False for table in tables.values())
         assert {"yield", "E", "density"} <= set(tables["MaterialTable"]["properties"])
@@ -283,22 +285,22 @@ class TestFormat:
 
 
 class TestGuide:
-    """What docs/scenes.md tells a user is so."""
+    """The statements of docs/scenes.md are right."""
 
     guide = (Path(__file__).parent.parent / "docs" / "scenes.md").read_text(encoding="utf-8")
     example = guide.partition("```toml\n")[2].partition("```")[0]
 
-    def test_its_example_moves(self):
+    def test_the_example_moves(self):
         scene = scene_from_text(self.example)
         assert scene.labels == ("crank", "rod")
         assert np.isfinite(deflection(scene_motion(scene), scene.sections).w).all()
 
-    def test_it_tells_every_table_and_key(self):
+    def test_every_table_and_key_is_documented(self):
         tables = {name for file in SCHEMAS for name in scene_schema(file)["$defs"]}
         asked_for = {name for names in re.findall(r"<!-- keys: (.*) -->", self.guide) for name in names.split()}
         assert asked_for == tables
 
-    def test_every_key_has_words(self):
+    def test_every_key_has_a_description(self):
         structs = [*subtables(StrictTable)]
         bare = [f"{struct.__name__}.{field.name}" for struct in structs for field in fields(struct)
                 if field.encode_name not in key_words(struct)]  # fmt: skip
@@ -306,7 +308,7 @@ class TestGuide:
         assert not bare, "words beside a field: #:"
 
     @pytest.mark.parametrize("row", [line for line in guide.splitlines() if "| `press.toml:" in line])
-    def test_its_messages_are_those_that_come(self, row):
+    def test_documented_messages_are_right(self, row):
         line, message = (part.strip(" `") for part in row.strip("|").split(" | "))
         key = {"dpeth": "depth"}.get(line.split()[0], line.split()[0])
         table = message.partition("[")[2].partition("]")[0].lstrip("[")
@@ -320,7 +322,7 @@ class TestGuide:
 
 
 @pytest.mark.parametrize("name", sorted(USUAL))
-def test_usual_units_are_those_of_the_registry(name):
-    """They are known without loading pint, to the last digit as pint has them."""
+def test_common_units_agree_with_the_registry(name):
+    """Common units need no pint, and agree with it to the last digit."""
     factor, unit = USUAL[name]
     assert float(registry().convert(1.0, registry().parse_units(name), unit)) == factor

@@ -1,4 +1,4 @@
-"""What a scene says of beams and joints that give way: tapers, shear, free strain, rings, guides, soft joints."""
+"""Beams and soft joints of a scene: tapers, shear, free strain, rings, guides and compliances."""
 
 import re
 import tomllib
@@ -37,7 +37,7 @@ LOADED_ARM = edited(
         '[[loads]]\nlink = "arm"\npoint = "A"\nforce = [0, "-100 N"]\n[run]\nbeams = "euler-bernoulli"\npositions = 2',
     ),
 )
-WHOLE = ('beams = "euler-bernoulli"\n', "")  # beams shear, as they do unless something else is said
+WHOLE = ('beams = "euler-bernoulli"\n', "")  # beams have shear by default
 A, I, L, P = 2e-4, 0.01 * 0.02**3 / 12, 0.4, 100.0  # noqa: E741
 E = 200e9
 
@@ -48,25 +48,25 @@ def bent(text):
 
 
 def tip(text):
-    """Displacement of the arm's end [m], complex."""
+    """Return the displacement of the arm's end [m], complex."""
     return displacement_of(bent(text), "arm", "A")[0]
 
 
 class TestSections:
-    """Sections against the cantilever of the handbooks."""
+    """Sections, compared with the handbook cantilever."""
 
     def test_a_slender_arm(self):
         assert tip(LOADED_ARM) == pytest.approx(-1j * P * L**3 / (3 * E * I), rel=1e-12)
 
     @pytest.mark.parametrize("asked", ["", 'beams = "timoshenko"'])
     @pytest.mark.parametrize("given", ["poisson = 0.25", 'G = "80 GPa"'])
-    def test_shear_counts_unless_it_is_to_be_left_out(self, given, asked):
+    def test_shear_counts_by_default(self, given, asked):
         # Cowper: k = 10 (1 + nu)/(12 + 11 nu) for a rectangle; G = E/(2 (1 + nu)) = 80 GPa.
         text = edited(LOADED_ARM, ('beams = "euler-bernoulli"', asked), ("poisson = 0.25", given))
         k = 10 * 1.25 / (12 + 11 * 0.25)
         assert tip(text) == pytest.approx(-1j * (P * L**3 / (3 * E * I) + P * L / (k * 80e9 * A)), rel=1e-10)
 
-    def test_poissons_ratio_of_metals_where_none_is_given(self):
+    def test_the_default_poisson_ratio_is_that_of_metals(self):
         text = edited(LOADED_ARM, WHOLE, ("poisson = 0.25\n", ""))
         G, k = E / 2.6, 10 * 1.3 / (12 + 11 * 0.3)
         assert tip(text) == pytest.approx(-1j * (P * L**3 / (3 * E * I) + P * L / (k * G * A)), rel=1e-10)
@@ -76,7 +76,7 @@ class TestSections:
         [('shape = "properties"\nA = 2e-4\nI = "6666 mm^4"\nshear_area = "150 mm^2"', 80e9 * 1.5e-4),
          ('shape = "rigidities"\nEA = 1e7\nEI = 1000\nmass_per_length = 1\nkGA = "3 MN"', 3e6)],
     )  # fmt: skip
-    def test_any_shape_may_tell_its_shear_rigidity(self, shape, kGA):
+    def test_any_shape_can_give_its_shear_rigidity(self, shape, kGA):
         plain = edited(LOADED_ARM, ('shape = "rectangle"\ndepth = "20 mm"\nwidth = "10 mm"', shape))
         if "rigidities" in shape:
             plain = edited(plain, ('material = "steel"', ""))
@@ -84,10 +84,10 @@ class TestSections:
         assert tip(sheared) - tip(plain) == pytest.approx(-1j * P * L / kGA, rel=1e-9)
         (known,) = scene_from_text(plain).sections
         assert np.isinf(known.kGA)
-        assert known.shear_rigidity == pytest.approx(kGA, rel=1e-12)  # what leaving it out changes can be told
+        assert known.shear_rigidity == pytest.approx(kGA, rel=1e-12)  # so the effect of neglected shear is known
 
     def test_two_sizes_taper(self):
-        # A cantilever whose depth grows linearly from h at the tip to H: by integrals of x^2/(E I(x)).
+        # A cantilever whose depth grows linearly from h at the tip to H, by integrals of x^2/(E I(x)).
         text = edited(LOADED_ARM, ('depth = "20 mm"', 'depth = ["20 mm", "10 mm"]'))
         x = (np.arange(200000) + 0.5) / 200000 * L
         depth = 0.02 - 0.01 * x / L
@@ -131,7 +131,7 @@ class TestSections:
         assert sample(found, "left", [0.0])[0, 0, 0] == pytest.approx(P * L * 0.01 / I, rel=1e-12)
         assert found.sections[0].yield_stress == 300e6
 
-    def test_rigid_links_have_stress_but_do_not_bend(self):
+    def test_rigid_links_have_stress_but_no_deflection(self):
         found = bent(edited(LOADED_ARM, ('material = "steel"', 'material = "steel"\nrigid = true')))
         assert sample(found, "left", [0.0])[0, 0, 0] == pytest.approx(P * L * 0.01 / I, rel=1e-12)
         assert np.abs(found.w).max() == 0.0
@@ -146,8 +146,9 @@ class TestSections:
         assert longer.real == pytest.approx(strain * L, rel=1e-12)
         assert longer.imag == pytest.approx(tip(LOADED_ARM).imag, rel=1e-12)
 
-    def test_beams_may_close_a_ring(self):
-        # A square frame pulled at two opposite corners: its sides bend to F a/4 at their ends, a half the diagonal.
+    def test_beams_can_close_a_ring(self):
+        # A square frame pulled at two opposite corners: the end moments of its sides are F a/4, with a half the
+        # diagonal.
         square = edited(
             LOADED_ARM,
             ("A = [0.4, 0]", "A = [0.4, 0]\nB = [0.2, 0.2]\nC = [0.2, -0.2]"),
@@ -155,12 +156,12 @@ class TestSections:
             ('[0, "-100 N"]', '["100 N", 0]'),
         )
         moments = sample(bent(square), "M", [0.0, 1.0])[:, 0]
-        # By symmetry the ends of a side take equal and opposite moments but for what its own stretch makes them.
+        # By symmetry the end moments of a side are equal and opposite, except for the effect of stretch.
         assert np.abs(moments) == pytest.approx(np.full((4, 2), P * 0.2 / 4), rel=3e-3)
 
 
 class TestGuides:
-    """A block on an elastic link bends the beam under it."""
+    """A block on an elastic link bends the beam at the contact."""
 
     elastic = edited(
         QUICK_RETURN,
@@ -170,7 +171,7 @@ class TestGuides:
         ("[run]", '[[loads]]\nlink = "rocker"\npoint = "D"\nforce = [0, "10 N"]\naxes = "turning"\n[run]'),
     )
 
-    def test_the_moment_is_greatest_under_the_block(self):
+    def test_the_moment_is_largest_under_the_block(self):
         scene = scene_from_text(self.elastic)
         course = scene_motion(scene)
         found = deflection(course, scene.sections)
@@ -179,7 +180,7 @@ class TestGuides:
         assert largest.value[0] == pytest.approx(10 * (0.5 - reach), rel=1e-9)
         assert largest.xi[0] == pytest.approx(reach / 0.5, rel=1e-9)
 
-    def test_a_beam_that_ends_too_soon_is_told(self, tmp_path, capsys):
+    def test_a_block_beyond_the_end_of_its_beam_is_an_error(self, tmp_path, capsys):
         short = tmp_path / "short.toml"
         short.write_text(edited(self.elastic, ("D = [0.0, 0.5]", "D = [0.0, 0.39]"), ('"D"\nforce', '"D"\nforce')))
         assert main([str(short), "-o", str(tmp_path / "out")]) == 2
@@ -187,15 +188,15 @@ class TestGuides:
 
 
 class TestSoftJoints:
-    """Joints that give way or do not fit."""
+    """Joints with compliance or misfit."""
 
     def soft(self, keys):
         return tip(edited(LOADED_ARM, ("[[drives]]", f"[joints.O]\n{keys}\n[[drives]]"))) - tip(LOADED_ARM)
 
-    def test_compliance_gives_way_along_the_force(self):
+    def test_compliance_displaces_along_the_force(self):
         assert self.soft('compliance = "2e-6 m/N"') == pytest.approx(-1j * 2e-6 * P, rel=1e-9)
 
-    def test_a_soft_drive_turns(self):
+    def test_a_soft_drive_rotates(self):
         assert self.soft('rotation = "1e-4 rad/(N m)"') == pytest.approx(-1j * 1e-4 * P * L * L, rel=1e-9)
 
     def test_gap_and_turn(self):
@@ -209,8 +210,8 @@ class TestSoftJoints:
         assert main([str(path), "-o", str(tmp_path / "out"), "--quiet", "--check"]) == 0
 
 
-def test_a_shape_is_a_function_and_a_table_of_its_dimensions():
-    """Whatever of them a file holds is built, tapered and drawn alike: a new shape is one of each."""
+def test_each_shape_is_a_function_and_a_table():
+    """All dimensions of a table are used, tapered and drawn."""
     tables = {kind.__struct_config__.tag: kind for kind in get_args(SectionTable) if issubclass(kind, Dimensioned)}
     assert set(tables) == set(SHAPES)
     for function in SHAPES.values():
@@ -218,13 +219,15 @@ def test_a_shape_is_a_function_and_a_table_of_its_dimensions():
         start, end = (tuple(factor / number**3 for number in range(1, keys + 1)) for factor in (0.02, 0.01))
         taper, _ = tapered(function, start, end)
         drawn = cross_sections(section_of(function(*start), 210e9, taper=taper), 1.0)
-        middle = function(*start).fibre <= 0.01 * (1 + 1e-9)  # else it is drawn as deep on both sides of its axis
+        # otherwise it is drawn equally deep on both sides of the axis
+        middle = function(*start).fibre <= 0.01 * (1 + 1e-9)
         assert drawn.depth[[0, -1]] == pytest.approx([0.02, 0.01] if middle else drawn.depth[0] * np.array([1, 0.5]))
         assert 0.02 * (1 - 1e-9) <= drawn.depth[0] < 0.04
         assert drawn.width[-1] == pytest.approx(drawn.width[0] / 2)
 
 
-PUBLISHED = {  # A [cm^2] and I [cm^4]: EN 10365 in the makers' tables of IPE, HEA, HEB; EN 10219-2 of hollow sections
+# A [cm^2] and I [cm^4]: EN 10365 from manufacturers' tables of IPE, HEA and HEB, and EN 10219-2 for hollow sections
+PUBLISHED = {
     "IPE 80": (7.64, 80.1), "IPE 100": (10.3, 171), "IPE 120": (13.2, 318), "IPE 140": (16.4, 541),
     "IPE 160": (20.1, 869), "IPE 180": (23.9, 1317), "IPE 200": (28.5, 1943), "IPE 220": (33.4, 2772),
     "IPE 240": (39.1, 3892), "IPE 270": (45.9, 5790), "IPE 300": (53.8, 8356),
@@ -238,18 +241,18 @@ PUBLISHED = {  # A [cm^2] and I [cm^4]: EN 10365 in the makers' tables of IPE, H
     "UPE 80": (10.1, 107), "UPE 100": (12.5, 207), "UPE 160": (21.7, 911), "UPE 200": (29.0, 1909),
     "W8X10": (19.1, 1282), "W10x15": (28.45, 2868), "W 6x9": (17.3, 683),
 }  # fmt: skip
-LEGS = {  # EN 10056-1: A [cm^2], I about the axis along a leg, and about the weaker main axis [cm^4]
+LEGS = {  # EN 10056-1: A [cm^2], I about an axis along a leg, and I about the weaker principal axis [cm^4]
     "L 40x40x4": (3.08, 4.47, 1.86), "L 50x50x5": (4.80, 11.0, 4.55), "L 60x60x6": (6.91, 22.8, 9.44),
     "L 80x80x8": (12.3, 72.2, 29.9),
 }  # fmt: skip
 
 
 def ring(depth, width, y=0.0, z=0.0):
-    """Corners of a rectangle, as of a section of any outline."""
+    """Return the corners of a rectangle as an outline."""
     return ((y, z), (y + depth, z), (y + depth, z + width), (y, z + width))
 
 
-OUTLINES = {  # sizes of a shape, and its corners
+OUTLINES = {  # dimensions of a shape, and its corners
     "rectangle": ((0.02, 0.01), (ring(0.02, 0.01),)),
     "box": ((0.06, 0.04, 0.004), (ring(0.06, 0.04), ring(0.052, 0.032, 0.004, 0.004))),
     "angle": ((0.04, 0.03, 0.004), (((0, 0), (0.04, 0), (0.04, 0.004), (0.004, 0.004), (0.004, 0.03), (0, 0.03)),)),
@@ -263,21 +266,21 @@ OUTLINES = {  # sizes of a shape, and its corners
 
 
 class TestOutlines:
-    """Sections of any outline, and the shapes that are known in closed form beside them."""
+    """Sections by outline, compared with closed forms."""
 
     @pytest.mark.parametrize("name", in_tiers(OUTLINES, 0, 2))
-    def test_the_closed_forms_are_those_of_finite_elements(self, name):
+    def test_closed_forms_agree_with_finite_elements(self, name):
         sizes, (corners, *holes) = OUTLINES[name]
         known, found = SHAPES[name](*sizes), outline(corners, tuple(holes))
         for key in ("area", "inertia", "fibre", "width"):
             assert getattr(found, key) == pytest.approx(getattr(known, key), rel=1e-10), key
         assert found.peak_shear == pytest.approx(known.peak_shear, rel=0.015)
-        thin = 1e-4 if name == "rectangle" else 0.08  # Cowper and the energy of shear flow are of thin walls
+        thin = 1e-4 if name == "rectangle" else 0.08  # Cowper's formula and the shear flow are for thin walls
         assert found.shear_coefficient(0.0) == pytest.approx(known.shear_coefficient(0.0), rel=thin)
 
     @pytest.mark.slow
-    def test_an_angle_as_rolled_is_that_of_finite_elements(self):
-        """L 40x40x4 with its radii as 64 chords each: A, I, and the outermost fibre at the round end of a leg."""
+    def test_a_rolled_angle_agrees_with_finite_elements(self):
+        """L 40x40x4 with 64 chords per fillet: A, I, and the extreme fibre at the rounded end of a leg."""
         around = np.exp(1j * np.linspace(0, np.pi / 2, 65))
         toe, root = 3 * around, 6 * around
         corners = np.concatenate([[0, 40], 37 + 1j + toe, 10 + 10j - root[::-1], 1 + 37j + toe, [40j]]) / 1000
@@ -287,8 +290,8 @@ class TestOutlines:
             assert getattr(found, key) == pytest.approx(getattr(known, key), rel=1e-4), key
 
     @pytest.mark.slow
-    def test_a_leg_along_neither_axis_bends_sideways(self):
-        """A flat bar that stands askew: as soft as by its two main axes, by the angle."""
+    def test_an_oblique_flat_bar_bends_sideways(self):
+        """The compliance of an oblique flat bar combines those of the principal axes."""
         turn, deep, wide = np.exp(0.3j), 0.02, 0.005
         corners = turn * np.array([0, deep, deep + wide * 1j, wide * 1j])
         found = outline(tuple((each.real, each.imag) for each in corners))
@@ -297,7 +300,7 @@ class TestOutlines:
         assert found.inertia == pytest.approx(1 / soft, rel=1e-9)
 
     @pytest.mark.slow
-    def test_a_scene_may_draw_its_section(self):
+    def test_a_scene_can_draw_its_section(self):
         drawn = edited(
             LOADED_ARM,
             ('shape = "rectangle"\ndepth = "20 mm"\nwidth = "10 mm"',
@@ -315,9 +318,9 @@ class TestOutlines:
 
 
 class TestLibrary:
-    """Sections and materials by their names in the trade."""
+    """Sections and materials by their trade names."""
 
-    def test_rolled_sections_have_the_published_area_and_second_moment(self):
+    def test_rolled_sections_have_the_published_properties(self):
         listed = {name for name, _ in library_entries("sections") if name[:2] in ("IP", "HE")}
         assert listed == {name for name in PUBLISHED if name[:2] in ("IP", "HE")}
         for name, (area, inertia) in PUBLISHED.items():
@@ -326,14 +329,14 @@ class TestLibrary:
             assert 1e4 * shape.area == pytest.approx(area, rel=4e-3), name
             assert 1e8 * shape.inertia == pytest.approx(inertia, rel=4e-3), name
 
-    def test_angles_bend_as_by_their_main_axes(self):
-        """By both, at 45 degrees: 1/I = (1/I_u + 1/I_v)/2, of the published I_v and I_u = 2 I - I_v."""
+    def test_angles_bend_about_both_principal_axes(self):
+        """At 45 degrees 1/I = (1/I_u + 1/I_v)/2, with the published I_v and I_u = 2 I - I_v."""
         for name, (area, along, weak) in LEGS.items():
             shape = SHAPES["angle"](*(ends[0] for ends in named_section(name).dimensions("")))
             assert 1e4 * shape.area == pytest.approx(area, rel=5e-3), name
             assert 1e8 * shape.inertia == pytest.approx(2 / (1 / weak + 1 / (2 * along - weak)), rel=5e-3), name
 
-    def test_an_even_laminate_is_as_stiff_as_lamination_theory_has_it(self):
+    def test_a_balanced_laminate_agrees_with_lamination_theory(self):
         along, across, nu, shear = 181.0, 10.3, 0.28, 7.17  # T300/5208 [GPa]
         whole = 1 - nu**2 * across / along
         q11, q22, q12 = along / whole, across / whole, nu * across / whole
@@ -354,7 +357,7 @@ class TestLibrary:
             ("ipe 80", 'shape = "I"\ndepth = 0.08\nwidth = 0.046\nweb = 0.0038\nflange = 0.0052\nfillet = 0.005'),
         ],
     )
-    def test_a_name_is_what_its_sizes_are(self, name, own):
+    def test_a_named_section_equals_one_by_its_sizes(self, name, own):
         by_name = scene_from_text(edited(ARM, ('section = "bar"', f'section = "{name}"')))
         sizes = edited(ARM, ('shape = "rectangle"\ndepth = 0.006\nwidth = 0.01', own))
         for one, other in zip(by_name.sections, scene_from_text(sizes).sections, strict=True):
@@ -362,11 +365,11 @@ class TestLibrary:
                 assert getattr(one, key) == pytest.approx(getattr(other, key), rel=1e-12), key
 
     @pytest.mark.parametrize("name", ["IPE 85", "RHS 60x40", "pipe 0x2", "pipe 3..4x2", "flat", "x", "RHS 4x4x4"])
-    def test_what_is_no_name_is_refused(self, name):
+    def test_an_unknown_name_is_an_error(self, name):
         with pytest.raises(SceneError, match=r"section|wall"):
             scene_from_text(edited(ARM, ('section = "bar"', f'section = "{name}"')))
 
-    def test_a_material_by_name_and_one_of_the_scene_before_it(self):
+    def test_a_material_of_the_scene_overrides_the_library(self):
         named = scene_from_text(edited(ARM, ('material = "steel"', 'material = "en aw-6082 t6"')))
         assert named.materials["en aw-6082 t6"].E == 70e9
         assert named.sections[0].yield_stress == 250e6
@@ -382,7 +385,7 @@ class TestLibrary:
             assert re.search(r"\b(EN|ASTM|ISO|1980)\b", told.partition("(")[2]), name
             assert not re.search(r"\d{6}\.0|\de\+", told), name
 
-    def test_they_are_listed(self, capsys):
+    def test_the_command_lists_sections(self, capsys):
         assert main(["--list", "sections", "IPE", "80"]) == 0
         assert capsys.readouterr().out.startswith("IPE 80   A 7.643 cm²")
         assert main(["--list", "sectons"]) == 2

@@ -1,4 +1,4 @@
-"""Claim: derivatives of figures are right to 1e-8, know their own error, and tell where a figure has none."""
+"""Derivatives of figures are right to 1e-8, have a bounded error, and mark kinks."""
 
 import mpmath
 import numpy as np
@@ -9,12 +9,12 @@ from kinelast.designs.sensitivities import limit, sensitivities
 
 
 def arm(lib, depth, width, length, E, density, tip, acceleration):
-    """Tip deflection and root stress of a speeding-up arm with a mass at its tip: handbook formulas, shear left out."""
+    """Return tip deflection and root stress of an accelerated arm with tip mass, by formulas without shear."""
     line = density * width * depth
     EI = E * width * depth**3 / 12
     deflection = acceleration * (tip * length**4 / 3 + 11 * line * length**5 / 120) / EI
     stress = 6 * acceleration * (tip * length**2 + line * length**3 / 3) / (width * depth**2)
-    coordinate = lib.sqrt(length**2 + deflection**2) - length  # loses ten digits to cancellation
+    coordinate = lib.sqrt(length**2 + deflection**2) - length  # cancellation loses ten digits
     return {"deflection": deflection, "stress": stress, "coordinate": coordinate}
 
 
@@ -22,7 +22,7 @@ ARM = [6e-3, 10e-3, 0.3, 210e9, 7850.0, 0.2, 4.0]
 
 
 def exact_slopes(values):
-    """Derivatives of the arm's figures by differences in 50 digits, (figures, variables)."""
+    """Return derivatives of the arm's figures by differences in 50 digits, shape (figures, variables)."""
     with mpmath.workdps(50):
         return np.array([
             [
@@ -38,21 +38,21 @@ def turning():
     return sensitivities(lambda values: Table(arm(np, *values.T)), np.array(ARM)), exact_slopes(ARM)
 
 
-def test_slopes_of_a_turning_arm_are_those_of_50_digits(turning):
+def test_slopes_agree_with_those_in_50_digits(turning):
     found, exact = turning
     own = abs(exact[:2] * ARM)
     assert (abs(found.slope[:2] - exact[:2]) * ARM < 1e-11 * np.maximum(own, found.figure[:2, None])).all()
 
 
-def test_the_error_is_bounded_by_its_estimate_also_where_digits_are_lost(turning):
+def test_the_estimate_bounds_the_error_despite_cancellation(turning):
     found, exact = turning
     off = abs(found.slope - exact)
     assert (off <= found.error).all()
-    assert off[2, 0] > 1e-9 * abs(exact[2, 0])  # digits are lost there indeed
+    assert off[2, 0] > 1e-9 * abs(exact[2, 0])  # digits are indeed lost
     assert (found.error[:2] < 1e-8 * found.figure[:2, None] / ARM).all()
 
 
-def test_estimates_bound_errors_whatever_the_noise():
+def test_estimates_bound_errors_for_any_noise():
     rng = np.random.default_rng(0)
     held = []
     for noise in (0.0, 1e-14, 1e-11, 1e-8):
@@ -71,7 +71,7 @@ def test_estimates_bound_errors_whatever_the_noise():
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_few_large_steps_are_enough_for_a_polynomial(order):
-    """Five of them take out four powers of the step; what is left of more is less than the estimate."""
+    """Extrapolation of five steps removes four powers of the step; the estimate bounds the rest."""
     step = np.array([0.4, 0.2, 0.1, 0.05, 0.025] + [np.nan] * 13)[:, None]
     powers = [step ** (order * k) for k in range(6)]
     found = limit(3 + 5 * powers[1] - 2 * powers[2] + 7 * powers[3], 0 * step, order)
@@ -87,11 +87,11 @@ def test_logarithmic_slopes_of_powers_are_their_exponents():
     assert found.logarithmic[0] == pytest.approx([-2.7, 0.5], abs=1e-11)
 
 
-@pytest.mark.parametrize("told", [True, False])
-def test_a_kink_is_told_with_both_slopes(told):
+@pytest.mark.parametrize("with_places", [True, False])
+def test_a_kink_has_two_slopes(with_places):
     def figures(values):
         x, y = values.T
-        place = {"largest": np.where(x**2 >= y, 0, 1)} if told else {}
+        place = {"largest": np.where(x**2 >= y, 0, 1)} if with_places else {}
         return Table({"largest": np.maximum(x**2, y), "smooth": x * y}, place)
 
     found = sensitivities(figures, np.array([2.0, 4.0]))
@@ -101,26 +101,26 @@ def test_a_kink_is_told_with_both_slopes(told):
     assert found.slope[0] == pytest.approx([2.0, 0.5], abs=1e-9)
 
 
-@pytest.mark.parametrize("told", [True, False])
-def test_a_kink_close_by_does_no_harm(told):
+@pytest.mark.parametrize("with_places", [True, False])
+def test_a_kink_nearby_does_not_spoil_the_slope(with_places):
     def figures(values):
         sides = np.stack([np.exp(values[:, 0]), np.e + 5 * (values[:, 0] - 1.0003)])
-        return Table({"f": sides.max(axis=0)}, {"f": sides.argmax(axis=0)} if told else {})
+        return Table({"f": sides.max(axis=0)}, {"f": sides.argmax(axis=0)} if with_places else {})
 
     found = sensitivities(figures, np.array([1.0]))
     off = abs(found.slope[0, 0] - np.e)
     assert off <= found.error[0, 0] < 1e-8
     assert not found.kink[0, 0]
-    if told:  # they cross at 1.00066
+    if with_places:  # the curves intersect at 1.00066
         assert 0.00066 / 2 < found.still[0, 0] < 0.00066
     else:
         assert np.isnan(found.still[0, 0])
 
 
-def test_where_round_off_picks_the_place_there_is_no_kink():
+def test_a_position_chosen_by_round_off_is_not_a_kink():
     rng = np.random.default_rng(1)
 
-    def figures(values):  # a cycle there and back: two positions alike, one of them picked by the last digit
+    def figures(values):  # forward and return motion give equal values, and round-off selects one of them
         return Table({"f": np.exp(values[:, 0])}, {"f": rng.integers(0, 2, len(values))})
 
     for _ in range(20):
@@ -130,19 +130,19 @@ def test_where_round_off_picks_the_place_there_is_no_kink():
         assert abs(found.slope[0, 0] - np.e) <= found.error[0, 0]
 
 
-def test_at_the_end_of_a_range_there_is_one_slope():
+def test_the_end_of_a_range_has_one_slope():
     with np.errstate(invalid="ignore"):
         found = sensitivities(lambda values: Table({"f": np.sqrt(values[:, 0]) ** 4 + values[:, 0]}), np.zeros(1))
     assert np.isnan(found.below[0, 0])
     assert found.slope[0, 0] == found.above[0, 0] == pytest.approx(1.0, abs=found.error[0, 0] + 1e-12)
 
 
-def test_a_figure_that_is_not_there_has_no_slope():
+def test_an_unknown_figure_has_no_slope():
     found = sensitivities(lambda values: Table({"f": values[:, 0] * np.nan}), np.ones(1))
     assert np.isnan(found.slope).all()
     assert np.isnan(found.error).all()
 
 
-def test_scales_are_greater_than_zero():
+def test_scales_must_be_positive():
     with pytest.raises(ValueError, match="greater than zero, got 0"):
         sensitivities(lambda values: Table({"f": values[:, 0]}), np.ones(1), np.zeros(1))

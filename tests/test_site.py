@@ -1,6 +1,6 @@
-"""Claim: the built site has no dead link, fetches nothing, is searched as files, and reads on a telephone.
+"""The built site has no dead link, loads nothing from the network, has an offline search and fits a telephone.
 
-`mkdocs build` makes it, in CI before these tests; where it is not built they are skipped.
+`mkdocs build` builds the site; CI runs it before these tests. Without the site the tests are skipped.
 """
 
 import re
@@ -15,7 +15,7 @@ from browser import Page, accessibility_faults, started
 SITE = Path(__file__).parents[1] / "build" / "site"
 LINK = re.compile(r'<(?:a|img|iframe|script|link)\b[^>]*?\b(?:href|src)="([^"]*)"')
 NAMED = re.compile(r'\b(?:id|name)="([^"]*)"')
-LOOKED_AT = ("index", "tutorial/first_mechanism", "scenes", "theory", "reference/tables", "gallery", "gallery/pusher")
+INSPECTED = ("index", "tutorial/first_mechanism", "scenes", "theory", "reference/tables", "gallery", "gallery/pusher")
 WIDTHS = (1280, 390)
 GRAVE = {"serious", "critical"}
 
@@ -34,11 +34,11 @@ def browser():
 
 
 def pages():
-    """Pages of the site, without reports, which stand alone, and the one of what is not found."""
+    """Return the pages of the site, without reports and the page for errors 404."""
     return [page for page in SITE.rglob("*.html") if page.name not in {"report.html", "404.html"}]
 
 
-def test_every_link_leads_somewhere():
+def test_no_link_is_dead():
     names = {page: {*map(unescape, NAMED.findall(page.read_text(encoding="utf-8")))} for page in pages()}
     dead = []
     for page in names:
@@ -53,9 +53,9 @@ def test_every_link_leads_somewhere():
     assert not dead
 
 
-@pytest.mark.parametrize("name", LOOKED_AT)
+@pytest.mark.parametrize("name", INSPECTED)
 @pytest.mark.parametrize("width", WIDTHS)
-def test_a_page_reads(browser, name, width):
+def test_a_page_fits_and_is_accessible(browser, name, width):
     page = Page(browser, SITE / f"{name}.html", width, ready="document.readyState === 'complete'")
     assert browser.execute_script("return document.documentElement.scrollWidth <= innerWidth")
     assert not [fault for fault in accessibility_faults(page) if fault[1] in GRAVE]
@@ -63,14 +63,14 @@ def test_a_page_reads(browser, name, width):
     assert not [url for url in page.requests() if not url.startswith("file:")]
 
 
-def test_the_search_finds_without_a_server(browser):
+def test_search_works_without_a_server(browser):
     browser.get((SITE / "scenes.html").as_uri())
     browser.execute_script("document.querySelector('label[for=__search]').click()")
     browser.find_element("css selector", ".md-search__input").send_keys("flywheel")
     deadline = time.monotonic() + 30
     while not browser.find_elements("css selector", ".md-search-result__item") and time.monotonic() < deadline:
         time.sleep(0.1)
-    told = [
+    results = [
         each.get_attribute("textContent") for each in browser.find_elements("css selector", ".md-search-result__item")
     ]
-    assert any("flywheel" in each.lower() for each in told)
+    assert any("flywheel" in each.lower() for each in results)

@@ -1,4 +1,4 @@
-"""Claim: the command writes sensitivities, tolerances and optima whole, and says in one message what is wrong."""
+"""The command writes complete sensitivities, tolerances and optima, and reports each error in one message."""
 
 import csv
 import io
@@ -28,7 +28,7 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.numbers import quantity
 from kinelast.scene.variables import numbers
 
-ASKED = """
+STUDIES = """
 [tolerances]
 "sections.bar.depth" = "0.05 mm"                # rolled
 "links.crank.length" = { plus_minus = "0.1 mm", distribution = "normal" }
@@ -50,7 +50,7 @@ deflection = "1 mm"
 
 @pytest.fixture
 def scene(tmp_path):
-    def written(more=ASKED, **changes):
+    def written(more=STUDIES, **changes):
         text = shipped_scenes()["steel_four_bar"].read_text(encoding="utf-8")
         text = text.replace("positions = 360", 'positions = 12\noutput = "rocker.angle"')
         text = text.replace('accuracy = "5 %"', 'theory = "quasi-static"').replace(
@@ -69,7 +69,7 @@ def scene(tmp_path):
 @pytest.mark.slow
 def test_all_studies_of_a_scene(scene, tmp_path, capsys):
     options = ["--sensitivities", "--tolerances", "--samples", "256", "--optimize", "-o", str(tmp_path / "out")]
-    assert main([str(scene()), *options]) == 1  # as it stands, it bends more than allowed
+    assert main([str(scene()), *options]) == 1  # the initial design exceeds its limit
     folder = tmp_path / "out" / "four"
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     depth, crank, speed = summary["sensitivities"]["figures"][0]["slopes"]
@@ -86,7 +86,7 @@ def test_all_studies_of_a_scene(scene, tmp_path, capsys):
     assert summary["tolerances"]["theory"] == "quasi-static"
     assert ranges["deflection"]["in_full"] == pytest.approx(abs(summary["largest_deflection"]["value"]), rel=1e-9)
     assert ranges["deflection"]["error"] == pytest.approx(summary["largest_deflection"]["error"], rel=1e-6)
-    assert summary["tolerances"]["limits_kept"]["in_full"] == 0.0  # it bends by 1.15 mm
+    assert summary["tolerances"]["limits_kept"]["in_full"] == 0.0  # the deflection is 1.15 mm
     assert ranges["mass"]["sampled"]["deviation"] == pytest.approx(ranges["mass"]["first_order"]["deviation"], rel=0.01)
     assert {"geometric_error", "output_error", "whole_error"} <= ranges.keys()
     best = summary["optimum"]
@@ -105,8 +105,8 @@ def test_all_studies_of_a_scene(scene, tmp_path, capsys):
     low, median, high = (quantity(ranges["whole_error"]["sampled"][key], "rad") for key in ("low", "median", "high"))
     assert f"four: whole_error of 95 % of machines: {low} to {high}, median {median}\n" in told
     text = (folder / "optimum.toml").read_text(encoding="utf-8")
-    assert 'mm"     # in the plane' in text  # its comments and units stay
-    # It keeps room for its error: the report calls it acceptable, in the words of the optimum.
+    assert 'mm"     # in the plane' in text  # comments and units are kept
+    # The optimum leaves room for the error, so the report of the new scene accepts it with the same verdict.
     assert best["verdict"] == "acceptable"
     assert "four: mass: " in told
     assert "kg; acceptable\n" in told
@@ -119,14 +119,14 @@ def test_all_studies_of_a_scene(scene, tmp_path, capsys):
     assert abs(figure["value"]) == pytest.approx(same["in_full"], rel=1e-9)
     assert figure["error"] == pytest.approx(same["error"], rel=1e-6)
     row = max(best["limits"], key=lambda row: row["in_full"] + row["error"])
-    # with so few positions the error jumps from one design to the next
+    # with few positions the error jumps between designs
     assert 0.9e-3 < row["in_full"] + row["error"] <= 1e-3, "no more room than it takes"
     assert row["held_to"] < row["bound"]
 
 
 @pytest.mark.slow
-def test_an_optimum_that_no_design_in_reach_attains_is_no_success(scene, tmp_path, capsys):
-    """The scene keeps its limits; of those of its optimum the nearest design misses one, and by how much is told."""
+def test_an_infeasible_optimum_fails(scene, tmp_path, capsys):
+    """The nearest design misses a limit of the optimum, and the report gives the excess."""
     wanted = {'[limits]\ndeflection = "1 mm"': '[optimize.limits]\n"deflection.rocker" = { most = "1 um" }'}
     assert main([str(scene(**wanted)), "--optimize", "-o", str(tmp_path / "out")]) == 1
     best = json.loads((tmp_path / "out" / "four" / "summary.json").read_text(encoding="utf-8"))["optimum"]
@@ -155,7 +155,7 @@ def test_the_report_of_a_scene_with_an_optimum_shows_the_optimum(scene, tmp_path
 
 
 @pytest.mark.slow
-def test_the_goal_is_told_in_full_too_as_its_report_has_it(scene, tmp_path, capsys):
+def test_the_full_answer_of_the_objective_equals_that_of_its_report(scene, tmp_path, capsys):
     path = scene(**{'minimize = "mass"': 'minimize = "deflection"', '[limits]\ndeflection = "1 mm"': ""})
     path.write_text(
         path.read_text(encoding="utf-8").replace('theory = "quasi-static"', 'theory = "elastodynamic"'),
@@ -175,7 +175,7 @@ def test_the_goal_is_told_in_full_too_as_its_report_has_it(scene, tmp_path, caps
 
 
 @pytest.mark.slow
-def test_an_optimum_is_written_the_same_way_twice(scene, tmp_path):
+def test_an_optimum_is_reproducible(scene, tmp_path):
     first, second = (tmp_path / name for name in ("first", "second"))
     for out in (first, second):
         main([str(scene()), "--optimize", "--quiet", "-o", str(out)])
@@ -186,8 +186,8 @@ def test_an_optimum_is_written_the_same_way_twice(scene, tmp_path):
 @pytest.mark.parametrize(
     ("option", "old", "new", "said"),
     in_tiers([
-        ("--optimize", ASKED, "", "[optimize]: the table is missing: say what to minimize"),
-        ("--tolerances", ASKED, "", "[tolerances]: the table is missing"),
+        ("--optimize", STUDIES, "", "[optimize]: the table is missing: say what to minimize"),
+        ("--tolerances", STUDIES, "", "[tolerances]: the table is missing"),
         ("--optimize", '"sections.bar.depth" = ["3', '"sections.bar.dept" = ["3', 'did you mean "sections.bar.depth"?'),
         ("--optimize", '["3 mm", "15 mm"]', '["15 mm", "3 mm"]', "expected two bounds, the lower one first"),
         ("--optimize", '["3 mm", "15 mm"]', '["3 kg", "15 mm"]', 'got "3 kg"'),
@@ -204,7 +204,7 @@ def test_an_optimum_is_written_the_same_way_twice(scene, tmp_path):
         ("--sensitivities", '"drives.crank.speed"', '"drives.crank"', "drives.crank"),
     ], 6, 10),
 )  # fmt: skip
-def test_what_is_wrong_is_said(option, old, new, said, scene, tmp_path, capsys):
+def test_errors_name_the_file_and_the_problem(option, old, new, said, scene, tmp_path, capsys):
     assert main([str(scene(**{old: new})), option, "-o", str(tmp_path / "out")]) == 2
     told = capsys.readouterr().err
     assert said in told
@@ -214,7 +214,7 @@ def test_what_is_wrong_is_said(option, old, new, said, scene, tmp_path, capsys):
 
 @pytest.mark.parametrize("option", in_tiers(["--sensitivities", "--tolerances", "--optimize"], 0, 2))
 def test_a_study_parses_its_scene_once(option, scene, tmp_path, monkeypatch):
-    """The text and its tables once; the scene, each machine answered in full and each best design are built once."""
+    """Parse text and tables once; build the scene, each full answer and each best design once."""
     calls = {"parse": [], "built": []}
     toml, parsed, built = parsing.tomllib.loads, parsing._parsed, build.built
     monkeypatch.setattr(parsing.tomllib, "loads", lambda text: calls["parse"].append("text") or toml(text))
@@ -225,12 +225,12 @@ def test_a_study_parses_its_scene_once(option, scene, tmp_path, monkeypatch):
     assert calls["parse"] == ["text", "tables"]
     tables = [given[0] for given in calls["built"]]
     assert all(tables.count(table) == 1 for table in tables)
-    more = {"--optimize": MAX_ROUNDS + 1, "--tolerances": full_sample.SAMPLE_SIZES[-1]}  # the best design, too
+    more = {"--optimize": MAX_ROUNDS + 1, "--tolerances": full_sample.SAMPLE_SIZES[-1]}  # also the best design
     assert len(tables) <= 1 + more.get(option, 0)
 
 
-class TestRewritten:
-    def test_units_comments_and_order_stay(self):
+class TestRewrittenScenes:
+    def test_units_comments_and_order_are_kept(self):
         arm = read_document(shipped_scenes()["lightest_arm"])
         new = arm.with_values({"sections.root.depth": 41.2345678 * 0.001, "links.arm.masses.R": 2.5}).text("the best")
         old = arm.source.splitlines()
@@ -245,7 +245,7 @@ class TestRewritten:
         arm = read_document(shipped_scenes()["lightest_arm"])
         assert 'depth = ["45 mm", "20 mm"]' in arm.with_values({"sections.root.depth[2]": 0.02}).text()
 
-    def test_there_is_no_such_number(self):
+    def test_an_unknown_number_is_an_error(self):
         arm = read_document(shipped_scenes()["lightest_arm"])
         with pytest.raises(SceneError, match="no such number"):
             arm.with_values({"sections.root.height": 0.02})
@@ -253,7 +253,7 @@ class TestRewritten:
     @pytest.mark.parametrize("name", in_tiers(["lightest_arm", "steel_four_bar", "press_sweep", "flapping_wing"], 2, 2))
     @given(share=st.floats(0.5, 1.5))
     @settings(max_examples=5)
-    def test_the_text_is_read_to_the_last_bit(self, name, share):
+    def test_written_numbers_are_read_back_bit_for_bit(self, name, share):
         scene = read_document(shipped_scenes()[name])
         paths = [path for path in numbers(scene.table) if path not in ("run.positions", "run.steps")]
         one = {}
@@ -319,15 +319,15 @@ output = 2
 
 
 def deflections(scene):
-    """The figures of deflection of its beams."""
+    """Return the names of the deflection figures of all beams."""
     return [f"deflection.{label}" for label in scene.labels]
 
 
 class TestBareLengths:
-    """Numbers without a unit are in the file's own, wherever they stand."""
+    """A number without unit has the unit of the file."""
 
     @pytest.mark.parametrize(("units", "metres"), [("mm", 1e-3), ("in", 0.0254)])
-    def test_every_number_of_a_rewritten_file_is_the_one_asked_for(self, units, metres):
+    def test_every_number_can_be_rewritten_alone(self, units, metres):
         text = BARE.format(units=units, quoted=f"{332.6 * metres} m")
         document = document_from_text(text)
         paths = [path for path in numbers(document.table) if path not in ("run.positions", "run.steps")]
@@ -339,7 +339,7 @@ class TestBareLengths:
             assert {each: new.variable(each).base for each in paths} == {**before, path: value}
 
     @pytest.mark.parametrize(("units", "metres"), [("m", 1.0), ("mm", 1e-3)])
-    def test_what_is_asked_of_them_is_in_the_files_unit_too(self, units, metres):
+    def test_studies_and_limits_use_the_unit_of_the_file(self, units, metres):
         text = BARE.format(units=units, quoted=f"{332.6 * metres} m")
         text += '[sweep.vary]\n"sections.bar.depth" = {from = 15, to = 24, count = 4}\n"drives.crank.speed" = [6, 7]\n'
         text += '[tolerances]\n"links.crank.length" = 0.1\n'
@@ -360,15 +360,15 @@ class TestBareLengths:
         limits = {limit.kind: (limit.bound, limit.unit) for limit in scene_from_text(text).limits}
         assert limits == {"deflection": (pytest.approx(3 * metres), "m"), "output": (pytest.approx(2 * metres), "m")}
 
-    def test_a_limit_of_a_guessed_output_says_its_unit(self):
+    def test_a_limit_of_a_guessed_output_needs_a_unit(self):
         text = BARE.format(units="mm", quoted="332.6 mm").replace('output = "T"', "")
         with pytest.raises(SceneError, match=r"limits\] output: expected a length or an angle with its unit"):
             scene_from_text(text)
         assert scene_from_text(text.replace("output = 2", 'output = "2 mm"')).limits[-1].bound == pytest.approx(2e-3)
 
 
-class TestTogether:
-    def test_questions_are_answered_in_one_call_for_all_that_still_run(self):
+class TestBatched:
+    def test_each_call_answers_the_questions_of_all_running_jobs(self):
         asked = []
 
         def answers(questions):
@@ -387,7 +387,7 @@ class TestTogether:
         assert batched([job(1, 3), job(10, 1), job(5, 2)], answers) == [8, 20, 20]
         assert asked == [[1, 10, 5], [2, 10], [4]]
 
-    def test_what_a_job_or_the_answers_raise_ends_all(self):
+    def test_an_exception_of_a_job_or_an_answer_ends_all_jobs(self):
         def fails(ask):
             ask(1)
             raise ValueError("a job")
@@ -404,21 +404,21 @@ class TestTogether:
         with pytest.raises(KeyError, match="the answers"):
             batched([asks, asks], broken)
 
-    def test_nothing_to_do(self):
+    def test_no_jobs(self):
         assert batched([], lambda questions: questions) == []
 
 
-def test_bars_are_as_long_as_what_they_show():
+def test_bar_length_is_proportional_to_the_value():
     svg = ET.fromstring(bars_svg([Bars("a & b", (("x", 2.0, "2 %"), ("y", -1.0, "-1 %")))]))
     lengths = [float(each.get("width")) for each in svg if each.tag.endswith("rect")]
     assert lengths[0] == pytest.approx(2 * lengths[1])
 
 
-def test_the_wing_to_be_sized_reaches_all_positions():
+def test_the_wing_reaches_all_positions():
     assert (scene_motion(read_scene(shipped_scenes()["wing_sizing"])).condition < 10).all()
 
 
-def test_the_example_of_the_page_prints_what_it_says():
+def test_the_example_on_the_page_prints_its_comment():
     page = (Path(__file__).parents[1] / "docs" / "sizing.md").read_text(encoding="utf-8")
     code = page.split("```python\n")[1].split("```")[0]
     printed = io.StringIO()
@@ -428,7 +428,7 @@ def test_the_example_of_the_page_prints_what_it_says():
 
 
 @pytest.mark.slow
-def test_the_page_shows_all_three(scene, tmp_path, driver):
+def test_the_page_shows_all_three_studies(scene, tmp_path, driver):
     main([str(scene()), "--sensitivities", "--tolerances", "--samples", "64", "--optimize", "--quiet",
           "-o", str(tmp_path / "out")])  # fmt: skip
     page = browser.Page(driver, tmp_path / "out" / "four" / "report.html")

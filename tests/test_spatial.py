@@ -1,4 +1,4 @@
-"""Joints of space, chains of them, and their input-output laws."""
+"""Joints in space, their chains, and input-output laws."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ from rigid.topology import (
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
-# Table II.2 of the course chapter: what is free and what is carried in the joint's own axes.
+# Table II.2 of the course chapter: free and transmitted components in the joint's axes.
 TABLE = {
     "punctual": (5, "Ωx Ωy Ωz Vx Vy", "Z"),
     "rectilinear": (4, "Ωx Ωz Vx Vy", "Z M"),
@@ -65,7 +65,7 @@ def gear_shaft(length=0.3):
 
 
 def teeth(c, d, R, r, beta):
-    """Loads of the two meshes on the shaft, from the resultants of the source's equations."""
+    """Return the loads of the two meshes on the shaft, from the resultants in the source's equations."""
     return [
         Action("motor", "shaft", (c, R, 0), (0, -np.sin(beta), np.cos(beta))),
         Action("receiver", "shaft", (d, 0, -r), (0, -np.cos(beta), np.sin(beta))),
@@ -95,17 +95,17 @@ class TestTable:
         assert kind.freedoms == tuple(free.split())
         assert kind.transmits == tuple(carried.split())
 
-    def test_every_type_has_six_components_in_all(self):
+    def test_freedoms_and_transmitted_components_sum_to_six(self):
         assert all(len(kind.freedoms) + len(kind.transmits) == 6 for kind in JOINT_TYPES.values())
         assert set(SYNONYMS.values()) <= set(JOINT_TYPES)
 
-    def test_thread_carries_a_moment_of_minus_pitch_times_push(self):
+    def test_the_moment_of_a_thread_is_minus_pitch_times_force(self):
         thread = SpatialJoint("H", ("a", "b"), "helical", (0, 0, 0), X, 0.003)
         np.testing.assert_allclose(kinematic_torsor(thread)[:, 0], [1, 0, 0, 0.003, 0, 0])
         push = static_torsor(thread)[:, thread.kind.transmits.index("Z")]
         np.testing.assert_allclose(push, [1, 0, 0, -0.003, 0, 0])
 
-    def test_line_contact_lies_along_its_axis(self):
+    def test_a_line_contact_lies_along_its_axis(self):
         edge = SpatialJoint("L", ("a", "b"), "line", (0, 0, 0), Y, normal=Z)
         np.testing.assert_allclose(static_torsor(edge)[:3, 0], [0, 0, 1])
         free = kinematic_torsor(edge)
@@ -115,7 +115,7 @@ class TestTable:
         assert abs(moment @ Z) < 1e-15
 
     @given(joints(), vectors)
-    def test_what_a_joint_carries_does_no_work_on_what_it_leaves_free(self, joint, point):
+    def test_transmitted_forces_do_no_work_on_freedoms(self, joint, point):
         free, carried = kinematic_torsor(joint, point), static_torsor(joint, point)
         power = free[:3].T @ carried[3:] + free[3:].T @ carried[:3]
         np.testing.assert_allclose(power, 0, atol=1e-13)
@@ -123,7 +123,7 @@ class TestTable:
         assert np.linalg.matrix_rank(carried) == 6 - free.shape[1]
 
     @given(joints(), vectors)
-    def test_torsors_move_as_fields(self, joint, point):
+    def test_torsors_transform_as_fields(self, joint, point):
         free, here = kinematic_torsor(joint), kinematic_torsor(joint, point)
         arm = np.subtract(point, joint.at)
         for column in range(free.shape[1]):
@@ -137,10 +137,10 @@ class TestScrewAndNut:
         assert (int(found.mobility), int(found.hyperstaticity), found.loops) == (1, 4, 1)
         assert found.sides_agree
 
-    def test_index_is_unknowns_less_equations(self):
+    def test_the_index_is_unknowns_minus_equations(self):
         found = mobility(helical_nut(0.002))
         assert found.index == -3 == int(found.mobility) - int(found.hyperstaticity)
-        assert found.index != 6 - 3  # as printed
+        assert found.index != 6 - 3  # the source prints this value
 
     @pytest.mark.parametrize("pitch", [0.002, -0.002, 1.5, 1e-5])
     @pytest.mark.parametrize("size", [1.0, 1e-3, 0.0])
@@ -150,10 +150,10 @@ class TestScrewAndNut:
         np.testing.assert_allclose(velocity_law(nut, ["P"], ["H"]), [[1]], rtol=1e-12)
         np.testing.assert_allclose(velocity_law(nut, ["G"], ["P"]), [[-1 / pitch]], rtol=1e-9)
 
-    def test_law_of_a_thread_whose_pitch_is_the_only_length(self):
+    def test_law_of_a_thread_with_the_pitch_as_only_length(self):
         np.testing.assert_allclose(velocity_law(helical_nut(1e-12, 0.0), ["P"], ["G"]), [[-1e-12]], rtol=1e-9)
 
-    def test_any_link_may_be_the_fixed_one(self):
+    def test_any_link_can_be_fixed(self):
         joints = [
             SpatialJoint("G", ("nut", "support"), "slide", axis=X),
             SpatialJoint("P", ("support", "screw"), "pivot", axis=X),
@@ -182,7 +182,7 @@ class TestGearShaft:
         assert (int(found.mobility), int(found.hyperstaticity)) == (1, 1)
         assert found.sides_agree
 
-    def test_bearings_press_on_each_other_along_the_shaft(self):
+    def test_self_stress_is_an_axial_force(self):
         state = self_stress(gear_shaft())
         assert state.shape == (1, 2, 6)
         force, moment = state[0, :, 3:], state[0, :, :3]
@@ -213,7 +213,7 @@ class TestKnownLinkages:
         ]
         assert freedoms(ring) == (1, 3)
 
-    def test_two_balls_let_the_coupler_spin(self):
+    def test_a_coupler_between_two_balls_can_spin(self):
         ring = [
             SpatialJoint("A", ("ground", "crank"), "revolute", (0, 0, 0), X),
             SpatialJoint("B", ("crank", "coupler"), "spherical", (0, 0.3, 0.1)),
@@ -222,7 +222,7 @@ class TestKnownLinkages:
         ]
         assert freedoms(ring) == (2, 0)
 
-    def test_sarrus_linkage_moves_straight(self):
+    def test_a_sarrus_linkage_moves_on_a_straight_line(self):
         def half(name, axis, out):
             out = np.array(out, float)
             low, mid, top = out, 1.7 * out + np.array([0, 0, 0.5]), out + np.array([0, 0, 1])
@@ -236,10 +236,10 @@ class TestKnownLinkages:
         assert freedoms(legs) == (1, 1)
         assert freedoms(legs[:3]) == (3, 0)
         rates = joint_rates(spatial_chain(legs))[:, 0]
-        # The knees turn twice as much as the hinges; that about y sinks where that about x rises.
+        # The knees turn twice as far as the hinges; one side folds down while the other rises.
         np.testing.assert_allclose(rates / rates[1], [-0.5, 1, -0.5, 0.5, -1, 0.5], rtol=1e-9)
 
-    def test_planar_mechanism_in_space_has_three_conditions_more_a_loop(self):
+    def test_a_planar_mechanism_has_three_more_conditions_per_loop_in_space(self):
         places = {"O": 0, "A": 0.06 + 0.08j, "B": 0.3 + 0.21j, "D": 0.35}
         links = (
             Link("ground", {"O": 0, "D": 0.35}),
@@ -261,7 +261,7 @@ class TestKnownLinkages:
 
     @settings(max_examples=30)
     @given(st.floats(-4, 4), st.floats(-3, 3))
-    def test_units_and_axes_do_not_matter(self, power, angle):
+    def test_laws_do_not_depend_on_units_and_axes(self, power, angle):
         size, turn = (
             10**power,
             np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]),
@@ -297,59 +297,53 @@ class TestGears:
         chain = planar_chain(assembled(wheels), [Contact("mesh", "a", "b", 1.0)])
         np.testing.assert_allclose(velocity_law(chain, ["O"], ["D"]), [[-0.5]], rtol=1e-13)
         loads = [Action("in", "a", moment=(1.0,)), Action("out", "b", (3.0, 2.0), (1.0, 0.0))]
-        # Moments about the centers stand as the radii: M_b = 2 M_a; the force turns b by -2 N m per newton.
+        # Moments are in the ratio of the radii, M_b = 2 M_a, and the force has a moment of -2 N m per newton on b.
         np.testing.assert_allclose(force_law(chain, loads, ["out"], ["in"]), [[-1.0]], rtol=1e-13)
 
 
-class TestErrors:
-    def test_of_joints(self):
-        with pytest.raises(MechanismError, match='no type "revolut", did you mean "revolute"'):
-            spatial_chain([SpatialJoint("J", ("a", "b"), "revolut")])
-        with pytest.raises(MechanismError, match='no type "q": it is one of point, line'):
-            spatial_chain([SpatialJoint("J", ("a", "b"), "q")])
-        with pytest.raises(MechanismError, match="axis has no length"):
-            spatial_chain([SpatialJoint("J", ("a", "b"), "pin", axis=(0, 0, 0))])
-        with pytest.raises(MechanismError, match="a line joint needs a normal"):
-            spatial_chain([SpatialJoint("J", ("a", "b"), "line", axis=X)])
-        with pytest.raises(MechanismError, match="axis and normal stand at 45 deg"):
-            spatial_chain([SpatialJoint("J", ("a", "b"), "universal", axis=X, normal=(1, 1, 0))])
+AB = ("a", "b")
+PIN = SpatialJoint("J", AB, "pin")
+NUT = helical_nut(0.002)
+OPEN = spatial_chain([SpatialJoint("J", AB, "cylindrical"), SpatialJoint("K", ("b", "c"), "pin", X)])
+LOADS = [Action("motor", "screw", moment=X), Action("across", "nut", (0, 0, 0), Y)]
+ERRORS = [
+    (lambda: spatial_chain([SpatialJoint("J", AB, "revolut")]), 'no type "revolut", did you mean "revolute"'),
+    (lambda: spatial_chain([SpatialJoint("J", AB, "q")]), 'no type "q": it is one of point, line'),
+    (lambda: spatial_chain([SpatialJoint("J", AB, "pin", axis=(0, 0, 0))]), "axis has no length"),
+    (lambda: spatial_chain([SpatialJoint("J", AB, "line", axis=X)]), "a line joint needs a normal"),
+    (
+        lambda: spatial_chain([SpatialJoint("J", AB, "universal", axis=X, normal=(1, 1, 0))]),
+        "axis and normal stand at 45 deg",
+    ),
+    (lambda: spatial_chain([]), "there are no joints"),
+    (lambda: spatial_chain([PIN, PIN]), 'two joints have the name "J"'),
+    (lambda: spatial_chain([PIN], "c"), 'no joint holds the fixed link "c"'),
+    (
+        lambda: mobility(spatial_chain([PIN, SpatialJoint("K", ("c", "d"), "pin")])),
+        'no chain of joints holds "c", "d" to "a"',
+    ),
+    (lambda: velocity_law(NUT, ["P"], ["Q"]), 'there is no joint "Q"'),
+    (lambda: velocity_law(NUT, ["P", "H"], ["G"]), "P, H do not move independently"),
+    (lambda: velocity_law(OPEN, ["J"], ["K"]), "say which of its freedoms Ωz, Vz"),
+    (lambda: velocity_law(OPEN, [("J", "Ωz")], ["K"]), "K does not follow from"),
+    (lambda: force_law(NUT, [*LOADS, Action("none", "nut")], ["across"], ["motor"]), "neither a force nor a moment"),
+    (lambda: force_law(NUT, LOADS, ["pull"], ["motor"]), 'there is no action "pull"'),
+    (lambda: force_law(NUT, LOADS, ["motor"], ["across"]), "balance does not tell across"),
+    (
+        lambda: force_law(NUT, [Action("x", "support", (0, 0, 0), X)], [], ["x"]),
+        'action "x": there is no moving link "support"',
+    ),
+    (
+        lambda: force_law(OPEN, [Action("x", "b", moment=Z), Action("y", "b", (0, 0, 0), Z)], ["y"], ["x"]),
+        "x alone cannot balance y",
+    ),
+]
 
-    def test_of_chains(self):
-        with pytest.raises(MechanismError, match="there are no joints"):
-            spatial_chain([])
-        joint = SpatialJoint("J", ("a", "b"), "pin")
-        with pytest.raises(MechanismError, match='two joints have the name "J"'):
-            spatial_chain([joint, joint])
-        with pytest.raises(MechanismError, match='no joint holds the fixed link "c"'):
-            spatial_chain([joint], "c")
-        with pytest.raises(MechanismError, match='no chain of joints holds "c", "d" to "a"'):
-            mobility(spatial_chain([joint, SpatialJoint("K", ("c", "d"), "pin")]))
 
-    def test_of_laws(self):
-        nut = helical_nut(0.002)
-        with pytest.raises(MechanismError, match='there is no joint "Q"'):
-            velocity_law(nut, ["P"], ["Q"])
-        with pytest.raises(MechanismError, match="P, H do not move independently"):
-            velocity_law(nut, ["P", "H"], ["G"])
-        open_chain = spatial_chain(
-            [SpatialJoint("J", ("a", "b"), "cylindrical"), SpatialJoint("K", ("b", "c"), "pin", X)]
-        )
-        with pytest.raises(MechanismError, match="say which of its freedoms Ωz, Vz"):
-            velocity_law(open_chain, ["J"], ["K"])
-        with pytest.raises(MechanismError, match="K does not follow from"):
-            velocity_law(open_chain, [("J", "Ωz")], ["K"])
-        loads = [Action("motor", "screw", moment=X), Action("across", "nut", (0, 0, 0), Y), Action("none", "nut")]
-        with pytest.raises(MechanismError, match="neither a force nor a moment"):
-            force_law(nut, loads, ["across"], ["motor"])
-        with pytest.raises(MechanismError, match='there is no action "pull"'):
-            force_law(nut, loads[:2], ["pull"], ["motor"])
-        with pytest.raises(MechanismError, match="balance does not tell across"):
-            force_law(nut, loads[:2], ["motor"], ["across"])
-        with pytest.raises(MechanismError, match='action "x": there is no moving link "support"'):
-            force_law(nut, [Action("x", "support", (0, 0, 0), X)], [], ["x"])
-        loose = [Action("x", "b", moment=Z), Action("y", "b", (0, 0, 0), Z)]
-        with pytest.raises(MechanismError, match="x alone cannot balance y"):
-            force_law(open_chain, loose, ["y"], ["x"])
+@pytest.mark.parametrize(("call", "message"), ERRORS)
+def test_errors(call, message):
+    with pytest.raises(MechanismError, match=message):
+        call()
 
 
 def test_a_chain_without_loops_has_no_loop_equations():

@@ -1,8 +1,8 @@
-"""Claim: where the numbers break, they break as they must, and no sooner; beyond that they are marked, not wrong.
+"""Round-off errors are bounded by the condition number; positions beyond are marked.
 
-A position's error is measured against 50-digit arithmetic in units of eps times its condition (`Motion.condition`):
-50 of these units is the bound, for every field, against the greatest force, moment, displacement or rotation of the
-position.
+The error of a position is measured against 50-digit arithmetic, in units of eps times the condition number
+(`Motion.condition`). The bound is 50 units for each field, relative to the largest force, moment, displacement or
+rotation of the position.
 """
 
 from __future__ import annotations
@@ -41,17 +41,17 @@ TO_CHANGE_POINT = [1e-1, 1e-2, 1e-3, 2e-4, 1e-5]
 
 
 def plain(**more):
-    """A crank-rocker far from all trouble."""
+    """A crank-rocker far from singular positions."""
     known = {"lengths": (0.1, 0.3, 0.25), "base": 0.35, "start": 0.3} | more
     return FourBar(**known)
 
 
 def stop_of(crank, coupler, rocker, base):
-    """Crank angle at which coupler and rocker are stretched."""
+    """Return the crank angle at which coupler and rocker are in line."""
     return np.arccos((crank**2 + base**2 - (coupler + rocker) ** 2) / (2 * crank * base))
 
 
-ROUNDED = 1e-13  # rad from its end within which a drive's coordinate is rounded too much to tell that a group closes
+ROUNDED = 1e-13  # [rad] this close to its end, a rounded drive coordinate cannot decide whether a group closes
 
 
 class TestDeadPoints:
@@ -65,7 +65,7 @@ class TestDeadPoints:
         assert worst < BOUND * condition
 
     @pytest.mark.parametrize("distance", in_tiers(TO_DEAD_POINT[::-1], 3, 3))
-    def test_the_same_as_a_general_group(self, distance, monkeypatch):
+    def test_stretched_dyad_by_newton(self, distance, monkeypatch):
         monkeypatch.setattr("rigid.decomposition.groups.Group.closed_form", property(lambda group: not group.free))
         stop = stop_of(0.25, 0.2, 0.2, 0.3)
         case = FourBar((0.25, 0.2, 0.2), 0.3, stop - 0.3)
@@ -78,8 +78,8 @@ class TestDeadPoints:
         "before",
         in_tiers([np.array([8e-3, 2e-3, 5e-4, 1e-4]), np.logspace(-2.1, -14, 20), np.logspace(-2.1, -14, 120)], 1, 2),
     )
-    def test_a_general_group_keeps_its_branch_in_uneven_steps(self, before, monkeypatch):
-        """The closed form knows the side by its sign."""
+    def test_newton_keeps_the_branch_in_uneven_steps(self, before, monkeypatch):
+        """The reference is the closed form, which keeps the sign of the sine."""
         stop = stop_of(0.25, 0.2, 0.2, 0.3)
         drive = np.concatenate([np.linspace(stop - 0.3, stop - 1e-2, 40), stop - before])
         mechanism = FourBar((0.25, 0.2, 0.2), 0.3, stop - 0.3).mechanism
@@ -92,14 +92,14 @@ class TestDeadPoints:
         assert np.abs(general.direction - closed.direction)[:, found].max() < 1e-6
 
     @pytest.mark.parametrize("distance", in_tiers(TO_DEAD_POINT[::-1], 4, 4))
-    def test_rod_square_to_its_slide(self, distance):
+    def test_rod_normal_to_its_slide(self, distance):
         stop = np.arcsin(0.22 / 0.25)
         worst, condition, _ = error(SliderCrank(0.25, 0.2, 0.02, 0.2), stop - distance)
         assert worst < BOUND * condition
 
     @pytest.mark.parametrize("distance", in_tiers(TO_DEAD_POINT[::-1], 4, 4))
     def test_crank_and_rod_in_line_with_the_block_driven(self, distance):
-        """At 0.1 of the crank the greatest force happens to pass zero and is no measure; a little nearer it is."""
+        """At 0.1 from the line, the largest force happens to vanish and gives no scale; closer, it is a scale."""
         reach = np.sqrt(0.45**2 - 0.02**2)
         way = 0.1 * (distance if distance < 0.1 else 0.05)
         worst, condition, _ = error(SliderCrank(0.1, 0.35, 0.02, 1.0, pressed=True), reach - way, 0.4, -0.9)
@@ -107,7 +107,7 @@ class TestDeadPoints:
 
     @pytest.mark.parametrize("distance", in_tiers(TO_CHANGE_POINT[::-1], 2, 2))
     def test_slides_nearly_parallel(self, distance):
-        """Two lines at an angle, s its sine; behind parallel lines the block cannot be reached."""
+        """Two lines at an angle with sine s; beyond the parallel position the block cannot be reached."""
         for case, drive in (
             (tangent(), np.array([[1.3 - distance]])),
             (scotch_yoke(slant=0.1 - 0.35 + distance), scotch_yoke().drive[:, 3:4]),
@@ -123,13 +123,13 @@ class TestDeadPoints:
 
     @pytest.mark.parametrize("second", [1e-2, 1e-4, 1e-6, 1e-8])
     @pytest.mark.parametrize("first", in_tiers([1e-2, 1e-4, 1e-6, 1e-8], 2, 1))
-    def test_two_in_series(self, first, second):
-        """What the first is off by moves the second."""
+    def test_two_dyads_in_series(self, first, second):
+        """The error of the first dyad moves the second."""
         worst, condition, _ = error(TwoDyads(first, second), 1.3)
         assert worst < BOUND * condition
 
     def test_beyond_the_limit_positions_are_marked(self):
-        """Links stretched to the last digit, and a parallelogram flat: the links are there, all that moves is nan."""
+        """A stretched dyad and a flat parallelogram: positions are known, rates and forces are nan."""
         stop = stop_of(0.25, 0.2, 0.2, 0.3)
         for case, drive in (
             (FourBar((0.25, 0.2, 0.2), 0.3, stop - 0.3), stop),
@@ -144,7 +144,7 @@ class TestDeadPoints:
             assert np.isnan(fields)[..., 1, :].all()
             assert np.isfinite(fields)[..., 0, :].all()
 
-    def test_beyond_the_stop_there_is_nothing(self):
+    def test_beyond_the_stop_all_is_nan(self):
         stop = stop_of(0.25, 0.2, 0.2, 0.3)
         case = FourBar((0.25, 0.2, 0.2), 0.3, stop - 0.3)
         for distance in (1e-1, 1e-4, 1e-8, 1e-12):
@@ -154,13 +154,13 @@ class TestDeadPoints:
 
 
 class TestChangePoints:
-    """The fields stay finite where the mechanism can fold either way, but one more power of s is lost.
+    """Fields stay finite at a change point, but one more power of s is lost.
 
-    s^2 is a difference that vanishes; a length that is off by one part in 1/eps is off s by eps/s, the velocities by
-    eps/s^2 and the accelerations by eps/s^3, whatever the algorithm. The condition is 1/s^3 there.
+    s^2 is a difference that vanishes. A relative error eps of a length changes s by eps/s, velocities by eps/s^2 and
+    accelerations by eps/s^3, for any algorithm. The condition number is 1/s^3 there.
     """
 
-    FACTOR = 0.4, 4.5  # of the condition to 1/distance^3
+    FACTOR = 0.4, 4.5  # condition number times distance^3
 
     CASES = (
         ("parallelogram", FourBar((0.1, 0.35, 0.1), 0.35, 0.3)),
@@ -175,7 +175,7 @@ class TestChangePoints:
     @pytest.mark.parametrize("distance", TO_CHANGE_POINT)
     @pytest.mark.parametrize(("name", "case"), CASES)
     def test_after_on_the_smooth_branch(self, name, case, distance):
-        """The last step over the change point is longer or shorter than those before."""
+        """The last step across the change point is longer or shorter than those before."""
         way = np.linspace(0.3, 3.0, 20)
         self.check(distance, *error(case, np.pi + distance, way=way, side=-1))
 
@@ -183,7 +183,7 @@ class TestChangePoints:
     @pytest.mark.parametrize("side", [1, -1])
     @pytest.mark.parametrize("lengths", [(0.1, 0.35, 0.1), (0.1, 0.3, 0.15)])
     def test_at_constant_speed_without_weight(self, lengths, side, distance):
-        """Forces and displacements stay finite only because what they come from cancels: two powers more."""
+        """Finite forces and displacements are the result of cancellation: two more powers are lost."""
         case = FourBar(lengths, 0.35, 0.3, side, gravity=0.0)
         self.check(distance, *error(case, np.pi - distance, 14.0, 0.0), marked=1e-2)
 
@@ -196,8 +196,8 @@ class TestChangePoints:
 
     @pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-4, 1e-2])
     @pytest.mark.parametrize("rate", [7.0, 0.0])
-    def test_a_rod_that_only_translates_is_at_no_change_point(self, angle, rate):
-        """Between two blocks on parallel lines: it could turn, but nothing asks it to."""
+    def test_a_translating_rod_is_not_at_a_change_point(self, angle, rate):
+        """The rod is between two blocks on parallel lines: it could rotate, but no rate makes it rotate."""
         way, reach = np.exp(1j * angle), 0.3 * np.exp(1.0j)
         links = (
             Link("ground", {"G": 0.0}),
@@ -211,8 +211,8 @@ class TestChangePoints:
         assert course.condition < 10
         assert np.isfinite(deflection(course, [Section(1e7, 40.0)]).w).all()
 
-    def test_marks_belong_to_the_rates(self):
-        """At rest the same position is told; and back."""
+    def test_only_positions_with_rates_are_marked(self):
+        """The same position is known at rest."""
         mechanism = FourBar((0.1, 0.35, 0.1), 0.35, 0.3).mechanism
         still, going = (motion(mechanism, [0.4, np.pi - 5e-5], rate) for rate in (0.0, 7.0))
         assert (np.isfinite(still.condition)).all()
@@ -233,7 +233,7 @@ class TestChangePoints:
 
     @pytest.mark.parametrize("distance", [1e-1, 1e-2, 1e-3, 1e-5, 1e-8])
     def test_pins_of_a_block_and_its_guide_pass_closely(self, distance):
-        """A smooth position; but the guide's direction comes from places a thousand times farther apart than they."""
+        """The position is smooth, but the guide's direction follows from points that are 1000 times farther apart."""
         worst, *_ = error(Inverted(0.2, 0.2002, 1.0), distance)
         assert worst < BOUND * 1000
 
@@ -245,8 +245,8 @@ class TestChangePoints:
             assert self.FACTOR[0] < motions * distance**3 < self.FACTOR[1]
             assert worst < BOUND * condition
 
-    def test_one_ulp_of_a_length_does_as_much(self):
-        """So that no algorithm that is given lengths in floats does better."""
+    def test_one_ulp_of_a_length_has_the_same_effect(self):
+        """Therefore no algorithm in floating point can do better."""
         lengths = 0.1, 0.3, 0.15
         one, other = (
             references(FourBar((crank, *lengths[1:]), 0.35, 0.3), np.pi - 1e-4, 7.0, -3.0)
@@ -258,7 +258,7 @@ class TestChangePoints:
 
 
 class TestSizes:
-    """Away from singular positions the bound is 50 units of about 1: no size, speed, mass or stiffness matters."""
+    """Far from singular positions the condition is about 1 for any size, speed, mass or stiffness."""
 
     def check(self, case, drive=1.0, rate=100.0, rate2=0.0):
         worst, condition, _ = error(case, drive, rate, rate2)
@@ -291,8 +291,8 @@ class TestSizes:
         self.check(plain(masses=(0.5, 0.5 * ratio, 0.5)))
 
     @pytest.mark.parametrize("ratio", [1e2, 1e4, 1e6])
-    def test_a_heavy_link_whose_moment_passes_zero(self, ratio):
-        """What is left of it is a difference of parts that are larger by as much as the link is heavier."""
+    def test_a_heavy_link_with_a_vanishing_moment(self, ratio):
+        """The moment is a difference of terms that are larger by the ratio of the masses."""
         worst, condition, _ = error(plain(masses=(0.5, 0.5, 0.5 * ratio), gravity=0.0, start=0.0), 5.8908, 100.0, 0.0)
         assert worst < BOUND * condition * ratio
 
@@ -306,7 +306,7 @@ class TestSizes:
 
 
 class TestDifferences:
-    """Where a length is the difference of others, their last digit counts by their ratio: 50 eps times that."""
+    """If a length is a difference of others, its last digits count by their ratio."""
 
     @pytest.mark.parametrize("short", [1e-6, 1e-4, 1e-2])
     @pytest.mark.parametrize("which", ["rocker", "coupler"])
@@ -319,20 +319,20 @@ class TestDifferences:
 
     @pytest.mark.parametrize("far", [1e2, 1e5, 1e8])
     def test_far_from_the_origin(self, far):
-        """Ground pins given by places whose last digit is that much larger."""
+        """Ground pins have coordinates with a correspondingly larger last digit."""
         worst, condition, _ = error(plain(origin=far), 1.0, 100.0, 0.0)
         assert worst < BOUND * condition * far / 0.1
 
     @pytest.mark.parametrize("long", [1e1, 1e3, 1e5])
-    def test_long_links_beside_a_short_base_meet_at_a_small_angle(self, long):
-        """Which the condition tells: (long/base)^2."""
+    def test_long_links_on_a_short_base_meet_at_a_small_angle(self, long):
+        """The condition number shows it: (long/base)^2."""
         worst, condition, motions = error(plain(lengths=(0.1, long, long + 0.03)), 1.0, 100.0, 0.0)
         assert motions > (long / 0.35) ** 2 / 2
         assert worst < BOUND * condition
 
 
 def chain(count, swing=1.3):
-    """Rockers in a row, each pulled by the one before through a coupler: as many dyads."""
+    """Return a chain of rockers, each driven by the previous one through a coupler: one dyad each."""
     tips, links, drawing = [0.1 * np.exp(1j * swing)], [], {"D0": 0.0}
     for k in range(1, count + 1):
         drawing[f"D{k}"] = 0.3 * k
@@ -347,7 +347,7 @@ def chain(count, swing=1.3):
 
 
 def tips_exactly(mechanism, angle):
-    """Places of all B in the row, triangle by triangle."""
+    """Return the positions of all joints B in the chain, triangle by triangle."""
     count = (len(mechanism.links) - 2) // 2
     length = {link.name: mpf(float(list(link.points.values())[1])) for link in mechanism.links[1:]}
     places = [length["rocker0"] * mpmath.expj(angle)]
@@ -358,7 +358,7 @@ def tips_exactly(mechanism, angle):
 
 
 class TestChainOfAHundredDyads:
-    """Every dyad passes on the error of the one before: 50 eps times the condition times the number of dyads."""
+    """Each dyad propagates the error of the previous one: the bound grows with the number of dyads."""
 
     COUNT, ANGLE, RATE, RATE2 = 100, 1.2, 7.0, -3.0
 
@@ -367,7 +367,7 @@ class TestChainOfAHundredDyads:
         return motion(chain(self.COUNT), [self.ANGLE], self.RATE, self.RATE2)
 
     def differentiated(self, mechanism):
-        """Places, and their first and second derivatives by the angle, from differences in 110 digits."""
+        """Return positions and their first and second derivatives by the angle, from differences in 110 digits."""
         h = mpf(10) ** -25
         behind, here, ahead = (tips_exactly(mechanism, mpf(self.ANGLE) + k * h) for k in (-1, 0, 1))
         first = [(a - b) / (2 * h) for a, b in zip(ahead, behind, strict=True)]
@@ -382,7 +382,7 @@ class TestChainOfAHundredDyads:
             growth = [
                 complex(a * mpf(self.RATE) ** 2 + v * mpf(self.RATE2)) for v, a in zip(first, second, strict=True)
             ]
-        tips = slice(2, None, 2)  # couplers' origins: the tips of the rockers before them
+        tips = slice(2, None, 2)  # origins of couplers: the tips of the rockers before them
         unit = BOUND * EPS * course.condition[0] * self.COUNT
         for got, expected in (
             (course.origin, [complex(place) for place in places]),
@@ -394,7 +394,7 @@ class TestChainOfAHundredDyads:
 
     @pytest.mark.slow
     def test_drive_effort(self, course):
-        """From the kinetic energy J rate^2/2 of all bars: J rate2 + (dJ/dangle) rate^2/2."""
+        """The kinetic energy of all bars is J rate^2/2, so the effort is J rate2 + (dJ/dangle) rate^2/2."""
         mechanism = course.mechanism
         with mpmath.workdps(110):
 
@@ -423,7 +423,7 @@ class TestSteepLaws:
     @pytest.mark.parametrize("duration", [1.0, 1e-3, 1e-9])
     @pytest.mark.parametrize("curve", ["polynomial-345", "polynomial-4567", "cycloidal", "harmonic"])
     def test_a_jerk_after_a_long_rest(self, curve, duration):
-        """Time itself has a last digit: it counts by the time passed over the segment's duration."""
+        """Time itself is rounded: its error counts by the elapsed time relative to the segment."""
         law = SegmentedLaw(0.3, (Segment("dwell", 1.0), Segment(curve, duration, 2.0), Segment("dwell", 1.0)))
         time = 1.0 + duration * np.array([0.2, 0.45, 0.5, 0.9])
         got = law(time)
@@ -446,8 +446,8 @@ class TestSteepLaws:
         return [mpf(0.3) + 2 * rates[0], 2 * rates[1] / duration, 2 * rates[2] / duration**2]
 
 
-class TestNothingToMeasureBy:
-    """Lengths of zero: an error that names the beam, or a position that is marked; never a number."""
+class TestZeroLengths:
+    """A length of zero gives an error that names the beam, or a marked position, never a number."""
 
     @pytest.mark.parametrize("lengths", [(0.0, 0.3, 0.25), (0.1, 0.0, 0.25), (0.1, 0.3, 0.0)])
     def test_a_beam_of_no_length(self, lengths):
@@ -465,8 +465,8 @@ class TestNothingToMeasureBy:
         with pytest.raises(MechanismError, match='"A"-"C" of "arm" has no length'):
             Mechanism((Link("ground", {"O": 0.0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 0.1})
 
-    def test_pins_that_meet_where_a_dyad_folds_flat(self):
-        """Crank as long as the base, coupler as the rocker: at angle 0 their outer pins are one point."""
+    def test_outer_pins_of_a_folded_dyad_meet(self):
+        """Crank and base are equal, coupler and rocker too: at angle 0 the outer pins coincide."""
         case = FourBar((0.2, 0.3, 0.3), 0.2, 0.5)
         course = motion(case.mechanism, [0.5, 0.0, -0.5], 7.0)
         assert not course.condition[1] <= SINGULAR

@@ -1,4 +1,4 @@
-"""Sweeps: the designs of a plan by their numbers, the command, and the page on designs."""
+"""Sweeps: designs of a plan by number, the command, and the page on designs."""
 
 import csv
 import json
@@ -34,7 +34,7 @@ def plan(folder=Path(), **sweep):
     return plan_of({**STEEL, "sweep": sweep}, folder)
 
 
-def test_a_grid_is_all_combinations_the_last_one_changing_fastest():
+def test_a_grid_has_all_combinations_and_the_last_number_varies_fastest():
     found = plan(vary={DEPTH: {"from": "3 mm", "to": "6 mm", "count": 4}, SPEED: [50, "1000 rpm"]})
     assert (found.count, found.paths, found.units) == (8, (DEPTH, SPEED), ("m", "rad/s"))
     expected = list(product([0.003, 0.004, 0.005, 0.006], [50, 100 * np.pi / 3]))
@@ -43,7 +43,7 @@ def test_a_grid_is_all_combinations_the_last_one_changing_fastest():
 
 
 @pytest.mark.parametrize("method", ["latin-hypercube", "sobol"])
-def test_a_sample_spreads_over_its_ranges_and_is_known_by_number(method):
+def test_a_sample_covers_its_ranges_and_is_reproducible_by_number(method):
     ranges = {DEPTH: {"from": "3 mm", "to": "6 mm"}, ACROSS: {"from": 0.3, "to": 0.4}, SPEED: [50, 100]}
     found = plan(vary=ranges, method=method, samples=64, seed=5)
     values = found.values(0, 128)
@@ -51,14 +51,14 @@ def test_a_sample_spreads_over_its_ranges_and_is_known_by_number(method):
     assert (found.values(70, 75) == values[70:75]).all()
     assert (values[:64, 1:] == values[64:, 1:]).all()
     assert set(values[:64, 0]) == {50.0}
-    for column, low, high in ((1, 3e-3, 6e-3), (2, 0.3, 0.4)):  # one value in every 64th of the range
+    for column, low, high in ((1, 3e-3, 6e-3), (2, 0.3, 0.4)):  # one value in each 64th of the range
         cells = np.floor((values[:64, column] - low) / (high - low) * 64).astype(int)
         assert sorted(cells) == list(range(64))
     other = plan(vary=ranges, method=method, samples=64, seed=6).values(0, 64)
     assert not (other == values[:64]).all()
 
 
-def test_a_table_is_read_with_its_units(tmp_path):
+def test_a_table_is_read_with_units(tmp_path):
     (tmp_path / "designs.csv").write_text(f"{DEPTH} [mm],drives[1].speed,{ACROSS}\n3,100,0.35\n4,1000 rpm,36 cm\n")
     found = plan(tmp_path, table="designs.csv", vary={"points.A.x": [0.1, 0.11]})
     assert found.paths == (DEPTH, "drives[1].speed", ACROSS, "points.A.x")
@@ -103,7 +103,7 @@ RANGE, OPEN = {"from": "3 mm", "to": "6 mm", "count": 4}, {"from": 1, "to": 2}
         ({"table": "short.csv"}, "short.csv: row 2 has 1 cells, expected 2"),
     ],
 )
-def test_a_sweep_that_cannot_be_is_told(tmp_path, sweep, words):
+def test_an_impossible_sweep_is_an_error(tmp_path, sweep, words):
     (tmp_path / "empty.csv").write_text("sections.bar.depth\n")
     (tmp_path / "short.csv").write_text("sections.bar.depth,points.D.x\n0.003\n")
     with pytest.raises(SceneError, match=re.escape(words)):
@@ -130,7 +130,7 @@ smallest = "deflection.rocker"
 
 
 @pytest.mark.slow
-def test_the_command_writes_a_row_a_design_and_tells_the_best(tmp_path, capsys):
+def test_the_command_writes_a_row_per_design_and_reports_the_best(tmp_path, capsys):
     assert swept(tmp_path, SWEEP, "--sweep", "--pages", "0") == 0
     line, told = capsys.readouterr()
     assert told == "bars: the designs are computed without vibration, whatever the scene's theory or accuracy\n"
@@ -172,7 +172,7 @@ def test_the_command_writes_a_row_a_design_and_tells_the_best(tmp_path, capsys):
 
 
 def answered_by(monkeypatch, limits, aim, change):
-    """The tally of 40 designs whose full answers change their figures by factors, and have errors of 1 %."""
+    """Return the tally of 40 designs whose full answers scale their figures and have errors of 1 %."""
     depths = np.linspace(4e-3, 12e-3, 40)
     vary = {DEPTH: [*map(float, depths)]}
     tables = {**STEEL, "run": {**STEEL["run"], "positions": 12}, "limits": limits, "sweep": {"vary": vary}}
@@ -200,8 +200,8 @@ def answered_by(monkeypatch, limits, aim, change):
 
 
 @pytest.mark.parametrize("factor", in_tiers([0.7, 1.0, 1.5], 1, 2))
-def test_the_best_design_is_that_of_the_full_answers(factor, monkeypatch):
-    """Also where quasi-static figures do not keep a limit that the full answer keeps."""
+def test_full_answers_decide_on_the_best_design(factor, monkeypatch):
+    """This includes limits that only the full answer keeps."""
     bound = 0.5e-3
     tally, deflection = answered_by(monkeypatch, {"deflection": bound}, Aim("mass", False), lambda _: factor)
     assert deflection.min() < bound / 1.515 < bound / 0.707 < deflection.max()
@@ -214,8 +214,8 @@ def test_the_best_design_is_that_of_the_full_answers(factor, monkeypatch):
     assert len(tally.answered) <= 8 + 4
 
 
-def test_without_limits_the_best_is_that_of_those_answered_in_full(monkeypatch):
-    """The stiffest by quasi-static figures vibrates most: the next ones may be better, and are looked at."""
+def test_full_answers_decide_on_the_best_design_without_limits(monkeypatch):
+    """The design with the smallest quasi-static deflection vibrates most, so the next designs get full answers."""
     aim = Aim("deflection", False)
     tally, deflection = answered_by(monkeypatch, {}, aim, lambda number: 1.3 if number == 39 else 1.05)
     assert deflection.argmin() == 39
@@ -228,7 +228,7 @@ def test_without_limits_the_best_is_that_of_those_answered_in_full(monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_sweep_goes_on_where_it_was_and_another_does_not(tmp_path, capsys):
+def test_only_the_same_sweep_is_resumed(tmp_path, capsys):
     assert swept(tmp_path, SWEEP, "--sweep", "--quiet") == 0
     before = (tmp_path / "out" / "bars" / "designs.csv").read_bytes()
     assert swept(tmp_path, SWEEP, "--sweep", "--resume") == 0
@@ -259,14 +259,14 @@ def test_a_sweep_goes_on_where_it_was_and_another_does_not(tmp_path, capsys):
         4,
     ),
 )
-def test_what_cannot_be_swept_is_told_before_it_starts(tmp_path, capsys, old, new, words):
+def test_invalid_sweeps_are_rejected_before_they_start(tmp_path, capsys, old, new, words):
     assert swept(tmp_path, SWEEP.replace(old, new), "--sweep") == 2
     assert words in capsys.readouterr().err
     assert not (tmp_path / "out" / "bars" / "designs.csv").exists()
 
 
 @pytest.mark.slow
-def test_the_three_steps_of_the_page_on_designs(tmp_path, capsys, monkeypatch):
+def test_the_three_steps_on_the_page_of_designs(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     steps = re.findall(r"^\$ deflection-report (.*)\n(.*)$", PAGE, re.MULTILINE)
     assert len(steps) == 3
@@ -277,7 +277,7 @@ def test_the_three_steps_of_the_page_on_designs(tmp_path, capsys, monkeypatch):
     assert tomllib.loads(told)["sweep"] == toml_tables(file_text(shipped_scenes()["press_sweep"]), "")["sweep"]
 
 
-def test_the_python_of_the_page_on_designs_finds_what_single_runs_find(capsys):
+def test_the_python_on_the_page_of_designs_agrees_with_single_runs(capsys):
     (block,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
     known = {}
     exec(block, known)
@@ -290,7 +290,7 @@ def test_the_python_of_the_page_on_designs_finds_what_single_runs_find(capsys):
         assert (value < 0.2e-3) == (row == known["stiff"])
 
 
-def test_figures_of_the_page_on_designs_are_all_there():
+def test_the_page_of_designs_lists_all_figures():
     told = re.search(r"\*\*Figures\*\*: (.*?)\n\n", PAGE, re.DOTALL)[1]
     names = re.findall(r"`([\w.]+)`", told)
     tables = toml_tables(file_text(shipped_scenes()["press_sweep"]), "")

@@ -1,10 +1,8 @@
-"""A scene's sweep by the command: the same bytes however it is computed, and each of its ends told."""
-
-import errno
-import os
+"""A sweep by the command gives the same bytes however it is computed, and reports how it ended."""
 
 import numpy as np
 import pytest
+from processes import full_disk
 from sweeps import swept_scene, tree
 
 from kinelast.cli.command import main
@@ -40,7 +38,7 @@ def swept(scene, folder, *options):
 
 
 @pytest.mark.slow
-def test_a_sweep_of_a_scene_is_the_same_for_any_number_of_processes_and_when_gone_on_with(scene, tmp_path):
+def test_a_sweep_does_not_depend_on_processes_and_resuming(scene, tmp_path):
     assert swept(scene, tmp_path / "one") == 0
     assert swept(scene, tmp_path / "two", "--jobs", "2") == 0
     whole, side_by_side = tree(tmp_path / "one"), tree(tmp_path / "two")
@@ -48,20 +46,20 @@ def test_a_sweep_of_a_scene_is_the_same_for_any_number_of_processes_and_when_gon
     assert swept(scene, tmp_path / "two", "--resume") == 0
     assert tree(tmp_path / "two") == side_by_side
     for files in (whole, side_by_side):
-        del files["arm/manifest.json"]  # how many designs there are to a chunk goes by the time that the first take
+        del files["arm/manifest.json"]  # the chunk size depends on the time of the first designs
     assert side_by_side == whole
 
 
 @pytest.mark.slow
-def test_pages_that_the_disk_did_not_take_are_made_by_the_next_run(tmp_path, monkeypatch, capsys):
-    """All of them or none: those that came before the disk was full would pass for all that there are."""
+def test_pages_lost_on_a_full_disk_are_written_by_the_next_run(tmp_path, monkeypatch, capsys):
+    """All pages are dropped: a partial set would look complete."""
     scene = swept_scene(tmp_path / "arm.toml", SWEEP.replace("samples = 90", "samples = 4"))
     seals = []
 
     def full(*given):
         seals.append(given)
         if len(seals) == 2:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            full_disk()
         return seal(*given)
 
     with monkeypatch.context() as patch:
@@ -76,7 +74,7 @@ def test_pages_that_the_disk_did_not_take_are_made_by_the_next_run(tmp_path, mon
 
 
 @pytest.mark.slow
-def test_another_sweep_is_not_gone_on_with(scene, tmp_path, capsys):
+def test_another_sweep_is_not_resumed(scene, tmp_path, capsys):
     assert swept(scene, tmp_path / "out") == 0
     before = tree(tmp_path / "out")
     scene.write_text(scene.read_text().replace("3 mm", "4 mm"))
@@ -86,7 +84,7 @@ def test_another_sweep_is_not_gone_on_with(scene, tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_rows_do_not_depend_on_the_chunks_that_they_are_computed_in(scene, tmp_path):
+def test_rows_do_not_depend_on_the_chunk_size(scene, tmp_path):
     tables = toml_tables(file_text(scene), "")
     evaluation = Evaluation(document_from_dict(tables), plan_of(tables), ("deflection", "mass"))
     found = []
@@ -95,7 +93,7 @@ def test_rows_do_not_depend_on_the_chunks_that_they_are_computed_in(scene, tmp_p
         found.append((tmp_path / str(chunk) / "designs.csv").read_bytes())
     assert found[0] == found[1]
     [(columns, reasons)] = stored_chunks(tmp_path / "31", read_manifest(tmp_path / "31"))
-    closes = columns["links.crank.length"] < 0.2  # Grashof: 0.1 + 0.3 < 0.25 + 0.35, with a crank of 0.2 equal
+    closes = columns["links.crank.length"] < 0.2  # Grashof: 0.1 + 0.3 < 0.25 + 0.35, equal for a crank of 0.2
     assert closes.any()
     assert not closes.all()
     buckles = np.array(["buckles" in reason for reason in reasons])  # thin links near the dead point of a long crank
@@ -105,18 +103,15 @@ def test_rows_do_not_depend_on_the_chunks_that_they_are_computed_in(scene, tmp_p
 
 
 @pytest.mark.slow
-def test_a_full_disk_is_told_by_the_command(scene, tmp_path, monkeypatch, capsys):
-    def full(descriptor):
-        raise OSError(28, os.strerror(28))
-
+def test_the_command_reports_a_full_disk(scene, tmp_path, monkeypatch, capsys):
     with monkeypatch.context() as patch:
-        patch.setattr("kinelast.outputs.outbox.sync", full)
+        patch.setattr("kinelast.outputs.outbox.sync", full_disk)
         assert swept(scene, tmp_path / "out") == 2
     told = capsys.readouterr().err
     assert "no space left on device; 0 of 90 designs are kept; --resume goes on from there" in told
     assert swept(scene, tmp_path / "out", "--resume") == 0
 
 
-def test_a_scheduler_belongs_to_a_sweep(scene, capsys):
+def test_a_scheduler_needs_a_sweep(scene, capsys):
     assert main([str(scene), "--scheduler", "tcp://127.0.0.1:9"]) == 2
     assert "--scheduler needs --sweep" in capsys.readouterr().err

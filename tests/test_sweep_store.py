@@ -1,4 +1,4 @@
-"""A sweep is kept whatever ends it, goes on from there, and comes to the same bytes."""
+"""An interrupted sweep keeps its results, resumes, and ends with the same bytes."""
 
 import csv
 import errno
@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import processes
 import pytest
+from processes import wait_for
 from sweeps import IDENTITY, Parabolas, tree
 from tiers import in_tiers
 
@@ -27,7 +28,7 @@ from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import RequestError
 
 COUNT, CHUNK = 1050, 100
-KILLS = 3  # benchmarks/sweep_faults.py does it at full size
+KILLS = 3  # benchmarks/sweep_faults.py runs it at full size
 SLOW = pytest.mark.slow
 
 
@@ -37,7 +38,7 @@ def sweep(folder, compute=None, count=COUNT, chunk=CHUNK, identity=None, **optio
 
 @pytest.fixture(params=["csv", "parquet"])
 def kind(request, monkeypatch):
-    """Either kind of store, whatever the number of designs."""
+    """Each kind of store, for any number of designs."""
     if request.param == "parquet":
         pytest.importorskip("pyarrow", reason="pyarrow is not installed")
     monkeypatch.setattr(store, "MAX_CSV", 10**9 if request.param == "csv" else 0)
@@ -46,19 +47,19 @@ def kind(request, monkeypatch):
 
 @pytest.fixture
 def whole(tmp_path, kind):
-    """What an undisturbed sweep leaves."""
+    """Return the files of an undisturbed sweep."""
     sweep(tmp_path / "whole")
     return tree(tmp_path / "whole")
 
 
 def rows(folder):
-    """All that is kept of a sweep, as columns and reasons."""
+    """Return all stored columns and reasons of a sweep."""
     parts = list(stored_chunks(folder, read_manifest(folder)))
     columns = {name: np.concatenate([columns[name] for columns, _ in parts]) for name in parts[0][0]}
     return columns, [reason for _, reasons in parts for reason in reasons]
 
 
-def test_every_design_is_there_once_with_all_digits(tmp_path, kind, monkeypatch):
+def test_every_design_is_stored_once_with_all_digits(tmp_path, kind, monkeypatch):
     monkeypatch.setattr(store, "BLOCK", 400)
     sweep(tmp_path)
     columns, reasons = rows(tmp_path)
@@ -73,7 +74,7 @@ def test_every_design_is_there_once_with_all_digits(tmp_path, kind, monkeypatch)
     assert set(reasons) == {"", 'does not reach, at "B"'}
 
 
-def test_cells_are_filled_and_all_else_stays_as_it_is(tmp_path, kind):
+def test_filling_cells_changes_only_those_cells(tmp_path, kind):
     state = sweep(tmp_path)
     before, (columns, reasons) = tree(tmp_path), rows(tmp_path)
     cells = {3: {"tip": 0.5}, 10: {"length": 7.0, "tip": 1 / 3}, 1049: {"tip": 2.0}}
@@ -90,13 +91,11 @@ def test_cells_are_filled_and_all_else_stays_as_it_is(tmp_path, kind):
     assert changed == {"manifest.json"} | ({"designs.csv"} if kind == "csv" else chunks)
     whole = tree(tmp_path)
     assert running.filled(filled, cells) == filled
-    sweep(
-        tmp_path, Parabolas(fails=frozenset(range(COUNT))), resume=True
-    )  # all are as they were kept: none is computed
+    sweep(tmp_path, Parabolas(fails=frozenset(range(COUNT))), resume=True)  # all chunks are kept, so none is computed
     assert tree(tmp_path) == whole
 
 
-def test_a_small_store_is_one_table_that_names_units(tmp_path):
+def test_a_small_store_is_one_csv_table_with_units(tmp_path):
     sweep(tmp_path)
     with (tmp_path / "designs.csv").open(newline="") as file:
         head, *table = csv.reader(file)
@@ -105,7 +104,7 @@ def test_a_small_store_is_one_table_that_names_units(tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"designs.csv", "manifest.json"}
 
 
-def test_a_large_store_is_one_table_to_every_reader_of_parquet(tmp_path, monkeypatch):
+def test_a_large_store_is_one_parquet_table(tmp_path, monkeypatch):
     dataset = pytest.importorskip("pyarrow.dataset", reason="pyarrow is not installed")
     monkeypatch.setattr(store, "MAX_CSV", 0)
     sweep(tmp_path)
@@ -114,14 +113,14 @@ def test_a_large_store_is_one_table_to_every_reader_of_parquet(tmp_path, monkeyp
     assert table["design"].to_pylist() == list(range(COUNT))
 
 
-def test_the_bytes_are_the_same_for_any_number_of_processes(tmp_path):
+def test_the_bytes_do_not_depend_on_the_number_of_processes(tmp_path):
     sweep(tmp_path / "whole")
     sweep(tmp_path / "two", jobs=2)
     assert tree(tmp_path / "two") == tree(tmp_path / "whole")
 
 
 @pytest.mark.exhaustive
-def test_what_a_lost_process_was_at_is_done_again(tmp_path):
+def test_the_chunk_of_a_killed_process_is_repeated(tmp_path):
     sweep(tmp_path / "whole")
     bomb = tmp_path / "bomb"
     bomb.touch()
@@ -131,7 +130,7 @@ def test_what_a_lost_process_was_at_is_done_again(tmp_path):
 
 
 @SLOW
-def test_a_chunk_whose_process_always_dies_is_named_and_the_others_are_kept(tmp_path):
+def test_a_chunk_that_always_kills_its_process_is_named_and_the_others_are_kept(tmp_path):
     outcome = sweep(tmp_path / "out", Deadly(), jobs=2)
     assert outcome.kept == COUNT - CHUNK
     assert list(outcome.manifest.failed) == [3]
@@ -140,7 +139,7 @@ def test_a_chunk_whose_process_always_dies_is_named_and_the_others_are_kept(tmp_
 
 
 class Deadly(Parabolas):
-    """Parabolas of which some end the process."""
+    """Parabolas; one chunk kills its process."""
 
     def __call__(self, first, last):
         if first == 300:
@@ -148,7 +147,7 @@ class Deadly(Parabolas):
         return super().__call__(first, last)
 
 
-def test_a_chunk_that_fails_is_noted_with_its_reason_and_done_when_it_no_longer_does(tmp_path, whole):
+def test_a_failed_chunk_is_recorded_and_repeated_on_resume(tmp_path, whole):
     outcome = sweep(tmp_path / "out", Parabolas(fails=frozenset({200, 1000})))
     assert outcome.kept == COUNT - 150
     assert not outcome.manifest.complete
@@ -161,12 +160,12 @@ def test_a_chunk_that_fails_is_noted_with_its_reason_and_done_when_it_no_longer_
     assert tree(tmp_path / "out") == whole
 
 
-def test_what_fails_always_is_not_tried_a_million_times(tmp_path):
+def test_a_sweep_stops_after_too_many_failed_chunks(tmp_path):
     fails = frozenset(range(0, COUNT, 10))
     assert len(sweep(tmp_path, Parabolas(fails=fails), chunk=10).manifest.failed) == running.MAX_FAILED
 
 
-def test_columns_that_differ_are_a_failure_not_a_mixture(tmp_path):
+def test_a_chunk_with_other_columns_fails(tmp_path):
     class Changing(Parabolas):
         def __call__(self, first, last):
             columns, reasons = super().__call__(first, last)
@@ -187,7 +186,7 @@ def test_a_full_disk_loses_nothing(writes, tmp_path, whole, kind, monkeypatch):
 
     place = tmp_path / "full"
     if kind == "parquet" and writes == 13:
-        writes = left[0] = 12  # nothing is joined there
+        writes = left[0] = 12  # this store does not join files
     with monkeypatch.context() as patch:
         patch.setattr("kinelast.outputs.outbox.sync", full)
         with pytest.raises(
@@ -200,7 +199,7 @@ def test_a_full_disk_loses_nothing(writes, tmp_path, whole, kind, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ({"identity": {**IDENTITY, "scene": "another"}}, "scene: a word for its text there, another here"),
         ({"identity": {**IDENTITY, "options": {"positions": 36}}}, "options.positions: 72 there, 36 here"),
@@ -208,28 +207,28 @@ def test_a_full_disk_loses_nothing(writes, tmp_path, whole, kind, monkeypatch):
         ({"chunk": 50}, "chunk: 100 there, 50 here"),
     ],
 )
-def test_two_sweeps_are_not_mixed(change, told, tmp_path, whole):
+def test_resuming_a_different_sweep_is_an_error(change, message, tmp_path, whole):
     with pytest.raises(RequestError) as caught:
         sweep(tmp_path / "whole", resume=True, **change)
-    assert told in str(caught.value)
+    assert message in str(caught.value)
     assert "two are not mixed" in str(caught.value)
     assert tree(tmp_path / "whole") == whole
 
 
-def test_other_versions_are_another_sweep(tmp_path, monkeypatch):
+def test_resuming_with_other_versions_is_an_error(tmp_path, monkeypatch):
     sweep(tmp_path)
     monkeypatch.setattr(running, "versions", lambda: {"kinelast": "9.9"})
     with pytest.raises(RequestError, match=r"versions.kinelast: .* there, 9.9 here"):
         sweep(tmp_path, resume=True)
 
 
-def test_a_finished_sweep_gives_way_to_a_new_one_as_every_result_does(tmp_path, whole):
+def test_a_new_sweep_replaces_a_finished_one(tmp_path, whole):
     sweep(tmp_path / "out", identity={"scene": "before"}, count=20)
     sweep(tmp_path / "out")
     assert tree(tmp_path / "out") == whole
 
 
-def test_what_is_not_ours_is_not_overwritten(tmp_path):
+def test_foreign_files_are_not_overwritten(tmp_path):
     (tmp_path / "designs.csv").write_text("mine")
     with pytest.raises(RequestError, match="is of no sweep of this program"):
         sweep(tmp_path)
@@ -249,7 +248,7 @@ def test_a_finished_sweep_is_not_computed_again(tmp_path, whole):
     assert tree(tmp_path / "whole") == whole
 
 
-def test_a_lost_file_is_made_again(tmp_path, whole, kind):
+def test_a_lost_file_is_restored(tmp_path, whole, kind):
     name = "designs.csv" if kind == "csv" else "designs.parquet/0000000004.parquet"
     (tmp_path / "whole" / name).unlink()
     (tmp_path / "whole" / ".designs.csv.part").write_text("torn")
@@ -280,7 +279,7 @@ def flipped(path, content):
 
 
 def swapped(path, content):
-    """Two chunks in each other's place; of one file its halves."""
+    """Exchange two chunks, or the halves of a single file."""
     other = path.with_name(path.name.replace("4", "5")) if path.parent.name != "whole" else path
     path.write_bytes(
         other.read_bytes() if other != path else content[len(content) // 2 :] + content[: len(content) // 2]
@@ -293,31 +292,31 @@ FAULTS = [cut, emptied, one_more, one_digit, flipped, swapped]
 
 
 @pytest.mark.parametrize("fault", in_tiers(FAULTS, 4, 0))
-def test_a_finished_store_that_is_not_as_it_was_kept_is_computed_again_and_said(fault, tmp_path, whole, kind):
+def test_a_damaged_finished_store_is_reported_and_repaired(fault, tmp_path, whole, kind):
     path = tmp_path / "whole" / ("designs.csv" if kind == "csv" else "designs.parquet/0000000004.parquet")
     fault(path, path.read_bytes())
-    told = Told()
-    assert sweep(tmp_path / "whole", resume=True, progress=told).kept == COUNT
+    message = Recorder()
+    assert sweep(tmp_path / "whole", resume=True, progress=message).kept == COUNT
     assert tree(tmp_path / "whole") == whole
-    assert "is not as it was written" in told.sentences[0]
+    assert "is not as it was written" in message.sentences[0]
 
 
 @pytest.mark.parametrize("fault", in_tiers(FAULTS, 4, 0))
-def test_a_chunk_that_is_not_as_it_was_kept_is_computed_again_first_and_said(fault, tmp_path, whole, kind):
+def test_a_damaged_chunk_is_reported_and_computed_first(fault, tmp_path, whole, kind):
     begun = sweep(tmp_path / "begun", Parabolas(fails=frozenset({1000})))
     assert begun.kept == COUNT - 50
     (path,) = (tmp_path / "begun").glob("designs.*/0000000004.*")
     fault(path, path.read_bytes())
-    told, compute = Told(), Listed()
-    assert sweep(tmp_path / "begun", compute, resume=True, progress=told).kept == COUNT
+    message, compute = Recorder(), Listed()
+    assert sweep(tmp_path / "begun", compute, resume=True, progress=message).kept == COUNT
     again = [400, 500] if fault is swapped else [400]
     assert compute.asked == [*again, 1000]
-    assert "computed again, as not as they were kept: chunk" in told.sentences[0]
+    assert "computed again, as not as they were kept: chunk" in message.sentences[0]
     assert tree(tmp_path / "begun") == whole
 
 
-def test_a_note_that_was_torn_is_as_if_it_had_not_been(tmp_path, whole):
-    """As by a machine that fails while it writes one."""
+def test_an_incomplete_journal_entry_is_ignored(tmp_path, whole):
+    """A machine may fail while it writes an entry."""
     sweep(tmp_path / "begun", Parabolas(fails=frozenset({1000})))
     journal, compute = tmp_path / "begun" / store.JOURNAL, Listed()
     *others, last = journal.read_bytes().splitlines(keepends=True)
@@ -327,7 +326,7 @@ def test_a_note_that_was_torn_is_as_if_it_had_not_been(tmp_path, whole):
     assert tree(tmp_path / "begun") == whole
 
 
-def test_of_a_store_cut_in_half_the_first_half_is_not_computed_again(tmp_path, monkeypatch):
+def test_the_first_half_of_a_truncated_store_is_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(store, "MAX_CSV", 10**9)
     sweep(tmp_path)
     path, compute = tmp_path / "designs.csv", Listed()
@@ -337,7 +336,7 @@ def test_of_a_store_cut_in_half_the_first_half_is_not_computed_again(tmp_path, m
     assert len(compute.asked) == 6
 
 
-def test_a_foreign_file_among_the_chunks_is_named(tmp_path, monkeypatch):
+def test_a_foreign_file_among_chunks_is_an_error(tmp_path, monkeypatch):
     pytest.importorskip("pyarrow", reason="pyarrow is not installed")
     monkeypatch.setattr(store, "MAX_CSV", 0)
     sweep(tmp_path)
@@ -347,7 +346,7 @@ def test_a_foreign_file_among_the_chunks_is_named(tmp_path, monkeypatch):
         sweep(tmp_path, resume=True)
 
 
-def test_a_manifest_that_was_edited_is_not_gone_on_with(tmp_path):
+def test_an_edited_manifest_is_an_error(tmp_path):
     sweep(tmp_path)
     path = tmp_path / "manifest.json"
     path.write_text(path.read_text().replace('"tip": "m"', '"tip": "mm"'))
@@ -355,8 +354,8 @@ def test_a_manifest_that_was_edited_is_not_gone_on_with(tmp_path):
         sweep(tmp_path, resume=True)
 
 
-class Told(Progress):
-    """Sentences that were told."""
+class Recorder(Progress):
+    """Record the sentences of the progress."""
 
     def __init__(self):
         self.sentences = []
@@ -366,7 +365,7 @@ class Told(Progress):
 
 
 class Listed(Parabolas):
-    """Parabolas, and the first designs of the chunks that were asked for."""
+    """Parabolas that record the first designs of the requested chunks."""
 
     asked = ()
 
@@ -384,7 +383,7 @@ def started(folder, kind, seconds, jobs=2):
 
 
 def alive(group):
-    """Whether a group of processes has any."""
+    """Return whether a process group has any process."""
     try:
         os.killpg(group, 0)
     except ProcessLookupError:
@@ -396,15 +395,8 @@ def kept(folder):
     return len(list(folder.glob("designs.*/*[0-9].*")))
 
 
-def wait_for(what, seconds=60.0):
-    end = time.monotonic() + seconds
-    while not what():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.005)
-
-
 @pytest.mark.exhaustive
-def test_kill_9_again_and_again_changes_no_byte(tmp_path, kind):
+def test_repeated_kill_9_changes_no_byte(tmp_path, kind):
     sweep(tmp_path / "whole", chunk=10)
     place, chance = tmp_path / "out", random.Random(1)
     for _ in range(KILLS):
@@ -412,7 +404,7 @@ def test_kill_9_again_and_again_changes_no_byte(tmp_path, kind):
         run = started(place, kind, 0.02)
         goal = before + chance.randrange(1, 80 // KILLS)
         wait_for(lambda at=goal: kept(place) >= at)
-        time.sleep(chance.random() * 0.02)  # anywhere in a chunk
+        time.sleep(chance.random() * 0.02)  # at any point of a chunk
         run.kill()
         run.communicate()
     assert 0 < kept(place) < 105
@@ -422,21 +414,21 @@ def test_kill_9_again_and_again_changes_no_byte(tmp_path, kind):
 
 @SLOW
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_an_interrupt_tells_what_is_kept_and_leaves_no_process(jobs, tmp_path):
+def test_an_interrupt_reports_the_kept_designs_and_ends_all_processes(jobs, tmp_path):
     run = started(tmp_path / "out", "csv", 0.02, jobs)
     wait_for(lambda: kept(tmp_path / "out") >= 3)
-    os.killpg(run.pid, signal.SIGINT)  # as a keyboard sends it
-    told, _ = run.communicate()
-    there = kept(tmp_path / "out")  # the last may have been kept as the interrupt came, and not been counted
+    os.killpg(run.pid, signal.SIGINT)  # like Ctrl+C
+    message, _ = run.communicate()
+    there = kept(tmp_path / "out")  # the interrupt may come after the last chunk was kept and before it was counted
     assert any(
-        f"{10 * count} of 1050 designs are kept; --resume goes on from there" in told for count in (there, there - 1)
+        f"{10 * count} of 1050 designs are kept; --resume goes on from there" in message for count in (there, there - 1)
     )
     wait_for(lambda: not alive(run.pid))
     assert sweep(tmp_path / "out", chunk=10, resume=True).kept == COUNT
 
 
 @SLOW
-def test_dask_workers_come_to_the_same_bytes_also_where_one_is_lost(tmp_path):
+def test_dask_workers_give_the_same_bytes_even_if_one_dies(tmp_path):
     sweep(tmp_path / "whole")
     whole = tree(tmp_path / "whole")
     distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
@@ -451,18 +443,18 @@ def test_dask_workers_come_to_the_same_bytes_also_where_one_is_lost(tmp_path):
 
 
 @pytest.mark.exhaustive
-def test_a_scheduler_without_workers_is_waited_for_and_said(tmp_path):
+def test_a_sweep_waits_for_workers_and_says_so(tmp_path):
     distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
-    told = Told()
+    message = Recorder()
     with distributed.LocalCluster(n_workers=0, threads_per_worker=1, dashboard_address=":0") as cluster:
         timer = threading.Timer(1.0, cluster.scale, [1])
         timer.start()
-        assert sweep(tmp_path, scheduler=cluster.scheduler_address, progress=told).kept == COUNT
+        assert sweep(tmp_path, scheduler=cluster.scheduler_address, progress=message).kept == COUNT
         timer.join()
-    assert "has no worker yet, waiting for one: dask worker tcp://" in told.sentences[0]
+    assert "has no worker yet, waiting for one: dask worker tcp://" in message.sentences[0]
 
 
-def test_no_scheduler_is_told(tmp_path, monkeypatch):
+def test_a_missing_scheduler_is_an_error(tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="dask.distributed is not installed")
     monkeypatch.setattr(cluster, "TIMEOUT", "0.2s")
     with pytest.raises(RequestError, match=r'--scheduler: nobody answers at "tcp://127.0.0.1:9"'):

@@ -1,4 +1,4 @@
-"""Claim: links that are welded together are one link, and a weld bears what the section there does."""
+"""Links welded together behave like one link, and a weld transmits the section forces there."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ from rigid.topology import bar_graph, mechanism_mobility, mobility_count
 
 MASS = 0.8
 SECTION = Section(EA=2e6, EI=50.0)
-TURN = np.exp(0.3j)  # of the second link's axes from the first's
+TURN = np.exp(0.3j)  # from the axes of the first link to those of the second
 STATIONS = np.linspace(0.0, 1.0, 5)
 CRANK = (PinDrive("crank", "O"),)
 
@@ -36,12 +36,12 @@ def bars(name, points, *beams):
 
 
 def placed_in(turn, origin, **points):
-    """Points in the axes of a link at `origin`, turned by a unit vector."""
+    """Return points in the axes of a link at `origin` with direction `turn`."""
     return {name: (place - origin) / turn for name, place in points.items()}
 
 
 def four_bar(*coupler, welds=()):
-    """A four-bar whose coupler A-K-B has a corner at K; drawn at a crank angle of 90 degrees."""
+    """Return a four-bar with a corner K in its coupler A-K-B, drawn at a crank angle of 90 degrees."""
     links = (
         Link("ground", {"O": 0, "D": 0.35}),
         bars("crank", {"O": 0, "A": 0.06}, ("O", "A")),
@@ -90,7 +90,7 @@ def forces_by_name(bent):
 
 class TestCoupler:
     @pytest.mark.parametrize("name", FOUR_BARS)
-    def test_it_moves_and_bends_as_one_link(self, name):
+    def test_welded_links_move_and_bend_like_one_link(self, name):
         found, expected = answer(FOUR_BARS[name]), answer(four_bar(WHOLE))
         assert same_fields(found, expected)
         forces = forces_by_name(found)
@@ -99,12 +99,12 @@ class TestCoupler:
         assert near(*efforts)
 
     @pytest.mark.parametrize("name", FOUR_BARS)
-    def test_the_weld_bears_what_the_section_does(self, name):
+    def test_the_weld_transmits_the_section_forces(self, name):
         bent = answer(FOUR_BARS[name])
         force, moment = forces_by_name(bent)["K"]
         joint = next(joint for joint in bent.motion.structure.joints if joint.name == "K")
         sign = 1 if bent.motion.mechanism.links[joint.child].name == "second" else -1
-        at = 2  # the beam K-B
+        at = 2  # beam K-B
         section = [sample(bent, field, [0.0])[at, :, 0] for field in ("N", "V", "M")]
         along = (
             np.exp(1j * np.angle(HALVES[1].points["B"])) * bent.motion.direction[bent.motion.mechanism.index["second"]]
@@ -112,13 +112,13 @@ class TestCoupler:
         assert near(sign * force, -along * (section[0] + 1j * -section[1]))
         assert near(sign * moment, -section[2])
 
-    def test_a_position_by_itself_tells_all_as_of_a_dyad(self):
+    def test_positions_have_a_closed_form_like_a_dyad(self):
         found = motion(FOUR_BARS["welded"], ANGLES, 30.0)
         assert found.structure.closed_form
         angles = [transmission_angles(each)[0].angle for each in (found, motion(four_bar(WHOLE), ANGLES, 30.0))]
         assert near(*angles)
 
-    def test_multipliers_on_all_links_at_once_find_the_same_forces(self):
+    def test_multipliers_give_the_same_forces(self):
         bent = motion(FOUR_BARS["welded"], ANGLES, 30.0)
         one, other = reactions(bent), multiplier_forces(bent)
         for pair in (*zip(one.force, other.force, strict=True), *zip(one.moment, other.moment, strict=True)):
@@ -169,7 +169,7 @@ def frame(*links, welds=(), drives=(DRIVE,), loads=(), **drawing):
     return Mechanism((ground, *links), drives, {"O": 0, "P": 1.0} | drawing, gravity=-9.81j, welds=welds, loads=loads)
 
 
-def test_alone():
+def test_a_driven_link_of_two_parts():
     whole = bars("base", {"O": 0, "K": 0.5, "T": 0.5 + 0.3j}, ("O", "K"), ("K", "T"))
     halves = bars("base", {"O": 0, "K": 0.5}, ("O", "K")), bars("tip", {"K": 0, "T": 0.3}, ("K", "T"))
     found = frame(*halves, welds=(Weld("K", "tip", "base", 1j),))
@@ -193,7 +193,7 @@ def test_three_links_at_one_point():
 
 
 def triangle():
-    """A ring of three links welded at their corners, driven at one, and one link of the same beams."""
+    """Return one triangular link of three beams, and the same triangle as three links welded at the corners."""
     corners = {"O": 0, "K": 0.4 + 0j, "T": 0.2 + 0.3j}
     sides = [("O", "K"), ("K", "T"), ("T", "O")]
     whole = bars("base", corners, *sides)
@@ -221,7 +221,7 @@ def test_a_ring_of_welds():
 
 
 def test_a_pinned_ring_with_one_weld():
-    """A triangle pinned at two corners and welded at the third has a moment there by bending alone."""
+    """A triangle with pins at two corners and a weld at the third has a moment there only by bending."""
     _, ring = triangle()
     pinned = frame(*ring.links[1:], welds=ring.welds[:1], K=0.4, T=ring.drawing["T"])
     bent = answer(pinned, [0.0, 1.0])
@@ -254,7 +254,7 @@ def test_a_beam_welded_to_the_ground_at_both_ends():
     assert compare(bent, solve(bent.motion, bent.sections)).passed
 
 
-def test_a_soft_weld_turns_by_its_compliance():
+def test_a_soft_weld_rotates_by_compliance_times_moment():
     parts = bars("base", {"O": 0, "K": 0.5}, ("O", "K")), bars("tip", {"K": 0, "T": 0.3}, ("K", "T"))
     mechanism = frame(*parts, welds=(Weld("K", "tip", "base"),))
     stiff, soft = (answer(mechanism, [0.0], joints=joints) for joints in ({}, {"K": JointCompliance(rotation=1e-3)}))
@@ -264,7 +264,7 @@ def test_a_soft_weld_turns_by_its_compliance():
 
 
 def test_large_displacements_of_welded_beams():
-    """A clamped arm in two pieces under a load at its tip sags as the whole one does."""
+    """A clamped arm of two welded parts sags like the arm of one part."""
 
     def arm(*links, welds=()):
         load = PointLoad(links[-1].name, "T", -2000j)
@@ -318,7 +318,7 @@ class TestFaults:
             frame(*self.PARTS, welds=welds)
 
 
-def test_both_ways_of_placing_a_weld_tell_the_same():
+def test_a_weld_is_symmetric_in_its_links():
     joint = next(joint for joint in motion(FOUR_BARS["welded"], [0.0]).structure.joints if isinstance(joint, WeldJoint))
     other = joint.exchanged()
     assert (other.owner, other.block) == (joint.owner, joint.block)
@@ -372,7 +372,7 @@ class TestScene:
                 one, whole = (sample(each, field, STATIONS) for each in (bent, expected))
                 assert near(one[order], whole)
 
-    def test_designs_that_are_drawn_otherwise_are_welded_otherwise(self):
+    def test_designs_are_welded_as_drawn(self):
         values = [[0.12], [0.14]]
         found, expected = (
             evaluate(document_from_text(SCENE.replace("{COUPLER}", coupler) + more), ["points.K.y"], values)
@@ -417,7 +417,7 @@ def test_groups_of_welded_links_are_named():
 
 
 def cut_in_two(mechanism, name):
-    """A mechanism with the last beam of a link as a link of its own, the last one, that is welded to the rest."""
+    """Return a mechanism whose last beam of a link is a new link, welded to the rest."""
     link = mechanism.links[mechanism.index[name]]
     last = link.beams[-1]
     rest = {point for beam in link.beams[:-1] for point in (beam.start, beam.end)}
@@ -440,7 +440,7 @@ def cut_in_two(mechanism, name):
 
 
 @pytest.mark.parametrize(("make", "name"), [(six_bar, "coupler"), (triad, "plate")])
-def test_larger_mechanisms_with_a_link_cut_in_two(make, name):
+def test_larger_mechanisms_with_a_divided_link(make, name):
     case = make()
     whole = replace(case.mechanism, loads=(), friction={})
     cut = cut_in_two(whole, name)
@@ -453,7 +453,7 @@ def test_larger_mechanisms_with_a_link_cut_in_two(make, name):
         assert near(sample(bent, field, STATIONS)[order], sample(expected, field, STATIONS))
 
 
-def test_a_motion_under_a_motors_moment():
+def test_forward_dynamics_of_welded_links():
     def course(mechanism):
         return motion_during(forward(mechanism, [Effort(0.5)], np.pi / 2, 0.0, 0.2), np.linspace(0, 0.2, 5)).drive
 
@@ -461,8 +461,8 @@ def test_a_motion_under_a_motors_moment():
 
 
 @pytest.mark.slow
-def test_a_weld_whose_dyad_opens_nowhere_is_refused_in_words():
-    """One of its joints stands still on the other's centre: the effect of its turn is nothing at all."""
+def test_a_weld_that_closes_no_dyad_is_an_error():
+    """One joint of the dyad lies on the centre of the other, so that rotation about it has no effect."""
     text = shipped_scenes()["flapping_wing"].read_text(encoding="utf-8") + "\n[welds.c]\n"
     scene = scene_from_text(text)
     with pytest.raises((SceneError, MechanismError), match="cannot be assembled"):

@@ -20,7 +20,7 @@ def in_tiers(cases: Iterable, quick: int = 3, slow: int = 0) -> list:
 
 
 def _marked(case, mark):
-    """A case as a parameter with a mark, if it has none yet."""
+    """Return a case as a parameter with the mark, unless it has one already."""
     if not mark or hasattr(case, "marks"):
         return case
     values = case if isinstance(case, tuple | list) else (case,)

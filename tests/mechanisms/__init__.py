@@ -1,4 +1,4 @@
-"""Mechanisms of the tests: cases that move under every load, linkages as drawn, beams of the handbooks."""
+"""Mechanisms of the tests: loaded cases, drawn linkages and handbook beams."""
 
 from .building import (
     GRAVITY,

@@ -1,4 +1,4 @@
-"""What the mechanisms are built of, and the cases that move them."""
+"""Building blocks of the mechanisms, and the cases that move them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ GRAVITY = -9.81j
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A mechanism, the sections of its beams, and coordinates of its drives that it reaches."""
+    """A mechanism, the sections of its beams, and reachable drive coordinates with their rates."""
 
     mechanism: Mechanism
     sections: tuple[Section, ...]
@@ -28,18 +28,18 @@ class Case:
 
 
 def motion_of(case):
-    """The motion of a case at its own coordinates and rates."""
+    """Return the motion of a case at its own coordinates and rates."""
     return motion(case.mechanism, case.drive, case.rate, case.rate2)
 
 
 def replaced(mechanism, **changes):
-    """A copy with other fields; `index` belongs to the constructor."""
+    """Return a copy with changed fields; the constructor sets `index`."""
     names = ("links", "drives", "drawing", "sliders", "gravity", "loads", "gears")
     return Mechanism(**{name: changes.get(name, getattr(mechanism, name)) for name in names})
 
 
 def scaled(mechanism, size):
-    """The same mechanism `size` times as large, without mass and loads."""
+    """Return the mechanism enlarged `size` times, without mass and loads."""
     links = tuple(
         replace(link, points={name: place * size for name, place in link.points.items()}, beams=(), lumps=())
         for link in mechanism.links
@@ -50,24 +50,24 @@ def scaled(mechanism, size):
 
 
 def apex(first, second, long, short, side=1.0):
-    """Where circles about `first` and `second` meet, left of the way from one to the other."""
-    way = second - first
-    x = (abs(way) ** 2 + long**2 - short**2) / (2 * abs(way))
-    return first + way / abs(way) * (x + 1j * side * math.sqrt(long**2 - x**2))
+    """Return the intersection of circles about `first` and `second`, left of the line between them if side is +1."""
+    line = second - first
+    x = (abs(line) ** 2 + long**2 - short**2) / (2 * abs(line))
+    return first + line / abs(line) * (x + 1j * side * math.sqrt(long**2 - x**2))
 
 
 def bar(name, start, end, length, mass_per_length=0.5, **more):
-    """A link of one beam."""
+    """Return a link with one beam."""
     return Link(name, {start: 0.0, end: length}, (Beam(start, end, mass_per_length),), **more)
 
 
 def steel_bar(name, start, end, length):
-    """A bar of 10 x 6 mm of steel."""
+    """Return a steel bar, 10 mm wide and 6 mm deep."""
     return bar(name, start, end, length, 7850 * 0.01 * 0.006)
 
 
 def turn(count, start=0.0):
-    """Angles of a full turn, the end not repeated."""
+    """Return evenly spaced angles of one turn, without the end."""
     return start + np.arange(count) * (2 * math.pi / count)
 
 
@@ -77,22 +77,22 @@ def moved(mechanism, sections, drive, rate=7.0, rate2=-3.0):
 
 
 def sections_of(mechanism, EA=3e5, EI=40.0):
-    """A different section for every beam."""
+    """Return a different section for each beam."""
     return [Section(EA * (1 + 0.3 * k), EI * (1 + 0.2 * k)) for k in range(len(mechanism.beams))]
 
 
 def rigid_sections(case):
-    """The case with every beam rigid."""
+    """Return the case with rigid beams."""
     return replace(case, sections=(RIGID,) * len(case.sections))
 
 
 def lumps(point, size=1.0):
-    """A mass beside a point, with inertia of its own."""
+    """Return an eccentric mass at a point, with its own inertia."""
     return (Lump(point, 0.3 * size, 2e-3 * size, (0.02 + 0.03j) * size),)
 
 
 def loads(link, point):
-    """One load of every kind on a link and its first beam."""
+    """Return one load of each kind, on a point of a link and on the link's first beam."""
     return (
         PointLoad(link, point, force=30 - 20j, moment=1.5),
         PointLoad(link, point, force=-12 + 8j, moment=-0.5, turning=True),

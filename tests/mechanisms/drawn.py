@@ -1,4 +1,4 @@
-"""Linkages of rigid links without mass, as long and shaped as drawn."""
+"""Massless linkages of rigid links with the dimensions of their drawing."""
 
 from dataclasses import replace
 
@@ -8,12 +8,12 @@ from rigid import Link, Mechanism, PinDrive, Slider
 
 
 def drawn_bar(name, start, end, places):
-    """A link of two points, as long as drawn."""
+    """Return a link of two points with the drawn length."""
     return Link(name, {start: 0.0, end: abs(complex(places[end]) - complex(places[start]))})
 
 
 def drawn_plate(name, points, places):
-    """A link of several points, shaped as drawn, in axes of its own."""
+    """Return a link of several points with the drawn shape, in rotated local axes."""
     turn = np.exp(0.7j)
     return Link(name, {point: (complex(places[point]) - complex(places[points[0]])) * turn for point in points})
 
@@ -41,7 +41,7 @@ def slider_crank_linkage():
 
 
 def three_cranks(a=0.13, b=0.37, extra=False):
-    """A parallelogram with a third crank, and on request a dyad on its second coupler joint."""
+    """Return a parallelogram with a third crank; `extra` adds a dyad at its second coupler joint."""
     lean = 0.05 + 0.09j
     places = {"O": 0, "D": a, "G": b, "A": lean, "B": a + lean, "C": b + lean, "P": 0.1 + 0.3j, "E": 0.5 + 0.1j}
     bars = [("first", "O", "A"), ("second", "D", "B"), ("third", "G", "C")]

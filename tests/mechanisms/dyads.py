@@ -1,6 +1,6 @@
-"""Cases of one dyad: each of the five kinds, and what is made of them.
+"""One case for each of the five dyads, and variants.
 
-All carry everything that can load a link, in proportions that a seed chooses, so that no term is zero by luck.
+Each case has every kind of load, in generic proportions, so that no term vanishes by chance.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from .building import GRAVITY, apex, bar, loads, lumps, moved, replaced, section
 
 
 def four_bar(crank=0.11, coupler=0.31, rocker=0.24, base=0.33 + 0.04j, side=1.0, count=24, **more):
-    """RRR: a crank rocker with every load."""
+    """RRR: crank-rocker with every load."""
     links = (
         Link("ground", {"O": 0.02 - 0.01j, "D": 0.02 - 0.01j + base}),
         bar("crank", "O", "A", crank),
@@ -32,7 +32,7 @@ def four_bar(crank=0.11, coupler=0.31, rocker=0.24, base=0.33 + 0.04j, side=1.0,
 
 
 def slider_crank(crank=0.12, rod=0.4, offset=0.05, slope=0.3, side=1.0, count=24, **more):
-    """RRP: an offset slider-crank along an inclined line."""
+    """RRP: offset slider-crank on an inclined line."""
     way = np.exp(1j * slope)
     links = (
         Link("ground", {"O": 0.0}),
@@ -53,21 +53,21 @@ def slider_crank(crank=0.12, rod=0.4, offset=0.05, slope=0.3, side=1.0, count=24
 
 
 def pressed(count=24, **more):
-    """RRR: a crank turned by a driven block through a rod."""
+    """RRR: a driven block turns a crank through a rod."""
     case = slider_crank(**more)
     mechanism = replaced(case.mechanism, drives=(SliderDrive("guide"),))
     return moved(mechanism, case.sections, np.linspace(0.32, 0.48, count), 0.4, -0.9)
 
 
 def bush(count=24, **more):
-    """RRP: a rail slides through a bush on the crank, a rocker holds its end; the rail owns the line."""
+    """RRP: a rail slides through a bush on the crank, and a rocker holds its end. The rail is the slider's owner."""
     links = (
         Link("ground", {"O": 0.0, "D": 0.5}),
         Link("crank", {"O": 0.0, "A": 0.1}, (Beam("O", "A", 0.5),), lumps("A")),
         Link("rail", {"B": 0.0}, lumps=lumps("B")),
         bar("rocker", "D", "B", 0.35, 0.6),
     )
-    # the rail stands at a fixed angle to the crank; its line passes the crank's end
+    # the rail keeps a fixed angle to the crank, and its line passes the crank's end
     lean, foot, way = np.exp(0.9j), 0.015j, np.exp(0.2j)
     start = 1.2
     A = 0.1 * np.exp(1j * start)
@@ -82,7 +82,7 @@ def bush(count=24, **more):
 
 
 def inverted_slider_crank(crank=0.1, base=0.3 - 0.05j, lean=0.4, foot=0.02j, sliding_rod=False, count=24, **more):
-    """RPR: a block on the crank pin slides along a rigid rocker; or a rod from it slides through the rocker."""
+    """RPR: a block on the crank pin slides on a rigid rocker, or a rod on the pin slides through the rocker."""
     rocker_mass = Lump("D", 2.0, 0.03, 0.1 + 0.02j)
     start = 0.3
     A = crank * np.exp(1j * start)
@@ -94,7 +94,7 @@ def inverted_slider_crank(crank=0.1, base=0.3 - 0.05j, lean=0.4, foot=0.02j, sli
         rod,
         Link("rocker", {"D": 0.0}, lumps=(rocker_mass,)),
     )
-    # the way from D to A in the rocker's axes is foot + slide * out
+    # the vector from D to A in the rocker's axes is foot + slide * out
     slide = math.sqrt(abs(A - base) ** 2 - (foot / out).imag ** 2) - (foot / out).real
     axes = (A - base) / (foot + slide * out)
     slider = Slider("guide", "rod", "rocker", "A", origin=foot, direction=out, turn=np.exp(-0.3j))
@@ -105,7 +105,7 @@ def inverted_slider_crank(crank=0.1, base=0.3 - 0.05j, lean=0.4, foot=0.02j, sli
 
 
 def elastic_guide(count=24, **more):
-    """RPR: the block on the crank pin slides along an elastic lever, which it loads where it is."""
+    """RPR: the block on the crank pin slides on an elastic lever and loads it at the contact."""
     case = inverted_slider_crank(0.1, 0.3 - 0.05j, lean=0.4, foot=0.0, count=count, **more)
     lever = Link(
         "rocker", {"D": 0.0, "F": 0.6 * np.exp(0.4j)}, (Beam("D", "F", 0.9),), (Lump("F", 0.4, 1e-3, 0.02 + 0.01j),)
@@ -116,7 +116,7 @@ def elastic_guide(count=24, **more):
 
 
 def scotch_yoke(crank=0.1, slant=1.3, count=24, **more):
-    """RPP: a block on the crank pin slides in a slanted slot of a rigid yoke that slides on the ground."""
+    """RPP: a block on the crank pin slides in an oblique slot of a rigid yoke, which slides on the ground."""
     links = (
         Link("ground", {"O": 0.0, "G": 0.5 + 0.02j}),
         bar("crank", "O", "A", crank),
@@ -139,7 +139,7 @@ def scotch_yoke(crank=0.1, slant=1.3, count=24, **more):
 
 
 def tangent(count=24, **more):
-    """PRP: a block that slides along the driven arm is pinned to one that slides on the ground."""
+    """PRP: a pin joins a block that slides on the driven arm to a block that slides on the ground."""
     links = (
         Link("ground", {"O": 0.0}),
         Link("arm", {"O": 0.0}, lumps=lumps("O")),

@@ -1,4 +1,4 @@
-"""Beams of the handbooks as mechanisms that do not move: cantilevers, beams on two supports."""
+"""Handbook beams as mechanisms at rest: cantilevers and beams on two supports."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from rigid import Beam, Link, Mechanism, PinDrive, Slider, motion
 
 
 def still(mechanism, positions=1):
-    """A mechanism at rest, its drives held."""
+    """Return the motion of a mechanism at rest, with its drives held."""
     return motion(mechanism, np.zeros((len(mechanism.drives), positions)))
 
 
 def line(points, mass=0.0, reverse=(), **more):
-    """A link "beam" along x through points (names to places), one beam between neighbours."""
+    """Return a link "beam" along x through named points, with a beam between neighbours."""
     names = list(points)
     ends = list(pairwise(names))
     ends = [end[::-1] if number in reverse else end for number, end in enumerate(ends)]
@@ -24,7 +24,7 @@ def line(points, mass=0.0, reverse=(), **more):
 
 
 def cantilever(points, mass=0.0, loads=(), gravity=0.0, lumps=(), reverse=()):
-    """Clamped where it begins: a link on a drive that holds."""
+    """Return a link that is clamped at its start by a drive."""
     link = line(points, mass, reverse, lumps=lumps)
     root = next(iter(points))
     ground = Link("ground", {root: complex(points[root])})
@@ -33,7 +33,7 @@ def cantilever(points, mass=0.0, loads=(), gravity=0.0, lumps=(), reverse=()):
 
 
 def supported(points, mass=0.0, loads=(), gravity=0.0, rollers=None, pinned=None, reverse=()):
-    """Pinned where it begins, or at another point; on rollers along x elsewhere, at its end unless told."""
+    """Return a beam with one pin, by default at its start, and rollers along x, by default at its end."""
     names = list(points)
     pinned = pinned or names[0]
     rollers = rollers or [names[-1]]
@@ -42,7 +42,7 @@ def supported(points, mass=0.0, loads=(), gravity=0.0, rollers=None, pinned=None
 
 
 def propped(points, mass=0.0, loads=(), gravity=0.0, rollers=(), reverse=()):
-    """In a guide along x where it begins, which lets it neither turn nor sink; pinned at its end."""
+    """Return a beam that is guided along x at its start, without rotation, and pinned at its end."""
     start, end = next(iter(points)), list(points)[-1]
     ground = Link("ground", {end: complex(points[end])})
     guide = Slider("guide", "beam", "ground", start, origin=complex(points[start]), direction=1.0)

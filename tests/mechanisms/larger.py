@@ -1,4 +1,4 @@
-"""Cases of more than one dyad: arms, six-bars, and a group that is no dyad, with every load too."""
+"""Loaded cases of more than one dyad: arms, six-bars, and a group that is not a dyad."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .building import GRAVITY, Case, apex, bar, loads, lumps, moved, replaced, s
 
 
 def arm(upper=0.3, fore=0.25, **more):
-    """Two driven links in series, the elbow's motor on the upper arm."""
+    """Two driven links in series; the motor of the elbow is on the upper arm."""
     links = (
         Link("ground", {"O": 0.1j}),
         bar("upper", "O", "A", upper, lumps=lumps("A")),
@@ -33,7 +33,7 @@ def arm(upper=0.3, fore=0.25, **more):
 
 
 def held_arm(**more):
-    """The arm with its elbow's motor on the forearm, so that it counts the angle the other way."""
+    """The arm with the motor of the elbow on the forearm, which reverses the sign of its angle."""
     case = arm(**more)
     drives = (PinDrive("upper", "O"), PinDrive("upper", "A", "fore"))
     mirror = np.array([[1.0], [-1.0]])
@@ -47,7 +47,7 @@ def held_arm(**more):
 
 
 def six_bar(count=24, **more):
-    """Stephenson III: a coupler of two welded beams, one of them against the way, carries a second dyad."""
+    """Stephenson III: the coupler has two welded beams, one reversed, and carries a second dyad."""
     P = apex(0.0, 0.31, 0.22, 0.19)
     links = (
         Link("ground", {"O": 0.0, "D": 0.33 + 0.04j, "G": 0.48 + 0.22j}),
@@ -69,7 +69,7 @@ def six_bar(count=24, **more):
 
 
 def stiff_plate(**more):
-    """The six-bar with its coupler rigid."""
+    """The six-bar with a rigid coupler."""
     case = six_bar(**more)
     coupler = case.mechanism.index["coupler"]
     owners = [at for at, _ in case.mechanism.beams]
@@ -78,7 +78,7 @@ def stiff_plate(**more):
 
 
 def ring(**more):
-    """The six-bar with its coupler a closed triangle of three beams, with shear and free strain in them."""
+    """The six-bar whose coupler is a closed triangle of three beams with shear and free strain."""
     case = six_bar(**more)
     links = [
         replace(link, beams=(Beam("A", "P", 0.7), Beam("B", "P", 0.6), Beam("B", "A", 0.5)))
@@ -92,7 +92,7 @@ def ring(**more):
 
 
 def triad(count=24, **more):
-    """A plate held by three bars, one of them on the crank: a group of four links that is no dyad."""
+    """A plate held by three bars, one on the crank: a group of four links that is not a dyad."""
     Q, R = 0.2, 0.1 + 0.15j
     plate = Link("plate", {"P": 0.0, "Q": Q, "R": R}, (Beam("P", "Q", 0.7), Beam("R", "P", 0.6)), lumps("R"))
     start = 0.6

@@ -1,4 +1,4 @@
-"""Mechanisms that carry nothing but the mass of their bars."""
+"""Mechanisms whose only load is the mass of their bars."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .building import Case, apex, bar, moved, steel_bar, turn
 
 
 def steel_four_bar(count=360):
-    """The common job: lengths .1, .3, .25 and .35 m, 10 x 6 mm of steel, 100 rad/s."""
+    """Standard example: lengths 0.1, 0.3, 0.25 and 0.35 m, 10 x 6 mm steel, 100 rad/s."""
     links = (
         Link("ground", {"O": 0.0, "D": 0.35}),
         steel_bar("crank", "O", "A", 0.1),
@@ -25,7 +25,7 @@ def steel_four_bar(count=360):
 
 
 def parallelogram(rocker=0.1, **drawn):
-    """Two cranks of .1 m, .3 m apart, as bars of steel."""
+    """Two steel cranks of 0.1 m, 0.3 m apart."""
     links = (
         Link("ground", {"O": 0.0, "D": 0.3}),
         steel_bar("crank", "O", "A", 0.1),
@@ -37,7 +37,7 @@ def parallelogram(rocker=0.1, **drawn):
 
 
 def simeon_slider_crank():
-    """IVP Test Set, "crank": Simeon's slider-crank, its crank rigid, at 0.1 s."""
+    """Simeon's slider-crank ("crank" of the IVP Test Set) with rigid crank, at 0.1 s."""
     links = (
         Link("ground", {"O": 0.0}),
         bar("crank", "O", "A", 0.15, 0.0),
@@ -57,7 +57,12 @@ def simeon_slider_crank():
 
 
 def double_rocker(start):
-    """Links 0.3, 0.2, 0.25 on a base of 0.4: the crank stops where coupler and rocker stretch, |AD| = 0.45."""
+    """Links 0.3, 0.2 and 0.25 on a base of 0.4: the crank stops with coupler and rocker in line,
+
+    AD
+
+    = 0.45.
+    """
     links = (
         Link("ground", {"O": 0.0, "D": 0.4}),
         bar("crank", "O", "A", 0.3),
