@@ -1,6 +1,6 @@
-"""The table of docs/answers.md: which features of scenes go with which answers, each cell tried by the command.
+"""Table of docs/answers.md: scene features against answers, each cell tried by the command.
 
-`python tests/answers_table.py` writes it anew.
+`python tests/answers_table.py` writes the table.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from kinelast.cli.command import main
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "answers.md"
 MARK = "<!-- answers -->\n"
 EVERYWHERE = "Every analysis accepts: "
-NUMBER = re.compile(r'\d[\d.]*(e-?\d+)?|"[^"]*"')  # and names
+NUMBER = re.compile(r'\d[\d.]*(e-?\d+)?|"[^"]*"')  # numbers and names
 
 BARS = edited(FOUR_BAR, ("100 rad/s", "20 rad/s"), ("positions = 36", "positions = 12"))
 CRANK = edited(
@@ -29,7 +29,7 @@ CRANK = edited(
 )
 LOAD = '[[loads]]\nlink = "block"\npoint = "B"\nforce = [-20, 0]\n'
 SPRING = '[[springs]]\nlink = "rocker"\npoint = "B"\nanchor = "O"\nlength = 0.3\n'
-# A crank whose pin slides in a slot of a rocker.
+# Crank pin in a slot of a rocker.
 SLOTTED = """
 [materials.steel]
 E = 210e9
@@ -117,7 +117,7 @@ ratio = -1
 positions = 12
 gravity = [0, -9.81]
 """ + linked('section = "bar"\nmaterial = "steel"', first="OA", second="DB")
-# An arm carries a planet around a sun that is the ground.
+# Planet on an arm around a fixed sun.
 PLANET = edited(
     WHEELS,
     ('points = ["O", "D"]', 'points = ["O"]'),
@@ -199,38 +199,38 @@ MORE = {
 }
 
 
-def asked(text: str, answer: str) -> str:
-    """The scene of a cell."""
+def scene_of(text: str, answer: str) -> str:
+    """Return the scene of a cell."""
     if answer == "transient" and "duration" not in text:
         return text.replace("[run]\n", "[run]\nduration = 0.1\n")
     return text + MORE.get(answer, "").replace("{size}", "diameter" if "diameter" in text else "width")
 
 
 def cell(text: str, answer: str) -> str:
-    """Nothing where the answer comes about, else the command's reason."""
+    """Return the command's reason for a missing answer, or ""."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scene.toml"
-        path.write_text(asked(text, answer))
-        told = io.StringIO()
-        with contextlib.redirect_stdout(told), contextlib.redirect_stderr(told):
+        path.write_text(scene_of(text, answer))
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
             status = main([str(path), *ANSWERS[answer], "-o", str(Path(folder) / "out")])
-    return reason(told.getvalue().replace(str(path), "scene"), status)
+    return reason(printed.getvalue().replace(str(path), "scene"), status)
 
 
-def reason(told: str, status: int) -> str:
-    """The reason in what the command told: of a refusal, of a check that cannot be made."""
-    found = re.search(r"CANNOT BE MADE: (.*?)(;| ->|$)", told, re.MULTILINE)
+def reason(text: str, status: int) -> str:
+    """Return the reason for a refusal or an impossible check, or ""."""
+    found = re.search(r"CANNOT BE MADE: (.*?)(;| ->|$)", text, re.MULTILINE)
     if found:
         return found[1]
-    if "check FAILED" in told:
+    if "check FAILED" in text:
         return "the check is made, and fails"
     if status in (2, 3):
-        return told.strip().splitlines()[-1]
+        return text.strip().splitlines()[-1]
     return ""
 
 
 def table(cells: dict[tuple[str, str], str]) -> str:
-    """The table with its reasons, in Markdown."""
+    """Return the table and its reasons in Markdown."""
     reasons = list(dict.fromkeys(NUMBER.sub("...", why) for why in cells.values() if why))
     everywhere = [feature for feature in FEATURES if not any(cells[feature, answer] for answer in ANSWERS)]
     lines = [EVERYWHERE + "; ".join(everywhere) + ".", "", "| | " + " | ".join(ANSWERS) + " |"]
@@ -243,7 +243,7 @@ def table(cells: dict[tuple[str, str], str]) -> str:
 
 
 def cells() -> dict[tuple[str, str], str]:
-    """All cells of the table."""
+    """Return all cells of the table."""
     return {(feature, answer): cell(text, answer) for feature, text in FEATURES.items() for answer in ANSWERS}
 
 

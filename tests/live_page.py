@@ -1,4 +1,4 @@
-"""The live editor served in a thread, and its page in a browser's hand."""
+"""Serve the live editor in a thread, and operate its page in a browser."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from live.file import SceneFile
 
 @contextmanager
 def editing(path, worker=None):
-    """The state of an editor that serves a file meanwhile."""
+    """Serve an editor of a file, and yield the editor's state."""
     from live import server
 
     bound = server.bound_socket(str(path))
@@ -28,11 +28,11 @@ def editing(path, worker=None):
 
 
 class Hand:
-    """The page of an editor, with a pointer."""
+    """Mouse and keyboard on an editor's page."""
 
     def __init__(self, driver, address, width=1280, height=900):
         self.driver = driver
-        driver.get("about:blank")  # so that a page whose server has ended asks no more
+        driver.get("about:blank")  # so that a page whose server has ended sends no more requests
         driver.get_log("browser")
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
         driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
@@ -40,11 +40,11 @@ class Hand:
         self.until("return document.body.dataset.ready")
 
     def run(self, script, *arguments):
-        """What a script in the page returns."""
+        """Return the result of a script."""
         return self.driver.execute_script(script, *arguments)
 
     def until(self, script, seconds=90.0):
-        """Wait for what a script returns to be true."""
+        """Wait until a script returns a true value, and return it."""
         end = time.monotonic() + seconds
         while not (found := self.run(script)):
             assert time.monotonic() < end, f"never: {script}"
@@ -53,15 +53,15 @@ class Hand:
 
     @property
     def text(self):
-        """The text beside the drawing."""
+        """Text in the editor's text field."""
         return self.run("return live.text()")
 
     def figure(self, key):
-        """The value of a figure's tile."""
+        """Return the value on a figure's tile."""
         return float(self.run("return document.querySelector(`[data-figure=${arguments[0]}]`).dataset.value", key))
 
     def at(self, x, y):
-        """Where a place of the plane is on the screen."""
+        """Return the screen position of a point of the plane."""
         script = (
             "const { view } = live, box = document.getElementById('svg').getBoundingClientRect(), [x, y] = arguments; "
             "return [box.left + box.width / 2 + (x - view.x) * view.scale, "
@@ -70,29 +70,29 @@ class Hand:
         return self.run(script, x, y)
 
     def mouse(self, kind, place, pressed):
-        """A movement or a press of the mouse."""
+        """Send a mouse event."""
         button = "left" if pressed or kind == "mouseReleased" else "none"
         words = {"type": kind, "x": place[0], "y": place[1], "button": button, "buttons": int(pressed), "clickCount": 1}
         self.driver.execute_cdp_cmd("Input.dispatchMouseEvent", words)
 
     def press(self, place):
-        """Press the mouse there."""
+        """Press the mouse button at a screen position."""
         self.mouse("mouseMoved", place, False)
         self.mouse("mousePressed", place, True)
 
     def move(self, places, pause=1 / 60):
-        """Move the pressed mouse along some places."""
+        """Move the pressed mouse along screen positions."""
         for place in places:
             self.mouse("mouseMoved", place, True)
             time.sleep(pause)
 
     def release(self, place):
-        """Let go."""
+        """Release the mouse button."""
         self.mouse("mouseReleased", place, False)
 
     def drag(self, start, end, steps=10):
-        """Drag from one place on the screen to another."""
+        """Drag from one screen position to another."""
         self.press(start)
-        way = [[a + (b - a) * k / steps for a, b in zip(start, end, strict=True)] for k in range(1, steps + 1)]
-        self.move(way)
+        path = [[a + (b - a) * k / steps for a, b in zip(start, end, strict=True)] for k in range(1, steps + 1)]
+        self.move(path)
         self.release(end)

@@ -1,8 +1,8 @@
-"""Claim: report, run in chunks, notebook, design, optimum and speed tell the same figures and the same verdicts.
+"""Report, chunked run, notebook, design, optimum and speed give the same figures and verdicts.
 
-Each is held against the report of the scene, to 1e-12 of the figure or to what the scene's own scale calls round-off.
-A report searches figures of the rigid motion between the positions too, designs do not: these are held against the
-report's figures at the positions. A design's load over the critical load is a bound.
+Each is compared with the report of the scene, to 1e-12 of the figure or to the round-off of the scene's own scale. A
+report also searches rigid figures between positions, designs do not, so designs are compared with the figures at the
+positions. The ratio of a design's load to the critical load is a bound.
 """
 
 import copy
@@ -85,7 +85,7 @@ def test_every_key_under_limits_is_that_of_a_figure_bounded_from_its_side():
 
 @st.composite
 def scenes(draw):
-    """A scene whose sizes are drawn, with limits near its figures or far off, of its output named or guessed."""
+    """Draw a scene with random sizes and limits near or far from its figures; the output is named or guessed."""
     tables = copy.deepcopy(draw(st.sampled_from(SHIPPED + DRAWN)))
     for material in tables.get("materials", {}).values():
         material["density"] = 7850 * draw(st.floats(0.3, 3.0))
@@ -121,13 +121,13 @@ def chunks(columns):
 
 
 def near(value, other, scale):
-    """Whether magnitudes are equal to 1e-12, or both less than the round-off of the scene."""
+    """Return whether magnitudes agree to 1e-12, or both are below the round-off of the scene."""
     size, different = (np.nan if each is None else abs(each) for each in (value, other))
     return (np.isnan(size) and np.isnan(different)) or abs(size - different) <= 1e-12 * max(size, different) + scale
 
 
 def check_doors(tables):
-    """Every figure and every verdict of a scene from every door that is not slow."""
+    """Compare all figures and verdicts of a scene by every fast interface."""
     scene = scene_from_dict(tables)
     results = computed(scene, Request())
     told = summary(results)
@@ -164,7 +164,7 @@ def check_doors(tables):
             assert further * (-1 if of_motion[key] == LEAST else 1) >= -scale, ("report", key)
     if scene.limits:
         assert bool(row.columns["limits_kept"][0]) == all(kept)
-        # Of the best of a sweep, and of an optimum.
+        # the best of a sweep, and of an optimum
         judged = verdict_on(full_answer(scene, limits_of_items(scene)).judgements)
         assert (judged["verdict"], judged["passed"]) == tuple(told["acceptance"][key] for key in ("verdict", "passed"))
 
@@ -180,7 +180,7 @@ def check_doors(tables):
 
 
 def words(acceptance):
-    """The verdict, and the outcome of every limit."""
+    """Return the verdict and the outcome of each limit."""
     return acceptance["verdict"], acceptance["passed"], [row["outcome"] for row in acceptance["limits"]]
 
 
@@ -189,7 +189,7 @@ def finite(value):
 
 
 def allowed(figure, factor):
-    """So many times a figure, with its unit."""
+    """Return a multiple of a figure, with its unit."""
     return f"{factor * abs(figure['value'])!r} {figure['unit']}"
 
 
@@ -208,7 +208,7 @@ def test_many_scenes_have_the_same_figures_and_verdicts_at_every_door(tables):
 
 @cache
 def figures_before_limits(named):
-    """Figures of the steel four-bar without limits, its output named or guessed."""
+    """Return the figures of the steel four-bar without limits, for a named or guessed output."""
     tables = copy.deepcopy(SHIPPED[0])
     if named:
         tables["run"]["output"] = "B"
@@ -254,7 +254,7 @@ def test_an_optimum_and_a_notebook_keep_the_limits_of_the_report(factor, named):
 
 
 def test_a_limit_of_an_unnamed_output_is_judged_alone():
-    """Neither a crash of the sweep, nor a limit that the optimum forgets; its unit tells that it is an angle."""
+    """The sweep does not crash, the optimum keeps the limit, and the unit shows that the output is an angle."""
     tables = {**copy.deepcopy(SHIPPED[0]), "limits": {"output": "5 deg"}}
     told = summary_of(tables)
     assert (told["output"]["kind"], told["output"]["name"], told["acceptance"]["passed"]) == ("angle", "rocker", True)
@@ -270,7 +270,7 @@ def test_a_limit_of_an_unnamed_output_is_judged_alone():
 
 @pytest.mark.parametrize("named", in_tiers([True, False], 0, 1))
 def test_a_speed_of_a_map_is_judged_as_its_report(named):
-    """At the scene's own speed, slow enough to vibrate little; maps look between the positions and settle to 0.2 %."""
+    """The speed of the scene causes little vibration. Maps search between positions and converge to 0.2 %."""
     tables = copy.deepcopy(SHIPPED[0])
     tables["drives"][0]["speed"] = 20.0
     tables["run"] |= {"positions": 720, "theory": "elastodynamic"}
@@ -290,7 +290,7 @@ def test_a_speed_of_a_map_is_judged_as_its_report(named):
 
 @pytest.mark.parametrize("share", in_tiers([0.0, 0.4, 1.0], 1, 2))
 def test_positions_count_by_one_rule_in_chunks_too(share, monkeypatch):
-    """Where a share of the positions is conditioned well: those alone count; where none is, all do."""
+    """If some positions are well conditioned, only those count; otherwise all count."""
     scene = scene_from_dict(SHIPPED[0])
     moved = scene.course.at(scene.course.times())
     well = np.quantile(moved.condition, share) if share else 0.5
@@ -305,7 +305,7 @@ def test_positions_count_by_one_rule_in_chunks_too(share, monkeypatch):
     for name in ("positions", "singular", "locked", "ill", "well", "span"):
         assert getattr(joint, name) == getattr(whole, name)
     for figure in whole.figures:
-        if figure.whole or figure.over == AVERAGE:  # parts of the run do not tell it
+        if figure.whole or figure.over == AVERAGE:  # chunks cannot give these figures
             continue
         noise = 1e3 * NOISE * whole.scales.get(str(figure.unit), 0.0)
         for peak, other in zip(whole.peaks[figure.key], joint.peaks[figure.key], strict=True):
@@ -316,7 +316,7 @@ def test_positions_count_by_one_rule_in_chunks_too(share, monkeypatch):
 GENERAL = "joint_force.B", "drive_rms.crank", "shaking_force", "transmission_angle", "frequency", "energy_taken.crank"
 
 
-SLOW = (  # the steel four-bar, so slow that its quasi-static answer has a small error
+SLOW = (  # the steel four-bar at a low speed, so that its quasi-static answer has a small error
     file_text(shipped_scenes()["steel_four_bar"])
     .replace('"100 rad/s"', '"20 rad/s"')
     .replace("positions = 360", "positions = 24")
@@ -325,19 +325,19 @@ SLOW = (  # the steel four-bar, so slow that its quasi-static answer has a small
 
 
 def slow_four_bar():
-    """Its tables."""
+    """Return the tables of the slow four-bar."""
     return dict(toml_tables(SLOW, ""))
 
 
 def outcome_of(value, error, bound, least):
-    """The outcome of a limit by its figure, anew."""
+    """Return the outcome of a limit, computed independently."""
     room = value - bound if least else bound - value
     return "too close to decide" if abs(room) < error else "kept" if room >= 0 else "not kept"
 
 
 @pytest.mark.parametrize("share", in_tiers([1 - 1e-9, 0.3, 3.0], 0, 2))
 def test_a_limit_by_the_name_of_any_figure_is_judged_alike_at_every_door(share):
-    """In report, chunks, notebook, design, sweep's best, optimum and editor; with the figure's own error."""
+    """In report, chunks, notebook, design, sweep, optimum and editor; with the error of the figure."""
     tables = slow_four_bar()
     scene = scene_from_dict(tables)
     plain = full_answer(scene, [Limit(name, 0.0) for name in GENERAL]).judgements
@@ -422,7 +422,7 @@ def test_registered_figures_are_of_every_item():
 
 
 def test_limits_of_a_guessed_output_are_those_of_designs_too():
-    """Whichever figure of the output they bound."""
+    """For each figure of the output."""
     limits = 'residual = "1 mm"\nsettling = "1 s"'
     arm = Path(__file__).parents[1] / "docs" / "gallery" / "pick_and_place_arm.toml"
     text = re.sub(r'output = "T"|\[limits\][^\[]*', "", arm.read_text(encoding="utf-8"))

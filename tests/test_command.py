@@ -1,4 +1,4 @@
-"""What the command promises: files, figures, exit statuses, and that it does no more than it is asked."""
+"""The command: files, figures, exit statuses, and only the requested work."""
 
 import csv
 import json
@@ -37,7 +37,7 @@ NOT_CLOSING = edited(
 
 @pytest.fixture
 def arm(tmp_path):
-    """A scene whose figures are known: an arm that turns steadily pulls with m w^2 L^2 / 2 at its root."""
+    """A scene with known figures: an arm in steady rotation has the axial force m w^2 L^2 / 2 at its root."""
     path = tmp_path / "arm.toml"
     path.write_text(ARM)
     return path
@@ -84,10 +84,10 @@ def test_every_shipped_scene_makes_a_complete_folder(name, tmp_path, capsys):
 
 @pytest.mark.parametrize("name", in_tiers(SHIPPED, 3, 3))
 def test_extremes_in_the_table_are_those_of_the_fields(name, tmp_path):
-    """Against a dense search of the sampled fields, whose own error is (1/800)^2/8 of the field's curvature.
+    """Reference: a dense search of sampled fields, with an error of (1/800)^2/8 of the field's curvature.
 
-    Under a block forces jump and the moment has a kink: there it is off by as much as the field changes in half a step.
-    The four-bar vibrates.
+    Under a block forces jump and the moment has a kink, so the search is off by the change in half a step. The
+    four-bar vibrates.
     """
     asked = ["--positions", "12", "--fields", "--stations", "801", "--quiet", "--units", "SI"]
     asked += ["--accuracy", "0.3"] if name == "steel_four_bar" else QUASI_STATIC
@@ -107,7 +107,7 @@ def test_extremes_in_the_table_are_those_of_the_fields(name, tmp_path):
 
 
 def test_peaks_of_the_steel_four_bar(tmp_path):
-    """Against maxima of 360 positions and 401 stations by Euler and Bernoulli's theory in 40-digit arithmetic."""
+    """Reference: maxima at 360 positions and 401 stations by Euler-Bernoulli theory in 40-digit arithmetic."""
     maxima = json.loads((Path(__file__).parent / "data" / "steel_four_bar.json").read_text())["maxima"]
     scene = tmp_path / "steel_four_bar.toml"
     scene.write_text(
@@ -148,7 +148,7 @@ def test_figures_of_a_turning_arm(arm, tmp_path):
 
 @pytest.mark.slow
 def test_refining_finds_what_lies_between_positions(tmp_path):
-    """Few positions refined agree with very many that are not."""
+    """A refined run of few positions agrees with an unrefined run of very many."""
     asked = {"few": ["--positions", "90", "--refine"], "many": ["--positions", "36000"]}
     peaks = {}
     for folder, options in asked.items():
@@ -238,9 +238,13 @@ def test_a_summary_keeps_the_rows_of_scenes_that_are_still_there(arm, tmp_path):
 
 
 def test_out_of_reach_is_told_with_advice_and_left_out_on_request(tmp_path, capsys):
-    """The crank passes A no nearer to D than coupler and rocker reach together: |AD| <= 0.25, by the law of cosines.
+    """Coupler and rocker reach
 
-    What lies beyond the place where it stops is not reached, though it would close.
+    AD
+
+    <= 0.25; the law of cosines gives the largest crank angle.
+
+    Positions beyond the stop are not reached, although they would close.
     """
     path = tmp_path / "stuck.toml"
     path.write_text(NOT_CLOSING)
@@ -261,7 +265,7 @@ def test_out_of_reach_is_told_with_advice_and_left_out_on_request(tmp_path, caps
 
 
 def test_singular_positions_are_marked_and_empty(tmp_path, capsys):
-    """A parallelogram is flat, and singular, at 0 and 180 degrees."""
+    """A parallelogram is singular in its flat positions at 0 and 180 degrees."""
     path = tmp_path / "flat.toml"
     path.write_text(edited(PARALLELOGRAM, ("positions = 36", "positions = 4")))
     assert main([str(path), "-o", str(tmp_path / "out"), "--fields"]) == 0
@@ -454,7 +458,7 @@ def test_every_field_of_a_request_is_an_option_in_a_group_of_the_help(capsys):
     for line in capsys.readouterr().out.splitlines():
         if re.fullmatch(r"\w+:", line):
             groups[line[:-1]] = []
-        elif flag := re.match(r"  (?:-o(?: OUT)?, )?--(\w+)", line):  # shorter from Python 3.13 on
+        elif flag := re.match(r"  (?:-o(?: OUT)?, )?--(\w+)", line):  # shorter from Python 3.13
             groups[list(groups)[-1]].append(flag[1])
     assert list(groups)[1:6] == list(GROUPS)
     for name, (option, _) in options_of(Request, Batch).items():
@@ -637,7 +641,7 @@ def test_without_opengl_pictures_are_refused_and_all_else_works(arm, tmp_path, m
 
 
 def test_the_line_tells_the_worst_grade(arm, tmp_path, capsys):
-    """Fine as it is; of rubber it bends by more than theory and strength allow."""
+    """The steel arm is reliable; an arm of rubber bends more than theory and strength allow."""
     arm.write_text(arm.read_text() + "gravity = [0, -9.81]\n")
     soft = tmp_path / "soft.toml"
     soft.write_text(arm.read_text().replace("E = 210e9", "E = 2e6"))
@@ -672,10 +676,10 @@ def test_figures_that_hardly_a_machine_has_are_asked_about(edit, question, arm, 
 
 
 def test_a_law_that_starts_and_stops_faster_than_the_links_swing_is_answered_with_vibration(tmp_path, capsys):
-    """An arm of 0.5 m with 0.3 kg at its tip: sqrt(3 EI/(m l^3)) with a third of a mass spread along it, 26 Hz.
+    """An arm of 0.5 m with 0.3 kg at its tip: sqrt(3 EI/(m l^3)) with a third of the distributed mass, 26 Hz.
 
-    It is raised by 1 degree in 12 ms, in which it swings a third of a time; in 2 s it is as good as still. Duhamel's
-    integral says which theories five percent take: vibration changes all, and rotations are small (1.5 w/l at the tip).
+    A rise of 1 degree takes 12 ms (a third of a period) or 2 s (almost static). Duhamel's integral shows which
+    theories 5 % require: vibration changes everything, and rotations are small (1.5 w/l at the tip).
     """
     length, rigidity = 0.5, 210e9 * 0.01 * 0.01**3 / 12
     natural = math.sqrt(3 * rigidity / (length**3 * (0.3 + 33 / 140 * 7850 * 1e-4 * length)))

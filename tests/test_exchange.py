@@ -1,4 +1,4 @@
-"""Mechanisms of other programs come in as they are drawn there, and move as they do there."""
+"""Mechanisms from other programs are imported as drawn there, and have the same motion."""
 
 import json
 import re
@@ -19,7 +19,7 @@ from kinelast.outputs.pictures import write_dxf
 from kinelast.scene.data import scene_deflection
 from rigid import position_of
 
-# PMKS+'s own number system, by its rule: thousandths in base 64, negative ones with a leading 0.
+# The number system of PMKS+: thousandths in base 64, negative numbers with a leading 0.
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 
 
@@ -32,7 +32,7 @@ def coded(value):
 
 
 def pmks():
-    """A slider-crank of 3 and 8 cm at 45 degrees, 30 rpm, as PMKS+ writes it."""
+    """Return a slider-crank of 3 and 8 cm at 45 degrees and 30 rpm, in the format of PMKS+."""
     b = 3 * np.exp(0.25j * np.pi)
     c = b.real + np.sqrt(64 - b.imag**2)
     rows = [("M", "A", 0j), ("G", "B", b), ("G", "C", c), ("L", "D", c)]  # driven and fixed, plain, plain, sliding
@@ -83,7 +83,7 @@ PYLINKAGE = {
 
 
 def linkage_sim():
-    """A slider-crank of 1 and 3 m whose crank begins at 0.7 rad; its bodies have axes of their own."""
+    """Return a slider-crank of 1 and 3 m whose crank starts at 0.7 rad; the bodies have local axes."""
 
     def body(mass, **points):
         return {"attachment_points": points, "mass": mass, "cg_local": [0, 0], "izz_cg": 0.1}
@@ -109,7 +109,7 @@ def linkage_sim():
 
 
 def moved(text, title="mine"):
-    """The scene of a text of another program, and its motion."""
+    """Return the scene and motion of a text of another program."""
     scene = kinelast.scene_from_text(scene_text(of_text(text, title)))
     return scene, kinelast.scene_motion(scene)
 
@@ -128,7 +128,7 @@ def test_a_file_of_linkage_has_its_slots_its_sense_and_its_traced_point():
     assert drawing.slots["slot_P4"].on == "link_3"
     assert drawing.traced == "P2"
     assert drawing.drives[0].speed == "-30 rpm"
-    assert "P9" not in drawing.points  # drawn beside the mechanism
+    assert "P9" not in drawing.points  # drawn apart from the mechanism
     scene, motion = moved(LINKAGE)
     names = [link.name for link in scene.mechanism.links]
     coupler, rocker = (motion.origin[names.index(name)] for name in ("link_2", "link_3"))
@@ -145,7 +145,7 @@ def test_a_point_fixed_on_another_of_mec2_is_of_its_link():
 
 
 def test_slots_that_hold_nothing_and_nodes_that_there_are_not_are_left_out_and_told():
-    """As in published models of mec2 that were not finished."""
+    """Published models of mec2 include unfinished ones."""
     idle = {"id": "s", "p1": "B0", "p2": "H", "ori": {"type": "const"}}
     lost = {"id": "t", "p1": "I", "p2": "A", "len": {"type": "const"}}
     nodes = [*MEC2["nodes"], {"id": "H", "x": 200, "y": 9}]
@@ -170,7 +170,7 @@ def test_bodies_of_linkage_sim_are_put_together():
     at = [link.name for link in scene.mechanism.links].index("block")
     crank = motion.drive[0]
     assert crank[0] == pytest.approx(0.7)
-    sign = np.sign(motion.origin[at][0].real - np.cos(0.7))  # which of the two assemblies was found
+    sign = np.sign(motion.origin[at][0].real - np.cos(0.7))  # the sign of the assembly found
     np.testing.assert_allclose(motion.origin[at], np.cos(crank) + sign * np.sqrt(9 - np.sin(crank) ** 2), atol=1e-9)
 
 
@@ -199,7 +199,7 @@ def test_the_command_writes_a_scene_to_begin_with_and_never_over_another(tmp_pat
     monkeypatch.chdir(tmp_path)
     (tmp_path / "walker.json").write_text(json.dumps(MEC2))
     assert main(["--import", "walker.json"]) == 0
-    assert "pixels" in capsys.readouterr().err  # what was assumed is told
+    assert "pixels" in capsys.readouterr().err  # the command reports its assumptions
     assert main(["--copy", "steel_four_bar"]) == main(["--new", "mine"]) == 0
     for name in ("walker", "steel_four_bar", "mine"):
         text = (tmp_path / f"{name}.toml").read_text()
@@ -242,7 +242,7 @@ links = ["rod", "arm"]
 
 
 class TestWritten:
-    """Scenes written for other programs, and read back."""
+    """Scenes exported to other programs and imported again."""
 
     @pytest.mark.parametrize(
         ("name", "kind", "apart"),
@@ -251,7 +251,7 @@ class TestWritten:
          ("flapping_wing", ".linkage2", 1e-8), ("welded", ".linkage2", 1e-8), ("welded", ".pmks", 4e-5)],
     )  # fmt: skip
     def test_what_is_written_is_read_as_the_mechanism_that_it_was(self, name, kind, apart):
-        """PMKS+ keeps hundredths of a millimetre, of which a long coupler makes some more."""
+        """PMKS+ keeps hundredths of a millimetre; a long coupler amplifies the rounding."""
         scene = kinelast.scene_from_text(WELDED) if name == "welded" else kinelast.load(name)
         back = kinelast.scene_from_text(scene_text(of_text(written(exchanged(scene), kind), "mine")))
         times = scene.course.times(24)
@@ -266,9 +266,9 @@ class TestWritten:
     def test_numbers_marks_and_the_check_of_pmks_are_those_of_its_grammar(self):
         text = written(exchanged(kinelast.load("pusher")), ".pmks")
         joints = text.split(".")[4:10]
-        assert joints[0] == f"6A,O,0,0,0,,,,{coded(90)}"  # turned at 90 rpm, and on the ground
+        assert joints[0] == f"6A,O,0,0,0,,,,{coded(90)}"  # driven at 90 rpm, on the ground
         assert joints[1] == f"4B,C,{coded(18)},{coded(-12)},0"  # cm
-        assert [each[0] for each in joints] == ["6", "4", "0", "0", "0", "L"]  # the last slides, traced
+        assert [each[0] for each in joints] == ["6", "4", "0", "0", "0", "L"]  # the last one slides and is traced
         assert text.split(".")[2] == "1Q,0"  # 90 rpm
         assert DIGITS.index(text[-8]) == (len(text) - 8) % 62
         assert DIGITS.index(written(exchanged(kinelast.scene_from_text(WELDED)), ".pmks")[1]) % 2 == 1  # clockwise
@@ -295,10 +295,10 @@ class TestWritten:
 
 
 class TestDrawn:
-    """Links and paths as a DXF drawing, read back by ezdxf and by the importer."""
+    """Links and paths in a DXF drawing, read by ezdxf and by the importer."""
 
     def test_outlines_holes_and_paths_have_the_sizes_of_the_scene(self, tmp_path):
-        """Without the command, which would answer how the links vibrate to judge the limits."""
+        """Without the command, which would compute vibration to judge the limits."""
         ezdxf, scene = pytest.importorskip("ezdxf"), kinelast.load("pusher")
         motion = kinelast.scene_motion(scene, 24)
         write_dxf(tmp_path / "links.dxf", Results(scene, scene_deflection(scene, motion)))
@@ -320,7 +320,7 @@ class TestDrawn:
         np.testing.assert_allclose([complex(x, y) for x, y in path.get_points("xy")], places, atol=1e-6)
 
     def test_the_same_links_are_the_same_bytes(self):
-        """At another time and with other random numbers, as in another run."""
+        """The time and the random numbers differ, as in another run."""
         pytest.importorskip("ezdxf")
         link = DrawnLink("rod", {"A": 0j, "B": 100 + 0j}, [(0j, 100 + 0j, 5.0, 5.0)], {"A": 4.0})
         first = dxf_text([link], {"A": 0j}, {"B": [100j, 100 + 0j]}, "mm")

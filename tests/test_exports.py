@@ -1,4 +1,4 @@
-"""Every package gives what its root promises, and its root promises what it has."""
+"""Every package defines the names in its __all__."""
 
 import importlib
 import inspect
@@ -27,7 +27,7 @@ ROOMS = ["rigid.analysis", "rigid.decomposition", "rigid.dynamics", "rigid.posit
 
 @pytest.mark.parametrize("name", ["rigid", *ROOMS])
 def test_no_function_hides_the_module_of_its_name(name):
-    """`rigid.chunks` is the module wherever one of that name is."""
+    """`rigid.chunks` is the module `chunks`, not a function of the same name."""
     package = importlib.import_module(name)
     for found in pkgutil.iter_modules(package.__path__, f"{name}."):
         assert importlib.import_module(found.name) is getattr(package, found.name.rpartition(".")[2])

@@ -1,4 +1,4 @@
-"""Claim: the error of a figure is what the figure is off by."""
+"""The stated error of a figure bounds its true error."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ MATTIASSON = {1: (0.30172, 0.05643), 2: (0.49346, 0.16064)}
 @pytest.mark.parametrize("positions", [1, 4])
 @pytest.mark.parametrize("force", MATTIASSON)
 def test_a_machine_at_rest_is_told_what_large_displacement_changes(force, positions):
-    """Of a cantilever's end by the elastica: each figure by itself, across, along, and the moment at the clamp."""
+    """Cantilever tip by the elastica: each figure by itself, across, along, and the clamping moment."""
     across, along = MATTIASSON[force]
     results = computed(scene_from_text(HELD.format(force=force, positions=positions)), Request(accuracy=0.99))
     assert results.answer.theory == QUASI_STATIC
@@ -113,7 +113,7 @@ def largest(results, bent):
 
 
 def test_large_displacement_is_told_of_every_figure():
-    """To a tenth of what the settled geometrically exact answer changes, where that is a hundredth at least."""
+    """Each error is right to a tenth of the change by the geometrically exact answer, if this is at least 1 %."""
     results = fast(ELASTODYNAMIC)
     told, left = with_large_displacement(results.answer.vibrating)
     here, there = (largest(results, bent) for bent in (results.deflection, told.deflection))
@@ -130,7 +130,7 @@ def test_large_displacement_is_told_of_every_figure():
 
 @pytest.mark.parametrize("name", in_tiers(["77311-14", "77311-15"], 0, 1))
 def test_forces_are_told_where_the_exact_answer_needs_finer_elements_than_the_linear_one(name, monkeypatch):
-    """Peaks of joint forces that large displacement changes by 2 %, in which the exact answer is as far off there."""
+    """Large displacement changes peaks of joint forces by 2 %, and the exact answer is equally wrong there."""
     monkeypatch.syspath_prepend(Path(__file__).parents[1] / "benchmarks")
     drawn = importlib.import_module("random_scenes").scenes(77311)
     scene = next(each for each in drawn if each.name == name)
@@ -142,7 +142,7 @@ def test_forces_are_told_where_the_exact_answer_needs_finer_elements_than_the_li
 
 @pytest.mark.slow
 def test_elements_of_time_are_told_of_every_figure():
-    """Of an exact answer in elements too long, within 2.5 times of what finer ones and more coordinates change."""
+    """Time elements are too long; the stated errors are within a factor of 2.5 of the change by refinement."""
     results = fast(ELASTODYNAMIC)
     scene = results.scene
     given = results.motion, scene.course.at, results.period, scene.sections, scene.joints, damping_of(scene)
@@ -175,7 +175,7 @@ gravity = [0.0, 0.0]
 
 
 def test_what_rings_along_a_slender_arm_is_told():
-    """Beside the answer in all coordinates: to stretch it takes less than 1e-5 of the energy that bends it."""
+    """Compared with the answer in all coordinates: stretching takes less than 1e-5 of the bending energy."""
     results = computed(scene_from_text(SWUNG), Request(theory=ELASTODYNAMIC))
     answer = results.answer.vibrating
     discretization, grid = answer.discretization, answer.vibration.problem.terms.grid
@@ -217,9 +217,9 @@ damping_ratio = 1e-9
 
 
 def test_what_rings_along_a_rod_is_resolved_though_it_hardly_moves():
-    """Waves of a fixed and free rod that is pushed from rest by a sine: their modes, each by itself, without damping.
+    """Waves in a rod with one free end, pushed from rest by a sine: superposed undamped modes.
 
-    They stretch it by a thousandth of what it bends; its first mode rings sixty times in the run.
+    The stretch is a thousandth of the deflection; the first mode has sixty periods in the run.
     """
     results = computed(scene_from_text(PUSHED), Request(theory=ELASTODYNAMIC))
     odd, drive, time = np.pi / 2 * np.arange(1, 200, 2)[:, None], 2 * math.pi / 0.05, results.motion.time
@@ -243,7 +243,7 @@ def test_a_check_takes_the_place_of_estimates_it_is_finer_than():
 
 
 def test_plane_bodies_take_the_place_of_what_beam_theory_is_estimated_to_leave_out():
-    """Of the chord of a body their own, of all others the estimate by as much as the worst beam's is too low."""
+    """The chord of a body gets its own value; others get the estimate, scaled up like that of the worst beam."""
     parts = [1.0, 2.0, 0.01]
     errors = {"chord": [FigureError({BEAM_THEORY: part, TIME: 0.1}) for part in parts]}
     errors["M"] = [FigureError({BEAM_THEORY: 7.0, TIME: 0.1})]
@@ -258,7 +258,7 @@ def test_plane_bodies_take_the_place_of_what_beam_theory_is_estimated_to_leave_o
 
 @pytest.mark.slow
 def test_what_is_left_after_a_stop_is_known_to_a_share_of_the_largest_displacement():
-    """A dwell in which elements of time are long: they damp what rings there more than its material."""
+    """In a dwell with long time elements, numerical damping exceeds that of the material."""
     stop = '[{curve = "cycloidal", duration = "80 ms", by = "30 deg"}, {curve = "dwell", duration = "0.2 s"}]'
     text = edited(FOUR_BAR, ('speed = "100 rad/s"', f"law = {stop}"), ("positions = 36", "positions = 73"))
     results = computed(scene_from_text(text), Request(theory=ELASTODYNAMIC))
@@ -292,7 +292,7 @@ positions = 4
 
 @pytest.mark.parametrize("run", [("3 s", 6), ("3 s", 8), ("2000 s", 9)])
 def test_what_lies_between_the_positions_is_an_error_of_theirs(run):
-    """A cantilever under the load of an angular acceleration: 11 q L^4 / (120 EI), that of a cycloid 2 pi h / T^2."""
+    """Cantilever under an angular acceleration: 11 q L^4 / (120 EI), with 2 pi h / T^2 for a cycloid."""
     duration, positions = run
     edits = ('duration = "3 s"', f'duration = "{duration}"'), ("positions = 4", f"positions = {positions}")
     results = computed(scene_from_text(edited(SWUNG_LONG, *edits)), Request(accuracy=0.99))

@@ -1,4 +1,4 @@
-"""Claims about what films add: bodies of their section, labels, arrows, paths, colours, and how they are asked for."""
+"""Films: solid bodies, labels, arrows, paths, colours, and the options of the command."""
 
 import subprocess
 from itertools import pairwise
@@ -36,8 +36,10 @@ def four_bar():
 
 
 def volume(body, position=0):
-    """By Gauss's theorem, of polygons whose corners run counter-clockwise as seen from outside; and how far their
-    normals are from those of the faces."""
+    """Return the volume by Gauss's theorem, and the largest difference between corner order and face normal.
+
+    Corners of the polygons run counter-clockwise as seen from outside.
+    """
     points, normals = body.place(position)
     total, worst = 0.0, 0.0
     for face in body.faces:
@@ -50,7 +52,7 @@ def volume(body, position=0):
 
 
 class TestSolid:
-    """Bodies have the sections of the links, and stand where these are."""
+    """Bodies have the sections and positions of the links."""
 
     @pytest.mark.parametrize("way", [1, -1])
     def test_a_prism_has_its_area_times_its_height(self, way):
@@ -87,10 +89,10 @@ class TestSolid:
         assert ends == pytest.approx([0.7 - width / 2, 0.7 + width / 2, -depth / 2, depth / 2])
         sides, off = volume(
             body
-        )  # without its ends: those at y = 0 add nothing, those at y = 2 a third of y times area
+        )  # without the end faces: at y = 0 the contribution is 0, at y = 2 it is y/3 times the area
         whole = sides + 2.0 * area / 3
-        assert whole == pytest.approx(2.0 * area, rel=0.012)  # of a circle with 24 corners
-        assert off < 0.009  # 1 - cos of half their angle
+        assert whole == pytest.approx(2.0 * area, rel=0.012)  # a circle with 24 corners
+        assert off < 0.009  # 1 - cos of half the angle between corners
 
     def test_bodies_bend_as_the_deformed_shape_does_and_wear_the_field(self):
         bent = cantilever([0.0])
@@ -109,7 +111,7 @@ class TestSolid:
             turn = turn_of(look)
             assert turn @ turn.T == pytest.approx(np.eye(3), abs=1e-15)
             assert np.linalg.det(turn) == pytest.approx(1.0)
-        assert turn[1, 2] < 0 < turn[2, 2]  # what stands nearer is seen lower: from above
+        assert turn[1, 2] < 0 < turn[2, 2]  # nearer parts appear lower: the view is from above
 
     def test_frames_are_shaded_and_move(self, four_bar):
         style = Style(size=(320, 192), look="solid", show=())
@@ -136,7 +138,7 @@ class TestAround:
     def test_paths_are_what_points_describe(self, four_bar):
         crank, coupler = path_shapes(four_bar, np.arange(12))
         assert abs(crank.place(0)) == pytest.approx(0.1)
-        assert crank.place(0)[0] == crank.place(0)[-1]  # joined
+        assert crank.place(0)[0] == crank.place(0)[-1]  # closed
         assert abs(coupler.place(0) - 0.35) == pytest.approx(0.25)
         moved = path_shapes(four_bar, np.arange(12), 20.0)[1].place(0)[:12]
         apart = moved - coupler.place(0)[:12]
@@ -160,7 +162,7 @@ class TestAround:
         assert stretched == pytest.approx([0.1 + 50.0 * displacement_of(bent, "one", "A")[0], 1j])
         assert abs(stretched[0] - 0.1) > 1e-6
         radii = [abs(wheel.place(0)[:-1] - wheel.place(0)[-1]) for wheel in (first, second)]
-        assert radii[0] == pytest.approx(0.2)  # the follower turns twice as fast
+        assert radii[0] == pytest.approx(0.2)  # the follower has twice the speed
         assert radii[1] == pytest.approx(0.1)
 
     def test_pins_fit_short_links(self):
@@ -172,11 +174,11 @@ class TestAround:
         assert scales_of(wide, DEFLECTION, SMALL).pin == pytest.approx(0.026 * 4.0)
         assert scales_of(short, DEFLECTION, SMALL).pin <= 0.5 * 0.06
         arrow = shapes_of(short, DEFLECTION, scales_of(short, DEFLECTION, SMALL), Style(show=("drives",)))[0].place(0)
-        assert abs(arrow[:-3]) == pytest.approx(2 * 0.016 * 2.06)  # but arrows are seen
+        assert abs(arrow[:-3]) == pytest.approx(2 * 0.016 * 2.06)  # arrows stay visible
 
 
 class TestWords:
-    """Names and values stand where they belong."""
+    """Positions of names and values."""
 
     def test_the_peak_is_told_where_it_is(self):
         bent = cantilever([0.0, np.pi])
@@ -185,7 +187,7 @@ class TestWords:
         view = view_for(shapes_of(bent, diagram, scales, style), [], [0, 1], style)
         place, label = peak_label(bent, diagram, scales, view, style)
         assert [label.at(0), label.at(1)] == ["-100 N·m", "100 N·m"]
-        assert place == pytest.approx(np.array([-1j, -1j]) * 100.0 * scales.scale)  # at the root, below it both times
+        assert place == pytest.approx(np.array([-1j, -1j]) * 100.0 * scales.scale)  # at the root, both times below it
         assert np.all(label.middle.imag < view.flat(place).imag)
         name = Label("root", label.middle, label.height, "ink", label.half)
         _, moved = peak_label(bent, diagram, scales, view, style, [name])
@@ -225,7 +227,7 @@ class TestWords:
 
 
 class TestColours:
-    """What colours mean is what the legend shows."""
+    """Colours agree with the legend."""
 
     @pytest.mark.parametrize("background", ["white", "#101418"])
     def test_where_diagrams_lie_over_each_other_they_mix_as_in_the_legend(self, four_bar, background):
@@ -266,7 +268,7 @@ class TestColours:
 
 
 class TestAsked:
-    """Films as the command asks for them."""
+    """Films by the options of the command."""
 
     def test_speed_size_and_background(self, four_bar, tmp_path):
         from imageio_ffmpeg import get_ffmpeg_exe
@@ -299,7 +301,7 @@ class TestAsked:
             assert (film.size, film.n_frames, film.info["duration"]) == ((320, 192), 4, 100)
             frame = np.asarray(film.convert("RGB")).astype(int)
         assert tuple(frame[100, 2]) == (0, 0, 0)
-        assert np.any(np.abs(frame[-18:] - [180, 4, 38]).max(axis=2) < 30)  # the end of the bar of colours of bodies
+        assert np.any(np.abs(frame[-18:] - [180, 4, 38]).max(axis=2) < 30)  # the end of the colour bar for bodies
 
     @pytest.mark.parametrize(
         ("options", "message"),

@@ -1,4 +1,4 @@
-"""Claim: nothing is imported that is not asked for, and packages import each other one way."""
+"""Only required packages are imported, and packages import each other in one direction."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ HELP = "from kinelast.cli.command import main; assert main([{!r}]) == 0"
 
 
 def imported(program):
-    """Names of the top-level packages in a fresh interpreter after a program."""
+    """Return the top-level packages that a program imports in a fresh interpreter."""
     show = "import sys; print('#', *{name.partition('.')[0] for name in sys.modules})"
     run = subprocess.run(
         [sys.executable, "-c", f"{program}\n{show}"], capture_output=True, text=True, check=True, timeout=60
@@ -60,14 +60,14 @@ def imported(program):
     ids=lambda asked: asked if isinstance(asked, str) and len(asked) < 20 else "",
 )
 def test_nothing_is_imported_that_is_not_needed(program, needed):
-    """Of numpy, the heavy packages and ours, these and no others."""
+    """The program imports exactly these packages out of numpy, the heavy packages and our own."""
     found = imported(program)
     assert needed <= found
     assert found & (HEAVY | {"numpy"} | set(OURS)) == needed & (HEAVY | {"numpy"} | set(OURS))
 
 
 def test_of_third_parties_rigid_and_elastic_bring_numpy_alone():
-    """Whatever an installation has: no package beyond the standard library, numpy and what a bare start has."""
+    """rigid and elastic need only numpy, apart from the standard library and packages of a bare start."""
     more = imported("import elastic") - imported("pass") - set(sys.stdlib_module_names)
     assert {name for name in more if not name.startswith("_")} == {"numpy", "rigid", "elastic"}
 
@@ -92,7 +92,7 @@ told("after")
 
 @pytest.mark.slow
 def test_vibration_keeps_to_one_thread_though_numpy_was_there_first():
-    """Where numpy has been loaded the environment has no say; and what the caller has set comes back."""
+    """If numpy was loaded first, the environment has no effect; the caller's setting is restored."""
     environment = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"}
     environment |= {"OPENBLAS_NUM_THREADS": "2", "MKL_NUM_THREADS": "2"}
     run = subprocess.run(

@@ -1,4 +1,4 @@
-"""Claims about the live editor: edits change nothing else of a text; the server serves, and writes, nothing else."""
+"""The live editor: an edit changes only its part of a text, and the server serves and writes only its files."""
 
 import base64
 import http.client
@@ -45,7 +45,7 @@ CLOSING = STEEL.replace('length = "300 mm"', 'length = "100 mm"')  # the crank s
 
 
 def entries(node, path=()):
-    """Paths and values of everything in some tables."""
+    """Yield paths and values of all entries in tables."""
     yield path, node
     for key, value in node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ():
         yield from entries(value, (*path, key))
@@ -56,7 +56,7 @@ def changed_lines(before, after):
 
 
 def made(*changes):
-    """A scene made of the empty sheet."""
+    """Return a scene made by changes of the empty sheet."""
     text = EMPTY
     for change in changes:
         text = edited(text, change)
@@ -64,21 +64,21 @@ def made(*changes):
 
 
 def points_of_picture(answer, data):
-    """Places of the points of a picture, complex, by their names."""
+    """Return complex positions of the points of a picture by name."""
     at, shape = answer["picture"]["arrays"]["points"]
     pairs = np.frombuffer(data, "<f4")[at : at + np.prod(shape)].reshape(shape)
     return dict(zip(answer["picture"]["points"], pairs[..., 0] + 1j * pairs[..., 1], strict=True))
 
 
 def stroke(answer, data):
-    """How far the first cylinder of a picture goes."""
+    """Return the stroke of the first cylinder of a picture."""
     parts = next(iter(answer["sheet"]["cylinders"].values()))
     places = points_of_picture(answer, data)
     return np.ptp(abs(places[parts["to"]] - places[parts["from"]]))
 
 
 class TestText:
-    """Places of values, and changes in them."""
+    """Positions of values in a text, and changes of values."""
 
     @pytest.mark.parametrize("name", shipped_scenes())
     def test_every_value_of_a_shipped_scene_stands_where_it_is_said_to(self, name):
@@ -172,7 +172,7 @@ class TestEdits:
         assert {key: value for key, value in back.items() if value} == tomllib.loads(STEEL)
 
     def test_a_link_drawn_onto_the_middle_of_another_is_joined_there(self):
-        """A rocker stands on the rod's middle: a four-bar A B D E, whose coupler goes on to C."""
+        """A rocker is on the middle of the rod: four-bar A B D E, whose coupler extends to C."""
         place = {"link": "link_2", "between": ["B", "C"], "share": 0.5}
         text = made({"do": "link", "points": [[0, 0], [0, 0.1]]}, {"do": "link", "points": ["B", [0.4, 0.2]]},
                     {"do": "link", "points": [[0.25, 0], place]}, {"do": "fix", "point": "A"},
@@ -195,7 +195,7 @@ class TestEdits:
         after, data = quick_answer(edited(text, {"do": "copy", "mirror": mirror}))
         assert after["mistakes"] == []
         both = points_of_picture(after, data)
-        assert len(both) == 2 * len(known) - mirror  # the support O on the line is shared
+        assert len(both) == 2 * len(known) - mirror  # both share the support O on the line
         for point, course in known.items():
             image = -course.conj() if mirror else course + 1.2 * width
             assert min(abs(each - image).max() for each in both.values()) < 2e-6, point
@@ -288,7 +288,7 @@ class TestEdits:
 
     @pytest.mark.parametrize(("turns", "ratio"), [(True, 0.02), (False, 50.0)])
     def test_a_rack_goes_as_its_wheel_rolls(self, turns, ratio):
-        """The wheel's lowest point, 20 mm under its pin, goes to the right where it turns to the left."""
+        """The wheel's lowest point, 20 mm below its pin, moves to the right if the wheel turns counter-clockwise."""
         rack, drive = {"point": "C"}, {"do": "drive", "link": "link_1"} if turns else {"do": "drive", "point": "C"}
         ends = ("link_1", rack) if turns else (rack, "link_1")
         text = made({"do": "link", "points": [[0, 0], [0.05, 0]]}, {"do": "fix", "point": "A"},
@@ -327,9 +327,9 @@ class TestEdits:
          ("constant-acceleration", 2.0, 4.0, None), ("harmonic", np.pi / 2, np.pi**2 / 2, None)],
     )  # fmt: skip
     def test_peaks_of_a_law_are_those_of_its_closed_form(self, curve, rate, acceleration, jerk):
-        """Norton, Cam Design and Manufacturing Handbook, table 3-2: of a rise of 1 in 1, and back.
+        """Norton, Cam Design and Manufacturing Handbook, table 3-2, for a rise of 1 in 1 and the return.
 
-        Constant acceleration steps; so does a harmonic where it begins and ends.
+        The acceleration jumps for constant acceleration, and at the ends of a harmonic.
         """
         law = {"do": "law", "drive": 0, "curve": curve, "by": "1 rad", "duration": "1 s", "back": True}
         (drive,) = quick_answer(edited(STEEL, law))[0]["picture"]["drives"]
@@ -350,11 +350,11 @@ class TestEdits:
         assert tomllib.loads(text)["slots"]["slot_1"]["direction"] == "90 deg"
         assert "45 deg" in edited(text, {"do": "slot", "point": "A", "direction": [1, 1]})
         text = edited(text, {"do": "weld", "point": "B"})
-        assert "slot_1" not in edited(text, {"do": "slot", "point": "A"})  # nor its drive
+        assert "slot_1" not in edited(text, {"do": "slot", "point": "A"})  # also without its drive
         assert quick_answer(edited(text, {"do": "drive", "point": "A"}))[0]["picture"] is None
 
     def test_a_slot_in_a_link_turns_it_as_a_quick_return(self):
-        """The rocker points from its pivot to the crank's pin, all the way round."""
+        """The rocker points from its pivot to the crank pin, for the whole turn."""
         text = made({"do": "link", "points": [[0, 0.1], [0.08, 0.1]]},
                     {"do": "link", "points": [[0, -0.1], [0.17, 0.29]]},
                     {"do": "fix", "point": "A"}, {"do": "fix", "point": "C"},
@@ -371,7 +371,7 @@ class TestEdits:
     def test_a_point_more_of_a_link_keeps_its_place_in_it(self):
         plain, _ = quick_answer(STEEL)
         for change, along, across in (
-            ({"at": [0.2, 0.3]}, 0.3, 0.1),  # in the coupler's axes, which are turned by atan2(4, 3)
+            ({"at": [0.2, 0.3]}, 0.3, 0.1),  # in the coupler's axes, which are rotated by atan2(4, 3)
             ({"between": ["A", "B"], "share": 0.25}, 0.075, 0.0),
         ):
             text = edited(STEEL, {"do": "trace", "link": "coupler", **change})
@@ -383,7 +383,7 @@ class TestEdits:
             before, after = (
                 {row["key"]: row["value"] for row in each["picture"]["figures"]} for each in (plain, answer)
             )
-            assert after["mass"] == pytest.approx(before["mass"])  # it bears nothing
+            assert after["mass"] == pytest.approx(before["mass"])  # the point carries no load
             assert after["stress"] == pytest.approx(before["stress"], rel=2e-3)
         ring = made({"do": "link", "points": [[0, 0], [0.1, 0], [0, 0.1]], "closed": True})
         more = edited(ring, {"do": "trace", "link": "link_1", "at": [0.1, 0.1]})
@@ -461,7 +461,7 @@ class TestEdits:
 
 
 class TestAnswers:
-    """Quick answers."""
+    """Quick answers of the editor."""
 
     def test_figures_are_those_of_the_quasi_static_answer(self):
         picture = quick_answer(STEEL)[0]["picture"]
@@ -473,7 +473,7 @@ class TestAnswers:
         assert told["stress"] == pytest.approx(sample(bent, "mises").max(), rel=1e-3)
 
     def test_a_graph_is_the_figure_over_the_positions(self):
-        """B's rocker: its path is a circle about D by 250.6 mm; the drive's work over a turn is nothing."""
+        """The path of B is a circle of 250.6 mm about D, and the drive does no net work over a turn."""
         answer, data = quick_answer(STEEL)
         picture = answer["picture"]
 
@@ -510,7 +510,7 @@ class TestAnswers:
 
     def test_while_it_is_dragged_the_last_position_that_closes_is_told(self):
         told = [quick_answer(CLOSING, dragged=dragged)[0]["picture"]["closes"]["words"] for dragged in (False, True)]
-        assert re.findall(r"[\d.]+ deg", " ".join(told)) == ["81.7868 deg", "80 deg"]  # of 72 positions, 5 deg apart
+        assert re.findall(r"[\d.]+ deg", " ".join(told)) == ["81.7868 deg", "80 deg"]  # 72 positions are 5 deg apart
         assert told[0] == told[1].replace("80 deg", "81.7868 deg")
         assert 'where the joint "B" opens' in told[0]
 
@@ -537,7 +537,7 @@ class TestAnswers:
             text = edited(shipped_scenes()[name].read_text(), {"do": "move", "point": point, "to": [at.real, at.imag]})
             before, taken[:] = memory.motion, []
             answer, data = quick_answer(text, dragged=True, memory=memory)
-            followed, other = quick_answer(text, dragged=True)  # from the drawing, step by certain step
+            followed, other = quick_answer(text, dragged=True)  # from the drawing, in certified steps
             assert bool(taken) == (before is not None)
             assert answer["picture"]["closes"] == followed["picture"]["closes"]
             np.testing.assert_allclose(
@@ -557,7 +557,7 @@ class TestAnswers:
     def test_a_mistake_is_told_with_its_line(self, old, new, line):
         answer, _ = quick_answer(STEEL.replace(old, new))
         assert [each["line"] for each in answer["mistakes"]] == [line]
-        assert (answer["sheet"] is None) == (line == 27)  # no TOML, no drawing
+        assert (answer["sheet"] is None) == (line == 27)  # invalid TOML has no drawing
 
     def test_all_entries_that_cannot_be_read_are_told_at_once(self):
         text = STEEL.replace('depth = "6 mm"', 'depth = "6 kg"').replace("A = [0.1, 0.0]", "A = [0.1, true]")
@@ -600,7 +600,7 @@ class TestAnswers:
 
 
 class TestFile:
-    """The one file that is written."""
+    """The file that the editor writes."""
 
     def test_a_file_that_changed_is_not_overwritten(self, tmp_path):
         path = tmp_path / "one.toml"
@@ -616,7 +616,7 @@ class TestFile:
             file.write("a = 4\n", after)
         assert path.read_text() == "a = 3\n"
         path.unlink()
-        file.write("a = 4\n", after)  # deleted underneath: nothing is lost by writing it
+        file.write("a = 4\n", after)  # the file was deleted: writing loses nothing
         assert [each.name for each in tmp_path.iterdir()] == ["one.toml"]
 
     def test_a_link_stays_one(self, tmp_path):
@@ -645,13 +645,14 @@ class TestFile:
         file, name = server.scene_file("steel_four_bar")
         assert (file.path, name) == (tmp_path / "steel_four_bar.toml", "steel_four_bar")
         assert file.read()[0] == STEEL
-        (tmp_path / "steel_four_bar.toml").write_text("title = 'mine'\n")  # there meanwhile: not read, not overwritten
+        # a new file was not read, so it is not overwritten
+        (tmp_path / "steel_four_bar.toml").write_text("title = 'mine'\n")
         with pytest.raises(ChangedError):
             file.write(STEEL, "missing")
 
 
 class TestShared:
-    """A scene handed on in a link, or in its report."""
+    """Scenes in a link or a report."""
 
     def test_a_link_opens_as_the_text_that_it_carries(self):
         text = STEEL + '# "größer" than before\n'
@@ -682,7 +683,7 @@ class TestShared:
 
 
 class NoWorker:
-    """In place of the process that gives whole answers."""
+    """Replaces the process that gives full answers."""
 
     def __init__(self):
         self.cancelled = 0
@@ -695,7 +696,7 @@ class NoWorker:
 
 
 class Client:
-    """Asks a server, with any headers."""
+    """Sends requests with any headers to a server."""
 
     def __init__(self, port):
         self.host = f"127.0.0.1:{port}"
@@ -743,7 +744,7 @@ def head(response):
 
 
 class TestServer:
-    """Who is served, and with what."""
+    """Requests that the server answers."""
 
     def test_who_lacks_the_token_or_comes_from_elsewhere_is_refused(self, tmp_path):
         with served(tmp_path) as (client, _):
@@ -759,7 +760,7 @@ class TestServer:
         assert (tmp_path / "one.toml").read_text() == STEEL
 
     def test_a_report_runs_its_own_scripts_alone(self, tmp_path):
-        """In a browser: test_live_page."""
+        """test_live_page checks it in a browser."""
         with served(tmp_path) as (client, live):
             live.reports["one"] = b"<script>alert()</script>"
             policy = client.get("/secret/report/one").headers["content-security-policy"]
@@ -776,7 +777,7 @@ class TestServer:
 
     @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
     def test_a_pipe_in_the_place_of_the_file_is_not_read_nor_overwritten(self, tmp_path):
-        """In a process of its own, which would wait for ever for who writes into the pipe."""
+        """A separate process, because it would wait forever for data in the pipe."""
         os.mkfifo(tmp_path / "one.toml")
         script = (
             "import sys; from pathlib import Path; from live.file import ChangedError, SceneFile\n"
@@ -840,7 +841,7 @@ class TestServer:
 
 
 class TestCommand:
-    """The option of the command."""
+    """The option --live of the command."""
 
     def test_without_its_packages_the_extra_is_named(self, capsys, monkeypatch):
         monkeypatch.setitem(__import__("sys").modules, "uvicorn", None)
@@ -896,7 +897,7 @@ class TestNotebook:
             client.get(f"/{token}/")
 
     def test_the_widget_answers_what_its_page_asks_by_messages(self, monkeypatch):
-        """With stand-ins for the packages of widgets, which hand messages to and fro."""
+        """Stand-ins for the widget packages exchange the messages."""
         told, came = [], threading.Event()
 
         class Widget:
@@ -914,7 +915,7 @@ class TestNotebook:
         for name, module in (("anywidget", {"AnyWidget": Widget}), ("traitlets", {"Dict": trait, "Unicode": trait})):
             monkeypatch.setitem(sys.modules, name, SimpleNamespace(**module))
         view = kinelast.live(scene_from_text(STEEL, "mine"))
-        view.close()  # no socket: messages alone
+        view.close()  # no socket, only messages
         widget = view.widget
         assert "export default" in widget._esm
         assert "<svg" in widget.files["page.html"]

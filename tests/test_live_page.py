@@ -1,4 +1,4 @@
-"""Claims about the live editor in a browser: what is dragged moves, bends, is answered and saved; no text is lost."""
+"""The live editor in a browser: a dragged mechanism moves, bends, is answered and saved, and no text is lost."""
 
 import json
 import threading
@@ -87,12 +87,12 @@ def test_the_page_follows_the_file_and_keeps_the_text_without_a_server(driver, s
         assert scene.read_text().endswith("# again\n")
     hand.until("return document.getElementById('notice').textContent.includes('No server any more')")
     mine = hand.text
-    with live_page.editing(scene) as live:  # at the same address: the browser still has the text
+    with live_page.editing(scene) as live:  # same address: the browser still has the text
         hand = live_page.Hand(driver, live.address)
         hand.run("document.querySelector('#notice button').click()")
         hand.until("return live.text().includes('B = [0.25, 0.25]')")
         assert hand.text == mine
-        hand.run("live.state.path = null; live.edit({do: 'move', point: 'B', to: [0.24, 0.25]})")  # as of a report
+        hand.run("live.state.path = null; live.edit({do: 'move', point: 'B', to: [0.24, 0.25]})")  # as from a report
         hand.until("return localStorage.getItem('live mine')?.includes('B = [0.24, 0.25]')", 20)
 
 
@@ -137,11 +137,11 @@ def test_the_empty_sheet_has_a_hint_and_a_link_is_joined_to_the_middle_of_anothe
         assert not hand.run("return document.getElementById('graph').checkVisibility()")
         assert hand.run("return document.querySelectorAll('#mistakes li, .notice:not([hidden])').length") == 0
         assert accessibility_faults(hand) == []
-        maker.drag((0, 0.1), (0.2, 0.1))  # the tool of an empty sheet is the link
+        maker.drag((0, 0.1), (0.2, 0.1))  # the first tool of an empty sheet is the link
         assert not hand.run("return document.getElementById('empty').checkVisibility()")
         assert hand.run("return document.querySelectorAll('#mistakes li.next').length") == 1
         assert hand.run("return document.getElementById('text').ariaInvalid") == "false"
-        assert hand.run("return document.getElementById('value').value") == "0 m"  # of A across
+        assert hand.run("return document.getElementById('value').value") == "0 m"  # the coordinate of A
         maker.drag((0.15, 0), (0.105, 0.101))
         links = tomllib.loads(hand.text)["links"]
         assert links["link_1"]["points"] == ["A", "B", "C"]
@@ -181,7 +181,7 @@ def test_ctrl_z_takes_back_what_is_typed_into_a_field_then_the_scene(driver, sce
         assert hand.text == moved
         hand.run("const it = document.getElementById('text'); it.focus(); it.setSelectionRange(0, 0)")
         ActionChains(driver).send_keys("# note\n").perform()
-        back()  # at once: letters that were typed in a row are one step
+        back()  # letters typed in a row are one undo step
         assert hand.text == moved
 
 
@@ -204,7 +204,7 @@ def test_a_link_and_a_report_open_in_another_editor(driver, scene, tmp_path):
         assert hand.run("return location.pathname + location.hash") == "/secret/"
         assert other.read_text() == EMPTY
         hand.until("return live.state.whole > 0")
-        again = EMPTY.replace("New", "Another")  # something is drawn: it is not taken unasked
+        again = EMPTY.replace("New", "Another")  # the drawing is not empty, so it is not replaced without a question
         pasted = (
             "const clipboardData = new DataTransfer(); clipboardData.setData('text/plain', arguments[0]); "
             "document.dispatchEvent(new ClipboardEvent('paste', { clipboardData, bubbles: true, cancelable: true }))"
@@ -268,7 +268,7 @@ def test_tools_needed_first_come_first_and_long_lists_are_searched(driver, scene
         assert hand.run("return document.getElementById('key').value") == "rigid"
         maker.write("[aria-label='Search in the list Number']", "rocker")
         assert hand.run("return document.getElementById('number').value") == "links.rocker.length"
-        maker.until_changed(lambda: maker.button("#mirror"))  # of the chosen crank
+        maker.until_changed(lambda: maker.button("#mirror"))  # of the selected crank
         assert tomllib.loads(hand.text)["links"]["link_1"]["points"] == ["O", "C"]
         assert tomllib.loads(hand.text)["points"]["C"] == [-0.1, 0.0]
         for _ in range(4):
@@ -278,13 +278,13 @@ def test_tools_needed_first_come_first_and_long_lists_are_searched(driver, scene
         hand.until("return live.state.queue.then(() => true)")
         places = tomllib.loads(hand.text)["points"].values()
         right = hand.run("return document.getElementById('svg').getBoundingClientRect().right")
-        assert max(hand.at(*place)[0] for place in places) < right  # the copy is in sight
+        assert max(hand.at(*place)[0] for place in places) < right  # the copy is visible
         maker.until_changed(lambda: maker.write("[aria-label='Search in the list Begin with']", "offset_slider"))
         assert errors(hand) == []
 
 
 def test_a_four_bar_is_drawn_answered_and_saved_by_keys_alone(driver, tmp_path):
-    """No pointer: L and the arrows draw the links, N goes to their ends to fix them, D and Enter drive the first."""
+    """L and the arrows draw the links, N selects their ends to fix them, D and Enter add the drive."""
     from selenium.webdriver import Keys
     from selenium.webdriver.common.action_chains import ActionChains
 
@@ -470,7 +470,7 @@ widget.render({ model, el: document.getElementById("cell") });
 
 @contextmanager
 def notebook_with_widget(scene, policy=None, answers=True):
-    """The address of a page with a widget: requests of that page stand in for messages, and no editor is served."""
+    """Yield the address of a page with a widget: page requests replace messages, and no editor is served."""
     from live.server import WEB, Live, response_to
     from live.widget import PAGE
 
@@ -540,7 +540,7 @@ WEBVIEW = "script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'un
     ],
 )
 def test_a_widget_that_cannot_begin_says_what_to_do(driver, scene, policy, answers, words):
-    """The policy is that of a webview of VS Code where notebook.experimental.enableCsp is set."""
+    """The policy is that of a VS Code webview with notebook.experimental.enableCsp."""
     with notebook_with_widget(scene, policy, answers) as address:
         driver.get(address)
         end = time.monotonic() + 30
@@ -567,4 +567,4 @@ def test_the_drawing_stands_above_the_fold_and_nothing_is_cut_off(driver, scene,
             "const [o, d] = ['O', 'D'].map((name) => document.querySelector(`#layer-pins [data-point=${name}]`)); "
             "return [(d.getAttribute('cx') - o.getAttribute('cx')) / 0.35, live.view.scale]"
         )
-        assert scales[0] == pytest.approx(scales[1], rel=1e-3)  # true shape: one scale both ways
+        assert scales[0] == pytest.approx(scales[1], rel=1e-3)  # the same scale in both directions

@@ -1,7 +1,7 @@
-"""What a notebook sees: names, tables, pictures and the page.
+"""The interface for notebooks: names, tables, pictures and the page.
 
-`python tests/test_notebook.py` fills docs/first_steps.ipynb. Its cells are run by exec, and what their last lines show
-is looked at: no kernel is started.
+`python tests/test_notebook.py` fills docs/first_steps.ipynb. The tests run its cells by exec and check the value of
+the last line, without a kernel.
 """
 
 import ast
@@ -42,8 +42,8 @@ from rigid import MechanismError, PointLoad
 
 DOCS = Path(__file__).parents[1] / "docs"
 NOTEBOOK = DOCS / "first_steps.ipynb"
-LONGEST = 100_000  # letters of an output that the notebook keeps
-SPEED, LENGTH, MASS, EA = 50.0, 0.2, 7850 * 6e-5, 210e9 * 6e-5  # of ARM: a bar turned steadily about its end O
+LONGEST = 100_000  # largest output that the notebook keeps [characters]
+SPEED, LENGTH, MASS, EA = 50.0, 0.2, 7850 * 6e-5, 210e9 * 6e-5  # ARM: a bar in steady rotation about its end O
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def four_bar():
 
 
 def run_cell(source, names):
-    """What a cell's last line is worth, None where it is no expression."""
+    """Return the value of a cell's last line, or None if it is not an expression."""
     tree = ast.parse(source)
     last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
     exec(compile(tree, "cell", "exec"), names)
@@ -65,7 +65,7 @@ def run_cell(source, names):
 
 
 def outputs(value):
-    """What a notebook keeps of a cell's value."""
+    """Return the outputs that a notebook keeps for a value."""
     if value is None:
         return []
     data = {"text/plain": [repr(value)]}
@@ -82,7 +82,7 @@ def code_cells():
 
 
 class TestDocs:
-    """The guide and the notebook run, and show what they say."""
+    """The guide and the notebook run, and show the printed results."""
 
     @pytest.mark.slow
     def test_every_snippet_of_the_guide(self, capsys):
@@ -93,7 +93,7 @@ class TestDocs:
         snippets = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
         for snippet in snippets:
             exec(snippet, names)
-            if snippet is snippets[0]:  # others give these names to other things
+            if snippet is snippets[0]:  # later snippets reuse these names
                 assert names["moved"]["B"].position.shape == (360,)
                 assert names["bent"]["coupler"].w.shape == (360, 101)
         assert len(snippets) >= 7
@@ -101,7 +101,7 @@ class TestDocs:
         printed = capsys.readouterr().out.splitlines()
         assert printed[0].startswith("0.3062 kg 309.9 MPa ± ")
         thin, thick = (float(line.split()[2]) for line in printed if line.startswith(("6 mm", "8 mm")))
-        assert 6 / 8 * thin < thick < thin  # of bending as 1/depth, of tension the same
+        assert 6 / 8 * thin < thick < thin  # bending stress is proportional to 1/depth, tension is not
         lowest = natural_frequencies(load("steel_four_bar")).omega[0].min()
         assert names["found"].omega.min() == lowest == pytest.approx(674.7, rel=1e-2)  # summary.json, at 12 positions
         assert len(names["axes"].lines) == 6
@@ -144,7 +144,7 @@ class TestNames:
         assert set(dir(beam)) == {"x", "line", "displacement", *FIELDS}
 
     def test_own_loads(self, arm):
-        """A force across the tip that grows with the angle bends the root by its moment; the scene stays as it was."""
+        """A transverse tip force that grows with the angle bends the root by its moment, without changing the scene."""
         push = PointLoad("arm", "A", 10j, turning=True, law=lambda moved: np.unwrap(np.angle(moved.direction[1])))
         scenes = with_loads(arm, push), arm
         pushed, plain = (answer(each, "quasi-static", positions=5).beams.arm.M[:, 0] for each in scenes)
@@ -163,7 +163,7 @@ class TestNames:
 
     @pytest.mark.slow
     def test_the_theory_of_the_scene_answers(self, four_bar):
-        """The steel four-bar asks for vibrating links: more than one per cent more than the quasi-static answer."""
+        """The steel four-bar vibrates: the answer exceeds the quasi-static one by more than one per cent."""
         largest = report(four_bar).figures["largest_deflection"]
         bent = deflection(four_bar)
         assert abs(bent[largest["label"]].w).max() == pytest.approx(abs(largest["value"]), rel=1e-6)
@@ -183,7 +183,7 @@ class TestNames:
 
 
 class TestWords:
-    """Fields are asked for by the words of the command, too."""
+    """Fields also have the names used by the command."""
 
     def test_every_word_is_its_key(self, arm):
         bent = deflection(arm, 3)
@@ -207,15 +207,15 @@ class TestWords:
 class TestModes:
     """Natural frequencies of a scene."""
 
-    BETA = 2e-5  # [s] of the damped steel
+    BETA = 2e-5  # [s] damping of the steel
 
     def test_an_arm(self):
-        """Clamped at its drive: omega = 1.8751^2 sqrt(EI/m l^4), damping ratio beta omega/2."""
+        """An arm clamped at its drive: omega = 1.8751^2 sqrt(EI/m l^4), damping ratio beta omega/2."""
         scene = scene_from_text(ARM.replace("density", f"damping = {self.BETA}\ndensity"), "arm")
         found = natural_frequencies(scene, modes=2, positions=3)
         omega = np.array([1.87510407, 4.69409113]) ** 2 * np.sqrt(EA * 0.006**2 / 12 / (MASS * LENGTH**4))
         ratio = found.omega / omega[:, None]
-        assert ((ratio > 1 - 6e-3) & (ratio < 1)).all()  # shear and rotary inertia lower them
+        assert ((ratio > 1 - 6e-3) & (ratio < 1)).all()  # shear and rotary inertia reduce the frequency
         np.testing.assert_allclose(found.frequency, found.omega / (2 * np.pi), rtol=1e-15)
         np.testing.assert_allclose(found.damping, self.BETA * found.omega / 2, rtol=1e-9)
         along = np.exp(1j * SPEED * found.motion.time)
@@ -236,7 +236,7 @@ class TestModes:
 
 
 class TestFigures:
-    """Figures of an answer: by name, and printed as a number with its unit."""
+    """Figures of an answer: by name, and printed with their unit."""
 
     def test_by_name_without_the_table(self, arm):
         figures = answer(arm).figures
@@ -247,7 +247,7 @@ class TestFigures:
             figures["mas"]
 
     def test_a_value_prints_as_a_number_and_a_unit(self, arm):
-        """7850 kg/m^3 * 60 mm^2 * 200 mm = 0.0942 kg; at 50 rad/s the bar pulls with m w^2 l/2 = 23.55 N."""
+        """7850 kg/m^3 * 60 mm^2 * 200 mm = 0.0942 kg; at 50 rad/s the axial force is m w^2 l/2 = 23.55 N."""
         for shown in (answer(arm), report(arm)):
             assert f"{shown.figures['mass']}" == repr(shown.figures["mass"]) == "0.0942 kg"
             assert repr(shown.figures["peaks"]["arm"]["N"]).startswith("23.55 N")
@@ -263,7 +263,7 @@ class TestFigures:
 
 
 class TestTables:
-    """pandas and xarray, where they are installed."""
+    """pandas and xarray, if installed."""
 
     def test_a_motion_as_a_table(self, arm):
         pytest.importorskip("pandas")
@@ -284,7 +284,7 @@ class TestTables:
         written = pandas.read_csv(tmp_path / "out" / "arm" / "positions.csv", index_col=0)
         table = to_pandas(deflection(arm))
         assert list(table.columns) == list(written.columns)
-        np.testing.assert_allclose(table.to_numpy(), written.to_numpy(), rtol=1e-15)  # as pandas reads numbers
+        np.testing.assert_allclose(table.to_numpy(), written.to_numpy(), rtol=1e-15)  # like numbers read by pandas
 
     def test_data_sets_have_coordinates_and_units(self, arm):
         pytest.importorskip("xarray")
@@ -314,7 +314,7 @@ class TestTables:
 
 
 class TestShown:
-    """What stands in the notebook."""
+    """The display in a notebook."""
 
     def test_one_line_and_few_words(self, arm):
         for shown in (

@@ -1,4 +1,4 @@
-"""The report page in a browser: alone, at work, exact, and made of data that stays data."""
+"""The report page in a browser: self-contained, interactive, exact, and without execution of data."""
 
 import json
 import re
@@ -27,7 +27,7 @@ SHIPPED = [*TYPICAL, *sorted(shipped_scenes().keys() - {*TYPICAL})]
 
 
 class Reports(dict):
-    """Folders of shipped scenes by name, at the positions that they ask for, written when they are first asked for."""
+    """Folders of shipped scenes by name, with their own positions, written at first use."""
 
     def __init__(self, out):
         super().__init__()
@@ -55,7 +55,7 @@ def errors(page):
 
 @pytest.mark.parametrize("name", in_tiers(SHIPPED, 0, 5))
 def test_it_stands_alone_and_is_exact(name, driver, reports):
-    """No error, no request; every field at every position and the motion of every point, beside Python's."""
+    """No error and no request; every field and the motion of every point agree with Python at all positions."""
     page = Page(driver, reports[name] / "report.html")
     assert page.run("return document.body.dataset.ready") == "yes"
     assert errors(page) == []
@@ -87,7 +87,7 @@ OF_POINT = """
 
 
 def page_field(page, field, beams, count):
-    """Values in the page, shape (beams, positions, stations)."""
+    """Return values in the page, shape (beams, positions, stations)."""
     script = """
         const [field, stations, beams, count] = arguments, found = [];
         for (let beam = 0; beam < beams; beam++) for (let i = 0; i < count; i++) for (const xi of stations) {
@@ -100,14 +100,14 @@ def page_field(page, field, beams, count):
 
 
 def close(found, ours):
-    """Equal to 1e-12 of the greatest, and without numbers at the same places."""
+    """Assert agreement to 1e-12 of the maximum, with nan at the same places."""
     np.testing.assert_array_equal(np.isnan(found), np.isnan(ours))
     scale = np.nanmax(np.abs(ours), initial=0.0) if np.isfinite(ours).any() else 0.0
     assert np.nanmax(np.abs(found - ours), initial=0.0) <= EXACT * scale
 
 
 def test_a_field_that_the_script_has_no_formula_for_is_stored(monkeypatch):
-    """A new entry of the registry reaches the page with no word about it there."""
+    """A new entry of the registry needs no code in the page."""
     results = computed(read_scene(shipped_scenes()["steel_four_bar"]), Request(positions=3, theory="elastodynamic"))
     fields = {**FIELDS, "work": Field("work", "U'", "bending work", "J/m", Kind.FORCE)}
     monkeypatch.setattr(data, "FIELDS", fields)
@@ -199,7 +199,7 @@ def test_the_slider_the_keys_and_play_move_the_picture(steel):
 
 
 def test_the_crank_is_dragged(steel):
-    """Taken at its end and pulled a quarter turn round its pin, in steps."""
+    """Grab the end of the crank and rotate it by a quarter turn in steps."""
     from selenium.webdriver import ActionChains
 
     steel.run(
@@ -278,7 +278,7 @@ def test_diagrams_overlay_and_tables_sort(steel):
 
 
 def test_curves_are_handed_out(steel):
-    """CSV of a curve: all digits of what Python has; PNG and SVG are not empty."""
+    """The CSV of a curve has all digits of Python, and PNG and SVG are not empty."""
     script = """
         const done = arguments[arguments.length - 1], kind = arguments[0], blobs = [], make = URL.createObjectURL;
         URL.createObjectURL = (blob) => { blobs.push(blob); return make.call(URL, blob); };
@@ -368,7 +368,7 @@ force = [3.0, 4.0]
 
 
 def page_of(driver, folder, text, *options):
-    """The page of a scene in a text."""
+    """Return the page of a scene given as text."""
     (folder / "one.toml").write_text(text)
     assert main([str(folder / "one.toml"), *options, "--quiet", "-o", str(folder / "out")]) in (0, 1)
     return Page(driver, folder / "out" / "one" / "report.html")
@@ -398,7 +398,7 @@ def test_rigid_links_have_a_page_that_moves(driver, tmp_path):
 
 
 def test_curves_end_where_the_drive_stops(driver, tmp_path):
-    """A slider-crank whose rod is too short to let its crank go round: what is beyond its end is not come to."""
+    """The rod of this slider-crank is too short for a full turn, so the curves end at the stop."""
     scene = (
         shipped_scenes()["offset_slider_crank"]
         .read_text()
@@ -495,7 +495,7 @@ def test_paper_has_no_blank_page(driver, reports):
     ],
 )
 def test_it_is_accessible(name, wish, driver, reports):
-    """By axe-core's rules, of which the script comes with axe-selenium-python."""
+    """By axe-core's rules, with the script from axe-selenium-python."""
     page = Page(driver, reports[name] / "report.html", media={"prefers-color-scheme": wish})
     assert accessibility_faults(page) == []
 
@@ -593,7 +593,7 @@ def test_gears_and_springs_are_drawn(driver, tmp_path):
     count = "return document.querySelectorAll(`.mechanism .${arguments[0]}`).length"
     assert {name: page.run(count, name) for name in parts} == parts
     first, second = page.run("return kinelast.model.gears[0].map((end) => end.radius)")
-    assert first + second == pytest.approx(0.3)  # they touch between their centres
+    assert first + second == pytest.approx(0.3)  # the circles touch between their centres
     assert first / second == pytest.approx(0.5)
     shape = "return Array.from(document.querySelectorAll('.mechanism .spring'), (path) => path.getAttribute('d'))"
     before = page.run(shape)
@@ -658,7 +658,7 @@ def test_the_limit_of_the_output_counts_against_the_speed(driver, tmp_path):
     ("system", "length", "stress", "unit"), [("mm", 1e3, 1e-6, "MPa"), ("in", 39.37008, 1.450377e-4, "psi")]
 )
 def test_units_of_the_report_are_chosen(system, length, stress, unit, driver, tmp_path):
-    """By the scene or by the command: page and table say which, the summary stays in SI units."""
+    """The scene or the command selects units for page and table; the summary stays in SI units."""
     text = shipped_scenes()["steel_four_bar"].read_text().replace("[run]", f'[run]\nreport_units = "{system}"')
     page = page_of(driver, tmp_path, text, "--theory", "quasi-static", "--positions", "8")
     folder = tmp_path / "out" / "one"

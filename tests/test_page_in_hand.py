@@ -1,4 +1,4 @@
-"""The pages in a reader's hand: played, dragged, printed, with long names, on a narrow screen and without figures."""
+"""The pages in use: playing, dragging, printing, long names, narrow screens and missing figures."""
 
 import base64
 import io
@@ -34,7 +34,7 @@ def errors(page):
 
 
 def place_on(page, beam, part=0.7):
-    """Where a part of the way along a link is on the screen."""
+    """Return the screen position of a fraction of the length of a link."""
     return page.run(
         "const path = document.querySelectorAll('.mechanism .link')[arguments[0]], "
         "at = path.getPointAtLength(path.getTotalLength() * arguments[1]), "
@@ -54,7 +54,7 @@ def hover(page, x, y):
 
 
 def test_the_picture_is_seen_at_once_and_hears_the_keys(driver, steel):
-    """Beside the figures where there is room, behind the verdict else; keys move it without a click."""
+    """The picture is next to the figures or after the verdict, and keys move it without a click."""
     from selenium.webdriver.common.keys import Keys
 
     for width, above in ((390, 760), (1280, 460)):
@@ -79,7 +79,7 @@ def test_whoever_chooses_an_instant_stops_the_play(choice, driver, steel):
     page.run(f"{SHOW} document.getElementById('play').click()")
     assert page.run("return document.getElementById('instant').getAttribute('aria-live')") == "off"
     if choice == "the link":
-        hover(page, *place_on(page, 2))  # the rocker at its pin hardly moves
+        hover(page, *place_on(page, 2))  # the rocker hardly moves at its pin
         page.run(
             "const stage = document.querySelector('.mechanism'), { left, top } = stage.getBoundingClientRect(); "
             "const [x, y] = [0.05].map((part) => document.querySelectorAll('.mechanism .link')[2].getPointAtLength(9))"
@@ -121,7 +121,7 @@ def test_what_is_told_under_the_pointer_is_of_this_instant_and_not_cut_off(drive
     )
     assert page.run(inside)
     told = "return document.querySelector('.tip').innerText"
-    hover(page, *place_on(page, 2, 0.03))  # near the pin on the ground, where the rocker stays under the pointer
+    hover(page, *place_on(page, 2, 0.03))  # near the ground pin, where the rocker stays under the pointer
     first = page.run(told)
     page.run("kinelast.showPosition(1)")
     assert page.run(told) != first
@@ -203,7 +203,7 @@ def test_a_run_that_is_singular_throughout_says_so(driver, tmp_path):
 
 
 def paper(driver):
-    """Texts of the pages printed."""
+    """Return the texts of the printed pages."""
     pypdf = pytest.importorskip("pypdf", reason="pypdf is not installed")
     printed = driver.execute_cdp_cmd("Page.printToPDF", {"paperWidth": 8.27, "paperHeight": 11.69})
     return [page.extract_text() for page in pypdf.PdfReader(io.BytesIO(base64.b64decode(printed["data"]))).pages]
@@ -223,12 +223,12 @@ def test_paper_says_what_the_picture_shows(driver, tmp_path):
     assert "displacements drawn \u00d7 20 " in whole
     for words in ("SVG of this instant", "Play", "Drag the slider", "Hover for values"):
         assert words not in whole
-    # A table that goes on has its headings on every page.
+    # A table repeats its headings on every page.
     rows = [k for k, words in enumerate(pages) if "slenderness" in words.lower()]
     assert len(rows) >= 1
     for words in pages:
         lines = [line for line in words.splitlines() if line.strip()]
-        assert not re.match(r"bar_\d+(\s+\S+){6}", lines[0]), words[:400]  # a legend goes on without
+        assert not re.match(r"bar_\d+(\s+\S+){6}", lines[0]), words[:400]  # a legend continues without headings
 
 
 def test_the_table_of_a_batch_is_dark_by_a_button_and_light_on_paper(driver, tmp_path):
@@ -250,7 +250,7 @@ def test_the_table_of_a_batch_is_dark_by_a_button_and_light_on_paper(driver, tmp
     at = next(k for k, head in enumerate(heads) if head.endswith("angle"))
     cell = "return document.querySelectorAll('tbody tr')[1].cells[arguments[0]].innerText"
     angle = json.loads((tmp_path / "out" / "steel_four_bar" / "summary.json").read_text())["output"]["value"]
-    assert page.run(cell, at) == f"{number(np.degrees(angle))}°"  # as the scene's own page begins
+    assert page.run(cell, at) == f"{number(np.degrees(angle))}°"  # like the first line of the scene's page
     failed = page.run(
         "return Array.from(document.querySelector('tbody .worst').cells, (cell) => [cell.colSpan, cell.innerText])"
     )
@@ -268,7 +268,7 @@ def test_a_batch_that_failed_throughout_is_told_of(driver, tmp_path):
     cells = page.run("return Array.from(document.querySelectorAll('tbody tr'), (row) => row.innerText.split('\\t'))")
     for name, row in zip(("one", "two"), cells, strict=True):
         assert row[:2] == [name, "failed"]
-        assert row[2].startswith(str(tmp_path / name))  # said once, of what scene it is
+        assert row[2].startswith(str(tmp_path / name))  # names the scene once
         assert "[points]" in row[2]
     assert errors(page) == []
 
@@ -292,7 +292,7 @@ def test_a_rigid_link_is_taken_beside_its_line(driver, tmp_path):
 
 
 def test_a_curve_handed_out_says_what_it_shows(driver, tmp_path):
-    """Heading, names, and marks on the axes, of angles within a turn: this crank starts at 90 degrees."""
+    """The SVG has heading, names and ticks; angles are within a turn, from 90 degrees."""
     text = shipped_scenes()["quick_return"].read_text()
     page = Page(driver, written(tmp_path, text, "--positions", "36", "--theory", "quasi-static"))
     script = """
@@ -314,7 +314,7 @@ def test_a_curve_handed_out_says_what_it_shows(driver, tmp_path):
 
 @pytest.mark.slow
 def test_the_line_of_the_instant_stays_with_what_is_zoomed_into(driver, steel):
-    """A third of the way stands a tenth into the middle half; what is zoomed into stays in the other colours."""
+    """A third of the run is a tenth of the way into its middle half; the zoom survives a change of colours."""
     from selenium.webdriver import ActionChains
 
     page = Page(driver, steel)

@@ -1,4 +1,4 @@
-"""What the report promises: it stands alone, shows the summary's figures, and estimates as the handbooks do."""
+"""The report is self-contained, shows the figures of the summary, and its estimates agree with handbooks."""
 
 import base64
 import csv
@@ -46,21 +46,21 @@ HANGING = tomllib.loads(
 
 
 def results_of(**changes):
-    """An arm that hangs out sideways, so slow that gravity alone bends it."""
+    """Return results of a horizontal arm, so slow that only gravity bends it."""
     scene = scene_from_dict({**HANGING, **changes}, "arm")
     return Results(scene, deflection(scene_motion(scene), scene.sections))
 
 
 @pytest.fixture(scope="module")
 def reports(tmp_path_factory):
-    """Return a function that gives the folder of a shipped scene's report, written at its first call."""
+    """Return a function that returns the report folder of a shipped scene, written at the first call."""
     out = tmp_path_factory.mktemp("reports")
 
     @cache
     def written(name):
-        long = name in {"flap_bars", "flap_plates", "pusher"}  # their vibration takes seconds
+        long = name in {"flap_bars", "flap_plates", "pusher"}  # computing their vibration takes seconds
         theory = ("--theory", "quasi-static") if long else ()
-        too_close = name == "pusher"  # without vibration the force on the ground is 48 % off
+        too_close = name == "pusher"  # without vibration the ground force is 48 % off
         assert main([name, "--positions", "72", "--quiet", *theory, "-o", str(out)]) == too_close
         return out / name
 
@@ -68,7 +68,7 @@ def reports(tmp_path_factory):
 
 
 class Reader(HTMLParser):
-    """Collects the open tags, the addresses, the names and the text of a page."""
+    """Collects the open tags, addresses, names and text of a page."""
 
     def __init__(self):
         super().__init__()
@@ -97,12 +97,12 @@ SHIPPED = in_tiers([*TYPICAL, *sorted(shipped_scenes().keys() - {*TYPICAL})], 2,
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_page_is_whole_and_stands_alone(name, reports):
-    """What a browser finds in it is tested in test_page.py."""
+    """test_page.py tests the page in a browser."""
     page = (reports(name) / "report.html").read_text()
     reader = Reader()
     reader.feed(page)
     assert reader.open == []
-    assert reader.addresses == ["data:,"]  # an empty icon: without it a browser asks for one
+    assert reader.addresses == ["data:,"]  # an empty icon, otherwise a browser requests one
     assert not re.search(
         r"(?i)https?://(?!www\.w3\.org/2000/svg\")|@import|\burl\((?!#)|<iframe|src=", page.replace("URL", "")
     )
@@ -110,7 +110,7 @@ def test_the_page_is_whole_and_stands_alone(name, reports):
 
 
 def data_of(folder):
-    """What the page of a folder holds as JSON."""
+    """Return the JSON data of the page in a folder."""
     page = (folder / "report.html").read_text()
     (text,) = re.findall(r'<script type="application/json" id="scene">(.*?)</script>', page, re.S)
     return json.loads(text, parse_constant=pytest.fail)
@@ -138,7 +138,7 @@ def test_a_copy_of_the_source_takes_the_charts_of_the_installed_package(tmp_path
 
 
 def test_the_lines_of_the_documentation_run(capsys):
-    """They print how far the coupler of the steel four-bar deflects."""
+    """They print the deflection of the steel four-bar's coupler."""
     page = (Path(__file__).parents[1] / "docs" / "python.md").read_text()
     exec(re.findall(r"```python\n(.*?)```", page, re.S)[-1], {})
     maxima = json.loads((Path(__file__).parent / "data" / "steel_four_bar.json").read_text())["maxima"]
@@ -159,7 +159,7 @@ def test_words_of_a_scene_are_not_taken_for_markup(tmp_path):
 
 
 def test_a_scene_without_a_computed_position_still_has_a_report(tmp_path, capsys):
-    """A parallelogram looked at in its two flat positions alone."""
+    """A parallelogram, only in its two flat positions."""
     scene = tmp_path / "flat.toml"
     scene.write_text(edited(PARALLELOGRAM, ("positions = 36", "positions = 2")))
     assert main([str(scene), "-o", str(tmp_path / "out")]) == 0
@@ -171,7 +171,7 @@ def test_a_scene_without_a_computed_position_still_has_a_report(tmp_path, capsys
 
 
 def test_a_scene_of_rigid_links_alone_has_a_report(tmp_path, capsys):
-    """A block of 2 kg pushed along by 30 mm in 0.1 s, cycloidally: its drive pushes with 2 pi m h/T^2 at most."""
+    """A block of 2 kg moves by 30 mm in 0.1 s by a cycloid: the largest drive force is 2 pi m h/T^2."""
     scene = tmp_path / "push.toml"
     scene.write_text(edited(PUSHED, ("positions = 5", "positions = 101")))
     assert main([str(scene), "--check", "--refine", "-o", str(tmp_path / "out")]) == 0
@@ -210,7 +210,7 @@ def test_round_numbers():
 
 
 def drawn(axis, *curves):
-    """The lines of a chart in the picture's coordinates, y up, without the grid."""
+    """Return the lines of a chart in picture coordinates, y up, without the grid."""
     chart = Chart("one", "m", [Curve(str(k), values, k) for k, values in enumerate(curves)])
     svg = ElementTree.fromstring(line_charts(axis, [chart])[0])
     paths = [path for path in svg.iter("{http://www.w3.org/2000/svg}path") if "#0b5fa5" in path.get("style", "")]
@@ -252,7 +252,7 @@ def test_a_chart_after_another_has_none_of_its_curves():
 
 
 def test_maps_show_the_sign_of_every_value():
-    """Positions go across, stations up; positive is blue, negative red, as in the diagrams; nan grey."""
+    """Positions run across and stations up; positive is blue, negative red, nan grey, as in the diagrams."""
     values = np.array([[1.0, -1.0], [0.0, 0.5], [np.nan, np.nan]])
     svg = field_maps(Axis(np.arange(3.0), "x", [0.0]), ["bar"], {"M": (values[None], ["±1"])})
     (picture,) = re.findall(r"base64,([^\"]*)", svg)
@@ -302,9 +302,11 @@ def limited(stress):
     ],
 )
 def test_trust_follows_the_scene(changes, heading, level):
-    """Depths of 3, 15 and 40 % of the length, whose square times 1.8 shows at the root; deflection
-    m' g l^3/(8 EI) = 1e-4 to 0.2 of the length;
-    m' g l over Euler's load = 0.2 and 0.6; stress at the root m' g l^2/2 over b h^2/6 = 1.54 MPa."""
+    """The depths are 3, 15 and 40 % of the length; 1.8 times the square appears at the root.
+
+    Deflection m' g l^3/(8 EI) = 1e-4 to 0.2 of the length; m' g l over Euler's load = 0.2 and 0.6; stress at the root
+    m' g l^2/2 over b h^2/6 = 1.54 MPa.
+    """
     found = {finding.heading: finding for finding in findings(results_of(**changes))}
     fine = found["Within the limits"].text.lower()
     if level is None:
@@ -332,7 +334,7 @@ def test_the_worst_is_told_first_and_others_by_name():
 
 @pytest.fixture(scope="module")
 def steel(tmp_path_factory):
-    """Summary, table and fields of the steel four-bar: links of 10 mm by 6 mm, E = 210 GPa, yield stress 355 MPa."""
+    """Return summary, table and fields of the steel four-bar: links 10 mm by 6 mm, E = 210 GPa, yield 355 MPa."""
     out = tmp_path_factory.mktemp("steel")
     assert (
         main(["steel_four_bar", "--positions", "60", "--fields", "--stations", "801", "--quiet", "-o", str(out)]) == 0
@@ -350,7 +352,7 @@ LENGTHS = {"crank": 0.1, "coupler": 0.3, "rocker": 0.25}
 
 @pytest.mark.parametrize("link", LENGTHS)
 def test_stresses_are_those_of_the_section_forces(link, steel):
-    """N/A and M c/I at the outermost fibres, 3/2 V/A on the axis of a rectangle: against a dense search."""
+    """N/A and M c/I at the outermost fibres, 3/2 V/A on the axis of a rectangle; reference: a dense search."""
     summary, table, fields = steel
     N, V, M = (fields[f"{link}/{field}"] for field in "NVM")
     fibres = np.array([N / AREA - M * FIBRE / INERTIA, N / AREA + M * FIBRE / INERTIA])
@@ -366,12 +368,13 @@ def test_stresses_are_those_of_the_section_forces(link, steel):
     assert strength["safety_factor"]["value"] == pytest.approx(355e6 / mises.max(), rel=1e-5)
     euler = np.maximum(-N.min(axis=1), 0.0) / (math.pi**2 * E * INERTIA / LENGTHS[link] ** 2)
     np.testing.assert_allclose(table[f"{link}.euler_ratio [1]"], euler, rtol=1e-4, atol=1e-9)
-    assert 0.0 <= strength["buckling"]["value"] <= 1.3 * euler.max()  # other ends, and forces that change along it
+    # other ends, and axial forces that vary along the link
+    assert 0.0 <= strength["buckling"]["value"] <= 1.3 * euler.max()
     assert strength["slenderness"]["value"] == pytest.approx(LENGTHS[link] * math.sqrt(12) / 0.006)
 
 
 def test_deviation_from_the_path(steel):
-    """A goes round O, its path to the left of the way is towards O: off it by what the crank is stretched, inwards."""
+    """A moves on a circle about O, to the left of its path; the crank's stretch is a negative deviation."""
     summary, table, fields = steel
     out = np.exp(1j * table["crank.angle [rad]"])
     seen = (table["A.dx [m]"] + 1j * table["A.dy [m]"]) / out
@@ -469,7 +472,7 @@ def test_scenes_of_every_kind_have_a_whole_report(name, tmp_path):
 
 
 def test_the_stress_of_a_tapered_arm(tmp_path):
-    """A steady arm losing half its depth: rho w^2 l^2 times the integral of s (1 - s/2) ds from xi, over 1 - xi/2."""
+    """A steady arm that tapers to half its depth: rho w^2 l^2 times the integral of s (1 - s/2), over 1 - xi/2."""
     scene = tmp_path / "arm.toml"
     scene.write_text(edited(ODD["tapered"], ("gravity = [0, -9.81]", "")))
     assert main([str(scene), "--quiet", "-o", str(tmp_path / "out")]) == 0
@@ -482,7 +485,7 @@ def test_the_stress_of_a_tapered_arm(tmp_path):
 
 
 def parallelogram(count, start=0.1):
-    """A parallelogram of 0.1 m cranks on an 0.3 m base, looked at near where it lies flat: gravity alone bends it."""
+    """Return a parallelogram (cranks 0.1 m, base 0.3 m) near its flat position, bent only by gravity."""
     scene = tomllib.loads(PARALLELOGRAM)
     return {
         "points": scene["points"],
@@ -494,7 +497,7 @@ def parallelogram(count, start=0.1):
 
 @pytest.mark.parametrize("start", [0.0, 1e-3])
 def test_round_off_near_a_change_point_is_no_largest_value(start):
-    """The coupler carries its own weight on pins at its ends: 5 m' g l^4/(384 EI), wherever the crank is."""
+    """The coupler bends under its weight on two pins: 5 m' g l^4/(384 EI) for any crank angle."""
     results = results_of(**parallelogram(24, start))
     figures = summary(results)
     assert figures["run"]["singular"] + figures["run"]["ill_conditioned"] == 2
@@ -542,7 +545,7 @@ def test_advice_for_slender_links():
 
 
 def test_charts_and_maps_have_gaps_where_positions_were_left_out():
-    """Eight positions of an arm at 1e-3 rad/s over 7 s, of which the third to fifth are not there."""
+    """Eight positions of an arm at 1e-3 rad/s over 7 s; the third to fifth are missing."""
     scene = scene_from_dict({**HANGING, "run": {"positions": 8, "duration": 7.0, "gravity": [0, -9.81]}}, "arm")
     course = scene.course.at(np.array([0.0, 1.0, 5.0, 6.0, 7.0]))
     results = Results(scene, deflection(course, scene.sections), left_out=3)
@@ -560,7 +563,7 @@ def test_charts_and_maps_have_gaps_where_positions_were_left_out():
 
 
 def test_the_drawing_has_room_for_the_deformed_shape():
-    """An arm whose weight bends it upwards, drawn small beside a stub: the line of its rigid shape is the topmost."""
+    """The weight of an arm bends it upwards, next to a small stub: the rigid shape is the topmost line."""
     links = {
         "ground": {"points": ["O"]},
         "arm": {"points": ["O", "A"], "section": "bar", "material": "steel"},
@@ -591,7 +594,7 @@ def test_round_off_is_shown_as_nothing():
 
 
 def test_power_of_nothing_is_shown_as_nothing():
-    """A weight that a drive lifts and lowers again takes no power in the mean."""
+    """A drive that lifts and lowers a weight has no mean power."""
     text = """
         points = {G = [0, 0], P = [0.3, 0.1]}
         links.ground.points = ["G"]
@@ -606,7 +609,7 @@ def test_power_of_nothing_is_shown_as_nothing():
 
 
 def test_masses_are_told_at_the_point_of_their_centre():
-    """By the name that the scene has for it; where no point is, from the first point of the link."""
+    """By the name of the point in the scene, otherwise by the position relative to the link's first point."""
     for center, told in (
         ('"P"', {"point": "P"}),
         ("[0.03, 0.04]", {"point": "P"}),

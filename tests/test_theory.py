@@ -1,4 +1,4 @@
-"""Claim: a scene is answered by the cheapest theory that is near enough, and says how far off its answer is."""
+"""The program selects the cheapest theory that meets the accuracy, and states the error of its answer."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def results_at(speed, run=""):
 
 
 def test_where_nothing_is_asked_the_answer_is_within_five_percent():
-    """Fast, the links vibrate; slow, they need not; and how far off the answer is stands on top."""
+    """At high speed the links vibrate, at low speed they need not; the first finding states the error."""
     slow, fast = results_at(SLOW), results_at(FAST)
     assert (slow.answer.theory, fast.answer.theory) == (QUASI_STATIC, ELASTODYNAMIC)
     assert all(0 < results.answer.error < 0.05 for results in (slow, fast))
@@ -98,7 +98,7 @@ def test_the_plain_answer_is_asked_for_by_name():
 
 
 def test_a_law_that_moves_the_drive_is_answered_from_its_start():
-    """An arm of 0.5 m raised by 1 degree in 12 ms with 0.3 kg at its tip: no cycle, and it rings."""
+    """An arm of 0.5 m with 0.3 kg at its tip is raised by 1 degree in 12 ms: not a cycle, and it rings."""
     results = computed(scene_from_text(RAISED), Request())
     assert results.vibrates
     assert results.answer.missed > 0.1
@@ -106,7 +106,7 @@ def test_a_law_that_moves_the_drive_is_answered_from_its_start():
 
 @pytest.mark.parametrize("theory", [ELASTODYNAMIC, GEOMETRICALLY_EXACT])
 def test_a_quick_course_from_rest_is_that_of_the_whole_nonlinear_mechanism(theory):
-    """A cycloid begins with a jerk: quasi-static links would move at once, and swing twenty times as far."""
+    """A cycloid starts with a jerk; quasi-static links would move at once and deflect twenty times as far."""
     results = computed(scene_from_text(edited(RAISED, ("polynomial-345", "cycloidal"))), Request(theory=theory))
     check = nonlinear_check(results)
     assert check.passed
@@ -114,7 +114,7 @@ def test_a_quick_course_from_rest_is_that_of_the_whole_nonlinear_mechanism(theor
 
 
 def test_a_rate_that_is_round_off_is_rest():
-    """A drive that begins at a billionth of its greatest rate starts as one that begins at none."""
+    """A start at 1e-9 of the largest rate equals a start at zero rate."""
     scene = scene_from_text(edited(RAISED, ("polynomial-345", "cycloidal")))
     at_rest = computed(scene, Request(theory=ELASTODYNAMIC)).deflection
 
@@ -129,7 +129,7 @@ def test_a_rate_that_is_round_off_is_rest():
 
 @pytest.mark.parametrize("theory", in_tiers([ELASTODYNAMIC, GEOMETRICALLY_EXACT], 1, 1))
 def test_a_law_that_begins_with_a_jump_of_the_acceleration_finds_links_at_rest(theory):
-    """As after a dwell of a millisecond, which begins with links as they hang, and hence with no jump at all."""
+    """The result equals that after a dwell of a millisecond, which starts at rest without a jump."""
     gravity = ("positions = 97", "positions = 61\ngravity = [0, -9.81]")
     curve = '{curve = "harmonic", duration = "12 ms", by = "1 deg"}, {curve = "dwell", duration = "18 ms"}]'
     law = '{curve = "polynomial-345", duration = "12 ms", by = "1 deg"}]'
@@ -139,7 +139,7 @@ def test_a_law_that_begins_with_a_jump_of_the_acceleration_finds_links_at_rest(t
     )
     found = [computed(scene_from_text(text), Request(theory=theory)).deflection for text in (jump, later)]
     here, there = (sample(bent, "w", [0.5, 1.0])[0] for bent in found)
-    between = np.delete(np.arange(61), [0, 24])  # the instants of the two jumps have the loads of either side
+    between = np.delete(np.arange(61), [0, 24])  # loads jump at these two instants
     np.testing.assert_allclose(here[between], there[2:][between], rtol=0, atol=2e-3 * np.abs(there).max())
     static = sample(deflection(with_rates(found[0].motion, 0.0), found[0].sections), "w", [0.5, 1.0])[0]
     np.testing.assert_allclose(there[:2], static[[0, 0]], rtol=0, atol=2e-4 * np.abs(static).max())
@@ -147,7 +147,7 @@ def test_a_law_that_begins_with_a_jump_of_the_acceleration_finds_links_at_rest(t
 
 @pytest.mark.slow
 def test_a_parametric_resonance_is_told():
-    """Free vibrations of links that are hardly damped grow by half a turn, short of the load at which one buckles."""
+    """Free vibrations with little damping grow by half-turn excitation, below the buckling load."""
     results = results_at("660 rad/s", "damping_ratio = 0.001")
     assert not results.buckles
     assert not results.answer.vibrating.stable
@@ -156,7 +156,7 @@ def test_a_parametric_resonance_is_told():
 
 
 def test_the_cheapest_theory_that_is_near_enough():
-    """The same mechanism: slow, hardly a share of a percent; fast, far off without vibration."""
+    """The same mechanism: at low speed vibration is below one per cent, at high speed it is large."""
     slow, fast = (results_at(speed, 'accuracy = "5 %"').answer for speed in (SLOW, FAST))
     rough = results_at(FAST, 'accuracy = "60 %"').answer
     assert (slow.theory, fast.theory, rough.theory) == (QUASI_STATIC, ELASTODYNAMIC, QUASI_STATIC)
@@ -167,7 +167,7 @@ def test_the_cheapest_theory_that_is_near_enough():
 
 @pytest.mark.slow
 def test_a_finer_accuracy_never_takes_a_cheaper_theory_or_a_worse_answer():
-    """Vibration 9 %, large displacement 0.1 %, shear and moments at the ends 0.08 %: what is asked in turn."""
+    """Vibration 9 %, large displacement 0.1 %, shear and end moments 0.08 %: each accuracy requires the next."""
     scene = scene_at(FAST)
     found = [computed(scene, Request(accuracy=share, positions=360)).answer for share in (0.6, 0.05, 0.0015, 0.0005)]
     rungs = (QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT)
@@ -175,19 +175,19 @@ def test_a_finer_accuracy_never_takes_a_cheaper_theory_or_a_worse_answer():
     assert taken == [0, 1, 2, 2]
     errors = [answer.error for answer in found]
     assert all(finer < 1.01 * coarser for coarser, finer in pairwise(errors))
-    assert [answer.accurate for answer in found] == [True, True, True, False]  # it is no beam to 0.05 %
+    assert [answer.accurate for answer in found] == [True, True, True, False]  # beam theory is not right to 0.05 %
     assert found[-1].by_motion < 0.0005
 
 
 def _apart(one, other, name):
-    """Greatest difference of a field of the worst beam, as a share of its own greatest."""
+    """Return the largest difference of a field of the worst beam, relative to its maximum."""
     here, there = (sample(each.deflection, name, np.linspace(0, 1, 5)) for each in (one, other))
     return float((np.abs(here - there).max(axis=(1, 2)) / np.abs(here).max(axis=(1, 2))).max())
 
 
 @pytest.mark.slow
 def test_an_accuracy_is_that_of_all_courses():
-    """Simeon's rod is nearer to its ends as it bends: twice its stretch, which no figure that is read tells."""
+    """The ends of Simeon's rod approach each other by bending: twice its stretch, which is not in any graded figure."""
     scene = read_scene(shipped_scenes()["simeon_slider_crank"])
     found = computed(scene, Request(accuracy=0.05)).answer
     fine = computed(scene, Request(theory=GEOMETRICALLY_EXACT)).answer
@@ -209,7 +209,7 @@ def test_an_accuracy_is_that_of_all_courses():
 
 
 def test_the_viscous_part_of_moments_counts_where_it_is_not_small():
-    """Kelvin and Voigt: M has beta times the rate of what strains make. The linear answer leaves it out and says so."""
+    """Kelvin-Voigt: M includes beta times the strain rate. The linear answer omits it and states the error."""
     scene = scene_from_text(edited(FOUR_BAR, ('"100 rad/s"', '"30 rad/s"'), ("positions = 36", "positions = 120")))
     scene = replace(scene, theory=replace(scene.theory, damping_ratio=0.1))
     linear = computed(scene, Request(accuracy=0.005, theory=ELASTODYNAMIC)).answer
@@ -248,7 +248,7 @@ def test_on_shipped_scenes_a_finer_accuracy_never_takes_a_lower_rung_or_a_worse_
     taken = [rungs.index(answer.theory) for answer in answers]
     assert taken == sorted(taken)
     off = [max(answer.courses.values()) for answer in answers]
-    assert off[-1] <= 1.02 * off[0]  # between, elements of time come out as they do
+    assert off[-1] <= 1.02 * off[0]  # intermediate errors vary with the time elements
     assert answers[0].accurate
     for answer in answers:
         share = answer.accuracy
@@ -281,7 +281,7 @@ def test_an_accuracy_that_is_not_reached_is_told_and_ends_in_status_1(tmp_path, 
 
 
 def test_the_theory_by_name():
-    """Peaks of the steel four-bar at its 100 rad/s, 4 % from those of small displacements."""
+    """At 100 rad/s the peaks of the steel four-bar differ by 4 % from those of small displacements."""
     found = computed(scene_at("100 rad/s"), Request(theory=GEOMETRICALLY_EXACT))
     assert found.answer.theory == GEOMETRICALLY_EXACT
     assert found.answer.vibrating.exact.steps > 1
@@ -293,7 +293,7 @@ def test_the_theory_by_name():
 
 
 def test_round_off_where_nothing_bends_is_no_error():
-    """Simeon's rod is straight at the start: no digit of zero is known. All figures are known to a percent."""
+    """Simeon's rod is straight at the start, so zero fields have no digits; all figures are known to one per cent."""
     scene = read_scene(shipped_scenes()["simeon_slider_crank"])
     found = computed(scene, Request(accuracy=0.05)).answer
     assert found.quasi_static.condition.max() > 1e15
@@ -302,7 +302,7 @@ def test_round_off_where_nothing_bends_is_no_error():
 
 
 def test_links_that_turn_by_radians_are_not_let_vibrate():
-    """A pulled bar of a thousandth of the rigidity: the small rotations of linear theory come to more than a turn."""
+    """A pulled bar of a thousandth of the stiffness: the linear theory would rotate sections by more than a turn."""
     soft = edited(RAISED, ("210 GPa", "210 MPa"))
     found = computed(scene_from_text(soft), Request()).answer
     assert found.theory == QUASI_STATIC
@@ -350,7 +350,7 @@ def test_vibration_is_asked_for_by_name():
 
 
 def test_where_vibration_cannot_be_answered_that_is_said():
-    """A parallelogram passes its flat position: by accuracy the error is unknown, by name it is a mistake."""
+    """A parallelogram passes its flat position: the error is unknown, and a theory by name fails."""
     flat = edited(PARALLELOGRAM_BARS, ("positions = 8", 'positions = 8\naccuracy = "5 %"'))
     found = computed(scene_from_text(flat), Request())
     assert (found.answer.theory, found.answer.accurate) == (QUASI_STATIC, False)
@@ -399,7 +399,7 @@ def test_mistakes_are_told(run, key, words):
 class TestFurtherChecks:
     @pytest.mark.slow
     def test_the_nonlinear_check_tells_a_wrong_answer_from_a_right_one(self):
-        """An answer that forgets vibration but claims to hold it is not near what the check finds."""
+        """An answer without vibration that claims to include it fails the check."""
         right = results_at(FAST, 'theory = "elastodynamic"')
         wrong = replace(right, deflection=right.quasi_static)
         assert nonlinear_check(right).passed is True
@@ -409,7 +409,7 @@ class TestFurtherChecks:
 
     @pytest.mark.slow
     def test_an_answer_that_is_not_as_near_as_it_says_is_told_by_less_than_beam_theory(self):
-        """The beams of the check are those of the answer: what these leave out is no excuse for a difference."""
+        """The check uses the same beams, so their neglected effects cannot explain a difference."""
         stubby = edited(FOUR_BAR, ('"100 rad/s"', f'"{FAST}"'), ('depth = "6 mm"', 'depth = "40 mm"'))
         right = computed(scene_from_text(stubby), Request(theory=ELASTODYNAMIC))
         assert right.answer.error > 0.02 > 10 * right.answer.by_motion
@@ -419,7 +419,7 @@ class TestFurtherChecks:
 
     @pytest.mark.slow
     def test_it_puts_the_error_that_it_measures_in_place_of_the_estimate(self):
-        """A quasi-static answer: its difference from the exact one, which no part of the check knows."""
+        """A quasi-static answer: the difference from the exact answer, which the check does not know."""
         limited = edited(FOUR_BAR, ('"100 rad/s"', f'"{FAST}"')) + '[limits]\nchord = "5 mm"\n'
         results = computed(scene_from_text(limited), Request(theory=QUASI_STATIC, positions=48))
         measured = replace(results, nonlinear=nonlinear_check(results))
@@ -439,14 +439,14 @@ class TestFurtherChecks:
 
     @pytest.mark.slow
     def test_it_takes_a_course_that_is_no_cycle(self):
-        """Vibration from the quasi-static deflection on, marched by either side."""
+        """Vibration starts from the quasi-static deflection, and both programs march in time."""
         found = nonlinear_check(results_at("30 rad/s", 'duration = "50 ms"\ntheory = "elastodynamic"'))
         assert found.passed is True
         assert found.largest < 0.01 < min(found.without_vibration.values())
 
     @pytest.mark.parametrize(("largest", "passed"), [(0.055, True), (0.0605, None), (0.07, False)])
     def test_its_own_error_is_in_its_verdict(self, largest, passed):
-        """Twice 3 % are allowed, and the check knows its own difference to 0.1 %."""
+        """Twice 3 % are allowed, and the check knows its own error to 0.1 %."""
         found = NonlinearCheck(4, 48, 360, {"bar": largest}, {"bar": largest}, {"bar": 1e-3}, 0.03, 8e-4, 2e-4)
         assert (found.passed, found.near) == (passed, passed is None)
         told = nonlinear_figures(found)
@@ -462,7 +462,7 @@ class TestFurtherChecks:
         assert line.startswith(f"nonlinear check {told}")
 
     def test_a_check_that_cannot_be_made_is_a_line_in_a_report(self, tmp_path, capsys):
-        """The report is there all the same, says why, and the status is not that of a check that agrees."""
+        """The report exists, gives the reason, and the exit status is not that of a passed check."""
         rubbing = edited(FOUR_BAR, ('"100 rad/s"', '"30 rad/s"')) + '[joints.A]\nfriction = 0.1\nradius = "5 mm"\n'
         (tmp_path / "bars.toml").write_text(rubbing)
         assert main([str(tmp_path / "bars.toml"), "-o", str(tmp_path), "--check", "nonlinear"]) == 1
@@ -495,7 +495,7 @@ class TestFurtherChecks:
 
     @pytest.mark.slow
     def test_plane_bodies_are_of_the_material_that_the_scene_tells(self):
-        """Poisson's ratio of 0.45 for 0.3: shear is 1.45/1.3 as soft, and nothing else asks for the ratio."""
+        """Poisson's ratio 0.45 instead of 0.3 makes shear softer by 1.45/1.3; no other part uses it."""
         given, other = (
             solid_check(computed(scene_from_text(edited(FOUR_BAR, ("poisson = 0.3", f"poisson = {ratio}"))), Request()))
             for ratio in (0.3, 0.45)
@@ -518,7 +518,7 @@ class TestFurtherChecks:
         assert " measured (" in said
         told = json.loads((tmp_path / "bars" / "summary.json").read_text())
         assert told["largest_deflection"]["error_measured"]
-        assert "error_measured" not in told["largest_stress"]  # no check has it
+        assert "error_measured" not in told["largest_stress"]  # no check measures it
         stiff = edited(FOUR_BAR, ('points = ["O", "A"]', 'points = ["O", "A"]\nrigid = true'))
         (tmp_path / "bars.toml").write_text(stiff)
         assert main([str(tmp_path / "bars.toml"), "-o", str(tmp_path), "--check", "solid"]) == 0
@@ -528,13 +528,13 @@ class TestFurtherChecks:
 class TestSpeeds:
     @pytest.mark.slow
     def test_limits_hold_up_to_a_speed(self):
-        """Between the speeds at which single runs keep the limit and break it."""
+        """Between the speeds at which single runs keep and break the limit."""
         scene = scene_from_text(FOUR_BAR + '[limits]\nchord = "0.3 mm"\n')
         found = speeds(scene, (20.0, 90.0, 8))
         assert found.highest is not None
         values = found.map.values[:, 1].max(axis=1)
         below = int(np.flatnonzero(found.speed == found.highest)[0])
-        assert values[below] <= 0.3e-3 < 1.005 * values[below + 1]  # by its error the next is too close to decide
+        assert values[below] <= 0.3e-3 < 1.005 * values[below + 1]  # by its error the next speed is too close to decide
 
     @pytest.mark.slow
     def test_a_speed_is_that_of_a_run_of_its_own(self):
@@ -611,13 +611,13 @@ positions = 24
 """
 WHOLE = ('["A", "E"]', "")
 DIVIDED = ('["A", "B", "C", "D", "E"]', 'beams = [["A", "B"], ["B", "C"], ["C", "D"], ["D", "E"]]')
-BENT = PRESSED.replace("C = [0.25, 0.0]", "C = [0.25, 0.003]")  # no straight link
+BENT = PRESSED.replace("C = [0.25, 0.0]", "C = [0.25, 0.003]")  # not a straight link
 
 
 @pytest.mark.parametrize(("points", "beams"), [WHOLE, DIVIDED], ids=["one beam", "four beams"])
 @pytest.mark.parametrize(("force", "level"), in_tiers([(5, None), (30, False), (100, True)], 2, 4))
 def test_a_rod_buckles_however_it_is_divided(points, beams, force, level):
-    """Euler: pi^2 EI/l^2 = 123 N; less than a tenth of it, a quarter, and more than half."""
+    """Euler: pi^2 EI/l^2 = 123 N; the loads are below a tenth of it, a quarter, and more than half."""
     text = PRESSED.replace("{points}", points).replace("{beams}", beams).replace("{force}", str(force))
     found = [one for one, _ in computed(scene_from_text(text), Request()).exceedances if one.kind == "axial force"]
     assert {one.severe for one in found} == (set() if level is None else {level})
@@ -626,7 +626,7 @@ def test_a_rod_buckles_however_it_is_divided(points, beams, force, level):
 
 
 def test_a_buckling_load_that_cannot_be_found_is_told(monkeypatch):
-    """Neither as no danger nor as one."""
+    """The finding is neither good nor bad."""
 
     def none(*_):
         raise np.linalg.LinAlgError("Matrix is not positive definite")
@@ -642,7 +642,7 @@ def test_a_buckling_load_that_cannot_be_found_is_told(monkeypatch):
 
 
 def test_a_divided_rod_buckles_in_a_long_run_too(tmp_path, monkeypatch):
-    """A run that is gone through in chunks looks at the whole mechanism where its links are pressed most."""
+    """A chunked run checks the whole mechanism at the positions of largest compression."""
     monkeypatch.setattr("kinelast.runs.LONG", 1)
     text = BENT.replace("{points}", DIVIDED[0]).replace("{beams}", DIVIDED[1]).replace("{force}", "100")
     (tmp_path / "rod.toml").write_text(text)
@@ -657,7 +657,7 @@ def test_a_divided_rod_buckles_in_a_long_run_too(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(("force", "level"), in_tiers([(30, "good"), (100, "caution")], 1, 1))
 def test_what_the_told_error_has_is_no_doubt_of_its_own(force, level):
-    """A quarter of Euler's load is in the answer's error; of four fifths there is a caution, which says what to do."""
+    """The error covers a quarter of Euler's load; four fifths of it cause a caution with advice."""
     text = PRESSED.replace("{points}", WHOLE[0]).replace("{beams}", WHOLE[1]).replace("{force}", str(force))
     results = computed(scene_from_text(text), Request())
     (told,) = (finding for finding in findings(results) if finding.heading == "Buckling")
