@@ -1,8 +1,8 @@
-"""Scenes as texts, for the tests to read, to change and to spoil."""
+"""Scenes as texts, which tests read, change and damage."""
 
 
 def edited(text: str, *edits: tuple[str, str]) -> str:
-    """A text with the first of each old piece replaced; every old piece must be there."""
+    """Return the text with the first occurrence of each old piece replaced; each old piece must exist."""
     for old, new in edits:
         assert old in text, old
         text = text.replace(old, new, 1)
@@ -10,11 +10,11 @@ def edited(text: str, *edits: tuple[str, str]) -> str:
 
 
 def linked(keys: str, **points: str) -> str:
-    """Tables of links through points named by letters, all with the same keys."""
+    """Return tables of links through points with one-letter names, all with the same keys."""
     return "".join(f"[links.{link}]\npoints = {[*names]}\n{keys}\n" for link, names in points.items())
 
 
-# An arm of steel that turns steadily.
+# Steel arm in steady rotation.
 ARM = """
 title = "A turning arm"
 [materials.steel]
@@ -87,7 +87,7 @@ positions = 36
 gravity = [0.0, -9.81]
 """
 
-# Its cranks are parallel; it is flat, and singular, at 0 and 180 degrees.
+# The cranks are parallel; the positions at 0 and 180 degrees are flat and singular.
 PARALLELOGRAM = edited(
     FOUR_BAR,
     ("A = [0.1, 0.0]", "A = [0.06, 0.08]"),
@@ -326,7 +326,7 @@ damping = 0.1
 """
 )  # fmt: skip
 
-# A swing that falls from rest under its own weight: an integration of some steps.
+# An arm that falls from rest by its weight: an integration of some steps.
 FALLING = """
 [points]
 O = [0, 0]
@@ -347,7 +347,7 @@ positions = 21
 gravity = [0, -9.81]
 """
 
-# A block that is pushed along; nothing bends.
+# A pushed block; nothing bends.
 PUSHED = """
 [points]
 O = [0, -0.1]
@@ -369,7 +369,7 @@ law = [{curve = "cycloidal", by = 0.03, duration = 0.1}]
 positions = 5
 """
 
-# A Scotch yoke whose slot goes over two beams, on both sides of the stem.
+# Scotch yoke with a slot over two beams, on both sides of the stem.
 TEE = """
 [materials.steel]
 E = 210e9

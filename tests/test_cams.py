@@ -1,4 +1,4 @@
-"""Cams against closed forms of textbooks, linkages that move their followers alike, and the balance of powers."""
+"""Cams, compared with textbook formulas, equivalent linkages, and the balance of power."""
 
 import csv
 import json
@@ -184,7 +184,7 @@ def tables(text, **more):
 
 
 def with_cam(text, **keys):
-    """Tables with other keys of the one cam; None takes a key away."""
+    """Return tables with other keys of the only cam; None removes a key."""
     found = tomllib.loads(text)
     ((name, cam),) = found["cams"].items()
     found["cams"][name] = {key: value for key, value in {**cam, **keys}.items() if value is not None}
@@ -196,7 +196,7 @@ def cycle_of(given):
 
 
 class TestTranslatingFollower:
-    """R. L. Norton, Cam Design and Manufacturing Handbook, chapter 7, of a plate cam that turns clockwise or not."""
+    """R. L. Norton, Cam Design and Manufacturing Handbook, chapter 7; the plate cam turns in either sense."""
 
     @pytest.mark.parametrize("speed", ["600 rpm", "-600 rpm"])
     def test_roller(self, speed):
@@ -205,11 +205,13 @@ class TestTranslatingFollower:
         w = cycle.scene.cams["plate"].speed
         s, v, a = cycle.motion.drive[0], cycle.motion.drive_rate[0] / w, cycle.motion.drive_acceleration[0] / w**2
         offset, height = 6e-3, 40e-3 + s
-        # tan of the pressure angle (s' - e)/(s + sqrt(Rp^2 - e^2)), the offset on the side to which the cam turns.
+        # tan of the pressure angle (s' - e)/(s + sqrt(Rp^2 - e^2)), with the offset on the side of the cam's
+        # rotation.
         assert np.tan(flank.pressure_angle) == pytest.approx((v - offset) / height, abs=1e-14)
-        # Radius of curvature of the pitch curve: Norton's for no offset; here by polar coordinates of the centre.
+        # Curvature radius of the pitch curve: Norton's formula without offset; here by polar coordinates of the
+        # centre.
         r, turned = np.hypot(offset, height), np.arctan2(height, offset)
-        r1 = v * height / r  # by the angle of the cam
+        r1 = v * height / r  # derivative by the cam angle
         p1 = offset * v / r**2 - 1.0
         r2 = (v**2 + height * a) / r - v * height * r1 / r**2
         p2 = offset * (a / r**2 - 2 * v * r1 / r**3)
@@ -235,7 +237,7 @@ class TestTranslatingFollower:
 
     @pytest.mark.parametrize("speed", ["600 rpm", "-600 rpm"])
     def test_flat_face(self, speed):
-        """Radius Rb + s + s'', contact s' beside the shaft, parametric profile of the handbook."""
+        """Radius Rb + s + s'', contact at s' from the shaft, and the handbook's parametric profile."""
         cycle = cycle_of(with_cam(TAPPET, speed=speed, roller=None, roller_radius=None, face=["F", "G"]))
         (flank,) = cam_flanks(cycle, "plate")
         w = cycle.scene.cams["plate"].speed
@@ -245,8 +247,8 @@ class TestTranslatingFollower:
         assert np.abs(flank.pressure_angle).max() < 1e-14
         assert flank.face_margin == pytest.approx(np.minimum(30e-3 + v, 40e-3 - v), abs=1e-15)
 
-    def test_curvature_is_that_of_the_profile(self):
-        """By finite differences of places alone, of roller and face."""
+    def test_curvature_agrees_with_the_profile(self):
+        """Finite differences of profile points, for a roller and a face."""
         for keys in ({}, {"roller": None, "roller_radius": None, "face": ["F", "G"]}):
             scene = scene_from_dict(with_cam(TAPPET, **keys))
             time = 0.011 + 1e-5 * np.arange(-1, 2)
@@ -259,7 +261,7 @@ class TestTranslatingFollower:
 
 class TestEquivalentLinkages:
     def test_disc_under_a_swinging_roller(self):
-        """A coupler from the disc's middle to the roller moves the rocker alike: the same force, the same torque."""
+        """A coupler from the disc's centre to the roller gives the same motion, force and torque."""
         cycle = cycle_of(with_cam(EQUIVALENT, push=False))
         (flank,), names = cam_flanks(cycle, "disc"), [joint.name for joint in cycle.motion.structure.joints]
         length = abs(20 + 55j) * 1e-3
@@ -282,7 +284,7 @@ class TestEquivalentLinkages:
         assert cam_torque(cycle, "disc") == pytest.approx(cam_torque(inside, "disc"), rel=1e-9, abs=1e-12)
 
     def test_disc_under_a_swinging_face(self):
-        """The disc's middle slides in a slot parallel to the face."""
+        """The disc's centre slides in a slot parallel to the face."""
         cycle = cycle_of(with_cam(SLOTTED, push=False))
         (flank,) = cam_flanks(cycle, "disc")
         assert np.abs(np.abs(flank.profile - 0.01) - 0.025).max() < 1e-16
@@ -294,22 +296,22 @@ class TestEquivalentLinkages:
 
 
 class TestForces:
-    def test_power_of_the_shaft_is_that_of_the_drive(self):
+    def test_the_shaft_has_the_power_of_the_drive(self):
         cycle = cycle_of(with_cam(TAPPET, speed="-600 rpm", push=False))
         power = cam_torque(cycle, "plate") * cycle.scene.cams["plate"].speed
         given = cycle.efforts[0] * cycle.motion.drive_rate[0]
         assert power == pytest.approx(given, abs=1e-14 * np.abs(given).max())
 
     def test_force_at_rest(self):
-        """In a dwell it bears the weight, over the cosine of the pressure angle."""
+        """In a dwell the contact carries the weight divided by the cosine of the pressure angle."""
         cycle = cycle_of(tables(TAPPET))
         (flank,), still = cam_flanks(cycle, "plate"), np.isclose(cycle.motion.time, 0.045)
         assert still.any()
         expected = 0.4 * 9.81 / np.cos(flank.pressure_angle[still])
         assert cam_force(cycle, "plate")[still] == pytest.approx(expected, rel=1e-12)
 
-    def test_preload_keeps_the_follower_on(self):
-        """A force along the drive of the size that is told leaves the least force at 0."""
+    def test_the_preload_keeps_contact(self):
+        """With the reported preload along the drive, the smallest force is 0."""
         given = tables(TAPPET)
         peaks = computed(scene_from_dict(given), Request()).figures.peaks
         (least,), (preload,) = peaks["cam_least_force"], peaks["cam_preload"]
@@ -318,7 +320,7 @@ class TestForces:
         (least,) = computed(scene_from_dict(given), Request()).figures.peaks["cam_least_force"]
         assert least.value == pytest.approx(0.0, abs=1e-12 * preload.value)
 
-    def test_groove_presses_by_either_flank(self):
+    def test_a_groove_presses_with_either_flank(self):
         groove = cycle_of(with_cam(TAPPET, flank="both"))
         inner, outer = cam_flanks(groove, "plate")
         assert outer.profile - inner.profile == pytest.approx(18e-3 * inner.normal * inner.turn.conjugate(), abs=1e-15)
@@ -333,7 +335,7 @@ class TestForces:
 
 
 class TestPush:
-    """The cam pushes where it touches, in the place of the drive's effort."""
+    """The contact force of the cam replaces the drive's effort."""
 
     @pytest.mark.parametrize(
         ("text", "pivot", "keys"),
@@ -343,8 +345,8 @@ class TestPush:
             (SLOTTED, "C", {}),
         ],
     )
-    def test_as_the_equivalent_linkage(self, text, pivot, keys):
-        """The drive has no effort, the crank no force, and the pivot of the lever that which it has in the linkage."""
+    def test_the_lever_is_loaded_like_in_the_equivalent_linkage(self, text, pivot, keys):
+        """The drive has no effort, the crank has no force, and the lever's pivot has the force of the linkage."""
         pushed, linked = cycle_of(with_cam(text, **keys)), cycle_of({**tables(text), "cams": {}})
         alone = cycle_of(with_cam(text, push=False, **keys))
         names = [joint.name for joint in linked.motion.structure.joints]
@@ -357,8 +359,8 @@ class TestPush:
         assert cam_force(pushed, "disc") == pytest.approx(cam_force(alone, "disc"), rel=1e-9)
         assert cam_torque(pushed, "disc") == pytest.approx(linked.efforts[0], rel=1e-9, abs=1e-11)
 
-    def test_loads_the_guide(self):
-        """Across the guide with the force times the sine of the pressure angle."""
+    def test_the_guide_carries_the_lateral_force(self):
+        """The lateral force is the contact force times the sine of the pressure angle."""
         cycle = cycle_of(tables(TAPPET))
         (flank,), force = cam_flanks(cycle, "plate"), cam_force(cycle, "plate")
         assert np.abs(cycle.efforts).max() < 1e-12 * np.abs(force).max()
@@ -366,14 +368,14 @@ class TestPush:
         assert across == pytest.approx(-force * flank.normal.real, abs=1e-12 * np.abs(force).max())
         assert np.abs(across) == pytest.approx(np.abs(force * np.sin(flank.pressure_angle)), rel=1e-10, abs=1e-12)
 
-    def test_bends_its_follower(self):
-        """A lever under a moment about its pivot is a cantilever on the cam, and nothing where the drive takes that."""
+    def test_the_contact_force_bends_the_follower(self):
+        """A lever under a moment at its pivot is a cantilever on the cam; a drive at the pivot keeps it straight."""
         pushed, driven = (cycle_of(with_cam(SWUNG, push=push)) for push in (True, False))
         assert np.abs(pushed.along("M").value) == pytest.approx([5.0], rel=1e-6)
         assert np.abs(driven.along("M").value) < 1e-5
 
     def test_lag_of_a_cantilever(self):
-        """A lever that a moment M about its pivot presses on the cam at its end: M l/(3 E I), and its compression."""
+        """A lever presses its end on the cam by a moment M about its pivot: M l/(3 E I), and the compression."""
         cycle = cycle_of(tables(SWUNG))
         (flank,) = cam_flanks(cycle, "plate")
         assert cam_force(cycle, "plate") * flank.lever == pytest.approx(np.full(120, 5.0), rel=1e-6)
@@ -381,8 +383,8 @@ class TestPush:
         expected = -5.0 * (bends + np.tan(flank.pressure_angle) ** 2 * shortens)
         assert cam_lag(cycle, "plate") == pytest.approx(expected, rel=1e-6)
 
-    def test_two_cams(self):
-        """A follower that rides on another: every drive is without effort."""
+    def test_two_cams_in_series(self):
+        """One follower is on another, and no drive has an effort."""
         given = tables(TAPPET)
         given["points"].update(B=[60, 120], D=[60, 150])
         given["links"]["table"] = {"points": ["B", "D"], "rigid": True, "mass": "200 g", "center": "B"}
@@ -401,7 +403,7 @@ class TestPush:
 
     @pytest.mark.slow
     @pytest.mark.parametrize("theory", ["elastodynamic", "geometrically-exact"])
-    def test_goes_into_every_theory(self, theory):
+    def test_every_theory_includes_the_cam(self, theory):
         """A stiff follower at low speed: all theories agree with the quasi-static answer."""
         given = tables(EQUIVALENT)
         given["links"]["rocker"] = {"points": ["C", "B"], "section": "bar", "material": "S235"}
@@ -415,7 +417,7 @@ class TestPush:
 
 
 class TestPressure:
-    def test_by_the_half_width_of_the_contact(self):
+    def test_line_contact(self):
         """J. E. Shigley, Mechanical Engineering Design, equations (3-73) and (3-74): b, and p = 2 F/(pi b l)."""
         force, length, d1, d2 = 812.0, 0.02, 0.04, -0.13
         e1, n1, e2, n2 = 207e9, 0.292, 100e9, 0.211
@@ -424,23 +426,23 @@ class TestPressure:
         assert found == pytest.approx(2 * force / (np.pi * half * length), rel=1e-14)
 
     def test_coefficient_of_handbooks(self):
-        """0.418 sqrt(F E/(l R)) of two bodies of one material with 0.3."""
+        """0.418 sqrt(F E/(l R)) for two bodies of the same material with Poisson's ratio 0.3."""
         assert line_pressure(1.0, 1.0, 1.0, contact_modulus(1.0, 0.3, 1.0, 0.3)) == pytest.approx(0.418, abs=5e-4)
 
     def test_relative_curvature(self):
-        """Of the roller and of the cam, hollow or not."""
+        """It combines those of the roller and of a convex or concave cam."""
         for keys in ({}, {"flank": "outer"}):
             (flank,) = cam_flanks(cycle_of(with_cam(TAPPET, **keys)), "plate")
             assert flank.relative_curvature == pytest.approx(1 / 9e-3 + 1 / flank.radius, rel=1e-12)
 
-    def test_none_where_it_pulls(self):
+    def test_tension_has_no_pressure(self):
         cycle = cycle_of(tables(TAPPET))
         assert (np.isnan(cam_pressure(cycle, "plate")) == (cam_force(cycle, "plate") < 0)).all()
 
 
-class TestMaking:
-    def test_undercut_by_a_large_roller(self):
-        """Beyond the least radius of the pitch curve; below it the roller at no other place cuts the profile."""
+class TestUndercut:
+    def test_large_roller(self):
+        """A roller above the smallest radius of the pitch curve undercuts; a smaller one does not."""
         given = steep(TAPPET)
         curvature = cam_flanks(cycle_of(given), "plate")[0].pitch_curvature
         for share, cut in ((0.97, False), (1.3, True)):
@@ -451,8 +453,8 @@ class TestMaking:
             assert (flank.convex_radius.min() < 0) == cut
             assert (cut_depth(flank).max() > 1e-5) == cut
 
-    def test_undercut_by_a_flat_face(self):
-        """Where s + s'' takes more than the base radius."""
+    def test_flat_face_undercut(self):
+        """The profile is undercut if -(s + s'') exceeds the base radius."""
         given = with_cam(TAPPET, roller=None, roller_radius=None, face=["F", "G"])
         for height, cut in ((40, False), (8, True)):
             given["points"].update(F=[-30, height], G=[40, height])
@@ -460,8 +462,8 @@ class TestMaking:
             assert flank.undercut.any() == cut
             assert (cut_depth(flank).max() > 1e-5) == cut
 
-    def test_roller_that_leaves_nothing(self):
-        """One that is larger than the disc on which it would roll cuts all of it."""
+    def test_roller_larger_than_the_cam(self):
+        """A roller larger than the disc that it would roll on removes all of the disc."""
         time = np.linspace(0, 1, 400, endpoint=False)
         scene = scene_from_dict(tables(EQUIVALENT))
         moved = scene.course.at(0.2 * time)
@@ -484,14 +486,14 @@ class TestFigures:
             alone = with_cam(TAPPET, centre=[1e3 * x, 0], roller_radius=1e3 * radius, width=1e3 * width, push=push)
             alone["links"]["tappet"]["mass"] = mass
             results = computed(scene_from_dict(alone), Request())
-            peaks = run_figures(results.cycle, None).peaks  # at the positions, as those of designs are
+            peaks = run_figures(results.cycle, None).peaks  # at the positions, like those of designs
             for key in keys:
                 value = peaks[key.partition(".")[0]][0].value
                 magnitude = value if key in ("cam_radius", "cam_least_force") else abs(value)
                 assert found.columns[key][row] == pytest.approx(magnitude, rel=1e-9), key
 
-    def test_the_speed_of_the_drive_takes_the_cam_along(self):
-        """A cam without a speed turns once in the run, whatever that lasts."""
+    def test_the_cam_follows_the_speed_of_the_drive(self):
+        """A cam without speed makes one turn per run, for any duration."""
         found = evaluate(tables(EQUIVALENT), ["drives.crank.speed"], [[31.0], [62.0]], ["cam_radius", "cam_force"])
         assert found.columns["cam_radius"] == pytest.approx(np.full(2, abs(0.02 + 0.055j) - 0.008), rel=1e-12)
         assert found.columns["cam_force"][1] > 2 * found.columns["cam_force"][0]
@@ -539,12 +541,12 @@ class TestMistakes:
             ({"roller_radius": None, "pressure": "1 GPa"}, "roller_radius: the key is missing: a knife edge"),
         ],
     )
-    def test_are_told(self, keys, message):
+    def test_messages(self, keys, message):
         told = scene_error(with_cam(TAPPET, **keys))
         assert message in told
         assert told.startswith("scene.toml: [cams.plate]")
 
-    def test_a_law_that_does_not_come_back(self):
+    def test_a_law_that_does_not_return(self):
         given = tables(TAPPET)
         drive = given["drives"][0]
         drive["repeat"] = False
@@ -554,24 +556,24 @@ class TestMistakes:
         drive["law"] = [{"curve": "constant-speed", "duration": "50 ms", "by": "-5 mm"}]
         assert "5 mm off" in scene_error(given)
 
-    def test_a_drive_by_an_effort(self):
+    def test_a_drive_with_an_effort(self):
         given = tables(TAPPET)
         given["drives"] = [{"slider": "guide", "effort": "5 N"}]
         given["run"]["duration"] = "50 ms"
         assert 'drive: the drive "guide" is an effort: a cam gives a motion' in scene_error(given)
 
-    def test_a_drive_with_a_motor(self):
+    def test_a_drive_with_a_cylinder(self):
         given = tables(TAPPET, cylinders={"jack": {"bore": 40}})
         given["drives"][0]["cylinder"] = "jack"
         assert 'drive: the drive "guide" has a cylinder of its own' in scene_error(given)
 
-    def test_two_cams_of_one_drive(self):
+    def test_a_second_cam_of_a_drive(self):
         given = tables(TAPPET)
         given["cams"]["second"] = given["cams"]["plate"]
         told = scene_error(given)
         assert '[cams.second] drive: the drive "guide" has its motion from the cam "plate" already' in told
 
-    def test_one_of_several_drives(self):
+    def test_the_drive_must_be_named_if_there_are_several(self):
         given = with_cam(EQUIVALENT)
         given["points"].update(D=[-50, 0])
         given["links"]["ground"]["points"].append("Z")
@@ -587,7 +589,7 @@ class TestMistakes:
 
 
 def steep(text):
-    """A law that bends the roller's path both ways."""
+    """Return tables with a law that makes the path of the roller convex and concave."""
     given = tables(text)
     given["points"]["A"] = [6, 30]
     for segment, lasts, more in ((0, 20, {"by": 25}), (1, 1, {}), (2, 20, {"by": -25}), (3, 59, {})):
@@ -595,8 +597,8 @@ def steep(text):
     return given
 
 
-def test_ring_is_undercut_where_the_path_is_hollow():
-    """By a roller whose radius is more than that of the path there."""
+def test_a_ring_is_undercut_if_the_roller_is_too_large():
+    """The limit is the smallest concave radius of the path."""
     scene = scene_from_dict(steep(TAPPET))
     moved, cam = scene_motion(scene), scene.cams["plate"]
     bend = -cam_course(moved, cam).pitch_curvature.min()
@@ -607,7 +609,7 @@ def test_ring_is_undercut_where_the_path_is_hollow():
 
 
 def test_knife_edge():
-    """Is never cut, has the force of any roller, and no finite pressure."""
+    """A knife edge has no undercut, the force of any roller, and no finite pressure."""
     scene = scene_from_dict(tables(TAPPET))
     moved, cam = scene_motion(scene), scene.cams["plate"]
     effort = drive_efforts(moved, scene_deflection(scene, moved).forces)[0] + 3.0
@@ -630,7 +632,7 @@ def folder(tmp_path_factory):
 
 
 class TestOutputs:
-    """Summary, tables and drawings of a groove, whose roller has a diameter of 18 mm."""
+    """Summary, tables and drawings of a groove for a roller of 18 mm diameter."""
 
     @pytest.mark.slow
     def test_profile_as_a_table(self, folder):
@@ -644,7 +646,7 @@ class TestOutputs:
         assert np.abs(pitch - inner) == pytest.approx(9, rel=1e-12)
         assert (inner + outer) / 2 == pytest.approx(pitch, abs=1e-12)
         angle = np.array([float(row["angle [rad]"]) for row in rows])
-        turned = pitch * np.exp(1j * angle)  # in the ground the roller stays in its guide
+        turned = pitch * np.exp(1j * angle)  # relative to the ground the roller stays in its guide
         assert turned.real == pytest.approx(6, abs=1e-12)
 
     @pytest.mark.slow
@@ -677,7 +679,7 @@ class TestOutputs:
         assert np.abs(force).max() == pytest.approx(abs(cam["figures"]["cam_force"]["value"]), rel=1e-9)
 
     @pytest.mark.slow
-    def test_page_draws_the_cam_where_it_stands(self, folder):
+    def test_the_page_draws_the_cam(self, folder):
         driver = started()
         try:
             page = Page(driver, folder / "report.html")
@@ -720,8 +722,8 @@ FLAT = {"roller": None, "roller_radius": None}
         ({}, 40, "", "", ""),
     ],
 )
-def test_no_machine_is_acceptable_whose_cam_does_not_work(given, pressed, level, why, words):
-    """Nor is a design, at none of the doors; its other figures keep their limits."""
+def test_a_machine_with_a_failing_cam_is_not_acceptable(given, pressed, level, why, words):
+    """This holds for designs in all interfaces; the other figures keep their limits."""
     from kinelast.figures.limits import severities
     from kinelast.figures.summary import summary
     from live.answer import limit_rows
@@ -746,8 +748,8 @@ def test_no_machine_is_acceptable_whose_cam_does_not_work(given, pressed, level,
     assert kept.tolist() == [0.0 if why else 1.0] * 2
 
 
-def test_figures_at_dead_points_are_without_warnings():
-    """The centre of a roller on the line of its slider, with which a crank of constant speed moves it."""
+def test_figures_at_dead_points_raise_no_warnings():
+    """A crank at constant speed moves the slider with the roller, whose line passes through the shaft."""
     given = tables(EQUIVALENT, cams={"disc": {"follower": "rod", "centre": "O", "roller": "B", "roller_radius": 5}})
     given["points"] = {"O": [0, 0], "A": [50, 0], "B": [250, 0]}
     given["links"]["ground"]["points"] = ["O"]
@@ -760,14 +762,14 @@ def test_figures_at_dead_points_are_without_warnings():
 
 
 @pytest.mark.parametrize("angle", ["0 deg", "90 deg", "-5 deg"])
-def test_a_pressure_angle_that_is_allowed_is_acute(angle):
+def test_the_limit_of_the_pressure_angle_is_acute(angle):
     assert "pressure_angle: expected an angle above 0 and below 90 deg" in scene_error(
         with_cam(TAPPET, pressure_angle=angle)
     )
 
 
 def test_findings_on_cams():
-    """A cam that cannot be made is poor, one that its follower leaves asks for care."""
+    """An undercut cam is poor, a cam that the follower leaves is a caution."""
     large = steep(TAPPET)
     large["cams"]["plate"]["roller_radius"] = 29
     (cut, _), (left,) = (

@@ -1,4 +1,4 @@
-"""Drive efforts by three formulations, springs and dampers, force laws and energy, against closed forms."""
+"""Drive efforts by three formulations, springs and dampers, force laws and energy, compared with closed forms."""
 
 import math
 
@@ -53,7 +53,7 @@ def relative(one, other):
 
 
 def springs(case):
-    """A spring and damper of each kind between the last link and the ground or the link before it."""
+    """Return a spring-damper between the last link and the ground, and a torsion spring at the last pin."""
     links = case.mechanism.links
     last = links[-1]
     pins = [
@@ -67,7 +67,7 @@ def springs(case):
 
 
 def sprung(case, added=slice(None)):
-    """The case with its loads and springs, one anchored on a point of the ground of its own."""
+    """Return the case with its loads and springs, one of which is anchored on the ground."""
     ground, *links = case.mechanism.links
     anchored = Link("ground", {**ground.points, "anchor": 0.7 - 0.6j}, ground.beams, ground.lumps)
     loads = (*case.mechanism.loads, *springs(case)[added])
@@ -104,7 +104,7 @@ class TestThreeFormulations:
         assert relative(virtual_work_efforts(course), efforts) < 1e-11
         assert relative(drive_efforts(course, multiplier_forces(course)), efforts) < 1e-11
 
-    def test_of_many_designs_at_once(self):
+    def test_of_several_designs(self):
         crank = np.array([[0.09], [0.11], [0.12]])
         ground, given_crank, *links = four_bar().mechanism.links
         drawing = four_bar().mechanism.drawing
@@ -123,7 +123,7 @@ class TestThreeFormulations:
         assert relative(drive_efforts(course, multiplier_forces(course)), efforts) < 1e-12
         assert relative(multiplier_forces(course).ground_force, reactions(course).ground_force) < 1e-12
 
-    def test_a_redundant_mechanism_has_one_effort_and_says_which_forces_are_open(self):
+    def test_a_redundant_mechanism_has_one_effort_and_unknown_forces(self):
         given_links = three_cranks().links
         links = [Link(link.name, link.points, lumps=(Lump(next(iter(link.points)), 2.0, 0.1),)) for link in given_links]
         mechanism = replaced(three_cranks(), links=tuple(links), gravity=-9.81j)
@@ -149,7 +149,7 @@ class TestClosedForms:
             np.testing.assert_allclose(efforts[0], expected, rtol=1e-13)
 
     def test_reduced_inertia_of_a_yoke(self):
-        """s = r cos(phi): alpha = m r^2 sin^2, beta = alpha'/2, with the mass of the yoke alone."""
+        """s = r cos(phi): alpha = m r^2 sin^2, beta = alpha'/2, if only the yoke has mass."""
         m, r = 3.0, 0.1
         links = (
             Link("ground", {"O": 0.0}),
@@ -170,7 +170,7 @@ class TestClosedForms:
 
     @pytest.mark.parametrize("name", ["RRR", "RRP", "RPR", "RPP", "six-bar", "triad"])
     def test_beta_is_half_the_slope_of_alpha(self, name):
-        """By one spectral differentiation over the turn."""
+        """The slope is a spectral derivative over a turn."""
         mechanism = ALL[name](count=256).mechanism
         alpha, beta = reduced_inertia(motion(mechanism, ALL[name](count=256).drive))
         waves = np.fft.rfftfreq(256, 1 / 256)
@@ -198,7 +198,7 @@ class TestClosedForms:
         np.testing.assert_allclose(found.bias[0], -shear * (2 * rate[0] * rate[1] + rate[1] ** 2), rtol=1e-12)
         np.testing.assert_allclose(found.bias[1], shear * rate[0] ** 2, rtol=1e-12)
 
-    def test_one_reduced_inertia_belongs_to_one_drive(self):
+    def test_a_scalar_reduced_inertia_needs_one_drive(self):
         case = ALL["arm"]()
         with pytest.raises(MechanismError, match="2 drives"):
             reduced_inertia(motion_of(case))
@@ -207,8 +207,8 @@ class TestClosedForms:
 class TestEnergy:
     @pytest.mark.parametrize("name", ["RRR", "RRP", "RPR", "RPP", "six-bar", "triad"])
     def test_power_balances_with_springs_and_dampers(self, name):
-        """Drive and given loads feed kinetic and potential energy and the dampers; rates of energy by FFT."""
-        # Between links that turn round a torsion spring snaps over, which no spectrum follows.
+        """Drive and given loads supply kinetic and potential energy and the dampers; energy rates are by FFT."""
+        # A torsion spring between rotating links jumps after half a turn, and its spectrum does not converge.
         case = sprung(ALL[name](count=256), slice(1) if name in {"RPR", "RPP"} else slice(None))
         course = motion(case.mechanism, case.drive, 4.0)
         given_power = load_power(motion(ALL[name](count=256).mechanism, case.drive, 4.0))
@@ -218,8 +218,8 @@ class TestEnergy:
         rate = 4.0 * np.fft.irfft(1j * waves * np.fft.rfft(energy), 256)
         np.testing.assert_allclose(fed, rate, atol=1e-9 * np.abs(rate).max())
 
-    def test_kinetic_energy_of_a_rolling_bar(self):
-        """A uniform bar that turns about its end: m l^2 w^2/6."""
+    def test_kinetic_energy_of_a_rotating_bar(self):
+        """A uniform bar that rotates about its end: m l^2 w^2/6."""
         links = (Link("ground", {"O": 0.0}), bar("arm", "O", "A", 0.6, 1.5))
         course = motion(Mechanism(links, (PinDrive("arm", "O"),), {}), [0.4], 5.0)
         assert kinetic_energy(course)[0] == pytest.approx(1.5 * 0.6 * 0.6**2 * 25 / 6, rel=1e-14)
@@ -237,7 +237,7 @@ def held_arm(*loads, angle=0.0, rate=0.0, drawing=None):
 
 class TestSprings:
     def test_force_of_a_spring_and_damper(self):
-        """Tension c + k (L - l) + d L' along the way between its ends."""
+        """Tension c + k (L - l) + d L' along the line between the ends."""
         angle = np.array([0.3, 1.1, 2.0])
         spring = Spring("arm", "A", anchor="C", stiffness=40.0, length=1.2, damping=6.0, preload=2.5)
         course = held_arm(spring, angle=angle, rate=1.5)
@@ -250,12 +250,12 @@ class TestSprings:
         efforts = drive_efforts(course, reactions(course))[0]
         np.testing.assert_allclose(efforts, -np.imag(np.conj(2.0 * np.exp(1j * angle)) * pull), rtol=1e-12)
 
-    def test_a_spring_of_no_length_pulls_with_the_distance(self):
+    def test_a_spring_of_length_zero_pulls_with_the_distance(self):
         course = held_arm(angle=[0.0, 1.0])
         spring = Spring("arm", "O", anchor="O", stiffness=40.0)
         np.testing.assert_array_equal(next(iter(spring.forces(course)))[2], 0.0)
 
-    def test_a_tight_spring_whose_ends_meet_has_no_direction(self):
+    def test_a_preloaded_spring_has_no_direction_if_its_ends_meet(self):
         course = held_arm(angle=[0.0])
         assert np.isnan(next(iter(Spring("arm", "O", anchor="O", preload=1.0).forces(course)))[2]).all()
 
@@ -266,7 +266,7 @@ class TestSprings:
         work = np.trapezoid(-load_power(course), angle)
         assert np.diff(spring.energy(course)[[0, -1]])[0] == pytest.approx(work, rel=1e-8)
 
-    def test_a_torsion_spring_winds_over_any_number_of_turns_at_a_driven_pin(self):
+    def test_a_torsion_spring_at_a_driven_pin_counts_turns(self):
         spring = TorsionSpring("arm", "O", stiffness=3.0, angle=0.5, damping=0.2, preload=1.0)
         course = held_arm(spring, angle=[0.5, 20.0], rate=4.0)
         expected = 1.0 + 3.0 * np.array([0.0, 19.5]) + 0.8
@@ -275,7 +275,7 @@ class TestSprings:
         course = held_arm(turned, angle=[0.5, 20.0], rate=4.0)
         np.testing.assert_allclose(drive_efforts(course, reactions(course))[0], expected, rtol=1e-13)
 
-    def test_a_torsion_spring_at_a_free_pin_takes_the_short_way(self):
+    def test_a_torsion_spring_at_a_free_pin_stays_within_half_a_turn(self):
         case = four_bar(loads=(TorsionSpring("rocker", "D", stiffness=2.0, angle=3.0),))
         course = motion(case.mechanism, case.drive)
         direction = position_of(course, "rocker", "B") - position_of(course, "rocker", "D")
@@ -283,8 +283,8 @@ class TestSprings:
         np.testing.assert_allclose(next(iter(case.mechanism.loads[0].forces(course)))[3], expected, rtol=1e-12)
 
     @pytest.mark.parametrize("name", ["RRR", "RRP", "six-bar", "triad"])
-    def test_the_frame_feels_what_accelerates_the_masses(self, name):
-        """With no loads but springs inside, the frame's force is the sum of m (g - a), springs on it among them."""
+    def test_the_ground_force_is_that_of_the_accelerated_masses(self, name):
+        """Springs inside cancel, springs to the ground count: the ground force is the sum of m (g - a)."""
         case = sprung(ALL[name]())
         mechanism = replaced(case.mechanism, loads=springs(case))
         course = motion(mechanism, case.drive, case.rate, case.rate2)
@@ -310,11 +310,11 @@ class TestSprings:
             (TorsionSpring("arm", "A"), 'a load: link "ground" has no point "A"'),
         ],
     )
-    def test_its_ends_must_be_there(self, spring, message):
+    def test_its_ends_must_exist(self, spring, message):
         with pytest.raises(MechanismError, match=message):
             held_arm(spring)
 
-    def test_dampers_turn_all_they_take_into_heat(self):
+    def test_dampers_dissipate_all_their_power(self):
         spring = Spring("arm", "A", anchor="C", damping=6.0)
         torsion = TorsionSpring("arm", "O", damping=0.7)
         course = held_arm(spring, torsion, angle=turn(7), rate=-2.0)
@@ -334,7 +334,7 @@ class TestForceLaws:
         np.testing.assert_allclose(curve(x), 2 - x + 0.5 * x**3, atol=1e-13)
 
     @pytest.mark.parametrize("interpolation", ["linear", "cubic"])
-    def test_beyond_its_ends_a_table_is_refused_or_held(self, interpolation):
+    def test_a_table_raises_or_holds_beyond_its_ends(self, interpolation):
         at, value = [0.0, 1.0, 2.0, 3.0], [5.0, 6.0, 8.0, 1.0]
         with pytest.raises(TableError, match=r"asked at 3\.5, but the table goes from 0 to 3"):
             table_curve(at, value, interpolation)([1.0, 3.5])
@@ -352,12 +352,12 @@ class TestForceLaws:
             ([0.0, 1.0], [1.0, 2.0], "nearest", "expected"),
         ],
     )
-    def test_a_table_that_cannot_be_is_refused(self, at, value, interpolation, message):
+    def test_an_invalid_table_is_an_error(self, at, value, interpolation, message):
         with pytest.raises(TableError, match=message):
             table_curve(at, value, interpolation)
 
     def test_laws_multiply_loads(self):
-        """Against time, the crank's angle, the slide, its rate, and all of them together."""
+        """Laws of time, crank angle, slide and its rate, and their sum."""
         mechanism = slider_crank(count=8).mechanism
         time = np.linspace(0.0, 2.0, 8)
 
@@ -384,8 +384,13 @@ class TestForceLaws:
         found, course = moment_under(sum_of_laws(*(law for law, _ in laws.values())))
         np.testing.assert_allclose(found, 10.0 * sum(expected(course) for _, expected in laws.values()), atol=1e-10)
 
-    def test_a_load_of_ones_own_is_any_object_with_points_and_forces(self):
-        """Air drag on a point: -c |v| v."""
+    def test_a_custom_load_is_any_object_with_points_and_forces(self):
+        """Air drag on a point: -c
+
+        v
+
+        v.
+        """
 
         class Drag:
             points = (("arm", "A"),)
@@ -400,14 +405,14 @@ class TestForceLaws:
 
 class TestRates:
     @pytest.mark.parametrize("name", ALL)
-    def test_the_same_positions_at_other_rates_are_the_motion_at_those_rates(self, name):
+    def test_changed_rates_equal_a_motion_at_those_rates(self, name):
         case = ALL[name]()
         course, other = motion_of(case), motion(case.mechanism, case.drive, 2.5, -1.5)
         changed = with_rates(course, 2.5, -1.5)
         np.testing.assert_array_equal(changed.acceleration, other.acceleration)
         np.testing.assert_array_equal(changed.angular_velocity, other.angular_velocity)
 
-    def test_a_driven_slider_takes_the_force_of_its_mass(self):
+    def test_the_effort_of_a_driven_slider_accelerates_its_mass(self):
         links = (Link("ground", {"G": 0.0}), Link("block", {"P": 0.0, "E": 0.1}, (Beam("P", "E", 30.0),)))
         rail = Slider("rail", "block", "ground", "P", origin=0.0, direction=np.exp(0.3j))
         mechanism = Mechanism(links, (SliderDrive("rail"),), {"P": 0.0}, (rail,), gravity=-10j)
@@ -417,7 +422,7 @@ class TestRates:
 
 
 class TestRotors:
-    """A rotor's inertia, reduced to a drive on the ground, is as much inertia of the link that it turns."""
+    """The inertia of a rotor, reduced to a drive on the ground, acts like a disc on the driven link."""
 
     @staticmethod
     def with_rotor(mechanism, inertia):
@@ -447,7 +452,7 @@ class TestRotors:
         np.testing.assert_allclose(kinetic_energy(one), kinetic_energy(other), rtol=1e-13)
         np.testing.assert_allclose(reduced_inertia(one)[0], reduced_inertia(other)[0], rtol=1e-13)
 
-    def test_joints_do_not_bear_it(self):
+    def test_joints_do_not_transmit_its_moment(self):
         mechanism = four_bar().mechanism
         one, other = (motion(each, turn(9, 0.3), 7.0, 30.0) for each in (self.with_rotor(mechanism, 0.7), mechanism))
         for with_it, without in zip(reactions(one).moment, reactions(other).moment, strict=True):

@@ -1,7 +1,7 @@
-"""Claim: the push between the teeth of gears is in pins, guides, carriers and ground, in loads as in deflections.
+"""Tooth forces appear in pins, guides, carriers and ground, for loads and deflections.
 
-References: free bodies by hand (tests/geared.py), Newton's and Euler's laws for the whole, Shigley's spur gears, closed
-forms of a cantilever, finite elements, virtual power.
+References are free bodies by hand (tests/geared.py), Newton-Euler laws of the whole, Shigley's spur gears, closed
+forms of a cantilever, finite elements, and virtual power.
 """
 
 from dataclasses import replace
@@ -39,18 +39,18 @@ CASES = in_tiers([(name, seed) for seed in range(8) for name in TRAINS], 2 * len
 
 
 def near(found, expected, size):
-    """Whether two results differ by round-off of a size alone."""
+    """Assert agreement to round-off of a given size."""
     np.testing.assert_allclose(found, expected, rtol=0, atol=ROUND_OFF * size)
 
 
 def moved(train):
-    """The motion of a train."""
+    """Return the motion of a train."""
     return motion(train.mechanism, train.drive, train.rate, train.rate2)
 
 
 @pytest.mark.parametrize(("name", "seed"), CASES)
 class TestFreeBodies:
-    def test_every_pin_guide_and_drive_carries_what_balance_by_hand_asks(self, name, seed):
+    def test_pins_guides_and_drives_agree_with_free_bodies(self, name, seed):
         train = TRAINS[name](seed)
         course, free = moved(train), free_bodies(train)
         forces = reactions(course)
@@ -66,8 +66,8 @@ class TestFreeBodies:
         near(forces.ground_force, free.ground, size)
         near(forces.ground_moment, free.ground_moment, size)
 
-    def test_the_shaking_is_that_of_the_whole(self, name, seed):
-        """Weights, loads and inertia of all bodies, whatever holds them together."""
+    def test_the_shaking_force_is_that_of_the_whole(self, name, seed):
+        """It follows from weights, loads and inertia of all bodies, for any joints."""
         train = TRAINS[name](seed)
         forces = reactions(moved(train))
         force = sum(body.load for body in train.bodies)
@@ -86,15 +86,15 @@ class TestFreeBodies:
         near(one.ground_force, other.ground_force, np.abs(other.force).max())
         near(one.ground_moment, other.ground_moment, np.abs(other.force).max())
 
-    def test_drives_pay_as_without_teeth(self, name, seed):
-        """The push does no work: belts of the same ratios ask for the same efforts, and so does virtual work."""
+    def test_efforts_are_those_without_teeth(self, name, seed):
+        """Tooth forces do no work: belts of the same ratios have the same efforts, and so does virtual work."""
         train = TRAINS[name](seed)
         belts = tuple(replace(gear, pressure_angle=None) for gear in train.mechanism.gears)
         course, other = moved(train), moved(replace(train, mechanism=replace(train.mechanism, gears=belts)))
         efforts = drive_efforts(course, reactions(course))
         near(efforts, drive_efforts(other, reactions(other)), np.abs(efforts).max())
         near(efforts, virtual_work_efforts(course), np.abs(efforts).max())
-        # The ground feels the same, however the forces go there.
+        # The ground forces are the same, although they have other paths.
         size = np.abs(free_bodies(train).pins).max()
         near(reactions(other).ground_force, reactions(course).ground_force, size)
         near(reactions(other).ground_moment, reactions(course).ground_moment, size)
@@ -121,13 +121,13 @@ class TestFreeBodies:
 
 
 def wheel(name, point, mass=0.0):
-    """A wheel with its mass, if any, at its centre."""
+    """Return a wheel, with its mass, if any, at the centre."""
     return Link(name, {point: 0.0}, (), (Lump(point, mass, 1e-4),) if mass else ())
 
 
 class TestTextbook:
     def test_shafts_of_a_pair(self):
-        """Ft = T/r and Fr = Ft tan(alpha), apart, whichever way it turns and is driven."""
+        """Ft = T/r and Fr = Ft tan(alpha), separating, for both senses of rotation and both drivers."""
         r1, r2, torque = 0.04, 0.1, 12.0
         ground = Link("ground", {"O": 0.0, "W": r1 + r2})
         gears = (Gear(PinDrive("one", "O"), PinDrive("two", "W"), -r1 / r2, np.radians(25)),)
@@ -141,7 +141,7 @@ class TestTextbook:
             assert two == pytest.approx(1j * sign * tangential - radial)
             assert one == pytest.approx(-1j * sign * tangential + radial)
 
-    def test_the_idler_of_a_train(self):
+    def test_an_idler(self):
         """Shigley's Mechanical Engineering Design, example 13-7: 2.5 kW, 1750 rpm, module 2.5 mm, 20, 50, 30 teeth."""
         radii = [2.5e-3 * teeth / 2 for teeth in (20, 50, 30)]
         torque = 2500 / (1750 * 2 * np.pi / 60)
@@ -166,15 +166,15 @@ class TestTextbook:
 
 
 def bar(name, *points):
-    """A link of beams along its points in a row, and where they are."""
+    """Return a link with beams along its points."""
     beams = tuple(Beam(one, other, 0.4) for (one, _), (other, _) in pairwise(points))
     return Link(name, dict(points), beams)
 
 
 def epicyclic(free=-0.6, back=False):
-    """An elastic arm carries an elastic planet and a wheel; the planet runs around a sun of the ground.
+    """Return an elastic arm with an elastic planet and a wheel; the planet rolls around a sun on the ground.
 
-    `back`: the joints that the gears tie are named the other way round.
+    `back` names the geared joints in the other order.
     """
     links = (
         Link("ground", {"O": 0.0}),
@@ -197,7 +197,7 @@ def epicyclic(free=-0.6, back=False):
 
 
 def elastic_rack(drives):
-    """An elastic wheel on the ground and a rack of two beams, either driving, either side."""
+    """Return an elastic wheel on the ground and a rack of two beams; `drives` makes the rack the driver."""
     links = (
         Link("ground", {"O": 0.0}),
         bar("wheel", ("E", 0.06), ("O", 0.0)),
@@ -212,7 +212,7 @@ def elastic_rack(drives):
 
 
 def sun_and_arm():
-    """A sun turns an elastic planet in a ring of the ground, and so the elastic arm that carries it."""
+    """Return a sun that drives an elastic planet in a ring on the ground, and so the elastic arm of the planet."""
     links = (
         Link("ground", {"O": 0.0}),
         wheel("sun", "O", 0.5),
@@ -229,7 +229,7 @@ def sun_and_arm():
 
 
 def cart_on_wheels(motor=False):
-    """An elastic cart with an elastic wheel that rolls on the ground, which a motor on the cart may turn."""
+    """Return an elastic cart with an elastic rolling wheel, optionally driven by a motor on the cart."""
     links = (
         Link("ground", {}),
         bar("cart", ("F", 0.15 + 0.05j), ("R", 0.0), ("H", -0.1)),
@@ -244,9 +244,9 @@ def cart_on_wheels(motor=False):
 
 
 def geared_parallelogram(sun=False):
-    """A wheel turns the first of three cranks of one coupler on an elastic arm: one condition too many behind teeth.
+    """Return three cranks of one coupler on an elastic arm; a wheel drives the first, so one condition is redundant.
 
-    The wheel has a drive of its own, or is a sun that the ground holds.
+    The wheel has its own drive, or is a sun fixed to the ground.
     """
     points = {"A": 0.0, "B": 0.15, "C": 0.3}
     base = {"D": 0.1 + 0.12j, "E": 0.25 + 0.12j, "F": 0.4 + 0.12j}
@@ -283,7 +283,7 @@ ELASTIC = {
 
 
 def held_twice(load):
-    """A crank that a strut holds, geared to a sun of the ground through the arm that carries it, which stands still."""
+    """Return a crank held by a strut, and geared to a sun on the ground through the resting arm that carries it."""
     links = (
         Link("ground", {"O": 0.0, "D": 0.55}),
         Link("arm", {"O": 0.0, "W": 0.2}),
@@ -297,7 +297,7 @@ def held_twice(load):
 
 
 def elastic_course(name):
-    """A case at some positions, and its sections."""
+    """Return the motion of a case at some positions, and its sections."""
     mechanism, size = ELASTIC[name]
     steps = size * np.linspace(0.1, 5.0, 9)
     drive = np.array([steps, -0.4 * steps])[: len(mechanism.drives)]
@@ -319,16 +319,16 @@ class TestDeflection:
             efforts = drive_efforts(course, solved.forces)
             near(found.efforts, efforts, 1e2 * np.abs(efforts).max())
 
-    def test_names_the_other_way_round_are_the_same(self):
+    def test_the_order_of_joint_names_does_not_matter(self):
         one, other = (deflection(*elastic_course(name)) for name in ("outside", "outside, named the other way"))
         near(other.w, one.w, np.abs(one.w).max())
         near(other.forces.ground_moment, one.forces.ground_moment, np.abs(one.forces.ground_moment).max())
 
     @pytest.mark.parametrize("load", 300 * np.exp(2j * np.pi * np.arange(8) / 8))
-    def test_what_a_strut_takes_from_the_teeth(self, load):
-        """A wheel of the ground, held by teeth and by an elastic strut: stiffness alone tells which flank is loaded.
+    def test_a_strut_and_teeth_share_a_load(self, load):
+        """A wheel on the ground is held by teeth and an elastic strut: stiffness decides on the loaded flank.
 
-        The ground feels the load alone, and its moment.
+        The ground carries only the load and its moment.
         """
         course = held_twice(load)
         sections = [Section(2e5, 20.0), Section(1e5, 30.0)]
@@ -341,14 +341,14 @@ class TestDeflection:
 
     @staticmethod
     def soft_joint(course):
-        """Where the first gear's follower is that shares its point with no other."""
+        """Return the joint of the first gear's follower that shares its point with no other joint."""
         joints = course.structure.joints
         names = [joint.name for joint in joints]
         return next(joint.name for joint in joints if joint.gear and names.count(joint.name) == 1)
 
     @pytest.mark.parametrize("name", sorted(set(ELASTIC) - {"driven rack", "driving rack"}))
-    def test_the_push_is_seen_where_a_link_carries_the_wheels(self, name):
-        """Else nothing of this is tested: without teeth the links bend otherwise. On the ground pins bear it all."""
+    def test_tooth_forces_bend_a_link_that_carries_the_wheels(self, name):
+        """This guards the other tests. Without teeth the deflection differs; on the ground pins carry the forces."""
         course, sections = elastic_course(name)
         belts = tuple(replace(gear, pressure_angle=None) for gear in course.mechanism.gears)
         other = motion(
@@ -364,8 +364,8 @@ class TestDeflection:
         other = fem_check.natural_frequencies(course, sections, 12, 2, found.position)
         np.testing.assert_allclose(other, found.omega, rtol=1e-5)
 
-    def test_a_wheel_on_a_cantilever_turns_as_its_centre_sinks(self):
-        """The arm bends as a cantilever of length l under the push: w = F l^3/3EI, u = F l/EA; the teeth follow."""
+    def test_a_wheel_on_a_cantilever_rotates_as_its_centre_sinks(self):
+        """The arm is a cantilever of length l under the tooth force: w = F l^3/3EI, u = F l/EA; the teeth follow."""
         length, ratio, torque, EA, EI, slope = 0.4, -0.6, 9.0, 1e6, 50.0, np.tan(np.radians(20))
         links = (
             Link("ground", {"O": 0.0}),
@@ -386,14 +386,15 @@ class TestDeflection:
             assert solved.V[:, 0, 0].sum() == pytest.approx(-down)
             sinks, stretched = down * length**3 / (3 * EI), out * length / EA
             assert solved.w[:, 0, 0].sum() == pytest.approx(sinks)
-            # Along the line of action the tooth stays where it is: -sinks/r of the wheel, and what leaning adds.
+            # The tooth stays on the line of action: the wheel rotates by -sinks/r and by the effect of the arm's
+            # stretch.
             expected = sinks / radius - sign * stretched * slope / radius
             assert solved.angle[3, 0] == pytest.approx(expected)
 
 
 class TestWithoutTeeth:
-    def test_where_no_link_carries_both_the_moment_alone_is_passed(self):
-        """A planet on an arm that turns a wheel of the ground: the ground still feels all, by the whole's balance."""
+    def test_only_the_moment_is_passed_without_a_common_carrier(self):
+        """A planet on an arm drives a wheel on the ground, and the ground still carries all forces."""
         links = (
             Link("ground", {"O": 0.0, "W": 0.4}),
             Link("arm", {"O": 0.0, "P": 0.1}, (), (Lump("P", 0.7),)),
@@ -412,7 +413,7 @@ class TestWithoutTeeth:
         assert forces.moment[-1] == pytest.approx(-4.0)
 
     @pytest.mark.parametrize("ratio", [1.0, -1.0])
-    def test_wheels_of_ratio_one_touch_nowhere(self, ratio):
+    def test_wheels_of_ratio_one_have_no_contact(self, ratio):
         links = (Link("ground", {"O": 0.0, "W": 0.4}), wheel("one", "O"), wheel("two", "W"))
         gear = Gear(PinDrive("one", "O"), PinDrive("two", "W"), ratio)
         load = PointLoad("two", "W", moment=4.0)
@@ -420,7 +421,7 @@ class TestWithoutTeeth:
         assert np.abs(forces.force).max() == pytest.approx(0.0 if ratio == 1 else 20 / np.cos(np.radians(20)))
         assert forces.ground_moment == pytest.approx(4.0)
 
-    def test_slides_that_are_tied_pass_the_force_alone(self):
+    def test_geared_slides_pass_only_the_force(self):
         links = (Link("ground", {}), wheel("one", "R", 1.0), wheel("two", "S", 2.0))
         sliders = (
             Slider("first", "one", "ground", "R", 0.0, 1.0),
@@ -436,15 +437,15 @@ class TestWithoutTeeth:
         assert forces.ground_moment == pytest.approx(cross(0.8j, 5.0 - 7.0j))
 
     @pytest.mark.parametrize("angle", [-0.1, np.pi / 2, np.nan])
-    def test_a_pressure_angle_is_less_than_a_right_one(self, angle):
+    def test_a_pressure_angle_is_acute(self, angle):
         links = (Link("ground", {"O": 0.0, "W": 0.4}), wheel("one", "O"), wheel("two", "W"))
         gear = Gear(PinDrive("one", "O"), PinDrive("two", "W"), -1.0, angle)
         with pytest.raises(MechanismError, match="pressure angle"):
             Mechanism(links, (PinDrive("one", "O"),), {}, gears=(gear,))
 
 
-def test_many_designs_go_together():
-    """Carriers of several lengths at once, as each by itself."""
+def test_several_designs_equal_single_ones():
+    """The carriers have several lengths."""
     reach = np.array([[0.1], [0.2], [0.35]])
 
     def forces_of(length):

@@ -1,4 +1,4 @@
-"""Gears and racks: ratios, work, and what follows of them."""
+"""Gears and racks: ratios, work and consequences."""
 
 from dataclasses import replace
 
@@ -33,7 +33,7 @@ def bar(name, start, end, length):
 
 
 def geared_four_bar():
-    """A pinion turns a wheel, the wheel is the crank of a four-bar and moves a rack."""
+    """A pinion drives a wheel, which is the crank of a four-bar and moves a rack."""
     links = (
         Link("ground", {"O": 0.0, "W": 0.2, "D": 0.55}),
         Link("pinion", {"O": 0.0}, (), (Lump("O", 0.5, 1e-4),)),
@@ -56,7 +56,7 @@ def geared_four_bar():
 
 
 def four_bar():
-    """The same four-bar with its crank driven."""
+    """The same four-bar with a driven crank."""
     whole = geared_four_bar()
     return replace(
         whole,
@@ -79,7 +79,7 @@ def test_wheels_and_a_rack_move_by_their_ratios():
     np.testing.assert_allclose(going.velocity[index["rack"]], 4.0, rtol=1e-14)
 
 
-def test_a_geared_crank_moves_and_bends_its_four_bar_as_a_driven_one():
+def test_a_geared_crank_acts_like_a_driven_one():
     geared, driven = motion(geared_four_bar(), -3 * ANGLES, -300.0), motion(four_bar(), ANGLES, 100.0)
     one, other = (deflection(going, [STEEL] * 3) for going in (geared, driven))
     for field in ("N", "V", "M", "u", "w", "phi"):
@@ -87,14 +87,14 @@ def test_a_geared_crank_moves_and_bends_its_four_bar_as_a_driven_one():
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max(axis=(1, 2)).max())
 
 
-def test_the_drive_pays_for_all_it_moves():
+def test_the_drive_supplies_the_power_of_all_it_moves():
     course = geared_four_bar()
     effort = drive_efforts(going := motion(course, -3 * ANGLES, -300.0), reactions(going))[0]
     direct = drive_efforts(alone := motion(four_bar(), ANGLES, 100.0), reactions(alone))[0]
     np.testing.assert_allclose(effort * -300.0, direct * 100.0, rtol=0, atol=1e-11 * np.abs(direct).max() * 100)
 
 
-def test_the_rack_is_pushed_through_both_gears():
+def test_a_force_on_the_rack_acts_through_both_gears():
     course = replace(geared_four_bar(), loads=(PointLoad("rack", "R", force=-7.0),), gravity=0.0)
     free = replace(course, loads=())
     loaded, bare = (
@@ -103,7 +103,7 @@ def test_the_rack_is_pushed_through_both_gears():
     np.testing.assert_allclose(loaded - bare, 7.0 * 0.04 * (-1 / 3), rtol=1e-10)
 
 
-def test_planetary_train_after_willis():
+def test_planetary_train_by_willis():
     sun, planet = 24, 18
     ring = sun + 2 * planet
     links = (
@@ -130,7 +130,7 @@ def test_planetary_train_after_willis():
 
 
 def epicyclic(drive, gears):
-    """A sun, a planet and the carrier that it runs on, in a ring of the ground."""
+    """Return a sun, a planet and their carrier in a ring on the ground."""
     links = (
         Link("ground", {"O": 0.0}),
         bar("carrier", "O", "P", 0.15),
@@ -144,13 +144,13 @@ ON_CARRIER = PinDrive("sun", "O", "carrier"), PinDrive("planet", "P", "carrier")
 
 
 def driven_by_its_sun(ring=4.0):
-    """Two gears of which each moves a joint that drives the other; the ring has `ring` times the planet's radius."""
+    """Return two gears, each of which drives the other; `ring` is the radius of the ring over the planet's."""
     gears = Gear(*ON_CARRIER, -2.0), Gear(ON_CARRIER[1], PinDrive("carrier", "O"), -1 / ring)
     return epicyclic(PinDrive("sun", "O"), gears)
 
 
-def test_a_train_moves_alike_driven_by_its_sun_and_by_its_carrier():
-    """Willis: the carrier makes a third of the sun's turns. Either drive pays the same power."""
+def test_a_train_driven_by_its_sun_or_its_carrier_moves_alike():
+    """Willis: the carrier has a third of the sun's speed. Both drives have the same power."""
     by_carrier = epicyclic(
         PinDrive("carrier", "O"),
         (Gear(PinDrive("carrier", "O"), ON_CARRIER[1], -4.0), Gear(ON_CARRIER[1], ON_CARRIER[0], -0.5)),
@@ -168,14 +168,14 @@ def test_a_train_moves_alike_driven_by_its_sun_and_by_its_carrier():
     assert (held.mobility, held.hyperstaticity) == (1, 0)
 
 
-def test_gears_that_lock_one_another_are_told():
-    """With such a ring the carrier may stand anywhere, and the sun nowhere but as drawn."""
+def test_gears_that_lock_each_other_are_an_error():
+    """With this ring the carrier is free, and the sun is locked in its drawn position."""
     with pytest.raises(MechanismError, match='the gears of "carrier", "planet" lock one another or leave'):
         motion(driven_by_its_sun(-2.0), [0.0], 1.0)
 
 
-def test_gears_that_drive_one_another_within_a_loop_of_links_are_refused():
-    """A four-bar whose crank follows a wheel on its own coupler: determinate, but not placed joint after joint."""
+def test_gears_that_drive_each_other_within_a_loop_are_an_error():
+    """The crank of a four-bar follows a wheel on its coupler: determinate, but not solvable joint by joint."""
     course = four_bar()
     links = (*course.links, Link("planet", {"A": 0.0}))
     gears = (Gear(PinDrive("planet", "A", "coupler"), PinDrive("wheel", "W"), -0.5),)
@@ -184,14 +184,14 @@ def test_gears_that_drive_one_another_within_a_loop_of_links_are_refused():
         motion(asked, [0.0], 1.0)
 
 
-def test_a_rack_runs_on_the_ground():
+def test_a_rack_on_a_moving_link_is_an_error():
     course = geared_four_bar()
     moving = replace(course.sliders[0], on="pinion")
     with pytest.raises(MechanismError, match='"guide" runs on a moving link'):
         motion(replace(course, sliders=(moving,)), ANGLES, 1.0)
 
 
-def test_a_joint_is_moved_once():
+def test_a_joint_moved_twice_is_an_error():
     course = replace(four_bar(), gears=(Gear(PinDrive("rocker", "D"), PinDrive("wheel", "W"), 2.0),))
     with pytest.raises(MechanismError, match='"W" is moved twice'):
         motion(course, ANGLES, 1.0)
@@ -217,19 +217,19 @@ def test_a_wheel_on_a_turning_rocker_does_not_lose_turns():
     np.testing.assert_allclose(np.diff(np.unwrap(np.angle(whole.direction[4]))), 0.1 * np.diff(turned), atol=1e-12)
 
 
-def test_gears_count_as_one_condition_each():
+def test_each_gear_is_one_condition():
     course = geared_four_bar()
     contacts = gear_contacts(course)
     found = mobility(planar_chain(assembled(course), contacts))
     assert (int(found.mobility), int(found.hyperstaticity)) == (1, 0)
     assert mobility_count(course, contacts) == 1
     assert contacts[0].at == pytest.approx(0.05)  # wheels of 50 and 150 mm, 200 mm apart
-    assert contacts[1].at == pytest.approx(0.2 - 0.04j)  # the rack passes below the wheel, which turns it forwards
+    assert contacts[1].at == pytest.approx(0.2 - 0.04j)  # the rack passes below the wheel, which moves it forwards
 
 
 @pytest.mark.parametrize(("link", "on", "ratio"), [("arm", "ground", 0.75), ("ground", "arm", -0.75)])
-def test_a_gear_may_name_its_driver_the_other_way_than_the_drive(link, on, ratio):
-    """A wheel on the ground turns by 0.75 of the arm, places as velocities, whichever way the arm's pin is named."""
+def test_a_gear_can_name_its_driver_in_either_order(link, on, ratio):
+    """A wheel on the ground follows 0.75 of the arm in position and velocity, for both orders of the arm's pin."""
     links = (
         Link("ground", {"O": 0.0, "W": 0.2}),
         Link("arm", {"O": 0.0, "P": 0.1}),
@@ -242,7 +242,7 @@ def test_a_gear_may_name_its_driver_the_other_way_than_the_drive(link, on, ratio
     np.testing.assert_allclose(going.direction[2], np.exp(0.75j * ANGLES), rtol=0, atol=1e-13)
 
 
-def test_the_condition_is_known_of_gears_without_teeth():
+def test_the_condition_of_gears_without_teeth_is_known():
     scene = read_scene(shipped_scenes()["flapping_wing"])
     solved = deflection(scene_motion(scene, 8), scene.sections, joints=scene.joints)
     assert (solved.condition >= 1.0).all()

@@ -1,6 +1,6 @@
-"""Claim: whatever the mechanism, the laws of mechanics hold.
+"""The laws of mechanics hold for random mechanisms.
 
-Random mechanisms, every load on them: energy, virtual work, frames, units, time.
+Energy, virtual work, change of frame, units and time reversal are tested with every kind of load.
 """
 
 from __future__ import annotations
@@ -49,13 +49,13 @@ quick = settings(max_examples=25, derandomize=True, deadline=None)
 
 
 def between(low, high):
-    """Even steps: simple examples when one fails."""
+    """Return a strategy with even steps, so that failing examples are simple."""
     return st.integers(0, 1000).map(lambda part: low + (high - low) * part / 1000)
 
 
 @st.composite
 def four_bars(draw):
-    """Crank rockers: crank and base shorter together than the other two, and the crank shortest, with room to spare."""
+    """Draw crank-rockers: the crank is shortest, and Grashof's condition holds with a margin."""
     crank, coupler, rocker = draw(between(0.05, 0.1)), draw(between(0.3, 0.45)), draw(between(0.3, 0.45))
     base = draw(between(abs(coupler - rocker) + 2.5 * crank, coupler + rocker - 1.5 * crank))
     around = draw(between(-3.0, 3.0))
@@ -94,8 +94,8 @@ def largest(values):
 class TestEnergy:
     @quick
     @given(mechanisms)
-    def test_drives_pay_for_every_change(self, case):
-        """Drive efforts times rates, and the power of weight and loads, are the rate of kinetic energy."""
+    def test_drives_and_loads_supply_the_kinetic_energy(self, case):
+        """The power of drives, weight and loads is the rate of kinetic energy."""
         going = course(case)
         driven = drive_efforts(going, reactions(going)) * going.drive_rate
         rest = balance.applied_power(going) - balance.kinetic_power(going)
@@ -105,7 +105,7 @@ class TestEnergy:
     @quick
     @given(st.one_of(four_bars(), slider_cranks(), inverted_slider_cranks()))
     def test_kinetic_energy_over_a_turn(self, case):
-        """The same with the rate of the energy from its Fourier series: nothing in it knows accelerations."""
+        """The rate of energy is by Fourier series, so no accelerations are involved."""
         count, rate = 256, 3.0
         going = motion(case.mechanism, turn(count, case.drive[0, 0]), rate)
         energy = balance.kinetic_energy(going)
@@ -116,8 +116,8 @@ class TestEnergy:
 
     @quick
     @given(mechanisms)
-    def test_joint_forces_do_no_work_on_the_whole(self, case):
-        """Power of all joint forces on all links, drives left out, is zero: action and reaction, and frictionless."""
+    def test_joint_forces_do_no_work(self, case):
+        """The total power of joint forces without drives is zero: joints are frictionless."""
         going = course(case)
         forces = reactions(going)
         total, scale = 0.0, 0.0
@@ -138,8 +138,8 @@ class TestEnergy:
 
     @quick
     @given(mechanisms)
-    def test_loads_do_the_work_that_beams_store(self, case):
-        """Clapeyron: without weight and inertia, half the loads' work is the strain energy N^2/2EA + M^2/2EI."""
+    def test_half_the_work_of_loads_is_the_strain_energy(self, case):
+        """Clapeyron, without weight and inertia; the strain energy is N^2/2EA + M^2/2EI."""
         still = motion(replaced(case.mechanism, gravity=0.0), case.drive)
         solution = deflection(still, case.sections)
         stored = 0.0
@@ -153,15 +153,15 @@ class TestEnergy:
 
     @quick
     @given(mechanisms)
-    def test_rigid_motion_stores_nothing(self, case):
-        """Without any load nothing bends, however it is turned and placed."""
+    def test_rigid_motion_causes_no_deflection(self, case):
+        """Without load nothing bends, for any position and rotation."""
         bare = replaced(case.mechanism, gravity=0.0, loads=())
         solution = deflection(motion(bare, case.drive), case.sections)
         assert largest([getattr(solution, field) for field in PRIMARY]) == 0.0
 
 
 def half_work(solution):
-    """Half of the loads times the displacements they meet."""
+    """Return half the work of the loads on their displacements."""
     going = solution.motion
     mechanism = going.mechanism
     work = 0.0
@@ -185,7 +185,7 @@ def half_work(solution):
 
 
 def moved_point(solution, at, point):
-    """Displacement and rotation of a link's point, from the beam that ends there, or from the link's axes."""
+    """Return displacement and rotation of a point, from the beam that ends there or from the link's axes."""
     going = solution.motion
     link = going.mechanism.links[at]
     for k, (owner, beam) in enumerate(going.mechanism.beams):
@@ -202,8 +202,8 @@ def moved_point(solution, at, point):
 class TestFrames:
     @quick
     @given(mechanisms, between(-3.0, 3.0), between(-2.0, 2.0), between(-2.0, 2.0))
-    def test_turned_and_moved(self, case, angle, x, y):
-        """The drawing, the ground, gravity and fixed loads turned and moved together: fields stay."""
+    def test_rotation_and_translation(self, case, angle, x, y):
+        """Drawing, ground, gravity and fixed loads are rotated and translated together: fields stay the same."""
         turned, away = np.exp(1j * angle), complex(x, y)
         here = deflection(course(case), case.sections)
         other_case = in_another_frame(case, turned, away)
@@ -218,8 +218,8 @@ class TestFrames:
 
     @quick
     @given(mechanisms)
-    def test_mirrored(self, case):
-        """Seen from behind: displacements along stay, those across, slopes, moments and shears change sign."""
+    def test_reflection(self, case):
+        """Viewed from behind, axial quantities stay; transverse ones, slopes and moments change sign."""
         here = deflection(course(case), case.sections)
         other = mirrored(case)
         there = deflection(course(other), other.sections)
@@ -229,8 +229,8 @@ class TestFrames:
 
     @quick
     @given(mechanisms)
-    def test_time_reversed(self, case):
-        """Run backwards, everything but the velocities is the same."""
+    def test_time_reversal(self, case):
+        """In reversed motion only the velocities change sign."""
         forth = course(case)
         back = motion(case.mechanism, case.drive, -case.rate, case.rate2)
         np.testing.assert_array_equal(back.velocity, -forth.velocity)
@@ -241,7 +241,7 @@ class TestFrames:
     @quick
     @given(mechanisms, st.sampled_from([1e-3, 25.4, 1e3]), st.sampled_from([1e-3, 7.0]), st.sampled_from([60.0, 1e-3]))
     def test_other_units(self, case, metre, kilogram, second):
-        """Lengths, masses and times in other units: every result changes by the power of its dimension."""
+        """In other units of length, mass and time each result scales with its dimension."""
         here = deflection(course(case), case.sections)
         other = in_units(case, metre, kilogram, second)
         there = deflection(course(other), other.sections)
@@ -283,7 +283,7 @@ def in_another_frame(case, turned, away):
 
 
 def mirrored(case):
-    """All complex numbers replaced by their conjugates, all angles and moments by their opposites."""
+    """Return the case with conjugated complex numbers and reversed angles and moments."""
     old = case.mechanism
 
     def link(body):
@@ -345,7 +345,7 @@ class TestSuperposition:
     @quick
     @given(mechanisms)
     def test_loads_add_up(self, case):
-        """Statics and elasticity are linear: half of the loads and the other half together are the whole."""
+        """Statics and elasticity are linear, so the effects of two sets of loads sum to the whole."""
         old = case.mechanism
         whole = deflection(course(case), case.sections)
         parts = [
@@ -359,8 +359,8 @@ class TestSuperposition:
 
     @quick
     @given(st.one_of(four_bars(), slider_cranks()))
-    def test_maxwell_and_betti(self, case):
-        """A force at one joint moves another as that one's moves the first."""
+    def test_maxwell_betti(self, case):
+        """The work of one force on the displacement by another is symmetric."""
         old = replaced(case.mechanism, gravity=0.0)
         one, other = (PointLoad("crank", "A", 3 - 2j), PointLoad(old.links[2].name, "B", -1 + 4j, 0.3))
         solutions = [
@@ -372,8 +372,8 @@ class TestSuperposition:
 
     @quick
     @given(mechanisms)
-    def test_stiffer_is_stiffer(self, case):
-        """Twice the rigidities halve every displacement and leave the forces."""
+    def test_doubled_rigidity_halves_displacements(self, case):
+        """The section forces stay the same."""
         here = deflection(course(case), case.sections)
         stiff = deflection(course(case), [Section(2 * s.EA, 2 * s.EI) for s in case.sections])
         for field in ("u", "w", "phi"):
@@ -383,7 +383,7 @@ class TestSuperposition:
 
 
 def with_loads(solution, items):
-    """A deflection as if its mechanism carried other loads: to ask for the work these would do."""
+    """Return a deflection whose mechanism carries other loads, to compute their work."""
     going = replace(solution.motion, mechanism=replaced(solution.motion.mechanism, loads=items))
     return replace(solution, motion=going)
 
@@ -408,15 +408,15 @@ class TestConstruction:
             np.testing.assert_allclose(getattr(there, field), expected, rtol=0, atol=1e-11 * np.abs(expected).max())
 
     @pytest.mark.parametrize("name", [name for name in ALL if name != "six-bar, ring"])
-    def test_rigid_mechanisms_keep_their_forces(self, name):
-        """Section forces are statics: how soft the links are does not matter to them."""
+    def test_section_forces_do_not_depend_on_stiffness(self, name):
+        """The mechanisms are statically determinate."""
         case = ALL[name]()
         soft, stiff = (deflection(course(c), c.sections) for c in (case, rigid_sections(case)))
         for field in ("N", "V", "M"):
             np.testing.assert_array_equal(getattr(stiff, field), getattr(soft, field))
 
-    def test_positions_do_not_know_one_another(self):
-        """A batch equals its positions one by one."""
+    def test_positions_do_not_depend_on_each_other(self):
+        """A batch equals its single positions."""
         case = six_bar(count=7)
         together = deflection(course(case), case.sections)
         for position in range(7):
@@ -430,8 +430,8 @@ class TestConstruction:
 
 
 class TestDesigns:
-    def test_equal_a_loop(self):
-        """Lengths, masses, sections and offsets of three designs at once, through every step."""
+    def test_designs_equal_a_loop(self):
+        """Three designs differ in lengths, masses, sections and offsets."""
         rod, mass = np.array([[0.38], [0.41], [0.45]]), np.array([[0.2], [0.5], [0.9]])
         stiff = np.array([[20.0], [30.0], [50.0]])
 
@@ -459,7 +459,7 @@ class TestDesigns:
 
 
 def test_weight_is_an_acceleration_of_the_ground():
-    """Gravity g equals no gravity and a frame that accelerates with -g: a mechanism in free fall feels nothing."""
+    """Gravity g equals an acceleration -g of the frame, so a mechanism in free fall has no forces."""
     case = four_bar(loads=())
     still = [motion(replaced(case.mechanism, gravity=g), case.drive) for g in (GRAVITY, 0.0)]
     heavy = deflection(still[0], case.sections)
@@ -470,8 +470,8 @@ def test_weight_is_an_acceleration_of_the_ground():
     assert np.abs(velocity_of(still[1], "rocker", "B")).max() == 0
 
 
-def test_drives_are_mechanisms_that_are_random_enough():
-    """Guards the strategies: every kind occurs, and all of them turn fully."""
+def test_the_strategies_draw_every_kind_of_mechanism():
+    """Guards the strategies: each kind occurs, and all make full turns."""
     seen = set()
 
     @settings(max_examples=60, derandomize=True, deadline=None, database=None)

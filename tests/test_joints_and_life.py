@@ -1,4 +1,4 @@
-"""Claim: bearings, pins, eyes, clearance and fatigue of a scene are figures: told, limited, swept, with errors."""
+"""Bearings, pins, eyes, clearance and fatigue have figures, limits, errors and sweeps."""
 
 import json
 from dataclasses import replace
@@ -92,14 +92,14 @@ safety = 2
 """
 
 
-def told(text, **more):
-    """The summary of a scene."""
+def summary_of(text, **more):
+    """Return the summary of a scene."""
     return summary(computed(replace(scene_from_text(text), **more), Request()))
 
 
-def test_an_arm_that_turns_lasts_by_goodmans_line():
-    """Root of the arm: rho omega^2 L^2/2 steady, weight in bending and along the arm in quarter phase alternating."""
-    found = told(ARM + FATIGUE)
+def test_the_endurance_of_a_rotating_arm_follows_goodman():
+    """Root of the arm: rho omega^2 L^2/2 is constant; the weight alternates in bending and along the arm."""
+    found = summary_of(ARM + FATIGUE)
     pull = 7850 * 40**2 * 0.5**2 / 2
     bending = 7850 * 9.81 * 0.5**2 / 2 * 0.01 / (0.02**2 / 16)
     alternating = np.hypot(bending, 7850 * 9.81 * 0.5)
@@ -118,10 +118,10 @@ def test_an_arm_that_turns_lasts_by_goodmans_line():
     assert first["reserves"]["yield"]["value"] == found["strength"]["arm"]["safety_factor"]["value"]
 
 
-def test_factors_and_notches_lower_it_as_the_textbook_has_it():
-    plain = told(ARM + FATIGUE)["life"]["links"]["arm"]
+def test_factors_and_notches_follow_the_textbook():
+    plain = summary_of(ARM + FATIGUE)["life"]["links"]["arm"]
     factors = '[fatigue]\nsurface = "machined"\nreliability = 0.99\n[fatigue.links.arm]\nnotches = {O = 2}\n'
-    found = told(ARM + factors)["life"]["links"]["arm"]
+    found = summary_of(ARM + factors)["life"]["links"]["arm"]
     whole = 4.51 * 400**-0.265 * (0.37 * 20 / 7.62) ** -0.107 * 0.814
     assert found["factors"]["size"] == 1.0  # 7.4 mm by area, below 7.62
     assert found["endurance_limit"]["value"] == pytest.approx(200e6 * whole / (0.37 * 20 / 7.62) ** -0.107, rel=1e-3)
@@ -130,9 +130,9 @@ def test_factors_and_notches_lower_it_as_the_textbook_has_it():
     assert found["endurance"]["value"] == pytest.approx(expected, rel=1e-9)
 
 
-def test_a_life_that_ends_is_told_in_runs_and_hours():
+def test_a_finite_life_is_given_in_runs_and_hours():
     """The S-N line by hand, at 40 rad/s."""
-    found = told(ARM.replace('"200 MPa"', '"3 MPa"') + FATIGUE)
+    found = summary_of(ARM.replace('"200 MPa"', '"3 MPa"') + FATIGUE)
     row = found["life"]["links"]["arm"]
     equivalent = row["amplitude"]["value"] / (1 - row["mean"]["value"] / 400e6)
     cycles = 1e6 * (3e6 / equivalent) ** 5
@@ -144,9 +144,9 @@ def test_a_life_that_ends_is_told_in_runs_and_hours():
     assert quantity(7.2e7, "s") == "20000 h"
 
 
-def test_parts_of_a_joint_are_worked_from_its_force():
+def test_parts_of_a_joint_are_sized_from_its_force():
     text = ARM.replace("-9.81", "0.0") + PARTS
-    found = told(text)
+    found = summary_of(text)
     force = 7850 * np.pi * 0.01**2 * 40**2 * 0.5**2 / 2
     (joint,) = [each for each in found["joints"] if each["joint"] == "O"]
     values = {key: each["value"] for key, each in joint["figures"].items()}
@@ -171,8 +171,8 @@ def test_parts_of_a_joint_are_worked_from_its_force():
     assert limits["bearing_life"] == "kept"
 
 
-def test_nothing_of_them_is_told_where_a_scene_does_not_ask():
-    found = told(ARM)
+def test_a_scene_without_these_parts_has_no_such_figures():
+    found = summary_of(ARM)
     keys = {each.key for each in (*BEARINGS.figures, *LIFE.figures)}
     assert not keys & found["figures"].keys()
     assert found["life"] is None
@@ -180,7 +180,7 @@ def test_nothing_of_them_is_told_where_a_scene_does_not_ask():
     assert {mode for row in found["breaks_first"] for mode in row["reserves"]} <= {"yield", "buckling"}
 
 
-def test_they_are_swept_as_single_runs_have_them():
+def test_designs_equal_single_runs():
     text = (ARM + FATIGUE + PARTS).replace('"200 MPa"', '"3 MPa"')
     document = document_of_text(text)
     paths = ["sections.round.diameter", "bearings.O.rolling.C", "materials.steel.endurance"]
@@ -199,8 +199,8 @@ def test_they_are_swept_as_single_runs_have_them():
 
 
 @pytest.mark.slow
-def test_a_design_is_made_as_light_as_its_life_allows():
-    """The thinnest arm whose endurance and static safety are kept: one of them is met exactly."""
+def test_the_lightest_design_meets_a_limit_exactly():
+    """The thinnest arm that keeps endurance and static safety meets one of them exactly."""
     study = """
 [optimize]
 minimize = "mass"
@@ -213,7 +213,7 @@ minimize = "mass"
     after = {limit.figure: (best.after[limit.figure] / limit.bound) ** (1 if limit.least else -1)
              for limit in best.task.limits}  # fmt: skip
     assert "endurance.arm" in after
-    assert 1.0 <= min(after.values()) < 1.001  # room is left for the error of the figure
+    assert 1.0 <= min(after.values()) < 1.001  # the limit leaves room for the error
 
 
 def document_of_text(text):
@@ -222,8 +222,8 @@ def document_of_text(text):
     return document_of(tomllib.loads(text))
 
 
-def test_a_long_run_has_the_fatigue_of_the_whole(monkeypatch):
-    """Chunks alone see a part of the cycle: the amplitude is that of all."""
+def test_a_chunked_run_has_the_fatigue_of_the_whole_cycle(monkeypatch):
+    """A chunk contains only part of the cycle, but the amplitude needs the whole."""
     monkeypatch.setattr("rigid.chunks.MIN_COLUMNS", 900)
     monkeypatch.setattr("rigid.chunks.CACHE_CELLS", 900)
     scene = scene_from_text(ARM + FATIGUE + PARTS)
@@ -235,7 +235,7 @@ def test_a_long_run_has_the_fatigue_of_the_whole(monkeypatch):
         assert one == pytest.approx(other, rel=1e-3)
 
 
-def test_an_error_known_as_a_share_counts_by_the_power_of_the_load():
+def test_relative_errors_scale_with_the_power_of_the_load():
     results = computed(scene_from_text(ARM + PARTS + FATIGUE), Request())
     figures = [each for each in (*BEARINGS.figures, *LIFE.figures)
                if each.key in ("bearing_load", "bearing_life", "contact_losses")]  # fmt: skip
@@ -249,8 +249,8 @@ def test_an_error_known_as_a_share_counts_by_the_power_of_the_load():
     assert found["contact_losses"][0].size == pytest.approx(0.0, abs=1e-9)
 
 
-def test_errors_of_lives_are_those_of_their_powers():
-    """The life of a ball bearing goes with the cube of the load: its share of error is about three of the load's."""
+def test_the_error_of_a_life_is_three_times_that_of_the_load():
+    """The life of a ball bearing varies with the cube of the load, and so its relative error is tripled."""
     text = (ARM + PARTS + FATIGUE).replace('theory = "quasi-static"', "")
     results = computed(scene_from_text(text), Request())
     peaks = results.figures.peaks
@@ -277,7 +277,7 @@ def test_errors_of_lives_are_those_of_their_powers():
         ("safety = 2\nleast_load", "least_overlap = 1\nleast_load", "elements: the key is missing"),
     ],
 )
-def test_mistakes_are_told(old, new, words):
+def test_mistakes(old, new, words):
     text = ARM + FATIGUE + PARTS
     assert old in text
     if words is None:
@@ -301,7 +301,7 @@ link = "rod"
 
 
 @pytest.mark.parametrize(("more", "factor"), [("", 2.851632), ("notch = 3.5\n", 3.5)])
-def test_the_notch_of_an_eye_counts_in_the_life_of_its_link(more, factor):
+def test_the_notch_of_an_eye_reduces_the_life_of_its_link(more, factor):
     """Goodman's by hand: of the force along the rod at its pin, over the net section, times the factor."""
     results = computed(scene_from_text(CRANKED.replace("positions = 36", "positions = 360") + EYE + more), Request())
     fatigue = beam_fatigue(results.cycle)
@@ -320,7 +320,7 @@ def test_the_notch_of_an_eye_counts_in_the_life_of_its_link(more, factor):
     assert float(plain.safety.value[rod]) > safety
 
 
-def test_an_eye_in_designs_has_the_notch_of_each():
+def test_designs_have_their_own_notch_factor():
     text = CRANKED + EYE
     depths = np.array([[0.006], [0.008], [0.012]])
     found = evaluate(document_of_text(text), ["sections.bar.diameter"], depths, ["endurance", "life"])
@@ -330,8 +330,8 @@ def test_an_eye_in_designs_has_the_notch_of_each():
         assert values == pytest.approx([alone["endurance"][0], alone["life"][0]], rel=1e-9)
 
 
-def test_a_slider_has_the_pressure_of_its_eccentric_load():
-    """A crank that stands the block's guide askew: force and moment of the rail by the balance of the block alone."""
+def test_the_pressure_of_a_slider_includes_the_eccentric_load():
+    """The crank tilts the block in its guide: force and moment of the rail follow from the balance of the block."""
     text = SLIDER_CRANK.replace('points = ["B"]\nmass = "200 g"', BLOCK)
     guided = '[bearings.guide.plain]\nlength = "50 mm"\nwidth = "20 mm"\npressure = "1 MPa"\npressure_speed = 1e6\n'
     results = computed(scene_from_text(text + guided), Request())
@@ -344,11 +344,11 @@ def test_a_slider_has_the_pressure_of_its_eccentric_load():
     peaks = results.figures.peaks
     assert abs(peaks["bearing_pressure"][0].value) == pytest.approx(pressure.max(), rel=1e-9)
     speed = np.abs(cycle.joint(names.index("guide")).rate)
-    assert speed.max() <= peaks["bearing_speed"][0].value <= 1.01 * speed.max()  # found between the positions too
-    told = summary(results)
-    assert [row["kind"] for row in told["acceptance"]["limits"]] == ["bearing_pressure", "bearing_pv"]
-    assert [row["on"] for row in told["acceptance"]["limits"]] == ["guide", "guide"]
-    joint = next(row for row in told["joints"] if row["joint"] == "guide")
+    assert speed.max() <= peaks["bearing_speed"][0].value <= 1.01 * speed.max()  # searched between positions
+    summary_of = summary(results)
+    assert [row["kind"] for row in summary_of["acceptance"]["limits"]] == ["bearing_pressure", "bearing_pv"]
+    assert [row["on"] for row in summary_of["acceptance"]["limits"]] == ["guide", "guide"]
+    joint = next(row for row in summary_of["joints"] if row["joint"] == "guide")
     assert joint["sense"] == "slides"
     assert {*joint["figures"]} == {"bearing_pressure", "bearing_speed", "bearing_pv"}
 
@@ -378,19 +378,19 @@ force = [-100, 0]
         ('link = "rod"', 'link = "block2"', "no link at the pin"),
     ],
 )
-def test_mistakes_of_guides_and_eyes_are_told(old, new, words):
+def test_mistakes_of_guides_and_eyes(old, new, words):
     text = CRANKED + EYE + '[bearings.guide.plain]\nlength = "50 mm"\nwidth = "20 mm"\n'
     assert old in text
     with pytest.raises(SceneError, match=words):
         scene_from_text(text.replace(old, new, 1))
 
 
-def test_the_command_tells_the_limit_that_ends(tmp_path, capsys):
+def test_the_command_reports_the_broken_limit(tmp_path, capsys):
     scene = tmp_path / "arm.toml"
     scene.write_text(ARM.replace('"200 MPa"', '"3 MPa"') + FATIGUE + PARTS, encoding="utf-8")
     assert main([str(scene), "-o", str(tmp_path / "out")]) == 1
     assert "safety against endurance (arm) 0." in capsys.readouterr().out
     page = (tmp_path / "out" / "arm" / "report.html").read_text(encoding="utf-8")
     assert "function polar(" in page
-    told_ = json.loads((tmp_path / "out" / "arm" / "summary.json").read_text(encoding="utf-8"))
-    assert told_["breaks_first"][0]["link"] == "arm"
+    written = json.loads((tmp_path / "out" / "arm" / "summary.json").read_text(encoding="utf-8"))
+    assert written["breaks_first"][0]["link"] == "arm"

@@ -1,4 +1,4 @@
-"""Sizing of drives against closed forms and printed examples: averages, motors, flywheels, cylinders, balancing."""
+"""Sizing of drives: averages, motors, flywheels, cylinders and balancing, by closed forms and printed examples."""
 
 import json
 import re
@@ -46,7 +46,7 @@ from rigid.kinetostatics import kinetic_energy
 
 class TestAverages:
     def test_root_mean_square_of_a_trapezoidal_profile(self):
-        """Torques T1, T2, T3 for times t1, t2, t3, and a dwell: the textbook's closed form."""
+        """Torques T1, T2, T3 for times t1, t2, t3, and a dwell: textbook formula."""
         torque, duration = np.array([4.0, 0.5, -3.0, 0.2]), np.array([0.1, 0.3, 0.1, 0.5])
         expected = np.sqrt((16 * 0.1 + 0.25 * 0.3 + 9 * 0.1 + 0.04 * 0.5) / 1.0)
         assert root_mean_square(torque, duration) == pytest.approx(expected, rel=1e-15)
@@ -68,7 +68,7 @@ class TestAverages:
         taken = duration * mean_positive(effort * course.drive_rate[0], weight)
         assert taken == pytest.approx(inertia * (1.5 * rise / duration) ** 2 / 2, rel=1e-3)
 
-    def test_ends_of_a_run_count_half_but_not_those_of_a_cycle(self):
+    def test_end_weights_are_half_in_a_run_and_full_in_a_cycle(self):
         time = np.linspace(0.0, 4.0, 5)
         assert time_weights(time).tolist() == time_weights(time, 4.0).tolist() == [0.5, 1.0, 1.0, 1.0, 0.5]
         assert time_weights(time, 5.0).tolist() == [1.0] * 5

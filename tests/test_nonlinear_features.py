@@ -1,4 +1,4 @@
-"""Claim: the nonlinear check takes a feature of a scene or refuses it in one sentence, as docs/validity.md says."""
+"""The nonlinear check accepts or rejects each feature as documented in docs/validity.md."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def results_of(feature):
 
 
 @pytest.mark.parametrize("feature", in_tiers([*FEATURES, *SHIPPED], 0, 5))
-def test_it_is_taken_or_refused_in_a_sentence(feature):
+def test_a_feature_is_checked_or_rejected_in_a_sentence(feature):
     refusal, check = {**FEATURES, **SHIPPED}[feature][1], nonlinear_check(results_of(feature))
     if refusal:
         assert isinstance(check, NotMade)
@@ -108,7 +108,7 @@ def test_it_is_taken_or_refused_in_a_sentence(feature):
         assert check.passed is not False, (check.largest, check.estimate)
 
 
-def test_the_documentation_says_which():
+def test_the_documentation_lists_the_features():
     page = (Path(__file__).parents[1] / "docs" / "validity.md").read_text(encoding="utf-8")
     for feature, (_, refusal) in {**FEATURES, **SHIPPED}.items():
         assert f"| {feature} | {'refused' if refusal else 'taken'}" in page, feature

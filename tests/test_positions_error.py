@@ -1,4 +1,4 @@
-"""Claim: a figure at few positions and at sixteen times as many differs by less than its stated errors."""
+"""Figures at few positions and at sixteen times as many differ by less than their stated errors."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from kinelast.scene.document import read_document, scene_from_text
 from kinelast.tasks.request import Request
 
 FEW, TIMES = 24, 16
-ROUND_OFF = 1e-6  # least difference that counts, relative to the greatest figure of a key: swings are off so little
+ROUND_OFF = 1e-6  # smallest difference that counts, relative to the largest figure of a key: error of swings
 NOTHING = 1e-12  # in any unit: means that are zero
-WITHIN = 1.1  # stated errors are found at 21 places along the beams, figures at all
-NOT_COUNTED = {"condition", "contact_losses"}  # of positions themselves; a number of knocks
+MAX_RATIO = 1.1  # stated errors are searched at 21 stations per beam, figures everywhere
+EXCLUDED = {"condition", "contact_losses"}  # condition belongs to single positions; losses of contact are a count
 
 DRAWN = """
 title = "drawn"
@@ -71,11 +71,11 @@ CASES = [
     ("drs_push_up", None),
     *((seed, rigid) for seed in (1, 2) for rigid in (False, True)),
 ]
-"""A shipped scene, or the seed of a drawn one and whether its links are rigid."""
+"""A shipped scene, or the seed of a random scene and whether its links are rigid."""
 
 
 def drawn(seed: int, rigid: bool) -> str:
-    """A crank-rocker of three bars or of three rigid links with a mass each."""
+    """Return a random crank-rocker of three bars, or of three rigid links with mass."""
     random = np.random.default_rng(seed)
     while True:
         crank, coupler, rocker = random.uniform([0.04, 0.2, 0.15], [0.1, 0.4, 0.35])
@@ -90,7 +90,7 @@ def drawn(seed: int, rigid: bool) -> str:
 
 
 def figures(text_or_name: str, positions: int):
-    """Value and error of every item of every figure of a quasi-static answer."""
+    """Return value and error of each item of each figure of a quasi-static answer."""
     if "\n" in text_or_name:
         scene = scene_from_text(text_or_name.replace("[run]", f"[run]\npositions = {positions}"))
     else:
@@ -101,15 +101,15 @@ def figures(text_or_name: str, positions: int):
 
 
 @pytest.mark.parametrize(("scene", "rigid"), in_tiers(CASES, 3, 4))
-def test_a_figure_at_few_positions_is_off_by_no_more_than_it_says(scene, rigid):
+def test_figures_at_few_positions_are_within_their_errors(scene, rigid):
     text = scene if rigid is None else drawn(scene, rigid)
     few, many = (figures(text, count) for count in (FEW, TIMES * FEW))
     compared = 0
-    for key in few.keys() - NOT_COUNTED:
+    for key in few.keys() - EXCLUDED:
         scale = max((value for value, _ in many[key] if math.isfinite(value)), default=0.0)
         for (value, error), (other, own) in zip(few[key], many[key], strict=True):
             if math.isfinite(value) and math.isfinite(other):
                 stated = sum(abs(part) for each in (error, own) for part in each.parts.values())
-                assert abs(value - other) <= WITHIN * stated + ROUND_OFF * scale + NOTHING, key
+                assert abs(value - other) <= MAX_RATIO * stated + ROUND_OFF * scale + NOTHING, key
                 compared += 1
     assert compared > 40

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanisms import four_bar, slider_crank
+from mechanisms import four_bar, slider_crank, with_link
 
 from rigid import Link, Mechanism, MechanismError, PinDrive, motion, structure
 from rigid.analysis import ReachError, require_reach
@@ -89,11 +89,8 @@ class TestErrors:
     @pytest.mark.parametrize(("coupler", "kind"), [(2.0, "unreachable"), (0.17, "reach")])
     def test_positions_out_of_reach(self, coupler, kind):
         case = four_bar(coupler=0.31)
-        links = [
-            replace(link, points={"A": 0.0, "B": coupler}) if link.name == "coupler" else link
-            for link in case.mechanism.links
-        ]
-        course = motion(replace(case.mechanism, links=tuple(links)), case.drive)
+        links = case.mechanism.links
+        course = motion(with_link(case.mechanism, replace(links[2], points={"A": 0.0, "B": coupler})), case.drive)
         with pytest.raises(ReachError) as found:
             require_reach(course)
         closes = np.isfinite(course.origin).all(axis=0) & np.isfinite(course.direction).all(axis=0)

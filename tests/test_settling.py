@@ -1,4 +1,4 @@
-"""Claim: after a law that stops it is told how far the output rings on, and when it has settled."""
+"""After a law that stops, the residual amplitude and the settling time of the output are right."""
 
 import math
 
@@ -17,7 +17,7 @@ from kinelast.scene.error import SceneError
 from kinelast.tasks.request import Request
 
 LENGTH, MASS, RATIO, DURATION, ANGLE = 0.5, 0.3, 0.05, 0.03, math.radians(1.0)
-# A bar of next to no mass, clamped to a drive, with a mass at its tip: one mode.
+# An almost massless bar clamped to a drive, with a tip mass: one mode.
 ARM = f"""
 [materials.steel]
 E = 210e9
@@ -50,7 +50,7 @@ theory = "elastodynamic"
 
 
 def one_mode():
-    """The tip's way from its rigid place by q'' + 2 D w q' + w^2 q = -l theta'', at instants after the stop."""
+    """Integrate q'' + 2 D w q' + w^2 q = -l theta'' of the tip; return times after the stop and the deflection."""
     EI = 210e9 * 0.001 * 0.01**3 / 12
     kGA = 10 * (1 + 0.3) / (12 + 11 * 0.3) * 210e9 / 2.6 * 0.01 * 0.001
     omega = math.sqrt(1 / ((LENGTH**3 / (3 * EI) + LENGTH / kGA) * MASS))
@@ -75,27 +75,27 @@ def test_an_arm_of_one_mode(settled):
     assert peaks["settling"][0].value == pytest.approx(within, rel=5e-3)
 
 
-def test_quasi_static_links_rest_when_the_drive_does():
+def test_quasi_static_links_rest_with_the_drive():
     peaks = computed(scene_from_text(ARM), Request(theory="quasi-static")).figures.peaks
     assert (peaks["residual"][0].value, peaks["settling"][0].value) == (pytest.approx(0.0, abs=1e-15), 0.0)
 
 
-def test_what_never_stops_has_none():
+def test_a_drive_that_never_stops_has_no_settling_time():
     assert not computed(scene_from_text(FOUR_BAR), Request()).figures.peaks["settling"]
 
 
-def test_a_drive_that_rests_on_its_way_has_not_stopped():
+def test_a_drive_with_a_dwell_has_not_stopped():
     assert rest_from(np.array([[0.0, 1.0, 0.0, 1.0, 1e-12, 0.0]])).tolist() == [False] * 4 + [True] * 2
 
 
-def test_a_distance_that_is_too_large_to_the_end_is_not_settled():
+def test_an_amplitude_above_the_tolerance_is_not_settled():
     rests = np.array([False, True, True])
     assert settling_time(np.arange(3.0), np.array([1.0, 0.5, 0.2]), rests, 0.1) == math.inf
     assert math.isnan(settling_time(np.arange(3.0), np.array([1.0, 0.5, 0.2]), np.zeros(3, bool), 0.1))
 
 
 @pytest.mark.slow
-def test_a_settling_that_the_run_does_not_reach_is_told_on_the_page(driver, tmp_path):
+def test_the_page_reports_that_the_output_has_not_settled(driver, tmp_path):
     scene = tmp_path / "arm.toml"
     scene.write_text(edited(ARM, ("[run]", '[run]\nsettled = "1 nm"')) + '[limits]\nsettling = "1 s"\n')
     assert main([str(scene), "-o", str(tmp_path / "out")]) == 1
@@ -108,7 +108,7 @@ def test_a_settling_that_the_run_does_not_reach_is_told_on_the_page(driver, tmp_
 
 
 @pytest.mark.slow
-def test_limits_of_both(tmp_path, capsys):
+def test_limits_of_settling_time_and_residual_amplitude(tmp_path, capsys):
     scene = tmp_path / "arm.toml"
     for limits, status, words in (
         ('settling = "2.9 s"\nresidual = "9 mm"', 0, "acceptable"),

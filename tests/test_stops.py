@@ -1,4 +1,4 @@
-"""End stops against closed forms of the extreme positions of linkages."""
+"""End stops, compared with closed forms of the extreme positions of linkages."""
 
 import json
 
@@ -79,7 +79,7 @@ def stop(keys, joint='link = "rocker"'):
 
 
 def angle(near, far, opposite):
-    """Angle of a triangle between two sides, opposite of the third."""
+    """Return the angle of a triangle between two sides, opposite the third side."""
     return np.arccos((near**2 + far**2 - opposite**2) / (2 * near * far))
 
 
@@ -107,8 +107,8 @@ GUIDE = 'slider = "guide"'
         (SLIDER_CRANK, stop("most = 25\nmargin = 0.4", GUIDE), (None, 1e-3 * (25.0 - OUT)), "not acceptable"),
     ],
 )  # fmt: skip
-def test_margins_are_those_of_the_closed_form_within_their_errors(scene, text, margins, verdict, positions):
-    """The extreme angles of a four-bar's rocker, its transmission angles, and the travel of a slider-crank."""
+def test_margins_agree_with_closed_forms_within_their_errors(scene, text, margins, verdict, positions):
+    """Extreme angles of a four-bar's rocker, its transmission angles, and the travel of a slider-crank."""
     document = document_from_text(scene + text).with_positions(positions)
     results = results_in_full(document.scene)
     found = summary(results)
@@ -126,8 +126,8 @@ def test_margins_are_those_of_the_closed_form_within_their_errors(scene, text, m
     assert acceptance(results, found)["verdict"] == verdict
 
 
-def test_a_link_that_goes_round_passes_its_stop():
-    """Its angle is continuous: a crank from 0 on is a turn less 90 deg beyond the stop at last."""
+def test_a_rotating_link_passes_its_stop():
+    """The angle is continuous: a crank that starts at 0 ends a turn minus 90 deg beyond the stop."""
     scene = document_from_text(FOUR_BAR + stop('most = "90 deg"', 'link = "crank"')).scene
     found = summary(results_in_full(scene))["acceptance"]
     assert found["verdict"] == "not acceptable"
@@ -136,7 +136,7 @@ def test_a_link_that_goes_round_passes_its_stop():
 
 @pytest.mark.parametrize(("turned", "least", "most"), [(180, "250 deg", "330 deg"), (-90, "-20 deg", "60 deg")])
 def test_an_angle_counts_near_the_middle_of_its_stops(turned, least, most):
-    """A four-bar that is turned as a whole keeps the same margins, across half a turn too."""
+    """A rotated four-bar has the same margins, also across half a turn."""
     text = FOUR_BAR
     for name, (x, y) in {"B": ("0.1", "0"), "C": ("0.36", "0.22"), "D": ("0.4", "0")}.items():
         place = complex(float(x), float(y)) * np.exp(1j * np.radians(turned))
@@ -150,8 +150,8 @@ def test_an_angle_counts_near_the_middle_of_its_stops(turned, least, most):
         assert other[key]["value"] == pytest.approx(figure["value"], abs=1e-9)
 
 
-def test_designs_have_the_margins_of_their_own_scenes():
-    """Over lengths of a link and over the stop itself."""
+def test_designs_have_the_margins_of_single_scenes():
+    """For lengths of a link and for the stop itself."""
     text = FOUR_BAR + stop('least = "70 deg"\nmost = "150 deg"')
     document = document_from_text(text)
     for path, values in {"links.coupler.length": [0.33, 0.36], "stops.end.most": [2.5, 2.7]}.items():
@@ -176,8 +176,8 @@ def test_designs_have_the_margins_of_their_own_scenes():
         ("least = 0", "", "[stops.end] link: expected either link or slider"),
     ],
 )
-def test_mistakes_are_told(keys, joint, message):
-    """With the table and the key."""
+def test_mistakes(keys, joint, message):
+    """The message names the table and the key."""
     with pytest.raises(SceneError) as error:
         _ = document_from_text(FOUR_BAR + stop(keys, joint)).scene
     assert message in str(error.value)
@@ -187,29 +187,29 @@ def test_mistakes_are_told(keys, joint, message):
     ("scene", "text", "link"),
     [(FOUR_BAR, stop(f"most = {HIGHEST!r}"), "rocker"), (FOUR_BAR, stop(f"most = {WIDEST!r}", ON_COUPLER), "rocker")],
 )
-def test_the_symbol_lies_along_the_link_that_stands_at_its_stop(scene, text, link):
-    """At the extreme position the first stroke points from the pin along the link."""
+def test_the_symbol_lies_along_the_link_at_its_stop(scene, text, link):
+    """In the extreme position the first stroke points from the pin along the link."""
     built = scene_from_text(scene + text)
     figure = summary(results_in_full(built))["stops"]["end"]["figures"]["upper_stop_margin"]
     moved = motion(built.mechanism, [[figure["drive"]["crank"]["value"]]])
     bar = strokes_of(built)[0]
     at, on = (built.mechanism.index[name] for name in (link, bar.link))
-    stands = [complex(np.ravel(moved.origin[on] + moved.direction[on] * point)[0]) for point in bar.points]
+    stroke_points = [complex(np.ravel(moved.origin[on] + moved.direction[on] * point)[0]) for point in bar.points]
     start, end = (complex(np.ravel(position_of(moved, link, point))[0]) for point in built.mechanism.links[at].points)
     pin, far = (start, end) if "D" in built.mechanism.links[on].points else (end, start)
-    ways = [(place - pin) * np.conj(far - pin) for place in stands]
+    ways = [(place - pin) * np.conj(far - pin) for place in stroke_points]
     assert all(abs(way.imag) <= 3e-4 * way.real for way in ways)
 
 
-def test_bare_bounds_are_in_the_unit_of_the_joint():
-    """Variables too."""
+def test_bounds_without_unit_are_in_the_unit_of_the_joint():
+    """This includes variables."""
     angle = document_from_text(FOUR_BAR + stop("most = 2.6")).variable("stops.end.most")
     slide = document_from_text(SLIDER_CRANK + stop("most = 25", GUIDE)).variable("stops.end.most")
     assert (angle.unit, angle.base, slide.unit, slide.base) == ("rad", 2.6, "m", 0.025)
 
 
-def test_the_page_the_editor_and_the_terminal_have_them(tmp_path, capsys):
-    """Strokes on the page, one part more in the editor and none after it is taken away, the verdict in the line."""
+def test_page_editor_and_terminal_show_stops(tmp_path, capsys):
+    """The page has strokes, the editor adds and removes a stop, and the closing line has the verdict."""
     (tmp_path / "stopped.toml").write_text(SLIDER_CRANK + stop("most = 25\nmargin = 1", GUIDE), encoding="utf-8")
     assert main([str(tmp_path / "stopped.toml"), "--out", str(tmp_path / "out")]) == 1
     assert "margin of a joint below its upper stop (end) 0.3576 mm" in capsys.readouterr().out
@@ -225,8 +225,8 @@ def test_the_page_the_editor_and_the_terminal_have_them(tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_the_page_draws_the_bars_where_they_stand(tmp_path):
-    """In a browser: one line for every stroke, and no errors."""
+def test_the_page_draws_the_bars(tmp_path):
+    """In a browser: one line per stroke, and no errors."""
     (tmp_path / "stopped.toml").write_text(FOUR_BAR + stop('most = "150 deg"'), encoding="utf-8")
     assert main([str(tmp_path / "stopped.toml"), "--out", str(tmp_path / "out")]) == 0
     driver = started()

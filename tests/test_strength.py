@@ -1,4 +1,4 @@
-"""Claim: stresses, buckling loads, output errors and exceedances are what the textbooks say of beams that have answers.
+"""Stresses, buckling loads, output errors and exceedances agree with textbooks.
 
 Gere is Gere, Mechanics of Materials, 6th edition.
 """
@@ -54,7 +54,7 @@ E = 210e9
 
 
 def rounded(y, half_depth, half_width, radius):
-    """Half the width of a rectangle with round corners at a height."""
+    """Return half the width of a rectangle with rounded corners at a height."""
     if y > half_depth:
         return 0.0
     inside = mpmath.mpf(y) - (half_depth - radius)
@@ -62,7 +62,7 @@ def rounded(y, half_depth, half_width, radius):
 
 
 def filleted(y):
-    """Half the width of an I of web 3 mm with fillets of 5 mm below its flange at 11 mm."""
+    """Return half the width of an I with a web of 3 mm and fillets of 5 mm below its flange at 11 mm."""
     inside = max(mpmath.mpf(y) - 0.006, 0)
     return 0.0015 + 0.005 - mpmath.sqrt(0.005**2 - inside**2)
 
@@ -81,7 +81,7 @@ class TestShapes:
         ],
     )
     def test_integrals_over_the_section(self, shape, half_width):
-        """A, I and the shear stress V Q/(I b) at the axis, from the width alone."""
+        """A, I and the shear stress V Q/(I b) at the axis follow from the width alone."""
         edges = [0, 0.006, 0.009, 0.011, 0.015]
         area = 4 * mpmath.quad(half_width, edges)
         first = 2 * mpmath.quad(lambda y: y * half_width(y), edges)
@@ -96,18 +96,18 @@ class TestShapes:
         ("shape", "printed"), [(rectangle(2, 1), 0.850), (circle(1), 0.886), (tube(1, 0.99999), 0.531)]
     )
     def test_cowper(self, shape, printed):
-        """Cowper (1966), at nu = 0.3; a thin tube's is 2 (1 + nu)/(4 + 3 nu)."""
+        """Cowper (1966), nu = 0.3; a thin tube has 2 (1 + nu)/(4 + 3 nu)."""
         assert shape.shear_coefficient(0.3) == pytest.approx(printed, abs=5e-4)
 
     @pytest.mark.parametrize("webs", [1, 2])
     @pytest.mark.parametrize(("depth", "width", "thicker"), [(1.0, 0.5, 2), (1.0, 1.0, 1), (2.0, 0.7, 3)])
-    def test_thin_walls_without_poissons_effect_have_the_energy_of_their_shear_flow(self, depth, width, thicker, webs):
-        """k A = I^2/integral of (Q/b)^2 b along the walls: of an I, and of a box, which has two webs."""
+    def test_thin_walls_have_the_energy_of_their_shear_flow(self, depth, width, thicker, webs):
+        """k A = I^2/integral of (Q/b)^2 b along the walls of an I or a box (two webs), without Poisson's effect."""
         web = 1e-7
         flange = web * (thicker if webs == 1 else 1)
         inertia = webs * web * depth**3 / 12 + 2 * width * flange * (depth / 2) ** 2
         area = webs * depth * web + 2 * width * flange
-        at_corner = flange * depth / 2 * width / webs  # Q in each web where it begins
+        at_corner = flange * depth / 2 * width / webs  # Q at the start of each web
         in_web = quad(lambda y: (at_corner + web / 2 * (depth**2 / 4 - y**2)) ** 2 / web, -depth / 2, depth / 2)[0]
         in_flange = quad(lambda way: (depth / 2 * way) ** 2 * flange, 0, width / 2)[0]
         shape = i_section(depth + flange, width, web, flange) if webs == 1 else box(depth + web, width + web, web)
@@ -117,11 +117,11 @@ class TestShapes:
     @pytest.mark.parametrize("call", [lambda: box(0.03, 0.02, 0.011), lambda: box(0.03, 0.02, 0.002, 0.011),
                                       lambda: i_section(0.03, 0.02, 0.003, 0.016),
                                       lambda: i_section(0.03, 0.02, 0.003, 0.01, 0.006)])  # fmt: skip
-    def test_walls_that_leave_no_room(self, call):
+    def test_walls_too_thick_for_the_section(self, call):
         with pytest.raises(ValueError, match="needs"):
             call()
 
-    def test_tube_that_is_none(self):
+    def test_tube_with_a_negative_wall(self):
         with pytest.raises(ValueError, match=r"0\.04 m is not between 0 and the outer one of 0\.03 m"):
             tube(0.03, 0.04)
 
@@ -135,7 +135,7 @@ class TestShapes:
             (i_section, (0.03, 0.02, 0.002, 0.003), (0.02, 0.015, 0.002, 0.003)),
         ],
     )
-    def test_taper_passes_every_section_between(self, shape, start, end):
+    def test_a_taper_equals_the_section_at_each_station(self, shape, start, end):
         taper, mass = tapered(shape, start, end, 0.3)
         first = shape(*start)
         for xi in (0.0, 0.31, 0.5, 1.0):
@@ -155,7 +155,7 @@ class TestTaperedMass:
     link = Link("arm", {"A": 0.2 + 0.1j, "B": 0.7 - 0.3j}, (Beam("A", "B", 3.0, (1.0, -0.4, -0.3)),))
 
     def test_moments(self):
-        """Integrated over the beam by quadrature."""
+        """The reference is quadrature over the beam."""
         start, way = 0.2 + 0.1j, 0.5 - 0.4j
         mass, first, second = mass_moments(self.link)
 
@@ -168,7 +168,7 @@ class TestTaperedMass:
         assert second == pytest.approx(integral(lambda p: abs(p) ** 2).real, rel=1e-14)
 
     def test_loads_balance_with_the_reactions(self):
-        """The loads along the beam, summed, are what the pin holds: by two ways through the program and one by hand."""
+        """The sum of the loads along the beam is the pin force, by two paths of the program and by hand."""
         mechanism = Mechanism(
             (Link("ground", {"A": 0.0}), replace(self.link, points={"A": 0.0, "B": 0.6})), (PinDrive("arm", "A"),),
             {"A": 0, "B": 0.6}, gravity=-9.81j,
@@ -213,14 +213,14 @@ def bent(section, *loads, length=0.6, **more):
 class TestStress:
     section = section_of(rectangle(0.02, 0.01), E, yield_stress=300e6)
 
-    def test_top_of_a_loaded_cantilever_is_pulled(self):
+    def test_the_top_of_a_loaded_cantilever_is_in_tension(self):
         """sigma = P L c/I at the root, plus H/A: Gere, sections 5.5 and 5.12; y' is up, so the left fibre is on top."""
         solved = bent(self.section, PointLoad("beam", "B", 800 - 50j))
         bending, pull = 50 * 0.6 / (0.01 * 0.02**2 / 6), 800 / 2e-4
         assert sample(solved, "left", [0.0])[0, 0, 0] == pytest.approx(pull + bending, rel=1e-13)
         assert sample(solved, "right", [0.0])[0, 0, 0] == pytest.approx(pull - bending, rel=1e-13)
         assert sample(solved, "axial", [0.5])[0, 0, 0] == pytest.approx(pull, rel=1e-13)
-        # at the tip no moment is left: the axis has shear besides
+        # the tip has no moment, and its axis has shear
         shear = 1.5 * 50 / 2e-4
         assert sample(solved, "shear", [1.0])[0, 0, 0] == pytest.approx(shear, rel=1e-13)
         assert sample(solved, "mises", [1.0])[0, 0, 0] == pytest.approx(
@@ -239,11 +239,11 @@ class TestStress:
         solved = bent(section_of(circle(0.04), E, taper=taper), PointLoad("beam", "B", -50j))
         found = extremes(solved, ["normal"])["normal"]
         assert abs(found.value[0, 0]) == pytest.approx(128 * 50 * 0.6 / (27 * math.pi * 0.02**3), rel=1e-9)
-        # 1.5 times the tip's diameter is there
+        # the diameter there is 1.5 times that of the tip
         assert found.xi[0, 0] == pytest.approx(0.5, abs=1e-5)
 
     def test_interior_extreme_with_axial_force(self):
-        """Pull H and a load q on two supports: H/A + q l^2/8 c/I at the middle."""
+        """Tension H and load q on two supports: H/A + q l^2/8 c/I in the middle."""
         loads = (LineLoad("beam", 0, -900j, -900j), PointLoad("beam", "B", 5000.0))
         solved = deflection(still(supported({"A": 0, "B": 0.6}, loads=loads)), [self.section])
         found = extremes(solved, ["normal"])["normal"]
@@ -251,8 +251,8 @@ class TestStress:
         assert found.xi[0, 0] == pytest.approx(0.5, abs=1e-12)
 
     @pytest.mark.parametrize("end", [0.03, 0.02])
-    def test_stubby_beam_is_stressed_most_at_its_axis(self, end):
-        """A third as long as deep: sqrt(3) 1.5 P/(b h), where it is thinnest, exceeds P L 6/(b h^2)."""
+    def test_a_stubby_beam_has_its_largest_stress_at_the_axis(self, end):
+        """A third as long as deep: sqrt(3) 1.5 P/(b h) at the thinnest section exceeds P L 6/(b h^2)."""
         taper, _ = tapered(rectangle, (0.03, 0.01), (end, 0.01))
         shape = rectangle(0.03, 0.01)
         section = section_of(shape, E, taper=taper if end < 0.03 else None)
@@ -263,8 +263,8 @@ class TestStress:
 
     @pytest.mark.parametrize("name", ["RRR", "RRP", "six-bar", "RPR, elastic lever"])
     @pytest.mark.parametrize("kind", ["axial", "left", "normal", "shear", "mises"])
-    def test_extremes_bound_the_samples_closely(self, name, kind):
-        """A fine grid's largest is never above, and below by no more than its spacing allows."""
+    def test_extremes_are_close_bounds_of_samples(self, name, kind):
+        """A fine grid's maximum is never above the extreme, and below it only by the effect of its spacing."""
         case = ALL[name]()
         sections = [section_of(rectangle(0.012, 0.008), E) for _ in case.sections]
         solved = deflection(motion_of(case), sections)
@@ -281,7 +281,7 @@ class TestStress:
         ]  # fmt: skip
         np.testing.assert_allclose(at, largest[:, [0, 7]].ravel(), rtol=1e-9)
 
-    def test_tapered_extremes_bound_the_samples_closely(self):
+    def test_tapered_extremes_are_close_bounds_of_samples(self):
         taper, mass = tapered(tube, (0.03, 0.02), (0.018, 0.014))
         section = section_of(tube(0.03, 0.02), E, taper=taper)
         link = Link("beam", {"A": 0.0, "B": 0.6}, (Beam("A", "B", 3.0, mass),))
@@ -295,13 +295,13 @@ class TestStress:
             largest = np.abs(extremes(solved, [kind])[kind].value)
             np.testing.assert_allclose(largest, sampled, rtol=1e-5)
 
-    def test_swing_of_a_turning_arm(self):
-        """Its weight pulls on top, then below: twice m g l^2/2 c/I at the root; the centrifugal pull stays."""
+    def test_stress_range_of_a_rotating_arm(self):
+        """The weight bends to both sides: twice m g l^2/2 c/I at the root; the centrifugal part is constant."""
         mechanism = cantilever({"A": 0, "B": 0.6}, 1.5, gravity=-9.81j)
         solved = deflection(motion(mechanism, np.arange(8) * np.pi / 4, 30.0), [self.section])
         expected = 2 * 1.5 * 9.81 * 0.18 / (0.01 * 0.02**2 / 6)
         swing = stress_range(solved, [0.0, 1.0])
-        # weight along the beam swings too, at right angles in time
+        # the axial part of the weight alternates too, a quarter turn later
         assert swing[:, 0, 0] == pytest.approx([expected] * 2, rel=1e-12)
         assert swing[:, 0, 1] == pytest.approx([0, 0], abs=1e-6)
 
@@ -312,7 +312,7 @@ class TestStress:
 
 
 class TestCycle:
-    def test_peak_keeps_sign_place_and_instant(self):
+    def test_a_peak_keeps_sign_place_and_instant(self):
         case = steel_four_bar(36)
         solved = deflection(motion(case.mechanism, case.drive, case.rate), case.sections)
         found = extremes(solved, ["M"])["M"]
@@ -323,7 +323,7 @@ class TestCycle:
                 found.value[beam, k], k, found.xi[beam, k]
             )  # fmt: skip
 
-    def test_singular_positions_do_not_count(self):
+    def test_singular_positions_are_ignored(self):
         values = np.array([[1.0, np.nan, -3.0], [np.nan] * 3])
         assert over_cycle(values).value[0] == -3.0
         assert over_cycle(values).position[0] == 2
@@ -349,7 +349,7 @@ class TestBuckling:
         assert euler_ratio(self.pressed(-0.3 * critical))[0, 0] == 0.0
 
     def test_column_of_two_sections(self):
-        """Halves of rigidity EI and 3 EI, pinned at both ends: k cot(k l/2) of the two add up to zero."""
+        """Halves of rigidity EI and 3 EI, pinned at both ends: k cot(k l/2) of the two sum to zero."""
         thick = replace(self.section, EI=3 * self.section.EI)
         points = {"A": 0, "M": 0.4, "B": 0.8}
         bent = deflection(still(supported(points, loads=(PointLoad("beam", "B", -1.0),))), [self.section, thick])
@@ -365,17 +365,17 @@ class TestBuckling:
     def test_rigid_beams_do_not_buckle(self):
         assert euler_ratio(self.pressed(1e9, RIGID))[0, 0] == 0.0
 
-    def test_least_force_inside_a_beam(self):
-        """A load along it, away from the middle on either side, leaves the least force there: from two equal halves."""
+    def test_smallest_force_inside_a_beam(self):
+        """Axial loads away from the middle on both sides put the smallest force in the middle."""
         mechanism = supported(
             {"A": 0, "B": 2.0}, loads=(LineLoad("beam", 0, 300.0, -300.0), PointLoad("beam", "B", -40.0))
         )
         solved = deflection(still(mechanism), [self.section])
-        # N(x) = -40 + integral of 300 (1 - x) from x to 2; least where the load changes sign
+        # N(x) = -40 + integral of 300 (1 - x) from x to 2; smallest where the load changes sign
         assert least_axial_force(solved)[0, 0] == pytest.approx(-40 - 300 / 2, rel=1e-13)
 
     def test_tapered_column(self):
-        """M'' + P M/EI = 0 by Runge and Kutta, P from the far end's M = 0."""
+        """M'' + P M/EI = 0 by Runge-Kutta, with P such that M = 0 at the far end."""
         taper, _ = tapered(rectangle, (0.02, 0.01), (0.01, 0.01))
         section = section_of(rectangle(0.02, 0.01), E, taper=taper)
         EI = E * 0.01 * 0.02**3 / 12
@@ -402,25 +402,25 @@ class TestBuckling:
 
 
 class TestAccuracy:
-    def test_turning_arm(self):
-        """Counter-clockwise, its tip goes out, right of its way, by m w^2 l^3/(3 EA), and lags while it speeds up."""
+    def test_accelerated_arm(self):
+        """Counter-clockwise: the tip moves outwards by m w^2 l^3/(3 EA) and lags during acceleration."""
         EA, EI, mass, length, rate, rate2 = 2e5, 30.0, 1.5, 0.6, 40.0, 500.0
         mechanism = cantilever({"A": 0, "B": length}, mass)
         solved = deflection(motion(mechanism, np.linspace(0, 5, 7), rate, rate2), [Section(EA, EI)])
         found = path_deviation(solved, "beam", "B")
         np.testing.assert_allclose(found.normal, -mass * rate**2 * length**3 / (3 * EA), rtol=1e-12)
-        # a load -m eps x bends by 11 m eps l^5/(120 EI) and turns by m eps l^4/(8 EI)
+        # a load -m eps x causes a deflection of 11 m eps l^5/(120 EI) and a rotation of m eps l^4/(8 EI)
         np.testing.assert_allclose(found.along, -11 * mass * rate2 * length**5 / (120 * EI), rtol=1e-12)
         np.testing.assert_allclose(angle_error(solved, "beam", "B"), -mass * rate2 * length**4 / (8 * EI), rtol=1e-12)
         np.testing.assert_allclose(angle_error(solved, "beam"), 0.0, atol=1e-15)
         np.testing.assert_allclose(np.abs(found.displacement), np.hypot(found.along, found.normal), rtol=1e-12)
 
-    def test_point_at_rest_has_no_path(self):
+    def test_a_point_at_rest_has_no_path(self):
         solved = bent(Section(1e6, 1e3), PointLoad("beam", "B", -50j))
         assert np.isnan(path_deviation(solved, "beam", "B").normal).all()
         assert np.isfinite(path_deviation(solved, "beam", "B").displacement).all()
 
-    def test_every_point_is_where_its_neighbours_see_it(self):
+    def test_links_agree_on_the_displacement_of_a_common_point(self):
         case = ALL["six-bar"]()
         solved = deflection(motion_of(case), case.sections)
         found = point_displacements(solved)
@@ -428,7 +428,7 @@ class TestAccuracy:
         np.testing.assert_allclose(found["coupler", "P"], found["rod", "P"], atol=1e-12 * greatest)
         np.testing.assert_allclose(found["rocker", "D"], 0.0, atol=1e-12 * greatest)
 
-    def test_rotation_of_a_link_without_beams_is_that_of_its_axes(self):
+    def test_a_link_without_beams_rotates_with_its_axes(self):
         case = ALL["RRP"]()
         solved = deflection(motion_of(case), case.sections)
         np.testing.assert_array_equal(angle_error(solved, "block"), 0.0)
@@ -438,7 +438,7 @@ class TestCautions:
     def kinds(self, solved, **more):
         return {(one.kind, one.severe) for one in exceedances(solved, **more)}
 
-    def test_nothing_where_all_is_well(self):
+    def test_a_good_design_has_no_caution(self):
         section = section_of(rectangle(0.01, 0.01), E, yield_stress=300e6)
         assert exceedances(bent(section, PointLoad("beam", "B", -10j))) == []
 
@@ -446,7 +446,7 @@ class TestCautions:
         ("depth", "expected"), [(0.01, set()), (0.1, {("slenderness", False)}), (0.3, {("slenderness", True)})]
     )
     def test_slenderness(self, depth, expected):
-        """On two supports shear adds 48 EI/(5 kGA l^2): 0.07, 6.8 and 61 %; nothing where it counts."""
+        """On two supports shear adds 48 EI/(5 kGA l^2): 0.07, 6.8 and 61 %; nothing if shear is in the model."""
         load = LineLoad("beam", 0, -1j, -1j)
         solved, sheared = (
             deflection(still(supported({"A": 0, "B": 0.6}, loads=(load,))), [section_of(rectangle(depth, 0.01), E, nu)])
@@ -482,8 +482,8 @@ class TestCautions:
         load = share * 300e6 * (0.01 * 0.02**2 / 6) / 0.6
         assert self.kinds(bent(section, PointLoad("beam", "B", -1j * load)), kinds=["yield"]) == expected
 
-    def test_name_the_beam_and_the_instant(self):
-        """Of two arms the one that is heavy, where its weight is across."""
+    def test_a_caution_names_the_beam_and_the_instant(self):
+        """Of two arms it is the heavy one, in the position with the weight across it."""
         case = ALL["arm"]()
         sections = [Section(1e7, 1e9), Section(1e7, 2.0)]
         solved = deflection(motion_of(case), sections)
@@ -493,7 +493,7 @@ class TestCautions:
         assert found[0].position == greatest.argmax()
         assert found[0].limit in (LIMITS["deflection"].watch, LIMITS["deflection"].beyond)
 
-    def test_several_designs_are_refused(self):
+    def test_several_designs_are_an_error(self):
         link = Link("beam", {"A": 0.0, "B": np.array([[0.5], [0.6]])}, (Beam("A", "B"),))
         mechanism = Mechanism((Link("ground", {"A": 0.0}), link), (PinDrive("beam", "A"),), {"A": 0, "B": 0.5})
         with pytest.raises(ValueError, match="expected one design"):
@@ -501,12 +501,12 @@ class TestCautions:
 
 
 @pytest.mark.parametrize(("linear", "low", "high"), [(0.01, 0.5e-4, 2e-4), (0.1, 5e-3, 2e-2)])
-def test_linear_theory_of_a_cantilever_is_off_by_what_the_docs_say(linear, low, high):
-    """Bisshopp and Drucker (1945): theta'' = -alpha cos theta; the tip sinks less than P L^3/(3 EI) by some share."""
+def test_the_error_of_linear_theory_is_as_documented(linear, low, high):
+    """Bisshopp and Drucker (1945): theta'' = -alpha cos theta; the tip sinks by less than P L^3/(3 EI)."""
     alpha = 3 * linear
 
     def at_tip(slope):
-        """Slope and sag at the tip, from the slope of the angle at the root."""
+        """Return slope and sag at the tip for the slope of the angle at the root."""
         start = [0, slope, 0]
         rates = scipy.integrate.solve_ivp(
             lambda s, y: [y[1], -alpha * np.cos(y[0]), np.sin(y[0])], (0, 1), start, rtol=1e-11, atol=1e-13

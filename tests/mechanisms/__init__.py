@@ -14,6 +14,7 @@ from .building import (
     scaled,
     steel_bar,
     turn,
+    with_link,
 )
 from .drawn import drawn_bar, four_bar_linkage, linkage, slider_crank_linkage, three_cranks
 from .dyads import (

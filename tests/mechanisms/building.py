@@ -38,6 +38,12 @@ def replaced(mechanism, **changes):
     return Mechanism(**{name: changes.get(name, getattr(mechanism, name)) for name in names})
 
 
+def with_link(mechanism, *links):
+    """Return the mechanism with each given link in place of the link of the same name."""
+    new = {link.name: link for link in links}
+    return replaced(mechanism, links=tuple(new.get(link.name, link) for link in mechanism.links))
+
+
 def scaled(mechanism, size):
     """Return the mechanism enlarged `size` times, without mass and loads."""
     links = tuple(

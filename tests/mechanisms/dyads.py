@@ -11,7 +11,7 @@ import numpy as np
 
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive
 
-from .building import GRAVITY, apex, bar, loads, lumps, moved, replaced, sections_of, turn
+from .building import GRAVITY, apex, bar, loads, lumps, moved, replaced, sections_of, turn, with_link
 
 
 def four_bar(crank=0.11, coupler=0.31, rocker=0.24, base=0.33 + 0.04j, side=1.0, count=24, **more):
@@ -110,8 +110,7 @@ def elastic_guide(count=24, **more):
     lever = Link(
         "rocker", {"D": 0.0, "F": 0.6 * np.exp(0.4j)}, (Beam("D", "F", 0.9),), (Lump("F", 0.4, 1e-3, 0.02 + 0.01j),)
     )
-    links = tuple(lever if link.name == "rocker" else link for link in case.mechanism.links)
-    mechanism = replaced(case.mechanism, links=links)
+    mechanism = with_link(case.mechanism, lever)
     return moved(mechanism, sections_of(mechanism), case.drive)
 
 

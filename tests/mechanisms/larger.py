@@ -9,7 +9,7 @@ import numpy as np
 from elastic import RIGID
 from rigid import Beam, Link, Mechanism, PinDrive
 
-from .building import GRAVITY, Case, apex, bar, loads, lumps, moved, replaced, sections_of, turn
+from .building import GRAVITY, Case, apex, bar, loads, lumps, moved, replaced, sections_of, turn, with_link
 
 
 def arm(upper=0.3, fore=0.25, **more):
@@ -80,13 +80,9 @@ def stiff_plate(**more):
 def ring(**more):
     """The six-bar whose coupler is a closed triangle of three beams with shear and free strain."""
     case = six_bar(**more)
-    links = [
-        replace(link, beams=(Beam("A", "P", 0.7), Beam("B", "P", 0.6), Beam("B", "A", 0.5)))
-        if link.name == "coupler"
-        else link
-        for link in case.mechanism.links
-    ]
-    mechanism = replaced(case.mechanism, links=tuple(links))
+    (coupler,) = (link for link in case.mechanism.links if link.name == "coupler")
+    beams = Beam("A", "P", 0.7), Beam("B", "P", 0.6), Beam("B", "A", 0.5)
+    mechanism = with_link(case.mechanism, replace(coupler, beams=beams))
     soft = [replace(s, kGA=s.EA * 0.3, strain=1e-5 * (k + 1)) for k, s in enumerate(sections_of(mechanism))]
     return replace(case, mechanism=mechanism, sections=tuple(soft))
 
