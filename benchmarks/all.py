@@ -1,4 +1,4 @@
-"""Run all benchmarks and write their results and the tables of pages of docs: `python benchmarks/all.py`."""
+"""Run the benchmarks behind docs/performance.md and put their tables into the docs: `python benchmarks/all.py`."""
 
 from __future__ import annotations
 
@@ -6,22 +6,11 @@ import subprocess
 import sys
 from pathlib import Path
 
-NAMES = (
-    "error_against_run_time",
-    "rungs",
-    "peers",
-    "growth",
-    "what_is_skipped",
-    "beam_theory",
-    "start_up",
-    "page",
-    "animation",
-    "tables",
-)
+NAMES = ("default_report", "rungs", "growth", "request_costs", "sweep", "beam_theory", "convergence", "tables")
 
 
 def main() -> int:
-    """Number of benchmarks that failed."""
+    """Return the number of benchmarks that failed."""
     failed = 0
     for name in NAMES:
         print(f"== {name}", flush=True)

@@ -1,4 +1,4 @@
-"""What beam theory leaves out, as estimated and as plane-stress bodies have it: docs/validity.md has the tables."""
+"""Error of beam theory: the estimate compared with plane-stress bodies; docs/validity.md has the tables."""
 
 from __future__ import annotations
 
@@ -20,32 +20,32 @@ UNIFORM = LineLoad("arm", 0, -1j, -1j)
 
 
 def section(slender: float, length: float = 1.0) -> Section:
-    """A rectangle of EI = 1 of some slenderness."""
+    """Rectangular section with EI = 1 for a slenderness."""
     return Section(EA=(slender / length) ** 2, EI=1.0)
 
 
 def supported() -> Motion:
-    """A uniform load on two supports."""
+    """Motion of a beam on two supports under a uniform load."""
     links = Link("ground", {"O": 0}), Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A"),)), Link("block", {"A": 0})
     guide = Slider("guide", "block", "ground", "A", 0.0, 1.0)
     return motion(Mechanism(links, (), {"O": 0, "A": 1.0}, (guide,), loads=(UNIFORM,)), np.zeros((0, 1)))
 
 
 def driven(load: Any) -> Motion:
-    """An arm that its motor holds."""
+    """Motion of an arm held by its motor."""
     links = Link("ground", {"O": 0}), Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A"),))
     return motion(Mechanism(links, (PinDrive("arm", "O"),), {"O": 0, "A": 1.0}, loads=(load,)), [0.0])
 
 
 def estimated(solved: Deflection) -> float:
-    """Largest part that beam theory leaves out, over the largest deflection of all beams."""
+    """Estimated error of beam theory, relative to the largest deflection of all beams."""
     largest = compare_solid(solved).largest
     share = np.maximum(shear_share(solved), introduction_share(solved))
     return float((share * reference_deflection(largest)).max() / largest.max())
 
 
 def family() -> list[dict[str, Any]]:
-    """Beams and the steel four-bar by slenderness, in percent."""
+    """Rows of beams and the steel four-bar by slenderness [%]."""
     four_bar = steel_four_bar(72)
     rows = []
     for slender in SLENDER:
@@ -64,7 +64,7 @@ def family() -> list[dict[str, Any]]:
 
 
 def at_random() -> list[dict[str, Any]]:
-    """Estimate over what plane bodies have, of four-bars of random lengths, slenderness 10 to 200."""
+    """Estimate divided by the plane-stress result, for four-bars of random lengths and slenderness 10 to 200."""
     random = np.random.default_rng(1)
     ratios = []
     for _ in range(RANDOM):
@@ -88,7 +88,7 @@ def at_random() -> list[dict[str, Any]]:
 
 def main() -> None:
     tables = {"slenderness": family(), "random four-bars": at_random()}
-    measuring.report("beam_theory", "What beam theory leaves out, and the estimate of it", tables)
+    measuring.report("beam_theory", "Error of beam theory and its estimate", tables)
 
 
 if __name__ == "__main__":

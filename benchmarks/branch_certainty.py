@@ -1,10 +1,10 @@
-"""Random mechanisms at random positions, 1 to 1000 turns from their drawing, against walks that share no code.
+"""Branch of random mechanisms 1 to 1000 turns from the drawing, compared with references that share no code.
 
-Frameworks of bars from dyads to Assur groups of ten links, with and without dyads before and behind, are walked by
-steps of a 20,000th of a turn on the squares of their bars' lengths; linkages that pass change points have closed forms.
-A position is wrong where it differs from that by more than 1e-6 and is not marked.
+    python benchmarks/branch_certainty.py [MECHANISMS PER KIND] [SEED]
 
-python benchmarks/branch_certainty.py [mechanisms per kind] [seed]
+Frameworks of bars range from dyads to Assur groups of ten links. Their reference solves the squared bar lengths in
+steps of 1/20,000 of a turn. Linkages that pass change points have closed forms. A position is wrong if it differs by
+more than 1e-6 and is not marked as unreliable.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ import numpy as np
 from rigid import Link, Mechanism, PinDrive, Slider, motion
 
 CRANK = 0.1  # length of all cranks [m]
-FINE = 20000  # steps of a reference per turn
-WRONG = 1e-6
+STEPS = 20000  # of the reference, per turn
+MAX_ERROR = 1e-6  # of a right position [m], or of a direction
 TURNS = (1, 1, 2, 5, 20, 100, 1000)
 
 
 @dataclass(frozen=True)
 class Framework:
-    """Bars between points: `fixed` are on the ground, "A" is the crank's tip and moves about 0, the others are free."""
+    """Bars between points: `fixed` on the ground, "A" the tip of a crank about the origin, the others free."""
 
     places: dict[str, complex]
     fixed: tuple[str, ...]
@@ -36,11 +36,11 @@ class Framework:
 
     @property
     def free(self) -> tuple[str, ...]:
-        """Points that its bars hold."""
+        """Points positioned by the bars alone."""
         return tuple(name for name in self.places if name not in self.fixed and name not in ("O", "A"))
 
     def mechanism(self) -> Mechanism:
-        """All its bars as links."""
+        """Return the mechanism with all bars as links."""
         ground = {"O": 0.0} | {name: self.places[name] for name in self.fixed}
         links = [Link("ground", ground), Link("crank", {"O": 0.0, "A": CRANK})]
         for k, (one, other) in enumerate(self.bars):
@@ -49,7 +49,7 @@ class Framework:
 
 
 def framework(rng: np.random.Generator, points: int, splits: int) -> Framework:
-    """A random isostatic framework: dyads, some bars of which are then split by points tied to a third (Henneberg)."""
+    """Return a random isostatic framework: dyads, then Henneberg steps that split a bar and tie the new point."""
 
     def anywhere() -> complex:
         return complex(rng.uniform(-0.4, 0.4), rng.uniform(-0.4, 0.4))
@@ -84,7 +84,7 @@ def framework(rng: np.random.Generator, points: int, splits: int) -> Framework:
 
 
 def walked(frame: Framework, count: int, way: int) -> Any:
-    """Places of the free points, shape (n, points), at steps outward from the drawing, as far as the walk goes."""
+    """Positions of the free points at steps from the drawing, shape (n, points); shorter if the walk ends early."""
     index = {name: k for k, name in enumerate(frame.free)}
     ends = [[frame.places[name] for name in bar] for bar in frame.bars]
     square = np.array([abs(one - other) ** 2 for one, other in ends])
@@ -108,7 +108,7 @@ def walked(frame: Framework, count: int, way: int) -> Any:
     found = [x]
     before = x
     for k in range(1, count):
-        angle = frame.start + way * k * 2 * np.pi / FINE
+        angle = frame.start + way * k * 2 * np.pi / STEPS
         guess = 2 * x - before
         here = guess
         for _ in range(8):
@@ -130,40 +130,40 @@ def walked(frame: Framework, count: int, way: int) -> Any:
 
 @dataclass
 class Count:
-    """Of positions."""
+    """Counts of positions."""
 
-    asked: int = 0
+    requested: int = 0
     right: int = 0
     marked: int = 0
     wrong: int = 0
-    missed: int = 0  # marked though the walk reaches them
-    unknown: int = 0  # where the walk does not tell
+    missed: int = 0  # marked although the walk reaches them
+    unknown: int = 0  # beyond the end of the walk
     seconds: float = 0.0
 
 
-def asked(rng: np.random.Generator, start: float) -> Any:
-    """Positions of one run, from the drawing on: few or many a turn, evenly over its turns or anywhere."""
+def requested(rng: np.random.Generator, start: float) -> Any:
+    """Return the start and the steps of one run: few or many a turn, evenly spaced or random."""
     turns = int(rng.choice(TURNS)) * int(rng.choice((-1, 1)))
     count = int(rng.integers(20, 160))
     if rng.random() < 0.5:
-        steps = np.round(np.linspace(0, turns * FINE, count))
+        steps = np.round(np.linspace(0, turns * STEPS, count))
     else:
-        steps = np.sort(rng.integers(0, abs(turns) * FINE, count)) * np.sign(turns)
+        steps = np.sort(rng.integers(0, abs(turns) * STEPS, count)) * np.sign(turns)
         steps[0] = 0
     return start, steps.astype(int)
 
 
 def checked(frame: Framework, rng: np.random.Generator, count: Count) -> None:
-    """One framework at positions of one run."""
-    start, steps = asked(rng, frame.start)
+    """Check one framework at the positions of one run; add to the counts."""
+    start, steps = requested(rng, frame.start)
     began = time.process_time()
     mechanism = frame.mechanism()
-    found = motion(mechanism, start + steps * (2 * np.pi / FINE), 1.0)
+    found = motion(mechanism, start + steps * (2 * np.pi / STEPS), 1.0)
     count.seconds += time.process_time() - began
-    way = walked(frame, FINE + 1, -1 if steps.min() < 0 else 1)
-    whole = len(way) == FINE + 1
+    way = walked(frame, STEPS + 1, -1 if steps.min() < 0 else 1)
+    whole = len(way) == STEPS + 1
     if whole and np.abs(way[-1] - way[0]).max() > 1e-6:
-        return  # comes back otherwise after a turn: needs a walk of all turns
+        return  # the framework does not return to its start: that needs a walk over all turns
     mark = ~(found.condition <= 1e12)
     owners = {
         name: next(k for k, link in enumerate(mechanism.links) if k and name in link.points) for name in frame.free
@@ -172,27 +172,27 @@ def checked(frame: Framework, rng: np.random.Generator, count: Count) -> None:
         [found.origin[at] + found.direction[at] * mechanism.links[at].points[name] for name, at in owners.items()]
     ).T
     for k, step in enumerate(steps):
-        count.asked += 1
-        at = abs(int(step)) % FINE if whole else abs(int(step))
+        count.requested += 1
+        at = abs(int(step)) % STEPS if whole else abs(int(step))
         known = at < len(way)
         if mark[k]:
             count.marked += 1
             count.missed += known
         elif not known:
             count.unknown += 1
-        elif np.abs(seen[k] - way[at]).max() <= WRONG:
+        elif np.abs(seen[k] - way[at]).max() <= MAX_ERROR:
             count.right += 1
         else:
             count.wrong += 1
 
 
 def rod(name: str, one: str, other: str, length: float) -> Link:
-    """A link of two points."""
+    """Return a link of two points."""
     return Link(name, {one: 0.0, other: length})
 
 
 def parallelogram(rng: np.random.Generator, start: float) -> tuple[Mechanism, Callable[[Any], Any]]:
-    """The rocker goes with the crank."""
+    """Return a parallelogram and the rocker's direction: that of the crank."""
     base = rng.uniform(0.12, 0.5)
     tip = CRANK * np.exp(1j * start)
     links = (Link("ground", {"O": 0.0, "D": base}), rod("crank", "O", "A", CRANK), rod("coupler", "A", "B", base))
@@ -203,7 +203,7 @@ def parallelogram(rng: np.random.Generator, start: float) -> tuple[Mechanism, Ca
 
 
 def kite(rng: np.random.Generator, start: float) -> tuple[Mechanism, Callable[[Any], Any]]:
-    """Base and crank alike, coupler and rocker alike: the fold is on the bisector of the crank's angle."""
+    """Return a kite (base = crank, coupler = rocker) and the rocker's direction: the fold bisects the crank's angle."""
     side = rng.uniform(0.12, 0.5)
 
     def fold(angle: Any) -> Any:
@@ -218,7 +218,7 @@ def kite(rng: np.random.Generator, start: float) -> tuple[Mechanism, Callable[[A
 
 
 def isosceles(rng: np.random.Generator, start: float) -> tuple[Mechanism, Callable[[Any], Any]]:
-    """A slider-crank whose rod is as long as the crank goes straight through: the rod mirrors the crank."""
+    """Return a slider-crank with a rod as long as the crank, and the rod's direction: the mirrored crank."""
     links = (
         Link("ground", {"O": 0.0}),
         rod("crank", "O", "A", CRANK),
@@ -242,27 +242,27 @@ FRAMES = {
 
 
 def passed(kind: str, rng: np.random.Generator, count: Count) -> None:
-    """One linkage that passes its change points at positions of one run."""
+    """Check one linkage that passes change points at the positions of one run; add to the counts."""
     make, link = CHANGING[kind]
-    start, steps = asked(rng, rng.uniform(0.05, 3.0))
+    start, steps = requested(rng, rng.uniform(0.05, 3.0))
     mechanism, expected = make(rng, start)
-    angle = start + steps * (2 * np.pi / FINE)
+    angle = start + steps * (2 * np.pi / STEPS)
     began = time.process_time()
     found = motion(mechanism, angle, 1.0)
     count.seconds += time.process_time() - began
     mark = ~(found.condition <= 1e12)
-    # The first position is reached from the drawing by the straight way.
+    # the program reaches the first position from the drawing by the shorter way
     turns = 2 * np.pi * np.round((angle[0] - start) / (2 * np.pi))
     off = np.abs(found.direction[link] - expected(angle - turns))
-    count.asked += len(angle)
+    count.requested += len(angle)
     count.marked += int(mark.sum())
     count.missed += int((mark & (np.abs(np.sin(angle)) > 1e-3)).sum())
-    count.wrong += int((~mark & ~(off <= WRONG * np.maximum(1, np.abs(angle)))).sum())
-    count.right += int((~mark & (off <= WRONG * np.maximum(1, np.abs(angle)))).sum())
+    count.wrong += int((~mark & ~(off <= MAX_ERROR * np.maximum(1, np.abs(angle)))).sum())
+    count.right += int((~mark & (off <= MAX_ERROR * np.maximum(1, np.abs(angle)))).sum())
 
 
 def run(mechanisms: int, seed: int, kinds: Any = None) -> dict[str, Count]:
-    """Counts of every kind of mechanism."""
+    """Return the counts of every kind of mechanism."""
     found = {}
     for number, kind in enumerate((*FRAMES, *CHANGING)):
         if kinds is not None and kind not in kinds:

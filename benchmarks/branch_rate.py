@@ -1,10 +1,9 @@
-"""How often a position is on another branch than that of the drawing, of random mechanisms with general groups.
+"""Rate of positions on a wrong branch, for random mechanisms with general groups.
 
-Every mechanism is followed by `branch_tracker`, which shares no line with the program: certain steps of all links at
-once. Positions are wrong where links are off by more than 1e-6 and not marked, or answered though the drive does not
-come there; missed where they are marked though the tracker comes there.
+    python benchmarks/branch_rate.py [MECHANISMS] [SEED] [FIRST] [sliders]
 
-python benchmarks/branch_rate.py [mechanisms] [seed] [first] [sliders]
+The reference is `branch_tracker`, which shares no code with the program. An unmarked position is wrong if a link is off
+by more than 1e-6, or if the drive cannot reach it. A marked position is missed if the tracker reaches it.
 """
 
 from __future__ import annotations
@@ -23,18 +22,18 @@ from branch_tracker import Body, Tie, Track, tracked
 
 from rigid import Link, Mechanism, MechanismError, PinDrive, Slider, motion
 
-WRONG = 1e-6  # of a unit vector, or of places over a size of about 1 m
-BESIDE = 1e-7  # of an end [rad]: there the tracker does not tell
+MAX_ERROR = 1e-6  # of a unit vector, or of positions [m] of mechanisms of about 1 m
+END_MARGIN = 1e-7  # [rad] about an end, in which the tracker does not decide
 TURNS = (1, 1, 2, 3, 5, 10, 25)
 FEW_TURNS = (1, 1, 2)  # of mechanisms with sliders, most of which end within a turn
-EVERY = 100  # mechanisms after which the counts are written
+WRITE_EVERY = 100  # mechanisms
 RESULTS = Path(__file__).parent / "results" / "branch_rate.csv"
 SLIDERS_RESULTS = RESULTS.with_name("branch_rate_sliders.csv")
 
 
 @dataclass(frozen=True)
 class Guide:
-    """A block that is pinned at `pin` to other links slides on `on` along a line through `pin`."""
+    """A block pinned to other links at `pin` that slides on the link `on` along a line through `pin`."""
 
     pin: str
     on: str
@@ -43,7 +42,7 @@ class Guide:
 
 @dataclass(frozen=True)
 class Slide:
-    """A link slides on another along a line through one of its points, without turning on it."""
+    """A link that slides on another along a line through one of its points, without relative rotation."""
 
     link: str
     on: str
@@ -53,7 +52,7 @@ class Slide:
 
 @dataclass(frozen=True)
 class Drawn:
-    """Points, links by their points, the ground first and then the crank, which turns about its first point."""
+    """Points, and links by their points: the ground, then the crank, which rotates about its first point."""
 
     points: dict[str, complex]
     links: dict[str, tuple[str, ...]]
@@ -62,14 +61,14 @@ class Drawn:
 
     @property
     def start(self) -> float:
-        """Angle of the crank as drawn."""
+        """Drawn angle of the crank."""
         return float(np.angle(self._way(self.links["crank"])))
 
     def _way(self, names: tuple[str, ...]) -> complex:
         return self.points[names[1]] - self.points[names[0]]
 
     def local(self, name: str) -> dict[str, complex]:
-        """Points of a link in its axes, which run from its first point to its second."""
+        """Points of a link in its own axes, from its first point to its second."""
         names = self.links[name]
         if name == "ground":
             return {point: self.points[point] for point in names}
@@ -77,7 +76,7 @@ class Drawn:
         return {point: (self.points[point] - self.points[names[0]]) / unit for point in names}
 
     def bodies(self) -> list[Body]:
-        """For the tracker."""
+        """Bodies of the tracker."""
         found = []
         for name, names in self.links.items():
             turned = name == "ground" or len(names) == 1
@@ -90,7 +89,7 @@ class Drawn:
         return found
 
     def ties(self) -> list[Tie]:
-        """For the tracker: pins in chains, where more than two links meet, and slides."""
+        """Ties of the tracker; a pin of more than two links is a chain of ties."""
         names = list(self.links)
         meet: dict[str, list[int]] = {}
         for at, name in enumerate(names):
@@ -122,7 +121,7 @@ class Drawn:
         return (self.points[point] - on.origin) / unit, guide.direction / unit
 
     def mechanism(self) -> Mechanism:
-        """For the program."""
+        """Mechanism of the program."""
         bodies = self.bodies()
         links = [Link(name, self.local(name)) for name in self.links]
         sliders = []
@@ -138,34 +137,34 @@ class Drawn:
         drives = (PinDrive("crank", self.links["crank"][0]),)
         return Mechanism(tuple(links), drives, dict(self.points), tuple(sliders))
 
-    def track(self, asked: Any) -> Track:
-        """Where the tracker comes to."""
-        return tracked(self.bodies(), self.ties(), list(self.links).index("crank"), self.start, asked)
+    def track(self, angles: Any) -> Track:
+        """Track of the reference at crank angles."""
+        return tracked(self.bodies(), self.ties(), list(self.links).index("crank"), self.start, angles)
 
 
 Random = np.random.Generator
 
 
 def anywhere(rng: Random, size: float = 0.5) -> complex:
-    """A point of a square."""
+    """Return a random point of a square."""
     return complex(rng.uniform(-size, size), rng.uniform(-size, size))
 
 
 def with_crank(rng: Random, points: dict[str, complex]) -> dict[str, complex]:
-    """A crank between a twentieth and a quarter of the rest."""
+    """Add a crank of 0.05 to 0.25 m."""
     foot = anywhere(rng)
     return points | {"O": foot, "K": foot + rng.uniform(0.05, 0.25) * np.exp(1j * rng.uniform(-np.pi, np.pi))}
 
 
 def plate_on_rods(rng: Random) -> Drawn:
-    """A triad."""
+    """Return a triad: a plate on three rods."""
     points = with_crank(rng, {name: anywhere(rng) for name in "ABCGH"})
     links = {"ground": ("O", "G", "H"), "crank": ("O", "K"), "plate": ("A", "B", "C")}
     return Drawn(points, links | {"r1": ("G", "A"), "r2": ("H", "B"), "r3": ("K", "C")})
 
 
 def plate_on_a_guide(rng: Random) -> Drawn:
-    """A triad with a block on the ground."""
+    """Return a triad with a block on the ground."""
     drawn = plate_on_rods(rng)
     links = {name: names for name, names in drawn.links.items() if name != "r1"} | {"ground": ("O", "H")}
     points = {name: place for name, place in drawn.points.items() if name != "G"}
@@ -173,7 +172,7 @@ def plate_on_a_guide(rng: Random) -> Drawn:
 
 
 def plate_on_a_swivel(rng: Random) -> Drawn:
-    """A triad with a block that turns about the ground and slides in the plate."""
+    """Return a triad with a block that is pinned to the ground and slides in the plate."""
     drawn = plate_on_rods(rng)
     links = {name: names for name, names in drawn.links.items() if name != "r1"} | {"plate": ("B", "C")}
     points = {name: place for name, place in drawn.points.items() if name != "A"}
@@ -181,14 +180,14 @@ def plate_on_a_swivel(rng: Random) -> Drawn:
 
 
 def two_plates(rng: Random) -> Drawn:
-    """Two plates pinned to each other, the rest rods: two loops."""
+    """Return two plates pinned to each other and four rods: two loops."""
     points = with_crank(rng, {name: anywhere(rng) for name in "ABCDEGH"} | {"J": anywhere(rng)})
     links = {"ground": ("O", "G", "H", "J"), "crank": ("O", "K"), "plate": ("A", "B", "C"), "wing": ("C", "D", "E")}
     return Drawn(points, links | {"r1": ("G", "A"), "r2": ("H", "B"), "r3": ("K", "D"), "r4": ("J", "E")})
 
 
 def eight_bar(rng: Random) -> Drawn:
-    """Three plates and three rods: three loops."""
+    """Return three plates and three rods: three loops."""
     points = with_crank(rng, {f"J{k}": anywhere(rng) for k in (0, 1, 2, 4, 5, 6, 8, 9)})
     links = {"ground": ("J5", "J6", "O"), "crank": ("O", "K"), "t1": ("J1", "J6", "J8"), "t2": ("J0", "K", "J4")}
     links |= {"t3": ("J2", "J4", "J9"), "b1": ("J0", "J1"), "b2": ("J8", "J9"), "b3": ("J2", "J5")}
@@ -196,7 +195,7 @@ def eight_bar(rng: Random) -> Drawn:
 
 
 def eight_bar_with_a_triangle(rng: Random) -> Drawn:
-    """Three plates and three rods, two of the plates and a rod a rigid triangle."""
+    """Return three plates and three rods; two plates and a rod form a rigid triangle."""
     points = with_crank(rng, {f"J{k}": anywhere(rng) for k in (0, 2, 4, 5, 6, 7, 8, 9)})
     links = {"ground": ("O", "J8", "J9"), "crank": ("O", "K"), "t1": ("K", "J6", "J7"), "t2": ("J4", "J5", "J6")}
     links |= {"t3": ("J0", "J2", "J8"), "b1": ("J2", "J9"), "b2": ("J0", "J4"), "b3": ("J5", "J7")}
@@ -204,7 +203,7 @@ def eight_bar_with_a_triangle(rng: Random) -> Drawn:
 
 
 def rods(rng: Random, splits: int) -> Drawn:
-    """A dyad some rods of which are split by points tied to a third (Henneberg): groups of up to ten rods."""
+    """Return a dyad with Henneberg steps that split rods and tie the new points: groups of up to ten rods."""
     points = with_crank(rng, {"D0": anywhere(rng), "D1": anywhere(rng), "D2": anywhere(rng), "P": anywhere(rng)})
     bars, known = [("K", "P"), ("D0", "P")], ["K", "D0", "D1", "D2", "P"]
     for k in range(splits):
@@ -221,7 +220,7 @@ def rods(rng: Random, splits: int) -> Drawn:
 
 
 def near_change_point(rng: Random) -> Drawn:
-    """A plate carried around by three like cranks' ends, one of them driven by a rod, but for 1e-9 to 1e-1."""
+    """Return a plate on three equal cranks, disturbed by 1e-9 to 1e-1 m."""
     drawn = plate_on_rods(rng)
     way = drawn.points["K"] - drawn.points["O"]
     points = drawn.points | {"A": drawn.points["G"] + way, "B": drawn.points["H"] + way}
@@ -229,14 +228,14 @@ def near_change_point(rng: Random) -> Drawn:
 
 
 def shaken(rng: Random, drawn: Drawn) -> Drawn:
-    """The same with its points a trifle elsewhere, but for the crank."""
-    trifle = 10 ** rng.uniform(-9, -1)
-    points = {name: at if name in "OK" else at + trifle * anywhere(rng, 0.5) for name, at in drawn.points.items()}
+    """Move all points except the crank's by 1e-9 to 1e-1 m."""
+    distance = 10 ** rng.uniform(-9, -1)
+    points = {name: at if name in "OK" else at + distance * anywhere(rng, 0.5) for name, at in drawn.points.items()}
     return replace(drawn, points=points)
 
 
 def near_a_dead_point(rng: Random) -> Drawn:
-    """Drawn 1e-9 to 1e-1 rad before the end of its reach."""
+    """Return a mechanism drawn 1e-9 to 1e-1 rad before the end of its range."""
     while True:
         drawn = SIMPLE[str(rng.choice(list(SIMPLE)))](rng)
         way = int(rng.choice((-1, 1)))
@@ -247,7 +246,7 @@ def near_a_dead_point(rng: Random) -> Drawn:
 
 
 def redrawn(drawn: Drawn, angle: float) -> Drawn:
-    """The same as it is at another angle of its crank."""
+    """Return the mechanism drawn at another crank angle."""
     there = drawn.track([angle])
     bodies = drawn.bodies()
     points = {}
@@ -266,7 +265,7 @@ def redrawn(drawn: Drawn, angle: float) -> Drawn:
 
 
 def between_turning_and_not(rng: Random) -> Drawn:
-    """As near as 1e-9 to 1e-1 of a length to where it just turns around, on either side of that."""
+    """Return a mechanism within 1e-9 to 1e-1 of the limit between full rotation and oscillation."""
     while True:
         drawn = SIMPLE[str(rng.choice(list(SIMPLE)[:5]))](rng)
         name = str(rng.choice([each for each in drawn.points if each not in "OK"]))
@@ -291,7 +290,7 @@ def between_turning_and_not(rng: Random) -> Drawn:
         return at(high + rng.choice((-1, 1)) * 10 ** rng.uniform(-9, -1))
 
 
-GRAPHS = {  # joints of links besides the crank's with the ground
+GRAPHS = {  # joints between links, without the crank's joint with the ground
     "dyads with sliders": "crank a, a b, b ground, b c, c d, d ground",
     "triad with sliders": "crank a, a plate, b plate, c plate, b ground, c ground",
     "two loops with sliders": "crank a, a plate, b plate, plate wing, c wing, d wing, b ground, c ground, d ground",
@@ -299,7 +298,7 @@ GRAPHS = {  # joints of links besides the crank's with the ground
 
 
 def with_sliders(rng: Random, graph: str) -> Drawn:
-    """Half of the joints of a graph of links are sliders, the others pins."""
+    """Return a mechanism of a graph of links with sliders and pins, each with probability 1/2."""
     points = with_crank(rng, {})
     joints = [tuple(joint.split()) for joint in GRAPHS[graph].split(", ")]
     links: dict[str, list[str]] = {"ground": ["O"], "crank": ["O", "K"]}
@@ -345,13 +344,13 @@ KINDS = SIMPLE | {
 
 @dataclass
 class Count:
-    """Of mechanisms and positions."""
+    """Counts of mechanisms and positions, and times."""
 
     mechanisms: int = 0
-    untold: int = 0  # mechanisms that the tracker gives up, next to singular positions of higher order
-    asked: int = 0
+    undecided: int = 0  # mechanisms that the tracker cannot follow, near singular positions of higher order
+    requested: int = 0
     right: int = 0
-    beyond: int = 0  # marked as they should be
+    beyond: int = 0  # rightly marked
     wrong: int = 0
     missed: int = 0
     mechanisms_wrong: int = 0
@@ -361,33 +360,33 @@ class Count:
     tracker_seconds: float = 0.0
 
 
-def angles(rng: Random, start: float, of: tuple[int, ...] = TURNS) -> Any:
-    """1 to 25 turns either way, 5 to 90 positions a turn."""
+def crank_angles(rng: Random, start: float, of: tuple[int, ...] = TURNS) -> Any:
+    """Return crank angles over 1 to 25 turns in either sense, 5 to 90 a turn."""
     turns = int(rng.choice(of))
     count = int(rng.integers(5, 91)) * turns
     return start + rng.choice((-1, 1)) * np.linspace(0, turns * 2 * np.pi, count, endpoint=False)
 
 
-def compared(drawn: Drawn, asked: Any, count: Count) -> tuple[int, int]:
-    """Positions wrong and missed of one mechanism."""
+def compared(drawn: Drawn, angles: Any, count: Count) -> tuple[int, int]:
+    """Compare one mechanism with the tracker; return the numbers of wrong and missed positions."""
     began = time.process_time()
-    reference = drawn.track(asked)
+    reference = drawn.track(angles)
     count.tracker_seconds += time.process_time() - began
     began = time.process_time()
-    found = motion(drawn.mechanism(), asked, 1.0)
+    found = motion(drawn.mechanism(), angles, 1.0)
     spent = time.process_time() - began
     count.seconds += spent
     count.slowest = max(count.slowest, spent)
     with np.errstate(invalid="ignore"):
         marked = ~(found.condition <= 1e12)
-        off = np.abs(found.direction - np.exp(1j * reference.angle)).max(axis=0)
-        away = np.abs(found.origin - reference.origin).max(axis=0)
-        right = (off <= WRONG) & (away <= WRONG)
+        turned = np.abs(found.direction - np.exp(1j * reference.angle)).max(axis=0)
+        moved = np.abs(found.origin - reference.origin).max(axis=0)
+        right = (turned <= MAX_ERROR) & (moved <= MAX_ERROR)
     known = np.isfinite(reference.angle).all(axis=0)
-    tells = np.abs(asked - reference.end) > max(BESIDE, reference.unsure)
-    wrong, missed = ~marked & ~right & tells, marked & known & tells
+    decided = np.abs(angles - reference.end) > max(END_MARGIN, reference.unsure)
+    wrong, missed = ~marked & ~right & decided, marked & known & decided
     count.mechanisms += 1
-    count.asked += len(asked)
+    count.requested += len(angles)
     count.right += int((right & ~marked).sum())
     count.beyond += int((marked & ~known).sum())
     count.wrong += int(wrong.sum())
@@ -398,22 +397,22 @@ def compared(drawn: Drawn, asked: Any, count: Count) -> tuple[int, int]:
 
 
 def case(seed: int, number: int, kinds: dict[str, Callable[[Random], Drawn]] = KINDS) -> tuple[str, Drawn, Any]:
-    """A kind, a mechanism and the angles asked."""
+    """Return the kind, the mechanism and the crank angles of a case."""
     rng = np.random.default_rng([seed, number])
     kind = list(kinds)[number % len(kinds)]
     drawn = kinds[kind](rng)
-    return kind, drawn, angles(rng, drawn.start, TURNS if kinds is KINDS else FEW_TURNS)
+    return kind, drawn, crank_angles(rng, drawn.start, TURNS if kinds is KINDS else FEW_TURNS)
 
 
 def upper(wrong: int, of: int) -> float:
-    """Upper end of the 95 % interval of a rate (Clopper-Pearson)."""
+    """Upper end of the 95 % confidence interval of a rate (Clopper-Pearson)."""
     from scipy.stats import beta
 
     return float(beta.ppf(0.975, wrong + 1, of - wrong)) if wrong < of else 1.0
 
 
 def together(counts: Iterable[Count]) -> Count:
-    """Of all kinds."""
+    """Sum the counts of all kinds."""
     total = Count()
     for count in counts:
         for name, value in vars(count).items():
@@ -430,23 +429,23 @@ def main() -> None:
     for number in range(first, first + mechanisms):
         kind = list(kinds)[number % len(kinds)]
         try:
-            _, drawn, asked = case(seed, number, kinds)
-            wrong, missed = compared(drawn, asked, counts[kind])
-        except (ArithmeticError, np.linalg.LinAlgError, MechanismError):  # sliders alone may not determine it
-            counts[kind].untold += 1
+            _, drawn, angles = case(seed, number, kinds)
+            wrong, missed = compared(drawn, angles, counts[kind])
+        except (ArithmeticError, np.linalg.LinAlgError, MechanismError):  # sliders may leave a link undetermined
+            counts[kind].undecided += 1
             continue
         if wrong or missed:
-            print(f"{number} {kind}: {wrong} wrong, {missed} missed of {len(asked)}", flush=True)
-        if number % EVERY == 0 or number == first + mechanisms - 1:
-            written(counts, results)
+            print(f"{number} {kind}: {wrong} wrong, {missed} missed of {len(angles)}", flush=True)
+        if number % WRITE_EVERY == 0 or number == first + mechanisms - 1:
+            write_counts(counts, results)
     for kind, count in counts.items():
         print(f"{kind:26} {count}")
     total = together(counts.values())
     print(f"wrong mechanisms: at most {upper(total.mechanisms_wrong, total.mechanisms):.2g} (95 %)")
 
 
-def written(counts: dict[str, Count], results: Path) -> None:
-    """Keep what is counted so far."""
+def write_counts(counts: dict[str, Count], results: Path) -> None:
+    """Write the counts so far."""
     with results.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(["kind", *vars(Count())])

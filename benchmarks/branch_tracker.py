@@ -1,14 +1,14 @@
-"""A tracker of planar mechanisms that shares no line with the program: certain steps of all links at once.
+"""Independent branch tracker for planar mechanisms: verified steps of all links at once, without the program's code.
 
-Unknown are the places and angles of all links but the ground and the crank, `q`, and the equations F(q, t) = 0 are
-those of the joints in the axes of the ground; t is the crank's angle. From a known place q0 at t0 the branch is
-enclosed for all t up to t0 + h in a ball of radius r about the tangent q0 + v (t - t0). With A the inverse of F_q
-there, and the second derivatives of F bounded by the sizes of the vectors that turn,
+The unknowns q are the positions and angles of all links except the ground and the crank. The equations F(q, t) = 0 are
+those of the joints in ground coordinates; t is the crank's angle. From a known q0 at t0 the branch stays, for all t up
+to t0 + h, in a ball of radius r about the tangent q0 + v (t - t0). Let A be the inverse of F_q at q0. The lengths of
+the rotating vectors bound the second derivatives of F, so that
 
-    |A F(q0 + v s, t0 + s)| <= m s^2 / 2,   |A (F_q(q0 + v s + d, t0 + s) - F_q(q0, t0))| <= z s + k |d|,
+    |A F(q0 + v s, t0 + s)| <= m s^2 / 2,   |A (F_q(q0 + v s + d, t0 + s) - F_q(q0, t0))| <= z s + k |d|.
 
-so that by Newton-Kantorovich's theorem h < 1 / (z + sqrt(k m)) will do. Every step is as long as that allows: near a
-singular position they become as short as the branch is bent, and where it ends shorter than any bound.
+By the Newton-Kantorovich theorem, h < 1 / (z + sqrt(k m)) suffices. Each step is as long as this bound permits. Steps
+get short near a singular position, and arbitrarily short at the end of the branch.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-SAFE = 0.8  # of the longest certain step
-SHORTEST = 1e-11  # step [rad] at which a way ends
-REACH = 0.5  # of a size: how far a slide may go in a step
-MOST = 10_000  # steps of a turn
-FAR = 1e3  # [m]: a link beyond it runs to infinity, for mechanisms of about 1 m
-PER_METRE = 100  # steps that a way to there may take besides
-NEWTON = 12  # corrections
-DONE = 3e-13  # of a correction
+SAFETY = 0.8  # step / longest verified step
+MIN_STEP = 1e-11  # [rad] the branch ends if the step gets shorter
+MAX_SLIDE = 0.5  # [m] displacement of a slide in a step, for mechanisms of about 1 m
+MAX_STEPS = 10_000  # per turn
+INFINITY = 1e3  # [m] a link beyond this distance runs to infinity, for mechanisms of about 1 m
+STEPS_PER_METRE = 100  # additional steps of a link that runs to infinity
+MAX_CORRECTIONS = 12  # of Newton's method
+TOLERANCE = 3e-13  # of Newton's method
 
 
 @dataclass(frozen=True)
 class Body:
-    """Points of a link in its axes, and its place and angle as drawn."""
+    """Points of a link in its own axes, and its drawn position and angle."""
 
     points: dict[str, complex]
     origin: complex
@@ -41,7 +41,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Tie:
-    """A pin at a point of two bodies, or, with a line in the axes of the first, a slide of the second along it."""
+    """A pin between two bodies, or, with a line in the axes of the first, a slide of the second along it."""
 
     one: int
     other: int
@@ -52,10 +52,10 @@ class Tie:
 
 @dataclass(frozen=True)
 class Track:
-    """Places of all bodies at the angles asked, shape (bodies, angles), nan behind the `end` [rad], inf for none.
+    """Positions and angles of all bodies at the requested crank angles, shape (bodies, angles).
 
-    `shortest` is the shortest step [rad]; `unsure` is how far beside the end the track ends where a link runs to
-    infinity [rad].
+    Values beyond the `end` [rad] are nan; `end` is inf if the branch does not end. `shortest` is the shortest step
+    [rad]. `unsure` is the uncertainty of the end if a link runs to infinity [rad].
     """
 
     origin: Any
@@ -68,7 +68,7 @@ class Track:
 
 @njit(cache=True)
 def _equations(q, t, crank, ends, arms, lines, turns, F, J, Ft):  # type: ignore[no-untyped-def]  # noqa: PLR0912, PLR0915
-    """Gaps of all ties, their derivatives by q and by t. Body -1 is the ground, -2 the crank."""
+    """Compute the gaps of all ties and their derivatives by q and t. Body -1 is the ground, -2 the crank."""
     J[:] = 0.0
     Ft[:] = 0.0
     for i in range(len(ends)):
@@ -109,7 +109,7 @@ def _equations(q, t, crank, ends, arms, lines, turns, F, J, Ft):  # type: ignore
         F[r] = ux * wy - uy * wx
         F[r + 1] = angle[1] - angle[0] - turns[i]
         one, other = ends[i, 0], ends[i, 1]
-        # The gap across in the line's axes: the line turns with the first body, about its own foot.
+        # gap across the line; the line rotates with the first body about the body's origin
         by_one = -(ux * arm[0, 0] + uy * arm[0, 1]) - (ux * wx + uy * wy)
         by_other = ux * arm[1, 0] + uy * arm[1, 1]
         if one >= 0:
@@ -132,7 +132,7 @@ def _equations(q, t, crank, ends, arms, lines, turns, F, J, Ft):  # type: ignore
 
 @njit(cache=True)
 def _rate(body, v):  # type: ignore[no-untyped-def]
-    """How fast a body turns per t, and whether it may be elsewhere than told."""
+    """Angular rate of a body per t, and 1 if its angle is unknown."""
     if body >= 0:
         return abs(v[3 * body + 2]), 1.0
     return (1.0, 0.0) if body == -2 else (0.0, 0.0)
@@ -140,7 +140,7 @@ def _rate(body, v):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _second(q, t, v, crank, ends, arms, lines, M, B, K):  # type: ignore[no-untyped-def]
-    """Bounds of the second derivatives of every equation: along the tangent, mixed, and of a ball of radius one."""
+    """Bound the second derivatives of every equation: along the tangent, mixed, and within the unit ball."""
     for i in range(len(ends)):
         turn = np.zeros(2)
         free = np.zeros(2)
@@ -165,8 +165,8 @@ def _second(q, t, v, crank, ends, arms, lines, M, B, K):  # type: ignore[no-unty
                 place[k] = q[3 * body : 3 * body + 2]
             elif body == -2:
                 place[k] = crank
-        apart = np.hypot(place[1, 0] - place[0, 0], place[1, 1] - place[0, 1]) + REACH
-        # Im(conj(e1 l) (w + e2 p)): w the way between the origins
+        apart = np.hypot(place[1, 0] - place[0, 0], place[1, 1] - place[0, 1]) + MAX_SLIDE
+        # gap = Im(conj(e1 l) (w + e2 p)) with the vector w between the origins
         both, slack = turn[0] + turn[1], free[0] + free[1]
         M[r] = apart * turn[0] ** 2 + 2 * turn[0] * moved + size[1] * both**2
         B[r] = apart * turn[0] * free[0] + turn[0] * loose + free[0] * moved + size[1] * both * slack
@@ -175,22 +175,22 @@ def _second(q, t, v, crank, ends, arms, lines, M, B, K):  # type: ignore[no-unty
 
 
 @njit(cache=True)
-def _track(q, t, asked, crank, ends, arms, lines, turns, found):  # type: ignore[no-untyped-def]  # noqa: PLR0915
-    """Follow to all angles asked, in order, one way; where it ends, how many steps, and how short the shortest was."""
+def _track(q, t, angles, crank, ends, arms, lines, turns, found):  # type: ignore[no-untyped-def]  # noqa: PLR0915
+    """Follow the branch to the angles in order; return its end, the steps, the shortest step and an error code."""
     n = len(q)
     F, Ft = np.zeros(n), np.zeros(n)
     J = np.zeros((n, n))
     M, B, K = np.zeros(n), np.zeros(n), np.zeros(n)
     steps, shortest, start = 0, np.inf, t
-    for _ in range(NEWTON):
+    for _ in range(MAX_CORRECTIONS):
         _equations(q, t, crank, ends, arms, lines, turns, F, J, Ft)
         change = np.linalg.solve(J, -F)
         q = q + change
-        if np.abs(change).max() < DONE:
+        if np.abs(change).max() < TOLERANCE:
             break
-    for number in range(len(asked)):
+    for number in range(len(angles)):
         while True:
-            left = asked[number] - t
+            left = angles[number] - t
             if left == 0.0:
                 break
             way = 1.0 if left > 0 else -1.0
@@ -203,45 +203,45 @@ def _track(q, t, asked, crank, ends, arms, lines, turns, found):  # type: ignore
             size = np.abs(A)
             m, z, k = (size @ M).max(), (size @ B).max(), (size @ K).max()
             root = np.sqrt(k * m)
-            h = SAFE / (z + root)
+            h = SAFETY / (z + root)
             fast = np.abs(v).max()
             far = np.abs(q).max()
-            if far > FAR:
+            if far > INFINITY:
                 return t + way * far / fast, steps, far / fast, 4
-            # A slide's bound holds as long as nothing goes farther than REACH allows.
-            h = min(h, REACH / (4.0 * fast + 1e-300), 0.1)
+            # the bound of a slide holds only within MAX_SLIDE
+            h = min(h, MAX_SLIDE / (4.0 * fast + 1e-300), 0.1)
             shortest = min(shortest, h)
-            if h < SHORTEST:
+            if h < MIN_STEP:
                 return t, steps, shortest, 0
             last = h >= abs(left)
             h = min(h, abs(left))
             y = 0.5 * m * h * h
             s = 1.0 - z * h
-            # of the ball that is mapped into itself
+            # radius of the ball that the Newton map maps into itself
             r = (s - np.sqrt(max(s * s - 2.0 * k * y, 0.0))) / k if k > 0 else y / s
             guess = q + way * h * v
-            t = asked[number] if last else t + way * h
+            t = angles[number] if last else t + way * h
             here = guess.copy()
             good = False
-            for _ in range(NEWTON):
+            for _ in range(MAX_CORRECTIONS):
                 _equations(here, t, crank, ends, arms, lines, turns, F, J, Ft)
                 change = np.linalg.solve(J, -F)
                 here = here + change
-                if np.abs(change).max() < DONE * max(1.0, size.max()):
+                if np.abs(change).max() < TOLERANCE * max(1.0, size.max()):
                     good = True
                     break
-            if not good or not np.abs(here - guess).max() <= r + 1e-11 * size.max() or r > REACH / 4:
+            if not good or not np.abs(here - guess).max() <= r + 1e-11 * size.max() or r > MAX_SLIDE / 4:
                 return t - way * h, steps, shortest, 1 if good else 2
             q = here
             steps += 1
-            if steps > MOST * (1.0 + abs(t - start) / (2 * np.pi)) + PER_METRE * far:
+            if steps > MAX_STEPS * (1.0 + abs(t - start) / (2 * np.pi)) + STEPS_PER_METRE * far:
                 return t, steps, shortest, 3
         found[number] = q
     return np.inf, steps, shortest, 0
 
 
-def tracked(bodies: Sequence[Body], ties: Sequence[Tie], crank: int, start: float, asked: Any) -> Track:
-    """Follow a mechanism from its drawing; body 0 is the ground, `crank` turns about its own origin."""
+def tracked(bodies: Sequence[Body], ties: Sequence[Tie], crank: int, start: float, angles: Any) -> Track:
+    """Follow a mechanism from its drawing; body 0 is the ground, `crank` rotates about its own origin."""
     number = {0: -1, crank: -2}
     for at in range(len(bodies)):
         if at not in number:
@@ -254,16 +254,16 @@ def tracked(bodies: Sequence[Body], ties: Sequence[Tie], crank: int, start: floa
     angle = [start if at == crank else body.angle for at, body in enumerate(bodies)]
     turns = np.array([angle[tie.other] - angle[tie.one] for tie in ties])
     foot = np.array([bodies[crank].origin.real, bodies[crank].origin.imag])
-    asked = np.asarray(asked, float)
-    found = np.full((len(asked), len(q)), np.nan)
+    angles = np.asarray(angles, float)
+    found = np.full((len(angles), len(q)), np.nan)
     if 2 * len(ties) != len(q):
         raise ValueError(f"{2 * len(ties)} equations for {len(q)} unknowns")
-    end, steps, shortest, astray = _track(q, float(start), asked, foot, ends, arms, lines, turns, found)
+    end, steps, shortest, astray = _track(q, float(start), angles, foot, ends, arms, lines, turns, found)
     if astray not in (0, 4):
-        raise ArithmeticError(f"left its ball at {end}: {astray}")
-    origin = np.zeros((len(bodies), len(asked)), complex)
-    angles = np.zeros((len(bodies), len(asked)))
-    origin[crank], angles[crank] = bodies[crank].origin, asked
+        raise ArithmeticError(f"step not verified at {end}: code {astray}")
+    origin = np.zeros((len(bodies), len(angles)), complex)
+    turned = np.zeros((len(bodies), len(angles)))
+    origin[crank], turned[crank] = bodies[crank].origin, angles
     for k, at in enumerate(free):
-        origin[at], angles[at] = found[:, 3 * k] + 1j * found[:, 3 * k + 1], found[:, 3 * k + 2]
-    return Track(origin, angles, float(end), int(steps), float(shortest), 2.0 * shortest if astray == 4 else 0.0)
+        origin[at], turned[at] = found[:, 3 * k] + 1j * found[:, 3 * k + 1], found[:, 3 * k + 2]
+    return Track(origin, turned, float(end), int(steps), float(shortest), 2.0 * shortest if astray == 4 else 0.0)

@@ -1,4 +1,4 @@
-"""Cost of a report over the bare mechanics: forty drawn four-bars in a batch, by processor time in one process.
+"""Time of a report relative to the mechanics alone: a batch of forty random four-bars, processor time of one process.
 
 The mechanics of a scene are its motion and the quasi-static deflection of all fields at 360 positions.
 
@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Iterator
+from itertools import count
 from pathlib import Path
 
 import measuring
@@ -57,7 +57,7 @@ speed = "{speed:.2f} rad/s"
 
 
 def four_bars(folder: Path) -> Iterator[Path]:
-    """Scene files of drawn crank-rockers: lengths, depths and speeds."""
+    """Scene files of random crank-rockers: lengths, depths and speeds."""
     draw = np.random.default_rng(SEED)
     number = 0
     while number < COUNT:
@@ -75,38 +75,31 @@ def four_bars(folder: Path) -> Iterator[Path]:
         yield path
 
 
-def processor_seconds(call: Callable[[int], object]) -> float:
-    """Least processor time of a call, after one to warm up."""
-    taken = []
-    for round_ in range(ROUNDS + 1):
-        start = time.process_time()
-        call(round_)
-        taken.append(time.process_time() - start)
-    return min(taken[1:])
-
-
 def main() -> None:
-    """Measure, and write the table."""
+    """Measure and write the table."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         files = list(four_bars(folder))
         scenes = [read_scene(path) for path in files]
 
-        def mechanics(_: int) -> None:
+        def mechanics() -> None:
             for scene in scenes:
                 drive = scene.course.at(scene.run.cycle * np.arange(360) / 360)
                 deflection(motion(scene.mechanism, drive.drive, drive.drive_rate), scene.sections, scene.joints)
 
-        unit = processor_seconds(mechanics)
+        def report(*options: str) -> Callable[[], object]:
+            return lambda: command([*map(str, files), "--quiet", *options, "-o", str(folder / f"{next(numbers)}")])
 
-        def report(*options: str) -> Callable[[int], object]:
-            return lambda round_: command(
-                [*map(str, files), "--quiet", *options, "-o", str(folder / f"{'-'.join(options)}{round_}")]
-            )
+        def least_seconds(call: Callable[[], object]) -> float:
+            call()  # warm up
+            return measuring.processor_seconds(call, ROUNDS)[0]
+
+        numbers = count()
+        unit = least_seconds(mechanics)
 
         rows = [{"work": "mechanics", "ms a scene": 1000 * unit / COUNT, "over mechanics": 1.0}]
         for name, options in (("quasi-static report", ("--theory", "quasi-static")), ("default report", ())):
-            taken = processor_seconds(report(*options))
+            taken = least_seconds(report(*options))
             rows.append({"work": name, "ms a scene": 1000 * taken / COUNT, "over mechanics": taken / unit})
     name = sys.argv[1] if len(sys.argv) > 1 else "default_report"
     measuring.report(name, "A report over its mechanics", {"all": rows})

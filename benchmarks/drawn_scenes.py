@@ -1,7 +1,7 @@
-"""Scenes with any key of the format, and calls with any option of the command: right, at a bound, or spoilt.
+"""Random scenes with any key of the format, and calls with any option: right, at a bound, or spoilt.
 
-The keys are read off the tables of the format and the options off the requests, so that a new one is drawn too;
-`keys` and `options` count what was drawn. A case is its seed and number.
+The keys come from the tables of the format and the options from the requests, so new ones are included. A seed and a
+number determine a case.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from kinelast.tasks.request import Batch, Request, options_of
 from kinelast.tasks.task import shipped_scenes, shipped_structures
 
 HOW = ("right", "at a bound", "spoilt")
-CHANCES = (7, 3, 1)  # of each of them
+CHANCES = (7, 3, 1)  # relative frequency of each
 SMALL = 0, -0.0, 5e-324, 1e-18, 1e-15, 1e-12, 1e-9, 1e-6, -1e-9
 LARGE = 1e3, 1e6, 1e9, 1e12, 1e15, 1.7e308, -1e30
 WRONG: tuple[Any, ...] = (
@@ -38,7 +38,7 @@ FIGURES = (
     "transmission_angle", "frequency", "N", "phi", "chord", "output", "path", "nothing",
 )  # fmt: skip
 POINTS, LINKS = {"at", "point", "through", "from", "to", "center", "anchor", "points"}, {"link", "on", "links"}
-WORDS: dict[str, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {  # of each option, as in HOW
+WORDS: dict[str, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {  # by option and HOW
     "positions": (("1", "2", "3", "5", "7"), ("1", "2"), ("0", "-1", "1000001", "1e3", "x", "")),
     "changes": (("run.positions=3", "run.tolerance=1e-8"), ("run.positions=1",), ("", "=", "a=b", "run=3", "points")),
     "theory": (("quasi-static", "elastodynamic", "geometrically-exact"), ("quasi-static",), ("", "exact")),
@@ -91,7 +91,7 @@ WORDS: dict[str, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {  
     "version": ((), (), ()),
 }
 RARE = {"animate": 8, "stills": 4, "jobs": 6, "checks": 3, "scheduler": 4, "optimize": 3, "list": 4, "version": 8}
-NEEDS = {"design": "sweep", "sweep": "sweep", "tolerances": "tolerances", "optimize": "optimize"}  # which table
+NEEDS = {"design": "sweep", "sweep": "sweep", "tolerances": "tolerances", "optimize": "optimize"}  # table of an option
 
 
 COMMON = """
@@ -123,7 +123,7 @@ arm = {{points = ["O", "A"], section = "bar", material = "steel"}}
 
 @dataclass(frozen=True)
 class Key:
-    """A key of the format: its path, "*" for a name and "[]" for an entry, and the type of its value."""
+    """A key of the format: its path ("*" is a name, "[]" a list entry) and the type of its value."""
 
     path: tuple[str, ...]
     type: types.Type
@@ -135,7 +135,7 @@ class Key:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A text of a scene, the words of a call besides its scene and folder, and what of both was drawn how."""
+    """A scene's text, the options of a call, and the count of each key and option by quality."""
 
     text: str
     words: tuple[str, ...]
@@ -143,7 +143,7 @@ class Drawn:
 
 
 def format_keys() -> list[Key]:
-    """All keys of all tables of a scene, and of a chain in space."""
+    """Return all keys of a scene and of a spatial chain."""
     found: dict[tuple[str, ...], Key] = {}
     for root, chain in ((SceneTable, False), (ChainTable, True)):
         for key in _keys(types.type_info(root), (), chain):
@@ -177,7 +177,7 @@ SCENE, CHAIN = types.type_info(SceneTable), types.type_info(ChainTable)
 
 
 def drawn_case(seed: int, number: int) -> Drawn:
-    """A case by its seed and number: the number chooses a key and an option in turn, so that all are drawn as often."""
+    """Return a case; consecutive numbers cycle through all keys and options."""
     chance = random.Random(f"drawn {seed} {number}")
     first = KEYS[number % len(KEYS)]
     count: Counter[tuple[str, str]] = Counter()
@@ -202,14 +202,14 @@ def drawn_case(seed: int, number: int) -> Drawn:
 
 @cache
 def _shipped() -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """The shipped scenes, and the structures among them, as tables."""
+    """Return the tables of the shipped scenes and of the shipped structures."""
     paths = shipped_scenes(), shipped_structures()
     scenes, structures = ([tomllib.loads(path.read_text("utf-8")) for path in each.values()] for each in paths)
     return [*scenes, tomllib.loads(GEARED), tomllib.loads(BY_EFFORT)], structures
 
 
 def _base(chance: random.Random, key: Key) -> dict[str, Any]:
-    """A shipped scene as its tables, where it can be one that has the table of a key."""
+    """Return the tables of a shipped scene, preferably one with the table of the key."""
     scenes, structures = _shipped()
     if key.chain:
         return deepcopy(chance.choice([each for each in structures if _is_chain(each)]))
@@ -227,18 +227,18 @@ def _is_chain(tables: Mapping[str, Any]) -> bool:
 
 
 class Names:
-    """Names of a scene's parts."""
+    """Random names of a scene's parts."""
 
     def __init__(self, scene: Mapping[str, Any], chance: random.Random) -> None:
         self.scene, self.chance = scene, chance
 
     def table(self, name: str) -> list[str]:
-        """Names in a table."""
+        """All names in a table."""
         there = self.scene.get(name)
         return list(there) if isinstance(there, dict) and there else ["none"]
 
     def of(self, key: str) -> str:
-        """A name that may stand at a key."""
+        """A random name that fits a key."""
         if key in LINKS:
             return self.chance.choice([*self.table("links"), "ground"])
         if key in POINTS:
@@ -248,24 +248,24 @@ class Names:
         return self.chance.choice(self.table(f"{key}s"))
 
     def on(self, link: str) -> str:
-        """A point of a link."""
+        """A random point of a link."""
         return self.chance.choice(self.points(link) or self.table("points"))
 
     def moving(self) -> str:
-        """A link that is not the ground."""
+        """A random moving link, preferably one on the ground."""
         links = [name for name in self.table("links") if name != "ground"] or ["none"]
         at_ground = [name for name in links if set(self.points(name)) & set(self.points("ground"))]
         return self.chance.choice(at_ground if at_ground and self.chance.random() < 0.7 else links)
 
     def points(self, link: str) -> list[str]:
-        """Points of a link."""
+        """All points of a link."""
         tables = self.scene.get("links")
         table = tables.get(link) if isinstance(tables, dict) else None
         points = table.get("points") if isinstance(table, dict) else None
         return [point for point in points if isinstance(point, str)] if isinstance(points, (list, dict)) else []
 
     def numbers(self) -> dict[str, Any]:
-        """Numbers of the scene by their paths."""
+        """Numbers of the scene by path."""
         found: dict[str, Any] = {}
         for name in ("materials", "sections", "links", "points"):
             for part, table in self.scene.get(name, {}).items() if isinstance(self.scene.get(name), dict) else ():
@@ -278,7 +278,7 @@ class Names:
 
 
 def _with(scene: dict[str, Any], key: Key, how: str, chance: random.Random) -> dict[str, Any]:
-    """A scene with a value at a key; what is missing above it is made."""
+    """Set a key of a scene to a random value; make missing tables."""
     names = Names(scene, chance)
     node: Any = scene
     kind = CHAIN if key.chain else SCENE
@@ -306,7 +306,7 @@ def _with(scene: dict[str, Any], key: Key, how: str, chance: random.Random) -> d
 
 
 def _make_fit(path: tuple[str, ...], node: dict[str, Any], names: Names) -> None:
-    """Give a table what a key of it asks for, and take away what that excludes."""
+    """Add the keys that a key requires, and remove those that it excludes."""
     table, last = path[0], path[-1]
     link = node["link"] if isinstance(node.get("link"), str) else ""
     if path[1:2] == ("[]",) and len(path) == 3:
@@ -356,7 +356,7 @@ FITS = {"drives": _fit_drive, "loads": _fit_load, "springs": _fit_spring}
 OF_TABLE = ("table", "against", "interpolation", "extend")
 TABLE = [[0.0, 1.0], [1.0, 2.0], [7.0, 0.5]]
 BEAM = ("beam", "start", "end")
-ONE_OF = {  # keys of a table that exclude one another
+ONE_OF = {  # groups of keys that exclude one another
     "drives": (("speed",), ("law",), ("motion",), ("effort", "table", "against", "interpolation", "extend")),
     "loads": (BEAM, ("point", "force", "moment", "resists")),
     "springs": (("point", "anchor", "length"), ("at", "angle")),
@@ -364,7 +364,7 @@ ONE_OF = {  # keys of a table that exclude one another
 
 
 def _inside(kind: types.Type, step: str, below: str) -> types.Type:
-    """The type at a step into another, of those that there may be the one that the step below it fits."""
+    """Type at a step into another type; of several, the one that fits the next step."""
     found: list[types.Type] = []
     for each in _choices(kind):
         match each:
@@ -390,7 +390,7 @@ def _fits(kind: types.Type, step: str) -> bool:
 
 
 def _stepped(node: Any, step: str, kind: types.Type, below: str, names: Names) -> Any:
-    """What stands at a step; made where it is missing or cannot hold the next step."""
+    """Return the value at a step; replace it if it is missing or cannot hold the next step."""
     if step == "[]":
         if not isinstance(node, list):
             return None
@@ -422,7 +422,7 @@ def _new_name(kind: types.Type, names: Names) -> str:
 
 
 def _holds(value: Any, kind: types.Type, below: str) -> bool:
-    """Whether a value of a scene can hold a step into its type."""
+    """Return whether a value of a scene can hold the next step."""
     if below == "[]":
         return isinstance(value, list)
     if not isinstance(value, dict):
@@ -432,7 +432,7 @@ def _holds(value: Any, kind: types.Type, below: str) -> bool:
 
 
 def made(kind: types.Type, names: Names, below: str = "") -> Any:  # noqa: PLR0911, PLR0912 - a branch a table
-    """A table with what it needs, as right as can be known here."""
+    """Return a table with its required keys, right as far as possible."""
     each = _choices(kind)[0]
     if isinstance(each, types.DictType):
         return {}
@@ -485,7 +485,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _scaled(value: Any, how: str, chance: random.Random, factor: float | None = None) -> Any:
-    """A number, or the one in a quantity's words, times a factor."""
+    """Multiply a number, or the number of a quantity with a unit, by a factor."""
     if factor is None:
         factor = (
             chance.uniform(0.9, 1.1) if how == "right" else 10.0 ** chance.choice((-9, -6, -3, -2, -1, 1, 2, 3, 6, 9))
@@ -497,7 +497,7 @@ def _scaled(value: Any, how: str, chance: random.Random, factor: float | None = 
 
 
 def value_of(kind: types.Type, key: str, how: str, names: Names) -> Any:  # noqa: PLR0911 - a branch a kind
-    """A value of a type: right, at a bound of what is right, or of another kind altogether."""
+    """Return a value of a type: right, at a bound, or of a wrong type."""
     chance = names.chance
     if how == "spoilt":
         return deepcopy(chance.choice(WRONG))
@@ -525,7 +525,7 @@ def value_of(kind: types.Type, key: str, how: str, names: Names) -> Any:  # noqa
 
 
 def _list(kind: types.ListType, key: str, how: str, names: Names) -> list[Any]:
-    if key in ("table", "motion"):  # in the order of its first column
+    if key in ("table", "motion"):  # ordered by the first column
         second = kind.item_type.item_types[1] if isinstance(kind.item_type, types.TupleType) else kind.item_type
         steps = (
             (0.0, 0.1, 0.2, 0.5, 1.0)[: names.chance.randrange(2, 6)] if how == "right" else (0.0, 1e-300, 1e-9, 1.0)
@@ -609,7 +609,7 @@ def _text(key: str, how: str, names: Names) -> Any:  # noqa: PLR0911 - a branch 
 
 
 def text_of(scene: Mapping[str, Any]) -> str:
-    """Tables as TOML, a line each."""
+    """Return tables as TOML, one line each."""
     return "".join(f"{_key(key)} = {_toml(value)}\n" for key, value in scene.items())
 
 
@@ -637,7 +637,7 @@ def _letter(letter: str) -> str:
 def _call(
     scene: dict[str, Any], first: str, chain: bool, chance: random.Random, count: Counter[tuple[str, str]]
 ) -> tuple[str, ...]:
-    """The words of a call: an option in turn, those that it belongs to, and some more."""
+    """Return the options of a call: the first one, those that it requires, and some more."""
     known = options_of(Request, Batch)
     asked = [first] if chance.random() * RARE.get(first, 1) < 1 else []
     asked += [

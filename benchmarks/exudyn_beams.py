@@ -1,4 +1,4 @@
-"""Beams of a mechanism in exudyn: geometrically exact, at the places and velocities of the rigid motion."""
+"""Geometrically exact beams in exudyn, started with the motion of rigid links."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rigid import Motion
 
 
 def add_beam(mbs: Any, begun: Motion, number: int, own: Section, beta: float, elements: int) -> list[Any]:
-    """Nodes of a beam, at the places and velocities of its rigid link, and the elements between them."""
+    """Add the nodes and elements of a beam; return the nodes. They start with the motion of the rigid link."""
     import exudyn.itemInterface
 
     items = exudyn.itemInterface

@@ -1,22 +1,20 @@
-"""Twenty mechanisms of all kinds beside exudyn: deflection, section forces and joint forces of the answer at 0.5 %.
+"""Twenty random mechanisms compared with exudyn: deflections, section forces and joint forces at 0.5 % accuracy.
 
-Drawn at random (`random_scenes`: constant speed, end masses, springs, stops that repeat, from rest to rest, two cranks,
-arms of two drives; chains of up to five beams), all damped, with shear and the sections' own inertia; and two that were
-wrong once. Drawn springs may bend links by radians and press them beyond what buckles them: such mechanisms have no
-steady state, and others are drawn in their place. exudyn has geometrically exact beams, 24 and 48 to a beam,
-extrapolated, and marches in steps of one length until nothing is left of the start; from rest it begins in static
-balance. Its section forces are those of its nodes' places and velocities, elastic and viscous; its joint forces are its
-multipliers. Differences are the greatest over the course at five stations, as shares of the beam's or joint's greatest,
-or of a tenth of the greatest of all where that is more; for the worst beam or joint, in percent.
+    python benchmarks/exudyn_drawn.py [NAME ...]    (continues results/exudyn_drawn.csv; computes named rows again)
 
-    python benchmarks/exudyn_drawn.py [NAME ...]
+`random_scenes` draws mechanisms of up to five beams: constant speed, end masses, springs, dwells, from rest to rest,
+two cranks, arms of two drives. All are damped, with shear and rotary inertia. Two scenes of `data/` come first. A drawn
+spring may buckle a link; such a mechanism has no steady state, and the next one replaces it.
 
-Rows that stand in results/exudyn_drawn.csv are kept; named ones are made again.
+exudyn has geometrically exact beams, 24 and 48 to a beam, extrapolated. It integrates with a fixed step until the
+transient has died out; a run from rest starts in static equilibrium. Its section forces follow from the positions and
+velocities of its nodes, its joint forces are its multipliers. The table lists the largest difference over the course at
+five stations, in percent of the maximum of that beam or joint, or of a tenth of the overall maximum if that is more.
+The worst beam or joint counts.
 """
 
 from __future__ import annotations
 
-import csv
 import math
 import sys
 import time
@@ -42,23 +40,23 @@ KINDS = (
     "constant speed", "end masses", "springs", "stops that repeat", "from rest to rest", "two cranks",
     "arm of two drives",
 )  # fmt: skip
-COMPARED, MOST_BEAMS, MOST_TURNS = 20, 5, 8
+COMPARED, MAX_BEAMS, MAX_TURNS = 20, 5, 8
 ACCURACY, DAMPING = 0.005, 0.04
 POSITIONS = 120  # a turn, or a course
-ELEMENTS = 24, 48
+ELEMENTS = 24, 48  # to a beam
 STEPS = 7200  # a turn of the fastest drive, or a course
-DIED_OUT = 1e-4
-EARLIER = 1e-9  # share of the time between two instants, less than a step: round-off of a sum of times makes none late
-ROUND_OFF = 3e-13, 1e-11, 3e-10  # of EA, of residuals of forces
+TRANSIENT_LEFT = 1e-4  # of the initial vibration when the compared turn begins
+WRITE_EARLY = 1e-9  # of the interval between outputs; without it, round-off in summed times delays an output by a step
+FORCE_TOLERANCES = 3e-13, 1e-11, 3e-10  # of Newton's method, relative to EA; the next if one is not reached
 STATIONS = np.linspace(0.0, 1.0, 5)
-LEAST = 0.1  # of the greatest of all beams or joints, where a beam's or joint's own is less
+MIN_BASE = 0.1  # least reference value of a beam or joint, relative to the maximum of all
 FIELDS = "u", "w", "chord", "N", "M"
 TARGET = measuring.RESULTS / "exudyn_drawn.csv"
 
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """Fields by name, (beams, instants, stations), and joint forces, (joints, instants)."""
+    """Fields by name, shape (beams, instants, stations), and joint forces, shape (joints, instants)."""
 
     fields: dict[str, Any]
     joints: Any
@@ -68,32 +66,32 @@ class Course:
         return Course(fields, self.joints + other.joints)
 
     def times(self, factor: float) -> Course:
-        """Scaled."""
+        """Multiply all values by a factor."""
         return Course({name: factor * values for name, values in self.fields.items()}, factor * self.joints)
 
 
 def cases() -> Iterator[Scene]:
-    """Scenes without end, with shear, inertia of sections and damping."""
+    """Yield scenes endlessly, with shear, rotary inertia and damping."""
     for path in sorted(Path(__file__).with_name("data").glob("*.toml")):
         scene = read_scene(path)
         yield prepared(scene, scene.theory.damping_ratio)
     for scene in scenes(SEED):
-        if scene.title.split(":")[0] in KINDS and len(scene.sections) <= MOST_BEAMS:
+        if scene.title.split(":")[0] in KINDS and len(scene.sections) <= MAX_BEAMS:
             sections = tuple(map(sheared, scene.sections))
             course = replace(scene.course, mechanism=with_rotary_inertia(scene.mechanism, sections))
             yield prepared(replace(scene, sections=sections, course=course), DAMPING)
 
 
 def prepared(scene: Scene, damping: float) -> Scene:
-    """At the positions and accuracy of this comparison."""
+    """Return the scene with the positions and accuracy of this comparison."""
     run = scene.course.run
     run = replace(run, positions=POSITIONS if run.turn else POSITIONS + 1)
     theory = Theory(accuracy=ACCURACY, damping_ratio=damping)
-    return lying(replace(scene, course=replace(scene.course, run=run), theory=theory))
+    return with_guide_along_x(replace(scene, course=replace(scene.course, run=run), theory=theory))
 
 
-def lying(scene: Scene) -> Scene:
-    """The same, turned so that its guide lies along x."""
+def with_guide_along_x(scene: Scene) -> Scene:
+    """Return the scene rotated until its guide is parallel to x."""
     mechanism = scene.mechanism
     if not mechanism.sliders:
         return scene
@@ -107,7 +105,7 @@ def lying(scene: Scene) -> Scene:
         sliders=(replace(slider, origin=complex(slider.origin) * turn, direction=1.0),),
         gravity=mechanism.gravity * turn,
     )
-    laws = tuple(started(law, float(np.angle(turn))) for law in scene.course.laws)
+    laws = tuple(shifted(law, float(np.angle(turn))) for law in scene.course.laws)
     return replace(scene, course=replace(scene.course, mechanism=turned, laws=laws))
 
 
@@ -115,14 +113,14 @@ def _turned(points: Any, turn: complex) -> dict[str, complex]:
     return {name: complex(place) * turn for name, place in points.items()}
 
 
-def started(law: Any, by: float) -> Any:
-    """A law that starts so much farther."""
+def shifted(law: Any, by: float) -> Any:
+    """Return a law with its start shifted by an angle [rad]."""
     if isinstance(law, RepeatedLaw):
-        return replace(law, law=started(law.law, by))
+        return replace(law, law=shifted(law.law, by))
     return replace(law, start=law.start + by)
 
 
-class Copy:
+class ExudynModel:
     """A mechanism in exudyn."""
 
     def __init__(self, results: Any, beta: Any, elements: int, span: float, turns: int) -> None:
@@ -131,9 +129,9 @@ class Copy:
 
         self.exu, self.items = exu, exudyn.itemInterface
         self.results, self.scene, self.beta, self.elements = results, results.scene, beta, elements
-        self.span, self.turns, self.still_standing = span, turns, False
-        gone = max(np.ptp(np.asarray(law(np.array([0.0, span]))[0], float)) for law in self.scene.course.laws)
-        self.steps = STEPS * max(1, round(gone / (2 * math.pi)))
+        self.span, self.turns, self.in_static_solution = span, turns, False
+        stroke = max(np.ptp(np.asarray(law(np.array([0.0, span]))[0], float)) for law in self.scene.course.laws)
+        self.steps = STEPS * max(1, round(stroke / (2 * math.pi)))
         self.mechanism, self.laws = self.scene.mechanism, self.scene.course.laws
         self.container = exu.SystemContainer()
         self.mbs = self.container.AddSystem()
@@ -165,7 +163,7 @@ class Copy:
         self.mbs.Assemble()
 
     def beam(self, number: int) -> list[int]:
-        """Nodes of a beam; its corner with another of the link held fast."""
+        """Add a beam; return its nodes. Beams of one link meet in rigid corners."""
         at, beam = self.mechanism.beams[number]
         section = self.scene.sections[number]
         nodes = add_beam(self.mbs, self.begun, number, section, float(self.beta[number]), self.elements)
@@ -178,13 +176,13 @@ class Copy:
             if (at, name) in self.at:
                 self.revolute(self.place(self.at[at, name]), node)
                 turned = self.coordinate(self.at[at, name], 2)
-                held = [turned, self.coordinate(node, 2)]
-                self.mbs.AddObject(self.items.ObjectConnectorCoordinate(markerNumbers=held))
+                pair = [turned, self.coordinate(node, 2)]
+                self.mbs.AddObject(self.items.ObjectConnectorCoordinate(markerNumbers=pair))
             self.at.setdefault((at, name), node)
         return nodes
 
     def lumps(self) -> None:
-        """Masses; a link without beams is a node of its own."""
+        """Add point masses; a link without beams becomes a point mass."""
         for at, link in enumerate(self.mechanism.links):
             if at and not link.beams:
                 name = next(iter(link.points))
@@ -201,15 +199,15 @@ class Copy:
                 self.mbs.AddObject(self.items.ObjectRigidBody2D(nodeNumber=node, mass=float(lump.mass), inertia=0.0))
 
     def place(self, node: int) -> int:
-        """Marker of a node's place."""
+        """Add a marker of a node's position."""
         return int(self.mbs.AddMarker(self.items.MarkerNodePosition(nodeNumber=node)))
 
     def coordinate(self, node: int, number: int) -> int:
-        """Marker of one coordinate of a node."""
+        """Add a marker of one coordinate of a node."""
         return int(self.mbs.AddMarker(self.items.MarkerNodeCoordinate(nodeNumber=node, coordinate=number)))
 
     def marker(self, link: int, point: str) -> int:
-        """Marker of a link's point."""
+        """Add a marker of a link's point."""
         if link:
             return self.place(self.at[link, point])
         z = complex(self.mechanism.links[0].points[point])
@@ -220,11 +218,11 @@ class Copy:
         )
 
     def revolute(self, marker: int, node: int) -> Any:
-        """A pin."""
+        """Add a pin joint."""
         return self.mbs.AddObject(self.items.ObjectJointRevolute2D(markerNumbers=[marker, self.place(node)]))
 
     def pins(self) -> None:
-        """Those of the mechanism's tree and closures."""
+        """Add all pin joints of the mechanism."""
         for joint in self.results.motion.structure.joints:
             if joint.turns:
                 one, other = self.marker(joint.parent, joint.name), self.marker(joint.child, joint.name)
@@ -232,7 +230,7 @@ class Copy:
                 self.joint[joint.name, joint.parent, joint.child] = made, 1.0
 
     def sliders(self) -> None:
-        """Blocks on lines of the ground along x: no displacement along y."""
+        """Add sliders on the ground along x: no displacement along y."""
         index = self.mechanism.index
         for slider in self.mechanism.sliders:
             up = self.coordinate(self.at[index[slider.link], slider.point], 1)
@@ -240,7 +238,7 @@ class Copy:
             self.joint[slider.name, index[slider.on], index[slider.link]] = made, 1j
 
     def drive(self, drive: Any, law: Any) -> None:
-        """The angle of a link on another, by its law."""
+        """Prescribe the angle between two links by a law."""
         assert isinstance(drive, PinDrive)
         start = float(self.results.motion.time[0])
         first = float(np.asarray(law(np.array([start]))[0]).item())
@@ -249,7 +247,7 @@ class Copy:
         known = np.asarray(law(start + step * np.arange(self.turns * self.steps + 1))[0], float) - first
 
         def moved(mbs: Any, t: float, item: int, offset: float) -> float:
-            if self.still_standing:
+            if self.in_static_solution:
                 return 0.0
             number = round(t / step)
             if abs(t / step - number) < 1e-6:
@@ -262,11 +260,11 @@ class Copy:
         self.mbs.AddObject(self.items.ObjectConnectorCoordinate(markerNumbers=[on, child], offsetUserFunction=moved))
 
     def end_of(self, link: str, point: str) -> int:
-        """Node of a link's point."""
+        """Return the node of a link's point."""
         return self.at[self.mechanism.index[link], point]
 
     def spring(self, load: Any) -> None:
-        """A spring between points, or on the angle between links."""
+        """Add a spring between two points, or a torsion spring at the ground."""
         index = self.mechanism.index
         if isinstance(load, Spring):
             ends = self.marker(index[load.on], load.anchor), self.marker(index[load.link], load.point)
@@ -294,40 +292,40 @@ class Copy:
         )
 
     def weight(self) -> None:
-        """At all nodes."""
+        """Add gravity at all nodes."""
         g = complex(self.mechanism.gravity)
         for node, mass in self.mass.items() if g else ():
             pull = [mass * g.real, mass * g.imag, 0.0]
             self.mbs.AddLoad(self.items.Force(markerNumber=self.place(node), loadVector=pull))
 
     def sensor(self, node: int, kind: Any) -> Any:
-        """Of a node's coordinates."""
+        """Add a sensor of a node's coordinates."""
         return self.mbs.AddSensor(
             self.items.SensorNode(nodeNumber=node, storeInternal=True, writeToFile=False, outputVariableType=kind)
         )
 
-    def marched(self, from_rest: bool, lost: float) -> None:
-        """The motion over all spans, known at `POSITIONS` instants of each."""
+    def integrate(self, from_rest: bool, tolerance: float) -> None:
+        """Integrate over all spans, with outputs at `POSITIONS` instants of each."""
         settings = self.exu.SimulationSettings()
         settings.solution.file.write = False
         settings.linearSolver.solverType = self.exu.LinearSolverType.EigenSparse
         if from_rest and (self.mechanism.loads or self.mechanism.gravity):
             settings.staticSolver.verboseMode = 0
             newton = settings.staticSolver.newton
-            newton.relativeTolerance, newton.absoluteTolerance = 1e-8, lost
-            self.still_standing = True  # exudyn counts load steps in time
+            newton.relativeTolerance, newton.absoluteTolerance = 1e-8, tolerance
+            self.in_static_solution = True  # exudyn counts load steps as time
             self.mbs.SolveStatic(settings, updateInitialValues=True)
-            self.still_standing = False
-        marching = settings.timeIntegration
-        marching.numberOfSteps, marching.endTime = self.turns * self.steps, self.turns * self.span
-        marching.verboseMode = 0
-        marching.generalizedAlpha.spectralRadius = 0.8
-        marching.newton.relativeTolerance, marching.newton.absoluteTolerance = 1e-7, lost
-        settings.solution.sensors.writePeriod = self.span / POSITIONS * (1 - EARLIER)
+            self.in_static_solution = False
+        integration = settings.timeIntegration
+        integration.numberOfSteps, integration.endTime = self.turns * self.steps, self.turns * self.span
+        integration.verboseMode = 0
+        integration.generalizedAlpha.spectralRadius = 0.8
+        integration.newton.relativeTolerance, integration.newton.absoluteTolerance = 1e-7, tolerance
+        settings.solution.sensors.writePeriod = self.span / POSITIONS * (1 - WRITE_EARLY)
         self.mbs.SolveDynamic(settings)
 
     def course(self, first: int, last: int) -> Course:
-        """Fields and joint forces at instants of `marched`."""
+        """Fields and joint forces at the outputs of `integrate` from `first` to `last`."""
         motion, fields, pick = self.results.motion, {name: [] for name in FIELDS}, slice(first, last)
         nodes_at = np.rint(STATIONS * self.elements).astype(int)
         for number, (at, beam) in enumerate(self.mechanism.beams):
@@ -361,18 +359,18 @@ class Copy:
         return Course({name: np.array(values) for name, values in fields.items()}, -np.array(joints))
 
 
-def marched(results: Any, beta: Any, elements: int, span: float, turns: int, from_rest: bool) -> Copy:
-    """A mechanism that has been marched, to a coarser tolerance where its Newton's method gets no nearer."""
+def integrated(results: Any, beta: Any, elements: int, span: float, turns: int, from_rest: bool) -> ExudynModel:
+    """Return the integrated model, with a coarser tolerance if Newton's method does not converge."""
     import exudyn as exu
 
-    for lost in ROUND_OFF:
-        copy = Copy(results, beta, elements, span, turns)
+    for tolerance in FORCE_TOLERANCES:
+        model = ExudynModel(results, beta, elements, span, turns)
         try:
-            copy.marched(from_rest, lost * max(float(own.EA) for own in results.scene.sections))
+            model.integrate(from_rest, tolerance * max(float(own.EA) for own in results.scene.sections))
         except exu.SolverError as error:
             problem = error
         else:
-            return copy
+            return model
     raise problem
 
 
@@ -381,12 +379,12 @@ def _multipliers(mbs: Any, t: float, numbers: Any, factors: Any, configuration: 
 
 
 def first_instant(results: Any) -> Any:
-    """The motion at its first instant."""
+    """Motion at the first instant."""
     return results.scene.course.at(np.atleast_1d(results.motion.time)[:1])
 
 
 def forces_of(z: Any, v: Any, phi: Any, omega: Any, h: float, own: Any, beta: float) -> tuple[Any, Any]:
-    """N and M of the elements, elastic and viscous, from places, velocities and rotations of the nodes."""
+    """N and M of the elements, elastic and viscous, from positions, velocities and rotations of the nodes."""
     axis = np.exp(1j * (phi[:-1] + phi[1:]) / 2)
     way, speed, spin = np.diff(z, axis=0) / h, np.diff(v, axis=0) / h, (omega[:-1] + omega[1:]) / 2
     strain = (np.conj(axis) * way).real - 1
@@ -396,13 +394,13 @@ def forces_of(z: Any, v: Any, phi: Any, omega: Any, h: float, own: Any, beta: fl
 
 
 def at_nodes(values: Any) -> Any:
-    """Means of the elements beside the nodes; at the ends on the line through the two last."""
+    """Nodal values: means of the neighbouring elements, extrapolated linearly at the ends."""
     inner = (values[:-1] + values[1:]) / 2
     return np.concatenate([[1.5 * values[0] - 0.5 * values[1]], inner, [1.5 * values[-1] - 0.5 * values[-2]]])
 
 
 def of_answer(results: Any) -> Course:
-    """The program's."""
+    """Return the fields and joint forces of the program's answer."""
     bent = results.deflection
     fields = {name: sample(bent, name, STATIONS) for name in FIELDS}
     forces = bent.forces.force
@@ -411,23 +409,23 @@ def of_answer(results: Any) -> Course:
 
 
 def apart(one: Any, other: Any) -> float:
-    """Greatest difference of the worst row, in percent of its greatest."""
+    """Largest difference of the worst row, in percent of its maximum."""
     flat = tuple(range(1, one.ndim))
     largest = np.abs(other).max(axis=flat)
-    base = np.maximum(largest, LEAST * largest.max(initial=0.0))
+    base = np.maximum(largest, MIN_BASE * largest.max(initial=0.0))
     return float(100 * (np.abs(one - other).max(axis=flat) / np.where(base > 0, base, 1.0)).max(initial=0.0))
 
 
 def peaks_apart(one: Any, other: Any) -> float:
-    """Greatest difference of two rows' greatest values, in percent of it."""
+    """Largest difference between the maxima of two rows, in percent."""
     flat = tuple(range(1, one.ndim))
     here, there = np.abs(one).max(axis=flat), np.abs(other).max(axis=flat)
-    base = np.maximum(there, LEAST * there.max(initial=0.0))
+    base = np.maximum(there, MIN_BASE * there.max(initial=0.0))
     return float(100 * (np.abs(here - there) / np.where(base > 0, base, 1.0)).max(initial=0.0))
 
 
-def row(scene: Scene) -> dict[str, Any]:
-    """What is apart, in percent."""
+def row_of(scene: Scene) -> dict[str, Any]:
+    """Return the row of a scene; differences in percent."""
     start = time.process_time()
     results = computed(scene, Request())
     taken, begin = time.process_time() - start, time.process_time()
@@ -444,55 +442,42 @@ def row(scene: Scene) -> dict[str, Any]:
     turns = 1
     if closed:
         fading = float(np.min(beta)) * vibrating.lowest**2 / 2 * span
-        turns = min(MOST_TURNS, 2 + math.ceil(-math.log(DIED_OUT) / fading))
+        turns = min(MAX_TURNS, 2 + math.ceil(-math.log(TRANSIENT_LEFT) / fading))
     courses, settled = [], math.nan
     for elements in ELEMENTS:
-        copy = marched(results, beta, elements, span, turns, from_rest)
+        model = integrated(results, beta, elements, span, turns, from_rest)
         count = len(times)
-        courses.append(copy.course((turns - 1) * POSITIONS, (turns - 1) * POSITIONS + count))
+        courses.append(model.course((turns - 1) * POSITIONS, (turns - 1) * POSITIONS + count))
         if turns > 1 and elements == ELEMENTS[0]:
-            before = copy.course((turns - 2) * POSITIONS, (turns - 2) * POSITIONS + count)
+            before = model.course((turns - 2) * POSITIONS, (turns - 2) * POSITIONS + count)
             settled = apart(before.fields["chord"], courses[-1].fields["chord"])
     coarse, fine = courses
     best, mine = fine.times(4 / 3) + coarse.times(-1 / 3), of_answer(results)
     answer = results.answer
-    told: dict[str, Any] = {"scene": scene.name, "kind": scene.title, "beams": len(scene.sections)}
-    told |= {
+    row: dict[str, Any] = {"scene": scene.name, "kind": scene.title, "beams": len(scene.sections)}
+    row |= {
         "theory": answer.theory,
-        "told": 100 * answer.error,
-        "told of courses": 100 * answer.worst_course[1],
+        "stated error": 100 * answer.error,
+        "stated error of courses": 100 * answer.worst_course[1],
     }
-    told |= {name: apart(mine.fields[name], best.fields[name]) for name in FIELDS}
-    told |= {"joints": apart(mine.joints, best.joints)}
-    told |= {"peak of chord": peaks_apart(mine.fields["chord"], best.fields["chord"])}
-    told |= {f"exudyn's {name}": apart(fine.fields[name], best.fields[name]) for name in ("chord", "N", "M")}
-    told |= {"exudyn's joints": apart(fine.joints, best.joints), "last two turns": settled, "turns": turns}
-    return {**told, "s": taken, "exudyn's s": time.process_time() - begin}
-
-
-def written(rows: dict[str, dict[str, Any]]) -> None:
-    """All rows."""
-    head = list(dict.fromkeys(key for each in rows.values() for key in each))
-    with TARGET.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, head)
-        writer.writeheader()
-        for each in rows.values():
-            writer.writerow({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in each.items()})
+    row |= {name: apart(mine.fields[name], best.fields[name]) for name in FIELDS}
+    row |= {"joints": apart(mine.joints, best.joints)}
+    row |= {"peak of chord": peaks_apart(mine.fields["chord"], best.fields["chord"])}
+    row |= {f"exudyn's {name}": apart(fine.fields[name], best.fields[name]) for name in ("chord", "N", "M")}
+    row |= {"exudyn's joints": apart(fine.joints, best.joints), "last two turns": settled, "turns": turns}
+    return {**row, "s": taken, "exudyn's s": time.process_time() - begin}
 
 
 def main() -> None:
-    rows: dict[str, dict[str, Any]] = {}
-    if TARGET.exists():
-        with TARGET.open(encoding="utf-8") as stream:
-            rows = {each["scene"]: dict(each) for each in csv.DictReader(stream)}
+    rows: dict[str, dict[str, Any]] = {each["scene"]: each for each in measuring.read_rows(TARGET)}
     answered = 0
     for scene in cases():
         if answered == COMPARED:
             return
         if scene.name in sys.argv[1:] or scene.name not in rows:
-            rows[scene.name] = row(scene)
+            rows[scene.name] = row_of(scene)
             print(rows[scene.name], flush=True)
-            written(rows)
+            measuring.write_rows(TARGET, [*rows.values()])
         answered += not rows[scene.name].get("unanswered")
 
 

@@ -1,14 +1,13 @@
-"""Four mechanisms at three speeds each beside exudyn: the nonlinear check and the elastodynamic answers.
+"""Nonlinear check and elastodynamic answers compared with exudyn: four mechanisms at three speeds each.
 
-A four-bar with point masses, a slider-crank, and Stephenson's and Watt's six-bars with bent ternary links, from rigid
-links that move at full speed through the first turn (transient), and after as many turns as free vibrations take to
-die out (steady state). exudyn has geometrically exact beams of the second order, here 24 and 48 to a beam and
-extrapolated, in steps of one length by the generalised-alpha method; they share nothing with this project. Figures are
-the greatest difference over the course of the middle's deflection from the chord, as a share of its greatest, for the
-beam for which it is worst.
+The mechanisms are a four-bar with point masses, a slider-crank, and Stephenson and Watt six-bars with bent ternary
+links. Links start undeformed at full speed. "Transient" is the first turn, "steady" the turn after free vibrations have
+died out. exudyn shares no code with this project. It has geometrically exact beams of second order, 24 and 48 to a
+link's beam, extrapolated, and the generalised-alpha method with a fixed step. The tables list the largest difference of
+the midpoint's deflection from the chord over the turn, relative to its maximum, for the worst beam.
 
     python benchmarks/exudyn_mechanisms.py
-    python benchmarks/exudyn_mechanisms.py record    (writes what tests/test_against_exudyn.py compares with)
+    python benchmarks/exudyn_mechanisms.py record    (writes the reference of tests/test_against_exudyn.py)
 """
 
 from __future__ import annotations
@@ -17,14 +16,13 @@ import json
 import math
 import sys
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import measuring
 import numpy as np
 from exudyn_beams import add_beam
-from nonlinear import section_of
+from jobs import rectangle_section
 from random_mechanisms import apex
 
 from elastic import Deflection, Section, sample, with_rotary_inertia
@@ -36,15 +34,15 @@ from rigid import Beam, ConstantSpeed, Link, Lump, Mechanism, PinDrive, Slider, 
 RATIOS = 0.04, 0.08, 0.14  # speed over lowest natural frequency
 DAMPING = 0.03  # ratio at that frequency
 STEPS, INSTANTS = 2400, 96  # a turn
-ELEMENTS = 24, 48  # of exudyn
-DIED_OUT = 1e-5
-RECORDED, RECORDED_TURNS = 0.08, 9
+ELEMENTS = 24, 48  # of exudyn, to a beam
+TRANSIENT_LEFT = 1e-5  # of the initial free vibration when the steady turn begins
+RECORDED, RECORDED_TURNS = 0.08, 9  # speed ratio and turns of the test data
 STEEL, ALUMINIUM = (210e9, 7850.0), (70e9, 2700.0)
 
 
 @dataclass(frozen=True)
 class Case:
-    """A mechanism without weight whose crank turns; its sections, and the slider's line is along x."""
+    """A mechanism without gravity, with a turning crank and at most one slider, along x; and its sections."""
 
     name: str
     mechanism: Mechanism
@@ -52,7 +50,7 @@ class Case:
 
 
 class Parts:
-    """Links of one material, and their sections."""
+    """Links of one material and their sections."""
 
     def __init__(self, material: tuple[float, float], depth: float, width: float) -> None:
         self.young, self.density = material
@@ -61,18 +59,18 @@ class Parts:
         self.sections: list[Section] = []
 
     def add(self, name: str, points: dict[str, complex], masses: dict[str, float] | None = None, thick: float = 1.0):
-        """A bar of two points; or of three, bent at the last."""
+        """Add a straight bar between two points, or a bar between three points, bent at the last."""
         names = list(points)
         pairs = [(names[0], names[1])] if len(names) == 2 else [(names[0], names[2]), (names[2], names[1])]
         mass = self.density * self.depth * thick * self.width
         beams = tuple(Beam(start, end, mass) for start, end in pairs)
         lumps = tuple(Lump(at, value) for at, value in (masses or {}).items())
         self.links.append(Link(name, points, beams, lumps))
-        self.sections += [section_of(self.depth * thick, self.width, self.young)] * len(pairs)
+        self.sections += [rectangle_section(self.depth * thick, self.width, self.young)] * len(pairs)
 
 
 def cases() -> tuple[Case, ...]:
-    """All four, drawn with the crank along x."""
+    """Return all four mechanisms, drawn with the crank along x."""
     return four_bar(), slider_crank(), stephenson(), watt()
 
 
@@ -133,7 +131,7 @@ def watt() -> Case:
 
 
 def of_exudyn(case: Case, speed: float, beta: float, turns: int, elements: int) -> Any:
-    """Deflection of all beams' middles from the chord, shape (beams, turns, instants)."""
+    """Midpoint deflections from the chord by exudyn, shape (beams, turns, instants)."""
     import exudyn as exu
 
     container = exu.SystemContainer()
@@ -160,14 +158,14 @@ def of_exudyn(case: Case, speed: float, beta: float, turns: int, elements: int) 
 
 
 def assemble(case: Case, mbs: Any, speed: float, beta: float, elements: int) -> list[Any]:
-    """Everything in exudyn: beams, pins, corners, masses, guide and drive; sensors of every beam's ends and middle."""
+    """Build the mechanism in exudyn; return sensors of every beam's ends and midpoint."""
     import exudyn as exu
     import exudyn.itemInterface
 
     items, mechanism = exudyn.itemInterface, case.mechanism
     still = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
 
-    def held(node: int, coordinate: int, to: int, **more: Any) -> None:
+    def constrain(node: int, coordinate: int, to: int, **more: Any) -> None:
         own = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
         mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[to, own], **more))
 
@@ -188,7 +186,7 @@ def assemble(case: Case, mbs: Any, speed: float, beta: float, elements: int) -> 
             pins.setdefault(name, marker)
             if (at, name) in at_point:
                 turned = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=at_point[at, name], coordinate=2))
-                held(node, 2, turned)
+                constrain(node, 2, turned)  # the rigid corner of a bent link
             at_point[at, name] = node
     for at, link in enumerate(mechanism.links):
         for lump in link.lumps:
@@ -198,9 +196,9 @@ def assemble(case: Case, mbs: Any, speed: float, beta: float, elements: int) -> 
                 if name == lump.point and (owner == at or not link.beams)
             )
             mbs.AddObject(items.ObjectRigidBody2D(nodeNumber=node, mass=float(lump.mass), inertia=0.0))
-            if not link.beams:  # the block, along x
-                held(node, 1, still)
-    held(rows[0][0], 2, still, offsetUserFunction=lambda mbs, t, item, offset: speed * t)
+            if not link.beams:  # the block slides along x
+                constrain(node, 1, still)
+    constrain(rows[0][0], 2, still, offsetUserFunction=lambda mbs, t, item, offset: speed * t)
     kind = exu.OutputVariableType.Position
 
     def sensor(node: int) -> Any:
@@ -216,24 +214,24 @@ def _xyz(place: Any) -> list[float]:
 
 
 def apart(one: Any, other: Any) -> float:
-    """Greatest difference of two courses of the worst beam, of the other's greatest."""
+    """Largest difference of two courses, relative to the other's maximum, for the worst beam."""
     return float((np.abs(one - other).max(axis=1) / np.abs(other).max(axis=1)).max())
 
 
 def middles(bent: Deflection) -> Any:
-    """Deflection of the beams' middles from the chord, shape (beams, instants)."""
+    """Midpoint deflections from the chord, shape (beams, instants)."""
     return sample(bent, "chord", [0.5])[..., 0]
 
 
 def speed_of(case: Case, ratio: float) -> tuple[float, float]:
-    """Speed [rad/s] and beta [s]."""
+    """Crank speed [rad/s] and damping beta [s]."""
     turn = np.linspace(0, 2 * math.pi, 72, endpoint=False)
     lowest = natural_frequencies(motion(case.mechanism, turn, 1.0), case.sections, modes=1, positions=24).lowest
     return ratio * lowest, 2 * DAMPING / lowest
 
 
 def row(case: Case, ratio: float) -> dict[str, Any]:
-    """What is apart, in percent."""
+    """Row of one mechanism at one speed; differences in percent."""
     speed, beta = speed_of(case, ratio)
     period, law = 2 * math.pi / speed, ConstantSpeed(0.0, speed)
     times = np.arange(INSTANTS) * (period / INSTANTS)
@@ -243,7 +241,7 @@ def row(case: Case, ratio: float) -> dict[str, Any]:
 
     steady = elastodynamic(motion_at(times), motion_at, period, case.sections, damping=beta)
     first = transient(motion_at(times), motion_at, case.sections, damping=beta, undeformed=True)
-    turns = 2 + math.ceil(math.log(DIED_OUT) / math.log(steady.growth))
+    turns = 2 + math.ceil(math.log(TRANSIENT_LEFT) / math.log(steady.growth))
     start = time.process_time()
     coarse, fine = (of_exudyn(case, speed, beta, turns, count) for count in ELEMENTS)
     taken = time.process_time() - start
@@ -265,28 +263,28 @@ def row(case: Case, ratio: float) -> dict[str, Any]:
         "transient: estimated": theory_error(first).large_displacement,
         "last two turns": settled,
     }
-    told = {"mechanism": case.name, "rad/s": speed, "speed / lowest": ratio}
-    return {**told, **{name: 100 * value for name, value in percent.items()}, "exudyn's turns": turns, "s": taken}
+    head = {"mechanism": case.name, "rad/s": speed, "speed / lowest": ratio}
+    return {**head, **{name: 100 * value for name, value in percent.items()}, "exudyn's turns": turns, "s": taken}
 
 
 def record() -> None:
-    """The steady state of two of them by exudyn, with what they are, in tests/data."""
-    told = []
+    """Write two mechanisms and their steady state by exudyn into tests/data."""
+    entries = []
     for case in (slider_crank(), watt()):
         speed, beta = (float(f"{value:.5g}") for value in speed_of(case, RECORDED))
         coarse, fine = (of_exudyn(case, speed, beta, RECORDED_TURNS, count)[:, -1] for count in ELEMENTS)
-        told.append({**_as_data(case), "speed": speed, "beta": beta, "chord": (fine + (fine - coarse) / 3).tolist()})
+        entries.append({**_as_data(case), "speed": speed, "beta": beta, "chord": (fine + (fine - coarse) / 3).tolist()})
     import exudyn
 
     source = (
         f"exudyn {exudyn.__version__}, by benchmarks/exudyn_mechanisms.py: {ELEMENTS} elements a beam, extrapolated"
     )
     target = measuring.RESULTS.parent.parent / "tests" / "data" / "exudyn_mechanisms.json"
-    target.write_text(json.dumps({"source": source, "mechanisms": told}) + "\n", encoding="utf-8")
+    target.write_text(json.dumps({"source": source, "mechanisms": entries}) + "\n", encoding="utf-8")
 
 
 def _as_data(case: Case) -> dict[str, Any]:
-    """What a mechanism is made of, as JSON holds it."""
+    """A mechanism as JSON data."""
     links = [
         {
             "name": link.name,
@@ -314,17 +312,7 @@ def main() -> None:
         for ratio in RATIOS:
             rows.append(row(case, ratio))
             print(measuring.as_text(rows[-1:]), flush=True)
-            written(rows)
-
-
-def written(rows: Sequence[dict[str, Any]]) -> None:
-    """All of them."""
-    import csv
-
-    with (measuring.RESULTS / "exudyn_mechanisms.csv").open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, list(rows[0]))
-        writer.writeheader()
-        writer.writerows([{k: f"{v:.4g}" if isinstance(v, float) else v for k, v in each.items()} for each in rows])
+            measuring.write_rows(measuring.RESULTS / "exudyn_mechanisms.csv", rows)
 
 
 if __name__ == "__main__":

@@ -1,27 +1,24 @@
-"""Errors of figures as they are told, beside those found by the geometrically exact answer with fine steps.
+"""Stated errors of figures compared with true ones, on random mechanisms.
 
-    python benchmarks/figure_errors.py [mechanisms] [seconds] [seed]    (goes on where results/figure_errors.csv ends)
+    python benchmarks/figure_errors.py [MECHANISMS] [SECONDS] [SEED]    (continues results/figure_errors.csv)
 
-Rows of other seeds stay.
-A row for each answer to a mechanism drawn at random: as users get it, and of every theory. All figures of a run count,
-but those of rigid links, against themselves or a hundredth of the greatest of their unit. What beam theory leaves out
-is on neither side. The reference is the program's own theory, and independent of what the answers leave out alone. It
-is discretized finer once more; a figure that this changes by more than a part of the error that it is to judge is not
-counted. For some mechanisms it is itself held against `fem_check.nonlinear`, which shares neither motion nor loads nor
-theory.
-docs/validity.md says what came out.
+The CSV file has a row for each answer: the default one and one of every theory. All figures of a run count, except
+those of rigid links. Errors are relative to the figure, or to a hundredth of the largest figure of its unit if that is
+more. Both sides exclude the error of beam theory.
+
+The reference is the geometrically exact answer with fine steps, discretized once more. It is the program's own theory,
+so it is independent only of the effects that the answers neglect. A figure does not count if the last refinement
+changes the reference by more than `KNOWN` of the error. For some mechanisms `fem_check.nonlinear` checks the reference;
+that check shares neither motion nor loads nor theory. docs/validity.md lists the results.
 """
 
 from __future__ import annotations
 
-import csv
-import signal
 import sys
 import time
 import warnings
 from collections import Counter
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import measuring
@@ -41,52 +38,49 @@ from kinelast.scene.error import SceneError
 from rigid import MechanismError, Reals
 
 COUNT, SECONDS, SEED = 300, 200.0, 1919
-SHOWN = 0.001  # of a figure, from which its errors are counted
-USUAL = 2e-4  # tolerance of the answers at the accuracy that is taken where nothing is asked
-FINE = 1e-5  # of the reference
-UNSETTLED = 1e-3  # of the displacements, beyond which the reference is none
-LONGEST = 20.0  # seconds of the processor for a mechanism
-KNOWN = 0.25  # of the error told or found, the greater: by so much may the reference itself be off
-EVERY = 5  # of how many mechanisms one is put to the nonlinear check
+MIN_ERROR = 0.001  # smallest error that counts, relative to its figure
+USUAL = 2e-4  # tolerance of the answers at the default accuracy
+FINE = 1e-5  # tolerance of the reference
+MAX_RESIDUAL = 1e-3  # of the reference, relative to the displacements
+MAX_SECONDS = 20.0  # processor time of a mechanism
+KNOWN = 0.25  # largest error of the reference, relative to the stated or true error, whichever is larger
+CHECKED_EVERY = 5  # mechanisms, one of which gets the nonlinear check
 TAKEN = "as taken"
+CHECKED = "reference minus nonlinear check"
 Reference = tuple[Cycle, ...]  # discretized finer, and before
 PATH = measuring.RESULTS / "figure_errors.csv"
 
 
-class TooLongError(Exception):
-    """The mechanism takes too long."""
-
-
-def shares(scene: Scene, told: Answer, reference: Reference) -> Iterator[tuple[bool, float, float, float]]:
-    """Of every figure whether it is read, and the errors told and found, and that of the reference, as shares."""
-    figures = [figure for figure in told.figures if not figure.rigid]
-    here, there, rough = (magnitudes(cycle, figures) for cycle in (told.cycle, *reference))
+def relative_errors(scene: Scene, result: Answer, reference: Reference) -> Iterator[tuple[bool, float, float, float]]:
+    """Yield for each figure: graded or not, its stated and true error and that of the reference, all relative."""
+    figures = [figure for figure in result.figures if not figure.rigid]
+    here, there, rough = (magnitudes(cycle, figures) for cycle in (result.cycle, *reference))
     units = {figure.key: figure.units(scene) for figure in figures}
     greatest: dict[str, float] = {}
     for key, values in there.items():
         for unit, value in zip(units[key], values, strict=True):
             if np.isfinite(value):
                 greatest[unit] = max(greatest.get(unit, 0.0), float(abs(value)))
-    read = {(each.key, each.item) for each in told.graded}
+    graded = {(each.key, each.item) for each in result.graded}
     for key, values in here.items():
         for item, (value, true) in enumerate(zip(values, there[key], strict=True)):
             base = max(abs(float(value)), LITTLE * greatest.get(units[key][item], 0.0))
             if base > 0.0 and np.isfinite(value) and np.isfinite(true):
-                error = told.errors[key][item].without(NOT_OF_MOTION).size
+                error = result.errors[key][item].without(NOT_OF_MOTION).size
                 own = float(abs(true - rough[key][item])) / base
-                yield (key, item) in read, error / base, float(abs(value - true)) / base, own
+                yield (key, item) in graded, error / base, float(abs(value - true)) / base, own
 
 
-def row_of(scene: Scene, name: str, told: Answer, reference: Reference) -> dict[str, Any]:
-    """What came out of one answer."""
-    row = {"mechanism": scene.name, "title": scene.title, "answer": name, "theory": told.theory}
-    if told.unknown:
-        return {**row, "unknown": told.unknown}
-    found = np.array([*shares(scene, told, reference)])
+def row_of(scene: Scene, name: str, result: Answer, reference: Reference) -> dict[str, Any]:
+    """Return the row of one answer."""
+    row = {"mechanism": scene.name, "title": scene.title, "answer": name, "theory": result.theory}
+    if result.unknown:
+        return {**row, "unknown": result.unknown}
+    found = np.array([*relative_errors(scene, result, reference)])
     ratio, worst = found[:, 1] / np.maximum(found[:, 2], 1e-12), found[:, 1:3].max(axis=1)
-    shown = worst > SHOWN
+    shown = worst > MIN_ERROR
     counted = shown & (found[:, 3] <= KNOWN * worst)
-    read = found[:, 0] > 0
+    graded = found[:, 0] > 0
     return {
         **row,
         "figures": int(counted.sum()),
@@ -95,27 +89,25 @@ def row_of(scene: Scene, name: str, told: Answer, reference: Reference) -> dict[
         "more than two times too low": int((counted & (ratio <= 0.5)).sum()),
         "more than three times too low": int((counted & (ratio < 1 / 3)).sum()),
         "more than two times too high": int((counted & (ratio >= 2.0)).sum()),
-        "read": int((counted & read).sum()),
-        "read, within a factor of two": int((counted & read & (ratio > 0.5) & (ratio < 2.0)).sum()),
-        "read, told": float(found[read, 1].max(initial=0.0)),
-        "read, found": float(found[read, 2].max(initial=0.0)),
+        "graded": int((counted & graded).sum()),
+        "graded, within a factor of two": int((counted & graded & (ratio > 0.5) & (ratio < 2.0)).sum()),
+        "graded, stated error": float(found[graded, 1].max(initial=0.0)),
+        "graded, true error": float(found[graded, 2].max(initial=0.0)),
     }
 
 
 def independent(scene: Scene, results: Results, exact: Elastodynamic) -> float:
-    """Greatest difference of u, w, phi and the chord deflection of any beam from the nonlinear check, as a share."""
+    """Largest relative difference of u, w, phi and the chord deflection of any beam from the nonlinear check."""
     times, period = results.motion.time, results.period
     closed = bool(np.isfinite(period))
     finish = float(times[0] + period if closed else times[-1])
     laws: Any = scene.laws
     given = scene.mechanism, scene.sections, laws, times, finish, closed, 2e-3, scene.joints, exact.damping.beams
     try:
-        signal.setitimer(signal.ITIMER_PROF, LONGEST)
-        found = refined_deflection(*given)
-    except (NotCheckedError, DoesNotCloseError, TooLongError):
+        with measuring.processor_limit(MAX_SECONDS):
+            found = refined_deflection(*given)
+    except (NotCheckedError, DoesNotCloseError, measuring.TooLongError):
         return np.nan
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, LONGEST)
     fields: dict[str, Reals] = dict(zip(("u", "w", "phi"), found.moved, strict=True))
     apart = []
     for name, values in {**fields, "chord": found.chord}.items():
@@ -125,20 +117,21 @@ def independent(scene: Scene, results: Results, exact: Elastodynamic) -> float:
 
 
 def rows_of(scene: Scene, number: int) -> Iterator[dict[str, Any]]:
-    """What came out of one mechanism."""
+    """Yield the rows of one mechanism: the default answer, then one of every theory."""
     motion = scene_motion(scene)
     plain = scene_deflection(scene, motion)
     results = Results(scene, plain)
     fine = _vibrating(scene, motion, scene.course.at, results.period, FINE)
     exact = geometrically_exact(fine, FINE)
     finer, left = discretized_finer(exact, finer_vibration(exact), FINE)
-    if fine.stable and not (exact.exact and max(exact.exact.open, left) < UNSETTLED and exact.time_error < UNSETTLED):
+    settled = exact.exact and max(exact.exact.open, left, exact.time_error) < MAX_RESIDUAL
+    if fine.stable and not settled:
         raise SceneError("", "", "", "the reference does not settle")
     reference: Reference = tuple(Cycle(scene, motion, bent, sampled=True) for bent in (finer, exact.deflection))
-    told = row_of(scene, TAKEN, answer(results.cycle, scene.theory, results.period), reference)
-    if number % EVERY == 0 and fine.stable:
-        told["reference beside the nonlinear check"] = independent(scene, results, exact)
-    yield told
+    row = row_of(scene, TAKEN, answer(results.cycle, scene.theory, results.period), reference)
+    if number % CHECKED_EVERY == 0 and fine.stable:
+        row[CHECKED] = independent(scene, results, exact)
+    yield row
     usual = _vibrating(scene, motion, scene.course.at, results.period, USUAL)
     for rung in _Rungs(results.cycle, scene.theory).climbed(usual, USUAL, 0.0):
         yield row_of(scene, rung.theory, rung, reference)
@@ -149,8 +142,7 @@ def main() -> None:
     seconds = float(sys.argv[2]) if len(sys.argv) > 2 else SECONDS
     seed = int(sys.argv[3]) if len(sys.argv) > 3 else SEED
     warnings.simplefilter("ignore")
-    signal.signal(signal.SIGPROF, _late)
-    known = _read()
+    known = measuring.read_rows(PATH)
     rows, others = ([row for row in known if (_seed(row) == seed) == own] for own in (True, False))
     done = {row["mechanism"] for row in rows}
     for number, scene in enumerate(scenes(seed)):
@@ -158,42 +150,22 @@ def main() -> None:
             break
         if scene.name in done:
             continue
-        signal.setitimer(signal.ITIMER_PROF, LONGEST)
         try:
-            rows += [*rows_of(scene, number)]
-        except (SceneError, MechanismError, ValueError, TooLongError) as error:
+            with measuring.processor_limit(MAX_SECONDS):
+                rows += [*rows_of(scene, number)]
+        except (SceneError, MechanismError, ValueError, measuring.TooLongError) as error:
             words = getattr(error, "problem", "") or str(error) or type(error).__name__
             rows.append({"mechanism": scene.name, "title": scene.title, "answer": TAKEN, "left out": words[:80]})
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-        _write([*others, *rows])
-    summed([*others, *rows])
-
-
-def _late(*_: Any) -> None:
-    raise TooLongError("too long")
-
-
-def _read() -> list[dict[str, Any]]:
-    if not PATH.exists():
-        return []
-    with PATH.open(encoding="utf-8") as stream:
-        return [*csv.DictReader(stream)]
+        measuring.write_rows(PATH, [*others, *rows])
+    summarize([*others, *rows])
 
 
 def _seed(row: dict[str, Any]) -> int:
     return int(row["mechanism"].split("-")[0])
 
 
-def _write(rows: list[dict[str, Any]], path: Path = PATH) -> None:
-    head = list(dict.fromkeys(key for row in rows for key in row))
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, head)
-        writer.writeheader()
-        writer.writerows([{k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()} for row in rows])
-
-
-def summed(rows: list[dict[str, Any]]) -> None:
-    """Write how well the told errors hold by seed, of every kind of answer, and print it."""
+def summarize(rows: list[dict[str, Any]]) -> None:
+    """Print and write the summary of each seed and kind of answer."""
     found: list[dict[str, Any]] = []
     for seed in dict.fromkeys(map(_seed, rows)):
         own = [row for row in rows if _seed(row) == seed]
@@ -201,23 +173,23 @@ def summed(rows: list[dict[str, Any]]) -> None:
         print(f"{seed}: {len({row['mechanism'] for row in own})} mechanisms, {left} left out")
         known = [row for row in own if not row.get("left out") and not row.get("unknown")]
         for name in dict.fromkeys(row["answer"] for row in known):
-            found.append({"seed": seed, **held(name, [row for row in known if row["answer"] == name])})
+            found.append({"seed": seed, **summary_of(name, [row for row in known if row["answer"] == name])})
             print("; ".join(f"{key}: {value}" for key, value in found[-1].items()))
-        checked = [float(row.get("reference beside the nonlinear check") or "nan") for row in own]
-        beside = [apart for apart in checked if not np.isnan(apart)]
-        if beside:
-            print(f"reference beside the nonlinear check: {len(beside)}, {np.median(beside):.2g}, {max(beside):.2g}")
-    _write(found, PATH.with_stem(f"{PATH.stem}-summary"))
+        checked = [float(row.get(CHECKED) or "nan") for row in own]
+        differences = [difference for difference in checked if not np.isnan(difference)]
+        if differences:
+            print(f"{CHECKED}: {len(differences)}, median {np.median(differences):.2g}, largest {max(differences):.2g}")
+    measuring.write_rows(PATH.with_stem(f"{PATH.stem}-summary"), found)
 
 
-def held(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """How well the told errors hold of answers of a kind; 95 % of mechanisms drawn again from these."""
+def summary_of(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Summary of the answers of one kind, with 95 % intervals by bootstrap over the mechanisms."""
     theories = Counter(row["theory"] for row in rows)
 
     def counts(key: str) -> Any:
         return np.array([float(row.get(key) or 0) for row in rows])
 
-    figures, read = counts("figures"), counts("read")
+    figures, graded = counts("figures"), counts("graded")
     again = np.random.default_rng(1).integers(0, len(rows), (4000, len(rows)))
 
     def share(key: str) -> str:
@@ -226,8 +198,8 @@ def held(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
         low, high = np.quantile(many, (0.025, 0.975))
         return f"{own.sum() / max(figures.sum(), 1):.1%} ({low:.1%} to {high:.1%})".replace("%", " %")
 
-    told, found = counts("read, told"), counts("read, found")
-    mixed = len(theories) > 1
+    stated, true = counts("graded, stated error"), counts("graded, true error")
+    good, mixed = stated <= ACCURACY, len(theories) > 1
     return {
         "answer": f"{name} ({', '.join(f'{n} {key}' for key, n in theories.items())})" if mixed else name,
         "mechanisms": len(rows),
@@ -235,9 +207,9 @@ def held(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
         "within a factor of two": share("within a factor of two"),
         "more than twice too high": share("more than two times too high"),
         "more than three times too low": int(counts("more than three times too low").sum()),
-        "read, within a factor of two": f"{counts('read, within a factor of two').sum():.0f} of {read.sum():.0f}",
-        "told within 5 %, and not": f"{((told <= ACCURACY) & (found > ACCURACY)).sum()} of {(told <= ACCURACY).sum()}",
-        "told beyond, and not": f"{((told > ACCURACY) & (found <= ACCURACY)).sum()} of {(told > ACCURACY).sum()}",
+        "graded, within a factor of two": f"{counts('graded, within a factor of two').sum():.0f} of {graded.sum():.0f}",
+        "stated below 5 %, truly above": f"{(good & (true > ACCURACY)).sum()} of {good.sum()}",
+        "stated above 5 %, truly below": f"{(~good & (true <= ACCURACY)).sum()} of {(~good).sum()}",
     }
 
 

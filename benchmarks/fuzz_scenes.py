@@ -1,9 +1,10 @@
-"""Answer scenes that are spoilt or drawn at random: one status, short messages, whole files, no warning, no more.
+"""Run the command on spoilt and random scenes; check its status, messages and files.
 
-`python benchmarks/fuzz_scenes.py --cases 3000 --seed 1 --jobs 2` spoils shipped scenes in processes that may take so
-much memory and time; `--kind drawn` has scenes and options by drawn_scenes.py. `--note` adds a row a hundred cases to
-results/fuzz_scenes.csv, and goes on behind them. tests/test_fuzz.py does some hundred of the cases. A case is its seed
-and number: `--only 17` does one again.
+    python benchmarks/fuzz_scenes.py --cases 3000 --seed 1 --jobs 2
+
+`--kind spoilt` damages shipped scenes, `--kind drawn` takes scenes and options from drawn_scenes.py. Memory and time of
+a process are limited. `--note` adds a row for every hundred cases to results/fuzz_scenes.csv and continues from there.
+`--only 17` repeats case 17 of the seed. tests/test_fuzz.py runs some hundred of the cases.
 """
 
 from __future__ import annotations
@@ -37,18 +38,18 @@ from kinelast.outputs.table import csv_rows
 from kinelast.scene.figure import LEAST
 from kinelast.tasks.task import shipped_scenes, shipped_structures
 
-SECONDS = 20  # that a case may take of a processor, and ten times that of a clock on the wall
-MEMORY = 8 << 30  # bytes
-LONGEST = 2500  # letters of all messages
+SECONDS = 20  # processor time of a case; its wall time is limited to ten times as much
+MAX_MEMORY = 8 << 30  # of a process [bytes]
+MAX_MESSAGES = 2500  # characters of all messages
 DOCUMENTED = (0, 1, 2)
 BAD_INPUT = 2
-EVERY = 100  # cases to a row
+CASES_PER_ROW = 100
 RESULTS = Path(__file__).parent / "results" / "fuzz_scenes.csv"
 NOTICE = re.compile(
     r"take about|takes about|in about|, about [\d.]+ (?:s|min|h)|seconds a step|\d+ of \d+"
-)  # before what takes long
+)  # announces a long computation
 ENDLESS = {"buckling"} | {figure.key for figure in figures_of(None) if figure.over == LEAST}
-"""Figures that are infinite where nothing is stressed, which JSON has not."""
+"""Figures that are infinite for an unstressed machine; JSON has no infinity."""
 NOT_A_NUMBER = re.compile(r"(?<![\w\"'.])(?:nan|inf|NaN|Infinity)(?![\w\"'])")
 TOKEN = re.compile(r'"[^"\n]*"|[-+]?\d[\w.+-]*|[A-Za-z_][\w-]*|[\[\]{}=,.\n#]')
 JUNK = (
@@ -76,16 +77,16 @@ OPTIONS = (
 
 
 class Hang(BaseException):
-    """A case takes too long."""
+    """Raised if a case takes too long."""
 
 
 def spoilt(chance: random.Random) -> bytes:
-    """A shipped scene with one to six mistakes in it, sometimes no text any more."""
+    """Return a shipped scene with one to six mistakes, sometimes with random bytes."""
     paths = [*shipped_scenes().values(), *shipped_structures().values()]
     text = chance.choice(paths).read_text(encoding="utf-8")
     text = re.sub(r"(?m)^positions *=.*", "positions = 6", text)
     if chance.random() < 0.3:
-        text = _rubbing(text, chance)
+        text = _with_friction(text, chance)
     for _ in range(chance.choice((1, 1, 1, 1, 2, 4))):
         text = chance.choice((_token, _token, _lines, _swapped, _scaled, _scaled, _scaled, _letters))(text, chance)
     content = text.encode("utf-8", "replace")
@@ -95,8 +96,8 @@ def spoilt(chance: random.Random) -> bytes:
     return content
 
 
-def _rubbing(text: str, chance: random.Random) -> str:
-    """Friction in some joints, and a load that resists: as they should be, but of any size."""
+def _with_friction(text: str, chance: random.Random) -> str:
+    """Add valid friction to some joints, and a resisting load, of any size."""
     points = re.findall(r"(?m)^(\w+) *= *\[", text.partition("[points]")[2].partition("\n[")[0])
     sliders = re.findall(r"(?m)^\[(?:sliders|slots)\.(\w+)\]", text)
     for name in {chance.choice([*points, *sliders] or ["A"]) for _ in range(chance.choice((1, 2, 6)))}:
@@ -111,7 +112,7 @@ def _rubbing(text: str, chance: random.Random) -> str:
 
 
 def _token(text: str, chance: random.Random) -> str:
-    """Another word, number or bracket in the place of one, from the scene itself or from the junk."""
+    """Replace a word, number or bracket by one of the scene or of the junk."""
     tokens = list(TOKEN.finditer(text))
     if not tokens:
         return chance.choice(JUNK)
@@ -121,7 +122,7 @@ def _token(text: str, chance: random.Random) -> str:
 
 
 def _scaled(text: str, chance: random.Random) -> str:
-    """A number times a power of ten."""
+    """Multiply a number by a power of ten."""
     numbers = list(re.finditer(r"\d+\.?\d*(?:e[-+]?\d+)?", text))
     if not numbers:
         return text
@@ -132,7 +133,7 @@ def _scaled(text: str, chance: random.Random) -> str:
 
 
 def _lines(text: str, chance: random.Random) -> str:
-    """A line or a table lost, twice there, or at another place."""
+    """Remove, double or move lines."""
     lines = text.splitlines(keepends=True) or [""]
     one, other = (chance.randrange(len(lines)) for _ in range(2))
     match chance.randrange(4):
@@ -148,7 +149,7 @@ def _lines(text: str, chance: random.Random) -> str:
 
 
 def _swapped(text: str, chance: random.Random) -> str:
-    """A name of the scene in the place of another, everywhere."""
+    """Replace a name of the scene by another, once or everywhere."""
     names = sorted(set(re.findall(r"[A-Za-z_]\w*", text)))
     if len(names) < 2:
         return text
@@ -157,13 +158,13 @@ def _swapped(text: str, chance: random.Random) -> str:
 
 
 def _letters(text: str, chance: random.Random) -> str:
-    """Some letters lost or doubled, or all behind a place lost."""
+    """Remove or double some characters, or cut the text off."""
     at = chance.randrange(len(text) + 1)
     return text[:at] + chance.choice(("", text[at:][1:], text[at:][:9] + text[at:], chance.choice(JUNK) + text[at:]))
 
 
 def fault_of(seed: int, number: int, place: Path) -> tuple[int, str]:
-    """Exit status of a spoilt scene, and what is wrong with how the command answered it; empty where all is well."""
+    """Exit status of a spoilt scene, and the fault of the command's answer or ""."""
     chance = random.Random(f"{seed} {number}")
     content = spoilt(chance)
     words = [*chance.choice(OPTIONS)]
@@ -173,19 +174,19 @@ def fault_of(seed: int, number: int, place: Path) -> tuple[int, str]:
 
 
 def drawn_fault(seed: int, number: int, place: Path) -> tuple[int, str]:
-    """Exit status of a drawn scene under drawn options, and what is wrong with how the command answered it."""
+    """Exit status of a random scene with random options, and the fault of the command's answer or ""."""
     case = drawn_case(seed, number)
     (place / "in").mkdir(parents=True)
     (place / "in" / "designs.csv").write_text("links.crank.length\n0.05\n0.06\n", encoding="utf-8")
     content = case.text.encode("utf-8", "replace")
     if number % 4 == 0:
         return answered(content, case.words, place, f"case{number}")
-    with mock.patch("kinelast.outputs.page.report_page", return_value=b"<html></html>"):  # half of the time
+    with mock.patch("kinelast.outputs.page.report_page", return_value=b"<html></html>"):  # pages take half of the time
         return answered(content, case.words, place, f"case{number}")
 
 
 def answered(content: bytes, options: Sequence[str], place: Path, name: str) -> tuple[int, str]:
-    """Exit status of a scene's command, and what is wrong with what it says and writes."""
+    """Run the command on a scene; return its status and the fault of its messages and files, or ""."""
     (place / "in").mkdir(parents=True, exist_ok=True)
     scene = place / "in" / f"{name}.toml"
     scene.write_bytes(content)
@@ -193,11 +194,11 @@ def answered(content: bytes, options: Sequence[str], place: Path, name: str) -> 
     call = [str(scene), "-o", str(place / "out"), *options]
     said = io.StringIO()
     try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), _heard(said), _watched():
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), _captured(said), _time_limit():
             status = main(call)
     except Hang:
-        told = "--quiet" in options or NOTICE.search(said.getvalue())
-        return (-2, "") if told else (-1, f"no answer within {SECONDS} s, nor a notice: {said.getvalue()[-300:]}")
+        announced = "--quiet" in options or NOTICE.search(said.getvalue())
+        return (-2, "") if announced else (-1, f"no answer within {SECONDS} s, nor a notice: {said.getvalue()[-300:]}")
     words = said.getvalue()
     made = set(place.rglob("*")) - before
     strays = [path for path in made if place / "out" not in (path, *path.parents)]
@@ -205,22 +206,22 @@ def answered(content: bytes, options: Sequence[str], place: Path, name: str) -> 
     short = any(each.startswith(("--structure", "--list", "--completion")) for each in options) or (
         status == 2 and "usage:" in words
     )
-    for wrong, what in (
+    for wrong, fault in (
         (status not in DOCUMENTED or "Traceback" in words, f"status {status}: {words[-900:]}"),
         (strays, f"wrote elsewhere: {strays[:3]}"),
         (hidden, f"left half done: {hidden[:3]}"),
-        (not short and len(words) > LONGEST, f"says {len(words)} letters: {words[:200]}"),
+        (not short and len(words) > MAX_MESSAGES, f"says {len(words)} letters: {words[:200]}"),
         (re.search(r"[\x00-\x09\x0b-\x1f\x7f]", words), f"control characters: {words[:200]!r}"),
         (re.search(r"Warning\b", words), f"a warning: {words[:300]}"),
         (status < BAD_INPUT and NOT_A_NUMBER.search(words), f"no number: {words[:300]}"),
     ):
         if wrong:
-            return status, what
+            return status, fault
     return status, "" if status >= BAD_INPUT else _fault_of_files(place / "out")
 
 
 def _fault_of_files(out: Path) -> str:
-    """What is wrong with the files of results."""
+    """Return the fault of the result files, or ""."""
 
     def refuse(word: str) -> NoReturn:
         raise ValueError(word)
@@ -232,7 +233,7 @@ def _fault_of_files(out: Path) -> str:
             return f"{path.name}: {error}"
         for row in (content.get("acceptance") or {}).get("limits", ()) if path.name == "summary.json" else ():
             if row["passed"] and row["found"]["value"] is None and row["kind"] not in ENDLESS:
-                return f"a limit is kept by a figure that is not known: {row}"
+                return f"a limit is kept by an unknown figure: {row}"
     for path in out.rglob("*.csv"):
         if not NOT_A_NUMBER.search(path.read_text(encoding="utf-8")):
             continue
@@ -245,8 +246,8 @@ def _fault_of_files(out: Path) -> str:
 
 
 @contextlib.contextmanager
-def _heard(said: io.StringIO) -> Iterator[None]:
-    """Note every warning of Python, and all that compiled code writes to the standard error."""
+def _captured(said: io.StringIO) -> Iterator[None]:
+    """Capture Python's warnings and the standard error of compiled code."""
     sys.__stderr__.flush()
     with tempfile.TemporaryFile() as file, warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
@@ -263,8 +264,8 @@ def _heard(said: io.StringIO) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _watched() -> Iterator[None]:
-    """Raise `Hang` where something takes too long; what is stuck in compiled code ends its process later."""
+def _time_limit() -> Iterator[None]:
+    """Raise `Hang` after the time limit; compiled code that never returns ends with its process."""
 
     def hang(*_: Any) -> NoReturn:
         raise Hang
@@ -284,7 +285,7 @@ def _watched() -> Iterator[None]:
 def _limited() -> None:
     import resource
 
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
 
 
 def _case(kind: str, seed: int, number: int) -> tuple[int, int, str, float]:
@@ -294,8 +295,8 @@ def _case(kind: str, seed: int, number: int) -> tuple[int, int, str, float]:
     return number, status, fault, time.process_time() - begin
 
 
-def _went(kind: str, seed: int, numbers: Sequence[int], jobs: int) -> Iterator[tuple[int, int, str, float]]:
-    """How cases went, in their order; one that ends its process is status -9."""
+def _results(kind: str, seed: int, numbers: Sequence[int], jobs: int) -> Iterator[tuple[int, int, str, float]]:
+    """Yield the results of cases in order; a case that ends its process has status -9."""
     left = list(numbers)
     while left:
         with ProcessPoolExecutor(jobs, initializer=_limited) as pool:
@@ -313,21 +314,21 @@ def _went(kind: str, seed: int, numbers: Sequence[int], jobs: int) -> Iterator[t
 
 
 def run() -> int:
-    """Answer scenes, print and note the counts; 1 where an answer was wrong."""
+    """Run the cases, print and note the counts; return 1 after a fault."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--kind", choices=("spoilt", "drawn"), default="spoilt")
     parser.add_argument("--cases", type=int, default=3000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    parser.add_argument("--only", type=int, help="the number of one case")
-    parser.add_argument("--note", action="store_true", help="note every hundred, and go on behind those noted")
+    parser.add_argument("--only", type=int, help="number of a single case")
+    parser.add_argument("--note", action="store_true", help="write a row a hundred cases; continue after the last")
     options = parser.parse_args()
     numbers = range(options.cases) if options.only is None else range(options.only, options.only + 1)
     wrong = 0
-    for start in range(numbers.start, numbers.stop, EVERY):
+    for start in range(numbers.start, numbers.stop, CASES_PER_ROW):
         if options.note and (options.kind, options.seed, start) in _noted():
             continue
-        row = _of_a_block(options, range(start, min(start + EVERY, numbers.stop)))
+        row = _row_of(options, range(start, min(start + CASES_PER_ROW, numbers.stop)))
         wrong += row["wrong"]
         print(row, flush=True)
         if options.note:
@@ -335,10 +336,10 @@ def run() -> int:
     return 1 if wrong else 0
 
 
-def _of_a_block(options: argparse.Namespace, numbers: range) -> dict[str, Any]:
+def _row_of(options: argparse.Namespace, numbers: range) -> dict[str, Any]:
     counts: Counter[int] = Counter()
     wrong, slowest, total = 0, (0.0, 0), 0.0
-    for number, status, fault, seconds in _went(options.kind, options.seed, numbers, options.jobs):
+    for number, status, fault, seconds in _results(options.kind, options.seed, numbers, options.jobs):
         counts[status] += 1
         slowest, total = max(slowest, (seconds, number)), total + seconds
         if fault:
@@ -347,7 +348,7 @@ def _of_a_block(options: argparse.Namespace, numbers: range) -> dict[str, Any]:
     row = {"kind": options.kind, "seed": options.seed, "first": numbers.start, "cases": len(numbers)}
     row |= {f"status {status}": counts[status] for status in DOCUMENTED}
     row |= {
-        "told to take long": counts[-2],
+        "slow, announced": counts[-2],
         "wrong": wrong,
         "slowest [s]": round(slowest[0], 1),
         "its case": slowest[1],
@@ -356,7 +357,7 @@ def _of_a_block(options: argparse.Namespace, numbers: range) -> dict[str, Any]:
 
 
 def _noted() -> set[tuple[str, int, int]]:
-    """Blocks that are noted."""
+    """Blocks of cases in the file."""
     if not RESULTS.exists():
         return set()
     with RESULTS.open(newline="", encoding="utf-8") as file:

@@ -1,6 +1,6 @@
-"""Time and memory a unit stay flat as positions, links, designs and stations grow.
+"""Time and memory per unit of work for more positions, links, designs and stations.
 
-In chunks, whose width is the program's choice; "at once" is one batch, for comparison, as far as memory allows.
+The program computes in chunks of its own width. "At once" is one batch for comparison, as far as memory allows.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from jobs import Job, chain, four_bars, steel_four_bar
 
 from elastic import PRIMARY, deflection, deflection_in_chunks, sample
 
-AT_ONCE = 100_000
+MAX_AT_ONCE = 100_000  # positions in one batch
+MANY_UNITS = 200_000  # fewer rounds beyond this
 
 
 def in_chunks(job: Job) -> None:
@@ -26,18 +27,18 @@ def at_once(job: Job) -> None:
     deflection(job.motion(), job.sections)
 
 
-def row(what: str, count: int, units: int, job: Job, run: Callable[[Job], Any] = in_chunks) -> dict[str, Any]:
-    rounds = 3 if units > 200_000 else 5
-    time = measuring.seconds(lambda: run(job), measuring.LEAST / 2, rounds)
+def row(name: str, count: int, units: int, job: Job, run: Callable[[Job], Any] = in_chunks) -> dict[str, Any]:
+    rounds = 3 if units > MANY_UNITS else 5
+    time = measuring.seconds(lambda: run(job), measuring.MIN_SECONDS / 2, rounds)
     peak = measuring.peak_bytes(lambda: run(job))
-    return {what: count, "ns a unit": time / units * 1e9, "bytes a unit": peak / units, "peak MB": peak / 1e6}
+    return {name: count, "ns a unit": time / units * 1e9, "bytes a unit": peak / units, "peak MB": peak / 1e6}
 
 
 def main() -> None:
     counts = [10**k for k in range(1, 7)]
     positions = [row("positions", n, n, steel_four_bar(n)) for n in counts]
     for line, n in zip(positions, counts, strict=True):
-        once = row("positions", n, n, steel_four_bar(n), at_once) if n <= AT_ONCE else {}
+        once = row("positions", n, n, steel_four_bar(n), at_once) if n <= MAX_AT_ONCE else {}
         line |= {f"{key}, at once": once.get(key) for key in ("ns a unit", "peak MB")}
     dyads = [1, 2, 5, 12, 25, 49]
     links = [row("links", 2 * k + 2, (2 * k + 1) * 4000, chain(k, 4000)) for k in dyads]
@@ -57,7 +58,7 @@ def main() -> None:
     fixed = small["ns a unit"] * 10 - many["ns a unit"] * 10
     notes = [
         "units: positions; links times positions; designs times positions (72 each)",
-        f"what calls cost however few the positions: {fixed / 1e6:.2f} ms for the four-bar",
+        f"fixed cost of the calls for the four-bar: {fixed / 1e6:.2f} ms",
     ]
     tables = {"positions": positions, "links": links, "designs": designs, "stations": stations}
     measuring.report("growth", "Growth: all six fields of all links as polynomials", tables, notes)
@@ -68,8 +69,8 @@ def main() -> None:
         once = [r for r in positions if r["ns a unit, at once"]]
         for axis, value in ((time, "ns a unit, at once"), (memory, "peak MB, at once")):
             axis.loglog([r["positions"] for r in once], [r[value] for r in once], "--", label="positions at once")
-        time.set(xlabel="how many", ylabel="nanoseconds a unit")
-        memory.set(xlabel="how many", ylabel="most memory at once [MB]")
+        time.set(xlabel="number", ylabel="time a unit [ns]")
+        memory.set(xlabel="number", ylabel="peak memory [MB]")
         time.legend()
         memory.legend()
 

@@ -1,4 +1,4 @@
-"""Limit speeds and peaks that are found from ten speeds, beside a dense grid: shipped scenes and drawn ones."""
+"""Limit speeds and peaks found from ten speeds, compared with a dense grid: shipped and random scenes."""
 
 from __future__ import annotations
 
@@ -24,16 +24,17 @@ from rigid import ConstantSpeed, MechanismError
 
 SHIPPED = "steel_four_bar", "utenov_four_bar", "offset_slider_crank", "quick_return", "simeon_slider_crank"
 DRAWN, SEED = 5, 1919
-DENSE, OF_DRAWN, ASKED = 2000, 600, 10
-FROM, TO = 1 / 12, 1 / 2.5  # of the lowest natural frequency, the frequency of the cycle
-SHARE = 0.4  # of the highest peak that the dense speeds see: the limit
-DAMPING = 0.01, 0.003  # of drawn scenes, in turns
+DENSE, DENSE_OF_DRAWN, REQUESTED = 2000, 600, 10  # speeds
+LOWEST, HIGHEST = 1 / 12, 1 / 2.5  # frequency of the cycle, relative to the lowest natural frequency
+LIMIT = 0.4  # limit of the deflection, relative to the highest peak on the dense grid
+DAMPING = 0.01, 0.003  # damping ratios of the random scenes, alternating
 FIELDS = "w", "chord", "M"
-VISIBLE, NEGLIGIBLE = 0.02, 1e-3  # prominence of a peak of the dense speeds, and its size beside the largest link's
+MIN_PROMINENCE = 0.02  # of a counted peak, relative to its height
+MIN_PEAK = 1e-3  # height of a counted peak, relative to the largest link's
 
 
 def answers_of(scene: Scene) -> SpeedAnswers:
-    """Answers whose values are those of `FIELDS` on every beam."""
+    """Answers at speeds, with the maxima of `FIELDS` on every beam."""
 
     def measure(bent: Any) -> Any:
         found = cycle_maxima(bent, FIELDS, period=bent.motion.time[:, -1])
@@ -44,40 +45,40 @@ def answers_of(scene: Scene) -> SpeedAnswers:
 
 
 def curves(known: SpeedMap) -> Any:
-    """Of `FIELDS`, shape (3, beams, speeds)."""
+    """Maxima of `FIELDS`, shape (3, beams, speeds)."""
     return known.values.T.reshape(len(FIELDS), -1, len(known.ratio))
 
 
 def missed(known: SpeedMap, dense: SpeedMap, width: float) -> tuple[int, float]:
-    """How many peaks the dense speeds see, and the greatest share by which one is higher than any known nearby."""
+    """Number of peaks on the dense grid, and the largest relative excess of one over the found values nearby."""
     count, worst = 0, 0.0
     for ours, theirs in zip(curves(known), curves(dense), strict=True):
         for own, other in zip(ours, theirs, strict=True):
             for at, share in prominences(other):
-                if share < VISIBLE or other[at] < NEGLIGIBLE * np.nanmax(theirs):
+                if share < MIN_PROMINENCE or other[at] < MIN_PEAK * np.nanmax(theirs):
                     continue
                 near = np.abs(np.log(known.ratio / dense.ratio[at])) < 2 * width
-                told = max(np.interp(dense.ratio[at], known.ratio, own), np.nanmax(own[near], initial=0.0))
-                count, worst = count + 1, max(worst, 1 - told / other[at])
+                height = max(np.interp(dense.ratio[at], known.ratio, own), np.nanmax(own[near], initial=0.0))
+                count, worst = count + 1, max(worst, 1 - height / other[at])
     return count, worst
 
 
 def row(scene: Scene, count: int) -> measuring.Row:
-    """A scene's limit speed and peaks by both."""
+    """Limit speed and peaks of a scene, by the search and on the dense grid."""
     first = answers_of(scene)
     base = 2 * math.pi / float(scene.run.cycle)
-    low, high = (share * float(first.omega.min()) / base for share in (FROM, TO))
+    low, high = (share * float(first.omega.min()) / base for share in (LOWEST, HIGHEST))
     start = time.process_time()
     first.find(np.geomspace(low, high, count).tolist())
     brute = time.process_time() - start
     dense = first.map()
     chord = curves(dense)[1]
-    bound = SHARE * float(np.nanmax(chord))
+    bound = LIMIT * float(np.nanmax(chord))
     passed = ~(chord <= bound).all(axis=0)
     limit = float(dense.ratio[passed.argmax()]) if passed.any() else math.nan
     start = time.process_time()
     answers = answers_of(scene)
-    answers.find(np.linspace(low, high, ASKED).tolist())
+    answers.find(np.linspace(low, high, REQUESTED).tolist())
     search = SpeedSearch(answers, curves)
     search.find_peaks()
     unstable = search.find_borders()
@@ -86,8 +87,8 @@ def row(scene: Scene, count: int) -> measuring.Row:
     taken = time.process_time() - start
     found = answers.map()
     seen, worst = missed(found, dense, search.width)
-    asked = np.linspace(low, high, ASKED)
-    on_grid = ~(np.array([curves(answers.map([ratio]))[1] <= bound for ratio in asked])[..., 0]).all(axis=1)
+    requested = np.linspace(low, high, REQUESTED)
+    on_grid = ~(np.array([curves(answers.map([ratio]))[1] <= bound for ratio in requested])[..., 0]).all(axis=1)
     return {
         "scene": scene.title[:40],
         "damping": search.width,
@@ -96,7 +97,7 @@ def row(scene: Scene, count: int) -> measuring.Row:
         "dense speeds": count,
         "s, dense": brute,
         "limit speed / dense": bracket[1] / limit if bracket else math.nan,
-        "of ten speeds alone": float(asked[max(int(on_grid.argmax()) - 1, 0)]) / limit
+        "of ten speeds alone": float(requested[max(int(on_grid.argmax()) - 1, 0)]) / limit
         if on_grid.any()
         else high / limit,
         "peaks seen": seen,
@@ -107,7 +108,7 @@ def row(scene: Scene, count: int) -> measuring.Row:
 
 
 def chosen() -> Iterator[Scene]:
-    """Shipped scenes with one drive at constant speed, and drawn ones."""
+    """Shipped and random scenes with one drive at constant speed."""
     for name in SHIPPED:
         yield read_scene(shipped_scenes()[name])
     single = (
@@ -124,13 +125,13 @@ def chosen() -> Iterator[Scene]:
 def rows(some: Sequence[Scene]) -> Iterator[measuring.Row]:
     for scene in some:
         try:
-            yield row(scene, OF_DRAWN if scene.title.split(":")[0] in FEATURES else DENSE)
+            yield row(scene, DENSE_OF_DRAWN if scene.title.split(":")[0] in FEATURES else DENSE)
         except MechanismError as error:
             print(f"{scene.title}: {error}", file=sys.stderr)
 
 
 def main() -> None:
-    claim = "Limit speeds found from ten speeds are those of a dense grid, and no peak that it sees is missed."
+    claim = "The search from ten speeds finds the limit speed and all peaks of a dense grid."
     table = []
     for each in rows([*chosen()]):
         print(measuring.as_text([each]), flush=True)

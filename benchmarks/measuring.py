@@ -1,6 +1,6 @@
-"""How the benchmarks measure and write down: medians on one core, tables, data, figures.
+"""Time and memory of calls, and the files of results: tables, figures, data.
 
-Import this before numpy: it keeps the linear algebra on one core.
+Import this before numpy: it limits the linear algebra to one thread.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import gc
 import json
 import os
 import platform
+import signal
 import statistics
 import time
 import tracemalloc
@@ -24,39 +25,61 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 RESULTS = Path(__file__).parent / "results"
-LEAST = float(os.environ.get("BENCHMARK_SECONDS", "0.3"))  # of measuring per figure
+MIN_SECONDS = float(os.environ.get("BENCHMARK_SECONDS", "0.3"))  # measured time of a call, all rounds together
 Row = Mapping[str, Any]
 
 
-def in_turn(calls: Mapping[Any, Callable[[], Any]], least: float = LEAST, rounds: int = 5) -> dict[Any, float]:
-    """Median seconds of calls that take turns, so that what slows the machine slows them all.
+class TooLongError(BaseException):
+    """A call used up its processor time; no handler of `Exception` in the program catches this."""
 
-    Every call is warmed up once, then measured in at least `rounds` rounds, and for `least` seconds each on average.
-    """
-    for call in calls.values():
-        call()
-    taken: dict[Any, list[float]] = {name: [] for name in calls}
-    end = time.perf_counter() + least * len(calls)
+
+@contextmanager
+def processor_limit(seconds: float) -> Iterator[None]:
+    """Raise TooLongError as soon as the block has used so many seconds of the processor."""
+
+    def stop(*_: Any) -> None:
+        raise TooLongError(f"more than {seconds:g} s")
+
+    handler = signal.signal(signal.SIGPROF, stop)
+    outer, _ = signal.setitimer(signal.ITIMER_PROF, seconds)
+    begin = time.process_time()
+    try:
+        yield
+    finally:
+        left = max(outer - (time.process_time() - begin), 1e-3) if outer else 0.0
+        signal.signal(signal.SIGPROF, handler)
+        signal.setitimer(signal.ITIMER_PROF, left)
+
+
+def seconds(call: Callable[[], Any], least: float = MIN_SECONDS, rounds: int = 5) -> float:
+    """Median wall time of a call after one to warm up: at least `rounds` calls, at least `least` seconds in all."""
+    call()
+    taken: list[float] = []
+    end = time.perf_counter() + least
     gc.collect()
     gc.disable()
     try:
-        while len(next(iter(taken.values()))) < rounds or time.perf_counter() < end:
-            for name, call in calls.items():
-                start = time.perf_counter()
-                call()
-                taken[name].append(time.perf_counter() - start)
+        while len(taken) < rounds or time.perf_counter() < end:
+            start = time.perf_counter()
+            call()
+            taken.append(time.perf_counter() - start)
     finally:
         gc.enable()
-    return {name: statistics.median(times) for name, times in taken.items()}
+    return statistics.median(taken)
 
 
-def seconds(call: Callable[[], Any], least: float = LEAST, rounds: int = 5) -> float:
-    """Median seconds of a call, warmed up."""
-    return in_turn({"": call}, least, rounds)[""]
+def processor_seconds(call: Callable[[], Any], rounds: int = 3) -> tuple[float, Any]:
+    """Least processor time of a call, and its last result."""
+    taken = []
+    for _ in range(rounds):
+        start = time.process_time()
+        found = call()
+        taken.append(time.process_time() - start)
+    return min(taken), found
 
 
 def peak_bytes(call: Callable[[], Any]) -> int:
-    """Most memory that a call holds at once beyond what was there before; measured in a run of its own."""
+    """Peak memory that a call allocates, measured in a second run of it."""
     call()
     gc.collect()
     tracemalloc.start()
@@ -68,7 +91,7 @@ def peak_bytes(call: Callable[[], Any]) -> int:
 
 
 def machine() -> dict[str, str]:
-    """What the figures were measured on."""
+    """Processor, system and versions of the packages."""
     model = platform.machine()
     info = Path("/proc/cpuinfo")
     if info.exists():
@@ -90,22 +113,34 @@ def machine() -> dict[str, str]:
 
 
 def report(name: str, claim: str, tables: Mapping[str, Sequence[Row]], notes: Sequence[str] = ()) -> None:
-    """Print tables and write them: one JSON file of everything, one CSV file a table."""
+    """Print the tables and write them: all as one JSON file, and each as a CSV file."""
     RESULTS.mkdir(exist_ok=True)
     here = machine()
     print(f"\n# {claim}\n")
     for title, rows in tables.items():
         print(f"{title}\n{as_text(rows)}\n")
-        file = RESULTS / (f"{name}.csv" if len(tables) == 1 else f"{name}-{title.split(':')[0].replace(' ', '_')}.csv")
-        with file.open("w", newline="", encoding="utf-8") as stream:
-            writer = csv.DictWriter(stream, list(rows[0]))
-            writer.writeheader()
-            writer.writerows([{key: _plain(value) for key, value in row.items()} for row in rows])
+        write_rows(RESULTS / (f"{name}.csv" if len(tables) == 1 else f"{name}-{title.replace(' ', '_')}.csv"), rows)
     for note in notes:
         print(note)
     print("; ".join(f"{key} {value}" for key, value in here.items()))
     content = {"claim": claim, "machine": here, "notes": list(notes), "tables": tables}
     (RESULTS / f"{name}.json").write_text(json.dumps(content, indent=1, default=_plain) + "\n", encoding="utf-8")
+
+
+def write_rows(path: Path, rows: Sequence[Row]) -> None:
+    """Write rows as CSV, with a column for every key of any row."""
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, list(dict.fromkeys(key for row in rows for key in row)))
+        writer.writeheader()
+        writer.writerows([{key: _plain(value) for key, value in row.items()} for row in rows])
+
+
+def read_rows(path: Path) -> list[dict[str, Any]]:
+    """Rows of a CSV file as text; no rows without the file."""
+    if not path.exists():
+        return []
+    with path.open(encoding="utf-8", newline="") as stream:
+        return [*csv.DictReader(stream)]
 
 
 def _plain(value: Any) -> Any:
@@ -129,7 +164,7 @@ def _cell(value: Any) -> str:
 
 @contextmanager
 def figure(name: str, columns: int = 1, size: tuple[float, float] = (7.0, 4.5)) -> Iterator[Any]:
-    """Axes to draw on, written as SVG."""
+    """Axes of a figure that is then written as SVG."""
     import matplotlib
 
     matplotlib.use("svg")

@@ -1,4 +1,4 @@
-"""Random mechanisms, their cranks at constant speed: four-bars, slider-cranks, six-bars, some with ternary links."""
+"""Random mechanisms with a crank at constant speed: four-bars, slider-cranks, six-bars, some with ternary links."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ MATERIALS = {"steel": (210e9, 7850.0), "aluminium": (70e9, 2700.0)}
 KINDS = ("four-bar", "ternary four-bar", "slider-crank", "Stephenson six-bar", "Watt six-bar")
 SLENDER = 10.0, 200.0  # length over radius of gyration
 RATIO = 1 / 100, 1 / 3  # crank speed over lowest natural frequency
-MARGIN = 0.75  # share of the reach of a dyad that is used, as a designer would: farther out it snaps
+MARGIN = 0.75  # largest distance that a dyad spans, relative to its stretched length; a longer one snaps through
 GRAVITY = -9.81j
 
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """A mechanism, its sections, and the speed of its crank [rad/s]; `ratio` of that to the lowest frequency."""
+    """A mechanism, its sections and its crank speed [rad/s]; `ratio` is the speed over the lowest natural frequency."""
 
     kind: str
     material: str
@@ -37,17 +37,17 @@ class Drawn:
 
     @property
     def period(self) -> float:
-        """Of a turn [s]."""
+        """Duration of a turn [s]."""
         return 2 * math.pi / self.speed
 
     def motion_at(self, time: Any) -> Motion:
-        """At any instants [s]."""
+        """Motion at any instants [s]."""
         time = np.asarray(time, float)
         return motion(self.mechanism, self.start + self.speed * time, self.speed, 0.0, time)
 
 
 def apex(first: Any, second: Any, long: float, short: float) -> Any:
-    """Where circles about two points meet, left of the way from one to the other; nan where they do not."""
+    """Intersection of two circles, on the left of the line from one centre to the other; nan if they do not meet."""
     way = second - first
     x = (np.abs(way) ** 2 + long**2 - short**2) / (2 * np.abs(way))
     with np.errstate(invalid="ignore"):
@@ -55,7 +55,7 @@ def apex(first: Any, second: Any, long: float, short: float) -> Any:
 
 
 class Draw:
-    """The links of one mechanism, as they are drawn."""
+    """Random numbers, links and sections of one mechanism."""
 
     def __init__(self, random: Any) -> None:
         self.random = random
@@ -67,11 +67,11 @@ class Draw:
         self.sections: list[Section] = []
 
     def between(self, low: float, high: float) -> float:
-        """A number out of a stretch."""
+        """Return a random number of an interval."""
         return float(self.random.uniform(low, high))
 
     def link(self, name: str, points: dict[str, complex]) -> None:
-        """Of one beam, or of two that meet in the last of three points; half of them carry a lump there."""
+        """Add a link of one beam, or of two that meet in its third point; half of the links get a point mass there."""
         names = list(points)
         pairs = [(names[0], names[1])] if len(names) == 2 else [(names[0], names[2]), (names[2], names[1])]
         longest = max(abs(points[b] - points[a]) for a, b in pairs)
@@ -86,18 +86,18 @@ class Draw:
         self.links.append(Link(name, points, tuple(Beam(a, b, mass) for a, b in pairs), lumps))
 
     def corner(self, length: float) -> complex:
-        """Third point of a ternary link."""
+        """Return the third point of a ternary link."""
         return length * complex(self.between(0.3, 0.7), self.between(0.1, 0.5))
 
 
 def reached(low: float, high: float, draw: Draw) -> tuple[float, float]:
-    """Two lengths that join points from `low` to `high` apart."""
+    """Return the bar lengths of a dyad that spans all distances from `low` to `high`."""
     total, apart = high / MARGIN * draw.between(1, 1.3), low * MARGIN * draw.between(-1, 1)
     return (total + apart) / 2, (total - apart) / 2
 
 
 def drawn(random: Any) -> Drawn | None:
-    """A mechanism; None where it does not turn all around."""
+    """Return a random mechanism, or None if its crank cannot make a full turn."""
     draw, kind = Draw(random), str(random.choice(KINDS))
     start = draw.between(0, 2 * math.pi)
     turn = start + np.linspace(0, 2 * math.pi, 73)
@@ -118,12 +118,12 @@ def drawn(random: Any) -> Drawn | None:
         return None
     if not (moved.condition < 1e8).all() or not math.isfinite(lowest):
         return None
-    told = kind, draw.material, draw.slenderness, ratio
-    return Drawn(*told, mechanism, tuple(draw.sections), start, ratio * lowest)
+    features = kind, draw.material, draw.slenderness, ratio
+    return Drawn(*features, mechanism, tuple(draw.sections), start, ratio * lowest)
 
 
 def _slider_crank(draw: Draw, _: str, A: Any) -> Any:
-    """The block's line has any slope and offset."""
+    """Add the rod and the block of a slider-crank; the guide has a random slope and offset."""
     way, offset = cmath.exp(1j * draw.between(0, 2 * math.pi)), abs(A[0]) * draw.between(-1, 1)
     across = (A / way).imag - offset
     rod = float(np.abs(across).max()) / draw.between(0.25, 0.8)
@@ -136,7 +136,7 @@ def _slider_crank(draw: Draw, _: str, A: Any) -> Any:
 
 
 def _linkage(draw: Draw, kind: str, A: Any) -> Any:
-    """A crank rocker, and the second dyad of a six-bar."""
+    """Add the dyad of a crank-rocker, and the second dyad of a six-bar."""
     D = complex(draw.size * draw.between(0.5, 1.2))
     coupler, rocker = reached(abs(np.abs(A - D).min()), float(np.abs(A - D).max()), draw)
     B = apex(A, D, coupler, rocker)
@@ -169,7 +169,7 @@ def _linkage(draw: Draw, kind: str, A: Any) -> Any:
 
 
 def mechanisms(seed: int) -> Iterator[Drawn]:
-    """Without end, each from a seed of its own, so that leaving one out changes no other."""
+    """Yield mechanisms endlessly; each has its own seed, so one that fails does not change the others."""
     number = 0
     while True:
         found = drawn(np.random.default_rng((seed, number)))

@@ -1,4 +1,4 @@
-"""Random scenes of all kinds: linkages and arms, at constant speed, by laws, with springs, masses, gears, loads."""
+"""Random scenes: linkages and arms, at constant speed or by laws, with springs, masses, gears and loads."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ POSITIONS = 120, 180, 240, 360
 
 
 def scenes(seed: int) -> Iterator[Scene]:
-    """Without end, each from a seed of its own; the title is what it has."""
+    """Yield scenes endlessly; every scene has a seed, and its title names the feature."""
     number = 0
     while True:
         random = np.random.default_rng((seed, number))
@@ -56,7 +56,7 @@ def scenes(seed: int) -> Iterator[Scene]:
 
 
 def scene_of(mechanism: Mechanism, sections: Any, laws: Any, run: Run, title: str, joints: Any = None) -> Scene:
-    """A scene that stands in no file."""
+    """Return a scene without a file."""
     names = [mechanism.links[at].name for at, _ in mechanism.beams]
     labels = tuple(
         name if names.count(name) == 1 else f"{name}.{names[:k].count(name) + 1}" for k, name in enumerate(names)
@@ -99,7 +99,7 @@ def _linkage(random: Any, feature: str) -> Scene | None:
 
 
 def sheared(own: Section) -> Section:
-    """With the shear and the inertia of a steel rectangle of the same EA and EI."""
+    """Add the shear stiffness and inertia of a steel rectangle with the same EA and EI."""
     depth = math.sqrt(12 * float(own.EI) / float(own.EA))
     area = depth * depth
     return replace(own, kGA=float(own.EA) * 5 / 6 / 2.6, area=area, inertia=area * depth**2 / 12)
@@ -116,7 +116,7 @@ def _heavier(random: Any, link: Link) -> Link:
 
 
 def _stiffness(case: Drawn) -> float:
-    """3 EI/l^3 of the longest beam [N/m]."""
+    """Bending stiffness 3 EI/l^3 of the longest beam [N/m]."""
     number = max(range(len(case.sections)), key=lambda k: _length(case, k))
     return 3 * float(case.sections[number].EI) / _length(case, number) ** 3
 
@@ -155,7 +155,7 @@ def _loads(random: Any, case: Drawn) -> tuple[Any, ...]:
 
 
 def _stops(random: Any, case: Drawn, run: Run, repeat: bool) -> tuple[Any, Run]:
-    """There and back with stops between, or there."""
+    """Return a law with dwells, there and back or only there, and its run."""
     by = math.radians(random.uniform(40, 200)) * random.choice([-1, 1])
     part = case.period * random.uniform(0.3, 1.0)
     curve = str(random.choice(CURVES))
@@ -169,7 +169,7 @@ def _stops(random: Any, case: Drawn, run: Run, repeat: bool) -> tuple[Any, Run]:
 
 
 def _five_bar(random: Any, feature: str) -> Scene | None:
-    """Two cranks that carry two rods, geared or driven each; or an arm of two links."""
+    """Return a five-bar with two cranks, geared or both driven, or an arm of two links; None if it cannot move."""
     draw = Draw(random)
     if feature == "arm of two drives":
         return _arm(random, draw)

@@ -1,9 +1,11 @@
-"""Runs of the command that are disturbed at a random moment: signals, lost workers, full and read-only disks.
+"""Disturb runs of the command at random moments: signals, lost workers, full and read-only disks.
 
-`python benchmarks/run_faults.py [RUNS] [SEED]`. A report, a batch, a sweep and a structure are run once undisturbed.
-Then each run is disturbed, looked at, and gone on with by `--resume`: it must come to the same bytes, with nothing
-left over beside them. A process is a fork of this one, which has loaded all; one of ten is started anew. Counts are
-added to those of results/run_faults.csv every fifty runs; the runs of a seed go on behind those noted.
+    python benchmarks/run_faults.py [RUNS] [SEED]    (continues the seed in results/run_faults.csv)
+
+A report, a batch, a sweep and a structure run once undisturbed. Then the script disturbs each, checks its status and
+messages, and runs it again with `--resume`. The bytes must be the same, without stray files. Runs are forks of this
+process, which has loaded all modules; every tenth starts a new interpreter. The CSV file gets the counts every fifty
+runs.
 """
 
 from __future__ import annotations
@@ -26,64 +28,59 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import measuring
-from sweeping import tree
+from sweep import tree
 
 import kinelast.sweep.output as sweeps
 from kinelast.cli.command import main
 from kinelast.tasks.task import shipped_scenes, shipped_structures
 
-ANEW = 10  # every so many runs, by an interpreter of its own
-EVERY = 50  # runs, after which the counts are written
+NEW_INTERPRETER_EVERY = 10  # runs
+WRITE_EVERY = 50  # runs
 RESULTS = measuring.RESULTS / "run_faults.csv"
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGKILL", "SIGSTOP")
 FAULTS = (*SIGNALS, "SIGINT twice", "worker killed", "worker stopped", "files too large", "disk full", "read only")
-SHARE = 0.7  # of what the results take that a small disk holds, at most
-CHUNK = 0.02  # [s] of a sweep's chunk, so that small sweeps have many
+MAX_DISK = 0.7  # size of the full disk, relative to the results
+CHUNK = 0.02  # [s] computing time of a chunk, so that small sweeps have many chunks
 VARIES = {
     "index.html",
     "summary.parquet",
     "summary.csv",
     "summary.html",
     "summary.json",
-}  # at the top of a batch: with seconds of a run
-DIVISION = ("chunk", "kept", "sha256")  # of a manifest: chunks are as large as a second is of use, by a clock
-ENDS, LEAVES = 1200.0, 120.0  # [s] in which a run ends, and its processes are gone, of a machine that others use
+}  # files of a batch that contain times
+DIVISION = ("chunk", "kept", "sha256")  # keys of a manifest that depend on the chunk size, and so on the clock
+MAX_RUN, MAX_EXIT = 1200.0, 120.0  # [s] until a run ends, and until its processes have gone, on a busy machine
 
 
 @dataclass(frozen=True)
 class Job:
-    """A call of the command: its words besides the folder, and whether it has workers."""
+    """A call of the command: its arguments without the output folder."""
 
     name: str
     words: tuple[str, ...]
 
     @property
     def works_apart(self) -> bool:
-        """Whether it has processes at work."""
+        """Whether the command starts worker processes."""
         return "--jobs" in self.words
-
-    @property
-    def has_chunks(self) -> bool:
-        """Whether it goes on with parts of a scene."""
-        return "--sweep" in self.words
 
 
 @dataclass
 class Undisturbed:
-    """A job's results and duration without a fault."""
+    """Results and duration of a job without a fault."""
 
     files: dict[str, bytes]
     seconds: float
 
     @property
     def size(self) -> int:
-        """Bytes of all results."""
+        """Total size of the results [bytes]."""
         return sum(map(len, self.files.values()))
 
 
 @dataclass
 class Count:
-    """How disturbed runs of a job by a fault went."""
+    """Outcomes of the runs of a job with a fault."""
 
     runs: int = 0
     early: int = 0  # ended by the fault
@@ -92,7 +89,7 @@ class Count:
 
 
 def jobs_in(place: Path) -> list[Job]:
-    """The calls, over small scenes in a folder."""
+    """Write small scenes into a folder; return the calls."""
     few = place / "few"
     few.mkdir()
     for name in ("steel_four_bar", "quick_return", "offset_slider_crank"):
@@ -117,9 +114,9 @@ def jobs_in(place: Path) -> list[Job]:
     ]
 
 
-def started(words: list[str], said: Path, anew: bool, largest: int = 0) -> int:
-    """Number of a new process that runs the command, with what it says in a file."""
-    if anew:
+def started(words: list[str], said: Path, new: bool, largest: int = 0) -> int:
+    """Start the command with its output in a file; return the process id."""
+    if new:
         limit = (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))) if largest else None
         with said.open("wb") as file:
             command = [sys.executable, "-m", "kinelast", *words]
@@ -137,7 +134,7 @@ def started(words: list[str], said: Path, anew: bool, largest: int = 0) -> int:
         sys.stdout, sys.stderr = (os.fdopen(each, "w", closefd=False) for each in (1, 2))
         status = main(words)
     except KeyboardInterrupt:
-        status = 130  # as of `kinelast.cli.main`
+        status = 130  # see `kinelast.cli.main`
     except BaseException as error:
         os.write(2, f"Traceback: {error!r}\n".encode())
     finally:
@@ -146,8 +143,8 @@ def started(words: list[str], said: Path, anew: bool, largest: int = 0) -> int:
         os._exit(status)
 
 
-def waited(number: int, seconds: float = ENDS) -> int:
-    """The exit status of a process, negative of a signal; a process that does not end is killed, and is status -99."""
+def waited(number: int, seconds: float = MAX_RUN) -> int:
+    """Wait for a process; return its status, -N if signal N ended it, or -99 if it had to be killed."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         process, state = os.waitpid(number, os.WNOHANG)
@@ -159,8 +156,8 @@ def waited(number: int, seconds: float = ENDS) -> int:
     return -99
 
 
-def gone(group: int, seconds: float = LEAVES) -> bool:
-    """Whether all processes of a group end within some time."""
+def gone(group: int, seconds: float = MAX_EXIT) -> bool:
+    """Wait until all processes of a group have ended; return whether they did in time."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         try:
@@ -173,7 +170,7 @@ def gone(group: int, seconds: float = LEAVES) -> bool:
 
 
 def workers(parent: int) -> list[int]:
-    """Processes that a process has started to compute."""
+    """Return the worker processes of a process."""
     found = []
     for entry in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):
@@ -185,7 +182,7 @@ def workers(parent: int) -> list[int]:
 
 @contextlib.contextmanager
 def disk(folder: Path, size: int) -> Iterator[bool]:
-    """A memory file system of so many bytes at a folder; whether it could be mounted."""
+    """Mount a memory file system of `size` bytes at a folder; yield whether that succeeded."""
     folder.mkdir()
     call = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
     mounted = subprocess.run(call, check=False, capture_output=True).returncode == 0
@@ -197,7 +194,7 @@ def disk(folder: Path, size: int) -> Iterator[bool]:
 
 
 def remounted(folder: Path, options: str) -> None:
-    """Change a file system that is mounted."""
+    """Remount a file system with other options."""
     subprocess.run(["mount", "-o", f"remount,{options}", str(folder)], check=True, capture_output=True)
 
 
@@ -209,10 +206,10 @@ class Runs:
         self.said = place / "said"
 
     def undisturbed(self, job: Job) -> Undisturbed:
-        """The results of a job."""
+        """Run a job without a fault; return its results and duration."""
         out = self.place / "whole"
         start = time.monotonic()
-        status = waited(started([*job.words, "-o", str(out)], self.said, anew=False))
+        status = waited(started([*job.words, "-o", str(out)], self.said, new=False))
         assert status in (0, 1), self.said.read_text()
         seconds = time.monotonic() - start
         files = results(out)
@@ -220,12 +217,12 @@ class Runs:
         return Undisturbed(files, seconds)
 
     def disturbed(self, job: Job, fault: str, whole: Undisturbed) -> tuple[int, list[str]]:
-        """The status of a job under a fault, and all that is wrong with what it left and what came of it then."""
+        """Run a job with a fault, then resume it; return the first status and all problems found."""
         self.number += 1
         top = self.place / f"run{self.number}"
-        anew = self.number % ANEW == 0
+        new = self.number % NEW_INTERPRETER_EVERY == 0
         wrong: list[str] = []
-        size = max(16384, int(self.chance.uniform(0.0, SHARE) * whole.size))
+        size = max(16384, int(self.chance.uniform(0.0, MAX_DISK) * whole.size))
         needs_disk = fault in ("disk full", "read only")
         with disk(top, size if fault == "disk full" else 1 << 28) if needs_disk else folder_at(top):
             out = top / "out"
@@ -235,9 +232,9 @@ class Runs:
                 if fault == "files too large"
                 else 0
             )
-            number = started(words, self.said, anew, largest)
+            number = started(words, self.said, new, largest)
             if fault not in ("files too large", "disk full"):
-                time.sleep(self.chance.uniform(0.0, 1.1) * whole.seconds + (0.3 if anew else 0.0))
+                time.sleep(self.chance.uniform(0.0, 1.1) * whole.seconds + (0.3 if new else 0.0))
                 self._strike(number, fault, top)
             status = waited(number)
             said = self.said.read_text("utf-8", "replace")
@@ -247,11 +244,11 @@ class Runs:
             elif fault == "read only":
                 remounted(top, "rw")
             first = results(out)
-            again = waited(started([*words, "--resume"], self.said, anew=False))
+            again = waited(started([*words, "--resume"], self.said, new=False))
             if again not in (0, 1):
                 wrong.append(f"--resume ends with {again}: {self.said.read_text('utf-8', 'replace')[-300:]}")
             wrong += differences(results(out), whole.files)
-            wrong += [f"not in {name}: {each}" for name, each in untold(out)]
+            wrong += [f"not in {name}: {each}" for name, each in scenes_without_row(out)]
             wrong += [f"left over: {path.name}" for path in top.rglob("*") if path.name.startswith(".")]
             wrong += [f"lost: {name}" for name in first if name not in results(out) and name in whole.files]
         shutil.rmtree(top, ignore_errors=True)
@@ -283,28 +280,28 @@ class Runs:
                     os.kill(number, getattr(signal, fault))
 
     def _looked_at(self, process: int, status: int, said: str, fault: str, top: Path) -> list[str]:
-        """All that is wrong with the end of a disturbed run."""
+        """Problems of a disturbed run: status, messages, stray files, processes."""
         number = getattr(signal, fault, 0)
         expected = {0, 1, 2, 128 + number, -number} if number not in (0, signal.SIGSTOP) else {0, 1, 2}
         expected |= {130, -signal.SIGINT} if "SIGINT" in fault else set()
-        expected |= {3} if fault == "worker killed" else set()  # told as such, of its scene
+        expected |= {3} if fault == "worker killed" else set()  # the scene of the worker has failed
         wrong = [] if status in expected else [f"status {status}: {said[-300:]}"]
         if "Traceback" in said or "please report" in said:
             wrong.append(f"says {said[-600:]}")
         if number != signal.SIGKILL and fault != "read only":
             wrong += [f"half done: {path.name}" for path in top.rglob(".kinelast-*")]
-        return wrong if gone(process) else [*wrong, "a process is left"]
+        return wrong if gone(process) else [*wrong, "a process is still running"]
 
 
 @contextlib.contextmanager
 def folder_at(path: Path) -> Iterator[bool]:
-    """A plain folder."""
+    """Make a folder; yield True as `disk` does."""
     path.mkdir()
     yield True
 
 
 def results(out: Path) -> dict[str, bytes]:
-    """All results by their names, without what tells of a single run."""
+    """Return all result files by name, without files and keys that depend on the clock."""
     if not out.exists():
         return {}
     kept = {name: content for name, content in tree(out).items() if name not in VARIES}
@@ -312,7 +309,7 @@ def results(out: Path) -> dict[str, bytes]:
 
 
 def undivided(manifest: bytes) -> bytes:
-    """A sweep's manifest without its division into chunks, which is another where the run before ended without one."""
+    """Return a sweep's manifest without its division into chunks, which depends on the interruption."""
     try:
         content = json.loads(manifest)
     except ValueError:
@@ -320,8 +317,8 @@ def undivided(manifest: bytes) -> bytes:
     return json.dumps({key: value for key, value in content.items() if key not in DIVISION}).encode()
 
 
-def untold(out: Path) -> list[tuple[str, str]]:
-    """Scenes that a table of all scenes does not name."""
+def scenes_without_row(out: Path) -> list[tuple[str, str]]:
+    """Return scenes missing in a table of all scenes, as (table, scene)."""
     scenes = [each.name for each in out.iterdir() if each.is_dir()]
     tables = [out / name for name in ("index.html", "summary.csv") if len(scenes) > 2]
     texts = {path.name: path.read_text(encoding="utf-8") if path.exists() else "" for path in tables}
@@ -329,7 +326,7 @@ def untold(out: Path) -> list[tuple[str, str]]:
 
 
 def differences(found: dict[str, bytes], expected: dict[str, bytes]) -> list[str]:
-    """Names of files that differ."""
+    """Return the names of files that differ."""
     return [
         f"{'missing' if name not in found else 'stray' if name not in expected else 'other bytes'}: {name}"
         for name in sorted(found.keys() | expected.keys())
@@ -338,9 +335,9 @@ def differences(found: dict[str, bytes], expected: dict[str, bytes]) -> list[str
 
 
 def run(count: int, seed: int) -> int:
-    """Disturb so many runs more of a seed; how many of these went wrong."""
-    sweeps.CHUNK_TIME = CHUNK  # of this process and its forks
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell lets what it starts in the background ignore it
+    """Disturb `count` further runs of a seed; return the number of failed ones."""
+    sweeps.CHUNK_TIME = CHUNK  # in this process and its forks
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # background jobs of a shell ignore it
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
     counts = noted()
     done = sum(entry.runs for (of, *_), entry in counts.items() if of == seed)
@@ -351,7 +348,7 @@ def run(count: int, seed: int) -> int:
             faults = [fault for fault in FAULTS if mounts or fault not in ("disk full", "read only")]
         runs = Runs(place)
         wholes = [(job, runs.undisturbed(job)) for job in jobs_in(place)]
-        wholes = [(job, runs.undisturbed(job)) for job, _ in wholes]  # all is loaded now
+        wholes = [(job, runs.undisturbed(job)) for job, _ in wholes]  # all modules are loaded now
         for number in range(done, done + count):
             job, whole = wholes[number % len(wholes)]
             having = [each for each in faults if job.works_apart or not each.startswith("worker")]
@@ -366,13 +363,13 @@ def run(count: int, seed: int) -> int:
             if wrong:
                 wrongs += 1
                 print(f"run {number} of seed {seed}, {job.name}, {fault}: {wrong[:4]}", flush=True)
-            if number % EVERY == EVERY - 1 or number == done + count - 1:
+            if number % WRITE_EVERY == WRITE_EVERY - 1 or number == done + count - 1:
                 write(counts)
     return wrongs
 
 
 def noted() -> dict[tuple[int, str, str], Count]:
-    """Counts of runs before, by seed, job and fault."""
+    """Read the counts of earlier runs, by seed, job and fault."""
     if not RESULTS.exists():
         return {}
     with RESULTS.open(newline="", encoding="utf-8") as file:

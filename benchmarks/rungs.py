@@ -1,10 +1,10 @@
-"""What a digit costs: error against run time of the three theories of motion, on the steel four-bar at three speeds.
+"""Error against run time of the three theories of motion, on the steel four-bar at three speeds.
 
-Errors are the greatest difference of the chord deflection's course over 360 positions at 9 stations, of the worst beam,
-over that beam's greatest, from the geometrically exact answer settled to `FINEST`; that this is the truth of beams is
-measured elsewhere (docs/elastodynamics.md: the whole nonlinear mechanism, exudyn). Run times are those of the
-processor, the best of three, from a motion at the positions to their deflection: of vibrating links with the search for
-coordinates and elements of time, of the exact answer with the linear one that it goes on from.
+The error is the largest difference of the chord deflection from the geometrically exact answer at tolerance `FINEST`,
+relative to the largest chord deflection of the beam. It covers 360 positions and 9 stations; the worst beam counts.
+docs/elastodynamics.md compares this reference with a nonlinear mechanism and with exudyn. The time is processor time,
+best of three, from the motion to the deflection. The elastodynamic time includes the choice of coordinates and time
+elements; the geometrically exact time includes the linear answer that starts the iteration.
 
     python benchmarks/rungs.py
 """
@@ -12,8 +12,7 @@ coordinates and elements of time, of the exact answer with the linear one that i
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -28,23 +27,13 @@ from rigid import motion
 SPEEDS = 10.0, 30.0, 100.0
 POSITIONS = 360
 TOLERANCES = tuple(10.0**-k for k in range(1, 7))
-FINEST = 1e-8
+FINEST = 1e-8  # tolerance of the reference
 STATIONS = np.linspace(0.0, 1.0, 9)
 THEORIES = "quasi-static", "elastodynamic", "geometrically exact"
 
 
-def best(call: Callable[[], Any], rounds: int = 3) -> tuple[float, Any]:
-    """Least seconds of the processor that a call takes, and what it returns."""
-    times = []
-    for _ in range(rounds):
-        begun = time.process_time()
-        found = call()
-        times.append(time.process_time() - begun)
-    return min(times), found
-
-
 def rows(speed: float) -> Iterator[dict[str, Any]]:
-    """Of all theories at a speed."""
+    """Rows of all theories at one speed [rad/s]."""
     sections = (replace(SHEARED, area=AREA, inertia=INERTIA),) * 3
     mechanism, period = with_rotary_inertia(steel_four_bar(1).mechanism, sections), 2 * math.pi / speed
 
@@ -59,27 +48,27 @@ def rows(speed: float) -> Iterator[dict[str, Any]]:
     true = sample(geometrically_exact(linear(FINEST), FINEST).deflection, "chord", STATIONS)
     greatest = reference_deflection(np.abs(true).max(axis=(1, 2)))
 
-    def off(bent: Deflection) -> float:
+    def error_of(bent: Deflection) -> float:
         return float((np.abs(sample(bent, "chord", STATIONS) - true).max(axis=(1, 2)) / greatest).max())
 
     plain, vibrating, exact = THEORIES
-    took, bent = best(lambda: deflection(at, sections))
-    yield {"rad/s": speed, "theory": plain, "tolerance": None, "error": off(bent), "ms": 1e3 * took}
+    took, bent = measuring.processor_seconds(lambda: deflection(at, sections))
+    yield {"rad/s": speed, "theory": plain, "tolerance": None, "error": error_of(bent), "ms": 1e3 * took}
     calls = {
         vibrating: linear,
         exact: lambda tolerance: geometrically_exact(linear(tolerance), tolerance),
     }
     for theory, call in calls.items():
         for tolerance in TOLERANCES:
-            took, found = best(lambda call=call, tolerance=tolerance: call(tolerance))
-            error = off(found.deflection)
+            took, found = measuring.processor_seconds(lambda call=call, tolerance=tolerance: call(tolerance))
+            error = error_of(found.deflection)
             yield {"rad/s": speed, "theory": theory, "tolerance": tolerance, "error": error, "ms": 1e3 * took}
 
 
 def main() -> None:
-    """Measure, and draw."""
+    """Measure and draw."""
     table = [row for speed in SPEEDS for row in rows(speed)]
-    measuring.report("rungs", "What a digit costs: three theories of motion, steel four-bar", {"all": table})
+    measuring.report("rungs", "Error against run time: three theories of motion, steel four-bar", {"all": table})
     with measuring.figure("rungs", 1, (7.5, 5.0)) as axis:
         for number, speed in enumerate(SPEEDS):
             for theory, mark in zip(THEORIES, ("*", "s--", "o-"), strict=True):
@@ -87,7 +76,7 @@ def main() -> None:
                 label = f"{theory}, {speed:g} rad/s"
                 x, y = [row["ms"] for row in these], [row["error"] for row in these]
                 axis.loglog(x, y, mark, color=f"C{number}", ms=9 if mark == "*" else 4, label=label)
-        axis.set(xlabel="milliseconds of the processor, 360 positions", ylabel="error of the chord deflection's course")
+        axis.set(xlabel="processor time of 360 positions [ms]", ylabel="error of the chord deflection")
         axis.legend(fontsize=7, loc="lower left")
 
 

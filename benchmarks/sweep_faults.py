@@ -1,7 +1,9 @@
-"""Ends of a sweep and faults of its files: 200,000 four-bars, killed, on a full disk, with lost workers, edited.
+"""Interrupt a sweep of 200,000 four-bars and damage its files; after `--resume` the bytes must be the same.
 
-`python benchmarks/sweep_faults.py [COUNT]`. Every one goes on in the end and must come to the bytes of the undisturbed
-one. The small disk is a memory file system of some MB, where this process may mount one.
+    python benchmarks/sweep_faults.py [COUNT]
+
+The sweep is killed, runs on a full disk, loses workers, and gets damaged files. The full disk is a small memory file
+system; the script skips it without permission to mount one.
 """
 
 from __future__ import annotations
@@ -20,7 +22,8 @@ from pathlib import Path
 from typing import Any
 
 import measuring
-from sweeping import CHUNK, four_bars, identity, tree
+from run_faults import disk, remounted, workers
+from sweep import CHUNK, four_bars, identity, tree
 
 from kinelast.sweep.running import run_plan
 from kinelast.tasks.progress import Progress
@@ -28,35 +31,35 @@ from kinelast.tasks.request import RequestError
 
 COUNT, KILLS, JOBS, FLIPS = 200_000, 10, 2, 17
 FIGURES = ("deflection", "mass")
-SMALL_DISK = 0.4  # of what the store takes
+SMALL_DISK = 0.4  # size of the disk, relative to the store
 
 
 @dataclass(frozen=True)
 class Case:
-    """Where the sweep of a case is kept, and how many designs it has."""
+    """Folder and number of designs of a sweep."""
 
     folder: Path
     count: int
 
     def run(self, **options: Any) -> None:
-        """The sweep in this process, or as far as it comes; it goes on with what is kept."""
+        """Run or resume the sweep in this process."""
         evaluation = four_bars(self.count, FIGURES)
         given = {"jobs": JOBS, "resume": True, **options}
         run_plan(self.count, evaluation, self.folder, identity(evaluation), CHUNK, **given)
 
     def started(self, **limits: Any) -> subprocess.Popen[str]:
-        """The sweep in a process of its own."""
+        """Start the sweep in its own process."""
         command = [sys.executable, __file__, "--go-on", str(self.folder), str(self.count)]
         return subprocess.Popen(command, text=True, stderr=subprocess.PIPE, stdout=subprocess.PIPE, **limits)
 
     @property
     def kept(self) -> int:
-        """Chunks that are kept."""
+        """Number of completed chunks."""
         return sum(1 for _ in self.folder.glob("designs.*/[0-9]*"))
 
 
 def killed(case: Case) -> str:
-    """Killed again and again, at any moment, also while it starts."""
+    """Kill the sweep repeatedly at random moments, also during its start."""
     chance, left, chunks = random.Random(9), [], CHUNK
     for number in range(KILLS):
         run, goal = case.started(), case.kept + chance.randrange(0, 1 + 2 * (-(-case.count // chunks)) // (3 * KILLS))
@@ -73,39 +76,33 @@ def killed(case: Case) -> str:
 
 
 def disk_full(case: Case, size: int) -> str:
-    """On a disk that is too small; then that is made larger."""
-    case.folder.mkdir()
-    mounted = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", case.folder], check=False, capture_output=True
-    )
-    if mounted.returncode:
-        return "left out: no disk can be mounted here"
+    """Run on a disk that is too small, then enlarge it and resume."""
     inner = Case(case.folder / "sweep", case.count)
-    try:
+    with disk(case.folder, size) as mounted:
+        if not mounted:
+            return "left out: no permission to mount a disk"
         try:
             inner.run()
-            told = "the disk was not full"
+            message = "the disk was not full"
         except RequestError as error:
-            told = str(error).replace(str(case.folder), "...")
-        subprocess.run(["mount", "-o", "remount,size=1g", case.folder], check=True)
+            message = str(error).replace(str(case.folder), "...")
+        remounted(case.folder, "size=1g")
         inner.run()
         found = tree(inner.folder)
-    finally:
-        subprocess.run(["umount", case.folder], check=True)
     for name, content in found.items():
         path = case.folder / name
         path.parent.mkdir(exist_ok=True)
         path.write_bytes(content)
-    return told
+    return message
 
 
 def worker_killed(case: Case) -> str:
-    """One of the processes is killed twice on the way."""
+    """Kill a worker process twice during the sweep."""
     run, deaths = case.started(), []
     for goal in (3, 10):
         while case.kept < goal:
             time.sleep(0.01)
-        worker = max(_workers(run.pid))
+        worker = max(workers(run.pid))
         os.kill(worker, signal.SIGKILL)
         deaths.append(f"{goal} chunks kept")
     assert run.wait() == 0, run.communicate()
@@ -113,30 +110,30 @@ def worker_killed(case: Case) -> str:
 
 
 def edited(case: Case, whole: Path, fault: Callable[[Path, bytes], None]) -> str:
-    """A finished store with a fault in one of its files, gone on with: it must be noticed and mended."""
+    """Damage a file of a finished store and resume; the program must report and repair it."""
     shutil.copytree(whole, case.folder)
     files = sorted(case.folder.glob("designs.*/[0-9]*")) or [case.folder / "designs.csv"]
     path = random.Random(repr(fault)).choice(files[:-1] or files)
     fault(path, path.read_bytes())
-    heard = Heard()
+    heard = Listener()
     try:
         case.run(progress=heard)
     except RequestError as error:
         heard.tell(str(error))
         for stray in case.folder.glob("designs.*/[0-9]*77.*"):
             stray.unlink()
-    assert heard.sentences, "nothing was said"
+    assert heard.sentences, "no message"
     return heard.sentences[0].replace(str(case.folder), "...")
 
 
-class Heard(Progress):
-    """Sentences that were said."""
+class Listener(Progress):
+    """Progress that keeps all messages."""
 
     def __init__(self) -> None:
         self.sentences: list[str] = []
 
     def tell(self, sentence: str) -> None:
-        """Note a sentence."""
+        """Keep a message."""
         self.sentences.append(sentence)
 
 
@@ -174,22 +171,8 @@ def _flip(at: float) -> Callable[[Path, bytes], None]:
     return fault
 
 
-def _workers(parent: int) -> list[int]:
-    """Processes that a process has started to compute."""
-    found = []
-    for entry in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            owner = int(entry.read_text().rpartition(")")[2].split()[1])
-            line = (entry.parent / "cmdline").read_bytes()
-        except OSError:
-            continue
-        if owner == parent and b"spawn_main" in line:
-            found.append(int(entry.parent.name))
-    return found
-
-
 def on_dask(case: Case) -> str:
-    """Workers of dask, of which one is killed on the way."""
+    """Run on a dask cluster and kill one of its workers."""
     from threading import Thread
 
     from distributed import LocalCluster
@@ -218,7 +201,7 @@ def main() -> None:
         whole = Case(Path(top) / "whole", count)
         start = time.perf_counter()
         whole.run()
-        rows.append({"what": "undisturbed", "equal": True, "wall [s]": time.perf_counter() - start, "told": ""})
+        rows.append({"fault": "undisturbed", "equal": True, "wall [s]": time.perf_counter() - start, "message": ""})
         expected = tree(whole.folder)
         size = int(SMALL_DISK * sum(map(len, expected.values())))
         cases: dict[str, Callable[[Case], str]] = {
@@ -236,16 +219,17 @@ def main() -> None:
             "a foreign chunk": _foreign,
         }
         faults |= {f"a bit flipped at {at / (FLIPS - 1):.0%}": _flip(at / (FLIPS - 1)) for at in range(FLIPS)}
-        for what, fault in faults.items():
-            cases[what] = lambda case, fault=fault: edited(case, whole.folder, fault)
-        for number, (what, run) in enumerate(cases.items()):
-            print(what, flush=True)
+        for name, fault in faults.items():
+            cases[name] = lambda case, fault=fault: edited(case, whole.folder, fault)
+        for number, (name, run) in enumerate(cases.items()):
+            print(name, flush=True)
             case, start = Case(Path(top) / str(number), count), time.perf_counter()
-            told = run(case)
+            message = run(case)
             equal = tree(case.folder) == expected
-            rows.append({"what": what, "equal": equal, "wall [s]": time.perf_counter() - start, "told": told})
+            rows.append({"fault": name, "equal": equal, "wall [s]": time.perf_counter() - start, "message": message})
     notes = [f"{count} four-bars, {JOBS} processes, load of the machine {os.getloadavg()[0]:.1f}"]
-    measuring.report("sweep_faults", "What ends a sweep changes no byte of it", {"faults": rows}, notes)
+    claim = "An interrupted or damaged sweep gives the same bytes after it is resumed"
+    measuring.report("sweep_faults", claim, {"faults": rows}, notes)
     assert all(row["equal"] for row in rows), "not equal to the undisturbed sweep"
 
 

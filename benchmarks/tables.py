@@ -1,12 +1,11 @@
-"""Put the results into pages of docs, between `<!-- results: NAME, TABLE -->` and `<!-- end -->` marks.
+"""Put results into pages of docs, between `<!-- results: NAME, TABLE -->` and `<!-- end -->` marks.
 
-`NAME, TABLE; COLUMN | COLUMN; COLUMN = VALUE | VALUE` takes some of a table's columns, and some of its rows.
-Results that are one table in CSV have it under the name `all`.
+`NAME, TABLE; COLUMN | COLUMN; COLUMN = VALUE | VALUE` selects columns and rows of a table.
+A result with only a CSV file has one table, named `all`.
 """
 
 from __future__ import annotations
 
-import csv
 import json
 import re
 from pathlib import Path
@@ -20,7 +19,7 @@ MARK = re.compile(r"(<!-- results: ([\w-]+), ([^>]+) -->\n).*?(<!-- end -->)", r
 
 
 def table(name: str, wanted: str) -> str:
-    """A table of a benchmark in Markdown, or what it was measured on."""
+    """A table of a benchmark in Markdown, or its notes, or its machine."""
     title, *parts = (part.strip() for part in wanted.split(";"))
     content = results(name)
     if title == "machine":
@@ -34,18 +33,17 @@ def table(name: str, wanted: str) -> str:
 
 
 def results(name: str) -> dict[str, Any]:
-    """The tables of a benchmark by title, and what else it has."""
+    """Content of a benchmark's file: tables by title, notes, machine."""
     path = measuring.RESULTS / f"{name}.json"
     if path.exists():
         content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         return content
-    with path.with_suffix(".csv").open(encoding="utf-8", newline="") as stream:
-        rows = [{key: number(word) for key, word in row.items()} for row in csv.DictReader(stream)]
-    return {"tables": {"all": rows}}
+    rows = measuring.read_rows(path.with_suffix(".csv"))
+    return {"tables": {"all": [{key: number(word) for key, word in row.items()} for row in rows]}}
 
 
 def number(word: str) -> int | float | str:
-    """A word of a table as the number that it is."""
+    """A cell as a number if it is one."""
     for kind in (int, float):
         try:
             return kind(word)
@@ -55,7 +53,7 @@ def number(word: str) -> int | float | str:
 
 
 def chosen(rows: list[dict[str, Any]], part: str) -> list[dict[str, Any]]:
-    """Some columns of a table, or its rows in which a column has one of some values."""
+    """Rows with the selected columns, or the rows with a selected value."""
     key, equals, values = (text.strip() for text in part.partition("="))
     if equals:
         allowed = [value.strip() for value in values.split("|")]
@@ -65,12 +63,12 @@ def chosen(rows: list[dict[str, Any]], part: str) -> list[dict[str, Any]]:
 
 
 def filled(text: str) -> str:
-    """A page with its tables."""
+    """Text of a page with its tables replaced."""
     return MARK.sub(lambda mark: f"{mark[1]}\n{table(mark[2], mark[3])}\n\n{mark[4]}", text)
 
 
 def main() -> None:
-    """Rewrite the pages."""
+    """Rewrite the pages of docs."""
     for page in PAGES:
         page.write_text(filled(page.read_text(encoding="utf-8")), encoding="utf-8")
 

@@ -1,13 +1,15 @@
-"""Verdicts "acceptable" on drawn scenes, held against 16 times the positions, the next better theory and buckling.
+"""Verdicts "acceptable" on random scenes, compared with a reference of 16 times the positions and a better theory.
 
-Scenes are drawn from a seed as texts: linkages with plates and blocks, five-bars and arms of two drives, cylinders and
-cams; rigid or elastic links, constant speeds and laws, springs, friction, loads, gravity; 12 to 72 positions. Limits
-are 0.7 to 1.5 times figures of a coarse answer. The reference contradicts an "acceptable" if it is "not acceptable",
-its own error included. It has 16 times the positions and the next better theory by name: elastodynamic for
-quasi-static, geometrically exact for elastodynamic; an accuracy of 0.5 % for geometrically exact. Every scene has a
-row, and a run goes on where the rows end.
+    python benchmarks/verdicts.py [SCENES] [SEED] [FILE]    (continues the file, one row a scene)
+    python benchmarks/verdicts.py show SEED NUMBER
 
-    python benchmarks/verdicts.py [SCENES] [SEED] [FILE]      python benchmarks/verdicts.py show SEED NUMBER
+Scenes are linkages with plates and blocks, five-bars, arms of two drives, cylinders and cams. They have rigid or
+elastic links, constant speeds or laws, springs, friction, loads and gravity, and 12 to 72 positions. Limits are 0.7 to
+1.5 times the figures of a coarse answer.
+
+The reference uses elastodynamic theory for a quasi-static answer and geometrically exact theory for an elastodynamic
+one. For a geometrically exact answer it asks for an accuracy of 0.5 %. It contradicts "acceptable" if its own verdict,
+with its own error, is "not acceptable".
 """
 
 from __future__ import annotations
@@ -15,7 +17,6 @@ from __future__ import annotations
 import cmath
 import csv
 import math
-import signal
 import sys
 import time
 import tomllib
@@ -46,12 +47,12 @@ from rigid import MechanismError
 
 SEED, SCENES = 33, 10_000
 POSITIONS = 12, 72
-TIMES = 16
-FACTORS = 0.7, 1.5  # of limits, over a figure of the coarse answer
+REFINEMENT = 16  # positions of the reference / positions of the scene
+FACTORS = 0.7, 1.5  # limit / figure of the coarse answer
 ACCURACY = 0.005  # of the reference
 RIGID = 0.8  # share of scenes with rigid links, which take a tenth of the time
-SLOW = 0.03  # share of elastic scenes with friction, which take many seconds
-LONGEST = 12.0  # seconds of the processor for a scene
+ELASTIC_WITH_FRICTION = 0.03  # share of the elastic scenes; they take many seconds
+MAX_SECONDS = 12.0  # processor time of a scene
 CURVES = "cycloidal", "polynomial-345", "harmonic", "modified-sine", "trapezoidal-velocity", "constant-acceleration"
 NEXT = {QUASI_STATIC: ELASTODYNAMIC, ELASTODYNAMIC: GEOMETRICALLY_EXACT}
 HEAD = ("number", "kind", "verdict", "theory", "limits", "reference", "by", "s")
@@ -59,12 +60,8 @@ TARGET = measuring.RESULTS / "verdicts.csv"
 Tables = dict[str, Any]
 
 
-class TooLongError(Exception):
-    """The scene takes too long."""
-
-
 def drawn_text(seed: int, number: int) -> tuple[str, str]:
-    """A scene's kind and its text, without limits."""
+    """Return the kind and the text of a scene without limits."""
     random = np.random.default_rng((seed, number))
     tables: Tables | None = None
     kind: Callable[[Any], Tables | None] = _linkage
@@ -76,7 +73,7 @@ def drawn_text(seed: int, number: int) -> tuple[str, str]:
 
 
 def plain(value: Any) -> Any:
-    """Tables with numbers and words of Python alone."""
+    """Return tables with numpy scalars replaced by Python's."""
     match value:
         case dict():
             return {str(key): plain(each) for key, each in value.items()}
@@ -86,7 +83,7 @@ def plain(value: Any) -> Any:
 
 
 def _linkage(random: Any) -> Tables | None:
-    """A four-bar, slider-crank or six-bar whose crank turns steadily or by a law."""
+    """Return a four-bar, slider-crank or six-bar with its crank at constant speed or by a law."""
     case = drawn(random)
     if case is None:
         return None
@@ -103,7 +100,7 @@ def _linkage(random: Any) -> Tables | None:
 
 
 def _of_mechanism(case: Drawn) -> Tables:
-    """Tables of a drawn mechanism: its places, links, sections and material."""
+    """Return the tables of a random mechanism: points, links, sections and material."""
     mechanism = case.mechanism
     steel = case.material == "steel"
     E, density, strength = (210e9, 7850.0, 355e6) if steel else (70e9, 2700.0, 240e6)
@@ -140,7 +137,7 @@ def _xy(place: Any) -> list[float]:
 
 
 def _law(random: Any, duration: float, by: float) -> Tables:
-    """There, a stop, and back, repeated; or there alone."""
+    """Return a law: rise, dwell and return, repeated; or one rise and a dwell."""
     curve = str(random.choice(CURVES))
     part, by = duration * random.uniform(0.2, 0.6), by * random.choice([-1, 1])
     there = {"curve": curve, "duration": part, "by": by}
@@ -151,7 +148,7 @@ def _law(random: Any, duration: float, by: float) -> Tables:
 
 
 def _with_features(random: Any, tables: Tables, features: list[str], speed: float) -> None:
-    """Rigid links, gravity, loads, springs, friction: each at random."""
+    """Add rigid links, gravity, loads, springs and friction at random."""
     moving = [name for name in tables["links"] if name != "ground"]
     run = tables.setdefault("run", {})
     run["damping_ratio"] = float(10 ** random.uniform(-2, -1))
@@ -189,7 +186,7 @@ def _with_features(random: Any, tables: Tables, features: list[str], speed: floa
         length = abs(z - anchor) * random.uniform(0.3, 1.2)
         tables["springs"] = [{"link": last, "point": point, "anchor": tables["links"]["ground"]["points"][0],
                               "length": length, "stiffness": size / max(abs(z - anchor), 1e-6)}]  # fmt: skip
-    if random.random() < (0.25 if "rigid" in features else SLOW):
+    if random.random() < (0.25 if "rigid" in features else ELASTIC_WITH_FRICTION):
         features.append("friction")
         linked = [name for link in tables["links"].values() for name in link["points"]]
         joints = [name for name in tables["points"] if linked.count(name) > 1]
@@ -210,7 +207,7 @@ def _weight(tables: Tables, sizes: Tables) -> float:
 
 
 def _bars(random: Any, places: dict[str, complex], ground: list[str], bars: dict[str, list[str]]) -> Tables:
-    """Steel bars between places."""
+    """Return the tables of steel bars between points."""
     slender = 10 ** random.uniform(1.2, 2.0)
     sections, links = {}, {"ground": {"points": ground}}
     for name, ends in bars.items():
@@ -228,7 +225,7 @@ def _bars(random: Any, places: dict[str, complex], ground: list[str], bars: dict
 
 
 def _lowest(tables: Tables) -> float:
-    """About the lowest natural frequency of the bars, clamped at one end [rad/s]."""
+    """Estimate the lowest natural frequency: each bar as a cantilever [rad/s]."""
     lowest = math.inf
     for name, own in tables["sections"].items():
         lowest = min(lowest, 3.516 * own["depth"] / math.sqrt(12) * math.sqrt(210e9 / 7850) / _span(tables, name) ** 2)
@@ -236,7 +233,7 @@ def _lowest(tables: Tables) -> float:
 
 
 def _arm(random: Any) -> Tables:
-    """An arm of two drives by laws, with a load in its hand."""
+    """Return an arm with two drives by laws and a load at its tip."""
     upper, fore = 10 ** random.uniform(-1, 0, 2)
     first, second = random.uniform(0, 6.28), random.uniform(-2, 2)
     A = cmath.rect(upper, first)
@@ -254,7 +251,7 @@ def _arm(random: Any) -> Tables:
 
 
 def _five_bar(random: Any) -> Tables | None:
-    """Two cranks that turn at speeds of a small ratio and carry two rods."""
+    """Return a five-bar with two cranks at speeds of a simple ratio."""
     size = 10 ** random.uniform(-1, 0)
     far, r1, r2 = size * random.uniform(0.8, 1.4), size * random.uniform(0.1, 0.25), size * random.uniform(0.1, 0.25)
     A, B = (cmath.rect(r, random.uniform(0, 6.28)) for r in (r1, r2))
@@ -274,7 +271,7 @@ def _five_bar(random: Any) -> Tables | None:
 
 
 def _cylinder(random: Any) -> Tables:
-    """A boom that a cylinder lifts."""
+    """Return a boom lifted by a cylinder."""
     size = 10 ** random.uniform(-0.5, 0.3)
     P, lean = size * complex(random.uniform(0.3, 0.6), random.uniform(-0.3, -0.05)), random.uniform(0.2, 0.7)
     C, E = (cmath.rect(size * share, lean) for share in (random.uniform(0.5, 0.7), random.uniform(0.9, 1.2)))
@@ -299,7 +296,7 @@ def _cylinder(random: Any) -> Tables:
 
 
 def _cam(random: Any) -> Tables:
-    """A rocker that a cam moves, and a tappet on it."""
+    """Return a rocker moved by a cam."""
     size = 10 ** random.uniform(-1.3, -0.5)
     R = complex(size * random.uniform(0.6, 1.0))
     T = size * complex(-random.uniform(0.8, 1.2), random.uniform(0, 0.2))
@@ -322,7 +319,7 @@ SHARES = 0.6, 0.1, 0.1, 0.1, 0.1
 
 
 def with_limits(text: str, random: Any) -> str:
-    """The text with one or two limits, at factors of figures of a coarse answer."""
+    """Add one or two limits to a text, at random factors of figures of a coarse answer."""
     scene = scene_from_text(text)
     results = Results(scene, scene_deflection(scene, scene_motion(scene)))
     figures = [each for each in figures_of(scene.output) if not (each.asked or each.exact or each.here or each.whole)]
@@ -346,7 +343,7 @@ USUAL = "deflection", "chord", "safety", "buckling", "stress", "joint_force", "d
 
 
 def judged(text: str, **changes: Any) -> tuple[str, str, str]:
-    """The verdict on a text, the theory of its answer, and the problem or the limit that decides."""
+    """Return the verdict on a scene, the theory of its answer, and the limit or problem that decides."""
     results = computed(scene_from_text(text), Request(**changes))
     verdict = acceptance(results, summary(results))
     theory = results.answer.theory if results.answer else "none"
@@ -356,7 +353,7 @@ def judged(text: str, **changes: Any) -> tuple[str, str, str]:
 
 
 def row_of(seed: int, number: int) -> Tables:
-    """A scene's verdict, and where it is "acceptable" that of the reference."""
+    """Return the row of a scene: its verdict, and the reference's verdict if it is "acceptable"."""
     begin = time.process_time()
     kind, text = drawn_text(seed, number)
     row: Tables = {"number": number, "kind": kind}
@@ -366,16 +363,16 @@ def row_of(seed: int, number: int) -> Tables:
         row["verdict"], row["theory"], row["by"] = judged(text)
         if row["verdict"] == VERDICTS["kept"]:
             row["reference"], _, row["by"] = judged(finer(text, row["theory"]))
-    except (SceneError, RequestError, MechanismError, ValueError, TooLongError) as error:
+    except (SceneError, RequestError, MechanismError, ValueError, measuring.TooLongError) as error:
         key = "reference" if "verdict" in row else "verdict"
         row |= {key: "left out", "by": (getattr(error, "problem", "") or str(error) or type(error).__name__)[:90]}
     return {**row, "s": round(time.process_time() - begin, 2)}
 
 
 def finer(text: str, theory: str) -> str:
-    """The text of the reference."""
+    """Return the text of the reference."""
     tables = tomllib.loads(text)
-    tables["run"]["positions"] *= TIMES
+    tables["run"]["positions"] *= REFINEMENT
     if theory in NEXT:
         tables["run"]["theory"] = NEXT[theory]
     if theory == GEOMETRICALLY_EXACT:
@@ -384,14 +381,14 @@ def finer(text: str, theory: str) -> str:
 
 
 def interval(wrong: int, count: int) -> tuple[float, float]:
-    """Clopper and Pearson's interval of a share, 95 %."""
+    """95 % confidence interval of a share (Clopper-Pearson)."""
     low = 0.0 if wrong == 0 else float(beta.ppf(0.025, wrong, count - wrong + 1))
     high = 1.0 if wrong == count else float(beta.ppf(0.975, wrong + 1, count - wrong))
     return low, high
 
 
-def told(rows: list[Tables]) -> list[Tables]:
-    """Counts by the theory of the answer, and of all."""
+def totals(rows: list[Tables]) -> list[Tables]:
+    """Counts by theory of the answer, and of all scenes."""
     table = []
     for theory in ("rigid", *NEXT, GEOMETRICALLY_EXACT, "all"):
         own = [row for row in rows if theory == "all" or row["theory"] == theory]
@@ -404,34 +401,25 @@ def told(rows: list[Tables]) -> list[Tables]:
     return table
 
 
-def _late(*_: Any) -> None:
-    raise TooLongError("too long")
-
-
 def main() -> None:
     if sys.argv[1:2] == ["show"]:
         seed, number = map(int, sys.argv[2:4])
         print(with_limits(drawn_text(seed, number)[1], np.random.default_rng((seed, number, 1))))
         return
     count, seed, path = (*sys.argv[1:], *(str(SCENES), str(SEED), str(TARGET))[len(sys.argv) - 1 :])
-    rows: list[Tables] = []
     target = Path(path)
-    if target.exists():
-        with target.open(encoding="utf-8") as stream:
-            rows = [*csv.DictReader(stream)]
+    rows: list[Tables] = measuring.read_rows(target)
     warnings.simplefilter("ignore")
-    signal.signal(signal.SIGPROF, _late)
     with target.open("a", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, HEAD)
         if not rows:
             writer.writeheader()
         for number in range(len(rows), int(count)):
-            signal.setitimer(signal.ITIMER_PROF, LONGEST)
-            rows.append(dict.fromkeys(HEAD, "") | row_of(int(seed), number))
-            signal.setitimer(signal.ITIMER_PROF, 0.0)
+            with measuring.processor_limit(MAX_SECONDS):
+                rows.append(dict.fromkeys(HEAD, "") | row_of(int(seed), number))
             writer.writerow(rows[-1])
             stream.flush()
-    print(measuring.as_text(told(rows)))
+    print(measuring.as_text(totals(rows)))
     print(Counter(row["verdict"] for row in rows), Counter(row["reference"] for row in rows))
 
 
