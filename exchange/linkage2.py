@@ -158,19 +158,31 @@ def _read_links(read: _LinkageReading, root: ElementTree.Element, wheels: set[st
 
 
 def _fastened(read: _LinkageReading, elements: dict[str, ElementTree.Element]) -> list[tuple[list[str], bool]]:
-    """Groups of fastened links, larger links first, and whether each group is fastened to the ground."""
+    """Groups of fastened links, larger links first, and whether each group is fastened to the ground.
+
+    An input of Linkage turns all links at its pin, so these form a group as well.
+    """
     groups = {key: [key] for key in elements}
     grounded = set()
-    for key, each in elements.items():
-        other = next((name for name in elements if name.split()[0] == each.get("fastenlink")), None)
-        anchor = read.connectors.get(each.get("fastenconnector", ""))
-        if other is not None and groups[other] is not groups[key]:
+    driven: dict[str, str] = {}
+
+    def join(key: str, other: str) -> None:
+        if groups[other] is not groups[key]:
             groups[other] += groups[key]
             for member in groups[key]:
                 groups[member] = groups[other]
+
+    for key, each in elements.items():
+        other = next((name for name in elements if name.split()[0] == each.get("fastenlink")), None)
+        anchor = read.connectors.get(each.get("fastenconnector", ""))
+        fixed = [read.connectors[pin] for pin in read.members[key] if read.connectors[pin].fixed]
+        if other is not None:
+            join(key, other)
         elif anchor is not None and anchor.fixed:
             grounded.add(key)
-        elif anchor is not None:
+        elif len(fixed) == 1 and fixed[0].turns is not None:
+            join(key, driven.setdefault(fixed[0].name, key))
+        if anchor is not None and not anchor.fixed:
             read.notes.append(f"link {each.get('id')} is fastened to the moving connector {anchor.name}: left out")
     distinct = {id(keys): keys for keys in groups.values()}.values()
     return [(sorted(keys, key=lambda key: -len(read.members[key])), bool(grounded & {*keys})) for keys in distinct]

@@ -108,5 +108,9 @@ def _turns(drawing: Drawing) -> list[tuple[str, str, float]]:
         if "at" not in joint or joint.get("on", GROUND) != GROUND or drive.speed is None:
             name = joint.get("slider") or joint.get("link")
             raise ExchangeError(f'{SOURCE} drives links at constant speed about fixed pins, and "{name}" otherwise')
-        turns.append((joint["link"], joint["at"], float(drive.speed.removesuffix("rpm"))))
+        pin = joint["at"]
+        other = next((name for name, body in drawing.links.items() if pin in body.points and name != joint["link"]), "")
+        if other:
+            raise ExchangeError(f'{SOURCE} drives all links at a pin, but "{other}" turns freely at "{pin}"')
+        turns.append((joint["link"], pin, float(drive.speed.removesuffix("rpm"))))
     return turns

@@ -123,7 +123,8 @@ def decoded(text: str) -> Saved:
     lists += [[], []]
     joints = tuple(_read("joint", word, exact, _joint) for word in lists[0])
     parts = tuple(_read("link", word, exact, _part) for word in lists[1])
-    forces = tuple(_read("force", word, exact, _force) for word in lists[2])
+    # the first files of version 2 have the check behind the forces, without commas
+    forces = tuple(_read("force", word, exact, _force) for word in lists[2] if "," in word)
     _require_known(joints, parts)
     switches, decimals, integers, units = words[:HEAD]
     try:

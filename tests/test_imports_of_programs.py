@@ -55,6 +55,9 @@ FORMS = {  # a slider-crank of 3 and 8 cm, and the speed of its crank [rpm]
         f"https://x/?j=A,0,0,AB,R,t,0,0.1,t,%0AB,{B.real},{B.imag},AB%7CBC,R,f,0,0.1,f,%0AC,{C},0,BC,R,f,0,0.1,f,"
         f"%0AD,{C},0,CD,P,t,0,0.1,f,&l=AB,1,1,0,0,A%7CB,,l%0ABC,1,1,0,0,B%7CC,,l%0ACD,1,1,0,0,C%7CD,,l"
         "&f=&s=12.5,true,false,cm", -12.5),
+    "first version 2": ("0O.TY.U,0.101." + ".".join("".join(f"{word}." for word in each) for each in (
+        [joint(6, "A", 0), joint(0, "B", B), joint(0, "C", C), joint(5, "D", C)], [*BARS, link("YP", "CD")], []))
+        + "j", 30.0),
     "version 2": (saved([joint(6, "A", 0), joint(0, "B", B), joint(0, "C", C), joint(5, "D", C)],
                         [*BARS, link("YP", "CD")], head="0O.TY.U,0.101"), 30.0),
     "July 2026": (saved([joint(6, "A", 0), joint(0, "B", B), joint(0, "C", C), joint(5, "D", C)],
@@ -244,6 +247,27 @@ def test_a_pin_in_a_curved_slot_of_linkage_keeps_its_radius():
     pin = position_of(kinelast.scene_motion(scene), scene.mechanism.index["link_1"], "P4")
     np.testing.assert_allclose(abs(pin - 0.1), 0.05, rtol=1e-9)
     assert np.ptp(np.angle(pin - 0.1)) > 0.5
+
+
+def test_an_input_of_linkage_turns_every_link_at_its_pin_but_the_frame():
+    """In its simulator a link with a fixed connector that is an input turns about it."""
+    text = linkage(
+        '<connector id="0" x="0" y="0" anchor="true" input="true" rpm="30"/><connector id="1" x="40" y="0"/>'
+        '<connector id="2" x="0" y="-9"/><connector id="3" x="60" y="5" anchor="true"/>',
+        members(9, 0, 3) + members(0, 0, 1) + members(1, 0, 2),
+    )
+    scene = kinelast.scene_from_text(imported(of_text(text, "mine")).text)
+    motion = kinelast.scene_motion(scene)
+    ends = np.array([position_of(motion, 1, point) for point in ("P1", "P2")])
+    np.testing.assert_allclose(ends, np.array([[0.04], [-0.009j]]) * np.exp(1j * np.pi * motion.time), atol=1e-9)
+
+
+def test_a_pin_at_which_one_link_is_driven_and_one_is_free_is_not_written_for_linkage():
+    joints = [joint(6, "A", 0), joint(0, "B", 1 + 2j), joint(0, "C", 4 + 3j), joint(4, "D", 5), joint(0, "E", 1 - 1j)]
+    joints += [joint(0, "F", -2)]
+    text = saved(joints, [link("YR", pair) for pair in ("AB", "BC", "CD", "AE", "EF", "FB")])
+    with pytest.raises(ExchangeError, match='"AE" turns freely at "A"'):
+        written(of_text(text, "mine"), ".linkage2")
 
 
 @pytest.mark.parametrize(("kind", "turns"), [("gears", 2.0), ("chain", 0.0)])

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 MARGIN = 0.01  # distance of a law from a limit of the mechanism / range between the limits
 MIN_RANGE = 1e-6  # range of a drive / a turn, or size of the drawing, below which it cannot move
-STEPS, ROUNDS = 720, 2  # positions at which a limit is looked for, and how often more finely
+STEPS, ROUNDS = 360, 2  # positions at which a limit is looked for, and how often more finely
 DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # a second, in a unit of speed
 LONGEST = 300  # letters of a reason
 TO_BEND = "(take out rigid, mass, center and inertia to let them bend)"
@@ -94,10 +94,12 @@ def _within_limits(drawing: Drawing, mechanism: Mechanism, starts: np.ndarray) -
         if not turns:
             travel = drawing.slots[name].travel if name in drawing.slots else drawing.slides[name].travel
             low, high = (metre * end for end in travel) if travel != (0.0, 0.0) else (low, high)
-        ends = [_limit(mechanism, starts, number, far) for far in (low, high)]
-        if turns and None in ends:
+        ahead, behind = (high, low) if speed > 0 else (low, high)
+        first = _limit(mechanism, starts, number, ahead)
+        if turns and first is None:
             continue
-        low, high = (far if end is None else end for far, end in zip((low, high), ends, strict=True))
+        second = _limit(mechanism, starts, number, behind)
+        low, high = sorted((ahead if first is None else first, behind if second is None else second))
         whole = high - low
         if whole < MIN_RANGE * (2 * pi if turns else size):
             continue
@@ -115,14 +117,14 @@ def _within_limits(drawing: Drawing, mechanism: Mechanism, starts: np.ndarray) -
 
 def _limit(mechanism: Mechanism, starts: np.ndarray, number: int, target: float) -> float | None:
     """Return how far a drive can go towards `target` while the others rest, or None if it arrives."""
-    passed, missed = 0.0, target
+    passed, missed, way = 0.0, target, np.zeros(1)
     for _ in range(ROUNDS):
-        shifts = np.concatenate([np.linspace(0.0, passed, STEPS), np.linspace(passed, missed, STEPS)])
+        shifts = np.append(way, np.linspace(passed, missed, STEPS)[1:])
         coordinates = np.repeat(starts[:, None], len(shifts), axis=1)
         coordinates[number] += shifts
         closes = reachable(motion(mechanism, coordinates))
         if closes.all():
             return None if missed == target else passed
-        first = int(np.argmin(closes))
-        passed, missed = float(shifts[max(first - 1, 0)]), float(shifts[first])
+        first = max(int(np.argmin(closes)), 1)
+        way, passed, missed = shifts[:first], float(shifts[first - 1]), float(shifts[first])
     return passed
