@@ -36,7 +36,6 @@ from kinelast.figures.entry import measures_of
 from kinelast.figures.limits import VERDICTS, acceptance
 from kinelast.figures.registry import figures_of
 from kinelast.figures.results import Results
-from kinelast.figures.summary import summary
 from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, scene_deflection, scene_motion
 from kinelast.scene.document import scene_from_text
@@ -345,11 +344,11 @@ USUAL = "deflection", "chord", "safety", "buckling", "stress", "joint_force", "d
 def judged(text: str, **changes: Any) -> tuple[str, str, str]:
     """Return the verdict on a scene, the theory of its answer, and the limit or problem that decides."""
     results = computed(scene_from_text(text), Request(**changes))
-    verdict = acceptance(results, summary(results))
+    verdict = acceptance(results)
     theory = results.answer.theory if results.answer else "none"
     theory = theory if results.scene.labels else "rigid"
-    broken = [each["name"] for each in verdict["limits"] if each["outcome"] == "not kept"]
-    return verdict["verdict"], theory, "; ".join(broken) or verdict["problem"]
+    broken = [each.name for each in verdict.limits or () if each.outcome == "not kept"]
+    return verdict.verdict, theory, "; ".join(broken) or verdict.problem
 
 
 def row_of(seed: int, number: int) -> Tables:

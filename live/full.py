@@ -6,20 +6,22 @@ import multiprocessing
 import os
 import sys
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from kinelast.figures.report import JudgedLimit
 
 
 def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, Any], bytes, bytes]:
     """Return the full answer to a text, the arrays of its picture, and its report; named files are in `folder`."""
     import numpy as np
+    from msgspec.structs import replace
 
-    from kinelast import __version__
-    from kinelast.figures.summary import summary
-    from kinelast.outputs.handout import handout
+    from kinelast.figures.summary import report_of
     from kinelast.outputs.page import report_page
     from kinelast.outputs.sealed import made_from
     from kinelast.outputs.words import headline
@@ -39,37 +41,36 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
                 scene = document.with_positions(SHOWN).scene
             request = Request()
             results = computed(scene, request)
-            made = made_from(text.encode(), request, document.files)
-            figures = {"kinelast": __version__, **summary(results), "made_from": made}
-            line = headline(figures)
+            report = replace(report_of(results), made_from=made_from(text.encode(), request, document.files))
             drawn, data = whole_picture(results)
-            theory = figures["theory"]
             drawn |= {
-                "theory": theory["name"],
+                "theory": report.theory.name,
                 "quick": False,
                 "closes": {"all": True, "share": 1.0, "words": ""},
-                "error": theory["error"],
-                "buckles": figures["buckles"] or "",
-                "problem": theory["problem"],
-                "verdict": figures["acceptance"]["verdict"],
-                "limits": [_limit(row) for row in figures["acceptance"]["limits"]],
+                "error": report.theory.error,
+                "buckles": report.buckles or "",
+                "problem": report.theory.problem,
+                "verdict": report.acceptance.verdict,
+                "limits": [_limit(row) for row in report.acceptance.limits or ()],
             }
-            return (
-                {**empty, "picture": drawn, "line": line},
-                data,
-                report_page(results, figures, line, handout(figures)),
-            )
+            return {**empty, "picture": drawn, "line": headline(report)}, data, report_page(results, report)
     except (ValueError, ArithmeticError) as error:  # of the scene, the mechanism or the request
         return {**empty, "mistakes": mistakes_of(error, text, beside(folder))}, b"", b""
 
 
-def _limit(row: Mapping[str, Any]) -> dict[str, Any]:
+def _limit(row: JudgedLimit) -> dict[str, Any]:
     """A limit, its governing value and its outcome, judged with the error."""
     from kinelast.outputs.words import LIMIT_NAMES
 
-    name = LIMIT_NAMES.get(row["kind"], row["name"])
-    outcome = {"name": name, "on": row["on"], "outcome": row["outcome"], "kept": bool(row["passed"])}
-    return {**outcome, "bound": row["limit"]["value"], "value": row["found"]["value"], "unit": row["limit"]["unit"]}
+    return {
+        "name": LIMIT_NAMES.get(row.kind, row.name),
+        "on": row.on,
+        "outcome": row.outcome,
+        "kept": bool(row.passed),
+        "bound": row.limit.value,
+        "value": row.found.value,
+        "unit": row.limit.unit,
+    }
 
 
 def _work(pipe: Any, text: str, name: str, folder: Path | None) -> None:

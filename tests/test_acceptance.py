@@ -13,9 +13,9 @@ from elastic import RIGID, deflection, displacement_of
 from elastic.assessment import angle_error
 from kinelast.cli.command import main
 from kinelast.figures.cycle import EXTREME_FIELDS
+from kinelast.figures.reader import Reader
 from kinelast.figures.results import Results
-from kinelast.figures.shares import output_shares
-from kinelast.figures.summary import angle_figures, output_figure, point_figures
+from kinelast.figures.summary import angle_figures, output_reading, point_figures
 from kinelast.outputs.page.data import BUDGET, kept_positions, numbers_of
 from kinelast.outputs.table import Column, Table, csv_bytes
 from kinelast.runs import computed
@@ -221,11 +221,11 @@ def with_output(words, limits=""):
 def test_the_output_is_that_of_the_scene(words, kind, name):
     scene = scene_from_text(with_output(words))
     results = Results(scene, deflection(scene_motion(scene, 36), scene.sections))
-    points, angles = point_figures(results), angle_figures(results)
-    found = output_figure(results)
-    assert (found["kind"], found["name"], found["guessed"]) == (kind, name, False)
+    points, angles = point_figures(Reader(results)), angle_figures(Reader(results))
+    found = output_reading(Reader(results))
+    assert (found.kind, found.name, found.guessed) == (kind, name, False)
     expected = points["A"]["displacement"] if kind == "point" else angles["coupler"]
-    assert found["value"] == expected["value"]
+    assert found.value == expected.value
 
 
 @pytest.mark.parametrize(
@@ -257,17 +257,17 @@ def without_strain(added):
 def check_shares(results, course):
     """Compare each share with the error if all other links are rigid. Statics alone gives the forces."""
     scene, bent = results.scene, results.deflection
-    output = output_figure(results)
-    shares = {row["link"]: row["value"] for row in output_shares(results, output)}
-    assert sum(shares.values()) == pytest.approx(output["value"], rel=1e-9)
+    output = output_reading(Reader(results))
+    shares = {row.link: row.value for row in output.shares}
+    assert sum(shares.values()) == pytest.approx(output.value, rel=1e-9)
     shares.pop("others", None)
-    at = int(np.argmin(np.abs(course.time - output["time"]["value"])))
+    at = int(np.argmin(np.abs(course.time - output.time.value)))
 
     def error(solved):
-        if output["kind"] == "angle":
-            return angle_error(solved, output["name"], output["point"])[at]
-        owner = next(link.name for link in scene.mechanism.links[1:] if output["name"] in link.points)
-        return displacement_of(solved, owner, output["name"])[at]
+        if output.kind == "angle":
+            return angle_error(solved, output.name, output.point)[at]
+        owner = next(link.name for link in scene.mechanism.links[1:] if output.name in link.points)
+        return displacement_of(solved, owner, output.name)[at]
 
     whole = error(bent)
     for link, share in shares.items():
@@ -276,8 +276,8 @@ def check_shares(results, course):
             for (number, _), section in zip(scene.mechanism.beams, scene.sections, strict=True)
         ]
         alone = error(deflection(course, own, added=without_strain(bent.added)))
-        along = alone if output["kind"] == "angle" else (alone * np.conj(whole) / abs(whole)).real
-        assert share == pytest.approx(along, rel=1e-8, abs=1e-10 * abs(output["value"]))
+        along = alone if output.kind == "angle" else (alone * np.conj(whole) / abs(whole)).real
+        assert share == pytest.approx(along, rel=1e-8, abs=1e-10 * abs(output.value))
 
 
 MECHANISMS = "steel_four_bar", "quick_return", "flapping_wing", "offset_slider_crank"
@@ -301,10 +301,9 @@ def test_shares_of_vibrating_links(name):
 def test_shares_of_a_frame_with_rings_add_up():
     scene = scene_from_text(shipped_scenes()["flap_plates"].read_text())
     results = Results(scene, deflection(scene_motion(scene, 24), scene.sections))
-    output = output_figure(results)
-    shares = output_shares(results, output)
-    assert "others" not in {row["link"] for row in shares}
-    assert sum(row["value"] for row in shares) == pytest.approx(output["value"], rel=1e-9)
+    output = output_reading(Reader(results))
+    assert "others" not in {row.link for row in output.shares}
+    assert sum(row.value for row in output.shares) == pytest.approx(output.value, rel=1e-9)
 
 
 def test_thermal_strain_counts_as_others():
@@ -315,11 +314,11 @@ def test_thermal_strain_counts_as_others():
     assert text.count("temperature") == 1
     scene = scene_from_text(text)
     results = Results(scene, deflection(scene_motion(scene, 36), scene.sections))
-    output = output_figure(results)
-    shares = {row["link"]: row["value"] for row in output_shares(results, output)}
+    output = output_reading(Reader(results))
+    shares = {row.link: row.value for row in output.shares}
     cold = Results(scene, deflection(results.motion, [replace(section, strain=0.0) for section in scene.sections]))
-    at = int(np.argmin(np.abs(results.motion.time - output["time"]["value"])))
-    warmth = output["value"] - angle_error(cold.deflection, output["name"], output["point"])[at]
+    at = int(np.argmin(np.abs(results.motion.time - output.time.value)))
+    warmth = output.value - angle_error(cold.deflection, output.name, output.point)[at]
     assert shares["others"] == pytest.approx(warmth, rel=1e-6)
 
 

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import processes as disturbed
 import pytest
+from msgspec import to_builtins
 from processes import full_disk, wait_for
 from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 from tiers import in_tiers
@@ -662,7 +663,8 @@ def test_an_interrupted_integration_keeps_its_results(tmp_path):
     assert 0 < figures["run"]["end"]["value"] <= reached < 10
     assert b"PARTIAL: interrupted at" in said
     assert finished(out / "squeezer", figures["made_from"])[0] is not None
-    assert finished(out / "squeezer", made_from(scene.read_bytes(), Request(positions=3000), {}))[0] is None
+    other = to_builtins(made_from(scene.read_bytes(), Request(positions=3000), {}))
+    assert finished(out / "squeezer", other)[0] is None
 
 
 @pytest.mark.slow

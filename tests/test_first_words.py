@@ -5,11 +5,14 @@ from pathlib import Path
 
 import pytest
 from browser import Page
+from msgspec.structs import replace
 
 from kinelast.cli.command import main
 from kinelast.figures.limits import KEPT, SEVERITY, TOO_NEAR, UNKNOWN, severity
+from kinelast.figures.report import Verdict, report_from
 from kinelast.outputs.words import MAX_NAMED, error_words, verdict_words
 from kinelast.scene.limits import Limit
+from kinelast.scene.reading import reading
 
 CASES = Path(__file__).parent / "data" / "cases"
 YIELDS = "drs_push_up"  # at 8 times its yield strength, without limits
@@ -83,10 +86,10 @@ def test_the_error_of_a_mean_of_zero_is_no_doubt(name, out, shown):
 
 
 def test_an_error_beyond_its_figure_is_absolute():
-    row = {"value": 1e-3, "unit": "W", "error": 0.25, "unreliable": True}
+    row = reading(1e-3, "W", error=0.25, unreliable=True)
     assert error_words(row, {}) == " ± 250 mW (unreliable)"
-    assert error_words({**row, "error": 3.2e-4}, {}) == " ± 32 % (unreliable)"
-    assert error_words({"value": 0.0, "unit": "W", "error": 0.25}, {}) == " ± 250 mW"
+    assert error_words(replace(row, error=3.2e-4), {}) == " ± 32 % (unreliable)"
+    assert error_words(reading(0.0, "W", error=0.25), {}) == " ± 250 mW"
 
 
 def test_links_that_buckle_have_figures_of_the_rigid_motion_alone(out, shown):
@@ -122,12 +125,11 @@ def test_no_tile_leads_nowhere(out, shown):
 
 @pytest.mark.parametrize("verdict", ["not acceptable", "cannot be judged", "too close to decide"])
 def test_a_verdict_names_few_limits(verdict, out):
-    summary = read(out, MANY_LIMITS)
+    report = report_from(read(out, MANY_LIMITS))
     outcome = {"not acceptable": "not kept"}.get(verdict, verdict)
-    limits = [{**row, "outcome": outcome} for row in summary["acceptance"]["limits"]]
-    words = verdict_words(
-        {**summary, "acceptance": {"verdict": verdict, "passed": None, "problem": "", "limits": limits}}
-    )
+    limits = [replace(row, outcome=outcome) for row in report.acceptance.limits]
+    accepted = Verdict(verdict=verdict, passed=None, problem="", limits=limits)
+    words = verdict_words(replace(report, acceptance=accepted))
     assert words.endswith(f"and {len(limits) - MAX_NAMED} more of {len(limits)} limits")
     assert len(words) < 400
 

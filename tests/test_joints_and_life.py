@@ -257,7 +257,7 @@ def test_the_error_of_a_life_is_three_times_that_of_the_load():
     load, life = peaks["bearing_load"][0], peaks["bearing_life"][0]
     assert life.error is not None
     assert 2 < life.error.size / life.value / (load.error.size / load.value) < 4
-    assert breaks_first(results)[0]["reserve"]["error"] is not None
+    assert breaks_first(results)[0].reserve.error is not None
 
 
 @pytest.mark.parametrize(

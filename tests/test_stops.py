@@ -123,7 +123,7 @@ def test_margins_agree_with_closed_forms_within_their_errors(scene, text, margin
         built = document.scene.parts["stops"]["end"]
         bound = built.least if key.startswith("lower") else built.most
         assert abs(built.coordinate(moved)[0] - bound) == pytest.approx(abs(figure["value"]), abs=1e-9)
-    assert acceptance(results, found)["verdict"] == verdict
+    assert acceptance(results).verdict == verdict
 
 
 def test_a_rotating_link_passes_its_stop():

@@ -20,14 +20,13 @@ from elastic.assessment import buckling
 from elastic.elastodynamics import transient
 from kinelast import read_scene, scene_from_text, shipped_scenes
 from kinelast.cli.command import main
+from kinelast.figures.check_results import NonlinearCheck, nonlinear_report
 from kinelast.figures.checks import nearer, nonlinear_check, solid_check
 from kinelast.figures.errors import BEAM_THEORY, MEASURED, NOT_OF_MOTION, FigureError
-from kinelast.figures.parts import nonlinear_figures
-from kinelast.figures.results import NonlinearCheck
 from kinelast.figures.speeds import speeds
-from kinelast.figures.summary import theory_figures
+from kinelast.figures.summary import theory_report
 from kinelast.figures.theory import damping_of
-from kinelast.figures.trust import exceedance_figures, findings
+from kinelast.figures.trust import exceedance_rows, findings
 from kinelast.outputs.words import further_checks, reached_words
 from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
@@ -203,8 +202,8 @@ def test_an_accuracy_is_that_of_all_courses():
     assert named.worst_course[1] == pytest.approx(_apart(named, fine, "u"), rel=0.05)
     assert named.error < 0.05
     assert not named.accurate
-    told = theory_figures(replace(computed(scene, Request()), answer=named))
-    assert told["reached"] is False
+    told = theory_report(replace(computed(scene, Request()), answer=named))
+    assert told.reached is False
     assert re.fullmatch(r"1[12]\d % reached in the course of u", reached_words(told))
 
 
@@ -449,16 +448,16 @@ class TestFurtherChecks:
         """Twice 3 % are allowed, and the check knows its own error to 0.1 %."""
         found = NonlinearCheck(4, 48, 360, {"bar": largest}, {"bar": largest}, {"bar": 1e-3}, 0.03, 8e-4, 2e-4)
         assert (found.passed, found.near) == (passed, passed is None)
-        told = nonlinear_figures(found)
-        assert told["too_close_to_decide"] is (passed is None)
-        (line,) = further_checks({"nonlinear_check": told, "solid_check": None})
+        told = nonlinear_report(found)
+        assert told.too_close_to_decide is (passed is None)
+        (line,) = further_checks(told, None)
         assert line.endswith(("6 % apart, error of the check up to 0.1 %)") if passed is None else " % apart)")
 
     @pytest.mark.parametrize(("estimate", "told"), [(0.9, "agrees"), (3.9, "cannot tell")])
     def test_a_stated_error_larger_than_the_answer_agrees_with_nothing(self, estimate, told):
         found = NonlinearCheck(4, 48, 360, {"bar": 0.8}, {"bar": 0.8}, {"bar": 1e-3}, estimate, 8e-4, 2e-4)
         assert found.passed is (True if told == "agrees" else None)
-        (line,) = further_checks({"nonlinear_check": nonlinear_figures(found), "solid_check": None})
+        (line,) = further_checks(nonlinear_report(found), None)
         assert line.startswith(f"nonlinear check {told}")
 
     def test_a_check_that_cannot_be_made_is_a_line_in_a_report(self, tmp_path, capsys):
@@ -638,7 +637,7 @@ def test_a_buckling_load_that_cannot_be_found_is_told(monkeypatch):
     assert told.level == "open"
     assert "the load at which the mechanism buckles cannot be found" in told.text
     assert "Euler's load" not in " ".join(finding.text for finding in findings(results) if finding.level == "good")
-    assert [one["figure"] for one in exceedance_figures(results)] == [None]
+    assert [one["figure"] for one in exceedance_rows(results)] == [None]
 
 
 def test_a_divided_rod_buckles_in_a_long_run_too(tmp_path, monkeypatch):

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.figures.results import Results, figure
+from kinelast.figures.results import Results
 from kinelast.scene.document import Document
 from kinelast.scene.links import drawn_direction, drawn_places
 from kinelast.scene.numbers import ToldIn, coordinate, percent, quantity
+from kinelast.scene.reading import reading
 from machine.drives import (
     Balance,
     balanced,
@@ -133,7 +134,7 @@ def _goes_round(motion: Motion, at: int) -> bool:
 
 def _told(balance: Balance, unit: str, parts: list[dict[str, Any]]) -> dict[str, Any]:
     before, after = (float(np.abs(values).max()) for values in (balance.before, balance.after))
-    return {"before": figure(before, unit), "after": figure(after, unit), "left": balance.share, "parts": parts}
+    return {"before": reading(before, unit), "after": reading(after, unit), "left": balance.share, "parts": parts}
 
 
 def _counterweights(results: Results, pins: Mapping[int, str], balance: Balance) -> list[dict[str, Any]]:
@@ -149,10 +150,10 @@ def _counterweights(results: Results, pins: Mapping[int, str], balance: Balance)
             {
                 "link": link.name,
                 "pin": pin,
-                "moment": figure(abs(moment), "kg m"),
-                "direction": figure(math.atan2(moment.imag, moment.real), "rad"),
-                "radius": figure(radius, "m"),
-                "mass": figure(abs(moment) / radius, "kg"),
+                "moment": reading(abs(moment), "kg m"),
+                "direction": reading(math.atan2(moment.imag, moment.real), "rad"),
+                "radius": reading(radius, "m"),
+                "mass": reading(abs(moment) / radius, "kg"),
             }
         )
     return rows
@@ -161,7 +162,7 @@ def _counterweights(results: Results, pins: Mapping[int, str], balance: Balance)
 def _amounts(results: Results, pins: Mapping[int, str], balance: Balance, unit: str, kind: str) -> list[dict[str, Any]]:
     names = [results.mechanism.links[at].name for at in pins]
     pairs = zip(names, pins.values(), balance.amounts.tolist(), strict=True)
-    return [{"link": name, "pin": pin, kind: figure(amount, unit)} for name, pin, amount in pairs]
+    return [{"link": name, "pin": pin, kind: reading(amount, unit)} for name, pin, amount in pairs]
 
 
 def _spring(results: Results, at: int, pin: str, balance: Balance) -> list[dict[str, Any]]:
@@ -169,7 +170,7 @@ def _spring(results: Results, at: int, pin: str, balance: Balance) -> list[dict[
     stiffness, moment = balance.amounts.tolist()
     slack = float(np.angle(results.motion.direction[at, 0])) - moment / stiffness
     link = results.mechanism.links[at].name
-    given = {"stiffness": figure(stiffness, "N m/rad"), "angle": figure(slack, "rad")}
+    given = {"stiffness": reading(stiffness, "N m/rad"), "angle": reading(slack, "rad")}
     return [{"link": link, "pin": pin, **given}]
 
 

@@ -12,10 +12,10 @@ import numpy as np
 from elastic import Deflection, reference_deflection, sample
 from elastic.beams import POISSON
 from elastic.links import members_of
+from kinelast.figures.check_results import NonlinearCheck, NotMade, allowed_difference
 from kinelast.figures.cycle import points_of
 from kinelast.figures.errors import BEAM_THEORY, BETWEEN, BODIES, LITTLE, ROUND_OFF, TIME, FigureError, Measured
 from kinelast.figures.registry import NAMES
-from kinelast.figures.results import NonlinearCheck, NotMade, allowed_difference
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.limits import OUTPUT_ERROR

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,13 +12,12 @@ from elastic.beams import POISSON
 from kinelast.figures.parts import fastest_drive
 from kinelast.figures.results import Results
 from kinelast.scene.data import Scene
+from kinelast.scene.finding import CAUTION, GOOD, OPEN, POOR, Finding
 from kinelast.scene.numbers import number, percent, quantity
 from kinelast.scene.parts import PARTS
 from rigid import LineLoad, PointLoad, Resistance
 
 INPUTS = "Inputs"
-GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"
-ORDER = (POOR, CAUTION, OPEN, GOOD)
 LONG, SHORT = 90.0, 1e-5  # [m] range of the longest link of usual machines
 FAST = 1e5  # [rad/s]; a dental drill reaches half of it
 USUAL = {  # by kind and key: words, usual range, unit, example
@@ -34,15 +32,6 @@ ALIKE = 1e-6  # relative difference of equal loads and equal ratios
 LOOKED_AT = 9  # instants at which a load over time is examined
 MOST_TURNS = 1000  # largest number of whole turns that is recognized
 NEARLY = 1e-3  # relative difference of a duration from an intended cycle
-
-
-@dataclass(frozen=True)
-class Finding:
-    """A finding on reliability: level, heading and sentence."""
-
-    level: str
-    heading: str
-    text: str
 
 
 def input_findings(results: Results) -> Iterator[Finding]:

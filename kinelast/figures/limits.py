@@ -9,6 +9,9 @@ from functools import reduce
 from typing import Any
 
 import numpy as np
+from msgspec import UNSET
+from msgspec.structs import asdict
+from msgspec.structs import replace as replace_entries
 
 from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
@@ -16,14 +19,17 @@ from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_
 from kinelast.figures.errors import stiffness_error
 from kinelast.figures.peaks import Peak
 from kinelast.figures.ranges import STRENGTH, can_yield, needed_by_limits, refusals
+from kinelast.figures.reader import Reader
 from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
-from kinelast.figures.results import Results, at_peak, figure, largest, results_in_full
+from kinelast.figures.report import JudgedLimit, LinkReserves, Verdict
+from kinelast.figures.results import Results, results_in_full
 from kinelast.figures.trust import doubts
 from kinelast.scene.data import QUASI_STATIC, Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import BEAM, FIXED, LARGEST, LEAST, SCENE, Figure, fixed, items_of
 from kinelast.scene.limits import Limit
 from kinelast.scene.numbers import UNRELIABLE
+from kinelast.scene.reading import Reading, known, reading
 from rigid.arrays import Integers, Real, Reals, of_designs
 
 KEPT, BROKEN, TOO_NEAR, UNKNOWN = "kept", "not kept", "too close to decide", "cannot be judged"
@@ -185,12 +191,12 @@ def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[i
     """Return the judgement, or "cannot be judged" for one of the reasons of `refusals`."""
     if judged.outcome == BROKEN:
         return judged
-    known = {other: [peak.value for peak in peaks] for other, peaks in results.figures.peaks.items() if peaks}
-    why = "; ".join(words for words, refused in refusals(results.scene, key, items, known) if refused)
+    values = {other: [peak.value for peak in peaks] for other, peaks in results.figures.peaks.items() if peaks}
+    why = "; ".join(words for words, refused in refusals(results.scene, key, items, values) if refused)
     if not why:
         return judged
-    known = judged.problem if judged.outcome == UNKNOWN else ""
-    return replace(judged, outcome=UNKNOWN, problem="; ".join(filter(None, (known, why))))
+    before = judged.problem if judged.outcome == UNKNOWN else ""
+    return replace(judged, outcome=UNKNOWN, problem="; ".join(filter(None, (before, why))))
 
 
 def _if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
@@ -305,36 +311,20 @@ def room(judged: Judgement, value: float, before: tuple[float, float] | None = N
     return moved + (1 if judged.limit.least else -1) * spare * abs(bound)
 
 
-def verdict_on(judgements: Sequence[Judgement]) -> dict[str, Any]:
-    """Return the verdict on several limits as plain data.
-
-    Returns
-    -------
-    `verdict`, the worst outcome in words, empty without limits; `passed`, None if unknown; `problem`, the reason or
-    the advice that decides it.
-    """
+def verdict_on(judgements: Sequence[Judgement]) -> Verdict:
+    """Return the verdict on several limits; its `problem` is the reason or the advice that decides it."""
     worst = min((each.outcome for each in judgements), key=SEVERITY.index, default="")
     problem = next((each.problem for each in judgements if each.outcome == worst), "")
-    return {"verdict": VERDICTS.get(worst, ""), "passed": PASSED.get(worst), "problem": problem}
+    return Verdict(verdict=VERDICTS.get(worst, ""), passed=PASSED.get(worst), problem=problem)
 
 
-def acceptance(results: Results, figures: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the verdict on a scene, and each limit with its figure and outcome.
-
-    Parameters
-    ----------
-    figures
-        The rest of the summary, for places and units, see `kinelast.figures.summary.summary`.
-
-    Returns
-    -------
-    The entries of `verdict_on`, and `limits` with a row each. There, `kept` ignores the error.
-    """
-    judgements = _if_reliable(results, [_of_own(results, limit) for limit in limits_of(results.scene)])
-    rows = [_judged_row(results, figures, each) for each in judgements]
+def acceptance(results: Results) -> Verdict:
+    """Return the verdict on a scene, with a row for each limit."""
+    judgements = _if_reliable(results, [_of_own(results, limit) for limit in results.limits])
+    verdict = verdict_on(judgements)
     if results.buckles:
-        return {"verdict": VERDICTS[BROKEN], "passed": False, "problem": results.buckles, "limits": rows}
-    return {**verdict_on(judgements), "limits": rows}
+        verdict = Verdict(verdict=VERDICTS[BROKEN], passed=False, problem=results.buckles)
+    return replace_entries(verdict, limits=[_judged_row(Reader(results), each) for each in judgements])
 
 
 def _of_own(results: Results, limit: Limit) -> Judgement:
@@ -347,24 +337,24 @@ def _of_own(results: Results, limit: Limit) -> Judgement:
     return judgement(results, limit, limit.figure if items else "", items)
 
 
-def _judged_row(results: Results, figures: Mapping[str, Any], judged: Judgement) -> dict[str, Any]:
-    limit, row = judged.limit, _row(results, figures, judged)
-    of = next((each for each in figures_of(results.figures.output) if each.key == limit.figure), None)
-    if row["value"] is not None and (of is None or of.over == LARGEST):
-        row = {**row, "value": abs(row["value"])}
-    return {
-        "kind": limit.kind,
-        "name": limit.kind if of is None else of.name,
-        "least": limit.least,
-        "on": limit.item,
-        "limit": figure(limit.bound, row["unit"] if limit.kind == "output" else limit.unit),
-        "found": row,
-        "used": figure(limit.used(judged.value), "1")["value"],
-        "outcome": judged.outcome,
-        "kept": bool(limit.kept(judged.value)),
-        "passed": PASSED.get(judged.outcome),
-        "problem": judged.problem,
-    }
+def _judged_row(reader: Reader, judged: Judgement) -> JudgedLimit:
+    limit, figure = judged.limit, _found(reader, judged)
+    of = next((each for each in figures_of(reader.results.figures.output) if each.key == limit.figure), None)
+    if figure.value is not None and (of is None or of.over == LARGEST):
+        figure = replace_entries(figure, value=abs(figure.value))
+    return JudgedLimit(
+        kind=limit.kind,
+        name=limit.kind if of is None else of.name,
+        least=limit.least,
+        on=limit.item,
+        limit=reading(limit.bound, figure.unit if limit.kind == "output" else limit.unit),
+        found=figure,
+        used=known(limit.used(judged.value)),
+        outcome=judged.outcome,
+        kept=bool(limit.kept(judged.value)),
+        passed=PASSED.get(judged.outcome),
+        problem=judged.problem,
+    )
 
 
 def _error(peak: Peak) -> float:
@@ -372,31 +362,30 @@ def _error(peak: Peak) -> float:
 
 
 def _with_error(value: float, error: float) -> dict[str, Any]:
-    """Return the error of a figure as entries of its row."""
-    unreliable = {"unreliable": True} if error > UNRELIABLE * abs(value) else {}
-    return {"error": error if math.isfinite(error) else None, **unreliable}
+    """Return the error of a figure as entries of its reading."""
+    return {"error": known(error), **({"unreliable": True} if error > UNRELIABLE * abs(value) else {})}
 
 
-def _row(results: Results, figures: Mapping[str, Any], judged: Judgement) -> dict[str, Any]:
+def _found(reader: Reader, judged: Judgement) -> Reading:
     """Return the figure of a limit with its place, without a value if it is unknown."""
-    kind = judged.limit.kind
+    limit, results, kind = judged.limit, reader.results, judged.limit.kind
+    peaks = results.figures.peaks
     if np.isnan(judged.value):
-        return figure(np.nan, judged.limit.unit or "m")
+        return reading(np.nan, limit.unit or "m")
+    if limit.figure not in peaks:
+        return reading(judged.value, limit.unit, **_with_error(judged.value, judged.error), label="")
+    peak = peaks[limit.figure][judged.item]
     if kind == "output":
-        output = figures["output"]
-        return {**output, "label": output["name"], "shares": None}
-    if kind not in results.figures.peaks:
-        return figure(judged.value, judged.limit.unit, **_with_error(judged.value, judged.error), label="")
+        output = results.figures.output
+        assert output is not None
+        return reader.largest(peak, output.unit, label=output.point or output.link)
     if kind not in PLACES:
-        peak, label = results.figures.peaks[kind][judged.item], items_of(results.scene, judged.limit.of)[judged.item]
         endless = {"endless": True} if math.isinf(peak.value) else {}
-        return {**largest(results, peak, judged.limit.unit), **endless, "label": label}
-    label = results.scene.labels[judged.item]
-    row = figures["peaks"][label][PLACES[kind]]
+        return reader.largest(peak, limit.unit, **endless, label=items_of(results.scene, limit.of)[judged.item])
+    place = reader.on_beam(PLACES[kind], results.figures.of_field(PLACES[kind])[judged.item], judged.item)
     if kind == "safety":
-        place = {key: value for key, value in row.items() if key not in ("value", "unit")}
-        row = {**place, **figures["strength"][label]["safety_factor"]}
-    return {**row, "label": label}
+        place |= {key: value for key, value in asdict(reader.largest(peak, "1")).items() if value is not UNSET}
+    return Reading(**place, label=results.scene.labels[judged.item])
 
 
 RESERVES = {  # figure of each mode of failure, and its exponent in the reserve
@@ -406,61 +395,64 @@ RESERVES = {  # figure of each mode of failure, and its exponent in the reserve
 }
 
 
-def breaks_first(results: Results) -> list[dict[str, Any]]:
+def breaks_first(results: Results) -> list[LinkReserves]:
     """Return the reserves of each link: load factors until it fails, the link with the smallest reserve first.
 
     Modes are yield, endurance and buckling, if known, and the limits of beam figures. A limit of a finite life replaces
     endurance by the stress factor from the slope of the S-N line. `kinelast.runs` adds the limit speed on request.
-
-    Returns
-    -------
-    Rows of `link`, `governs` (its mode), `reserve` with its error, and `reserves` of all modes.
     """
-    mechanism, rows = results.mechanism, []
-    for number, link in enumerate(mechanism.links):
-        beams = [beam for beam, (owner, _) in enumerate(mechanism.beams) if owner == number]
-        reserves = dict(_reserves(results, link.name, beams)) if beams else {}
-        if reserves:
-            mode = min(reserves, key=lambda each: reserves[each]["value"])
-            rows.append({"link": link.name, "governs": mode, "reserve": reserves[mode], "reserves": reserves})
-    return sorted(rows, key=lambda row: row["reserve"]["value"])
+    reader, limits = Reader(results), [(limit, bounded_items(results.scene, limit)) for limit in results.limits]
+    rows = []
+    for number, link in enumerate(results.mechanism.links):
+        beams = [beam for beam, (owner, _) in enumerate(results.mechanism.beams) if owner == number]
+        if reserves := dict(_reserves(reader, limits, beams)) if beams else {}:
+            rows.append(reserves_of(link.name, reserves))
+    return sorted(rows, key=reserve_of)
 
 
-def _reserves(results: Results, link: str, beams: Sequence[int]) -> Iterator[tuple[str, dict[str, Any]]]:
+def reserves_of(link: str, reserves: Mapping[str, Reading]) -> LinkReserves:
+    """Return the reserves of a link, with the smallest one."""
+    mode = min(reserves, key=lambda each: _size(reserves[each]))
+    return LinkReserves(link=link, governs=mode, reserve=reserves[mode], reserves=reserves)
+
+
+def reserve_of(row: LinkReserves) -> float:
+    """Return the smallest reserve of a link."""
+    return _size(row.reserve)
+
+
+def _size(found: Reading) -> float:
+    return math.inf if found.value is None else found.value
+
+
+def _reserves(
+    reader: Reader, limits: Sequence[tuple[Limit, list[int]]], beams: Sequence[int]
+) -> Iterator[tuple[str, Reading]]:
     """Yield the known modes of failure of a link, with the smallest reserve of its beams."""
-    limits = [(limit, bounded_items(results.scene, limit)) for limit in limits_of(results.scene)]
+    scene, peaks = reader.scene, reader.results.figures.peaks
     asked = max((float(limit.bound) for limit, items in limits if limit.figure == "life" and {*items} & {*beams}),
                 default=None)  # fmt: skip
-    finite = asked is not None and any(0 < results.figures.peaks["life"][beam].value < math.inf for beam in beams)
+    finite = asked is not None and any(0 < peaks["life"][beam].value < math.inf for beam in beams)
     for mode, (key, power) in RESERVES.items():
-        if mode == "endurance" and finite and results.scene.fatigue and asked is not None:
-            slope = float(results.scene.fatigue.strengths[beams[0]].slope)
-            yield from _reserve(results, "life", "life", 1.0 / slope, beams, asked)
+        if mode == "endurance" and finite and scene.fatigue and asked is not None:
+            slope = float(scene.fatigue.strengths[beams[0]].slope)
+            yield from _reserve(reader, "life", "life", 1.0 / slope, beams, asked)
         else:
-            yield from _reserve(results, mode, key, power, beams, 1.0)
+            yield from _reserve(reader, mode, key, power, beams, 1.0)
     of_modes = {key for key, _ in RESERVES.values()}
     for limit, items in limits:
         if limit.of == BEAM and limit.figure not in of_modes and not limit.least and limit.bound > 0:
             own = [beam for beam in beams if beam in items]
-            yield from _reserve(results, limit.figure, limit.figure, -1.0, own, float(limit.bound))
+            yield from _reserve(reader, limit.figure, limit.figure, -1.0, own, float(limit.bound))
 
 
 def _reserve(
-    results: Results, mode: str, key: str, power: float, beams: Sequence[int], bound: float
-) -> Iterator[tuple[str, dict[str, Any]]]:
-    peaks = results.figures.peaks.get(key) or []
-    known = [(beam, peaks[beam]) for beam in beams if peaks and math.isfinite(peaks[beam].value) and peaks[beam].value]
-    if not known:
-        return
-    beam, peak = min(known, key=lambda each: abs(each[1].value) ** power)
-    value = (abs(peak.value) / bound) ** power
-    error = _error(peak) * abs(power) * value / abs(peak.value)
-    yield (
-        mode,
-        figure(value, "1", **_with_error(value, error), label=results.scene.labels[beam], **_moment(results, peak)),
-    )
-
-
-def _moment(results: Results, peak: Peak) -> dict[str, Any]:
-    """Return time and drive coordinates of a peak, if it has a time."""
-    return {} if math.isnan(peak.time) else at_peak(results, peak)
+    reader: Reader, mode: str, key: str, power: float, beams: Sequence[int], bound: float
+) -> Iterator[tuple[str, Reading]]:
+    peaks = reader.results.figures.peaks.get(key) or []
+    finite = [(beam, peaks[beam]) for beam in beams if peaks and math.isfinite(peaks[beam].value) and peaks[beam].value]
+    if finite:
+        beam, peak = min(finite, key=lambda each: abs(each[1].value) ** power)
+        value = (abs(peak.value) / bound) ** power
+        error = _with_error(value, _error(peak) * abs(power) * value / abs(peak.value))
+        yield mode, reading(value, "1", **error, label=reader.scene.labels[beam], **reader.at_peak(peak))

@@ -119,6 +119,11 @@ class RunFigures:
         return self.peaks[NAMES.get(key, key)]
 
     @cached_property
+    def by_key(self) -> dict[str, Figure]:
+        """Figures by key."""
+        return {figure.key: figure for figure in self.figures}
+
+    @cached_property
     def swings(self) -> Reals:
         """Range of the normal stress in the left and right fibre [Pa], shape (2, beams, stations)."""
         least, most = self.stress

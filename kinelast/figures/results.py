@@ -13,13 +13,15 @@ import numpy as np
 from elastic import Deflection, Extreme, marked
 from elastic.assessment import LIMITS, Exceedance, PathDeviation, exceedances, period_of, slenderness
 from elastic.vibration import Frequencies, natural_frequencies
+from kinelast.figures.check_results import NonlinearCheck, NotMade
 from kinelast.figures.cycle import Cycle, drive_words, joint_words, too_many_beams
-from kinelast.figures.errors import FigureError, GradedFigure, Measured, with_bodies, worst_of
+from kinelast.figures.errors import FigureError, GradedFigure, with_bodies, worst_of
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, run_figures
 from kinelast.figures.ranges import yield_words
+from kinelast.figures.registry import limits_of
 from kinelast.scene.data import QUASI_STATIC, Scene, Theory, scene_deflection, scene_motion
-from kinelast.scene.figure import items_of
+from kinelast.scene.figure import Limit
 from kinelast.scene.numbers import coordinate, percent, quantity
 from kinelast.tasks.progress import SILENT, Progress, one_thread
 from rigid import ConstantSpeed, Mechanism, Motion, Reals
@@ -34,91 +36,7 @@ if TYPE_CHECKING:
 ASKED_FOR = "the quasi-static theory was chosen"
 INSTANTS = 12  # positions with natural frequencies, which change slowly over the cycle
 WORST = {"deflection": "deflection", "axial force": "buckling", "yield": "stress"}  # figure of each kind of caution
-WITHIN = 2.0  # largest difference that a check may find, relative to the estimated error
 TWICE = 2.0  # growth of vibration per cycle from which it is printed as a multiple
-LEAST = 0.01  # smallest difference that a check resolves, relative to the largest deflection
-
-
-@dataclass(frozen=True)
-class NotMade:
-    """Requested check that cannot be made, with the reason in `problem`."""
-
-    problem: str
-
-
-@dataclass(frozen=True)
-class NonlinearCheck:
-    """Comparison of the chord deflection with nonlinear finite elements of the whole mechanism.
-
-    Attributes
-    ----------
-    elements, steps, positions
-        Elements per beam, time steps, and compared positions.
-    difference, without_vibration
-        By label of the beam: greatest difference of the answer, and of the quasi-static answer, relative to the
-        largest deflection of the beam.
-    peak
-        By label: largest deflection in the check [m].
-    estimate
-        Estimated error of the answer, without errors that the check shares; nan if unknown.
-    mesh, step
-        Estimated relative errors of the check.
-    allowance
-        By label: additional allowance, relative to the beam's own deflection. An answer converges to a share of the
-        largest displacement, which is more for a link that hardly bends.
-    measured
-        Errors of the figures that the check also computes.
-    """
-
-    elements: int
-    steps: int
-    positions: int
-    difference: Mapping[str, float]
-    without_vibration: Mapping[str, float]
-    peak: Mapping[str, float]
-    estimate: float
-    mesh: float
-    step: float
-    allowance: Mapping[str, float] = field(default_factory=dict)
-    measured: Measured = field(default_factory=Measured)
-
-    @property
-    def largest(self) -> float:
-        """Difference of the worst beam."""
-        return max(self.difference.values(), default=0.0)
-
-    @property
-    def error(self) -> float:
-        """Error of the check."""
-        return self.mesh + self.step
-
-    @property
-    def near(self) -> bool:
-        """Whether the difference is closer to its bound than the error of the check."""
-        return abs(self._beyond) < self.error
-
-    @property
-    def cannot_tell(self) -> bool:
-        """Whether the stated error exceeds the answer, so that any difference would agree."""
-        return self.estimate > 1.0
-
-    @property
-    def _beyond(self) -> float:
-        """Difference of the worst beam minus its bound."""
-        off = ((each, self.estimate + self.allowance.get(label, 0.0)) for label, each in self.difference.items())
-        return max((each - allowed_difference(own) for each, own in off), default=-allowed_difference(self.estimate))
-
-    @property
-    def passed(self) -> bool | None:
-        """Whether the difference is within its bound; None without an estimate or if the check is undecided."""
-        if math.isnan(self.estimate) or self.near or self.cannot_tell:
-            return None
-        return self._beyond <= 0.0
-
-
-def allowed_difference(estimate: float) -> float:
-    """Return the largest difference that a check may find, nan without an estimated error."""
-    return math.nan if math.isnan(estimate) else max(WITHIN * estimate, LEAST)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +66,11 @@ class Results:
     balances: Mapping[str, Balance] = field(default_factory=dict)
     nonlinear: NonlinearCheck | NotMade | None = None
     solid: SolidComparison | NotMade | None = None
+
+    @cached_property
+    def limits(self) -> tuple[Limit, ...]:
+        """All limits of the scene."""
+        return limits_of(self.scene)
 
     @cached_property
     def buckles(self) -> str:
@@ -457,63 +380,3 @@ def results_in_full(scene: Scene) -> Results:
 def buckling_words(link: str, ratio: float, where: Sequence[str]) -> str:
     """Return a sentence on the link that buckles, its position and its load."""
     return f"{link} buckles{''.join(f', {each}' for each in where)}: the load is {ratio:.3g} times critical"
-
-
-def figure(value: Any, unit: str, **more: Any) -> dict[str, Any]:
-    """Return a value and its unit, null if the value is not finite."""
-    size = float(value)
-    return {"value": size if math.isfinite(size) else None, "unit": unit, **more}
-
-
-def coordinates(results: Results, values: Any) -> dict[str, Any]:
-    """Return the coordinates of the drives by name."""
-    return {name: figure(value, unit) for (name, _, unit, _), value in zip(results.drive_words, values, strict=True)}
-
-
-def at_position(results: Results, position: int) -> dict[str, Any]:
-    """Return time and coordinates of the drives at a position."""
-    motion = results.motion
-    return {"time": figure(motion.time[position], "s"), "drive": coordinates(results, motion.drive[:, position])}
-
-
-def at_peak(results: Results, peak: Peak) -> dict[str, Any]:
-    """Return time and coordinates of the drives at a peak."""
-    return {"time": figure(peak.time, "s"), "drive": coordinates(results, peak.drive)}
-
-
-def worst_figure(results: Results) -> dict[str, Any]:
-    """Return the main figure with the largest relative error, its item, and the parts of its error."""
-    worst = results.worst
-    if worst is None:
-        return {"figure": None, "on": None, "errors": {}}
-    known = next(figure for figure in results.figures.figures if figure.key == worst.key)
-    parts = {name: abs(part) / worst.base for name, part in worst.error.parts.items()}
-    return {
-        "figure": known.name,
-        "on": items_of(results.scene, known.of)[worst.item] or None,
-        "errors": {name: share if math.isfinite(share) else None for name, share in parts.items()},
-    }
-
-
-def error_of(results: Results, peak: Peak, unit: str) -> dict[str, Any]:
-    """Return the error of a peak in its unit, or the reason why it is unknown.
-
-    `error_measured` marks an error measured by a check, `unreliable` a large one.
-    """
-    if peak.error is None or math.isnan(peak.value):
-        return {"error": None}
-    if peak.error.unknown:
-        return {"error": None, "error_unknown": peak.error.unknown}
-    size = peak.error.size
-    if not results.figures.rounded(peak.value, unit):
-        size = float(results.figures.rounded(size, unit))
-    marks = {"error_measured": peak.error.measured, "unreliable": results.figures.unreliable(peak.value, size, unit)}
-    return {"error": size if math.isfinite(size) else None, **{name: True for name, holds in marks.items() if holds}}
-
-
-def largest(results: Results, peak: Peak, unit: str, **more: Any) -> dict[str, Any]:
-    """Return a peak with its error, time and drive coordinates."""
-    if math.isnan(peak.value):
-        return figure(math.nan, unit, **more)
-    place = at_peak(results, peak) if not math.isnan(peak.time) else {}
-    return figure(results.figures.rounded(peak.value, unit), unit, **error_of(results, peak, unit), **more, **place)

@@ -10,14 +10,17 @@ import numpy as np
 from elastic import Deflection, deflection, displacement_of
 from elastic.assessment import angle_error
 from elastic.links import AddedLoads, map_loads
-from kinelast.figures.results import Results, figure
+from kinelast.figures.report import LinkShare
+from kinelast.figures.results import Results
+from kinelast.scene.limits import Output
+from kinelast.scene.reading import Reading, known
 from rigid import posture
 from rigid.arrays import Numbers, Reals
 
 ROUND_OFF = 1e-9  # remainder relative to the error
 
 
-def output_shares(results: Results, output: dict[str, Any] | None) -> list[dict[str, Any]]:
+def output_shares(results: Results, output: Output, error: Reading) -> list[LinkShare]:
     """Return the share of each link in the error of the output at the moment of the largest error.
 
     In a statically determinate mechanism, displacements are linear in the compliances. A link with twice the stiffness
@@ -26,23 +29,24 @@ def output_shares(results: Results, output: dict[str, Any] | None) -> list[dict[
 
     Parameters
     ----------
-    output
-        The error, see `kinelast.figures.summary.output_figure`.
+    error
+        The largest error.
     """
-    if output is None or not output["value"] or not results.mechanism.beams:
+    if not error.value or not error.time or not results.mechanism.beams:
         return []
     pairs = zip(results.mechanism.beams, results.scene.sections, strict=True)
     links = list(dict.fromkeys(at for (at, _), section in pairs if np.isfinite(section.EI)))
     if not links:
         return []
-    bent = _stiffened(results, links, output["time"]["value"])
-    total, parts = _error(results, bent, output)
+    time = error.time.value
+    assert time is not None
+    total, parts = _error(output, _stiffened(results, links, time), error)
     shares = 2.0 * (total - parts)
     rows = [(results.mechanism.links[at].name, share) for at, share in zip(links, shares, strict=True)]
     rest = total - shares.sum()
     if abs(rest) > ROUND_OFF * abs(total):
         rows.append(("others", rest))
-    return [{"link": name, **figure(share, output["unit"])} for name, share in rows]
+    return [LinkShare(link=name, value=known(share), unit=error.unit) for name, share in rows]
 
 
 def _stiffened(results: Results, links: list[int], time: float) -> Deflection:
@@ -70,12 +74,11 @@ def _of_position(loads: AddedLoads, at: int, designs: int) -> AddedLoads:
     return map_loads(there, loads)
 
 
-def _error(results: Results, bent: Deflection, output: dict[str, Any]) -> tuple[float, Reals]:
+def _error(output: Output, bent: Deflection, error: Reading) -> tuple[float, Reals]:
     """Return the error unchanged, and with each link stiffened."""
-    if output["kind"] == "angle":
-        turned = angle_error(bent, output["name"], output["point"])[:, 0]
+    if not output.point:
+        turned = angle_error(bent, output.link, str(error.point))[:, 0]
         return float(turned[0]), turned[1:]
-    owner = next(link.name for link in results.mechanism.links[1:] if output["name"] in link.points)
-    moved = displacement_of(bent, owner, output["name"])[:, 0]
+    moved = displacement_of(bent, output.link, output.point)[:, 0]
     along = (np.conj(moved[0] / abs(moved[0])) * moved).real
     return float(along[0]), along[1:]

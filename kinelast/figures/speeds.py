@@ -17,16 +17,18 @@ from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, S
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
 from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors, stiffness_error
-from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS, ends, severities
+from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS, ends, reserve_of, reserves_of, severities
 from kinelast.figures.output import output_of
 from kinelast.figures.ranges import STRENGTH, can_yield, needed_by_limits, refusals
 from kinelast.figures.registry import figures_of, limits_of
+from kinelast.figures.report import LinkReserves
 from kinelast.figures.results import Results
 from kinelast.figures.theory import damping_of
 from kinelast.scene.data import Scene, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import BEAM, LEAST, Figure, items_of
 from kinelast.scene.limits import OUTPUT_ERROR, Limit
+from kinelast.scene.reading import Reading
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from rigid import ConstantSpeed, MechanismError, Motion, with_rates
 from rigid.arrays import Flags, Reals
@@ -267,9 +269,7 @@ class _Looking:
                 self.progress.tell(f"{self.name}: {what}; give a narrower range to shorten it")
 
 
-def with_limit_speed(
-    rows: Sequence[Mapping[str, Any]], speeds: Mapping[str, Any], scene: Scene
-) -> list[Mapping[str, Any]]:
+def with_limit_speed(rows: Sequence[LinkReserves], speeds: Mapping[str, Any], scene: Scene) -> list[LinkReserves]:
     """Return the rows of `breaks_first` with the reserve of the limit speed for the link that limits it.
 
     Parameters
@@ -280,15 +280,11 @@ def with_limit_speed(
     limit, highest = speeds["limit"], speeds["highest_within_limits"]
     if not limit or not limit["of"] or not highest:
         return [*rows]
-    reserve = {"value": highest / _nominal(scene), "unit": "1", "error": None, "label": limit["of"]}
-    more = []
-    for row in rows:
-        reserves = {**row["reserves"], "limit speed": reserve}
-        mode = min(reserves, key=lambda each: reserves[each]["value"])
-        owner = scene.mechanism.beams[scene.labels.index(limit["of"])][0] if limit["of"] in scene.labels else -1
-        its = owner >= 0 and scene.mechanism.links[owner].name == row["link"]
-        more.append({**row, "governs": mode, "reserve": reserves[mode], "reserves": reserves} if its else row)
-    return sorted(more, key=lambda row: float(row["reserve"]["value"]))
+    reserve = Reading(value=highest / _nominal(scene), unit="1", error=None, label=limit["of"])
+    owner = scene.mechanism.beams[scene.labels.index(limit["of"])][0] if limit["of"] in scene.labels else -1
+    its = "" if owner < 0 else scene.mechanism.links[owner].name
+    more = [reserves_of(row.link, {**row.reserves, "limit speed": reserve}) if row.link == its else row for row in rows]
+    return sorted(more, key=reserve_of)
 
 
 def leading_drive(scene: Scene) -> int:

@@ -6,7 +6,7 @@ docs/report.md and docs/strength.md have the limits and their sources.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,16 +14,21 @@ import numpy as np
 from elastic.assessment import LIMITS, shear_share
 from kinelast.figures.checks import check_passed, nearer
 from kinelast.figures.cycle import NOISE, WELL
-from kinelast.figures.inputs import CAUTION, GOOD, OPEN, ORDER, POOR, Finding, cycle_findings, input_findings
-from kinelast.figures.parts import cam_rows, friction_figures
+from kinelast.figures.errors import GradedFigure
+from kinelast.figures.inputs import cycle_findings, input_findings
+from kinelast.figures.parts import friction_of
 from kinelast.figures.ranges import outside_ranges
-from kinelast.figures.results import Results, at_peak, worst_figure
+from kinelast.figures.reader import Reader
+from kinelast.figures.results import Results
 from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT
+from kinelast.scene.figure import items_of
+from kinelast.scene.finding import CAUTION, GOOD, OPEN, ORDER, POOR, Finding
 from kinelast.scene.numbers import error_percent, number, percent, quantity
-from kinelast.scene.parts.cam_courses import ACROSS
+from kinelast.scene.parts import PARTS
+from kinelast.scene.reading import known
 from rigid import Friction, counted
 
-THEORY, CAMS = "Accuracy", "Cams"
+THEORY = "Accuracy"
 HEADINGS = {
     "slenderness": "Stubby links",
     "deflection": "Large displacements",
@@ -62,7 +67,7 @@ def findings(results: Results) -> list[Finding]:
         *_theory(results),
         _positions(results),
         *cycle_findings(results),
-        *_cams(results),
+        *(finding for part in PARTS for finding in part.findings(Reader(results))),
         *_ranges(results),
         *_friction(results),
         *_exceedances(results),
@@ -82,27 +87,14 @@ def doubts(results: Results) -> list[str]:
     return [f"not reliable: {heading.lower()}" for heading in poor if heading != HEADINGS["yield"]]
 
 
-def reliability(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
-    """Return the worst level of findings as plain data, and their headings.
+def reliability(trust: Sequence[Finding]) -> tuple[str, list[str]]:
+    """Return the worst level of findings, and their headings.
 
-    Strength does not count: the summary says separately that a link yields.
+    Strength does not count: the report says separately that a link yields.
     """
-    about = [finding for finding in trust if finding["level"] != OPEN and finding["heading"] != HEADINGS["yield"]]
-    level = min((finding["level"] for finding in about), key=ORDER.index, default=GOOD)
-    return level, list(dict.fromkeys(finding["heading"].lower() for finding in about if finding["level"] == level))
-
-
-def unreliable_figures(rows: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Figures that are marked as unreliable, the least certain first.
-
-    Each has `name`, `on` and `share`: its error over its value, or null if the error is infinite.
-    """
-    marked = []
-    for row in rows.values():
-        if row.get("unreliable") and row["value"]:
-            share = None if row["error"] is None else abs(row["error"] / row["value"])
-            marked.append({"name": row["name"], "on": row.get("on"), "share": share})
-    return sorted(marked, key=lambda each: -math.inf if each["share"] is None else -each["share"])
+    about = [finding for finding in trust if finding.level != OPEN and finding.heading != HEADINGS["yield"]]
+    level = min((finding.level for finding in about), key=ORDER.index, default=GOOD)
+    return level, list(dict.fromkeys(finding.heading.lower() for finding in about if finding.level == level))
 
 
 def digits_left(condition: float) -> int:
@@ -139,37 +131,6 @@ def _positions(results: Results) -> Finding:
     return Finding(level, heading, text)
 
 
-def _cams(results: Results) -> Iterator[Finding]:
-    """Yield findings on cams that cannot be made or lose their followers."""
-    for name, cam in cam_rows(results).items():
-        angle, margin = (cam["figures"].get(key, {}).get("value") for key in ("cam_pressure_angle", "cam_face_margin"))
-        if angle is not None and abs(angle) >= ACROSS:
-            text = f"The cam {name} cannot push its follower: the pressure angle is 90°."
-            yield Finding(POOR, CAMS, f"{text} Let the drive move the follower away from the cam.")
-            continue
-        if margin is not None and margin < 0.0:
-            beyond = quantity(-margin, "m", told_in=results.scene.told_in)
-            text = f"The contact on the cam {name} runs off the face by {beyond}: make the face longer by that at least"
-            yield Finding(POOR, CAMS, f"{text}, or shift it.")
-        if cam["undercut"]:
-            least, form = cam["figures"]["cam_radius"]["value"], "face"
-            if "cam_pitch_radius" in cam["figures"]:
-                form = "roller"
-            radius = quantity(least, "m", told_in=results.scene.told_in) if least is not None else "none"
-            text = f"The cam {name} cannot be made: its profile is undercut (smallest radius {radius})."
-            advice = "Use a smaller roller or a larger cam" if form == "roller" else "Use a larger cam"
-            yield Finding(POOR, CAMS, f"{text} {advice}, or a law with less acceleration.")
-        if cam["contact_lost"]:
-            preload = cam["figures"]["cam_preload"]
-            needed = quantity(preload["value"], preload["unit"], told_in=results.scene.told_in)
-            always = cam["counts"]["contact_lost"] == int(np.sum(results.counted))
-            part = "throughout" if always else "in part of"
-            text = (
-                f"The follower leaves the cam {name} {part} the run: a spring with {needed} along the drive holds it."
-            )
-            yield Finding(CAUTION, CAMS, f"{text} Pulling forces are those of a grooved cam.")
-
-
 def _ranges(results: Results) -> Iterator[Finding]:
     """Yield a finding on each sizing formula outside its range."""
     values = {key: [abs(peak.value) for peak in peaks] for key, peaks in results.figures.peaks.items()}
@@ -180,19 +141,18 @@ def _ranges(results: Results) -> Iterator[Finding]:
 
 def _friction(results: Results) -> Iterator[Finding]:
     """Yield a finding on the power of friction and the risk of locking."""
-    friction = friction_figures(results)
+    friction = friction_of(Reader(results))
     if friction is None:
         return
-    heading, locked, count = "Friction", results.figures.locked, len(friction["joints"])
-    text = f"Friction in {counted(count, 'joint')} takes up to {_power(friction['power'])}."
-    if friction["feedback"]["value"] is not None:
-        text += (
-            f" Its loop gain is at most {percent(friction['feedback']['value'])}; at 100 % it may lock the mechanism."
-        )
+    heading, locked, power = "Friction", friction.locked, friction.power
+    takes = "an unknown power" if power.value is None else quantity(power.value, power.unit)
+    text = f"Friction in {counted(len(friction.joints), 'joint')} takes up to {takes}."
+    if friction.feedback.value is not None:
+        text += f" Its loop gain is at most {percent(friction.feedback.value)}; at 100 % it may lock the mechanism."
     if locked:
         text += f" It may at {locked} of {counted(results.counts[0], 'position')}: equilibrium is not unique there."
-    if friction["resting"]:
-        text += f" At {counted(friction['resting'], 'position')} nothing slides and there is no friction."
+    if friction.resting:
+        text += f" At {counted(friction.resting, 'position')} nothing slides and there is no friction."
     free = [name for name, own in results.mechanism.friction.items() if _unguided(results, name, own)]
     if free:
         text += f" The moment on {', '.join(free)} causes no friction, because length is not given."
@@ -201,19 +161,12 @@ def _friction(results: Results) -> Iterator[Finding]:
 
 def _formulas(results: Results) -> Iterator[Finding]:
     """Yield a finding on inputs that the stated errors do not cover."""
-    scene = results.scene
-    given = {
-        "the life formula and its strengths": scene.fatigue is not None,
-        "bearing formulas and catalogue ratings": bool(scene.bearings),
-        "friction coefficients": bool(scene.mechanism.friction),
-    }
-    if names := [name for name, there in given.items() if there]:
+    names = [part.formulas for part in reversed(PARTS) if part.formulas and part.of(results.scene)]
+    if results.mechanism.friction:
+        names.append("friction coefficients")
+    if names:
         text = f"± is the error of the calculation. It does not cover {', '.join(names)}."
         yield Finding(GOOD, "Formulas", text)
-
-
-def _power(power: Mapping[str, Any]) -> str:
-    return "an unknown power" if power["value"] is None else quantity(power["value"], power["unit"])
 
 
 def _unguided(results: Results, name: str, own: Friction) -> bool:
@@ -258,20 +211,35 @@ def _theory(results: Results) -> Iterator[Finding]:
     elif worst is None:
         text = f"{how} Nothing bends." if results.scene.labels else how
     else:
-        parts = worst_figure(results)
-        of = f" of {parts['on']}" if parts["on"] else ""
+        name, item = _named(results, worst)
+        parts = {part: abs(size) / worst.base for part, size in worst.error.parts.items()}
+        of = f" of {item}" if item else ""
         shares = ", ".join(
-            f"{name} {error_percent(share)}"
-            for name, share in parts["errors"].items()
-            if share > MIN_SHARE * worst.share
+            f"{part} {error_percent(share)}" for part, share in parts.items() if share > MIN_SHARE * worst.share
         )
-        text = f"{how} Largest error among the main figures: {error_percent(worst.share)}, {parts['figure']}{of}"
+        text = f"{how} Largest error among the main figures: {error_percent(worst.share)}, {name}{of}"
         text += f" ({shares})."
         if worst.share > wanted:
             advice = nearer(results, worst.error, wanted)
             text += f" The {'aim' if answer.accuracy is None else 'requested accuracy'} is {percent(wanted)}"
             text += f": {advice}." if advice else "."
     yield Finding(GOOD if results.error <= wanted else CAUTION, THEORY, text)
+
+
+def _named(results: Results, worst: GradedFigure) -> tuple[str, str]:
+    """Return the name of a main figure, and that of its item."""
+    figure = results.figures.by_key[worst.key]
+    return figure.name, items_of(results.scene, figure.of)[worst.item]
+
+
+def worst_figure(results: Results) -> dict[str, Any]:
+    """Return the main figure with the largest relative error, its item, and the parts of its error, for the report."""
+    worst = results.worst
+    if worst is None:
+        return {}
+    name, item = _named(results, worst)
+    errors = {part: known(abs(size) / worst.base) for part, size in worst.error.parts.items()}
+    return {"figure": name, "on": item or None, "errors": errors}
 
 
 def _damping(results: Results) -> str:
@@ -379,8 +347,8 @@ def _within(results: Results) -> Iterator[Finding]:
     fine = [words.format(limits[kind]) for kind, words in WITHIN.items() if kind in judged - passed]
     if fine:
         yield Finding(GOOD, "Within the limits", _sentence("; ".join(fine)) + ".")
-    known = {"vibration"} if results.answer else set()
-    unknown = [words for kind, words in UNKNOWN.items() if kind not in judged | passed | known]
+    found = {"vibration"} if results.answer else set()
+    unknown = [words for kind, words in UNKNOWN.items() if kind not in judged | passed | found]
     unknown = [words.format(_lacking(results)) for words in unknown]
     unknown += [one.message for one, _ in results.exceedances if math.isnan(one.figure)]
     if unknown:
@@ -414,18 +382,18 @@ def _judged(results: Results) -> set[str]:
     return {kind for kind, is_judged in kinds.items() if is_judged}
 
 
-def exceedance_figures(results: Results) -> list[dict[str, Any]]:
+def exceedance_rows(results: Results) -> list[dict[str, Any]]:
     """Return the exceedances as plain data with their limits."""
     return [
         {
-            "kind": exceedance.kind,
-            "label": None if exceedance.beam is None else results.scene.labels[exceedance.beam],
-            "figure": exceedance.figure if math.isfinite(exceedance.figure) else None,
-            "limit": exceedance.limit,
-            "severe": exceedance.severe,
-            **({} if peak is None else at_peak(results, peak)),
+            "kind": each.kind,
+            "label": None if each.beam is None else results.scene.labels[each.beam],
+            "figure": known(each.figure),
+            "limit": each.limit,
+            "severe": each.severe,
+            **({} if peak is None else Reader(results).at_peak(peak)),
         }
-        for exceedance, peak in results.exceedances
+        for each, peak in results.exceedances
     ]
 
 

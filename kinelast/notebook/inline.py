@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
+from msgspec.structs import replace
 
-from kinelast import __version__
+from kinelast.figures.report import Report, data_of
 from kinelast.figures.results import Results
-from kinelast.figures.summary import summary
+from kinelast.figures.summary import report_of
 from kinelast.notebook import (
     BeamFields,
     LinkMotion,
@@ -27,7 +28,6 @@ from kinelast.notebook import (
     unknown_name,
 )
 from kinelast.notebook.values import Figures, figures_of
-from kinelast.outputs.handout import handout
 from kinelast.outputs.page import report_page
 from kinelast.outputs.positions import joint_loads
 from kinelast.outputs.sealed import made_from
@@ -166,16 +166,20 @@ class Answer:
         return self.results.error
 
     @cached_property
+    def report(self) -> Report:
+        """Report on the results."""
+        made = made_from(self.scene.text.encode(), self.request, {})
+        return replace(report_of(self.results), made_from=made)
+
+    @cached_property
     def figures(self) -> Figures:
         """Entries of summary.json. Entries of the table `figures` are also available directly by name."""
-        made = made_from(self.scene.text.encode(), self.request, {})
-        whole = {"kinelast": __version__, **summary(self.results), "made_from": made}
-        return figures_of(whole, self.scene.told_in)
+        return figures_of(data_of(self.report), self.scene.told_in)
 
     @property
     def headline(self) -> str:
         """Line that the command prints."""
-        return headline(self.figures)
+        return headline(self.report)
 
     @property
     def points(self) -> ByName[AnsweredPoint]:
@@ -271,7 +275,7 @@ def _answer(scene: Scene | Document, **asked: Any) -> Answer:
 
 
 @dataclass(frozen=True)
-class Report:
+class ReportPage:
     """Report of `deflection-report` on a scene: headline, figures and page."""
 
     name: str
@@ -295,7 +299,7 @@ def report(
     check: int | None = None,
     accuracy: float | str | None = None,
     theory: str | None = None,
-) -> Report:
+) -> ReportPage:
     """Return the report on a scene.
 
     Parameters
@@ -314,8 +318,8 @@ def report(
     """
     elements = None if check is None else f"{check}"
     solved = _answer(scene, positions=positions, checks=elements, accuracy=accuracy, theory=theory)
-    page = report_page(solved.results, solved.figures, solved.headline, handout(solved.figures))
-    return Report(solved.scene.name, solved.headline, solved.figures, page)
+    page = report_page(solved.results, solved.report)
+    return ReportPage(solved.scene.name, solved.headline, solved.figures, page)
 
 
 def live(scene: Scene | Document | str | Path | None = None) -> Any:

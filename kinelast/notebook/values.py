@@ -6,9 +6,12 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from msgspec import convert
+
 from kinelast.outputs.words import error_words
 from kinelast.scene.error import likely
 from kinelast.scene.numbers import ToldIn, quantity
+from kinelast.scene.reading import Reading
 
 
 class Value(dict[str, Any]):
@@ -23,7 +26,9 @@ class Value(dict[str, Any]):
         self._told_in = told_in
 
     def __repr__(self) -> str:
-        return quantity(float(self), self["unit"], told_in=self._told_in) + error_words(self, self._told_in)
+        return quantity(float(self), self["unit"], told_in=self._told_in) + error_words(
+            convert(self, Reading), self._told_in
+        )
 
     def __float__(self) -> float:
         """Return the number in its SI unit, nan if unknown."""

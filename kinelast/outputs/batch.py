@@ -2,51 +2,74 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from kinelast.figures.report import Report
 from kinelast.outputs.outbox import rewritten
 from kinelast.outputs.page import MARK, index_page
 from kinelast.outputs.table import Column, Table, csv_bytes, csv_rows, parquet_bytes
 from kinelast.outputs.words import OUTCOMES, limit_rows
 from kinelast.scene.error import plain
+from kinelast.scene.reading import Reading
 from kinelast.tasks.task import Outcome
 
-HEAD = (("scene", ""), ("state", ""), ("status", ""), ("verdict", ""), ("decides", ""), ("used", "1"),
-        ("largest_deflection", "m"), ("beam", ""),
-        ("largest_chord", "m"), ("bent_beam", ""), ("largest_stress", "Pa"), ("stressed_beam", ""), ("safety", "1"),
-        ("output_error", "m"), ("output_error", "rad"), ("output", ""), ("condition", "1"), ("grade", ""),
-        ("check", ""), ("message", ""))  # fmt: skip
+
+def _value(found: Reading | None) -> float | None:
+    return found.value if found else None
+
+
+def _output_error(report: Report, unit: str) -> float | None:
+    return report.output.value if report.output and report.output.unit == unit else None
+
+
+def _safety(report: Report) -> float | None:
+    stress = report.largest_stress
+    return report.strength[stress.label].safety_factor.value if stress else None
+
+
+def _check(report: Report) -> str:
+    passed = report.check.passed if report.check else None
+    return "" if passed is None else "agrees" if passed else "differs"
+
+
+def _decides(report: Report) -> tuple[str, float | None]:
+    """Return the limit that decides the verdict and its used share, or the link that buckles."""
+    if report.buckles or not report.acceptance.verdict:
+        return report.buckles or "", None
+    worst = OUTCOMES[report.acceptance.verdict]
+    return next((words, used) for words, used, outcome in limit_rows(report) if outcome == worst)
+
+
+COLUMNS: tuple[tuple[str, str, Callable[[Report], Any]], ...] = (  # name, unit and value
+    ("verdict", "", lambda report: report.acceptance.verdict),
+    ("decides", "", lambda report: _decides(report)[0]),
+    ("used", "1", lambda report: _decides(report)[1]),
+    ("largest_deflection", "m", lambda report: _value(report.largest_deflection)),
+    ("beam", "", lambda report: report.largest_deflection and report.largest_deflection.label),
+    ("largest_chord", "m", lambda report: _value(report.largest_chord)),
+    ("bent_beam", "", lambda report: report.largest_chord and report.largest_chord.label),
+    ("largest_stress", "Pa", lambda report: _value(report.largest_stress)),
+    ("stressed_beam", "", lambda report: report.largest_stress and report.largest_stress.label),
+    ("safety", "1", _safety),
+    ("output_error", "m", lambda report: _output_error(report, "m")),
+    ("output_error", "rad", lambda report: _output_error(report, "rad")),
+    ("output", "", lambda report: report.output and report.output.name),
+    ("condition", "1", lambda report: report.run.largest_condition.value),
+    ("grade", "", lambda report: report.reliability.level),
+    ("check", "", _check),
+)
+HEAD = (("scene", ""), ("state", ""), ("status", ""), *((name, unit) for name, unit, _ in COLUMNS), ("message", ""))
 
 
 def summary_row(outcome: Outcome, name: str) -> list[Any]:
     """Return a scene's row of summary.csv, with None for unknown figures."""
-    figures: Mapping[str, Any] = outcome.figures
-    deflection, stress = figures.get("largest_deflection") or {}, figures.get("largest_stress") or {}
-    safety = figures["strength"][stress["label"]]["safety_factor"]["value"] if stress else None
-    condition = figures["run"]["largest_condition"]["value"] if figures else None
-    check = (figures.get("check") or {"passed": None})["passed"]
-    grade = figures["reliability"]["level"] if figures else ""
-    passed = "" if check is None else "agrees" if check else "differs"
-    chord, output = figures.get("largest_chord") or {}, figures.get("output") or {}
-    judged = figures["acceptance"]["verdict"] if figures else ""
-    decides, used = _decides(figures) if judged else ("", None)
-    errors = [output.get("value") if output.get("unit") == unit else None for unit in ("m", "rad")]
-    cells = [name, outcome.state, outcome.status, judged, decides, used,
-             deflection.get("value"), deflection.get("label"), chord.get("value"), chord.get("label"),
-             stress.get("value"), stress.get("label"), safety, *errors, output.get("name"), condition, grade, passed,
-             "" if figures else outcome.line]  # fmt: skip
-    return [plain(cell, 300) if isinstance(cell, str) else cell for cell in cells]
-
-
-def _decides(figures: Mapping[str, Any]) -> tuple[str, float | None]:
-    """Return the limit that decides the verdict and its used share, or the link that buckles."""
-    if figures["buckles"]:
-        return figures["buckles"], None
-    worst = OUTCOMES[figures["acceptance"]["verdict"]]
-    return next((words, used) for words, used, outcome in limit_rows(figures) if outcome == worst)
+    report = outcome.report
+    cells = [None] * len(COLUMNS) if report is None else [cell(report) for *_, cell in COLUMNS]
+    row = [name, outcome.state, outcome.status, *cells, outcome.line if report is None else ""]
+    return [plain(cell, 300) if isinstance(cell, str) else cell for cell in row]
 
 
 def write_batch(

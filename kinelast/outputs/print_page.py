@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
-from kinelast.figures.inputs import GOOD
 from kinelast.figures.limits import BROKEN, KEPT
+from kinelast.figures.report import Report
 from kinelast.figures.results import Results
 from kinelast.outputs.charts import INK, SOFT, STYLE
-from kinelast.outputs.handout import handout
+from kinelast.outputs.handout import assumptions, checked
 from kinelast.outputs.pictures import draw_mechanism
-from kinelast.outputs.words import LEVELS, error_words, limit_rows, verdict_words
-from kinelast.scene.numbers import number, quantity
+from kinelast.outputs.words import LEVELS, error_words, limit_rows, magnitude, size, verdict_words
+from kinelast.scene.finding import GOOD
+from kinelast.scene.numbers import number
+from kinelast.scene.reading import Reading
 
 PAPER, MARGIN = 8.27 + 11.69j, 0.6  # [in] A4
 LEAST_PICTURE, MOST_PICTURE, GAP = 1.5, 4.6, 0.12  # [in]
@@ -48,13 +50,13 @@ class Paragraph:
         return self.above + len(self.lines) * self.size * LINE / 72
 
 
-def write_page(path: Path, results: Results, figures: Mapping[str, Any]) -> None:
+def write_page(path: Path, results: Results, report: Report) -> None:
     """Write the page as PDF. The picture fills the remaining space."""
     from matplotlib import rc_context
     from matplotlib.backends.backend_pdf import FigureCanvasPdf
     from matplotlib.figure import Figure
 
-    head, foot = list(_head(figures)), list(_foot(figures))
+    head, foot = list(_head(report)), list(_foot(report))
     room = PAPER.imag - 2 * MARGIN - sum(each.height for each in (*head, *foot)) - 2 * GAP
     tall = min(max(room, LEAST_PICTURE), MOST_PICTURE)
     with rc_context({**STYLE, "pdf.fonttype": 42}):
@@ -80,22 +82,24 @@ def _write(figure: Any, paragraphs: list[Paragraph], top: float) -> float:
     return top
 
 
-def _head(figures: Mapping[str, Any]) -> Iterator[Paragraph]:
+def _head(report: Report) -> Iterator[Paragraph]:
     """Yield title and verdict."""
-    scene, accepted, trust = figures["scene"], figures["acceptance"], figures["reliability"]
-    yield Paragraph(scene["title"], 15, weight="bold", most=MOST_LINES)
-    yield Paragraph(scene["source"], 7.5, SOFT, most=MOST_LINES)
-    colour = {True: GREEN, False: RED}.get(accepted["passed"], AMBER if accepted["verdict"] else INK)
-    words = verdict_words(figures)
+    scene, accepted, trust = report.scene, report.acceptance, report.reliability
+    yield Paragraph(scene.title, 15, weight="bold", most=MOST_LINES)
+    yield Paragraph(scene.source, 7.5, SOFT, most=MOST_LINES)
+    colour = AMBER if accepted.verdict else INK
+    if accepted.passed is not None:
+        colour = GREEN if accepted.passed else RED
+    words = verdict_words(report)
     yield Paragraph(f"{words[:1].upper()}{words[1:]}.", 11, colour, "bold", GAP)
-    if trust["level"] != GOOD:
-        yield Paragraph(f"These figures are {LEVELS[trust['level']]}: {', '.join(trust['reasons'])}.", 9, AMBER)
+    if trust.level != GOOD:
+        yield Paragraph(f"These figures are {LEVELS[trust.level]}: {', '.join(trust.reasons)}.", 9, AMBER)
 
 
-def _foot(figures: Mapping[str, Any]) -> Iterator[Paragraph]:
+def _foot(report: Report) -> Iterator[Paragraph]:
     """Yield main figures, limits, assumptions, checks, and the scene's checksum."""
-    yield from (Paragraph(words) for words in _figures(figures))
-    rows = limit_rows(figures)
+    yield from (Paragraph(words) for words in _figures(report))
+    rows = limit_rows(report)
     if rows:
         yield Paragraph("Limits and their use", 10, weight="bold", above=GAP)
     for limit, used, outcome in rows[:MOST_LIMITS]:
@@ -103,32 +107,29 @@ def _foot(figures: Mapping[str, Any]) -> Iterator[Paragraph]:
         yield Paragraph(f"{share}  {limit}: {outcome}", colour={KEPT: INK, BROKEN: RED}.get(outcome, AMBER))
     if len(rows) > MOST_LIMITS:
         yield Paragraph(f"{len(rows) - MOST_LIMITS} more limits, each used less.", colour=SOFT)
-    said = handout(figures)
     yield Paragraph("Assumptions", 10, weight="bold", above=GAP)
-    yield from (Paragraph(each, most=MOST_LINES) for each in said["assumptions"])
+    yield from (Paragraph(each, most=MOST_LINES) for each in assumptions(report))
     yield Paragraph("Checked", 10, weight="bold", above=GAP)
-    yield Paragraph(f"{said['checked'][:1].upper()}{said['checked'][1:]}", most=MOST_LINES)
-    made = figures["made_from"]["sha256"]
-    yield Paragraph(
-        f"kinelast {figures['kinelast']}; scene {figures['scene']['name']}, SHA-256 {made}", 7, SOFT, above=GAP
-    )
+    words = checked(report)
+    yield Paragraph(f"{words[:1].upper()}{words[1:]}", most=MOST_LINES)
+    made = report.made_from.sha256 if report.made_from else ""
+    yield Paragraph(f"kinelast {report.kinelast}; scene {report.scene.name}, SHA-256 {made}", 7, SOFT, above=GAP)
 
 
-def _figures(figures: Mapping[str, Any]) -> Iterator[str]:
+def _figures(report: Report) -> Iterator[str]:
     """Yield sentences on stress and safety, output, and drives."""
-    told_in = figures["told_in"]
 
-    def size(row: Mapping[str, Any]) -> str:
-        return quantity(row["value"], row["unit"], told_in=told_in) + error_words(row, told_in)
+    def words(found: Reading) -> str:
+        return size(found, report.told_in) + error_words(found, report.told_in)
 
-    if stress := figures["largest_stress"]:
-        safety = figures["strength"][stress["label"]]["safety_factor"]["value"]
+    if stress := report.largest_stress:
+        safety = report.strength[stress.label].safety_factor.value
         factor = "unknown" if safety is None else number(safety, 3)
-        yield f"Largest stress {size(stress)} in {stress['member']}; safety against yield {factor}."
-    if moved := figures["largest_deflection"]:
-        yield f"Largest deflection {size({**moved, 'value': abs(moved['value'])})} of {moved['member']}."
-    if (output := figures["output"]) and output["value"] is not None:
-        yield f"Error of the output, {output['kind']} {output['name']}: {size(output)}."
-    for name, drive in figures["drives"].items():
-        if drive["effort"]["value"] is not None:
-            yield f"Drive of {name}: at most {size(drive['effort'])}."
+        yield f"Largest stress {words(stress)} in {stress.member}; safety against yield {factor}."
+    if moved := report.largest_deflection:
+        yield f"Largest deflection {words(magnitude(moved))} of {moved.member}."
+    if (output := report.output) and output.value is not None:
+        yield f"Error of the output, {output.kind} {output.name}: {words(output)}."
+    for name, drive in report.drives.items():
+        if drive["effort"].value is not None:
+            yield f"Drive of {name}: at most {words(drive['effort'])}."

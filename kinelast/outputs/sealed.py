@@ -9,19 +9,23 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from msgspec import UNSET
+
 from kinelast import __version__
+from kinelast.figures.report import Origin
 from kinelast.tasks.request import Request
 
 SUMMARY = "summary.json"
 
 
-def made_from(content: bytes, request: Request, files: Mapping[str, str]) -> dict[str, Any]:
-    """Return the origin of a folder: checksums of the scene's file and options, which determine its content.
+def made_from(content: bytes, request: Request, files: Mapping[str, str]) -> Origin:
+    """Return the origin of a report, which determines its content.
 
     `files` are the texts of further files that the scene names, by name.
     """
     options = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(request).items()}
-    return {"sha256": hashlib.sha256(content).hexdigest(), "options": options, **beside_digests(files)}
+    digests = beside_digests(files).get("beside", UNSET)
+    return Origin(sha256=hashlib.sha256(content).hexdigest(), options=options, beside=digests)
 
 
 def beside_digests(files: Mapping[str, str]) -> dict[str, dict[str, str]]:

@@ -7,12 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import UNSET, UnsetType
 
 from kinelast.designs.optimum import ACTIVE, RADII, OptimumResult
 from kinelast.designs.problem import steps_of
 from kinelast.designs.studies import optimum_study, sensitivity_study, tolerance_study
 from kinelast.designs.tolerances import DESIGNS
-from kinelast.figures.limits import BROKEN, UNKNOWN, VERDICTS, Judgement, verdict_on
+from kinelast.figures.limits import BROKEN, UNKNOWN, VERDICTS, verdict_on
+from kinelast.figures.report import OptimumLimit, OptimumReport, OptimumVariable, Verdict
 from kinelast.outputs.sensitivities import (
     ToldSensitivities,
     sensitivity_bars,
@@ -23,10 +25,11 @@ from kinelast.outputs.sensitivities import (
     tolerance_table,
 )
 from kinelast.outputs.table import Table, write_table
-from kinelast.outputs.words import error_words
+from kinelast.outputs.words import error_words, size
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
 from kinelast.scene.numbers import SI, ToldIn, number, percent, quantity
+from kinelast.scene.reading import Reading, known
 from kinelast.scene.text import of_file
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Request
@@ -37,108 +40,108 @@ HEAD = (
 )
 
 
-def optimum_figures(solved: OptimumResult, told_in: ToldIn = SI) -> dict[str, Any]:
-    """Return the best design and its certificate as plain data for JSON."""
+def optimum_report(solved: OptimumResult, told_in: ToldIn = SI) -> OptimumReport:
+    """Return the best design and its certificate."""
     task, best = solved.task, solved.optimum
-    held, name = best.certificate, task.figure
-    sign = -1.0 if task.largest else 1.0
-    return {
-        "goal": "maximize" if task.largest else "minimize",
-        "figure": name,
-        "unit": solved.units[name],
-        "before": float(solved.before[name]),
-        "value": float(solved.after[name]),
-        **_goal_in_full(solved),
-        "feasible": best.feasible,
-        **_verdict(solved, told_in),
-        "variables": _variables(solved),
-        "limits": _limits(solved),
-        "residual": float(held.residual),
-        "kinked": held.kinked,
-        "neighbours": [
+    held, verdict, (value, error) = best.certificate, _verdict(solved, told_in), _goal_in_full(solved)
+    return OptimumReport(
+        goal="maximize" if task.largest else "minimize",
+        figure=task.figure,
+        unit=solved.units[task.figure],
+        before=float(solved.before[task.figure]),
+        value=float(solved.after[task.figure]),
+        theory=_theory(solved),
+        in_full=value,
+        error=error,
+        feasible=best.feasible,
+        verdict=verdict.verdict,
+        passed=verdict.passed,
+        problem=verdict.problem,
+        variables=_variables(solved),
+        limits=_limits(solved),
+        residual=float(held.residual),
+        kinked=held.kinked,
+        neighbours=[
             {"within": radius, "tried": tried, "feasible": feasible, "better": better}
             for radius, tried, feasible, better in zip(
                 RADII, held.neighbours.tried, held.neighbours.feasible, held.neighbours.better, strict=True
             )
         ],
-        "searches": [
-            {"value": float(sign * each.cost), "violation": float(each.violation), "feasible": each.violation == 0}
+        searches=[
+            {
+                "value": float(-each.cost if task.largest else each.cost),
+                "violation": float(each.violation),
+                "feasible": each.violation == 0,
+            }
             for each in best.searches
         ],
-        "designs": best.designs,
-        "calls": best.calls,
-        "words": words(solved, told_in),
-    }
+        designs=best.designs,
+        calls=best.calls,
+        words=words(solved, told_in),
+    )
 
 
-def _variables(solved: OptimumResult) -> list[dict[str, Any]]:
+def _variables(solved: OptimumResult) -> list[OptimumVariable]:
     task, best = solved.task, solved.optimum
     rows = []
     for k, variable in enumerate(task.variables):
         at = "low" if best.shares[k] < ACTIVE else "high" if best.shares[k] > 1 - ACTIVE else None
         multiplier = max(best.certificate.low[k], best.certificate.high[k])
         rows.append(
-            {
-                "path": variable.path,
-                "unit": variable.unit,
-                "before": variable.base,
-                "value": float(best.values[k]),
-                "low": float(task.low[k]),
-                "high": float(task.high[k]),
-                "at_bound": at,
-                "multiplier": float(multiplier),
-            }
+            OptimumVariable(
+                path=variable.path,
+                unit=variable.unit,
+                before=variable.base,
+                value=float(best.values[k]),
+                low=float(task.low[k]),
+                high=float(task.high[k]),
+                at_bound=at,
+                multiplier=float(multiplier),
+            )
         )
     return rows
 
 
-def _limits(solved: OptimumResult) -> list[dict[str, Any]]:
-    held = solved.optimum.certificate
-    return [
-        {
-            "figure": limit.figure,
-            "unit": solved.units[limit.figure],
-            "bound": limit.bound,
-            "kind": "least" if limit.least else "most",
-            "before": float(solved.before[limit.figure]),
-            "value": float(solved.after[limit.figure]),
-            "held_to": held_to,
-            **_in_full(judged),
-            "margin": float(margin),
-            "active": bool(abs(margin) < ACTIVE),
-            "multiplier": float(multiplier),
-        }
-        for limit, held_to, margin, multiplier, judged in zip(
-            solved.task.limits,
-            solved.held_to,
-            held.margin,
-            held.multiplier,
-            solved.judgements or (None,) * len(solved.held_to),
-            strict=True,
+def _limits(solved: OptimumResult) -> list[OptimumLimit]:
+    held, rows = solved.optimum.certificate, []
+    judgements = solved.judgements or (None,) * len(solved.held_to)
+    columns = solved.task.limits, solved.held_to, held.margin, held.multiplier, judgements
+    for limit, held_to, margin, multiplier, judged in zip(*columns, strict=True):
+        rows.append(
+            OptimumLimit(
+                figure=limit.figure,
+                unit=solved.units[limit.figure],
+                bound=limit.bound,
+                kind="least" if limit.least else "most",
+                before=float(solved.before[limit.figure]),
+                value=float(solved.after[limit.figure]),
+                held_to=held_to,
+                in_full=None if judged is None else known(judged.value),
+                error=None if judged is None else known(judged.error),
+                outcome=UNKNOWN if judged is None else judged.outcome,
+                margin=float(margin),
+                active=bool(abs(margin) < ACTIVE),
+                multiplier=float(multiplier),
+            )
         )
-    ]
+    return rows
 
 
-def _goal_in_full(solved: OptimumResult) -> dict[str, Any]:
-    """Return the theory of the full answer, and its goal figure with error, null if unknown."""
-    found = solved.answer
-    pair = found.figures.get(solved.task.figure, (math.nan, math.nan)) if found else (math.nan, math.nan)
-    value, error = (each if math.isfinite(each) else None for each in pair)
-    return {"theory": found.theory if found and found.theory else QUASI_STATIC, "in_full": value, "error": error}
+def _theory(solved: OptimumResult) -> str:
+    """Return the theory of the full answer."""
+    return solved.answer.theory if solved.answer and solved.answer.theory else QUASI_STATIC
 
 
-def _in_full(judged: Judgement | None) -> dict[str, Any]:
-    """Return the full answer's figure of a limit, with error and outcome, null if unknown."""
-    if judged is None:
-        return {"in_full": None, "error": None, "outcome": UNKNOWN}
-    value, error = (each if math.isfinite(each) else None for each in (judged.value, judged.error))
-    return {"in_full": value, "error": error, "outcome": judged.outcome}
+def _goal_in_full(solved: OptimumResult) -> tuple[float | None, float | None]:
+    """Return the goal figure of the full answer and its error, None if unknown."""
+    value, error = (solved.answer.figures if solved.answer else {}).get(solved.task.figure, (math.nan, math.nan))
+    return known(value), known(error)
 
 
-def _verdict(solved: OptimumResult, told_in: ToldIn) -> dict[str, Any]:
+def _verdict(solved: OptimumResult, told_in: ToldIn) -> Verdict:
     """Return the verdict on the best design."""
     if solved.task.limits and not solved.optimum.feasible:
-        return {"verdict": VERDICTS[BROKEN], "passed": False, "problem": _missed(solved, told_in)}
+        return Verdict(verdict=VERDICTS[BROKEN], passed=False, problem=_missed(solved, told_in))
     return verdict_on(solved.judgements)
 
 
@@ -146,10 +149,10 @@ def words(solved: OptimumResult, told_in: ToldIn = SI) -> list[str]:
     """Return sentences on an optimum."""
     task, best, unit = solved.task, solved.optimum, solved.units[solved.task.figure]
     held = best.certificate
-    told = _verdict(solved, told_in)
-    kept = told["verdict"] if told["passed"] else f"{told['verdict'].upper()}: {told['problem']}".rstrip(": ")
-    if told["passed"] is False:
-        kept = f"NO design keeps all limits: at best {told['problem']}"
+    found = _verdict(solved, told_in)
+    kept = found.verdict if found.passed else f"{found.verdict.upper()}: {found.problem}".rstrip(": ")
+    if found.passed is False:
+        kept = f"NO design keeps all limits: at best {found.problem}"
     kept = f"; {kept}" if kept else ""
     before, after = (quantity(each[task.figure], unit, told_in=told_in) for each in (solved.before, solved.after))
     said = [f"{task.figure}: {before} -> {after}{_goal_words(solved, told_in)}{kept}"]
@@ -164,10 +167,9 @@ def words(solved: OptimumResult, told_in: ToldIn = SI) -> list[str]:
             gain = f"relaxing it by 1 % gives {number(multiplier, 3)} % {less}"
             said.append(f"active limit {limit.figure}, {bound}{room}: {gain}")
     for row in _variables(solved):
-        if row["at_bound"]:
-            end = "lower" if row["at_bound"] == "low" else "upper"
-            size = quantity(row["value"], row["unit"], told_in=told_in)
-            said.append(f"active {end} bound of {row['path']}, {size}")
+        if row.at_bound:
+            end = "lower" if row.at_bound == "low" else "upper"
+            said.append(f"active {end} bound of {row.path}, {quantity(row.value, row.unit, told_in=told_in)}")
     residual = f"converged to {percent(held.residual)}" + (", at a kink" if held.kinked else "")
     better, tried = int(np.sum(held.neighbours.better)), int(np.sum(held.neighbours.tried))
     near = f"{better or 'no'} better {'designs' if better > 1 else 'design'} among {tried} neighbours"
@@ -179,12 +181,11 @@ def words(solved: OptimumResult, told_in: ToldIn = SI) -> list[str]:
 
 def _goal_words(solved: OptimumResult, told_in: ToldIn) -> str:
     """Return the goal by the full answer in words, empty without one."""
-    told, unit = _goal_in_full(solved), solved.units[solved.task.figure]
-    if told["theory"] == QUASI_STATIC or told["in_full"] is None or told["error"] == 0.0:
+    theory, (value, error) = _theory(solved), _goal_in_full(solved)
+    if theory == QUASI_STATIC or value is None or error == 0.0:
         return ""
-    size = quantity(told["in_full"], unit, told_in=told_in)
-    row = {"value": told["in_full"], "unit": unit, "error": told["error"]}
-    return f" (full answer {size}{error_words(row, told_in)}, {told['theory']})"
+    found = Reading(value=value, unit=solved.units[solved.task.figure], error=error)
+    return f" (full answer {size(found, told_in)}{error_words(found, told_in)}, {theory})"
 
 
 def _missed(solved: OptimumResult, told_in: ToldIn) -> str:
@@ -202,24 +203,25 @@ def _missed(solved: OptimumResult, told_in: ToldIn) -> str:
     return "; ".join(told) or "they are exceeded by round-off"
 
 
-def optimum_table(solved: OptimumResult) -> Table:
+def optimum_table(best: OptimumReport) -> Table:
     """Return a table with rows for the goal, the variables and the limits."""
-    figures = optimum_figures(solved)
-    goal = (figures["goal"], figures["figure"], figures["unit"], figures["before"], figures["value"])
-    rows: list[tuple[Any, ...]] = [(*goal, *(None,) * 5, figures["in_full"], figures["error"], None)]
-    for each in figures["variables"]:
-        keys = ("path", "unit", "before", "value", "low", "high")
-        rows.append(("variable", *(each[key] for key in keys), None, each["multiplier"], *(None,) * 4))
-    for each in figures["limits"]:
-        bounds = (each["bound"], None) if each["kind"] == "least" else (None, each["bound"])
-        first = (each[key] for key in ("figure", "unit", "before", "value"))
-        last = (each[key] for key in ("margin", "multiplier", "held_to", "in_full", "error", "outcome"))
+    goal = (best.goal, best.figure, best.unit, best.before, best.value)
+    rows: list[tuple[Any, ...]] = [(*goal, *(None,) * 5, best.in_full, best.error, None)]
+    for each in best.variables:
+        own = each.path, each.unit, each.before, each.value, each.low, each.high
+        rows.append(("variable", *own, None, each.multiplier, *(None,) * 4))
+    for limit in best.limits:
+        bounds = (limit.bound, None) if limit.kind == "least" else (None, limit.bound)
+        first = limit.figure, limit.unit, limit.before, limit.value
+        last = limit.margin, limit.multiplier, limit.held_to, limit.in_full, limit.error, limit.outcome
         rows.append(("limit", *first, *bounds, *last))
     return Table.of_rows(HEAD, rows)
 
 
-def write_studies(part: Path, document: Document, request: Request, progress: Progress) -> dict[str, Any]:
-    """Write the files of the requested studies and return their figures by study.
+def write_studies(
+    part: Path, document: Document, request: Request, progress: Progress
+) -> tuple[dict[str, Any], OptimumReport | UnsetType]:
+    """Write the files of the requested studies; return their figures by study, and the best design.
 
     Parameters
     ----------
@@ -235,7 +237,8 @@ def write_studies(part: Path, document: Document, request: Request, progress: Pr
     SceneError
         The study cannot be answered.
     """
-    figures = {}
+    figures: dict[str, Any] = {}
+    optimum: OptimumReport | UnsetType = UNSET
     with of_file(document.path):
         if request.sensitivities:
             result, numbers, units = sensitivity_study(document, progress=progress)
@@ -253,10 +256,10 @@ def write_studies(part: Path, document: Document, request: Request, progress: Pr
             best = optimum_study(document, progress)
             paths = (number.path for number in best.task.variables)
             values = dict(zip(paths, best.optimum.values.tolist(), strict=True))
-            figures["optimum"] = optimum_figures(best, document.scene.told_in)
-            told = figures["optimum"]["verdict"]
-            head = f"The best design by [optimize] of the scene {document.name}{told and ': '}{told}."
+            optimum = optimum_report(best, document.scene.told_in)
+            verdict = optimum.verdict
+            head = f"The best design by [optimize] of the scene {document.name}{verdict and ': '}{verdict}."
             new = document.with_values(values).text(head)
             (part / "optimum.toml").write_text(new, encoding="utf-8")
-            write_table(part / "optimum.csv", optimum_table(best), request.tables)
-    return figures
+            write_table(part / "optimum.csv", optimum_table(optimum), request.tables)
+    return figures, optimum

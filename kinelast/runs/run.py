@@ -12,9 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import to_builtins
+from msgspec.structs import replace as changed
 
-from kinelast import __version__
 from kinelast.figures.registry import limits_of
+from kinelast.figures.report import Origin, Report, data_of, report_from
 from kinelast.figures.results import Results
 from kinelast.outputs import positions as tables
 from kinelast.outputs.outbox import complete, foreign
@@ -52,8 +54,7 @@ from kinelast.tasks.task import (
     missing_package,
 )
 
-STUDIES = "sensitivities", "tolerances", "optimum"
-"""Studies of designs of a scene."""
+STUDIES = "balance", "speeds", "sensitivities", "tolerances"  # sections of a report, besides the optimum
 
 
 def try_scene(request: Request, resume: bool, task: Task, progress: Progress = SILENT) -> Outcome:
@@ -78,10 +79,11 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     document = document_from_bytes(content, task.path)
     made, folder = made_from(content, request, document.files), task.folder
     if resume:
-        before, why = finished(folder, made)
+        before, why = finished(folder, to_builtins(made))
         if before:
-            status = CHECK_FAILED if _differs(before) else FINE
-            return Outcome(status, f"{task.name}: finished before -> {folder}", SKIPPED, figures=before)
+            report = report_from(before)
+            status = FINE if _agrees(report) else CHECK_FAILED
+            return Outcome(status, f"{task.name}: finished before -> {folder}", SKIPPED, report=report)
         if why:
             progress.tell(f"{task.name}: computed again: {why}")
     document = document.with_positions(request.positions)
@@ -96,8 +98,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     scene = replace(scene, course=scene.course.telling(_on_step(scene, progress)))
     if scene.course.interrupted is not None:
         request = replace(request, reachable=True)
-        made = {**made, "interrupted": scene.course.interrupted}  # a later run does not treat it as complete
-    told = {**task.beside, "made_from": made}
+        made = changed(made, interrupted=scene.course.interrupted)  # a later run does not treat it as complete
     if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
         progress.tell(heavy)
     if long:
@@ -106,13 +107,14 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
         if request.tables:
             raise RequestError("--tables: of a run as long as this there is CSV alone, which is written on the way")
         with complete(folder) as part:
-            figures = _finish(part, folder, document, _long(part, scene, request, progress), told, request, progress)
+            results = _long(part, scene, request, progress)
+            report, sealed = _finish(part, task, document, results, made, request, progress)
     else:
         results = computed(scene, request, progress)
         with complete(folder) as part:
             write_tables(part, results, request)
-            figures = _finish(part, folder, document, results, told, request, progress)
-    return _told(task, figures)
+            report, sealed = _finish(part, task, document, results, made, request, progress)
+    return _outcome(task, report, sealed)
 
 
 def _on_step(scene: Scene, progress: Progress) -> OnStep:
@@ -179,64 +181,78 @@ def write_tables(part: Path, results: Results, request: Request) -> None:
 
 def _finish(
     part: Path,
-    place: Path,
+    task: Task,
     document: Document,
     results: Results,
-    told: dict[str, Any],
+    made: Origin,
     request: Request,
     progress: Progress,
-) -> dict[str, Any]:
-    """Write the tables and all other files of a scene to a folder, and return its figures.
-
-    `told` is what the summary tells besides.
-    """
+) -> tuple[Report, dict[str, Any]]:
+    """Write the tables and all other files of a scene to a folder; return its report and its sealed summary."""
     from kinelast.figures.refinement import refined
-    from kinelast.figures.summary import summary
+    from kinelast.figures.summary import report_of
 
     for name, table in tables.cam_tables(results.scene).items():
         write_table(part / f"{name}.csv", table, request.tables)
     if request.refine and not results.vibrates:
         results = refined(results, progress)
-    figures = {"kinelast": __version__, **summary(results), **told}
-    checks = {name: figures[name] for name in ("check", "nonlinear_check", "solid_check") if figures[name]}
-    if checks:
-        write_json(part / "check.json", {**checks.pop("check", {}), **checks})
+    report = changed(report_of(results), made_from=made)
+    further = {"nonlinear_check": report.nonlinear_check, "solid_check": report.solid_check}
+    checks = {name: check for name, check in further.items() if check}
+    if report.check or checks:
+        write_json(part / "check.json", {**(to_builtins(report.check) or {}), **checks})
+    report = _with_studies(part, document, results, report, request, progress)
+    failed: dict[str, str] = {}
+    report = changed(report, more={**report.more, **task.beside, "failed": failed})
+    shown = _best(document, report, task, request, progress) if report.optimum else (results, report)
+    for name, draw in _drawings(part, results, shown, request, progress):
+        with _kept_apart(name, failed):
+            draw()
+    return report, seal(part, data_of(report), task.folder)
+
+
+def _with_studies(
+    part: Path, document: Document, results: Results, report: Report, request: Request, progress: Progress
+) -> Report:
+    """Write the files of the requested studies, and return the report with them."""
+    more: dict[str, Any] = {}
     if request.speeds and results.scene.labels:
-        figures["speeds"] = _speeds(part, results.scene, request.speeds, request.tables, progress)
+        more["speeds"] = _speeds(part, results.scene, request.speeds, request.tables, progress)
         from kinelast.figures.speeds import with_limit_speed
 
-        figures["breaks_first"] = with_limit_speed(figures["breaks_first"], figures["speeds"], results.scene)
+        rows = with_limit_speed(report.breaks_first, more["speeds"], results.scene)
+        report = changed(report, breaks_first=rows)
     if request.balance:
         from kinelast.figures.balance import balance_figures, balance_text
 
-        figures["balance"] = balance_figures(results)
-        if balanced := balance_text(document, figures["balance"]):
+        more["balance"] = balance_figures(results)
+        if balanced := balance_text(document, more["balance"]):
             (part / "balance.toml").write_text(balanced, encoding="utf-8")
     if request.sensitivities or request.tolerances or request.optimize:
         from kinelast.outputs.studies import write_studies
 
-        figures.update(write_studies(part, document, request, progress.within(document.name)))
-    shown = _optimum(document, figures, told, request, progress) if request.optimize else (results, figures)
-    failed = figures["failed"] = {}
-    for name, draw in _drawings(part, results, shown, request, progress):
-        with _kept_apart(name, failed):
-            draw()
-    return seal(part, figures, place)
+        studies, optimum = write_studies(part, document, request, progress.within(document.name))
+        more |= studies
+        report = changed(report, optimum=optimum)
+    return changed(report, more={**report.more, **more})
 
 
-def _optimum(
-    document: Document, figures: Mapping[str, Any], told: Mapping[str, Any], request: Request, progress: Progress
-) -> tuple[Results, dict[str, Any]]:
-    """Return results and figures of the best design with the studies, for its report."""
-    from kinelast.figures.summary import summary
+def _best(
+    document: Document, report: Report, task: Task, request: Request, progress: Progress
+) -> tuple[Results, Report]:
+    """Return results and report of the best design, with the studies."""
+    from kinelast.figures.summary import report_of
 
-    best = document.with_values({row["path"]: row["value"] for row in figures["optimum"]["variables"]}, "best design")
+    assert report.optimum
+    best = document.with_values({each.path: each.value for each in report.optimum.variables}, "best design")
     if is_long(best.scene, best.scene.run.positions):
         best = best.with_positions(SHOWN)
     units = request.units or best.scene.report_units
     results = computed(replace(best.scene, report_units=units), request, progress)
-    studies = {name: figures[name] for name in ("kinelast", *STUDIES) if name in figures}
-    return results, {**summary(results), **told, **studies}
+    studies = {name: report.more[name] for name in STUDIES if name in report.more}
+    own = report_of(results)
+    more = {**own.more, **task.beside, **studies}
+    return results, changed(own, made_from=report.made_from, optimum=report.optimum, more=more)
 
 
 def _speeds(
@@ -253,23 +269,23 @@ def _speeds(
     return speed_figures(found, scene)
 
 
-def _told(task: Task, figures: dict[str, Any]) -> Outcome:
+def _outcome(task: Task, report: Report, sealed: Mapping[str, Any]) -> Outcome:
     """Return the outcome of a finished scene: sentences and status."""
-    line = f"{task.name}: {headline(figures)} -> {task.folder}"
-    if others := foreign(task.folder, figures):
+    line = f"{task.name}: {headline(report)} -> {task.folder}"
+    if others := foreign(task.folder, sealed):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
-    made = figures["made_from"]
-    if older := [name for name, told in figures["earlier"].items() if not same_scene(told["made_from"], made)]:
+    made = to_builtins(report.made_from)
+    if older := [name for name, each in sealed["earlier"].items() if not same_scene(each["made_from"], made)]:
         line += f"; of an earlier state of the scene: {plain(', '.join(older[:3]), MESSAGE)}"
-    for study in ("balance", "speeds", *STUDIES):
-        for words in figures.get(study, {}).get("words", ()):
-            line += f"\n{task.name}: {words}"
-    failed = figures["failed"]
+    words = [each for study in STUDIES for each in report.more.get(study, {}).get("words", ())]
+    for each in (*words, *(report.optimum.words if report.optimum else ())):
+        line += f"\n{task.name}: {each}"
+    failed = report.more["failed"]
     for name, fault in failed.items():
         line += f"\n{task.name}: the program failed on {name}, please report this:\n{fault}"
-    status = BUG if failed else CHECK_FAILED if _differs(figures) else FINE
-    asked = tuple(f"{task.name}: {words}" for words in questions(figures))
-    return Outcome(status, line, DONE, asked, figures, interrupted=figures["run"]["interrupted"] is not None)
+    status = BUG if failed else FINE if _agrees(report) else CHECK_FAILED
+    asked = tuple(f"{task.name}: {each}" for each in questions(report))
+    return Outcome(status, line, DONE, asked, report, interrupted=report.run.interrupted is not None)
 
 
 @contextmanager
@@ -289,22 +305,20 @@ def _kept_apart(name: str, failed: dict[str, str]) -> Iterator[None]:
 def _drawings(
     part: Path,
     results: Results,
-    shown: tuple[Results, dict[str, Any]],
+    shown: tuple[Results, Report],
     request: Request,
     progress: Progress,
 ) -> Iterator[tuple[str, Callable[[], Any]]]:
     """Yield names of drawings, and functions that make them.
 
-    `shown` are the results and figures of the page and of its print: those of an optimum where one is asked for.
+    `shown` are the results and the report of the page and of its print: those of the best design, if requested.
     """
     name = results.scene.name
 
     def report() -> None:
-        from kinelast.outputs.handout import handout as words_of
         from kinelast.outputs.page import report_page
 
-        page = report_page(*shown, headline(shown[1]), words_of(shown[1]))
-        (part / "report.html").write_bytes(page)
+        (part / "report.html").write_bytes(report_page(*shown))
 
     def stills() -> None:
         from kinelast.outputs.pictures import write_stills
@@ -359,16 +373,17 @@ def _drawings(
         yield f"{diagram}.{request.picture}", partial(film, diagram)
 
 
-def _differs(figures: Mapping[str, Any]) -> bool:
-    """Return True if a check fails or cannot be made, or limits, optimum or accuracy are not reached."""
-    checks = [figures.get(name) for name in ("check", "nonlinear_check", "solid_check")]
-    made = [check for check in checks if check is not None]
-    failed = any(
-        check.get("passed") is False
-        or any(check.get(reason) for reason in ("problem", "too_close_to_decide", "cannot_tell"))
-        for check in made
-    )
-    best = figures.get("optimum", {"feasible": True, "verdict": ""})
-    infeasible = not best["feasible"] or bool(best["verdict"] and not best["passed"])
-    judged = bool(figures["acceptance"]["verdict"]) and not figures["acceptance"]["passed"]
-    return failed or infeasible or judged or figures.get("theory", {}).get("reached") is False
+def _agrees(report: Report) -> bool:
+    """Return whether no check failed or could not be made, and limits, optimum and accuracy are reached."""
+    best, verdict = report.optimum, report.acceptance
+    failures = [
+        report.check and report.check.passed is False,
+        *(
+            check and (check.passed is False or check.problem or check.too_close_to_decide or check.cannot_tell)
+            for check in (report.nonlinear_check, report.solid_check)
+        ),
+        best and (not best.feasible or (best.verdict and not best.passed)),
+        verdict.verdict and not verdict.passed,
+        report.theory.reached is False,
+    ]
+    return not any(failures)

@@ -11,12 +11,15 @@ from msgspec import defstruct
 from msgspec import field as entry
 
 from kinelast.scene.figure import LEAST, Figure, Limit, RangeCheck, items_of
+from kinelast.scene.finding import Finding
 from kinelast.scene.numbers import real
 from kinelast.scene.tables import Name, StrictTable
 from kinelast.scene.units import Quantity
 from rigid import Link, Load, Mechanism, Slider
 
 if TYPE_CHECKING:
+    from kinelast.figures.cycle import Cycle
+    from kinelast.figures.reader import Reader
     from kinelast.scene.data import Scene
     from kinelast.scene.format import MaterialTable, SceneTable
     from kinelast.scene.links import LinkModel
@@ -78,9 +81,19 @@ class Part(Generic[Built]):
         From the mechanism and the tables to the built parts by name; raises SceneError.
     figures
         Its figures. `Figure.limit` names the key of the table that bounds one, as `life` or `rolling.life`.
-    facts
-        Data of a part that its section of the summary states besides the figures: texts, or values with SI units. None
-        if it has no such section.
+    row
+        From the readings of a run and the name of a part to its row in the summary, besides its figures. None without
+        such rows.
+    section
+        Key of its rows in the summary, if it is not `key`.
+    joint_row
+        From the readings of a run and the number of a joint to entries of the joint's row in the summary.
+    findings
+        Findings on its parts in a run.
+    formulas
+        Inputs of its formulas, in words, that the stated errors do not cover.
+    columns
+        Columns of positions.csv with units, by name.
     strokes
         Its symbol in a scene.
     begin
@@ -113,7 +126,7 @@ class Part(Generic[Built]):
     table: type[StrictTable] | None
     build: Callable[[Assembly], Mapping[str, Built]]
     figures: tuple[Figure, ...] = ()
-    facts: Callable[[Built], Mapping[str, str | tuple[Any, str]]] | None = None
+    row: Callable[[Reader, str], Mapping[str, Any]] | None = None
     strokes: Callable[[Scene], Iterable[Stroke]] = lambda _: ()
     begin: Callable[[str, str], Mapping[str, Any] | None] = lambda *_: {}
     menu: str = ""
@@ -126,6 +139,11 @@ class Part(Generic[Built]):
     more_than_limits: tuple[str, ...] = ()
     usual: Mapping[str, tuple[str, float, float, str, str]] = field(default_factory=dict)
     stand_in: Mapping[str, Any] | None = None
+    section: str = ""
+    joint_row: Callable[[Reader, int], Mapping[str, Any]] = lambda *_: {}
+    findings: Callable[[Reader], Iterable[Finding]] = lambda _: ()
+    formulas: str = ""
+    columns: Callable[[Cycle], Mapping[str, tuple[Any, str]]] = lambda _: {}
 
     def tables(self, scene: SceneTable) -> Mapping[str, Any]:
         """Its tables by name."""
@@ -137,6 +155,17 @@ class Part(Generic[Built]):
     def of(self, scene: Scene) -> Mapping[str, Built]:
         """The built parts of a scene by name."""
         return scene.parts[self.key]
+
+    def rows(self, reader: Reader) -> dict[str, Any]:
+        """Its section of the summary, by key; empty if it has none."""
+        if self.row is None:
+            return {}
+        keys = [figure.key for figure in self.figures]
+        rows: dict[str, Any] = {}
+        for name in self.of(reader.scene):
+            figures = {} if self.alone else {"figures": reader.of_items(keys, name)}
+            rows[name] = {**self.row(reader, name), **figures}
+        return {self.section or self.key: rows.get(ALONE) if self.alone else rows}
 
     @cached_property
     def bounded(self) -> tuple[Figure, ...]:

@@ -119,13 +119,13 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
     manifest = filled(outcome, rows.cells(tally)).manifest
     summary = _summary(task, evaluation, tally, manifest)
     put(task.folder / "sweep.json", json_bytes(summary, indent=1) + b"\n")
-    refused = tally.best is None or (tally.accepted and not tally.accepted["passed"])
+    refused = tally.best is None or (tally.accepted and not tally.accepted.passed)
     status, line = CHECK_FAILED if refused else FINE, f"{task.name}: {_closing(evaluation, tally)}"
     failed, why = FINE, ""
     if tally.kept:
         failed, why = write_pages(task, evaluation, tally, request.positions, batch, progress)
     message = f"{line} -> {task.folder}" + "".join(f"\n{task.name}: {each}" for each in why.splitlines())
-    return Outcome(max(status, failed), message, DONE, figures=summary)
+    return Outcome(max(status, failed), message, DONE)
 
 
 def _figures_and_aim(document: Document, plan: Plan) -> tuple[tuple[str, ...], Aim]:
@@ -219,17 +219,17 @@ def _verdict(tally: Tally) -> str:
     accepted = tally.accepted
     if accepted is None:
         return ""
-    if accepted["passed"]:
+    if accepted.passed:
         assert tally.best is not None
         aim, sign = tally.aim.figure, tally.aim.sign
         rows = {int(row[NUMBER]): sign * row[aim] for row in tally.leading}
         best = sign * tally.best[aim]
         refused = [number for number, found in tally.answered.items()
-                   if rows.get(number, np.inf) < best and not verdict_on(found.judgements)["passed"]]  # fmt: skip
+                   if rows.get(number, np.inf) < best and not verdict_on(found.judgements).passed]  # fmt: skip
         passed_over = f"; {counted(len(refused), 'better design')} answered in full before it: not acceptable"
-        return f", {accepted['verdict']}{passed_over if refused else ''}"
-    why = f": {accepted['problem']}" if accepted["problem"] else ""
-    return f", {accepted['verdict'].upper()}{why}; of {len(tally.answered)} answered in full none is acceptable"
+        return f", {accepted.verdict}{passed_over if refused else ''}"
+    why = f": {accepted.problem}" if accepted.problem else ""
+    return f", {accepted.verdict.upper()}{why}; of {len(tally.answered)} answered in full none is acceptable"
 
 
 def _closing(evaluation: Evaluation, tally: Tally) -> str:

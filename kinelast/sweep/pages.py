@@ -12,6 +12,7 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
+from msgspec import to_builtins
 
 from kinelast import __version__
 from kinelast.designs.base import base_of
@@ -25,6 +26,7 @@ from kinelast.figures.limits import (
     room,
     verdict_on,
 )
+from kinelast.figures.report import Verdict
 from kinelast.outputs.outbox import complete, put
 from kinelast.outputs.page import designs_page, first_axes, front, is_greater
 from kinelast.outputs.sealed import finished, seal
@@ -119,7 +121,7 @@ class Rows:
                 **{name + end: value * self.factor(name) for name, pair in found.figures.items()
                    for end, value in zip((IN_FULL, ERROR), pair, strict=True)},
                 THEORY: found.theory or QUASI_STATIC,
-                VERDICT: verdict_on(found.judgements)["verdict"],
+                VERDICT: verdict_on(found.judgements).verdict,
             }
             for number, found in tally.answered.items()
         }  # fmt: skip
@@ -179,7 +181,7 @@ class Tally:
         self.best = self.leading[0] if self.leading else None
 
     @property
-    def accepted(self) -> dict[str, Any] | None:
+    def accepted(self) -> Verdict | None:
         """Verdict on the best design; None without limits, or if no design keeps them."""
         found = self.answered.get(int(self.best[NUMBER])) if self.best else None
         return verdict_on(found.judgements) if found and self.limits_kept is not None else None
@@ -276,7 +278,7 @@ class FullAnswers:
         self.in_full[at] = aim.sign * value if known else self.aims[at]
         self.off = abs(self.in_full[at] - self.aims[at]) + (error if math.isfinite(error) else 0.0)
         self.left[at] = False
-        self.passed[at] = bool(verdict_on(answer.judgements)["passed"]) if answer.judgements else known
+        self.passed[at] = bool(verdict_on(answer.judgements).passed) if answer.judgements else known
         if self.alike and answer.judgements:
             self.expected = np.ones(len(self.designs), bool)
             for judged in answer.judgements:
@@ -293,7 +295,8 @@ def answers_as_data(tally: Tally, units: Mapping[str, str]) -> dict[int, dict[st
                    "error": error if math.isfinite(error) else None}
             for name, (value, error) in answer.figures.items()
         }  # fmt: skip
-        plain_data[number] = {"theory": answer.theory, **verdict_on(answer.judgements), "figures": figures}
+        verdict = to_builtins(verdict_on(answer.judgements))
+        plain_data[number] = {"theory": answer.theory, **verdict, "figures": figures}
     return plain_data
 
 

@@ -9,11 +9,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from glob import glob, has_magic
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kinelast.scene.error import SceneError, plain
 from kinelast.tasks.progress import stops_kept
 from kinelast.tasks.request import RequestError
+
+if TYPE_CHECKING:
+    from kinelast.figures.report import Report
 
 LINE = 200  # characters of an argument in a message
 FOREIGN = ".pmks", ".linkage2", ".json", ".dxf"  # endings of files of other programs
@@ -146,7 +149,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of a scene: exit status, one line of text, state, questions about figures, figures, duration [s].
+    """Outcome of a scene: exit status, one line of text, state, questions about figures, report, duration [s].
 
     `interrupted`: stopped by the user, partial results are stored. `unwritten`: a write error, which may be temporary.
     """
@@ -155,7 +158,7 @@ class Outcome:
     line: str
     state: str = FAILED
     questions: tuple[str, ...] = ()
-    figures: Mapping[str, Any] = field(default_factory=dict)
+    report: Report | None = None
     seconds: float = 0.0
     interrupted: bool = False
     unwritten: bool = False

@@ -16,10 +16,12 @@ from typing import Any
 
 import numpy as np
 
+from kinelast.figures.report import Report, data_of
 from kinelast.figures.results import Results
+from kinelast.outputs.handout import handout
 from kinelast.outputs.page.data import Numbers, kept_positions, model_of, numbers_of
 from kinelast.outputs.sealed import json_bytes
-from kinelast.outputs.words import verdict_words
+from kinelast.outputs.words import headline, verdict_words
 from kinelast.scene.figure import LEAST
 from kinelast.scene.numbers import SI, ToldIn
 from kinelast.scene.parts.bearings import BEARINGS
@@ -33,31 +35,18 @@ SCRIPTS = ("numbers", "dom", "fold", "theme", "arrays", "scene", "motion", "tabl
            "cams", "joints", "main")  # fmt: skip
 
 
-def report_page(
-    results: Results, figures: dict[str, Any], gist: str = "", handout: Mapping[str, Any] | None = None
-) -> bytes:
-    """Return the self-contained page of a scene, UTF-8.
-
-    Parameters
-    ----------
-    figures
-        Summary with all printed figures, see `kinelast.figures.summary.summary`.
-    gist
-        Answer in one line, for browsers without scripts.
-    handout
-        Words of the one-page print, see `kinelast.outputs.handout.handout`.
-    """
+def report_page(results: Results, report: Report) -> bytes:
+    """Return the self-contained page of a scene, UTF-8."""
     kept = kept_positions(results)
     store = numbers_of(results, kept)
     numbers, packed = store.bytes()
     model = {**model_of(results, kept, store), "packed": packed}
-    said = {"verdict": verdict_words(figures), "handout": handout}
-    scene = {"summary": figures, "model": model, **said, "text": results.scene.text}
-    words = figures["scene"]
+    said = {"verdict": verdict_words(report), "handout": handout(report)}
+    scene = {"summary": data_of(report), "model": model, **said, "text": results.scene.text}
     parts = {
-        "title": text_of(words["title"]),
-        "source": text_of(words["source"].strip()),
-        "gist": text_of(gist),
+        "title": text_of(report.scene.title),
+        "source": text_of(report.scene.source.strip()),
+        "gist": text_of(headline(report)),
         "scene": as_data(scene),
         "numbers": b64encode(numbers),
         "uplot": _chart_library(),

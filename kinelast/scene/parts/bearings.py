@@ -17,6 +17,7 @@ from kinelast.scene.names import joint_words
 from kinelast.scene.numbers import real, require
 from kinelast.scene.part import Assembly, Part
 from kinelast.scene.quantities import Duration, LoadRating, PressureSpeed, Share, Size, SlidingSpeed, Stress
+from kinelast.scene.reading import MAX_MARKS, reading
 from kinelast.scene.tables import Factor, StrictTable
 from machine.joints import (
     EYE_RANGE,
@@ -40,6 +41,7 @@ from rigid.arrays import Flags
 if TYPE_CHECKING:
     from elastic import Largest
     from kinelast.figures.cycle import Cycle
+    from kinelast.figures.reader import Reader
     from kinelast.scene.data import Scene
     from kinelast.scene.format import SceneTable
 
@@ -224,6 +226,34 @@ def _knocks(cycle: Cycle) -> list[Any]:
     return [knocks(lost_contact(cycle, number), cycle.scene.run.turn) for number in joints_with(cycle.scene, CLEARANCE)]
 
 
+SENSES = {1: "turns counter-clockwise", -1: "turns clockwise", 0: "swings"}
+
+
+def _joint_row(reader: Reader, number: int) -> dict[str, Any]:
+    """Motion of a joint with bearings, turns of its force, positions of lost contact, and figures of its parts."""
+    scene, course = reader.scene, reader.cycle.joint(number)
+    parent = reader.results.motion.structure.joints[number].parent
+    figures = {}
+    for figure in BEARINGS.figures:
+        numbers = [*joints_with(scene, figure.of)]
+        if number in numbers:
+            item = numbers.index(number)
+            peak, unit = reader.results.figures.peaks[figure.key][item], figure.units(scene)[item]
+            figures[figure.key] = reader.largest(peak, unit)
+    lost: list[int] = []
+    if number in joints_with(scene, CLEARANCE):
+        lost = np.flatnonzero(lost_contact(reader.cycle, number)).tolist()[:MAX_MARKS]
+    return {
+        "parent": scene.mechanism.links[parent].name,
+        "sense": SENSES[int(course.sense)] if course.turns else "slides",
+        "force_turns": {
+            key: reading(course.force_turns(child), "1") for key, child in (("child", True), ("parent", False))
+        },
+        "contact_lost": [reader.at_position(at) for at in lost],
+        "figures": figures,
+    }
+
+
 Reduction = Callable[[Callable[["Cycle"], list[Any]]], Callable[["Cycle"], "Largest"]]
 Values = Callable[[Any, JointCourse], Any]
 """From the part of a joint, and its force and motion, to values at every position, or of the whole run."""
@@ -302,6 +332,8 @@ BEARINGS: Part[JointParts] = Part(
         RangeCheck(PIN_RANGE, PIN, "pin_safety"),
         RangeCheck(EYE_RANGE, EYE, "eye_safety"),
     ),
+    joint_row=_joint_row,
+    formulas="bearing formulas and catalogue ratings",
     on_axis=True,
     usual={
         "diameter": ("diameter", 1e-5, 10.0, "m", "10 mm"),

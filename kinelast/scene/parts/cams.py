@@ -29,6 +29,7 @@ from kinelast.scene.parts.cam_courses import (
     cam_pressure,
     cam_torque,
 )
+from kinelast.scene.parts.cam_rows import cam_columns, cam_findings, cam_row
 from kinelast.scene.quantities import CamSpeed, PressureAngle, Size, Stress
 from kinelast.scene.tables import Place, StrictTable
 from machine.cams import HERTZ_RANGE, INNER, Cam, CamCourse, CamPush, cam_course, contact_modulus
@@ -332,6 +333,9 @@ CAMS: Part[Cam] = Part(
                limit="pressure"),
         Figure("cam_torque", "torque of a cam's shaft", "N m", CAM, _of_cams(cam_torque)),
     ),
+    row=cam_row,
+    findings=cam_findings,
+    columns=cam_columns,
     checks=(RangeCheck(HERTZ_RANGE, PRESSED, "cam_pressure", quantity=_over_yield),),
     loads=_loads,
     on_axis=True,

@@ -17,6 +17,7 @@ from kinelast.scene.figure import LEAST, Figure, Kind, RangeCheck
 from kinelast.scene.numbers import real, require
 from kinelast.scene.part import ALONE, Assembly, Part
 from kinelast.scene.parts.bearings import BEARINGS, eye_of
+from kinelast.scene.reading import reading
 from kinelast.scene.tables import Factor, StrictTable
 from machine import Range
 from machine.joints import EDGE_RANGE, HOLE_RANGE
@@ -38,6 +39,7 @@ from rigid.arrays import Real
 
 if TYPE_CHECKING:
     from kinelast.figures.cycle import Cycle
+    from kinelast.figures.reader import Reader
     from kinelast.scene.format import MaterialTable, SceneTable
     from kinelast.scene.links import LinkModel
     from kinelast.scene.sections import SectionSource
@@ -189,6 +191,27 @@ def _cycles(cycle: Cycle) -> Largest:
         return replace(found, value=1.0 / found.value)
 
 
+def _row(reader: Reader, _: str) -> dict[str, Any]:
+    """Criterion, and endurance and life of every beam with its place."""
+    task, peaks = reader.scene.parts[KEY][ALONE], reader.results.figures.peaks
+    stress, links = beam_fatigue(reader.cycle), {}
+    for beam, label in enumerate(reader.scene.labels):
+        peak, life, strength = peaks["endurance"][beam], peaks["life"][beam], task.strengths[beam]
+        links[label] = {
+            "endurance": reader.largest(peak, "1"),
+            "cycles": reader.largest(peaks["life_cycles"][beam], "1"),
+            "life": reader.largest(life, "s"),
+            "endless": bool(np.isposinf(life.value)),
+            "amplitude": reading(stress.amplitude[beam], "Pa"),
+            "mean": reading(stress.mean[beam], "Pa"),
+            "along": reading(peak.xi * float(reader.results.deflection.length[beam, 0]), "m"),
+            "fibre": "left" if peak.row == 0 else "right",
+            "endurance_limit": reading(np.ravel(strength.limit)[0], "Pa"),
+            "factors": {key: float(np.ravel(value)[0]) for key, value in task.factors[beam].items()},
+        }
+    return {"criterion": task.criterion, "links": links}
+
+
 FATIGUED = Kind("fatigued beam", lambda scene: scene.labels if scene.parts[KEY] else ())
 FATIGUE: Part[FatigueTask] = Part(
     KEY, "life of the links [none]", FatigueTable, _built,
@@ -200,6 +223,9 @@ FATIGUE: Part[FatigueTask] = Part(
         Figure("life", "time until a link breaks", "s", FATIGUED, _asked(_life), LEAST, limit="life", whole=True,
                power=STEEPEST),
     ),
+    _row,
+    section="life",
+    formulas="the life formula and its strengths",
     checks=(RangeCheck(YIELD_RANGE, FATIGUED, "safety"), RangeCheck(CYCLES_RANGE, FATIGUED, "life_cycles")),
     alone=True,
 )  # fmt: skip

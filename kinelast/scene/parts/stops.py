@@ -16,12 +16,14 @@ from kinelast.scene.moved_joint import coordinate, moved_joint
 from kinelast.scene.numbers import require
 from kinelast.scene.part import Assembly, Part, Stroke
 from kinelast.scene.quantities import Coordinate
+from kinelast.scene.reading import reading
 from kinelast.scene.tables import JointNameTable
 from rigid import Mechanism, Motion, PinDrive, Reals, SliderDrive
 from rigid.analysis import LinkAngle, Slide
 
 if TYPE_CHECKING:
     from kinelast.figures.cycle import Cycle
+    from kinelast.figures.reader import Reader
     from kinelast.scene.data import Scene
 
 TURN = 2.0 * np.pi
@@ -112,9 +114,10 @@ def _margins(kind: Kind, margin: Callable[[Stop, Reals], Any]) -> Callable[[Cycl
     return find
 
 
-def _facts(stop: Stop) -> dict[str, Any]:
-    ends = {key: (np.ravel(end)[0], stop.unit) for key in ("least", "most") if (end := getattr(stop, key)) is not None}
-    return {"joint": stop.joint.name, **ends}
+def _row(reader: Reader, name: str) -> dict[str, Any]:
+    stop = STOPS.of(reader.scene)[name]
+    ends = {key: end for key in ("least", "most") if (end := getattr(stop, key)) is not None}
+    return {"joint": stop.joint.name, **{key: reading(np.ravel(end)[0], stop.unit) for key, end in ends.items()}}
 
 
 def _strokes(scene: Scene) -> Iterator[Stroke]:
@@ -158,5 +161,5 @@ STOPS: Part[Stop] = Part(
                _margins(UPPER, lambda stop, value: stop.most - value), LEAST, everywhere=True,
                limit="required_margin", rigid=True),
     ),
-    _facts, _strokes, _begin, "end stops of the link or slider",
+    _row, _strokes, _begin, "end stops of the link or slider",
 )  # fmt: skip
