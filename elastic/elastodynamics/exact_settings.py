@@ -33,8 +33,8 @@ class ExactSettings:
     max_newton_ratio, min_newton_reuse
         Growth of a Newton step that ends the method; reduction below which the operator is reused.
     min_fall, filtered_change
-        Newton's method ends if the residual falls to no less than `min_fall` of the last one while the step is below
-        `filtered_change` of it: the coordinates do not reach the rest.
+        After `patience` steps at the whole load, Newton's method ends if the residual falls to no less than `min_fall`
+        of the last one while the step is below `filtered_change` of it: the coordinates do not reach the rest.
     newton_fastest
         Frequency limit of inertia beyond the coordinates, relative to that of other steps, which mix more.
     balance, max_balances

@@ -115,9 +115,8 @@ def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, f
         best = settled if best is None or settled.open < best.open else best
         done = settled.open if share == 1.0 else settled.change_share
         before_it, residual = residual, settled.residual_share
-        stalled = (
-            residual > SETTINGS.min_fall * before_it and settled.change_share < SETTINGS.filtered_change * residual
-        )
+        filtered = settled.change_share < SETTINGS.filtered_change * residual
+        stalled = share == 1.0 and count > SETTINGS.patience and filtered and residual > SETTINGS.min_fall * before_it
         if done <= tolerance or stalled or not size <= SETTINGS.max_newton_ratio * last:
             break
         if count % SETTINGS.patience == 0:
