@@ -166,7 +166,7 @@ def check_doors(tables):
         assert bool(row.columns["limits_kept"][0]) == all(kept)
         # the best of a sweep, and of an optimum
         judged = verdict_on(full_answer(scene, limits_of_items(scene)).judgements)
-        assert (judged["verdict"], judged["passed"]) == tuple(told["acceptance"][key] for key in ("verdict", "passed"))
+        assert (judged.verdict, judged.passed) == tuple(told["acceptance"][key] for key in ("verdict", "passed"))
 
     found = figures_of(output_of(scene))
     named = {limit.figure for limit in limits_of(scene)} | needed_by_limits(scene)
@@ -246,7 +246,7 @@ def test_an_optimum_and_a_notebook_keep_the_limits_of_the_report(factor, named):
     at = np.array([variable.base for variable in posed.task.variables])
     columns = posed.problem.figures_of(at[None]).columns
     judged = verdict_on(full_answer(scene_from_dict(tables), posed.task.limits).judgements)
-    assert judged["verdict"] == written["acceptance"]["verdict"] != ""
+    assert judged.verdict == written["acceptance"]["verdict"] != ""
     for row in rows:
         key = {"output": "output_error"}.get(row["kind"], row["kind"])
         own = [limit for limit in posed.task.limits if limit.figure.split(".")[0] == key]
