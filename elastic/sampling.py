@@ -10,7 +10,7 @@ import numpy as np
 from elastic.arrays import AtStations, PerBeam
 from elastic.beams.division import at_station, evaluated
 from elastic.derived import coefficients
-from elastic.fields import field_named
+from elastic.fields import Field, field_named
 from elastic.links.beam_trees import in_line
 from elastic.solution import Deflection
 from rigid import Beam
@@ -20,7 +20,12 @@ STATIONS = 101
 MIN_DEFLECTION_SHARE = 0.01  # lower bound of a beam's reference deflection, relative to the largest of all beams
 
 
-def sample(deflection: Deflection, field: str, stations: int | ArrayLike = STATIONS) -> AtStations:
+def sample(
+    deflection: Deflection,
+    field: str,
+    stations: int | ArrayLike = STATIONS,
+    known: dict[str, AtStations] | None = None,
+) -> AtStations:
     """Evaluate a field at stations along every beam.
 
     Parameters
@@ -32,6 +37,8 @@ def sample(deflection: Deflection, field: str, stations: int | ArrayLike = STATI
         f V/A; "axis", sqrt((N/A)^2 + 3 (f V/A)^2); "mises", largest of the outermost fibres and the axis.
     stations
         Values of xi = x'/l from 0 to 1, shape (stations,), or the number of evenly spaced stations.
+    known
+        Values of this deflection at these stations, by key: used, and new ones added, as stresses share parts.
 
     Raises
     ------
@@ -60,10 +67,18 @@ def sample(deflection: Deflection, field: str, stations: int | ArrayLike = STATI
     if xi.size and not (xi.min() >= 0.0 and xi.max() <= 1.0):
         raise ValueError(f"stations from {xi.min():g} to {xi.max():g}, expected from 0 to 1, shares of the length")
     entry = field_named(field)
+    if known is None:
+        return _sampled(deflection, entry, xi, {})
+    if entry.key not in known:
+        known[entry.key] = _sampled(deflection, entry, xi, known)
+    return known[entry.key]
+
+
+def _sampled(deflection: Deflection, entry: Field, xi: Reals, known: dict[str, AtStations]) -> AtStations:
     if entry.root_of:
-        return np.sqrt(sum(weight * sample(deflection, part, xi) ** 2 for weight, part in entry.root_of))
+        return np.sqrt(sum(weight * sample(deflection, part, xi, known) ** 2 for weight, part in entry.root_of))
     if entry.greatest_of:
-        values = reduce(_larger_magnitude, (sample(deflection, part, xi) for part in entry.greatest_of))
+        values = reduce(_larger_magnitude, (sample(deflection, part, xi, known) for part in entry.greatest_of))
         return values if entry.signed else np.abs(values)
     return evaluated(coefficients(deflection, entry.key), deflection.division, xi)
 

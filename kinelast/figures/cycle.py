@@ -39,6 +39,7 @@ Result = TypeVar("Result")
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not Kind.LOAD)
 WELL = 1e6  # largest condition number of a position that counts in largest values
 STATIONS = 21  # stations along a beam for differences between answers
+AT_STATIONS = np.linspace(0.0, 1.0, STATIONS)
 SETTLED = 1e-5  # tolerance of natural frequencies, fine enough for their derivatives
 
 
@@ -62,7 +63,7 @@ class AlongBeams(RowSearch):
 
     def rows(self, cycle: Cycle) -> Reals | None:
         """Return the values of a cycle that is sampled along the beams."""
-        return greatest_along(sample(cycle.deflection, self.key, STATIONS)) if cycle.sampled else None
+        return greatest_along(sample(cycle.deflection, self.key, AT_STATIONS, cycle.samples)) if cycle.sampled else None
 
     def __call__(self, cycle: Cycle) -> Largest:
         """Return the largest values of the beams over the positions that count."""
@@ -99,6 +100,8 @@ class Cycle:
         Whether peaks have their gain between the positions.
     still
         The quasi-static answer of the same motion, which gives the critical loads; None if this is it.
+    samples
+        Values at `STATIONS`, by key of a field, while several fields are searched.
     """
 
     scene: Scene
@@ -111,6 +114,7 @@ class Cycle:
     sampled: bool = False
     between: bool = False
     still: Cycle | None = None
+    samples: dict[str, Reals] = field(default_factory=dict, init=False, repr=False)
     _known: dict[tuple[Any, ...], Any] = field(default_factory=dict, repr=False)
 
     def once(self, function: Callable[..., Result], *arguments: Hashable) -> Result:
@@ -129,6 +133,7 @@ class Cycle:
         key = find, self.sampled and of_fields  # sampled fields differ from exact ones
         if key not in self._known:
             self._known[key] = find(self)
+            self.samples.clear()
         result: Largest = self._known[key]
         return result
 
@@ -141,6 +146,7 @@ class Cycle:
                 rows = figure.find.rows(self)
                 if rows is not None:
                     searched[key] = np.abs(rows) if np.iscomplexobj(rows) else rows
+        self.samples.clear()
         if not searched:
             return
         together, end = self.largest(np.concatenate([*searched.values()])), 0
@@ -339,9 +345,8 @@ def _joint(cycle: Cycle, number: int) -> JointCourse:
 
 def greatest_along(values: Any) -> Reals:
     """Return the values of largest magnitude along the last axis (stations), with signs."""
-    at = np.abs(values).argmax(axis=-1)
-    greatest: Reals = np.take_along_axis(values, at[..., None], -1)[..., 0]
-    return greatest
+    most, least = values.max(axis=-1), values.min(axis=-1)
+    return np.where(most >= -least, most, least)
 
 
 FEW = 64  # beams with all coordinates: at most 1.5 GB and 15 s

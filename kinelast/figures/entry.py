@@ -62,12 +62,13 @@ def magnitudes(cycle: Cycle, figures: Iterable[Figure]) -> dict[str, Any]:
     """Return the magnitudes of all items of figures by key, including the gain of peaks between positions."""
     figures = [*figures]
     cycle.search(figures)
-    return {figure.key: _magnitude(cycle.of(figure), figure.over) for figure in figures}
+    return {figure.key: cycle.once(_magnitude, figure, cycle.sampled) for figure in figures}
 
 
-def _magnitude(found: Largest, over: str) -> Any:
-    size = np.abs(found.value) if over == LARGEST else found.value
-    return size - found.gain if over == LEAST else size + found.gain
+def _magnitude(cycle: Cycle, figure: Figure, _sampled: bool) -> Any:
+    found = cycle.of(figure)
+    size = np.abs(found.value) if figure.over == LARGEST else found.value
+    return size - found.gain if figure.over == LEAST else size + found.gain
 
 
 def bounded_items(scene: Scene, limit: Limit) -> list[int]:

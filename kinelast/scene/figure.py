@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -37,7 +38,18 @@ class Kind:
 
 def items_of(scene: Scene, kind: Kind) -> list[str]:
     """Names of the items of a kind in a scene."""
-    return [*kind.names(scene)]
+    return _listed(scene, kind.names)
+
+
+_LISTED: WeakKeyDictionary[Scene, dict[Callable[[Scene], Iterable[str]], list[str]]] = WeakKeyDictionary()
+
+
+def _listed(scene: Scene, function: Callable[[Scene], Iterable[str]]) -> list[str]:
+    """Return the names or units that a function finds in a scene, computed once."""
+    known = _LISTED.setdefault(scene, {})
+    if function not in known:
+        known[function] = [*function(scene)]
+    return known[function]
 
 
 def _rubbing(scene: Scene) -> list[str]:
@@ -126,7 +138,7 @@ class Figure:
     def units(self, scene: Scene) -> list[str]:
         """Unit of every item."""
         if not isinstance(self.unit, str):
-            return [*self.unit(scene)]
+            return _listed(scene, self.unit)
         return [self.unit] * len(items_of(scene, self.of))
 
 
