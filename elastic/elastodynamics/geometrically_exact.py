@@ -33,6 +33,7 @@ BESIDE = 4.0  # largest time error of the residual response, relative to that of
 
 FALL = 0.7  # a wider basis must cut the residual to this share, or the basis was wide enough
 MAX_COMPLETE = 60  # largest number of coordinates of which all are used if a part of them does not converge
+REFINE_AGAIN = 10.0  # time error relative to its tolerance above which a grid that was refined once is refined again
 LOST = 0.1  # larger residuals do not converge on finer grids, relative to the displacements
 
 
@@ -158,13 +159,15 @@ def geometrically_exact(
         return linear
     require_known(vibration.motion)
     best: Any = None
-    made_finer = False
+    made_finer = refined = False
     now, before, made = begun.displaced if begun else None, math.inf, begun.steps if begun else 0
     for _ in range(ROUNDS):
         exact = settled_links(vibration, tolerance, discretization.fastest, begun=now)
         exact = replace(exact, steps=(made := made + exact.steps))
         moving = replace(vibration, history=exact.displaced.history)
         in_elements, finer = time_error(moving, discretization.resolved)
+        if refined and in_elements <= REFINE_AGAIN * discretization.resolved:
+            finer = None
         answer_now = _settled(linear, exact, vibration, discretization, in_elements)
         best = answer_now if best is None or _off(answer_now) < _off(best) else best
         few = tolerance < exact.open < FALL * before
@@ -181,6 +184,7 @@ def geometrically_exact(
         before = exact.open
         if not (few or finer or lost) or numbers_of(discretization, grid) > MOST_NUMBERS:
             break
+        refined = finer is not None
         vibration = resolved_in_time(discretization, grid, tolerance)[0]
         now = None if lost else _carried(exact.displaced, vibration, coarse, discretization)
     answer: Elastodynamic = replace(best, deflection=_at_positions(best.exact.displaced, linear))

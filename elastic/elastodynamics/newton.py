@@ -114,9 +114,9 @@ def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, f
         size = float(np.abs(change).max(initial=0.0))
         best = settled if best is None or settled.open < best.open else best
         done = settled.open if share == 1.0 else settled.change_share
-        before_it, residual = residual, settled.residual_share
-        filtered = settled.change_share < SETTINGS.filtered_change * residual
-        stalled = share == 1.0 and count > SETTINGS.patience and filtered and residual > SETTINGS.min_fall * before_it
+        high, residual = SETTINGS.min_fall * residual, settled.residual_share
+        filtered = share == 1.0 and settled.change_share < SETTINGS.filtered_change * residual
+        stalled = count > SETTINGS.patience and filtered and residual > high
         if done <= tolerance or stalled or not size <= SETTINGS.max_newton_ratio * last:
             break
         if count % SETTINGS.patience == 0:
