@@ -29,7 +29,7 @@ from elastic.links.beam_trees import trees_of
 from elastic.links.sliding_blocks import block_places
 from elastic.solution import Deflection, deflection
 from rigid import SINGULAR, LineLoad, Mechanism, MechanismError, Motion, PointLoad, Spring, TorsionSpring, with_rates
-from rigid.arrays import Flags, Integers, Numbers, Reals
+from rigid.arrays import Complexes, Flags, Integers, Numbers, Reals
 
 MotionAt = Callable[[Any], Motion]
 
@@ -119,11 +119,8 @@ class Elastodynamic:
         """
         if self.vibration is None:
             return 0.0
-        grid = self.vibration.problem.terms.grid
-        known = self.exact.displaced if self.exact else loaded(self.vibration, self.vibration.deflection)
-        kinds = [values[1:].reshape(len(values) - 1, -1) for values in (known.force, known.joints)]
-        tails = [grid.tail(each, np.abs(each).max(initial=0.0)) for each in kinds if each.size]
-        return SAFE * max((float(tail[_counted(grid)].max(initial=0.0)) for tail in tails), default=0.0)
+        exact = self.exact
+        return force_error(self.vibration, (exact.displaced.force, exact.displaced.joints) if exact else None)
 
     @property
     def growth(self) -> float:
@@ -420,6 +417,20 @@ def time_error(resolved: Vibration, tolerance: float) -> tuple[float, Grid | Non
         return float(error.max()), None
     parts = np.clip(np.ceil((error / tolerance) ** (1 / ORDER)), 1, MOST_PARTS).astype(int)
     return float(error.max()), grid.divided(_graded(grid.steps, parts))
+
+
+def force_error(vibration: Vibration, forces: tuple[Complexes, Complexes] | None = None) -> float:
+    """Error of section and joint forces by the time elements, relative to the largest force of each kind.
+
+    `forces` at the nodes, shape (nodes, ...); default: those of the vibration.
+    """
+    grid = vibration.problem.terms.grid
+    if forces is None:
+        known = loaded(vibration, vibration.deflection)
+        forces = known.force, known.joints
+    kinds = [values[1:].reshape(len(values) - 1, -1) for values in forces]
+    tails = [grid.tail(each, np.abs(each).max(initial=0.0)) for each in kinds if each.size]
+    return SAFE * max((float(tail[_counted(grid)].max(initial=0.0)) for tail in tails), default=0.0)
 
 
 def _counted(grid: Grid) -> Flags:

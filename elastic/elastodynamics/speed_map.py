@@ -25,6 +25,7 @@ from elastic.elastodynamics.solution import (
     MotionAt,
     checked,
     first_discretization,
+    force_error,
     halved,
     time_error,
     unlocked,
@@ -46,7 +47,8 @@ from rigid.chunks import columns_of, design_chunks
 from rigid.kinematics import repeated
 
 ELEMENTS = 12  # initial number of time elements
-MANY, EVERY = 8, 3  # with more than MANY speeds at once, errors are computed at every third
+MANY, EVERY = 8, 3  # with more than MANY speeds at once, errors are computed at every third, or fewer
+MOST_TOLD = 16  # speeds of a batch with computed errors
 SIDE_BY_SIDE = 128  # speeds with loads in memory
 TOLERANCE = 2e-3
 NEWTON_TO = 0.1  # Newton's method settles to this share of the largest displacement when errors are sharpened
@@ -54,9 +56,10 @@ COARSER = 30.0  # the next speed may use the coarser grid if the error is this m
 MULTIPLES = 6  # harmonics of the cycle compared with natural frequencies
 
 Measure = Callable[[Deflection], Any]
-Errors = Callable[[Deflection, Deflection | None, Deflection | None, float, float], Reals]
+Errors = Callable[[Deflection, Deflection | None, Deflection | None, float, float, float], Reals]
 """Errors of the measures of an answer, from: the answer, the same in a finer discretization, the same with large
-displacement (None if unknown), its convergence error, and the remaining effect of large displacement."""
+displacement (None if unknown), bounds of the convergence errors of displacements and forces, and the remaining effect
+of large displacement."""
 LOOK, SLOWEST = 0.01, 0.3  # step and lower end of the search for stability, relative to the speed
 
 
@@ -77,7 +80,7 @@ class SpeedMap:
         unstable.
     errors
         Errors of the values, shape (speeds, ...); nan if not computed, or if the steady state is unstable. With many
-        speeds, relative errors are interpolated between every third.
+        speeds, relative errors are computed at every third or fewer and interpolated.
     damping
         Damping used.
     omega
@@ -146,7 +149,8 @@ class SpeedAnswers:
 
     `still`: measure without vibration, default `measure`. `errors`: errors of the measures. `on_speed`: progress
     callback with the number of finished and of all speeds. `least_damping`: smallest damping ratio of a natural mode,
-    half the relative width of its peaks.
+    half the relative width of its peaks. `resolved`: bound of the convergence error below which no finer discretization
+    measures it.
     """
 
     def __init__(
@@ -161,6 +165,7 @@ class SpeedAnswers:
         still: Measure | None = None,
         errors: Errors | None = None,
         on_speed: Callable[[int, int], None] | None = None,
+        resolved: float = 0.0,
     ) -> None:
         model = vibrating_model(motion_at, 0.0, period, sections, joints or {}, damping)
         if model.cycle is None:
@@ -168,7 +173,8 @@ class SpeedAnswers:
         self.damping, self.omega = model.damping, model.cycle.omega
         betas = [*model.damping.beams[model.damping.beams > 0], *([model.damping.joints] * (model.damping.joints > 0))]
         self.least_damping = float(min(betas, default=0.0) * self.omega.min() / 2)
-        self._measure, self._still, self._errors, self._tolerance = measure, still or measure, errors, tolerance
+        self._measure, self._still, self._tolerance = measure, still or measure, tolerance
+        self._errors = None if errors is None else _ErrorTask(errors, resolved)
         self._on_speed = on_speed or (lambda done, of: None)
         grids = [Grid(np.linspace(0.0, period, ELEMENTS + 1))]
         self._course = _Course(first_discretization(model, tolerance), grids)
@@ -183,7 +189,7 @@ class SpeedAnswers:
             course, resolved = self._course, self._course.resolved
             for first in range(0, len(left), SIDE_BY_SIDE):
                 part = left[first : first + SIDE_BY_SIDE]
-                every = EVERY if len(part) > MANY else 1
+                every = max(EVERY, math.ceil(len(part) / MOST_TOLD)) if len(part) > MANY else 1
                 steady = []
                 for number, ratio in enumerate(part):
                     self._on_speed(first + number, len(left))
@@ -208,7 +214,7 @@ class SpeedAnswers:
         row = self._rows[ratio]
         if self._errors is None or row.growth > 1 + NEUTRAL or (row.told and not row.open):
             return False
-        steady = _at_speed(self._course, ratio, self._tolerance, self._errors, by_newton=True)
+        steady = _at_speed(self._course, ratio, self._tolerance, replace(self._errors, by_newton=True))
         assert steady.errors is not None
         self._rows[ratio] = replace(row, errors=steady.errors, told=True, open=0.0)
         return True
@@ -371,9 +377,16 @@ class _Steady:
     open: float = 0.0
 
 
-def _at_speed(
-    course: _Course, ratio: float, tolerance: float, errors: Errors | None, by_newton: bool = False
-) -> _Steady:
+@dataclass(frozen=True, eq=False)
+class _ErrorTask:
+    """Function for the errors at a speed; bound that needs no finer discretization; True for Newton's method."""
+
+    of: Errors
+    resolved: float
+    by_newton: bool = False
+
+
+def _at_speed(course: _Course, ratio: float, tolerance: float, errors: _ErrorTask | None) -> _Steady:
     """Compute the steady state on the coarsest grid that meets the tolerance."""
     rubbed: Settled | None = None
     while True:
@@ -395,7 +408,7 @@ def _at_speed(
     answer, reduced = (answer, rubbed.open) if rubbed else corrected(answer, tolerance)
     if errors is None:
         return _Steady(ratio, terms.grid, growth, error, reduced, None, answer.loads)
-    told, left = _errors(_passing(course, ratio), tolerance, error + reduced, errors, by_newton)
+    told, left = _errors(_passing(course, ratio), tolerance, error + reduced, errors)
     return _Steady(ratio, terms.grid, growth, error, reduced, told, answer.loads, left)
 
 
@@ -407,29 +420,30 @@ def _passing(course: _Course, ratio: float) -> _Course:
     return _Course(replace(course.discretization, model=passing), [grid])
 
 
-def _errors(course: _Course, tolerance: float, settled: float, errors: Errors, by_newton: bool) -> tuple[Reals, float]:
+def _errors(course: _Course, tolerance: float, settled: float, task: _ErrorTask) -> tuple[Reals, float]:
     """Return errors by discretization and large displacement at the points of the grid, and the share left open."""
     answer = vibration(course.here()[1], unlocked(course.plain(1.0)))
     if answer.motion.mechanism.friction:
         answer, _ = with_friction(answer, tolerance, course.discretization.fastest_inertia)
     else:
         answer, _ = corrected(answer, tolerance)
-    bent = answer.deflection
+    bent, errors = answer.deflection, task.of
     if not answer.problem.terms.kinematics.structure.weights.size:  # no beam bends
-        return errors(bent, None, bent, settled, 0.0), 0.0
+        return errors(bent, None, bent, settled, 0.0, 0.0), 0.0
     grid, discretization, finer = answer.problem.terms.grid, course.discretization, None
     begun = answer
     sampler: Callable[[Any], Any] = grid.at_nodes
-    if worth_halving(answer.motion.mechanism, len(grid.steps)):
+    forces = settled + force_error(answer)
+    if forces > task.resolved and worth_halving(answer.motion.mechanism, len(grid.steps)):
         discretization, grid = halved(discretization, grid)
         begun, sampler = vibration_in(discretization, grid), grid.sampler(bent.motion.time)
         loads = resampled(corrected(begun, tolerance)[0].loads, sampler)
         finer = deflection(bent.motion, bent.sections, bent.joints, loads)
     try:
-        step, left = steps_to_exact(begun, discretization, NEWTON_TO if by_newton else None)
+        step, left = steps_to_exact(begun, discretization, NEWTON_TO if task.by_newton else None)
     except MechanismError:
-        return errors(bent, finer, None, settled, second_order_error(answer, bent)), 0.0
-    return errors(bent, finer, exact_deflection(step.displaced, bent, sampler), settled, left), left
+        return errors(bent, finer, None, settled, forces, second_order_error(answer, bent)), 0.0
+    return errors(bent, finer, exact_deflection(step.displaced, bent, sampler), settled, forces, left), left
 
 
 def _passed(base: Motion, ratio: Any) -> Motion:

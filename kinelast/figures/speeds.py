@@ -23,8 +23,8 @@ from kinelast.figures.ranges import STRENGTH, can_yield, needed_by_limits, refus
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.report import LinkReserves
 from kinelast.figures.results import Results
-from kinelast.figures.theory import damping_of
-from kinelast.scene.data import Scene, scene_deflection, scene_motion
+from kinelast.figures.theory import damping_of, resolved_error
+from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import BEAM, LEAST, Figure, items_of
 from kinelast.scene.limits import OUTPUT_ERROR, Limit
@@ -185,6 +185,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
             still=partial(_largest, scene, still),
             errors=partial(_errors, scene, figures),
             on_speed=answering,
+            resolved=resolved_error(scene, scene.theory.accuracy or ACCURACY),
         )
         answers.find(ratios)
         looking = _Looking(scene.name, progress)
@@ -336,6 +337,7 @@ def _errors(
     finer: Deflection | None,
     displaced: Deflection | None,
     settled: float,
+    forces: float,
     left: float,
 ) -> Reals:
     """Return the errors of all items of figures as in a report, shape (rows,)."""
@@ -343,7 +345,7 @@ def _errors(
     corrected = {TIME: finer, LARGE: displaced}
     stages = {name: Cycle(scene, each.motion, each, sampled=True) for name, each in corrected.items() if each}
     shares = {LARGE if displaced is None else HIGHER_ORDERS: left} | ({} if finer else {TIME: settled})
-    by_key = figure_errors(answer, figures, Estimate(stages, bodies, shares))
+    by_key = figure_errors(answer, figures, Estimate(stages, bodies, shares, forces=forces))
     sizes = magnitudes(answer, figures)
     stiff = stiffness_error(sizes["deflection"], by_key["deflection"])
     rows = [
