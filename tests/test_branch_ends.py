@@ -1,6 +1,6 @@
-"""A motion is a way from the drawing: what the drive cannot go through is not answered, what it can is.
+"""A motion is a path from the drawing: positions that the drive cannot reach have no answer.
 
-Angles and ends are those of `benchmarks/branch_tracker.py`, which shares no line with the program.
+Reference angles and stops are from `benchmarks/branch_tracker.py`, which shares no code with the program.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ def plate_on_rods(places):
 
 
 def angles(course, link, *ends):
-    """Of the line from one point of a link to another, shape (positions,)."""
+    """Return the angle of the line between two points of a link, shape (positions,)."""
     at = course.mechanism.index[link]
     points = course.mechanism.links[at].points
     return np.angle(course.direction[at] * (points[ends[1]] - points[ends[0]]))
@@ -30,21 +30,21 @@ def angles(course, link, *ends):
 
 @pytest.fixture(scope="module")
 def stopping():
-    """A triad that comes to a dead point after nine of 90 steps; another assembly closes beyond."""
+    """A triad with a dead point after nine of 90 steps; another assembly closes beyond it."""
     places = {"K": -0.19070431641163083 + 0.12463678675332758j, "A": -0.1160107609583973 + 0.4073359491185786j}
     places |= {"B": 0.044108179242725545 + 0.4282210921513012j, "C": -0.025995123679405457 + 0.5742362155598768j}
     places |= {"G": 0.07482561834430901 + 0.10733594911857863j, "H": -0.05577150877833437 + 0.12822109215130123j}
     return plate_on_rods(places), 2.5627185955888687 - np.linspace(0, 6.213372137099814, 90)
 
 
-END = 1.8863539849052864
+STOP = 1.8863539849052864
 
 
 @pytest.mark.slow
-def test_a_drive_that_cannot_go_round_is_not_carried_round(stopping):
+def test_a_drive_does_not_jump_over_its_stop(stopping):
     mechanism, drive = stopping
     course = motion(mechanism, drive)
-    np.testing.assert_array_equal(np.isfinite(course.direction).all(axis=0), drive > END)
+    np.testing.assert_array_equal(np.isfinite(course.direction).all(axis=0), drive > STOP)
     np.testing.assert_allclose(
         angles(course, "plate", "A", "B")[[0, 1, 5, 8, 9]],
         [0.129702929, -0.001534956, -0.631140272, -1.317793784, -1.66839223],
@@ -53,16 +53,16 @@ def test_a_drive_that_cannot_go_round_is_not_carried_round(stopping):
     )
 
 
-def test_it_says_where_it_stops(stopping):
+def test_the_error_gives_the_stop(stopping):
     course = motion(*stopping)
     [(place, joint)] = stops(course)
-    assert place[0] == pytest.approx(END, abs=1e-7)
+    assert place[0] == pytest.approx(STOP, abs=1e-7)
     assert joint in {"A", "B", "C", "G", "H"}
     with pytest.raises(ReachError, match=rf'89% .* stops at "crank" at 108.08 deg, where the joint "{joint}" opens'):
         require_reach(course)
 
 
-def test_chunks_stop_there_too(stopping):
+def test_chunks_have_the_same_stop(stopping):
     mechanism, drive = stopping
     whole = motion(mechanism, drive)
     parts = [part.direction for part in motion_in_chunks(mechanism, drive, columns=16)]
@@ -70,14 +70,14 @@ def test_chunks_stop_there_too(stopping):
 
 
 @pytest.mark.slow
-def test_where_the_shorter_way_is_barred_the_first_position_is_reached_by_the_longer(stopping):
+def test_the_first_position_is_reached_by_the_longer_way_if_the_shorter_is_blocked(stopping):
     course = motion(stopping[0], [1.5, 1.4])
     np.testing.assert_allclose(angles(course, "plate", "A", "B")[0], 2.75728285, rtol=0, atol=1e-8)
 
 
 @pytest.mark.slow
-def test_after_a_turn_it_is_another_assembly():
-    """An eight-bar goes round once, is elsewhere then, and stops in its second turn."""
+def test_after_a_turn_the_assembly_is_different():
+    """An eight-bar completes a turn with another assembly, and stops in the second turn."""
     places = {"J0": 0.6055800129523379 + 0.9999592316503161j, "J1": 0.3978951398323819 + 0.9826576534679021j}
     places |= {"J2": 0.28423027531655043 + 0.8302931958280844j, "J3": 0.7972542870050527 + 0.43849063105357333j}
     places |= {"J4": 0.25888493001972956 + 0.002398719251167747j, "J5": 0.059760675830834775 + 0.390825815105887j}
@@ -95,8 +95,8 @@ def test_after_a_turn_it_is_another_assembly():
 
 
 @pytest.mark.slow
-def test_past_an_avoided_crossing_it_goes_on_as_it_came():
-    """The sine of the links comes down to 1e-4 within 1e-4 rad: a walk on a coarser scale goes straight through."""
+def test_an_avoided_crossing_is_passed_smoothly():
+    """The sine drops to 1e-4 within 1e-4 rad; coarse tracking would go straight through."""
     places = {"K": -0.04654236408105347 + 0.08850880377536838j, "G": 0.3000040271859749 - 2.1603621709751288e-06j}
     places |= {"A": 0.2534606084110442 + 0.08850752352353106j, "H": 0.1499971018785951 + 0.2999975824625111j}
     places |= {"B": 0.10345696393259868 + 0.38851036816867596j, "C": 0.03345763591894653 + 0.18850880377536838j}
@@ -109,8 +109,8 @@ def test_past_an_avoided_crossing_it_goes_on_as_it_came():
     )
 
 
-def test_drawn_next_to_a_dead_point_it_goes_away_from_it():
-    """Within 1e-3 rad."""
+def test_a_mechanism_drawn_near_a_dead_point_leaves_it():
+    """The drawing is within 1e-3 rad of the dead point."""
     places = {"J0": 0.05553878110812882 + 0.6830830610151518j, "J1": -0.0087154722616936 + 0.7368457549246978j}
     places |= {"J2": 0.33066185913263757 + 0.09583892736130373j, "J3": 0.06638035015565968 + 0.6432475847745216j}
     places |= {"J4": 0.8015459639039866 + 0.07611060259496383j, "J5": 0.6403956496699923 + 0.7354977483318944j}
@@ -129,8 +129,8 @@ def test_drawn_next_to_a_dead_point_it_goes_away_from_it():
 
 
 @pytest.mark.slow
-def test_drawn_right_before_a_dead_point_it_goes_away_from_it():
-    """Within 1e-12 rad: leaps go astray there, are taken back, and certain steps lead on."""
+def test_a_mechanism_drawn_at_a_dead_point_leaves_it():
+    """The drawing is within 1e-12 rad: large steps fail and are retracted, and certified steps succeed."""
     places = {"O": 0.07747922715691768 + 0.4124790592464411j, "K": 0.11175786091559972 + 0.466626813006864j}
     places |= {"G": 0.18674705433930794 - 0.292714507977602j, "H": -0.16145951908900047 + 0.24989371303998176j}
     places |= {"A": 0.39810275260978756 - 0.2116562827612125j, "B": 0.021980854957852458 + 0.17074757624768788j}
@@ -144,8 +144,8 @@ def test_drawn_right_before_a_dead_point_it_goes_away_from_it():
 
 
 @pytest.mark.slow
-def test_behind_a_change_point_that_it_is_not_sure_to_pass_nothing_is_answered(monkeypatch):
-    """A plate on two like rods is carried in parallel by a third from a like crank; they align at 1.789 rad."""
+def test_positions_beyond_an_uncertain_change_point_are_unknown(monkeypatch):
+    """Two equal rods and a third from an equal crank carry a plate in parallel; they align at 1.789 rad."""
     for name in ("_passes_smoothly", "_turns_with_drive"):
         monkeypatch.setattr(Trace, name, lambda *_: False)
     way = 0.1 * np.exp(1.2j)
@@ -155,8 +155,8 @@ def test_behind_a_change_point_that_it_is_not_sure_to_pass_nothing_is_answered(m
     np.testing.assert_allclose(np.ptp(angles(course, "plate", "A", "B")[:6]), 0.0, atol=1e-9)
 
 
-def like_cranks(way, third, count, off=0.0):
-    """A plate that two rods like the crank carry; the third rod is the crank itself, or one to the crank."""
+def equal_cranks(way, third, count, off=0.0):
+    """Return the motion of a plate on two rods equal to the crank, and a third rod or the crank itself."""
     points = [0.3 + 0.05j, 0.2 + 0.5j]
     places = {"K": way, "G": points[0], "H": points[1], "A": points[0] + way, "B": points[1] + way + off}
     if third == "rod":
@@ -171,9 +171,9 @@ def like_cranks(way, third, count, off=0.0):
     ("third", "angle"),
     in_tiers([("crank", 1.2), ("rod", 1.2), ("rod", 1.789), ("rod", -0.3)], 1, 1),
 )
-def test_a_plate_that_like_cranks_carry_goes_around_in_parallel(third, angle):
-    """Past all its change points; one like the crank too many makes it redundant."""
-    course = like_cranks(0.1 * np.exp(1j * angle), third, 73)
+def test_a_plate_on_equal_cranks_moves_in_parallel(third, angle):
+    """It passes all change points; the additional crank makes it redundant."""
+    course = equal_cranks(0.1 * np.exp(1j * angle), third, 73)
     known = np.isfinite(course.direction).all(axis=0)
     assert np.count_nonzero(~known) <= 1  # at a change point
     at = course.mechanism.index["plate"]
@@ -184,8 +184,8 @@ def test_a_plate_that_like_cranks_carry_goes_around_in_parallel(third, angle):
 
 
 @pytest.mark.exhaustive
-def test_one_design_of_like_cranks_goes_around_beside_another_that_ends():
-    """Designs are followed over eight turns, as the one that ends is never where it was."""
+def test_a_design_of_equal_cranks_continues_although_another_stops():
+    """Designs are traced over eight turns, since the stopped design never repeats."""
     way, off = np.exp(1.2j), np.array([[0.0], [1e-3]])
     crank, foot, other, third = np.array([[0.1], [0.12]]), 0.3 + 0.05j, 0.2 + 0.5j, 0.35 + 0.3j
     along, tip = (other - foot) / abs(other - foot), foot + 0.1 * way
@@ -201,19 +201,19 @@ def test_one_design_of_like_cranks_goes_around_beside_another_that_ends():
 
 
 @pytest.mark.slow
-def test_cranks_that_are_not_quite_alike_are_not_taken_for_such(monkeypatch):
+def test_slightly_unequal_cranks_are_not_treated_as_equal(monkeypatch):
     carried = []
     plain = Trace._turns_with_drive
     monkeypatch.setattr(Trace, "_turns_with_drive", lambda *given: carried.append(plain(*given)) or carried[-1])
-    like_cranks(0.1 * np.exp(1.2j), "rod", 73, 1e-13 * np.exp(0.4j))
+    equal_cranks(0.1 * np.exp(1.2j), "rod", 73, 1e-13 * np.exp(0.4j))
     assert carried
     assert not any(carried)
 
 
-def test_next_to_an_end_a_step_is_certain_or_not_whatever_others_are_looked_at_with_it():
-    """Drawn 4.4e-6 rad before the dead point of its last dyad, which closes again 0.023 rad behind it.
+def test_the_certificate_of_a_step_does_not_depend_on_other_steps():
+    """The drawing is 4.4e-6 rad before the dead point of the last dyad, which closes again 0.023 rad beyond.
 
-    A step across that was left as it was, as one before it was certain by itself and not among others.
+    A step across the gap must not be accepted because of other steps in the same batch.
     """
     places = {"D0": -0.250503905285663 - 0.04766986590254707j, "D1": 0.05904084929877307 + 0.40585182779962325j}
     places |= {"D2": 0.39829559406700465 + 0.16669156288887477j, "K": -0.31004129870839936 + 0.1364449125340887j}
@@ -234,18 +234,8 @@ def test_next_to_an_end_a_step_is_certain_or_not_whatever_others_are_looked_at_w
 
 
 THREE_CRANKS = """
-[sections.bar]
-shape = "rigidities"
-EA = 1e6
-EI = 1e3
-mass_per_length = 1.0
-[points]
-A0 = [0.0, 0.0]
-A1 = [1.0, 0.0]
-A2 = [2.0, 0.0]
-B0 = [0.0, 1.0]
-B1 = [1.0, 1.0]
-B2 = [2.0, 1.0]
+sections.bar = {shape = "rigidities", EA = 1e6, EI = 1e3, mass_per_length = 1.0}
+points = {A0 = [0.0, 0.0], A1 = [1.0, 0.0], A2 = [2.0, 0.0], B0 = [0.0, 1.0], B1 = [1.0, 1.0], B2 = [2.0, 1.0]}
 [links]
 ground = {points = ["A0", "A1", "A2"]}
 u0 = {points = ["A0", "B0"], section = "bar"}
@@ -264,19 +254,19 @@ gravity = [0.0, -9.81]
 
 
 @pytest.mark.slow
-def test_three_cranks_let_go_are_answered(tmp_path):
-    """More bars than they need, through flat positions."""
+def test_three_released_cranks_have_an_answer(tmp_path):
+    """A redundant mechanism passes flat positions."""
     (tmp_path / "cranks.toml").write_text(THREE_CRANKS)
     assert main([str(tmp_path / "cranks.toml"), "-o", str(tmp_path / "out")]) in (0, 1)
     assert (tmp_path / "out" / "cranks" / "summary.json").exists()
 
 
 class TestParallelLines:
-    """A block on two lines, one of which turns with the crank at a distance from its pivot."""
+    """A block on two lines; one line rotates with the crank, at a distance from the pivot."""
 
     @staticmethod
     def block(height):
-        """On a line 1 m beside the crank's pivot, and on one parallel to the x axis at a height [m]."""
+        """Return a block on a line 1 m from the crank's pivot, and on a line parallel to x at a height [m]."""
         links = Link("ground", {"O": 0}), Link("crank", {"O": 0, "A": 1}), Link("tool", {"P": 0, "T": 1})
         sliders = Slider("guide", "tool", "ground", "P", 1j * height, 1), Slider("slot", "block", "crank", "P", 1j, 1)
         place = (np.cos(1) * height - 1) / np.sin(1) + 1j * height
@@ -284,14 +274,14 @@ class TestParallelLines:
         return Mechanism((*links, Link("block", {"P": 0})), (PinDrive("crank", "O"),), drawn, sliders)
 
     @pytest.mark.parametrize("height", [2.0, 0.5])
-    def test_it_ends_where_they_become_parallel(self, height):
+    def test_the_motion_ends_if_they_become_parallel(self, height):
         """x = (h cos a - 1) / sin a, infinite at 0 and 180 degrees."""
         angle = 1 + np.linspace(0, 2.5, 40)
         x = motion(self.block(height), angle).origin[2].real
         expected = (height * np.cos(angle) - 1) / np.sin(angle)
         np.testing.assert_allclose(x, np.where(angle < np.pi, expected, np.nan), rtol=1e-9)
 
-    def test_it_passes_where_they_coincide(self):
+    def test_the_motion_continues_if_they_coincide(self):
         """x = -tan(a / 2) for h = 1: finite at 0, infinite at 180 degrees."""
         angle = 1 - np.linspace(0, 5, 80)
         x = motion(self.block(1.0), angle).origin[2].real

@@ -26,22 +26,11 @@ from rigid import drive_efforts
 
 TAPPET = """
 units = "mm"
-[points]
-A = [6, 40]
-F = [-30, 40]
-G = [40, 40]
-T = [6, 90]
-[links.ground]
-points = {O = [0, 0]}
-[links.tappet]
-points = ["A", "F", "G", "T"]
-rigid = true
-mass = "400 g"
-center = "A"
-[sliders.guide]
-link = "tappet"
-through = "A"
-direction = [0, 1]
+points = {A = [6, 40], F = [-30, 40], G = [40, 40], T = [6, 90]}
+links.ground = {points = {O = [0, 0]}}
+links.tappet = {points = ["A", "F", "G", "T"], rigid = true, mass = "400 g", center = "A"}
+sliders.guide = {link = "tappet", through = "A", direction = [0, 1]}
+cams.plate = {follower = "tappet", centre = "O", roller = "A", roller_radius = 9, width = 8, material = "S235"}
 [[drives]]
 slider = "guide"
 repeat = true
@@ -51,13 +40,6 @@ law = [
     {curve = "cycloidal", duration = "30 ms", by = "-12 mm"},
     {curve = "dwell", duration = "20 ms"},
 ]
-[cams.plate]
-follower = "tappet"
-centre = "O"
-roller = "A"
-roller_radius = 9
-width = 8
-material = "S235"
 [run]
 positions = 120
 gravity = [0, -9.81]
@@ -65,36 +47,16 @@ gravity = [0, -9.81]
 
 EQUIVALENT = """
 units = "mm"
-[points]
-O = [0, 0]
-A = [10, 0]
-B = [30, 55]
-C = [100, 60]
-[links.ground]
-points = ["O", "C"]
-[links.crank]
-points = ["O", "A"]
-rigid = true
-mass = 0
-[links.rod]
-points = ["A", "B"]
-rigid = true
-mass = 0
-[links.rocker]
-points = ["C", "B"]
-rigid = true
-mass = "1 kg"
-center = "B"
-inertia = 2e-3
+points = {O = [0, 0], A = [10, 0], B = [30, 55], C = [100, 60]}
+links.ground = {points = ["O", "C"]}
+links.crank = {points = ["O", "A"], rigid = true, mass = 0}
+links.rod = {points = ["A", "B"], rigid = true, mass = 0}
+links.rocker = {points = ["C", "B"], rigid = true, mass = "1 kg", center = "B", inertia = 2e-3}
+cams.disc = {follower = "rocker", centre = "O", roller = "B", roller_radius = 8}
 [[drives]]
 link = "crank"
 speed = "300 rpm"
 start = 0
-[cams.disc]
-follower = "rocker"
-centre = "O"
-roller = "B"
-roller_radius = 8
 [run]
 positions = 120
 gravity = [0, -9.81]
@@ -102,36 +64,14 @@ gravity = [0, -9.81]
 
 SLOTTED = """
 units = "mm"
-[points]
-O = [0, 0]
-A = [10, 0]
-C = [90, 25]
-P = [-40, 25]
-Q = [60, 25]
-[links.ground]
-points = ["O", "C"]
-[links.crank]
-points = ["O", "A"]
-rigid = true
-mass = 0
-[links.lever]
-points = ["C", "P", "Q"]
-rigid = true
-mass = "1 kg"
-center = "P"
-inertia = 1e-3
-[slots.track]
-point = "A"
-link = "crank"
-on = "lever"
-direction = [1, 0]
+points = {O = [0, 0], A = [10, 0], C = [90, 25], P = [-40, 25], Q = [60, 25]}
+links.ground = {points = ["O", "C"]}
+links.crank = {points = ["O", "A"], rigid = true, mass = 0}
+links.lever = {points = ["C", "P", "Q"], rigid = true, mass = "1 kg", center = "P", inertia = 1e-3}
+slots.track = {point = "A", link = "crank", on = "lever", direction = [1, 0]}
+cams.disc = {follower = "lever", centre = "O", face = ["P", "Q"], speed = "-240 rpm"}
 [[drives]]
 link = "crank"
-speed = "-240 rpm"
-[cams.disc]
-follower = "lever"
-centre = "O"
-face = ["P", "Q"]
 speed = "-240 rpm"
 [run]
 positions = 120
@@ -140,23 +80,12 @@ positions = 120
 
 SWUNG = """
 units = "mm"
-[points]
-C = [0, 0]
-B = [200, 0]
-D = [200, 60]
-[links.ground]
-points = { C = [0, 0] }
-[links.lever]
-points = ["C", "B"]
-section = "bar"
-material = "light"
-[materials.light]
-E = "200 GPa"
-density = 1e-3
-[sections.bar]
-shape = "rectangle"
-depth = 12
-width = 8
+points = {C = [0, 0], B = [200, 0], D = [200, 60]}
+links.ground = {points = { C = [0, 0] }}
+links.lever = {points = ["C", "B"], section = "bar", material = "light"}
+materials.light = {E = "200 GPa", density = 1e-3}
+sections.bar = {shape = "rectangle", depth = 12, width = 8}
+cams.plate = {follower = "lever", centre = [190, -50], roller = "B", roller_radius = 10}
 [[drives]]
 link = "lever"
 repeat = true
@@ -168,11 +97,6 @@ law = [
 link = "lever"
 at = "C"
 preload = "5 N m"
-[cams.plate]
-follower = "lever"
-centre = [190, -50]
-roller = "B"
-roller_radius = 10
 [run]
 positions = 120
 beams = "euler-bernoulli"
@@ -625,7 +549,7 @@ def folder(tmp_path_factory):
     pytest.importorskip("ezdxf")
     out = tmp_path_factory.mktemp("cams")
     scene = out / "groove.toml"
-    scene.write_text(TAPPET.replace("width = 8", 'width = 8\nflank = "both"'), encoding="utf-8")
+    scene.write_text(TAPPET.replace("width = 8", 'width = 8, flank = "both"'), encoding="utf-8")
     asked = ("--quiet", "--dxf", "--positions", "60", "--theory", "quasi-static")
     assert main([str(scene), *asked, "-o", str(out)]) == 0
     return out / "groove"

@@ -23,24 +23,16 @@ from kinelast.tasks.request import Request
 from tests.scene_texts import SLIDER_CRANK
 
 ARM = """
+sections.round = {shape = "circle", diameter = "20 mm"}
+points = {O = [0, 0], A = [0.5, 0]}
+links.ground = {points = ["O"]}
+links.arm = {points = ["O", "A"], section = "round", material = "steel"}
 [materials.steel]
 E = "210 GPa"
 density = "7850 kg/m^3"
 yield = "250 MPa"
 ultimate = "400 MPa"
 endurance = "200 MPa"
-[sections.round]
-shape = "circle"
-diameter = "20 mm"
-[points]
-O = [0, 0]
-A = [0.5, 0]
-[links.ground]
-points = ["O"]
-[links.arm]
-points = ["O", "A"]
-section = "round"
-material = "steel"
 [[drives]]
 link = "arm"
 speed = "40 rad/s"

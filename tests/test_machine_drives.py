@@ -51,8 +51,8 @@ class TestAverages:
         expected = np.sqrt((16 * 0.1 + 0.25 * 0.3 + 9 * 0.1 + 0.04 * 0.5) / 1.0)
         assert root_mean_square(torque, duration) == pytest.approx(expected, rel=1e-15)
 
-    def test_of_a_law_in_thirds_moving_a_disc(self):
-        """Speed up, go, slow down, each a third of T: acceleration 4.5 h / T^2, its root mean square times root 2/3."""
+    def test_trapezoidal_velocity_of_a_disc(self):
+        """Acceleration, constant speed and deceleration, a third each: 4.5 h / T^2, with rms factor sqrt(2/3)."""
         inertia, rise, duration, count = 0.3, 2.0, 0.6, 6001
         time = np.linspace(0, duration, count)
         law = SegmentedLaw(0.0, (Segment("trapezoidal-velocity", duration, rise),))
@@ -77,13 +77,13 @@ class TestAverages:
 
 
 class TestMotors:
-    def test_torque_through_a_gear_loses_both_ways(self):
+    def test_gear_losses_act_in_both_directions(self):
         motor = Motor(rotor_inertia=2e-4, gear_inertia=1e-4, gear_ratio=10.0, efficiency=0.8)
         torque = motor_torque(motor, np.array([8.0, -8.0]), np.array([5.0, 5.0]), np.array([100.0, -100.0]))
         np.testing.assert_allclose(torque, [8 / 0.8 / 10 + 0.3, -8 * 0.8 / 10 - 0.3], rtol=1e-14)
 
     @pytest.mark.parametrize("efficiency", [1.0, 0.8])
-    def test_least_ratio_is_that_of_a_search(self, efficiency):
+    def test_the_best_ratio_agrees_with_a_search(self, efficiency):
         phase = turn(400, 0.0)
         rate, acceleration = 3 * np.sin(phase), 20 * np.cos(phase)
         effort = 6 * np.cos(phase) + 2 * np.sin(2 * phase) + 1.0
@@ -99,20 +99,20 @@ class TestMotors:
         assert found == pytest.approx(searched, abs=0.05)
         assert needed(float(found)) <= min(needed(float(found) * 0.99), needed(float(found) * 1.01))
 
-    def test_least_ratio_of_inertia_alone_is_the_root_of_the_inertias(self):
+    def test_the_best_ratio_of_pure_inertia_is_the_root_of_the_inertias(self):
         acceleration = 20 * np.cos(turn(90, 0.0))
         rate = np.full(90, 1.0)
         found = least_torque_ratio(Motor(rotor_inertia=1e-4), 0.09 * acceleration, rate, acceleration)
         assert found == pytest.approx(inertia_matched_ratio(0.09, 1e-4), rel=1e-12)
         assert found == pytest.approx(30.0, rel=1e-12)
 
-    def test_least_ratio_is_held_by_the_top_speed(self):
+    def test_the_top_speed_bounds_the_best_ratio(self):
         steady = Motor(rotor_inertia=1e-4, top_speed=300.0)
         found = least_torque_ratio(steady, np.full(9, 5.0), np.full(9, 20.0), np.zeros(9))
         assert found == pytest.approx(15.0)
         assert np.isnan(least_torque_ratio(Motor(rotor_inertia=1e-4), np.full(9, 5.0), np.full(9, 20.0), np.zeros(9)))
 
-    def test_torque_that_is_there_falls_from_stall_to_the_top_speed(self):
+    def test_the_available_torque_decreases_to_the_top_speed(self):
         motor = Motor(stall_torque=4.0, peak_torque=3.0, top_speed=200.0)
         assert available_torque(motor, np.array([0.0, 100.0, -150.0, 250.0])).tolist() == [3.0, 2.0, 1.0, 0.0]
         assert available_torque(Motor(peak_torque=3.0), np.array([0.0, 100.0])).tolist() == [3.0, 3.0]
@@ -132,8 +132,8 @@ class TestFlywheels:
         assert round(float(np.mean(torque) * speed / 1000), 2) == 26.18
         assert float(flywheel_inertia(fluctuation, 0.0133, speed)) == pytest.approx(400 * 0.4**2, rel=2e-3)
 
-    def test_of_a_slider_crank_is_the_range_of_its_energy(self):
-        """At a steady speed the crank stores what the masses lack: their kinetic energy, which is found on its own."""
+    def test_of_a_slider_crank_equals_the_range_of_kinetic_energy(self):
+        """At constant speed the flywheel stores the kinetic energy that the masses lose."""
         case = slider_crank()
         still = replaced(case.mechanism, gravity=0.0, loads=())
         course = motion(still, turn(720, 0.0), 20.0)
@@ -142,7 +142,7 @@ class TestFlywheels:
             np.ptp(kinetic_energy(course)), rel=1e-4
         )
 
-    def test_backwards_it_is_the_same(self):
+    def test_reversed_rotation_has_the_same_fluctuation(self):
         crank = turn(720, 0.0)
         torque = np.sin(crank) + 0.4 * np.cos(3 * crank)
         one, other = energy_fluctuation(torque, crank, 2 * np.pi), energy_fluctuation(torque, -crank, -2 * np.pi)
@@ -169,7 +169,7 @@ class TestCylinders:
 
 
 def any_four_bar():
-    """A four-bar with masses off the lines of all its links."""
+    """Return a four-bar with eccentric masses on all links."""
     masses = [(1.1, 0.01, 0.04 + 0.03j), (2.3, 0.05, 0.17 - 0.06j), (1.7, 0.03, 0.1 + 0.02j)]
     links = [
         Link(link.name, link.points, (), (Lump(next(iter(link.points)), *mass),))
@@ -180,7 +180,7 @@ def any_four_bar():
 
 
 def with_counterweights(mechanism, moments, pins):
-    """Links with masses of 1 kg besides, which have these first moments about their pins."""
+    """Return links with additional masses of 1 kg that have the given first moments about their pins."""
     links = list(mechanism.links)
     for number, moment in moments.items():
         link = links[number]
@@ -196,7 +196,7 @@ class TestBalance:
         pairs = found.amounts.reshape(-1, 2)
         return {link: complex(*pair) for link, pair in zip(pins, pairs, strict=True)}, pins, found
 
-    def test_inertia_is_what_shakes_the_ground(self):
+    def test_the_shaking_force_is_the_inertia_force(self):
         course = motion(replaced(any_four_bar(), gravity=0.0), turn(40, 0.1), 12.0, 30.0)
         held = reactions(course)
         np.testing.assert_allclose(inertia_force(course), held.ground_force, atol=1e-12 * abs(held.ground_force).max())
@@ -204,7 +204,7 @@ class TestBalance:
         np.testing.assert_allclose(inertia_moment(course), held.ground_moment, atol=1e-12 * largest)
 
     def test_full_force_balance_of_the_four_bar(self):
-        """Berkof and Lowen, J. Eng. Ind. 91 (1969): two counterweights, by their conditions, leave no shaking force."""
+        """Berkof and Lowen, J. Eng. Ind. 91 (1969): two counterweights remove the shaking force."""
         mechanism = any_four_bar()
         course = motion(mechanism, turn(40, 0.1), 12.0, 30.0)
         moments, pins, found = self.moments(course, inertia_force(course), shaking_influences)
@@ -214,7 +214,7 @@ class TestBalance:
         length = abs(at_rocker - at_crank)
         axis = (at_rocker - at_crank) / length
         near = lump.mass * (lump.offset / axis)  # about the crank's pin, along the coupler
-        far = lump.mass * length - near  # about the rocker's, turned by half a turn
+        far = lump.mass * length - near  # about the rocker's pin, in the opposite direction
         crank, rocker = mechanism.links[1], mechanism.links[3]
         (first,), (third,) = crank.lumps, rocker.lumps
         crank_pin, rocker_pin = (link.points[pins[number]] for number, link in ((1, crank), (3, rocker)))
@@ -223,12 +223,12 @@ class TestBalance:
         start = [next(iter(link.points.values())) for link in (crank, rocker)]
         own = [lump_.mass * (start_ + lump_.offset - pin)
                for lump_, start_, pin in ((first, start[0], crank_pin), (third, start[1], rocker_pin))]  # fmt: skip
-        # Of either whole link: -m2 (l2 - r2 e^(i a2)) l1 / l2 and -m2 r2 e^(i a2) l3 / l2.
+        # For the whole links: -m2 (l2 - r2 e^(i a2)) l1 / l2 and -m2 r2 e^(i a2) l3 / l2.
         assert moments[1] + own[0] == pytest.approx(-far * crank_end / length, rel=1e-9)
         assert moments[3] + own[1] == pytest.approx(-near * rocker_end / length, rel=1e-9)
 
     def test_the_balanced_four_bar_does_not_shake(self):
-        """By the joint forces, at other speeds, with the counterweights as masses."""
+        """The joint forces at other speeds, with counterweights as masses, have no resultant."""
         mechanism = any_four_bar()
         moments, pins, _ = self.moments(
             course := motion(mechanism, turn(40, 0.1), 12.0, 30.0), inertia_force(course), shaking_influences
@@ -238,8 +238,8 @@ class TestBalance:
         shaken = [np.abs(reactions(each).ground_force).max() for each in (heavier, before)]
         assert shaken[0] < 1e-12 * shaken[1]
 
-    def test_balanced_weights_take_no_effort(self):
-        """The same counterweights hold the machine's centre of mass still: its weight takes no effort."""
+    def test_balanced_weights_need_no_effort(self):
+        """The same counterweights fix the centre of mass, so that the weight needs no effort."""
         mechanism = any_four_bar()
         course = motion(mechanism, turn(40, 0.1), 0.0)
         efforts = drive_efforts(course, reactions(course))
@@ -249,8 +249,8 @@ class TestBalance:
         still = motion(with_counterweights(mechanism, moments, pins), turn(31, 0.2), 0.0)
         assert np.abs(drive_efforts(still, reactions(still))).max() < 1e-11 * np.abs(efforts).max()
 
-    def test_a_spring_holds_an_arm_that_was_made_for_it(self):
-        """An arm whose effort falls with its angle as that of a spring does."""
+    def test_a_spring_balances_a_suitable_arm(self):
+        """The effort of the arm is linear in its angle, like that of a spring."""
         arm = Link("arm", {"O": 0.0, "A": 0.5}, (Beam("O", "A", 2.0),))
         course = motion(
             Mechanism((Link("ground", {"O": 0.0}), arm), (PinDrive("arm", "O"),), {}), np.linspace(0.2, 1.4, 20)
@@ -263,27 +263,12 @@ class TestBalance:
 
 PUSHED = """
 units = "mm"
-[points]
-O = [0, 0]
-A = [0, 60]
-B = [180, 20]
-[links.ground]
-points = ["O"]
-[links.crank]
-points = ["O", "A"]
-rigid = true
-mass = 0
-[links.rod]
-points = ["A", "B"]
-rigid = true
-mass = 0
-[links.ram]
-points = ["B"]
-mass = "4 kg"
-[sliders.rail]
-link = "ram"
-through = "B"
-direction = "0 deg"
+points = {O = [0, 0], A = [0, 60], B = [180, 20]}
+links.ground = {points = ["O"]}
+links.crank = {points = ["O", "A"], rigid = true, mass = 0}
+links.rod = {points = ["A", "B"], rigid = true, mass = 0}
+links.ram = {points = ["B"], mass = "4 kg"}
+sliders.rail = {link = "ram", through = "B", direction = "0 deg"}
 [[drives]]
 link = "crank"
 speed = "120 rpm"
@@ -309,7 +294,7 @@ def figures_of(text, tmp_path, *options):
 
 
 class TestScene:
-    """Slider-crank of a massless crank and rod: the torque is m s'' ds/dq, all in closed form."""
+    """Slider-crank with massless crank and rod: the torque m s'' ds/dq has a closed form."""
 
     def test_figures_of_a_slider_crank(self, tmp_path):
         status, summary = figures_of(PUSHED, tmp_path)
@@ -353,7 +338,7 @@ class TestScene:
             "inertia_ratio": "kept",
         }
 
-    def test_what_a_motor_does_not_bear_is_told(self, tmp_path, capsys):
+    def test_an_overloaded_motor_is_reported(self, tmp_path, capsys):
         weak = PUSHED.replace('"1 N m"', '"0.01 N m"').replace("gear_ratio = 20", "gear_ratio = 26")
         status, summary = figures_of(weak, tmp_path)
         assert status == 1
@@ -361,7 +346,7 @@ class TestScene:
         assert broken == {"motor_rms", "motor_speed"}
 
     def test_rotors_are_part_of_an_integrated_motion(self, tmp_path):
-        """The effort that runs it up is that of motor and gear, all the time: their inertia is not lost from it."""
+        """The effort is that of motor and gear, including their inertia."""
         effort = PUSHED.replace('speed = "120 rpm"', 'effort = "0.2 N m"').replace('unevenness = "2 %"\n', "")
         effort = effort.replace('output = "B"', 'duration = "2 s"')
         _, summary = figures_of(effort, tmp_path)
@@ -379,32 +364,26 @@ class TestScene:
             ('speed = "120 rpm"', 'law = [{curve = "cycloidal", duration = "1 s", by = "90 deg"}]', "constant speed"),
         ],
     )
-    def test_mistakes_are_told(self, tmp_path, capsys, old, new, message):
+    def test_mistakes(self, tmp_path, capsys, old, new, message):
         scene = tmp_path / "scene.toml"
         scene.write_text(PUSHED.replace(old, new))
         assert main([str(scene), "-o", str(tmp_path / "out")]) == 2
         assert message in capsys.readouterr().err
 
-    def test_of_a_cylinder(self, tmp_path):
+    def test_figures_of_a_cylinder(self, tmp_path):
         pushed = PUSHED.partition("[[drives]]")[0] + """
+cylinders.jack = {bore = 40, rod = 20, length = 400, pressure = "1 bar", flow = "1 l/min", buckling_safety = 3}
 [[drives]]
 slider = "rail"
 law = [{curve = "cycloidal", duration = "1 s", by = "20 mm"}]
 cylinder = "jack"
-[cylinders.jack]
-bore = 40
-rod = 20
-length = 400
-pressure = "1 bar"
-flow = "1 l/min"
-buckling_safety = 3
 [run]
 positions = 721
 """  # fmt: skip
         status, summary = figures_of(pushed, tmp_path)
         found = {key: figure["value"] for key, figure in summary["figures"].items()}
         force, area, ring = 4.0 * 2 * np.pi * 0.02, np.pi * 0.02**2, np.pi * (0.02**2 - 0.01**2)
-        assert found["pressure"] == pytest.approx(force / ring, rel=1e-5)  # where it slows down it pulls
+        assert found["pressure"] == pytest.approx(force / ring, rel=1e-5)  # deceleration needs tension
         assert found["flow"] == pytest.approx(area * 0.04, rel=1e-5)
         euler = np.pi**2 * 206e9 * np.pi * 0.02**4 / 64 / 0.4**2
         assert found["rod_buckling"] == pytest.approx(euler / force, rel=1e-5)
@@ -413,7 +392,7 @@ positions = 721
         assert status == 1
 
     def test_designs_have_the_figures_of_a_single_run(self):
-        """Side by side on one axis of arrays."""
+        """The designs share one axis of arrays."""
         keys = ["motor_rms.crank", "drive_rms", "least_ratio.crank", "flywheel.crank", "energy_taken", "motor_speed"]
         paths = ["motors.servo.gear_ratio", "motors.servo.rotor_inertia", "drives.crank.speed", "links.ram.mass"]
         tables = {**tomllib.loads(PUSHED), "run": {"positions": 36}}
@@ -431,7 +410,7 @@ positions = 721
 
 
 class TestProposals:
-    """What --balance proposes does, put into the scene, what it says."""
+    """A scene with the parts proposed by --balance has the predicted figures."""
 
     OPTIONS = ("--theory", "quasi-static", "--positions", "72")
 
@@ -439,7 +418,7 @@ class TestProposals:
         text = shipped_scenes()["steel_four_bar"].read_text() + more
         return figures_of(text, tmp_path, *self.OPTIONS, *options)[1]
 
-    def test_a_spring_takes_as_much_of_the_drive_as_it_says(self, tmp_path):
+    def test_a_proposed_spring_reduces_the_effort_as_predicted(self, tmp_path):
         proposed = self.four_bar(tmp_path, "", "--balance")["balance"]["drive_effort"]
         (spring,) = proposed["parts"]
         assert proposed["left"] < 0.5
@@ -464,8 +443,8 @@ angle = {spring["angle"]["value"]}
         assert "balance of the shaking force: 0.188 kg at 50 mm from O on crank" in capsys.readouterr().out
 
     @pytest.mark.parametrize("scene", ["steel_four_bar", "offset_slider_crank"])
-    def test_the_scene_with_the_counterweights_shakes_as_they_say_and_can_be_optimized(self, scene, tmp_path):
-        """Of a four-bar nothing is left, of a slider-crank, whose slider no link turns with, a part."""
+    def test_proposed_counterweights_reduce_shaking_as_predicted(self, scene, tmp_path):
+        """A four-bar is fully balanced, a slider-crank only in part, since no link rotates with its slider."""
         unloaded = re.sub(r"\[\[loads\]\].*?(?=\n\[)", "", shipped_scenes()[scene].read_text(), flags=re.DOTALL)
         text = re.sub(r"gravity = .*", "gravity = [0, 0]", unloaded) + "\n# kept\n"
         (tmp_path / "scene.toml").write_text(text)
@@ -479,8 +458,8 @@ angle = {spring["angle"]["value"]}
         proposed = before["balance"]["shaking_force"]
         assert proposed["before"]["value"] == pytest.approx(before["shaking"]["force"]["value"], rel=1e-9)
         assert after == pytest.approx(proposed["after"]["value"], abs=1e-9 * proposed["before"]["value"])
-        asked = tomllib.loads(written)["optimize"]
-        assert asked["minimize"] == "shaking_force"
+        study = tomllib.loads(written)["optimize"]
+        assert study["minimize"] == "shaking_force"
         links = {part["link"] for part in proposed["parts"]}
-        assert {*asked["variables"]} == {f"links.{link}_counterweight.mass" for link in links}
+        assert {*study["variables"]} == {f"links.{link}_counterweight.mass" for link in links}
         assert (scene == "steel_four_bar") == (proposed["left"] < 1e-9)

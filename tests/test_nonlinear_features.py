@@ -15,35 +15,13 @@ from kinelast.tasks.request import Request
 
 MECHANISMS = Path(__file__).parents[1] / "kinelast" / "mechanisms"
 BASE = """
-[materials.steel]
-E = "210 GPa"
-density = "7850 kg/m^3"
-poisson = 0.3
-[sections.bar]
-shape = "rectangle"
-depth = DEPTH
-width = "10 mm"
-[points]
-O = [0.0, 0.0]
-A = [0.1, 0.0]
-B = [0.28, 0.24]
-D = [0.35, 0.0]
-G = [-0.3, 0.0]
-H = [-0.3, 0.1]
-[links.ground]
-points = ["O", "D", "G"]
-[links.crank]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-[links.coupler]
-points = ["A", "B"]
-section = "bar"
-material = "steel"
-[links.rocker]
-points = ["D", "B"]
-section = "bar"
-material = "steel"
+materials.steel = {E = "210 GPa", density = "7850 kg/m^3", poisson = 0.3}
+sections.bar = {shape = "rectangle", depth = DEPTH, width = "10 mm"}
+points = {O = [0.0, 0.0], A = [0.1, 0.0], B = [0.28, 0.24], D = [0.35, 0.0], G = [-0.3, 0.0], H = [-0.3, 0.1]}
+links.ground = {points = ["O", "D", "G"]}
+links.crank = {points = ["O", "A"], section = "bar", material = "steel"}
+links.coupler = {points = ["A", "B"], section = "bar", material = "steel"}
+links.rocker = {points = ["D", "B"], section = "bar", material = "steel"}
 [run]
 positions = 24
 duration = "0.314159265 s"

@@ -23,35 +23,18 @@ EXCLUDED = {"condition", "contact_losses"}  # condition belongs to single positi
 
 DRAWN = """
 title = "drawn"
-[sections.bar]
-shape = "rectangle"
-depth = "{depth} mm"
-width = "12 mm"
-[points]
-O = [0.0, 0.0]
-A = [{crank}, 0.0]
-B = [{x}, {y}]
-D = [0.35, 0.0]
-[links.ground]
-points = ["O", "D"]
-[links.crank]
-points = ["O", "A"]
-{made}
-[links.coupler]
-points = ["A", "B"]
-{made}
-[links.rocker]
-points = ["D", "B"]
-{made}
+sections.bar = {{shape = "rectangle", depth = "{depth} mm", width = "12 mm"}}
+points = {{O = [0.0, 0.0], A = [{crank}, 0.0], B = [{x}, {y}], D = [0.35, 0.0]}}
+links.ground = {{points = ["O", "D"]}}
+links.crank = {{points = ["O", "A"], {made}}}
+links.coupler = {{points = ["A", "B"], {made}}}
+links.rocker = {{points = ["D", "B"], {made}}}
+motors.m = {{gear_ratio = 5, efficiency = "80 %", rotor_inertia = "1e-4 kg m^2"}}
 [[drives]]
 link = "crank"
 speed = 20.0
 motor = "m"
 unevenness = "2 %"
-[motors.m]
-gear_ratio = 5
-efficiency = "80 %"
-rotor_inertia = "1e-4 kg m^2"
 [bearings.D]
 clearance = "20 um"
 rolling = {{C = "10 kN", C0 = "5 kN", elements = 9}}
@@ -84,7 +67,7 @@ def drawn(seed: int, rigid: bool) -> str:
             break
     base = 0.35 - crank
     x = (coupler**2 - rocker**2 + base**2) / (2 * base)
-    made = 'rigid = true\nmass = "1 kg"\ncenter = [0.05, 0.01]' if rigid else 'section = "bar"\nmaterial = "S235"'
+    made = 'rigid = true, mass = "1 kg", center = [0.05, 0.01]' if rigid else 'section = "bar", material = "S235"'
     y = math.sqrt(coupler**2 - x**2)
     return DRAWN.format(crank=crank, x=crank + x, y=y, depth=random.integers(8, 20), made=made)
 

@@ -19,24 +19,11 @@ from kinelast.tasks.request import Request
 LENGTH, MASS, RATIO, DURATION, ANGLE = 0.5, 0.3, 0.05, 0.03, math.radians(1.0)
 # An almost massless bar clamped to a drive, with a tip mass: one mode.
 ARM = f"""
-[materials.steel]
-E = 210e9
-poisson = 0.3
-density = 100
-[sections.bar]
-shape = "rectangle"
-depth = 0.01
-width = 0.001
-[points]
-O = [0, 0]
-A = [{LENGTH}, 0]
-[links.ground]
-points = ["O"]
-[links.arm]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-masses = {{A = {MASS}}}
+materials.steel = {{E = 210e9, poisson = 0.3, density = 100}}
+sections.bar = {{shape = "rectangle", depth = 0.01, width = 0.001}}
+points = {{O = [0, 0], A = [{LENGTH}, 0]}}
+links.ground = {{points = ["O"]}}
+links.arm = {{points = ["O", "A"], section = "bar", material = "steel", masses = {{A = {MASS}}}}}
 [[drives]]
 link = "arm"
 law = [{{curve = "cycloidal", duration = {DURATION}, by = {ANGLE}}}]

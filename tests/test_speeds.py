@@ -1,4 +1,4 @@
-"""Speeds at which something happens are found, however few are asked for."""
+"""Searches over speed find resonances, limits and instability for any requested speeds."""
 
 import dataclasses
 import math
@@ -24,13 +24,10 @@ from kinelast.scene.error import SceneError
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.task import shipped_scenes
 
-# A drawn four-bar of little damping; its 5th harmonic meets its first mode near 455 rad/s.
+# A drawn four-bar with little damping; its 5th harmonic meets the first mode near 455 rad/s.
 LIGHTLY_DAMPED = """
-[materials.mat]
-E = 60e9
-density = 1600.0
-poisson = 0.3
-yield = 400e6
+materials.mat = {E = 60e9, density = 1600.0, poisson = 0.3, yield = 400e6}
+joints = {B = {compliance = 1.1870552791496915e-08}, O = {rotation = 1.858867606023162e-06}}
 [sections]
 s1 = {shape = "rectangle", depth = 0.042070171022850086, width = 0.07324412431296219}
 s2 = {shape = "rectangle", depth = 0.030273085872834084, width = 0.03564507905024141}
@@ -45,9 +42,6 @@ ground = {points = ["O", "D"]}
 crank = {points = ["O", "A"], section = "s1", material = "mat"}
 coupler = {points = ["A", "B"], section = "s2", material = "mat"}
 rocker = {points = ["D", "B"], section = "s3", material = "mat"}
-[joints]
-B = {compliance = 1.1870552791496915e-08}
-O = {rotation = 1.858867606023162e-06}
 [[drives]]
 link = "crank"
 speed = 501.41251043566666
@@ -58,10 +52,7 @@ TWO_CRANKS = (
     shipped_scenes()["steel_four_bar"].read_text().replace('points = ["D", "B"]', 'points = ["C", "B"]')
     .replace('speed = "100 rad/s"', "speed = {}").replace("D = [0.35, 0.0]", "D = [0.35, 0.0]\nC = [0.4, 0.0]")
     + """
-[links.second]
-points = ["D", "C"]
-section = "bar"
-material = "steel"
+links.second = {points = ["D", "C"], section = "bar", material = "steel"}
 [[drives]]
 link = "second"
 speed = {}
@@ -71,7 +62,7 @@ CHORD = '[limits]\nchord = "29.1775 mm"\n'
 
 
 def answers_of(scene):
-    """Answers of a scene at speeds, and their curves: w, chord and stress of every beam between positions too."""
+    """Return answers of a scene at several speeds, and their curves: w, chord and stress of each beam."""
 
     def measure(bent):
         cycle = Cycle(scene, bent.motion, bent, wanted=frozenset(FIELDS), period=bent.motion.time[:, -1])
@@ -86,8 +77,8 @@ def answers_of(scene):
 class TestLimitSpeed:
     @pytest.mark.slow
     @pytest.mark.parametrize("asked", [(430.0, 470.0, 2), (440.0, 480.0, 4)])
-    def test_it_is_the_same_however_many_are_asked(self, asked):
-        """Single answers keep the limit at 454.3 and break it at 454.9 rad/s, and keep it again; less their errors."""
+    def test_the_limit_speed_does_not_depend_on_the_requested_speeds(self, asked):
+        """Single answers, with their errors, keep the limit at 454.3 and break it at 454.9 rad/s, and keep it again."""
         found = speeds(scene_from_text(LIGHTLY_DAMPED + CHORD), asked)
         assert 452.5 < found.highest < found.limit.above < 454.9
         assert found.limit.above / found.highest - 1 <= 2 * KNOWN_TO
@@ -95,7 +86,7 @@ class TestLimitSpeed:
         assert found.map.values[:, 1].max() > 0.038, "the peak beyond the limit is known too"
         _, chord, error = found.figures["chord"]
         beside = np.searchsorted(found.speed, [found.highest, found.limit.above])
-        judged = chord + 2.0 * error  # beyond 25 % an error counts twice
+        judged = chord + 2.0 * error  # an error beyond 25 % counts twice
         assert np.all(judged[beside] > 29.1775e-3 * np.array([0.7, 1.0]))
         assert [found.verdicts[at] for at in beside] == ["acceptable", "too close to decide"]
         assert found.limit.broken == math.inf, "at the peak, large displacement leaves nothing to tell"
@@ -106,8 +97,8 @@ class TestLimitSpeed:
         )
 
     @pytest.mark.slow
-    def test_the_errors_of_a_speed_are_those_of_its_report(self):
-        """The same differences: by time, coordinates and large displacement, and by beam theory."""
+    def test_errors_of_a_speed_equal_those_of_its_report(self):
+        """The errors are by time, coordinates, large displacement and beam theory."""
         text = shipped_scenes()["steel_four_bar"].read_text()
         found = speeds(scene_from_text(text), (60.0, 90.0, 2))
         scene = scene_from_text(
@@ -121,21 +112,21 @@ class TestLimitSpeed:
             assert values[-1] == pytest.approx(abs(of.value), rel=0.01), key
             assert errors[-1] == pytest.approx(of.error.size, rel=0.5), key
 
-    def test_a_figure_that_is_not_there_leaves_the_error_known(self):
-        """No stress is known of sections whose rigidities alone are given."""
+    def test_an_unknown_figure_does_not_make_the_error_unknown(self):
+        """Sections given by rigidities have no stress."""
         found = speeds(read_scene(shipped_scenes()["utenov_four_bar"]), (0.9, 1.0, 2))
         assert np.isnan(found.figures["stress"][1]).all()
         assert np.all(found.error < 0.01)
 
     @pytest.mark.parametrize(("bound", "highest"), in_tiers([("1 m", 40.0), ("1 nm", 0.0)], 1, 1))
-    def test_limits_may_hold_everywhere_or_nowhere(self, bound, highest):
+    def test_limits_can_hold_everywhere_or_nowhere(self, bound, highest):
         found = speeds(scene_from_text(FOUR_BAR + f'[limits]\nchord = "{bound}"\n'), (20.0, 40.0, 2))
         assert found.highest == highest
         assert (found.limit is None) == bool(highest)
 
     @pytest.mark.slow
-    def test_without_vibration_it_goes_with_the_square_of_the_speed(self):
-        """Far below resonance loads are inertia's alone: a limit of four times a value is twice the speed."""
+    def test_without_vibration_figures_scale_with_the_square_of_the_speed(self):
+        """Far below resonance only inertia counts: a limit of four times a value is at twice the speed."""
         slow = 2.0
         weightless = shipped_scenes()["steel_four_bar"].read_text()
         chord = speeds(scene_from_text(weightless), (slow, 1.5 * slow, 2)).map.values[0, 1].max()
@@ -144,8 +135,8 @@ class TestLimitSpeed:
         assert found.limit.resonance is None
 
 
-def test_next_to_resonance_a_percentage_is_no_figure():
-    """Errors of speeds in words: by how much, and from a quarter on that they are unreliable, and why."""
+def test_errors_of_speeds_in_words():
+    """Errors above a quarter are called unreliable, with the reason."""
     scene = scene_from_text(FOUR_BAR)
     speed = np.array([100.0, 110.0, 120.0, 130.0])
     peak = SpeedPeak(121.0, "w", 0, 1.0, Resonance(5, 1, 0, True))
@@ -168,23 +159,23 @@ def test_next_to_resonance_a_percentage_is_no_figure():
     assert told(0.01, 0.06, 0.2, 0.7).endswith("1 of them unreliable, for example 130 rad/s")
 
 
-class TestWhatGoesWithTheSpeed:
+class TestScaledQuantities:
     @pytest.mark.slow
     def test_several_drives_keep_their_ratio(self):
-        """Two cranks at 40 and 60 rad/s: the row at 80 is that of the scene at 80 and 120, of two turns a cycle."""
+        """Cranks at 40 and 60 rad/s: the row at 80 equals the scene at 80 and 120, with two turns per cycle."""
         found = speeds(scene_from_text(TWO_CRANKS.format(40, 60)), (60.0, 80.0, 2))
         other = speeds(scene_from_text(TWO_CRANKS.format(80, 120)), (60.0, 80.0, 2))
         np.testing.assert_allclose(found.map.values[-1], other.map.values[-1], rtol=5e-3)
         words = speed_figures(found, scene_from_text(TWO_CRANKS.format(40, 60)))["words"]
         assert words[0] == "speeds are those of crank, the other drives keep their ratio to it"
 
-    def test_loads_by_time_do_not(self):
+    def test_loads_by_time_are_an_error(self):
         load = '[[loads]]\nlink = "rocker"\npoint = "B"\nforce = [1, 0]\ntable = [[0, 1], [1, 2]]\nextend = "hold"\n'
         with pytest.raises(SceneError, match="cannot scale a load by time"):
             speeds(scene_from_text(FOUR_BAR + load), (1.0, 2.0, 2))
 
     @pytest.mark.slow
-    def test_loads_by_angle_do(self):
+    def test_loads_by_angle_are_allowed(self):
         load = '[[loads]]\nlink = "rocker"\npoint = "B"\nforce = [1, 0]\ntable = [[0, 1], [1, 2]]\nextend = "hold"\n'
         by_angle = load.replace("[1, 2]", "[0.5, 2]") + 'against = {link = "crank"}\n'
         assert speeds(scene_from_text(FOUR_BAR + by_angle), (1.0, 2.0, 2)).map.stable.all()
@@ -192,7 +183,7 @@ class TestWhatGoesWithTheSpeed:
 
 class TestUnstableRanges:
     @pytest.mark.slow
-    def test_borders_lie_between_answers(self):
+    def test_borders_of_instability_are_between_answers(self):
         scene = read_scene(shipped_scenes()["steel_four_bar"])
         found, curves = answers_of(scene)
         found.find([6.4, 6.7])
@@ -209,8 +200,8 @@ class TestUnstableRanges:
 
 @pytest.mark.parametrize("asked", [(100.0, 700.0, 10), pytest.param((400.0, 480.0, 3), id="part")])
 @pytest.mark.slow
-def test_no_peak_is_missed_that_brute_force_sees(asked):
-    """Every peak of every link among speeds a third of the peaks' half width apart is known to 2 %."""
+def test_all_peaks_of_a_dense_scan_are_found(asked):
+    """Each peak of each link at speeds a third of its half width apart is known to 2 %."""
     scene = scene_from_text(LIGHTLY_DAMPED)
     nominal = scene.laws[0].speed
     found, curves = answers_of(scene)
@@ -258,15 +249,15 @@ class Hill:
 
 
 @pytest.mark.parametrize(("rise", "answered"), [(0.03, True), (0.01, False)])
-def test_what_hardly_rises_is_left_to_the_scan(rise, answered):
-    """Of a bump 3 % above its flank 2.1 % rise above the valley beside it, of one of 1 % only 0.7 %."""
+def test_small_bumps_are_left_to_the_scan(rise, answered):
+    """A bump of 3 % rises 2.1 % above the adjacent valley, a bump of 1 % rises 0.7 %."""
     hill = Hill(rise)
     SpeedSearch(hill, lambda known: known.largest).find_peaks()
     assert any(abs(ratio - 1.5) < 0.01 for ratio in hill.asked)
     assert any(abs(ratio - 1.2) < 0.01 for ratio in hill.asked) is answered
 
 
-def test_several_periodic_problems_are_those_of_one_each():
+def test_several_periodic_problems_equal_single_ones():
     rng = np.random.default_rng(3)
     grid = Grid(np.array([0.0, 0.3, 1.0]))
     points = len(grid.nodes) - 1
@@ -284,19 +275,20 @@ def test_several_periodic_problems_are_those_of_one_each():
         np.testing.assert_allclose(np.sort_complex(multipliers[row]), np.sort_complex(one.multipliers), rtol=1e-9)
 
 
-def test_a_scan_is_near_the_answers():
-    """In five coordinates instead of ten, to 2 % of the chord's deflection where it is not put right."""
+def test_a_scan_is_close_to_the_answers():
+    """Five instead of ten coordinates give the chord deflection to 2 % without correction."""
     found, curves = answers_of(read_scene(shipped_scenes()["steel_four_bar"]))
     ratios = [0.3, 0.6, 0.96, 1.3, 1.84]
     found.find(ratios)
     scan = SpeedSearch(found, curves).model.at(ratios)
     known = found.map()
     np.testing.assert_allclose(scan.largest[1] / curves(known)[1], 0.96, atol=0.05)
-    np.testing.assert_allclose(scan.growth[1:], known.growth[1:], atol=0.01)  # slower the answer's grid is coarser
+    # at low speed the grid of the answer is coarser
+    np.testing.assert_allclose(scan.growth[1:], known.growth[1:], atol=0.01)
 
 
-def test_speeds_on_a_fine_grid_are_scanned_one_by_one(monkeypatch):
-    """So many as fit into memory; what is seen does not depend on how many are looked at together."""
+def test_speeds_on_a_fine_grid_are_scanned_in_batches(monkeypatch):
+    """The batch size depends on memory; the result does not depend on the batch size."""
     found, curves = answers_of(read_scene(shipped_scenes()["steel_four_bar"]))
     ratios = [0.3, 0.6, 0.96]
     found.find(ratios)
@@ -308,22 +300,22 @@ def test_speeds_on_a_fine_grid_are_scanned_one_by_one(monkeypatch):
     np.testing.assert_allclose(one_by_one.largest, together.largest, rtol=1e-9)
 
 
-def test_a_look_that_takes_minutes_is_told_before(monkeypatch):
+def test_a_search_of_minutes_is_announced(monkeypatch):
     told = []
 
-    class Heard(Progress):
+    class Recorder(Progress):
         def tell(self, sentence):
             told.append(sentence)
 
     clock = iter([0.0, 0.0, 5.0, 10.0])
     monkeypatch.setattr("kinelast.figures.speeds.time.monotonic", lambda: next(clock))
-    looking = _Looking("arm", Heard())
+    looking = _Looking("arm", Recorder())
     for done in (0, 10, 20):
         looking(done, 2010)
     [sentence] = told
     assert "the search at 2010 speeds takes about 16.7 minutes; give a narrower range" in sentence
 
 
-def test_prominence_ends_at_a_higher_peak_and_where_nothing_is_known():
+def test_prominence_ends_at_a_higher_peak_or_unknown_values():
     assert [*prominences(np.array([1.0, 4.0, 2.0, 3.0, 1.0]))] == [(1, 0.75), (3, pytest.approx(1 / 3))]
     assert [*prominences(np.array([0.0, 2.0, 1.0, math.nan, 5.0]))] == [(1, 0.5)]

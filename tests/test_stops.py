@@ -21,31 +21,14 @@ from live.edit import edited as changed
 from rigid import motion, position_of
 
 CRANK, COUPLER, ROCKER, FRAME = 0.1, abs(0.26 + 0.22j), abs(-0.04 + 0.22j), 0.4
-KEYS = 'section = "bar"\nmaterial = "steel"\n'
-FOUR_BAR = f"""
-[materials.steel]
-E = 210e9
-density = 7850
-[sections.bar]
-shape = "rectangle"
-depth = 0.02
-width = 0.008
-[points]
-A = [0, 0]
-B = [0.1, 0]
-C = [0.36, 0.22]
-D = [0.4, 0]
-[links]
-ground.points = ["A", "D"]
-[links.crank]
-points = ["A", "B"]
-{KEYS}
-[links.coupler]
-points = ["B", "C"]
-{KEYS}
-[links.rocker]
-points = ["D", "C"]
-{KEYS}
+FOUR_BAR = """
+materials.steel = {E = 210e9, density = 7850}
+sections.bar = {shape = "rectangle", depth = 0.02, width = 0.008}
+points = {A = [0, 0], B = [0.1, 0], C = [0.36, 0.22], D = [0.4, 0]}
+links.ground = {points = ["A", "D"]}
+links.crank = {points = ["A", "B"], section = "bar", material = "steel"}
+links.coupler = {points = ["B", "C"], section = "bar", material = "steel"}
+links.rocker = {points = ["D", "C"], section = "bar", material = "steel"}
 [[drives]]
 link = "crank"
 speed = "60 rpm"
@@ -55,19 +38,13 @@ positions = 90
 ROD, HALF = np.hypot(170.0, 40.0), 50.0  # of the slider-crank [mm]
 SLIDER_CRANK = """
 units = "mm"
-[points]
-O = [0, 0]
-A = [30, 40]
-B = [200, 0]
+points = {O = [0, 0], A = [30, 40], B = [200, 0]}
+sliders.guide = {link = "piston", through = "B", direction = [1, 0]}
 [links]
 ground.points = ["O"]
 crank = { points = ["O", "A"], rigid = true, mass = "1 kg", center = "O" }
 rod = { points = ["A", "B"], rigid = true, mass = "1 kg", center = "B" }
 piston = { points = ["B"], rigid = true, mass = "1 kg" }
-[sliders.guide]
-link = "piston"
-through = "B"
-direction = [1, 0]
 [[drives]]
 link = "crank"
 speed = "60 rpm"

@@ -1,4 +1,4 @@
-"""Claim: a unit is a factor on every number: a power of two changes no digit, any other only the last ones."""
+"""Units are factors on every number: powers of two change no digit, other factors only the last digits."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from rigid import LineLoad, PinDrive, PointLoad
 EPS = np.finfo(float).eps
 BOUND = 50
 LOWERED = {raised: chr(plain) for plain, raised in RAISED.items()}
-BY_ELIMINATION = ("triad", "six-bar, ring")  # whose linear systems are scaled by square roots, or iterated
+BY_ELIMINATION = ("triad", "six-bar, ring")  # their linear systems are scaled by square roots, or iterated
 
 
 def in_units(case, L, M, T):
-    """The same case in other units: every number times its dimension."""
+    """Return the case in other units: each number is scaled by its dimension."""
     force = M * L / T**2
 
     def link(one):
@@ -88,7 +88,7 @@ class TestUnits:
     @pytest.mark.parametrize("units", [(1e3, 1e-3, 1.0), (39.37007874, 2.20462262, 1e3), (1e-9, 1e6, 1e-6)])
     @pytest.mark.parametrize("name", in_tiers(ALL, 5, 5))
     def test_other_units_change_the_last_digits(self, name, units):
-        """Millimetres and tonnes; inches, pounds, milliseconds; any."""
+        """Millimetres and tonnes; inches, pounds and milliseconds; arbitrary units."""
         one, other = self.solved(ALL[name]()), self.solved(in_units(ALL[name](), *units))
         condition = one.motion.condition.max()
         for field in PRIMARY:
@@ -99,48 +99,25 @@ class TestUnits:
 
 WRITTEN = """
 units = "mm"
-[materials.steel]
-E = "210 GPa"
-density = 7850
-[sections.bar]
-shape = "rectangle"
-depth = 6
-width = 10
-[points]
-O = [0, 0]
-A = [0, 60]
-B = [200, 180]
-C = [250, 0]
-[links.ground]
-points = ["O", "C"]
-[links.crank]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-[links.rod]
-points = ["A", "B"]
-section = "bar"
-material = "steel"
-[links.rocker]
-points = ["B", "C"]
-section = "bar"
-material = "steel"
+materials.steel = {E = "210 GPa", density = 7850}
+sections.bar = {shape = "rectangle", depth = 6, width = 10}
+points = {O = [0, 0], A = [0, 60], B = [200, 180], C = [250, 0]}
+links.ground = {points = ["O", "C"]}
+links.crank = {points = ["O", "A"], section = "bar", material = "steel"}
+links.rod = {points = ["A", "B"], section = "bar", material = "steel"}
+links.rocker = {points = ["B", "C"], section = "bar", material = "steel"}
+limits = {output = "0.05 deg"}
+run = {output = "rocker.angle", positions = 36, theory = "quasi-static"}
 [[drives]]
 link = "crank"
 speed = "900 rpm"
-[limits]
-output = "0.05 deg"
-[run]
-output = "rocker.angle"
-positions = 36
-theory = "quasi-static"
 [sweep.vary]
 "drives.crank.speed" = ["600 rpm", "900 rpm"]
 """
 
 
-class TestAsWritten:
-    """Units stay as the file has them, wherever its quantities are told."""
+class TestUnitsOfTheScene:
+    """Output has the units of the scene file."""
 
     def lines(self, tmp_path, capsys, text, *options):
         (tmp_path / "scene.toml").write_text(text)
@@ -169,32 +146,32 @@ class TestAsWritten:
         assert "(limit 0.9 mrad)" in told
         assert re.search(r"largest deflection 1\d\d\.?\d* µm", told)
 
-    def test_a_unit_is_the_one_that_is_written_most(self):
+    def test_the_most_frequent_unit_is_used(self):
         scene = scene_from_text(WRITTEN.replace('speed = "900 rpm"', 'speed = "15 rev/s"\nstart = "1 rad"'))
         assert scene.told_in["rad/s"] == (pytest.approx(1 / (2 * np.pi)), "rev/s")
         assert scene.told_in["m"] == (1e3, "mm")
 
     @pytest.mark.parametrize("unit", ["m^2", "m^4", "m^3/s", "kg/m^3", "1/K", "m/s^2", "W/m^2", "N/m", "N m", "Pa"])
-    def test_what_is_told_reads_back_as_the_same(self, unit):
-        """A prefix before a square or a cube is squared or cubed with it."""
+    def test_printed_quantities_are_read_back(self, unit):
+        """A prefix before a square or a cube is squared or cubed too."""
         for size in 1.25 * 10.0 ** np.arange(-10, 10):
             told = re.sub(r"·10([⁻⁰¹²³⁴-⁹]+)", lambda raised: "e" + raised[1].translate(LOWERED), quantity(size, unit))
             assert Quantity.of_unit(unit, told) == pytest.approx(size, rel=1e-9)
 
-    def test_slides_and_gaps_are_told_in_the_lengths_of_the_scene(self):
-        """A and C are 60 and 250 mm from O at a right angle; the rocker is as long as (50, 180) mm, the rod 1 mm."""
+    def test_slides_and_gaps_use_the_length_unit_of_the_scene(self):
+        """A and C are 60 and 250 mm from O at a right angle; the rocker is (50, 180) mm long, the rod 1 mm."""
         assert coordinate(2.071e-5, "m", scene_from_text(WRITTEN).told_in) == "0.02071 mm"
-        short = WRITTEN.replace('["A", "B"]', '["A", "B"]\nlength = 1')
+        short = WRITTEN.replace('["A", "B"]', '["A", "B"], length = 1')
         with pytest.raises(SceneError, match=r"257\.1 mm apart, the links between them reach from 185\.8 to 187\.8 mm"):
             scene_motion(scene_from_text(short))
 
-    def test_small_stresses_and_times_beside_their_limits(self):
+    def test_small_stresses_and_times_next_to_limits(self):
         told_in = scene_from_text(WRITTEN).told_in
         assert [quantity(size, "Pa", told_in=told_in) for size in (200.0, 0.0, 2e5)] == ["200 Pa", "0 MPa", "0.2 MPa"]
         assert beside(6294.0, 7.2e7, "s") == ("1.748 h", "20000 h")
         assert beside(0.36, 7.2e7, "s") == ("0.0001 h", "20000 h")
         assert quantity(1800.0, "s") == "1800 s"
 
-    def test_a_flow_is_told_as_it_is_written(self):
-        text = WRITTEN.replace("[run]", '[cylinders.lift]\nbore = 63\npressure = "200 bar"\nflow = "6 l/min"\n[run]')
+    def test_a_flow_has_the_unit_of_the_scene(self):
+        text = WRITTEN + '[cylinders.lift]\nbore = 63\npressure = "200 bar"\nflow = "6 l/min"\n'
         assert quantity(1.247e-4, "m^3/s", told_in=scene_from_text(text).told_in) == "7.482 l/min"
