@@ -1,9 +1,9 @@
-"""The same mechanisms by another road, in as many digits as asked for.
+"""Mechanisms solved by an independent method in any number of digits.
 
-Every link has its own three coordinates, every joint its two equations: positions are found by Newton's method on all
-of them at once, velocities and accelerations from the same matrix. Forces and displacements then come out of one linear
-system over the end displacements and end forces of every beam, with the joint forces as multipliers. There is no loop,
-no dyad, no tree, no clamped beam in it, so that it shares no derivation with the program.
+Each link has three coordinates, each joint two equations. Newton's method solves all positions at once; velocities
+and accelerations use the same matrix. One linear system gives end displacements and end forces of all beams, with
+joint forces as multipliers. There are no loops, dyads, trees or clamped beams, so no derivation is shared with the
+program.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ NUDGE = 30
 
 
 def cross(a, b):
-    """Vector product of pairs (x, y); no complex numbers, which the differentiation uses up."""
+    """Return the vector product of pairs (x, y); complex numbers are used for differentiation."""
     return a[0] * b[1] - a[1] * b[0]
 
 
@@ -31,7 +31,7 @@ def cross(a, b):
 class Equations:
     """Constraint equations of a mechanism over (x, y, angle) of its moving links.
 
-    `lib` is cmath for floats, mpmath for as many digits as it works with.
+    `lib` is cmath for floats, or mpmath for more digits.
     """
 
     mechanism: object
@@ -54,7 +54,7 @@ class Equations:
         return self.number(value.real), self.number(value.imag)
 
     def turned(self, q, at, local):
-        """A vector of a link's axes in the ground's."""
+        """Rotate a vector from a link's axes to the ground's."""
         x, y = self.pair(local)
         if at == 0:
             return x, y
@@ -69,14 +69,14 @@ class Equations:
         return 0 if at == 0 else q[3 * at - 1]
 
     def slid(self, q, slider):
-        """Line's direction, and the way from its origin to the sliding point."""
+        """Return the direction of a slider's line, and the vector from its origin to the sliding point."""
         on, link = self.mechanism.index[slider.on], self.mechanism.index[slider.link]
         origin = self.place(q, on, slider.origin)
         tip = self.place(q, link, self.mechanism.links[link].points[slider.point])
         return self.turned(q, on, slider.direction), (tip[0] - origin[0], tip[1] - origin[1])
 
     def values(self, q, drive):
-        """Left-hand sides, zero where every joint is closed and every drive at its coordinate."""
+        """Return the residuals, zero if all joints are closed and all drives have their coordinates."""
         rows = []
         index = self.mechanism.index
         for point, one, other in self.pins:
@@ -97,7 +97,7 @@ class Equations:
         return np.array(rows, object)
 
     def matrix(self, q, drive):
-        """Derivatives of the left-hand sides, exact: by a complex step far below the last digit."""
+        """Return the Jacobian, exact by a complex step below the last digit."""
         step = self.number(10.0**-(NUDGE)) if self.lib is cmath else mpf(10) ** -(2 * WORKED)
         columns = []
         for k in range(len(q)):
@@ -112,7 +112,7 @@ class Equations:
         return np.array(columns, object).T
 
     def bending(self, q, rate, drive):
-        """Second derivative in time of the left-hand sides at constant rates."""
+        """Return the second time derivative of the residuals at constant rates."""
         step = mpf(10) ** -NUDGE
         ahead, here, behind = (
             self.values([a + sign * step * b for a, b in zip(q, rate, strict=True)], drive) for sign in (1, 0, -1)
@@ -121,7 +121,7 @@ class Equations:
 
 
 def solve(matrix, right):
-    """Gauss with pivots, in whatever numbers the arrays hold."""
+    """Solve a linear system by Gaussian elimination with pivoting, for any number type."""
     table = np.concatenate([matrix, np.reshape(right, (len(matrix), -1))], axis=1).astype(object)
     n = len(table)
     for k in range(n):
@@ -138,7 +138,7 @@ def solve(matrix, right):
 
 
 def drawn(mechanism):
-    """Coordinates of the links, and of the drives, near those of the drawing."""
+    """Return coordinates of links and drives close to the drawing."""
     equations = Equations(mechanism, cmath)
     q = []
     angles = {0: 0.0}
@@ -163,7 +163,7 @@ def drawn(mechanism):
 
 
 def positions(mechanism, drive, steps=60):
-    """Coordinates at one setting of the drives, walked to from the drawing by their shortest way."""
+    """Return the coordinates for one setting of the drives, tracked from the drawing on the shortest path."""
     q, start = drawn(mechanism)
     target = [
         a + (b - a + np.pi) % (2 * np.pi) - np.pi if isinstance(mover, PinDrive) else b
@@ -181,7 +181,7 @@ def positions(mechanism, drive, steps=60):
                 break
     fine = Equations(mechanism, mpmath)
     q = np.array([mpf(value) for value in q], object)
-    # whole turns between the way walked and the angle asked for do not matter: the residual is taken round
+    # whole turns do not matter: the residual is periodic
     goal = [mpf(float(b)) for b in drive]
     turns = [round((b - a) / (2 * np.pi)) for a, b in zip(target, drive, strict=True)]
     for k, mover in enumerate(mechanism.drives):
@@ -194,11 +194,11 @@ def positions(mechanism, drive, steps=60):
 
 @dataclass(eq=False)
 class Exact:
-    """Everything at one position: numbers of mpmath, beams in the program's order.
+    """All results at one position: mpmath numbers, beams in the program's order.
 
-    `fields` maps a field's name to a list over beams of pieces: from xi, to xi, coefficients in powers of the part of
-    the piece; `pulls` the joint forces on the
-    second link of every pin; `ground` what the mechanism does to the ground.
+    `fields` maps a field to a list over beams of pieces: start xi, end xi, and coefficients in powers of the local
+    coordinate. `pulls` are the joint forces on the second link of each pin, `ground` the force and moment on the
+    ground.
     """
 
     q: np.ndarray
@@ -217,14 +217,14 @@ class Exact:
         )
 
     def at(self, field, beam, xi):
-        """A field at one station of a beam, from the piece it lies on."""
+        """Return a field at one station of a beam, from the piece at that station."""
         low, high, values = next(piece for piece in self.fields[field][beam] if piece[0] <= xi <= piece[1])
         part = (xi - low) / (high - low)
         return sum(value * part**k for k, value in enumerate(values))
 
 
 def exact(mechanism, sections, drive, drive_rate, drive_rate2, at=None):
-    """Motion, forces and deflections at one position; `at` are its coordinates where they are known to all digits."""
+    """Return motion, forces and deflections at one position; `at` gives its coordinates if known exactly."""
     with mpmath.workdps(WORKED):
         q, goal = positions(mechanism, drive) if at is None else (at, [mpf(float(value)) for value in drive])
         equations = Equations(mechanism, mpmath)
@@ -240,7 +240,7 @@ def exact(mechanism, sections, drive, drive_rate, drive_rate2, at=None):
 
 
 class _Structure:
-    """The linear system of one position. Unknowns: displacements of nodes, start states of beams, multipliers."""
+    """The linear system of one position, with node displacements, start states of beams, and multipliers."""
 
     def __init__(self, equations, sections, q, goal, rate, rate2):
         self.equations, self.mechanism = equations, equations.mechanism
@@ -264,7 +264,7 @@ class _Structure:
         self.right = np.full(size, mpf(0), object)
 
     def split(self, slider):
-        """Put a node under a slider's block where it stands on a beam of the line's owner."""
+        """Add a node under a slider's block on a beam of the line's owner."""
         on, link = self.mechanism.index[slider.on], self.mechanism.index[slider.link]
         if on == 0 or not self.mechanism.links[on].beams:
             return
@@ -282,7 +282,7 @@ class _Structure:
         raise AssertionError(f"{slider.name} is on no beam")
 
     def felt(self, at, local):
-        """Acceleration of a link's point less gravity."""
+        """Return the acceleration of a link's point minus gravity."""
         x, y = self.equations.turned(self.q, at, local)
         ax, ay, spin = self.rate2[3 * at - 3 : 3 * at]
         w = self.rate[3 * at - 1]
@@ -290,7 +290,7 @@ class _Structure:
         return ax - spin * y - w * w * x - gx, ay + spin * x - w * w * y - gy
 
     def grip(self, at, point):
-        """The node that moves a link's point, and the arm from it."""
+        """Return the node that moves a link's point, and the arm from it."""
         link = self.mechanism.links[at]
         if (at, point) in self.nodes:
             return self.nodes[at, point], (mpf(0), mpf(0))
@@ -298,7 +298,7 @@ class _Structure:
         return self.nodes[at, base], self.equations.turned(self.q, at, link.points[point] - link.points[base])
 
     def load(self, at, point, force, moment):
-        """A known force and moment on a link's point."""
+        """Add a force and a moment on a link's point."""
         node, arm = self.grip(at, point)
         for row, value in enumerate((*force, moment + cross(arm, force))):
             self.right[3 * node + row] -= value
@@ -333,7 +333,7 @@ class _Structure:
                 self.load(at, load.point, force, mpf(float(load.moment)))
 
     def line_loads(self, number):
-        """Loads along and across a beam at its start, and their growth to its end."""
+        """Return axial and transverse loads of a beam at its start, and their change to its end."""
         at, beam = self.beams[number]
         link = self.mechanism.links[at]
         start, end = link.points[beam.start], link.points[beam.end]
@@ -368,7 +368,7 @@ class _Structure:
         return x / self.length(number), y / self.length(number)
 
     def beam(self, place):
-        """Fields of a piece by its start state (u, w, phi, N, V, M, 1), and its equations at both ends."""
+        """Return the fields of a piece by its start state (u, w, phi, N, V, M, 1), and its equations at both ends."""
         number, low, high, at, start, end = self.segments[place]
         section = self.sections[number]
         L, (c, s) = self.length(number) * (high - low), self.axis(number)
@@ -394,14 +394,14 @@ class _Structure:
         for far, (point, sign) in enumerate(((start, 1), (end, -1))):
             node = self.nodes[at, point]
             state = {name: sum(rows[1:], rows[0]) if far else rows[0] for name, rows in fields.items()}
-            # the piece's end moves with its node
+            # the end of the piece moves with its node
             moved = (("u", (c, s, 0)), ("w", (-s, c, 0)), ("phi", (0, 0, 1)))
             for k, (name, weights) in enumerate(moved):
                 row = first + 3 * far + k
                 self.table[row, first : first + 6] += state[name][:6]
                 self.right[row] -= state[name][6]
                 self.table[row, 3 * node : 3 * node + 3] -= np.array(weights, object)
-            # what the piece does to its node: the part beyond a cut pulls with N along, -V across, M
+            # force on the node: beyond a cut N acts along the beam, -V across, with the moment M
             pulls = (c * state["N"] + s * state["V"], s * state["N"] - c * state["V"], state["M"])
             for k, pull in enumerate(pulls):
                 self.table[3 * node + k, first : first + 6] += sign * pull[:6]
@@ -409,7 +409,7 @@ class _Structure:
         return fields
 
     def tie(self, row, at, point, arm, weights):
-        """A link's point, and an arm from it, into an equation of displacements; its multiplier into equilibrium."""
+        """Add a link's point, with an arm, to a displacement equation, and its multiplier to equilibrium."""
         if at == 0:
             return
         node, reach = self.grip(at, point)
@@ -442,7 +442,7 @@ class _Structure:
             row += 1
 
     def tie_slider(self, row, slider, weights):
-        """The sliding point, and what lies under it of the line's owner: a node of its beam, or a rigid arm."""
+        """Return the sliding point, and the point under it on the owner: a node of its beam, or a rigid arm."""
         on, link = self.mechanism.index[slider.on], self.mechanism.index[slider.link]
         self.tie(row, link, slider.point, (mpf(0), mpf(0)), weights)
         if (on, slider.name) in self.nodes:

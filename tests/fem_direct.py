@@ -1,7 +1,7 @@
-"""One position of a mechanism as one constrained finite element matrix: no superposition, no clamped beams, no scaling.
+"""One position of a mechanism as one constrained finite element matrix, without superposition or scaling.
 
-Plain scikit-fem in metres and newtons, beam by beam, with every joint as rows of a constraint matrix. Beams that shear
-have a deflection and a rotation of their own, of the fourth and third degree; a slider's block on a beam is a node.
+Plain scikit-fem in metres and newtons; joints are rows of a constraint matrix. Beams with shear have separate
+deflection and rotation, of degree four and three. The block of a slider is a node of its beam.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ def pushed(v, given):
 
 
 def orders(errors):
-    """Orders of convergence where the number of elements doubles."""
+    """Return orders of convergence for doubled numbers of elements."""
     return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
 
 
 class Direct:
-    """Solved at one position; `found` holds the dofs beam by beam, Hermite before Lagrange, then of links without."""
+    """Solution at one position; `found` has the dofs of all beams, then of links without beams."""
 
     def __init__(self, motion, sections, position, elements):
         self.motion, self.mechanism, self.position = motion, motion.mechanism, position
@@ -69,7 +69,7 @@ class Direct:
         self.size += part.size
 
     def blocks(self, at, beam):
-        """Where the points of sliders are on a beam."""
+        """Yield the stations of slider blocks on a beam."""
         points, p = self.mechanism.links[at].points, self.position
         for slider in self.mechanism.sliders:
             if self.mechanism.index[slider.on] == at:
@@ -83,14 +83,14 @@ class Direct:
         return complex(self.motion.direction[at, self.position]) * way / abs(way)
 
     def felt(self, at, local):
-        """Gravity less the acceleration of a point."""
+        """Return gravity minus the acceleration of a point."""
         motion, p = self.motion, self.position
         arm = complex(motion.direction[at, p]) * local
         spin, spin2 = motion.angular_velocity[at, p], motion.angular_acceleration[at, p]
         return self.mechanism.gravity - complex(motion.acceleration[at, p]) - (1j * spin2 - spin**2) * arm
 
     def load_on(self, number, at, beam, x):
-        """Load per length in the beam's axes."""
+        """Return the load per length in the beam's axes."""
         points = self.mechanism.links[at].points
         axis, way = self.axis(at, beam), points[beam.end] - points[beam.start]
         q = beam.mass_per_length * self.felt(at, points[beam.start] + way / abs(way) * x) / axis
@@ -129,14 +129,14 @@ class Direct:
         self.right += np.array([force.real, force.imag, moment]) @ self.moves(at, point)
 
     def ends(self, at, point):
-        """Rows of (dx, dy, rotation) of every beam end at a link's point."""
+        """Yield rows of (dx, dy, rotation) for each beam end at a point of a link."""
         for part in self.parts:
             for xi, name in ((0.0, part.beam.start), (1.0, part.beam.end)):
                 if part.at == at and name == point:
                     yield self.rows_of(part, xi)
 
     def rows_of(self, part, xi):
-        """Rows of (dx, dy, rotation) of a node of a beam."""
+        """Return rows of (dx, dy, rotation) for a node of a beam."""
         axis, rows = self.axis(part.at, part.beam), np.zeros((3, self.size))
         u, w, phi = (part.start + dofs[np.argmin(np.abs(part.stations - xi))] for dofs in part.nodal())
         rows[0, u], rows[1, u] = axis.real, axis.imag
@@ -145,7 +145,7 @@ class Direct:
         return rows
 
     def moves(self, at, point):
-        """(dx, dy, rotation) of a link's point, given by name or by its arm from the link's origin."""
+        """Return rows of (dx, dy, rotation) of a link's point, given by name or by its arm from the origin."""
         if not at:
             return np.zeros((3, self.size))
         if not isinstance(point, str):
@@ -157,7 +157,7 @@ class Direct:
         return complex(self.motion.direction[at, self.position]) * self.mechanism.links[at].points[point]
 
     def carried(self, at, arm):
-        """A point that is no beam's end: on the root of its link."""
+        """Return the rows of a point without a beam end, which moves with the root of the link."""
         if at in self.place:
             rows = np.zeros((3, self.size))
             rows[[0, 1, 2], self.place[at]] = 1.0
@@ -207,14 +207,14 @@ class Direct:
         self.found = np.linalg.solve(whole, np.concatenate((self.right, np.zeros(len(rows)))))[: self.size]
 
     def nodes(self, number):
-        """u, w, phi of a beam at its equal nodes."""
+        """Return u, w and phi of a beam at its equally spaced nodes."""
         part = self.parts[number]
         equal = np.linspace(0.0, 1.0, self.elements + 1)
         kept = np.array([np.argmin(np.abs(part.stations - xi)) for xi in equal])
         return tuple(self.found[part.start :][dofs[kept]] for dofs in part.nodal())
 
     def between(self, number, exact_u, exact_w):
-        """Root of the integrals of (u - exact)^2 and (w - exact)^2 over a beam without shear."""
+        """Return the L2 errors of u and w over a beam without shear."""
         part = self.parts[number]
         own, errors = self.found[part.start :], []
         for basis, first, exact in ((part.along, part.along_first, exact_u), (part.across, 0, exact_w)):
@@ -224,7 +224,7 @@ class Direct:
 
 
 class Part:
-    """Elements of a beam: deflection (and its slopes), then rotation where it shears, then displacement along."""
+    """Elements of a beam: deflection (with slopes), then rotation if it has shear, then axial displacement."""
 
     def __init__(self, at, beam, length, stations, section, start):
         self.at, self.beam, self.length, self.stations = at, beam, length, stations
@@ -238,7 +238,7 @@ class Part:
         self.size = self.along_first + self.along.N
 
     def nodal(self):
-        """Numbers of the dofs u, w, phi at the nodes."""
+        """Return the numbers of the dofs u, w and phi at the nodes."""
         along = self.along_first + self.along.nodal_dofs[0]
         if self.shears:
             return along, self.across.nodal_dofs[0], self.across.N + self.turned.nodal_dofs[0]

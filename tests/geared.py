@@ -1,7 +1,7 @@
-"""Geared mechanisms of random sizes, and their free bodies after Newton and Euler, written out by hand.
+"""Random geared mechanisms, and their free bodies by Newton-Euler equations.
 
-Nothing here is asked of the program: places and accelerations are closed forms of the drives' coordinates, and the
-forces of all pins, guides, teeth and drives at a position are one system of equations, three for every body.
+These references do not use the program. Positions and accelerations are closed forms of the drive coordinates. Forces
+of pins, guides, teeth and drives solve one system with three equations per body.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ POSITIONS = 7
 
 @dataclass
 class Body:
-    """What moves: `at` gives hub [m], its acceleration, angle, angular velocity and acceleration at the positions."""
+    """Moving body: hub [m], hub acceleration, angle, angular velocity and acceleration at all positions."""
 
     name: str
     hub: Any
@@ -40,19 +40,19 @@ class Body:
 
     @property
     def load(self) -> Any:
-        """Weight and inertia [N]."""
+        """Weight and inertia force [N]."""
         turned = (1j * self.epsilon - self.omega**2) * np.exp(1j * self.angle) * self.offset
         return self.mass * (GRAVITY - self.hub_acceleration - turned)
 
     @property
     def couple(self) -> Any:
-        """Given moment and that of inertia about the centre of mass [N m]."""
+        """Given moment and inertia moment about the centre of mass [N m]."""
         return self.moment - self.inertia * self.epsilon
 
 
 @dataclass
 class Mesh:
-    """Teeth: on `follower`, from `driver` (None: the ground), at `pitch`, along unit `tangent`, apart along `away`."""
+    """Teeth on `follower` by `driver` (None: ground) at `pitch`: unit `tangent`, and `away` from the driver."""
 
     follower: str
     driver: str | None
@@ -63,10 +63,10 @@ class Mesh:
 
 @dataclass
 class Train:
-    """A mechanism, its drives' coordinates and rates, shape (drives, positions), and its free bodies.
+    """A mechanism, its drive coordinates and rates of shape (drives, positions), and its free bodies.
 
-    `pins`: child, parent (None: the ground), place; `guides`: body, place, direction; `drives`: body, parent and None
-    for a moment, or the direction of a force.
+    `pins`: child, parent (None: ground), place. `guides`: body, place, direction. `drives`: body, parent, and None
+    for a moment or the direction of a force.
     """
 
     mechanism: Mechanism
@@ -83,7 +83,7 @@ class Train:
 
 @dataclass
 class Free:
-    """Forces on the children [N], complex, and moments [N m], per position."""
+    """Forces on the children [N] (complex) and moments [N m] at each position."""
 
     pins: Any
     meshes: Any
@@ -94,13 +94,13 @@ class Free:
 
 
 def free_bodies(train: Train) -> Free:
-    """All forces at all positions."""
+    """Return all forces at all positions."""
     found = [_at(train, k) for k in range(POSITIONS)]
     return Free(*(np.array(part) for part in zip(*found, strict=True)))
 
 
 def _at(train: Train, k: int) -> tuple[Any, ...]:
-    """One position: the flanks that are loaded are those whose forces push."""
+    """Solve one position; the loaded flanks are those with pushing forces."""
     flanks = [1.0] * len(train.meshes)
     for _ in range(len(flanks) + 1):
         found, pushes = _solved(train, k, flanks)
@@ -165,12 +165,12 @@ def _solved(train: Train, k: int, flanks: list[float]) -> tuple[Any, Any]:
 
 
 def place_of(values: Any, k: int) -> Any:
-    """At position k."""
+    """Return the value at position k."""
     return np.broadcast_to(values, (POSITIONS,))[k]
 
 
 class _Made:
-    """Random sizes."""
+    """Random dimensions."""
 
     def __init__(self, seed: int) -> None:
         self.random = np.random.default_rng(seed)
@@ -190,7 +190,7 @@ class _Made:
     def body(
         self, name: str, points: dict[str, complex], hub: Any, hub_acceleration: Any, turn: Any, load: bool
     ) -> None:
-        """A link of one lump off its first point, and its free body; `turn`: angle and rates."""
+        """Add a link with an eccentric lump, and its free body; `turn` has angle and rates."""
         first = next(iter(points))
         mass, inertia = self.number(0.2, 2.0), self.number(1e-3, 1e-2)
         offset = self.number(0.005, 0.03) * self.way()
@@ -209,7 +209,7 @@ class _Made:
 
 
 def pair(seed: int, internal: bool = False) -> Train:
-    """Two wheels on the ground, or a wheel in a ring, or a ring around the wheel that it drives."""
+    """Return two wheels on the ground, or a wheel and a ring, each of which can be the driver."""
     made = _Made(seed)
     q, v, a = made.course()
     one, way, r1, r2 = made.number(-0.2, 0.2) + 0.1j, made.way(), made.number(0.03, 0.06), made.number(0.09, 0.15)
@@ -231,7 +231,7 @@ def pair(seed: int, internal: bool = False) -> Train:
 def gear_mesh(
     follower: str, driver: str | None, own: Any, led: Any, radius: float, driving: float, internal: bool = False
 ) -> Mesh:
-    """Teeth of wheels with centres `own` and `led`: the smaller of them, or either outside, is pushed to its centre."""
+    """Return the mesh of wheels with centres `own` and `led`; an internal mesh pushes the smaller wheel inwards."""
     towards = (own - led) / np.abs(own - led)
     if not internal:
         return Mesh(follower, driver, led + driving * towards, -1j * towards, towards)
@@ -241,12 +241,12 @@ def gear_mesh(
 
 
 def internal_pair(seed: int) -> Train:
-    """A wheel and a ring, either driving."""
+    """Return a wheel and a ring, each of which can be the driver."""
     return pair(seed, internal=True)
 
 
 def idler_chain(seed: int) -> Train:
-    """Three wheels on the ground."""
+    """Return three wheels on the ground."""
     made = _Made(seed)
     q, v, a = made.course()
     radii = [made.number(0.03, 0.1) for _ in range(3)]
@@ -268,7 +268,7 @@ def idler_chain(seed: int) -> Train:
 
 
 def planetary(seed: int) -> Train:
-    """An arm carries a planet around a sun that is the ground, in a ring that turns."""
+    """Return an arm with a planet around a sun on the ground, in a rotating ring."""
     made = _Made(seed)
     q, v, a = made.course()
     sun, planet, center = made.number(0.03, 0.08), made.number(0.02, 0.06), 0.2 - 0.1j
@@ -293,17 +293,17 @@ def planetary(seed: int) -> Train:
 
 
 def sun_driven(seed: int) -> Train:
-    """A sun turns a planet in a ring that is the ground, and the planet the arm that carries it."""
+    """Return a sun that drives a planet in a ring on the ground, and so the arm of the planet."""
     return _epicyclic(seed, drives=1)
 
 
 def differential(seed: int) -> Train:
-    """A sun and a ring, both driven, turn a planet and the arm that carries it."""
+    """Return a driven sun and a driven ring, which move a planet and its arm."""
     return _epicyclic(seed, drives=2)
 
 
 def _epicyclic(seed: int, drives: int) -> Train:
-    """An arm and its planet, each of which moves the other's gear: the arm follows the planet, the planet the arm."""
+    """Return an arm and its planet, each of which drives the gear of the other."""
     made = _Made(seed)
     q, v, a = made.course(drives)
     sun, planet, center = made.number(0.03, 0.08), made.number(0.02, 0.06), 0.2 - 0.1j
@@ -336,7 +336,7 @@ def _epicyclic(seed: int, drives: int) -> Train:
 
 
 def wheels_on_an_arm(seed: int) -> Train:
-    """An arm with a drive of its own carries two wheels, the first of which is driven."""
+    """Return a driven arm with two wheels, the first of which is driven."""
     made = _Made(seed)
     q, v, a = made.course(2)
     radii, first, center = (made.number(0.03, 0.1), made.number(0.03, 0.1)), made.number(0.05, 0.2), -0.1j
@@ -357,10 +357,10 @@ def wheels_on_an_arm(seed: int) -> Train:
 
 
 def rack(seed: int, drives: bool = False) -> Train:
-    """A rack on the ground that a wheel drives, or that drives a wheel, on either side of it."""
+    """Return a rack on the ground and a wheel; `drives` makes the rack the driver."""
     made = _Made(seed)
     radius, way, center, origin = made.number(0.03, 0.08), made.way(), 0.1 + 0.1j, -0.2 + 0.3j
-    rho = radius if seed % 2 else -radius  # of the slide per angle
+    rho = radius if seed % 2 else -radius  # slide per angle
     turn = made.course()
     slide = tuple(rho * x for x in turn)
     side = -1j * way * np.sign(rho)
@@ -382,12 +382,12 @@ def rack(seed: int, drives: bool = False) -> Train:
 
 
 def driving_rack(seed: int) -> Train:
-    """A rack that drives a wheel."""
+    """Return a rack that drives a wheel."""
     return rack(seed, drives=True)
 
 
 def cart(seed: int, by_wheel: bool = False) -> Train:
-    """A cart that a drive pushes along the ground, on which its wheel rolls: the driving rack is the ground."""
+    """Return a driven cart on the ground with a rolling wheel, as if the ground were the driving rack."""
     made = _Made(seed)
     s, v, a = made.course(1, 0.1)
     radius, way, origin = made.number(0.03, 0.08), made.way(), 0.2 - 0.3j
@@ -399,7 +399,7 @@ def cart(seed: int, by_wheel: bool = False) -> Train:
     sliding, turning = SliderDrive("guide"), PinDrive("wheel", "R", "cart")
     gear = Gear(turning, sliding, 1 / ratio) if by_wheel else Gear(sliding, turning, ratio)
     mechanism = made.mechanism({}, (turning if by_wheel else sliding,), (gear,), (guide,), R=origin)
-    # The rim stands still where it rolls: s way + i ratio s (pitch - hub) = 0.
+    # The rim is at rest at the contact: s way + i ratio s (pitch - hub) = 0.
     side = 1j * way / (ratio * radius)
     mesh = Mesh("wheel", None, hub + radius * side, -way * np.sign(ratio), -side)
     driven = ("wheel", "cart", None) if by_wheel else ("cart", None, way)
@@ -408,7 +408,7 @@ def cart(seed: int, by_wheel: bool = False) -> Train:
 
 
 def motor_cart(seed: int) -> Train:
-    """A cart with a motor on it that turns its wheel, which rolls along the ground."""
+    """Return a cart with a motor that drives its rolling wheel."""
     return cart(seed, by_wheel=True)
 
 

@@ -1,4 +1,4 @@
-"""Four machines drawn from the empty sheet of the live editor by presses and typed letters, which are counted."""
+"""Four machines drawn in the live editor from the empty sheet; presses and letters are counted."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from live_page import Hand
 
-JANSEN = {  # Theo Jansen's leg, drawn at 3 mm to its cm
+JANSEN = {  # Theo Jansen's leg, 3 mm per cm
     "O": (0, 0), "B": (-38, -7.8), "A": (15, 0), "C": (-24.01, 31.27), "D": (-26.95, -45.52), "E": (-74.79, 8.14),
     "F": (-59.23, -28.05), "G": (-43.16, -91.76),
 }  # fmt: skip
@@ -17,7 +17,7 @@ POINT, PRESS, LETTER, HOME, THINK = 1.1, 0.2, 0.28, 0.4, 1.35
 
 @dataclass
 class Maker:
-    """A hand on the page that counts what it does: presses of the mouse, drags among them, and letters."""
+    """Operates the page and counts clicks, drags and letters."""
 
     hand: Hand
     presses: int = 0
@@ -27,18 +27,18 @@ class Maker:
 
     @property
     def seconds(self) -> float:
-        """Time of a person by the keystroke-level model, thinking before every press."""
+        """Return a person's time by the keystroke-level model, with thinking before every press."""
         pointed = self.presses * (THINK + POINT + PRESS) + self.drags * POINT
         return pointed + self.letters * LETTER + 2 * HOME * self.fields
 
     def press(self, place):
-        """A click."""
+        """Click at a screen position."""
         self.hand.press(place)
         self.hand.release(place)
         self.presses += 1
 
     def button(self, selector):
-        """A click on an element of the page, scrolled to where it can be seen."""
+        """Click an element, scrolled into view."""
         script = (
             "const each = document.querySelector(arguments[0]); each.scrollIntoView({block: 'nearest'}); "
             "const { x, y, width, height } = each.getBoundingClientRect(); return [x + width / 2, y + height / 2]"
@@ -46,26 +46,26 @@ class Maker:
         self.press(self.hand.run(script, selector))
 
     def tool(self, name):
-        """Take a tool."""
+        """Select a tool."""
         self.button(f"[data-tool={name}]")
 
     def until_changed(self, act):
-        """Do something, and wait until the text is another and is answered."""
+        """Do something, and wait until the text has changed and is answered."""
         before = self.hand.text
         act()
         self.hand.until(f"return live.text() !== {before!r}")
 
     def click(self, *places):
-        """A click at each of some places of the plane, each with an edit."""
+        """Click places of the plane, each with an edit."""
         for x, y in places:
             self.until_changed(lambda x=x, y=y: self.press(self.hand.at(x, y)))
 
     def corners(self, *places):
-        """Clicks that make an edit together: those of a plate."""
+        """Click places that make one edit together, like the corners of a plate."""
         self.until_changed(lambda: [self.press(self.hand.at(*place)) for place in places])
 
     def drag(self, start, end, pixels=None):
-        """A drag from a place of the plane to another, or so far on the screen."""
+        """Drag from a place of the plane to another, or by pixels."""
         begin = self.hand.at(*start)
         last = self.hand.at(*end) if pixels is None else [begin[0] + pixels[0], begin[1] + pixels[1]]
         self.until_changed(lambda: self.hand.drag(begin, last, 4))
@@ -73,7 +73,7 @@ class Maker:
         self.drags += 1
 
     def write(self, selector, words):
-        """Click a field and write into it, with Enter."""
+        """Type words into a field, with Enter."""
         self.button(selector)
         self.hand.run("document.querySelector(arguments[0]).select()", selector)
         self.hand.driver.execute_cdp_cmd("Input.insertText", {"text": words})
@@ -82,14 +82,14 @@ class Maker:
         self.fields += 1
 
     def key(self, name):
-        """A key."""
+        """Press a key."""
         code = {"key": name, "code": name, "windowsVirtualKeyCode": {"Enter": 13}[name]}
         for kind in ({"type": "keyDown", "text": "\r"}, {"type": "keyUp"}):
             self.hand.driver.execute_cdp_cmd("Input.dispatchKeyEvent", {**code, **kind})
         self.letters += 1
 
     def choose(self, selector, value):
-        """An entry of a list: a press that opens it, and one on the entry."""
+        """Select an entry of a list: one press to open it, one on the entry."""
         script = (
             "const each = document.querySelector(arguments[0]); each.value = arguments[1]; "
             "each.dispatchEvent(new Event('change'))"
@@ -98,7 +98,7 @@ class Maker:
         self.presses += 2
 
     def done(self):
-        """Save, and wait for the whole answer; the address of its report."""
+        """Save, wait for the full answer, and return the address of its report."""
         self.button("#save")
         self.hand.until("return document.getElementById('saved').textContent === 'saved'")
         self.hand.until("return live.state.whole > 0 && !document.getElementById('report').hidden", 120)
@@ -106,7 +106,7 @@ class Maker:
 
 
 def wiper(maker):
-    """A windscreen wiper: crank, rod, and the blade's arm with its lever."""
+    """Draw a windscreen wiper: crank, rod, and the blade's arm with its lever."""
     maker.tool("link")
     maker.drag((0, 0), (0.04, 0))
     maker.drag((0.04, 0), (0.3, 0.05))
@@ -121,7 +121,7 @@ def wiper(maker):
 
 
 def jansen(maker):
-    """Theo Jansen's leg: crank, four rods and two triangles."""
+    """Draw Theo Jansen's leg: crank, four rods and two triangles."""
     at = {name: (0.35 + 0.003 * x, 0.2 + 0.003 * y) for name, (x, y) in JANSEN.items()}
     maker.button("summary")
     maker.button("#snap")
@@ -138,7 +138,7 @@ def jansen(maker):
 
 
 def press(maker):
-    """A toggle press: crank, rod, two toggles, and a ram that pushes with 5 kN."""
+    """Draw a toggle press: crank, rod, two toggles, and a ram with a force of 5 kN."""
     maker.button("summary")
     maker.write("#section", "flat 50x20")
     maker.tool("link")
@@ -160,7 +160,7 @@ def press(maker):
 
 
 def robot(maker):
-    """A robot of two arms: the second turned on the first, both there and back without a jump in acceleration."""
+    """Draw a robot of two arms: the second rotates on the first, and both return smoothly."""
     maker.tool("link")
     maker.drag((0, 0), (0.25, 0.1))
     maker.drag((0.25, 0.1), (0.45, 0))

@@ -1,4 +1,4 @@
-"""Limits, dead points, transmission, time and velocity ratios, and inverse kinematics, against closed forms."""
+"""Limits, dead points, transmission, time and velocity ratios, and inverse kinematics, compared with closed forms."""
 
 import math
 from collections.abc import Callable
@@ -29,7 +29,7 @@ from rigid.arrays import Reals
 
 
 def bare_four_bar(crank, coupler, rocker, base, count=90, start=0.0, side=1.0):
-    """A four-bar with its ground along x."""
+    """Return a four-bar with its ground along x."""
     A = crank * np.exp(0.3j)
     links = (
         Link("ground", {"O": 0.0, "D": base}),
@@ -55,47 +55,47 @@ def bare_slider_crank(crank, rod, offset, count=60):
 
 
 def cosine_angle(adjacent, other, opposite):
-    """Angle between two sides of a triangle."""
+    """Return the angle between two sides of a triangle."""
     return math.acos((adjacent**2 + other**2 - opposite**2) / (2 * adjacent * other))
 
 
 class TestLimitsOfSwing:
     @pytest.mark.parametrize("count", [12, 90, 361])
-    def test_a_rocker_turns_back_where_crank_and_coupler_align(self, count):
+    def test_a_rocker_reverses_if_crank_and_coupler_align(self, count):
         a, b, c, d = 0.11, 0.31, 0.24, 0.33
         course = bare_four_bar(a, b, c, d, count)
         low, high = swing(course, LinkAngle("rocker"))
-        # The rocker's angle is measured at D, from the way away from O.
+        # The rocker's angle is measured at D, from the direction away from O.
         assert low.value == pytest.approx(math.pi - cosine_angle(d, c, b + a), abs=1e-14)
         assert high.value == pytest.approx(math.pi - cosine_angle(d, c, b - a), abs=1e-14)
         assert low.drive[0] % (2 * math.pi) == pytest.approx(cosine_angle(d, b + a, c), abs=1e-13)
         assert high.drive[0] % (2 * math.pi) == pytest.approx(math.pi + cosine_angle(d, b - a, c), abs=1e-13)
         assert [low.kind, high.kind] == ["minimum", "maximum"]
 
-    def test_an_offset_slider_turns_back_where_crank_and_rod_align(self):
+    def test_an_offset_slider_reverses_if_crank_and_rod_align(self):
         r, rod, e = 0.12, 0.4, 0.05
         low, high = swing(bare_slider_crank(r, rod, e), Slide("guide"))
         assert low.value == pytest.approx(math.sqrt((rod - r) ** 2 - e**2), abs=1e-15)
         assert high.value == pytest.approx(math.sqrt((rod + r) ** 2 - e**2), abs=1e-15)
         assert high.drive[0] == pytest.approx(math.asin(e / (rod + r)), abs=1e-13)
 
-    def test_a_limit_that_a_position_hits_exactly_is_found_once(self):
+    def test_a_limit_at_a_position_is_found_once(self):
         found = limits(bare_slider_crank(0.12, 0.4, 0.0), Slide("guide"))
         assert sorted(limit.value for limit in found) == pytest.approx([0.28, 0.52], abs=1e-15)
 
-    def test_a_link_that_turns_round_has_no_limits(self):
+    def test_a_rotating_link_has_no_limits(self):
         course = bare_four_bar(0.11, 0.31, 0.24, 0.33)
         assert limits(course, LinkAngle("crank")) == []
         with pytest.raises(MechanismError, match="does not swing"):
             swing(course, LinkAngle("crank"))
 
-    def test_the_ends_of_a_way_that_does_not_close_are_no_limits(self):
+    def test_the_ends_of_an_open_motion_are_not_limits(self):
         mechanism = bare_four_bar(0.11, 0.31, 0.24, 0.33).mechanism
         found = limits(motion(mechanism, np.linspace(0.0, 1.5, 30)), LinkAngle("rocker"))
         assert [limit.kind for limit in found] == ["minimum"]
 
-    def test_a_group_that_is_no_dyad_has_the_limits_of_its_loop_equations(self):
-        """The plate's lowest angle by minimising over a root finder's solution of the three bars."""
+    def test_the_limits_of_a_general_group_agree_with_its_loop_equations(self):
+        """The reference minimizes the plate's angle over a root finder's solution of the three bars."""
         case = triad(count=48)
         links = {link.name: link for link in case.mechanism.links}
         ground, points = links["ground"].points, links["plate"].points
@@ -119,7 +119,7 @@ class TestLimitsOfSwing:
         )
         assert high.value == pytest.approx(-best.fun, abs=1e-11)
 
-    def test_several_designs_are_refused(self):
+    def test_several_designs_are_an_error(self):
         links = (Link("ground", {"O": 0.0}), Link("crank", {"O": 0.0, "A": np.array([[1.0], [2.0]])}))
         course = motion(Mechanism(links, (PinDrive("crank", "O"),), {}), turn(8))
         with pytest.raises(MechanismError, match="one design"):
@@ -127,7 +127,7 @@ class TestLimitsOfSwing:
 
 
 class TestPublishedWing:
-    """Two-stage flapping wing, l = 21, 39, 50, 59 mm (Wu, Zhang): what its own figures give."""
+    """Two-stage flapping wing, l = 21, 39, 50, 59 mm (Wu, Zhang): values from its own dimensions."""
 
     COURSE = bare_four_bar(21.0, 39.0, 50.0, 59.0)
 
@@ -151,11 +151,11 @@ class TestTimeRatio:
         expected = (math.pi + pole) / (math.pi - pole)
         assert time_ratio(bare_slider_crank(r, rod, e), Slide("guide")) == pytest.approx(expected, rel=1e-13)
 
-    def test_is_one_where_the_slider_is_in_line(self):
+    def test_is_one_for_a_central_slider(self):
         assert time_ratio(bare_slider_crank(0.12, 0.4, 0.0), Slide("guide")) == pytest.approx(1.0, abs=1e-13)
 
     def test_of_a_whitworth_quick_return(self):
-        """A rocker about D that a crank of radius r at distance d swings by 2 asin(r/d)."""
+        """Whitworth's rocker about D swings by 2 asin(r/d) for a crank of radius r at distance d."""
         course = motion(inverted_slider_crank(crank=0.1, base=0.25, foot=0.0, lean=0.0).mechanism, turn(40))
         expected = (math.pi + 2 * math.asin(0.4)) / (math.pi - 2 * math.asin(0.4))
         assert time_ratio(course, LinkAngle("rocker")) == pytest.approx(expected, rel=1e-13)
@@ -177,7 +177,7 @@ class TestTransmission:
         assert found.joint == "B"
         assert set(found.links) == {"coupler", "rocker"}
 
-    def test_of_rod_and_slider_is_measured_from_the_normal(self):
+    def test_of_rod_and_slider_is_relative_to_the_normal(self):
         r, rod, e = 0.12, 0.4, 0.05
         course = bare_slider_crank(r, rod, e)
         (found,) = transmission_angles(course)
@@ -191,7 +191,7 @@ class TestTransmission:
     def test_of_two_slides_is_the_angle_of_their_lines(self):
         case = scotch_yoke(slant=1.3)
         (found,) = transmission_angles(motion(case.mechanism, case.drive))
-        # The slot is slanted in the yoke's axes, that stand at 0.35; the rail lies along 0.1.
+        # In the yoke's axes, which are at 0.35, the slot is oblique; the rail is at 0.1.
         np.testing.assert_allclose(found.angle, 1.3 + 0.35 - 0.1, atol=1e-14)
 
     def test_of_every_dyad_of_a_six_bar(self):
@@ -212,7 +212,7 @@ class TestVelocityRatio:
         np.testing.assert_allclose(found, expected, atol=1e-15)
 
     def test_of_angles_equals_the_ratio_of_the_cut_base(self):
-        """Kennedy: the coupler's line cuts the base into parts in the ratio of the angular velocities."""
+        """Kennedy: the line of the coupler divides the base in the ratio of the angular velocities."""
         course = bare_four_bar(0.11, 0.31, 0.24, 0.33)
         A, B = position_of(course, "crank", "A"), position_of(course, "rocker", "B")
         cut = A.real - A.imag * (B - A).real / (B - A).imag
@@ -227,7 +227,7 @@ class TestVelocityRatio:
 
     @pytest.mark.parametrize("name", ALL)
     def test_of_every_kind_of_coordinate_is_the_derivative_of_its_value(self, name):
-        """Differences of values over a small step of all drives along their rates."""
+        """The reference is a difference of values over a small step of all drives."""
         case = ALL[name]()
         here = motion(case.mechanism, case.drive, case.rate)
         step = 1e-5
@@ -245,7 +245,7 @@ class TestVelocityRatio:
 
 
 class TestDeadPoints:
-    def test_a_crank_that_cannot_turn_stops_where_coupler_and_rocker_stretch(self):
+    def test_a_crank_stops_if_coupler_and_rocker_are_in_line(self):
         a, b, c, d = 0.3, 0.2, 0.25, 0.4
         most = cosine_angle(a, d, b + c)
         course = bare_four_bar(a, b, c, d, count=72, start=-math.pi)
@@ -255,16 +255,16 @@ class TestDeadPoints:
         assert {point.joint for point in found} == {"B"}
 
     @pytest.mark.parametrize("count", [40, 41])
-    def test_a_parallelogram_is_singular_where_it_is_flat(self, count):
+    def test_a_flat_parallelogram_is_singular(self, count):
         course = bare_four_bar(0.1, 0.3, 0.1, 0.3, count=count, start=0.7)
         found = dead_points(course)
         assert [point.kind for point in found] == ["singular"] * 2
         assert sorted(point.drive[0] for point in found) == pytest.approx([math.pi, 2 * math.pi], abs=1e-6)
 
-    def test_a_crank_rocker_has_none(self):
+    def test_a_crank_rocker_has_no_dead_point(self):
         assert dead_points(bare_four_bar(0.11, 0.31, 0.24, 0.33)) == []
 
-    def test_driven_from_the_slider_a_slider_crank_stops_at_its_dead_centres(self):
+    def test_a_slider_driven_slider_crank_stops_at_its_dead_centres(self):
         from rigid import SliderDrive
 
         given = bare_slider_crank(0.12, 0.4, 0.0).mechanism
@@ -275,7 +275,7 @@ class TestDeadPoints:
 
 
 class TestInverse:
-    def test_a_rockers_angle_is_met_by_two_cranks(self):
+    def test_a_rocker_angle_has_two_crank_angles(self):
         a, b, c, d = 0.11, 0.31, 0.24, 0.33
         rocker = 1.7
         B = d + c * np.exp(1j * rocker)
@@ -290,7 +290,7 @@ class TestInverse:
         one, other = (drive_values(course, LinkAngle("rocker"), 1.7 + turns * 2 * math.pi) for turns in (0, -3))
         np.testing.assert_allclose(one, other, atol=1e-12)
 
-    def test_a_crank_passes_its_own_angle_once(self):
+    def test_a_crank_angle_has_one_solution(self):
         course = bare_four_bar(0.11, 0.31, 0.24, 0.33, count=12)
         for angle in (0.0, 1.0, math.pi, 6.0):
             found = drive_values(course, LinkAngle("crank"), angle)
@@ -327,7 +327,7 @@ class TestInverse:
     def test_a_value_out_of_reach_has_no_solution(self):
         assert drive_values(bare_slider_crank(0.12, 0.4, 0.05), Slide("guide"), 0.6).shape == (1, 0)
 
-    def test_the_last_position_of_an_open_way_counts(self):
+    def test_the_last_position_of_an_open_motion_counts(self):
         mechanism = bare_slider_crank(0.12, 0.4, 0.05).mechanism
         course = motion(mechanism, np.linspace(0.5, 1.0, 6))
         found = drive_values(course, PointCoordinate("crank", "A", 1j), 0.12 * math.sin(1.0))
@@ -343,7 +343,7 @@ class TestInverse:
             (triad, PointCoordinate("plate", "R", 1j)),
         ],
     )
-    def test_what_was_read_off_leads_back_to_the_drive(self, make, coordinate):
+    def test_inverse_kinematics_recovers_the_drive(self, make, coordinate):
         case = make(count=60)
         course = motion(case.mechanism, case.drive)
         wanted = case.drive[0, 7] + 0.0123

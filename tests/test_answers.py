@@ -1,4 +1,4 @@
-"""Claim: every feature of a scene goes with every answer, or is refused in a sentence that docs/answers.md gives."""
+"""Every feature of a scene has every answer, or a documented reason in docs/answers.md."""
 
 import re
 

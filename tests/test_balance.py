@@ -1,4 +1,4 @@
-"""Claim: what the joints bear changes the momentum of all masses as Newton and Euler have it, and a wrong law shows."""
+"""Joint forces change the momentum of all masses by Newton-Euler laws, and the check detects wrong laws."""
 
 from dataclasses import replace
 from functools import partial
@@ -25,7 +25,7 @@ from kinelast import load, shipped_scenes
 from kinelast.cli.command import main
 from rigid import Lump
 
-KNOWN = 1e-8  # of differences in time where accelerations are found by integration
+KNOWN = 1e-8  # error of time derivatives if accelerations come from integration
 
 
 def quasi_static(name, positions=24):
@@ -36,7 +36,7 @@ def quasi_static(name, positions=24):
 
 
 @pytest.mark.parametrize("name", in_tiers(shipped_scenes(), 6, 10))
-def test_the_forces_of_every_shipped_scene_change_its_momentum(name):
+def test_every_shipped_scene_passes(name):
     kept = quasi_static(name)
     assert kept.passed
     assert kept.compared > 10 or name == "five_points"
@@ -46,7 +46,7 @@ def test_the_forces_of_every_shipped_scene_change_its_momentum(name):
 
 @pytest.fixture
 def flipped(monkeypatch):
-    """Rotary inertia of lumps with the wrong sign in the loads of the links."""
+    """Reverses the sign of the rotary inertia of lumps."""
     right = rigid.kinetostatics.loads.mass_constants
 
     def wrong(mechanism, ndim):
@@ -58,19 +58,19 @@ def flipped(monkeypatch):
 
 
 @pytest.mark.usefixtures("flipped")
-def test_a_lump_that_turns_the_wrong_way_shows():
+def test_a_wrong_sign_of_rotary_inertia_is_detected():
     kept = quasi_static("andrews_driven")
     assert not kept.passed
     assert kept.moment > 1e-3
 
 
 @pytest.mark.usefixtures("flipped")
-def test_the_command_tells_that_momentum_is_not_kept(tmp_path, capsys):
+def test_the_command_reports_a_failed_momentum_check(tmp_path, capsys):
     assert main(["andrews_driven", "--check", "--positions", "24", "-o", str(tmp_path)]) == 1
     assert "check FAILED (momentum OFF BY " in capsys.readouterr().out
 
 
-def test_a_wrong_motion_shows(monkeypatch):
+def test_a_wrong_motion_is_detected(monkeypatch):
     right = rigid.kinematics.motion
     scene = load("steel_four_bar")
     course = scene.course
@@ -88,7 +88,7 @@ def test_a_wrong_motion_shows(monkeypatch):
     assert right is rigid.kinematics.motion
 
 
-def test_gravity_left_out_shows():
+def test_missing_gravity_is_detected():
     scene = load("press_sweep")
     course = scene.course
     bent = deflection(course.at(course.times(24)), scene.sections)
@@ -106,7 +106,7 @@ def loaded():
 
 
 def vibrating(**options):
-    """Balance of a vibrating answer that is solved to 1e-6."""
+    """Return the balance of a vibrating answer solved to 1e-6."""
     scene = loaded()
     course = scene.course
     moved = course.at(course.times(180))
@@ -114,8 +114,8 @@ def vibrating(**options):
     return balance(found.deflection, course.near, cycle=course.period, granted=1e-3, **options)
 
 
-def test_vibrating_links_have_momentum_too():
-    """To first order in the displacements; a quasi-static answer leaves a tenth of the forces out."""
+def test_vibrating_links_pass():
+    """To first order in the displacements; a quasi-static answer lacks a tenth of the forces."""
     kept = vibrating()
     assert kept.passed
     assert kept.largest < 1e-4
@@ -125,7 +125,7 @@ def test_vibrating_links_have_momentum_too():
     assert balance(still, course.near, cycle=course.period).force > 1e-2
 
 
-def test_a_halved_vibrating_lump_shows(monkeypatch):
+def test_a_halved_vibrating_lump_is_detected(monkeypatch):
     right = equations_of_motion.masses
 
     def halved(structure):
@@ -140,8 +140,8 @@ def test_a_halved_vibrating_lump_shows(monkeypatch):
     assert kept.force > 1e-2
 
 
-def test_a_gyroscopic_term_of_the_wrong_sign_shows(monkeypatch):
-    """In the equations that are solved, and not in the loads that the solution is turned into."""
+def test_a_wrong_sign_of_the_gyroscopic_term_is_detected(monkeypatch):
+    """The sign is wrong in the equations, but not in the loads of the solution."""
     right = solution.motion_terms
 
     def flipped(*given):
@@ -153,7 +153,7 @@ def test_a_gyroscopic_term_of_the_wrong_sign_shows(monkeypatch):
 
 
 def in_transient(name="lightest_arm"):
-    """Balance of links that vibrate from rest and do not come back, solved to 1e-6."""
+    """Return the balance of links that vibrate from rest without a cycle, solved to 1e-6."""
     scene = load(name) if name == "lightest_arm" else loaded()
     course = scene.course
     span = 0.5 if name == "lightest_arm" else 0.4 * course.period
@@ -164,16 +164,16 @@ def in_transient(name="lightest_arm"):
 
 
 @pytest.mark.parametrize("name", ["lightest_arm", pytest.param("steel_four_bar", marks=pytest.mark.slow)])
-def test_links_that_vibrate_without_a_cycle_have_momentum_too(name):
+def test_transient_vibration_passes(name):
     kept, bent, course = in_transient(name)
     assert kept.compared > 30
     assert kept.passed
     assert kept.largest < 3e-4
-    assert balance(bent, course.near).force > 1e-2  # as if there were no momentum of displacement
+    assert balance(bent, course.near).force > 1e-2  # as if displacements had no momentum
 
 
 @pytest.mark.slow
-def test_a_gyroscopic_term_of_the_wrong_sign_shows_in_a_transient(monkeypatch):
+def test_a_wrong_sign_of_the_gyroscopic_term_is_detected_in_a_transient(monkeypatch):
     right = solution.motion_terms
     monkeypatch.setattr(
         solution, "motion_terms", lambda *given: replace(right(*given), carried_rate=-right(*given).carried_rate)

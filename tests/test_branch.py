@@ -1,4 +1,4 @@
-"""The branch does not depend on the positions asked; mechanisms that are held twice, or flat on the way, are built."""
+"""The branch does not depend on the requested positions; redundant mechanisms and flat positions are handled."""
 
 import sys
 from pathlib import Path
@@ -37,7 +37,7 @@ def plate_on_rods():
 
 @pytest.mark.parametrize(("turns", "count"), [(5, 181), (5, 31), (50, 60), (1000, 37), (-5, 181)])
 def test_a_plate_on_three_rods_over_several_turns(plate_on_rods, turns, count):
-    """Its loops allow several assemblies: the walk that tells takes steps of a thousandth of a turn."""
+    """Its loops have several assemblies; the reference takes steps of a thousandth of a turn."""
     angle = START - np.linspace(0, turns * 2 * np.pi, count)
     within = START + np.mod(angle - START, 2 * np.pi)
     dense = motion(plate_on_rods, START + np.linspace(0, 2 * np.pi, 1001))
@@ -58,8 +58,8 @@ def test_a_parallelogram_over_many_turns(turns, count, general, monkeypatch):
 
 
 @pytest.mark.slow
-def test_random_mechanisms_at_random_positions(monkeypatch):
-    """Seconds of `benchmarks/branch_certainty.py`, against walks and closed forms that share no code."""
+def test_random_mechanisms_at_random_positions_are_on_the_right_branch(monkeypatch):
+    """Seconds of `benchmarks/branch_certainty.py`, against independent tracking and closed forms."""
     monkeypatch.setattr(branch_certainty, "FINE", 2000)
     for kinds, mechanisms in ((("dyads", "triads"), 2), (tuple(branch_certainty.CHANGING), 6)):
         for kind, count in branch_certainty.run(mechanisms, 7, kinds).items():
@@ -68,8 +68,8 @@ def test_random_mechanisms_at_random_positions(monkeypatch):
 
 
 @pytest.mark.slow
-def test_behind_the_end_of_its_reach_there_is_nothing(monkeypatch):
-    """The drive cannot go through, though other assemblies are near, and it would close again turns later."""
+def test_positions_beyond_the_stop_are_unknown(monkeypatch):
+    """The drive cannot pass, although other assemblies are near and the mechanism would close again turns later."""
     links = (
         Link("ground", {"O": 0.0, "D": 0.3}),
         Link("crank", {"O": 0.0, "A": 0.25}),
@@ -95,10 +95,10 @@ STEEL = Section(2e6, 20.0)
 
 
 @pytest.mark.slow
-def test_beyond_an_avoided_crossing_knots_that_are_certain_stay():
-    """A march hands its last knot on as it is: placed anew from farther back it was on another branch, 0.1 rad off.
+def test_certain_knots_are_kept_beyond_an_avoided_crossing():
+    """Tracking passes its last knot on unchanged; a new start from farther back gave another branch, 0.1 rad off.
 
-    The plate's angles are those of benchmarks/branch_tracker.py, which takes certain steps of its own.
+    The plate angles are from benchmarks/branch_tracker.py, which has its own certified steps.
     """
     points = {
         "O": -0.23200970091607154 - 0.1464607628433221j, "G": -0.3808553575980851 + 0.4716779166016192j,
@@ -116,7 +116,7 @@ def test_beyond_an_avoided_crossing_knots_that_are_certain_stay():
     assert np.angle(moved.direction[2, 39:42]) == pytest.approx([2.98941686, 2.9534228, 2.9173094], abs=1e-7)
 
 
-def test_a_crosshead_in_two_parallel_guides_moves_as_in_one():
+def test_a_crosshead_in_two_parallel_guides_moves_like_in_one():
     tip = 0.1 * np.exp(1j)
     block = tip.real + np.sqrt(0.3**2 - tip.imag**2)
     links = (
@@ -134,7 +134,7 @@ def test_a_crosshead_in_two_parallel_guides_moves_as_in_one():
     assert np.isfinite(deflection(two, [STEEL] * 4).w).all()
 
 
-def test_twin_rods_between_the_same_pins_move_as_one_and_share_its_load():
+def test_twin_rods_move_like_one_and_share_its_load():
     four = {"O": 0, "D": 0.35, "A": 0.1j, "B": 0.22 + 0.21j}
     lengths = abs(four["B"] - four["A"]), abs(four["B"] - four["D"])
     ground, crank, one, rocker = (
@@ -154,8 +154,8 @@ def test_twin_rods_between_the_same_pins_move_as_one_and_share_its_load():
 
 
 @pytest.mark.parametrize("angle", [0.0, 4e-18, -4e-18, 2 * np.pi, 4 * np.pi])
-def test_a_kite_passes_the_position_in_which_it_is_folded_up(angle):
-    """Its crank's tip is on the rocker's bearing there: the bisector of the crank's angle tells the rocker's."""
+def test_a_kite_passes_its_folded_position(angle):
+    """In this position the crank pin is on the rocker's pivot; the bisector of the crank angle gives the rocker's."""
     side, start = 0.3, 1.0
 
     def fold(turned):
@@ -176,7 +176,7 @@ def test_a_kite_passes_the_position_in_which_it_is_folded_up(angle):
 
 
 def windows(count):
-    """IFToMM's A02: rods of 1 m and 1 kg side by side, joined by bars of the same kind."""
+    """IFToMM's A02: parallel rods of 1 m and 1 kg, joined by equal bars."""
     tip = np.exp(0.5j * np.pi)
     ground = Link("ground", {f"O{k}": float(k) for k in range(count + 1)})
     rods = [Link(f"rod{k}", {f"O{k}": 0.0, f"A{k}": 1.0}, (Beam(f"O{k}", f"A{k}", 1.0),)) for k in range(count + 1)]
@@ -186,8 +186,8 @@ def windows(count):
 
 
 @pytest.mark.parametrize("count", [2, pytest.param(10, marks=pytest.mark.slow)])
-def test_links_of_windows_that_fall_bend_as_closed_forms_say(count):
-    """No drive holds them: all bend as beams on two supports, under the weight and the inertia across them."""
+def test_falling_windows_bend_by_closed_forms(count):
+    """Without effort all links bend like beams on two supports, by transverse weight and inertia."""
     g, EI = 9.81, 50.0
     inertia, weight = (count + 1) / 3 + count, g * ((count + 1) / 2 + count)
     theta, rate = np.array([0.7, 1.3, 2.2]), np.array([-1.0, -2.0, 0.5])
@@ -199,7 +199,7 @@ def test_links_of_windows_that_fall_bend_as_closed_forms_say(count):
     x = np.linspace(0.0, 1.0, 5)
 
     def supported(even, growing):
-        """V, M and w from the chord of q = even + growing x, without forces or moments at the ends but V."""
+        """Return V, M and chord w for q = even + growing x, with only V at the ends."""
         even, growing = even[:, None], growing[:, None]
         V = even * (x - 1 / 2) + growing * (x**2 / 2 - 1 / 6)
         M = even * x * (x - 1) / 2 + growing * x * (x**2 - 1) / 6
@@ -219,8 +219,8 @@ def test_links_of_windows_that_fall_bend_as_closed_forms_say(count):
 
 class TestForwardDynamics:
     @pytest.mark.parametrize("count", [1, 2])
-    def test_windows_fall_through_their_flat_positions(self, count):
-        """All rods turn alike: a physical pendulum."""
+    def test_windows_fall_through_flat_positions(self, count):
+        """All rods have the same angle, so it is a physical pendulum."""
         from scipy.integrate import solve_ivp
 
         inertia, weight = (count + 1) / 3 + count, 9.81 * ((count + 1) / 2 + count)
@@ -242,7 +242,7 @@ class TestForwardDynamics:
 
     @pytest.mark.slow
     def test_two_windows_after_ten_seconds(self):
-        """B0 of the IFToMM library's double four-bar after 10 s: five times through the flat positions."""
+        """B0 of the IFToMM library's double four-bar after 10 s, with five passes of the flat positions."""
         course = forward(windows(2), [Effort()], np.pi / 2, -1.0, 10.0, 1e-9)
         place = np.exp(1j * motion_during(course, np.array([10.0])).drive[0, -1])
         assert place == pytest.approx(0.3284581115408154 + 0.944518538178601j, abs=1e-7)
@@ -260,35 +260,35 @@ class TestForwardDynamics:
         assert found.drive[0, -1] == pytest.approx(swung, abs=1e-6)
         np.testing.assert_allclose(found.direction[40, -1], found.direction[1, -1], rtol=0, atol=1e-8)
 
-    def test_a_bound_on_evaluations_keeps_what_was_reached(self):
+    def test_a_bound_on_evaluations_keeps_the_results(self):
         with pytest.raises(ForwardError, match="it has taken 100 evaluations") as caught:
             forward(windows(1), [Effort()], np.pi / 2, -1.0, 1.5, evaluations=100)
         reached = caught.value.course
         assert 0 < reached.time[-1] == caught.value.time < 1.5
         assert np.isfinite(motion_during(reached, reached.time).direction).all()
 
-    def test_progress_is_told_and_may_stop_it(self):
-        told = []
+    def test_progress_can_stop_the_integration(self):
+        instants = []
 
         def progress(time):
-            told.append(time)
-            if len(told) == 3:
+            instants.append(time)
+            if len(instants) == 3:
                 raise KeyboardInterrupt
 
         with pytest.raises(ForwardError, match="it was interrupted") as caught:
             forward(windows(1), [Effort()], np.pi / 2, -1.0, 1.5, on_step=progress)
-        assert len(told) == 3
+        assert len(instants) == 3
         assert caught.value.kind == "interrupted"
-        assert caught.value.course.time[-1] == told[-1]
-        assert 0 < told[0] < told[1] < told[2] < 1.5
+        assert caught.value.course.time[-1] == instants[-1]
+        assert 0 < instants[0] < instants[1] < instants[2] < 1.5
 
 
 class FirstTimeOnlyError(Exception):
     pass
 
 
-def test_steps_none_of_which_is_certain_are_not_halved_without_end(monkeypatch):
-    """Twenty times halved they would be a million for one."""
+def test_uncertain_steps_are_halved_a_limited_number_of_times(monkeypatch):
+    """Twenty halvings would make a million steps of one."""
     monkeypatch.setattr("rigid.positions.branch.MAX_HALVED", 200)
     monkeypatch.setattr(
         StepCertificate, "box", property(lambda own: np.full((len(own.group.free), len(own.step.row)), np.nan))
@@ -311,8 +311,8 @@ def test_steps_none_of_which_is_certain_are_not_halved_without_end(monkeypatch):
     assert halved
 
 
-def test_rows_of_an_integrated_motion_are_on_the_branch_that_was_integrated():
-    """A four-bar of 1, 2, 2.5 and 3.5 m falls through its flat position again and again: there its sign changes."""
+def test_requested_instants_are_on_the_integrated_branch():
+    """A four-bar of 1, 2, 2.5 and 3.5 m falls through its flat position repeatedly, and its sign changes there."""
     places = {"O": 0, "A": 1j, "B": 1.7 + 2j, "D": 3.5}
     links = (
         Link("ground", {"O": 0.0, "D": 3.5}),

@@ -1,7 +1,7 @@
-"""Claim: chunks of a batch are the batch: on the branch that goes on smoothly, in memory that does not grow.
+"""Chunks of a batch give the whole batch, on the smooth branch and in bounded memory.
 
-References: the mechanism's own geometry (a parallelogram's links stay parallel, a gear's angle is its ratio), and the
-batch in one piece, which the other tests hold against references from outside.
+References are geometry (links of a parallelogram stay parallel, gears keep their ratio) and the undivided batch,
+which the other tests compare with independent references.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ def parallelogram(start=0.3):
 
 class TestBranch:
     @pytest.mark.parametrize("off", [0.0, 1e-10, -1e-10])
-    def test_a_seam_is_not_drawn_at_a_flat_position(self, off):
-        """The last position that could be drawn anew is flat to round-off: one before it is taken."""
+    def test_a_seam_does_not_restart_at_a_flat_position(self, off):
+        """The last position of the chunk is flat within round-off, so an earlier one becomes the drawing."""
         columns = 25
         angle = np.pi + off + (np.arange(60) - (columns - SEAM_POSITIONS - 1)) * 0.1
         chunks = list(motion_in_chunks(parallelogram(angle[0]), angle, 1.0, columns=columns))
@@ -43,8 +43,8 @@ class TestBranch:
         np.testing.assert_allclose(rocker, crank, rtol=0, atol=1e-6)
 
     @pytest.mark.parametrize("columns", in_tiers([7, 4, 25, 61, 100], 1, 2))
-    def test_a_parallelogram_stays_one_wherever_the_seams_are(self, columns):
-        """Flat every half turn, on some seam for some of these: the coupler is parallel to the ground throughout."""
+    def test_a_parallelogram_stays_one_for_any_seams(self, columns):
+        """It is flat every half turn, sometimes at a seam; the coupler stays parallel to the ground."""
         angle = 0.3 + np.arange(300) * 0.1
         chunks = list(motion_in_chunks(parallelogram(), angle, 1.0, columns=columns))
         crank, coupler, rocker = joined(chunks, "direction")[1:]
@@ -55,14 +55,14 @@ class TestBranch:
     @pytest.mark.parametrize("columns", [5, 31, 32, 33, 34, 35, 36])
     @pytest.mark.parametrize("flat", in_tiers([31.5, 31.03, 31.97], 1, 2))
     def test_a_seam_beside_the_flat_position(self, columns, flat):
-        """Positions 31 and 32 lie on the two sides of the flat one, half a step from it or little."""
+        """Positions 31 and 32 are on both sides of the flat one, half a step or less away."""
         angle = np.pi + (np.arange(60) - flat) * 0.05
         chunks = list(motion_in_chunks(parallelogram(), angle, 1.0, columns=columns))
         assert abs(joined(chunks, "direction")[2] - 1).max() < 1e-6
 
     @pytest.mark.parametrize("columns", [32, 33, 34, 35, 36])
     def test_a_seam_beside_a_position_that_is_flat(self, columns):
-        """The flat position itself does not tell the branch: the one before it does."""
+        """The flat position does not determine the branch, but the previous one does."""
         angle = np.pi + (np.arange(60) - 31) * 0.05
         chunks = list(motion_in_chunks(parallelogram(), angle, 1.0, columns=columns))
         assert abs(np.delete(joined(chunks, "direction")[2], 31) - 1).max() < 1e-6
@@ -76,7 +76,7 @@ class TestBranch:
         np.testing.assert_allclose(joined(chunks, "acceleration"), whole.acceleration, rtol=1e-11, atol=1e-11)
 
     def test_positions_out_of_reach_between_the_seams(self):
-        """A double rocker driven to and fro beyond its reach; the drawing is forgotten in between."""
+        """A double rocker oscillates beyond its reach, so the branch must be restored after a gap."""
         case = four_bar(crank=0.25, coupler=0.2, rocker=0.2, base=0.3, loads=())
         angle = 0.4 + 1.6 * np.sin(np.linspace(0, 6 * np.pi, 200))
         whole = motion(case.mechanism, angle)
@@ -84,8 +84,8 @@ class TestBranch:
         assert np.isnan(whole.condition).any()
         np.testing.assert_array_equal(joined(chunks, "direction"), whole.direction)
 
-    def test_a_gear_counts_the_turns_that_the_chunks_before_made(self):
-        """Ratio 0.3: after many turns of the driver the follower is at 0.3 times its whole angle."""
+    def test_a_gear_counts_the_turns_of_earlier_chunks(self):
+        """With ratio 0.3 the follower has 0.3 times the total angle after many turns of the driver."""
         links = (
             Link("ground", {"O": 0.0, "P": 1.0}),
             Link("driver", {"O": 0.0, "A": 0.2}),
@@ -111,12 +111,12 @@ class TestSameNumbers:
         for field in PRIMARY:
             np.testing.assert_array_equal(joined(chunks, field), getattr(whole, field))
 
-    def test_times_go_on(self):
+    def test_times_continue(self):
         case = steel_four_bar(20)
         assert list(joined(motion_in_chunks(case.mechanism, case.drive, columns=6), "time")) == list(range(20))
 
     def test_designs(self):
-        """Cranks of nine lengths, their own masses and sections; two designs a chunk, the last one alone."""
+        """Cranks of nine lengths with their own masses and sections, two designs per chunk, the last one alone."""
         cranks = np.linspace(0.05, 0.12, 9)[:, None]
         case = steel_four_bar(10)
         links = tuple(
@@ -131,7 +131,7 @@ class TestSameNumbers:
         for field in PRIMARY:
             np.testing.assert_array_equal(joined(chunks, field, axis=2), getattr(whole, field))
 
-    def test_one_design_after_the_other_where_its_positions_alone_fill_a_chunk(self):
+    def test_designs_are_separated_if_their_positions_fill_a_chunk(self):
         cranks = np.array([[0.08], [0.1]])
         case = steel_four_bar(25)
         links = tuple(bar("crank", "O", "A", cranks) if link.name == "crank" else link for link in case.mechanism.links)
@@ -148,8 +148,8 @@ class TestSameNumbers:
     ("positions", "expected"),
     [(10, [10]), (8192, [8192]), (9000, [9000]), (20000, [10000, 10000]), (13000, [8192, 4808])],
 )
-def test_left_alone_chunks_leave_no_small_rest(positions, expected):
-    """8192 columns of a four-bar, up to half as many more."""
+def test_default_chunks_leave_no_small_rest(positions, expected):
+    """The default is 8192 columns for a four-bar, or up to half as many more."""
     case = steel_four_bar(8)
     assert [len(chunk.time) for chunk in motion_in_chunks(case.mechanism, turn(positions))] == expected
 
@@ -166,12 +166,12 @@ def peak_memory(count):
 
 
 def test_memory_does_not_grow_with_the_positions():
-    """But for the numbers of the positions themselves, 8 bytes each; a chunk takes about a megabyte."""
+    """Only the results grow, by 8 bytes per number; a chunk takes about a megabyte."""
     peak_memory(1000)
     few, many = peak_memory(2_000), peak_memory(40_000)
     assert many - few < 38_000 * 2 * 8
 
 
-def test_chunks_too_small_to_see_a_seam_are_refused():
+def test_too_small_chunks_are_an_error():
     with pytest.raises(ValueError, match="chunks of 3 columns, expected more than 3"):
         next(motion_in_chunks(parallelogram(), [0.0, 0.1], columns=3))

@@ -1,4 +1,4 @@
-"""Claim: the recipes of CONTRIBUTING.md name files, and tables in them, that there are."""
+"""The files and tables named by the recipes of CONTRIBUTING.md exist."""
 
 import ast
 import re
@@ -26,7 +26,7 @@ FUNCTIONS = {
 
 
 def names(path):
-    """Names that a file gives to values, functions and classes, outside of functions."""
+    """Return the module-level names of a file."""
     for node in ast.parse((ROOT / path).read_text(encoding="utf-8")).body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
             yield node.name

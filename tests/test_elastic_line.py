@@ -1,4 +1,4 @@
-"""Claim: section forces, elastic line and extremes of single beams are those of the handbooks.
+"""Section forces, elastic line and extremes of single beams agree with handbooks.
 
 Gere: Gere, Goodno, Mechanics of Materials, 8th ed., appendix H. Roark: Young, Budynas, Sadegh, Roark's Formulas for
 Stress and Strain, 8th ed., Table 8.1.
@@ -35,7 +35,7 @@ def solved(case):
 
 
 def cantilever(*loads, mass_per_length=0.0, angle=0.0, rate=0.0, rate2=0.0, backward=False, gravity=0.0):
-    """A driven arm OA: clamped at O."""
+    """Return a driven arm OA, clamped at O."""
     beam = Beam("A", "O", mass_per_length) if backward else Beam("O", "A", mass_per_length)
     links = (Link("ground", {"O": 0.0}), Link("arm", {"O": 0.0, "A": L}, (beam,)))
     mechanism = Mechanism(links, (PinDrive("arm", "O"),), {"O": 0, "A": L}, gravity=gravity, loads=loads)
@@ -43,7 +43,7 @@ def cantilever(*loads, mass_per_length=0.0, angle=0.0, rate=0.0, rate2=0.0, back
 
 
 def simple_beam(*loads, mass_per_length=0.0):
-    """A bar AB between the end of a rigid crank at rest and a block on the ground: hinge and roller."""
+    """Return a bar AB between a resting rigid crank (hinge) and a block on the ground (roller)."""
     links = (
         Link("ground", {"O": -0.2j}),
         Link("crank", {"O": 0.0, "A": 0.2}),
@@ -112,7 +112,7 @@ class TestCantilever:
         solution = cantilever(mass_per_length=m, rate2=eps)
         near(across(solution, "w"), -m * eps * (20 * L**3 * X**2 - 10 * L**2 * X**3 + X**5) / (120 * EI))
 
-    def test_weight_hangs_it_down_and_stretches_it(self):
+    def test_hanging_weight(self):
         """Hanging: u = m g (2 L x - x^2)/(2 EA) (Gere, section 2.3)."""
         solution = cantilever(mass_per_length=2.0, angle=-np.pi / 2, gravity=-9.81j)
         near(across(solution, "u"), 2.0 * 9.81 * (2 * L * X - X**2) / (2 * EA))
@@ -154,15 +154,15 @@ class TestSimpleBeam:
         solution = simple_beam(PointLoad("beam", "A", moment=M0))
         near(across(solution, "w"), M0 * X * (2 * L**2 - 3 * L * X + X**2) / (6 * L * EI))
 
-    def test_axial_load_is_taken_at_the_hinge(self):
-        """N' = -q_x: a uniform pull along the beam towards B is all held at A."""
+    def test_axial_load_is_carried_by_the_hinge(self):
+        """N' = -q_x: a uniform axial load towards B is carried at A."""
         q = 200.0
         solution = simple_beam(LineLoad("beam", 0, q, q))
         near(across(solution, "N"), q * (L - X))
         near(across(solution, "u"), q * (L * X - X**2 / 2) / EA)
 
 
-class TestFieldsHangTogether:
+class TestDifferentialEquations:
     """N' = -q_x, V' = q_y, M' = V, u' = N/EA + strain, w' = phi - V/kGA, phi' = M/EI: coefficient by coefficient."""
 
     @pytest.mark.parametrize("name", ALL)
@@ -208,7 +208,7 @@ class TestJointsOfBentLinks:
                 np.testing.assert_allclose(places[0], 0, atol=1e-13 * scale)
 
     @pytest.mark.parametrize("name", ["RRR", "RRP", "six-bar", "triad"])
-    def test_hinges_carry_no_moment_but_what_is_put_there(self, name):
+    def test_hinges_carry_only_applied_moments(self, name):
         solution = solved({"RRR": four_bar, "RRP": slider_crank}.get(name, ALL[name])(loads=()))
         M = sample(solution, "M", [0.0, 1.0])
         scale = np.abs(M).max()
@@ -220,8 +220,8 @@ class TestJointsOfBentLinks:
                 if all(lump.point != point for lump in link.lumps):
                     np.testing.assert_allclose(M[number, :, end], 0, atol=1e-13 * scale)
 
-    def test_welded_beams_keep_their_corner(self):
-        """The ternary's two beams turn alike at P, and balance there with the rod and the lump."""
+    def test_welded_beams_keep_their_angle(self):
+        """The two beams of the ternary link rotate equally at P, and balance the rod and the lump."""
         solution = solved(six_bar())
         at = solution.motion.mechanism.index["coupler"]
         one, other = (k for k, (owner, _) in enumerate(solution.motion.mechanism.beams) if owner == at)
@@ -240,7 +240,7 @@ class TestExtremes:
     @pytest.mark.parametrize("name", in_tiers([name for name in ALL if name != "RPR, elastic lever"], 4, 4))
     @pytest.mark.parametrize("field", [*PRIMARY, "chord"])
     def test_equal_roots_of_the_derivative(self, name, field):
-        """Brute force: all real roots by companion matrices, and a fine grid."""
+        """Reference: all real roots by companion matrices, and a fine grid."""
         solution = solved(ALL[name](loads=()) if name == "triad" else ALL[name]())
         found = extremes(solution, [field])[field]
         values = coefficients(solution, "w" if field == "chord" else field)
@@ -261,7 +261,7 @@ class TestExtremes:
 
     @pytest.mark.parametrize("field", PRIMARY)
     def test_of_a_beam_with_a_block_on_it(self, field):
-        """A fine grid misses a smooth extreme by h^2/8 of the curvature, a kink by h/2 of the change of slope."""
+        """A fine grid misses a smooth extreme by h^2/8 of the curvature, a kink by h/2 of the slope change."""
         solution = solved(elastic_guide())
         grid = np.abs(sample(solution, field, np.linspace(0, 1, 4001))).max(axis=2)
         found = np.abs(extremes(solution, [field])[field].value)
@@ -283,7 +283,7 @@ class TestExtremes:
         assert found["w"].xi[0, 0] == pytest.approx(np.sqrt(1 - np.sqrt(8 / 15)), rel=1e-14)
         assert found["V"].value[0, 0] == pytest.approx(-q0 * L / 3, rel=1e-13)
 
-    def test_are_nan_where_singular(self):
+    def test_are_nan_at_singular_positions(self):
         case = four_bar(0.25, 0.5, 0.25, 0.5)
         solution = deflection(motion(case.mechanism, [0.5, np.pi], 1.0), case.sections)
         found = extremes(solution)
@@ -292,7 +292,7 @@ class TestExtremes:
 
 
 class TestSampling:
-    def test_stations_are_on_the_beam_and_fields_known(self):
+    def test_unknown_stations_and_fields_are_errors(self):
         solution = solved(steel_four_bar(4))
         for stations in ([0.0, 1.5], [-1e-9], [np.nan]):
             with pytest.raises(ValueError, match="expected from 0 to 1"):
@@ -311,7 +311,7 @@ class TestSampling:
         expected = sum(w[k] * STATIONS**k for k in range(len(w)))
         np.testing.assert_allclose(sample(solution, "w", STATIONS)[1, 2], expected, rtol=1e-12, atol=1e-18)
 
-    def test_chord_passes_the_displaced_ends(self):
+    def test_the_chord_passes_through_the_displaced_ends(self):
         solution = solved(four_bar())
         chord = sample(solution, "chord", [0.0, 0.3, 1.0])
         w = sample(solution, "w", [0.0, 0.3, 1.0])
@@ -344,7 +344,7 @@ class TestMistakes:
         with pytest.raises(ValueError, match="2 sections for 3 beams"):
             deflection(motion(case.mechanism, case.drive), case.sections[:2])
 
-    def test_beams_that_do_not_hang_together(self):
+    def test_disconnected_beams(self):
         case = six_bar()
         links = [
             Link("coupler", link.points | {"S": 0.1j, "T": 0.2j}, (*link.beams, Beam("S", "T")))

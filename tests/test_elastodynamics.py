@@ -1,4 +1,4 @@
-"""Claim: the vibration of links is that of independent solutions, and the quasi-static answer where motion is slow."""
+"""Vibration of links agrees with independent solutions, and with the quasi-static answer in slow motion."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ FOUR_BAR = steel_four_bar()
 
 
 def turning(mechanism, speed, start=0.0):
-    """A motor at constant speed, and the duration of a turn."""
+    """Return the motion of a motor at constant speed, and the duration of a turn."""
     return lambda t: motion(mechanism, start + speed * np.asarray(t), speed, 0.0, t), 2 * math.pi / abs(speed)
 
 
@@ -74,24 +74,24 @@ def four_bar(speed, count=36, **more):
 
 
 def difference(one, other, field="w"):
-    """Greatest difference of two deflections, of the greatest value."""
+    """Return the largest difference of two deflections, relative to the largest value."""
     values, reference = (sample(bent, field, STATIONS) for bent in (one, other))
     return np.abs(values - reference).max() / np.abs(reference).max()
 
 
 class TestSlowMotion:
     @pytest.mark.parametrize("field", ["N", "V", "M", "u", "w", "phi"])
-    def test_it_is_the_quasi_static_answer(self, field):
+    def test_it_equals_the_quasi_static_answer(self, field):
         found = four_bar(1e-4, damping=1e-9)
         assert difference(found.deflection, found.quasi_static, field) < 1e-12
 
-    def test_what_is_added_goes_with_the_square_of_the_speed(self):
+    def test_the_difference_scales_with_the_square_of_the_speed(self):
         answers = [four_bar(speed, damping=0.0) for speed in (1.0, 2.0)]
         errors = [difference(answer.deflection, answer.quasi_static) for answer in answers]
         assert errors[1] / errors[0] == pytest.approx(4, rel=0.02)
 
-    def test_sections_turn_with_their_links(self):
-        """A stubby arm swung slowly: the drive feels (rho A l^3/3 + rho I l) theta''."""
+    def test_sections_have_rotary_inertia(self):
+        """A stubby arm oscillates slowly: the drive has the inertia rho A l^3/3 + rho I l."""
         bar = Link("arm", {"O": 0, "A": 0.5}, (Beam("O", "A", 80.0),))
         bare = Mechanism((Link("ground", {"O": 0}), bar), (PinDrive("arm", "O"),), {"O": 0, "A": 0.5})
         times = np.linspace(0.0, 2 * math.pi, 12, endpoint=False)
@@ -114,47 +114,47 @@ def found():
 
 
 class TestReference:
-    """tests/data/steel_four_bar_vibrating.json: an independent corotational code, good to 0.1 %."""
+    """tests/data/steel_four_bar_vibrating.json: an independent corotational code, accurate to 0.1 %."""
 
     DATA = json.loads((Path(__file__).parent / "data" / "steel_four_bar_vibrating.json").read_text(encoding="utf-8"))
 
     def chords(self, bent):
-        """Computed and given deflections from the chord, over the greatest given one, of every beam."""
+        """Return computed and reference chord deflections of each beam, relative to the largest reference value."""
         for number, given in enumerate(self.DATA["links"].values()):
             xi, w = np.array(given["xi"]), np.array(given["w_m"])
             expected = w - w[:, :1] * (1 - xi) - w[:, -1:] * xi
             yield sample(bent, "chord", xi)[number] / np.abs(expected).max(), expected / np.abs(expected).max()
 
-    def test_course_and_peak(self, found):
+    def test_history_and_peak(self, found):
         for chord, expected in self.chords(found.deflection):
             assert np.abs(chord - expected).max() < 0.004
             assert np.abs(chord).max() == pytest.approx(1, abs=0.003)
 
-    def test_the_quasi_static_answer_is_ten_times_further_off(self, found):
+    def test_the_quasi_static_answer_is_ten_times_less_accurate(self, found):
         assert all(np.abs(chord - expected).max() > 0.03 for chord, expected in self.chords(found.quasi_static))
 
-    def test_how_far_that_is_off_is_told(self, found):
+    def test_the_stated_error_is_right(self, found):
         off = theory_error(found)
         measured = [np.abs(chord - expected).max() for chord, expected in self.chords(found.quasi_static)]
         np.testing.assert_allclose(off.history, measured, rtol=0.1)
         missed = max(np.abs(chord - expected).max() for chord, expected in self.chords(found.deflection))
         assert 0.5 < off.large_displacement / missed < 2
 
-    def test_it_has_settled(self, found):
+    def test_it_has_converged(self, found):
         finer = four_bar(60.0, 24, damping=40e-6, tolerance=1e-6)
         assert difference(found.deflection, finer.deflection) < 2e-4
         assert difference(found.deflection, finer.deflection, "M") < 3e-4
 
 
 class TestRotatingBeam:
-    """A cantilever that turns at a constant speed, in its plane: a power series for mu of w'''' and so on."""
+    """A cantilever in steady rotation, in its plane; reference: power series."""
 
     @staticmethod
     def frequency(eta, mode=1.0):
-        """Lowest mu = omega sqrt(m l^4/EI) of w'''' - eta^2/2 ((1 - x^2) w')' - (mu^2 + eta^2) w = 0.
+        """Return the lowest mu = omega sqrt(m l^4/EI) of w'''' - eta^2/2 ((1 - x^2) w')' - (mu^2 + eta^2) w = 0.
 
-        Clamped at x = 0, free at 1; Wright, Smith, Thresher and Wang, Journal of Applied Mechanics 49 (1982) 197-202,
-        whose flapping frequency is the root of mu^2 + eta^2.
+        The beam is clamped at x = 0 and free at 1. Wright, Smith, Thresher and Wang, Journal of Applied Mechanics 49
+        (1982) 197-202, have the flapping frequency, the root of mu^2 + eta^2.
         """
 
         def determinant(mu):
@@ -176,22 +176,22 @@ class TestRotatingBeam:
         with mpmath.workdps(30):
             return float(mpmath.findroot(determinant, mode))
 
-    def test_the_series_gives_the_published_flapping_frequencies(self):
+    def test_the_series_gives_published_flapping_frequencies(self):
         """Wright et al., table 1: 4.1373 at eta 2, 4.7973 at eta 3."""
         for eta, expected in ((2, 4.1373), (3, 4.7973)):
             assert math.hypot(self.frequency(eta, 3.6), eta) == pytest.approx(expected, abs=5e-5)
 
     @pytest.mark.parametrize("eta", [0.5, 2.0, 3.0])
     def test_free_vibrations(self, eta):
-        """Undamped multipliers of a turn are on the unit circle at the angle of frequency times duration."""
+        """Undamped multipliers of a turn are on the unit circle, at the angle of frequency times duration."""
         arm = cantilever({"O": 0, "A": 1.0}, 1.0)
         found = steady(arm, [Section(EA=1e8, EI=1.0)], eta, damping=0.0, tolerance=1e-8)
         angle = self.frequency(eta, 3.5) * 2 * math.pi / eta
         expected = np.exp(1j * angle)
         assert np.abs(found.multipliers - expected).min() < 1e-3
 
-    def test_axial_forces_are_what_stiffens(self):
-        """Without them the frequency would be the root of mu0^2 - eta^2: 2.89 in place of 3.62 at eta 2."""
+    def test_axial_forces_stiffen(self):
+        """Without them the frequency would be the root of mu0^2 - eta^2: 2.89 instead of 3.62 at eta 2."""
         assert self.frequency(2.0, 3.6) - math.sqrt(3.516**2 - 4) > 0.7
 
     def test_stretch(self):
@@ -207,7 +207,7 @@ class TestRotatingBeam:
 
 
 def oscillator(drive=0.7, speed=3.0):
-    """A rigid arm whose motor swings it, and its motion."""
+    """Return a rigid arm with an oscillating motor, and its motion."""
     arm = Link("arm", {"O": 0.0}, (), (Lump("O", 2.0, 0.05, 0.3 + 0.1j),))
     mechanism = Mechanism((Link("ground", {"O": 0.0}), arm), (PinDrive("arm", "O"),), {"O": 0.0})
 
@@ -234,8 +234,8 @@ class TestOscillators:
         decay = math.exp(-0.06 / 0.05 / inertia / 2 * period)
         assert found.growth == pytest.approx(decay, rel=1e-6)
 
-    def test_it_starts_undeformed(self):
-        """J a'' + c a' + k a = J A w^2 sin w t from rest, by scipy."""
+    def test_start_from_rest(self):
+        """J a'' + c a' + k a = J A w^2 sin w t from rest, integrated by scipy."""
         motion_at, period, inertia = oscillator()
         times = np.linspace(0, 2.3 * period, 50)
         soft = {"O": JointCompliance(rotation=0.05)}
@@ -250,8 +250,8 @@ class TestOscillators:
         np.testing.assert_allclose(found.deflection.angle[1], expected, rtol=0, atol=1e-8 * np.abs(expected).max())
 
     @pytest.mark.parametrize("kind", ["spring", "torsion spring"])
-    def test_springs_and_dampers_hold_what_a_drive_does_not(self, kind):
-        """Beside the soft drive, a spring and damper: k and c more."""
+    def test_springs_and_dampers_add_to_a_soft_drive(self, kind):
+        """A parallel spring and damper add k and c."""
         motion_at, period, inertia = oscillator(drive=1e-5)
         mechanism = motion_at([0.0]).mechanism
         if kind == "spring":
@@ -284,7 +284,7 @@ def replace_all(mechanism, **changes):
 
 
 class TestStability:
-    """A pinned column under a pulsating force: f'' + c f' + w0^2 (1 - P(t)/Pcr) f = 0 for every mode, exactly.
+    """A pinned column under a pulsating force: f'' + c f' + w0^2 (1 - P(t)/Pcr) f = 0 for each mode, exactly.
 
     Bolotin, The Dynamic Stability of Elastic Systems, chapter 1.
     """
@@ -325,25 +325,25 @@ class TestStability:
         assert (expected < 1) == stable
         assert np.isnan(found.deflection.M[:3]).all() != stable
 
-    def test_damping_makes_it_stable(self):
+    def test_damping_stabilizes(self):
         assert self.column(2.0, 0.3, 0.05)[0].stable
 
 
 class TestEnergy:
-    def test_reversed_motion_runs_the_same_places_backwards(self):
+    def test_reversed_motion_has_reversed_displacements(self):
         forth, back = (four_bar(speed, damping=0.0) for speed in (47.0, -47.0))
         there = sample(forth.deflection, "w", STATIONS)
         again = np.roll(sample(back.deflection, "w", STATIONS)[:, ::-1], 1, axis=1)
         assert np.abs(there - again).max() < 1e-3 * np.abs(there).max()
 
-    def test_the_drive_does_the_work_that_damping_takes(self):
-        """Over a turn, but for what goes with the deflection itself: half the deflection, half the difference."""
+    def test_drive_work_equals_dissipation(self):
+        """The difference over a turn is proportional to the deflection: half the deflection, half the difference."""
         missing = [self.share_missing(scale) for scale in (1.0, 0.5)]
         assert missing[1] < 0.02
         assert missing[0] > 1.8 * missing[1]
 
     def share_missing(self, scale):
-        """Sections as deep as told have a deflection that goes with 1/depth^2; the speed keeps its share of it."""
+        """Scaled depths give a deflection of 1/depth^2; the speed keeps its ratio to the frequency."""
         beta, speed, count = 4e-4 / scale**0.5, 40.0, 180
         stiff = [Section(part.EA / scale, part.EI / scale) for part in FOUR_BAR.sections]
         found = steady(FOUR_BAR.mechanism, stiff, speed, count, damping=beta, tolerance=1e-6)
@@ -359,11 +359,11 @@ class TestEnergy:
 
 
 class TestEveryMechanism:
-    """Reduced equations of motion against the exact solver under the loads that they give: two routes, one answer."""
+    """Reduced equations of motion agree with the exact solver under their loads."""
 
     @staticmethod
     def course(case, speed):
-        """The case's drives once round, or to and fro between its ends."""
+        """Return the motion of the case over a turn, or back and forth."""
         middle = case.drive.mean(axis=1, keepdims=True)
         size = np.ptp(case.drive, axis=1, keepdims=True) * 0.45
         whole = len(case.drive) == 1 and size[0, 0] > 2.5
@@ -394,7 +394,7 @@ class TestEveryMechanism:
         found = elastodynamic(motion_at(np.arange(12) * math.pi / 60), motion_at, math.pi / 5, case.sections, soft)
         assert found.reduction_error < 1e-4
 
-    def test_frequencies_are_those_of_the_structure(self):
+    def test_frequencies_agree_with_the_structure(self):
         case = ALL["six-bar"]()
         motion_at = self.course(case, 10.0)
         times = np.arange(16) * math.pi / 80
@@ -419,7 +419,7 @@ class TestEveryMechanism:
         found = steady(mechanism, sections, 50.0)
         assert found.reduction_error < 1e-4
 
-    def test_more_joints_than_needed(self):
+    def test_redundant_joints(self):
         """A parallelogram with a third crank."""
         mass, lean = 0.5, 0.05 + 0.09j
         places = {"O": 0.0, "D": 0.2, "G": 0.4, "A": lean, "B": 0.2 + lean, "C": 0.4 + lean}
@@ -441,7 +441,7 @@ class TestEveryMechanism:
         assert difference(found.deflection, found.quasi_static) > 1e-3
 
     def test_gears_need_several_turns(self):
-        """A wheel with a crank at two thirds of its pinion's speed: three turns of the pinion."""
+        """A wheel with a crank at two thirds of the pinion's speed: three turns of the pinion."""
         links = (
             Link("ground", {"O": 0.0, "W": 0.2}),
             Link("pinion", {"O": 0.0}, (), (Lump("O", 0.5, 1e-4),)),
@@ -453,13 +453,13 @@ class TestEveryMechanism:
         )
         found = steady(mechanism, [Section(1e4, 1.0)], 30.0, 30, turns=3)
         w = sample(found.deflection, "w", [1.0])[0, :, 0]
-        # gravity alone bends it in time, once for every turn of the wheel
+        # only gravity varies in time, once per turn of the wheel
         np.testing.assert_allclose(w[:15], w[15:], rtol=0, atol=1e-5 * np.abs(w).max())
         assert found.reduction_error < 1e-4
 
 
 class TestTransient:
-    def test_it_comes_to_the_steady_state(self):
+    def test_it_reaches_the_steady_state(self):
         motion_at, period = turning(FOUR_BAR.mechanism, 60.0)
         times = np.linspace(0, 6 * period, 6 * 24 + 1)
         found = transient(motion_at(times), motion_at, FOUR_BAR.sections, damping=40e-6)
@@ -469,14 +469,14 @@ class TestTransient:
         first = sample(found.deflection, "w", STATIONS)[:, :24]
         assert np.abs(first - cycle).max() > 0.02 * np.abs(cycle).max()
 
-    def test_it_begins_with_the_quasi_static_deflection(self):
+    def test_it_starts_with_the_quasi_static_deflection(self):
         motion_at, period = turning(FOUR_BAR.mechanism, 20.0)
         found = transient(motion_at(np.linspace(0, 0.1 * period, 3)), motion_at, FOUR_BAR.sections, damping=40e-6)
         w, plain = (sample(bent, "w", STATIONS)[:, 0] for bent in (found.deflection, found.quasi_static))
         assert np.abs(w - plain).max() < 0.01 * np.abs(plain).max()
 
     def test_step_of_acceleration(self):
-        """A cantilever's root jerked into acceleration: w(1) of the modes, Blevins, Table 8-1, added up."""
+        """The root of a cantilever gets a step of acceleration: w(1) is the sum of modes, Blevins, Table 8-1."""
         arm = cantilever({"O": 0, "A": 1.0}, 1.0)
 
         def motion_at(t):
@@ -505,7 +505,7 @@ class TestTransient:
 
 
 class TestSpeedMap:
-    def test_every_speed_is_a_steady_state(self):
+    def test_every_speed_equals_a_steady_state(self):
         motion_at, period = turning(FOUR_BAR.mechanism, 1.0)
 
         def measure(bent):
@@ -519,12 +519,12 @@ class TestSpeedMap:
         assert found.stable.all()
 
     @pytest.mark.parametrize("name", in_tiers(["PRP", "six-bar, ring", "RRP", "RPR, elastic lever"], 1, 2))
-    def test_speeds_side_by_side(self, name):
-        """Blocks on beams, rings, sliders, given loads: single answers, within the errors that these tell."""
+    def test_speeds_in_one_batch(self, name):
+        """Blocks on beams, rings, sliders and given loads: single answers agree within their stated errors."""
         case, speeds = ALL[name](), (9.0, 10.0)
 
         def measure(bent):
-            """At the cycle's start, which is its end."""
+            """At the start of the cycle, which is also its end."""
             return sample(bent, "w", [0.5])[..., -1, 0]
 
         base = TestEveryMechanism.course(case, 1.0)
@@ -542,8 +542,8 @@ class TestSpeedMap:
             assert difference(one.deflection, one.quasi_static) > 10 * off
 
     @pytest.mark.slow
-    def test_coarse_answers_say_how_coarse_they_are(self):
-        """A block on a beam that vibrates in resonance: 25 % off in the first coordinates alone."""
+    def test_coarse_answers_state_their_errors(self):
+        """A block on a resonating beam: the first coordinates alone are off by 25 %."""
         case = ALL["RPR, elastic lever"]()
         coarse, fine = (
             speed_map(
@@ -564,12 +564,12 @@ class TestSpeedMap:
 
 
 class TestCorrection:
-    """What few coordinates leave out is put right: with all coordinates it comes without corrections."""
+    """Corrections replace neglected coordinates; the reference has all coordinates and no corrections."""
 
     @pytest.mark.parametrize(
         "name", in_tiers(["arm", "arm, motor turned about", "RRP, owner hung", "driven slider", "triad"], 2, 3)
     )
-    def test_few_coordinates_corrected_are_all_of_them(self, name):
+    def test_few_corrected_coordinates_equal_all(self, name):
         case, speed = ALL[name](), 10.0
         motion_at, period = TestEveryMechanism.course(case, speed), 2 * math.pi / speed
         damping = Damping(np.linspace(0.0, 2e-3, len(case.sections)), 1e-4)
@@ -590,11 +590,11 @@ class TestCorrection:
 
 
 class TestRotatingFrame:
-    """Two beams at a right angle that turn about an end: Wallrapp and Schwertassek, tables 5.5 and 5.7 [Hz]."""
+    """Two beams at a right angle that rotate about an end: Wallrapp and Schwertassek, tables 5.5 and 5.7 [Hz]."""
 
     @staticmethod
     def frequencies(speed, coriolis):
-        """In the axes of the frame, without and with the terms of its velocities."""
+        """Return frequencies in rotating axes, with or without Coriolis terms."""
         link = Link("frame", {"O": 0, "A": 2.0, "B": 2.0 + 0.4j},
                     (Beam("O", "A", 3000 * 81e-6), Beam("A", "B", 7895 * 85.5e-6)))  # fmt: skip
         frame = Mechanism((Link("ground", {"O": 0}), link), (PinDrive("frame", "O"),), {"O": 0, "A": 2, "B": 2 + 0.4j})
@@ -617,21 +617,21 @@ class TestRotatingFrame:
         return np.sort(omega[omega > 0])[:3] / (2 * math.pi)
 
     def test_at_rest(self):
-        """The third is printed as 16.67, which fits neither the others nor what turning adds: 16.76 turned round."""
+        """The printed third frequency 16.67 has exchanged digits: 16.76 fits the others and the effect of rotation."""
         np.testing.assert_allclose(self.frequencies(1e-6, 1), [0.9614, 7.037, 16.76], rtol=2.5e-4)
 
-    def test_at_6_rad_per_second_as_printed(self):
-        """Coriolis' accelerations are left out there: with axial forces and the centrifugal terms all digits come."""
+    def test_at_6_rad_per_second_without_coriolis(self):
+        """The publication omits Coriolis terms; with axial forces and centrifugal terms all digits agree."""
         np.testing.assert_allclose(self.frequencies(6.0, 0), [1.044, 7.478, 17.09], rtol=5e-4)
 
-    def test_with_coriolis_they_are_those_of_cubic_finite_elements(self):
-        """Eighty elements with axial forces from the free bodies, in the turning axes: a calculation of its own."""
+    def test_with_coriolis_they_agree_with_cubic_finite_elements(self):
+        """Eighty elements in rotating axes with axial forces from free bodies: an independent calculation."""
         np.testing.assert_allclose(self.frequencies(6.0, 1), [1.0367, 7.5106, 17.1172], rtol=5e-5)
 
 
 class TestTimeElements:
     def solved(self, count, stages):
-        """x'' + 0.2 x' + (5.3 + 2 cos t) x = cos t from x = 1, at its end; and Mathieu's multipliers."""
+        """Solve x'' + 0.2 x' + (5.3 + 2 cos t) x = cos t from x = 1; return the end value and Mathieu's multipliers."""
         grid = Grid(np.linspace(0, 6.0, count + 1), stages)
         t = grid.nodes[1:, None, None]
         ones = np.ones_like(t)
@@ -640,7 +640,7 @@ class TestTimeElements:
 
     @pytest.mark.parametrize("stages", [2, 3, 4])
     def test_order(self, stages):
-        """Radau IIA: 2 s - 1."""
+        """Radau IIA has order 2 s - 1."""
 
         def rates(t, y):
             return y[1], math.cos(t) - 0.2 * y[1] - (5.3 + 2 * math.cos(t)) * y[0]
@@ -651,7 +651,7 @@ class TestTimeElements:
         assert math.log2(coarse / fine) == pytest.approx(2 * stages - 1, abs=0.2)
 
     def test_orders_within_an_element_are_spectral(self):
-        """Every two stages more gain two digits at least."""
+        """Two further stages gain at least two digits."""
         exact = self.solved(16, 8)
         errors = [abs(self.solved(6, stages) - exact) for stages in (2, 4, 6)]
         assert errors[1] < errors[0] / 100
@@ -667,7 +667,7 @@ class TestTimeElements:
         assert scheme(4).points[-1] == 1.0
 
     def test_sums_of_derivatives_are_exact_for_polynomials(self):
-        """Real and imaginary rows of powers of time, with other amplitudes at every point."""
+        """Rows are real and imaginary parts of powers of time, with different amplitudes at each point."""
         grid = Grid(np.array([0.0, 0.5, 2.0]), 4)
         powers, t = np.arange(5), grid.nodes[1:, None]
         values = grid.nodes[:, None, None] ** powers * np.array([[1.0], [2.0j]])
@@ -676,8 +676,8 @@ class TestTimeElements:
         expected = (one * slope + two * bent).sum(axis=1)[:, None] * [1.0, 2.0j]
         np.testing.assert_allclose(grid.rates_times(values, (one, two)), expected, atol=1e-10)
 
-    def test_another_load_is_that_of_a_new_problem(self):
-        """Once, and by the inverse of the elements' matrices."""
+    def test_another_load_equals_a_new_problem(self):
+        """Once, and by the inverse of the element matrices."""
         grid = Grid(np.linspace(0.0, 6.0, 7))
         t = grid.nodes[1:, None, None]
         ones = np.ones_like(t)
@@ -691,7 +691,7 @@ class TestTimeElements:
                 np.testing.assert_allclose(found, history, atol=1e-12)
 
 
-class TestRefusals:
+class TestErrors:
     def test_singular_positions(self):
         links = (Link("ground", {"O": 0.0, "D": 0.1}), *FOUR_BAR.mechanism.links[1:])
         moved = replace_all(FOUR_BAR.mechanism, links=links)
@@ -703,7 +703,7 @@ class TestRefusals:
         with pytest.raises(ValueError, match="one design"):
             four_bar_with(sections)
 
-    def test_instants_that_do_not_grow(self):
+    def test_instants_that_do_not_increase(self):
         motion_at, _ = turning(FOUR_BAR.mechanism, 10.0)
         with pytest.raises(ValueError, match="do not all grow"):
             transient(motion_at(np.zeros(3)), motion_at, FOUR_BAR.sections)
@@ -721,7 +721,7 @@ class TestRefusals:
         assert found.stable
         assert found.deflection is found.quasi_static
 
-    def test_damping_is_told(self):
+    def test_damping_is_reported(self):
         found = four_bar(10.0, 4)
         assert found.damping.beams[0] * found.lowest / 2 == pytest.approx(0.01)
         own = Damping(np.array([1e-5, 2e-5, 3e-5]), 0.0)
@@ -732,11 +732,11 @@ def four_bar_with(sections):
     return steady(FOUR_BAR.mechanism, sections, 10.0, 4)
 
 
-def test_a_still_mechanism_can_be_asked():
+def test_a_mechanism_at_rest():
     assert still(cantilever({"O": 0, "A": 1.0}, 1.0)).columns == (1,)
 
 
-def test_loads_at_several_speeds_are_side_by_side_in_every_part():
+def test_loads_at_several_speeds_have_one_axis():
     rng = np.random.default_rng(4)
 
     def loads():
@@ -761,7 +761,7 @@ def test_loads_at_several_speeds_are_side_by_side_in_every_part():
 
 
 def test_links_without_mass_do_not_vibrate():
-    """Loads that act on them bend them quasi-statically, in a cycle and from rest alike."""
+    """Loads on such links act quasi-statically, in a cycle and from rest."""
     case = FOUR_BAR
     light = [
         replace(link, beams=tuple(Beam(beam.start, beam.end) for beam in link.beams)) for link in case.mechanism.links
@@ -777,8 +777,8 @@ def test_links_without_mass_do_not_vibrate():
         assert difference(found.deflection, found.quasi_static) == 0.0
 
 
-def test_jumps_are_found_beside_kinks_and_steep_slopes():
-    """Instants just before, to a billionth; a small jump on a slope is left to short elements."""
+def test_jumps_are_found_despite_kinks_and_steep_slopes():
+    """The instant before a jump is right to 1e-9; a small jump on a slope is left to short elements."""
     asked = []
 
     def values(times):
@@ -794,8 +794,8 @@ def test_jumps_are_found_beside_kinks_and_steep_slopes():
 
 
 @pytest.mark.slow
-def test_elements_begin_anew_where_a_load_jumps():
-    """A load that is taken off within the cycle: the whole ring-down is answered by smooth elements."""
+def test_elements_start_at_jumps_of_a_load():
+    """A load is removed within the cycle, and the ring-down has smooth elements."""
     speed, gone = 40.0, 0.37
     period = 2 * math.pi / speed
     given = PointLoad("coupler", "B", 300.0j, law=law_of_time(lambda time: np.where(time <= gone * period, 1.0, 0.0)))
@@ -805,8 +805,8 @@ def test_elements_begin_anew_where_a_load_jumps():
     assert found.time_error + found.reduction_error < 2e-3
 
 
-def test_round_off_is_not_chased_by_ever_shorter_elements(monkeypatch):
-    """Errors of a millionth that shorter elements do not make less end the refinement, and are told."""
+def test_round_off_ends_the_refinement(monkeypatch):
+    """Errors of 1e-6 that do not decrease end the refinement and are reported."""
     grids = []
 
     def of_round_off(resolved, tolerance):

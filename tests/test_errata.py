@@ -1,9 +1,9 @@
-"""Claim: docs/errata.md is right: each formula as printed fails where its correction passes.
+"""docs/errata.md is right: each printed formula fails, and its correction passes.
 
 Source: Utenov, Zhilkibayeva, Baygunchekov, Myrzaliyev, "Determination of displacements in cross-sections of four-bar
-mechanism links from distributed dynamic loads and their animation using MAPLE". The judge is never the program: it is
-quadrature of the section forces found from the loads by equilibrium, and the closing of the joints. The program is
-judged with the same numbers, which were also found by Hermite finite elements.
+mechanism links from distributed dynamic loads and their animation using MAPLE". The reference is independent of the
+program: quadrature of section forces from equilibrium, and closure of joints. The program must agree with the same
+numbers, which Hermite finite elements confirm.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import pytest
 from elastic import Section, deflection, sample
 from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, motion
 
-B, C, D = 0.09 + 0.12j, 0.55 + 0.32j, 0.6 - 0.05j  # and O at the origin
+B, C, D = 0.09 + 0.12j, 0.55 + 0.32j, 0.6 - 0.05j  # O is at the origin
 ENDS = ((0j, B), (B, C), (C, D))  # link 3 runs from C to D
 EA = (8e7, 4e7, 6e7)
 EI = (2600.0, 1200.0, 1800.0)
@@ -53,8 +53,8 @@ def load(pair, k, x):
 
 
 def joint_forces():
-    """Forces on the ends of the three links, in their own axes, so that each link is in equilibrium."""
-    # moments about the pins: coupler about B, rocker about D give the force that the coupler feels at C
+    """Return the forces on the ends of the three links, in local axes, by equilibrium of each link."""
+    # moments of the coupler about B and the rocker about D give the force on the coupler at C
     rows, right = [], []
     for k, sign, pole in ((1, 1.0, 0.0), (2, -1.0, LENGTH[2])):
         arm = ((LENGTH[k] if k == 1 else 0.0) - pole) * np.exp(1j * THETA[k])
@@ -64,7 +64,7 @@ def joint_forces():
     total = [
         integral(lambda x, k=k: complex(load(ALONG[k], k, x), load(ACROSS[k], k, x)), 0, LENGTH[k]) for k in range(3)
     ]
-    at_b = at_c + total[1] * np.exp(1j * THETA[1])  # on the crank: what the coupler hands on
+    at_b = at_c + total[1] * np.exp(1j * THETA[1])  # on the crank, from the coupler
     at_d = at_c - total[2] * np.exp(1j * THETA[2])  # on the rocker
     return [force * np.exp(-1j * angle) for force, angle in zip((at_b, at_c, at_d), THETA, strict=True)]
 
@@ -73,48 +73,49 @@ END_FORCE = joint_forces()
 
 
 def axial(k, x):
-    """Pull in link k at x: equilibrium of the piece beyond."""
+    """Return the axial force in link k at x, by equilibrium of the part beyond."""
     return END_FORCE[k].real + integral(lambda s: load(ALONG[k], k, s), x, LENGTH[k])
 
 
 def moment(k, x):
-    """Bending moment in link k at x: equilibrium of the piece beyond."""
+    """Return the bending moment in link k at x, by equilibrium of the part beyond."""
     beyond = integral(lambda s: (s - x) * load(ACROSS[k], k, s), x, LENGTH[k])
     return END_FORCE[k].imag * (LENGTH[k] - x) + beyond
 
 
 def nodal_moments(k):
-    """M_k1 to M_k4: at the thirds of the link."""
+    """Return M_k1 to M_k4, at the thirds of the link."""
     return [moment(k, LENGTH[k] * part / 3) for part in range(4)]
 
 
 def nodal_pulls(k):
-    """N_k1 to N_k3: at the ends and the middle."""
+    """Return N_k1 to N_k3, at the ends and the middle."""
     return [axial(k, LENGTH[k] * part / 2) for part in range(3)]
 
 
 def slope(k, x):
-    """Slope at x of link k clamped at its start."""
+    """Return the slope at x of link k clamped at its start."""
     return integral(lambda s: moment(k, s), 0, x) / EI[k]
 
 
 def deflected(k, x):
-    """Deflection at x of link k clamped at its start."""
+    """Return the deflection at x of link k clamped at its start."""
     return integral(lambda s: slope(k, s), 0, x)
 
 
 def stretched(k, x):
-    """Longitudinal displacement at x of link k held at its start."""
+    """Return the axial displacement at x of link k fixed at its start."""
     return integral(lambda s: axial(k, s), 0, x) / EA[k]
 
 
 def reference():
-    """All ten numbers from quadrature and from closing the joints B, C, D with complex displacements."""
+    """Return all ten numbers by quadrature and closure of the joints B, C and D."""
     at_b = complex(stretched(0, LENGTH[0]), deflected(0, LENGTH[0])) * np.exp(1j * THETA[0])
     own_b = at_b * np.exp(-1j * THETA[1])
     grown = [complex(stretched(k, LENGTH[k]), deflected(k, LENGTH[k])) for k in (1, 2)]
     e2, e3 = np.exp(1j * THETA[1]), np.exp(1j * THETA[2])
-    # B + coupler's growth + turning = C = -(rocker's growth + turning), D at rest; unknown Phi20, Phi30
+    # B + stretch and rotation of the coupler = C = -(stretch and rotation of the rocker), D at rest; unknown Phi20,
+    # Phi30
     closing = -e3 * grown[1] - at_b - e2 * grown[0]
     a, b = 1j * e2 * LENGTH[1], 1j * e3 * LENGTH[2]
     Phi20, Phi30 = np.linalg.solve([[a.real, b.real], [a.imag, b.imag]], [closing.real, closing.imag])
@@ -131,25 +132,25 @@ def reference():
     return result | {"Phi20": Phi20, "Phi30": Phi30}
 
 
-JUDGE = reference()
+REFERENCE = reference()
 
 
 def passes(value, name):
-    return value == pytest.approx(JUDGE[name], rel=1e-12)
+    return value == pytest.approx(REFERENCE[name], rel=1e-12)
 
 
 def wrong_by(value, name):
-    return abs(value / JUDGE[name] - 1)
+    return abs(value / REFERENCE[name] - 1)
 
 
 @pytest.mark.parametrize("name", PINNED)
-def test_judge_has_the_pinned_values(name):
-    assert JUDGE[name] == pytest.approx(PINNED[name], rel=DIGITS)
+def test_the_reference_has_the_pinned_values(name):
+    assert REFERENCE[name] == pytest.approx(PINNED[name], rel=DIGITS)
 
 
 @pytest.fixture(scope="module")
 def solved():
-    """The same four-bar through the program: massless beams under turning line loads, at rest."""
+    """The same four-bar in the program: massless beams at rest with line loads in local axes."""
     links = (
         Link("ground", {"O": 0.0, "D": D}),
         Link("crank", {"O": 0.0, "B": LENGTH[0]}, (Beam("O", "B"),)),
@@ -166,7 +167,7 @@ def solved():
 
 
 class TestProgram:
-    """The program has the corrected formulas."""
+    """The program agrees with the corrected formulas."""
 
     def test_places_the_drawing(self, solved):
         np.testing.assert_allclose(np.angle(solved.motion.direction[1:, 0]), THETA, rtol=1e-14)
@@ -200,7 +201,7 @@ class TestProgram:
 
     @pytest.mark.parametrize("k", range(3))
     def test_elastic_line_is_equations_2_3_5(self, solved, k):
-        """The brackets as printed, with the program's values at the start as the constants of integration."""
+        """The brackets are as printed, with the program's start values as integration constants."""
         x = np.linspace(0, LENGTH[k], 5)
         for field, printed in (("phi", bracket_2), ("w", bracket_3), ("u", bracket_5)):
             start = sample(solved, field, [0.0])[k, 0, 0]
@@ -211,7 +212,7 @@ class TestProgram:
 
 
 def shapes(x, power=3):
-    """Integrand of (2): the four cubics that are 1 at their own third; `power` of the last term of the third."""
+    """Return the integrand of (2): cubics that are 1 at their own third; `power` ends the third one."""
     return [
         1 - 11 / 2 * x + 9 * x**2 - 9 / 2 * x**3,
         9 * x - 45 / 2 * x**2 + 27 / 2 * x**3,
@@ -221,7 +222,7 @@ def shapes(x, power=3):
 
 
 def bracket_2(k, x):
-    """Right of (2), integrated, without its constant."""
+    """Return the integrated right side of (2), without its constant."""
     L = LENGTH[k]
     M1, M2, M3, M4 = nodal_moments(k)
     return (
@@ -233,7 +234,7 @@ def bracket_2(k, x):
 
 
 def bracket_3(k, x):
-    """Right of (3) without its constants."""
+    """Return the right side of (3), without its constants."""
     L = LENGTH[k]
     M1, M2, M3, M4 = nodal_moments(k)
     return (
@@ -245,7 +246,7 @@ def bracket_3(k, x):
 
 
 def bracket_5(k, x, times=1):
-    """Right of (5) without its constant; `times` the N_k1 term, which extraction repeats sixteen times with 1/2."""
+    """Return the right side of (5), without its constant; `times` repeats the N_k1 term, as in the extracted text."""
     L = LENGTH[k]
     N1, N2, N3 = nodal_pulls(k)
     first = x - 3 / (2 * L) * x**2 + 2 / (3 * L**2) * x**3
@@ -269,7 +270,7 @@ class TestErratum1:
         assert np.abs(interpolated(1) - exact).max() > 0.5 * np.abs(exact).max()
 
     def test_cubics_sum_to_one(self):
-        """A constant moment is its own interpolation."""
+        """A constant moment is interpolated exactly."""
         assert sum(shapes(0.4, 3)) == pytest.approx(1, rel=1e-14)
         assert abs(sum(shapes(0.4, 1)) - 1) > 1
 
@@ -300,7 +301,7 @@ class TestErratum2:
 
 
 class TestErratum3:
-    """(5): the N_k1 term stands there once."""
+    """(5): the N_k1 term occurs once."""
 
     @pytest.mark.parametrize("k", range(3))
     def test_longitudinal_displacement(self, k):
@@ -311,7 +312,7 @@ class TestErratum3:
 
 
 class TestErratum4:
-    """(7): complete only where the end carries no moment."""
+    """(7): complete only if the end has no moment."""
 
     def test_at_a_hinge(self):
         M1, M2, M3, M4 = nodal_moments(0)
@@ -319,7 +320,7 @@ class TestErratum4:
         assert passes(LENGTH[0] ** 2 / EI[0] * (13 / 120 * M1 + 3 / 10 * M2 + 3 / 40 * M3), "uy1l")
 
     def test_with_a_moment_at_the_end(self):
-        """Cantilever under an end moment: w = M l^2/(2 EI), slope M l/EI (Gere, Goodno, 8th ed., Table H-1)."""
+        """Cantilever with an end moment: w = M l^2/(2 EI), slope M l/EI (Gere, Goodno, 8th ed., Table H-1)."""
         M1 = M2 = M3 = M4 = 1.0
         corrected = 13 / 120 * M1 + 3 / 10 * M2 + 3 / 40 * M3 + 1 / 60 * M4
         assert corrected == pytest.approx(1 / 2, rel=1e-15)
@@ -333,12 +334,12 @@ class TestErratum4:
 
 
 class TestErratum5:
-    """Second equation after (9): uy1l goes with cos(theta_1)."""
+    """Second equation after (9): uy1l is multiplied by cos(theta_1)."""
 
     def test_both_sides(self):
-        left = JUDGE["ux20"] * sin(THETA[1]) + JUDGE["uy20"] * cos(THETA[1])
-        corrected = JUDGE["ux1l"] * sin(THETA[0]) + JUDGE["uy1l"] * cos(THETA[0])
-        printed = JUDGE["ux1l"] * sin(THETA[0]) + JUDGE["uy1l"] * cos(THETA[1])
+        left = REFERENCE["ux20"] * sin(THETA[1]) + REFERENCE["uy20"] * cos(THETA[1])
+        corrected = REFERENCE["ux1l"] * sin(THETA[0]) + REFERENCE["uy1l"] * cos(THETA[0])
+        printed = REFERENCE["ux1l"] * sin(THETA[0]) + REFERENCE["uy1l"] * cos(THETA[1])
         assert corrected == pytest.approx(left, rel=1e-12)
         assert abs(printed / left - 1) > 0.3
 
@@ -348,14 +349,14 @@ class TestErratum6:
 
     def test_transverse_displacement(self):
         (s1, c1), (s2, c2) = ((sin(angle), cos(angle)) for angle in THETA[:2])
-        along, across = JUDGE["ux1l"] * c1 - JUDGE["uy1l"] * s1, JUDGE["ux1l"] * s1 + JUDGE["uy1l"] * c1
+        along, across = REFERENCE["ux1l"] * c1 - REFERENCE["uy1l"] * s1, REFERENCE["ux1l"] * s1 + REFERENCE["uy1l"] * c1
         assert passes(along * c2 + across * s2, "ux20")
         assert passes(across * c2 - along * s2, "uy20")
         assert wrong_by(across * c2 - across * s2, "uy20") > 0.6
 
 
 class TestErratum7:
-    """theta_3': along C to D, not B to C."""
+    """theta_3' is along C to D, not B to C."""
 
     def test_angle(self):
         corrected = atan2((D - C).imag, (D - C).real)
@@ -366,31 +367,31 @@ class TestErratum7:
         assert sin(THETA[1] - printed) == 0
 
     def test_sense_of_the_axis(self):
-        """ux3l is the displacement of C along the axis: from C to D, not from D to C."""
+        """ux3l is the displacement of C along the axis from C to D, not from D to C."""
         N1, N2, N3 = nodal_pulls(2)
         shortened = -LENGTH[2] / EA[2] * (N1 / 6 + 2 * N2 / 3 + N3 / 6)
-        at_c = complex(JUDGE["ux2l"], JUDGE["uy2l"]) * np.exp(1j * THETA[1])
+        at_c = complex(REFERENCE["ux2l"], REFERENCE["uy2l"]) * np.exp(1j * THETA[1])
         assert (at_c * np.exp(-1j * THETA[2])).real == pytest.approx(shortened, rel=1e-12)
         assert (at_c * np.exp(-1j * (THETA[2] + tau / 2))).real == pytest.approx(-shortened, rel=1e-12)
 
 
 class TestErratum8:
-    """(16): the rocker is at rest at D, where x'_3 = l_3, not at its start."""
+    """(16): the rocker is at rest at D, x'_3 = l_3, not at its start."""
 
     def test_displacements_of_both_ends(self):
         L = LENGTH[2]
-        at_end = JUDGE["ux3l"] + stretched(2, L), JUDGE["uy3l"] + JUDGE["Phi30"] * L + deflected(2, L)
+        at_end = REFERENCE["ux3l"] + stretched(2, L), REFERENCE["uy3l"] + REFERENCE["Phi30"] * L + deflected(2, L)
         np.testing.assert_allclose(at_end, 0, atol=1e-18)
-        assert abs(JUDGE["ux3l"]) > 1e-7
-        assert abs(JUDGE["uy3l"]) > 1e-5
+        assert abs(REFERENCE["ux3l"]) > 1e-7
+        assert abs(REFERENCE["uy3l"]) > 1e-5
 
 
 class TestErratum9:
-    """uy2l: theta_3 stands for theta_3'. With the angle of the rocker from D to C, as elsewhere, it fails."""
+    """uy2l: theta_3 means theta_3'. With the rocker's angle from D to C, as elsewhere, the formula fails."""
 
     def printed(self, theta_3):
         t2, t3 = THETA[1], THETA[2]
-        ux2l, ux3l = JUDGE["ux2l"], JUDGE["ux3l"]
+        ux2l, ux3l = REFERENCE["ux2l"], REFERENCE["ux3l"]
         first = -ux2l * cos(t2) + ux3l * cos(theta_3)
         second = -ux2l * sin(t2) + ux3l * sin(theta_3)
         return (-first * cos(theta_3) - second * sin(theta_3)) / (sin(t2) * cos(theta_3) - sin(t3) * cos(t2))
@@ -401,17 +402,17 @@ class TestErratum9:
 
     def test_compact_forms(self):
         between = THETA[1] - THETA[2]
-        ux2l, ux3l = JUDGE["ux2l"], JUDGE["ux3l"]
+        ux2l, ux3l = REFERENCE["ux2l"], REFERENCE["ux3l"]
         assert passes((ux2l * cos(between) - ux3l) / sin(between), "uy2l")
         assert passes((ux2l - ux3l * cos(between)) / sin(between), "uy3l")
 
 
 class TestErratum10:
-    """Phi20: 3/10 goes with M_22, and the formula comes from (3)."""
+    """Phi20: 3/10 belongs to M_22, and the formula comes from (3)."""
 
     def test_slope_of_the_coupler_at_b(self):
         M1, M2, M3, M4 = nodal_moments(1)
-        turned = (JUDGE["uy2l"] - JUDGE["uy20"]) / LENGTH[1]
+        turned = (REFERENCE["uy2l"] - REFERENCE["uy20"]) / LENGTH[1]
         factor = LENGTH[1] / EI[1]
         assert passes(turned - factor * (13 / 120 * M1 + 3 / 10 * M2 + 3 / 40 * M3 + 1 / 60 * M4), "Phi20")
         assert passes(turned - factor * (3 / 10 * M2 + 3 / 40 * M3), "Phi20")
@@ -419,5 +420,5 @@ class TestErratum10:
 
     def test_slope_of_the_rocker_at_c_is_printed_right(self):
         _, M2, M3, _ = nodal_moments(2)
-        value = (-JUDGE["uy3l"] - LENGTH[2] ** 2 / EI[2] * (3 / 10 * M2 + 3 / 40 * M3)) / LENGTH[2]
+        value = (-REFERENCE["uy3l"] - LENGTH[2] ** 2 / EI[2] * (3 / 10 * M2 + 3 / 40 * M3)) / LENGTH[2]
         assert passes(value, "Phi30")

@@ -1,4 +1,4 @@
-"""The finite elements by themselves: handbook beams, orders of convergence, round-off."""
+"""Finite elements alone: handbook beams, orders of convergence, round-off."""
 
 from fractions import Fraction
 
@@ -16,7 +16,7 @@ EA, EI, LENGTH = 3e6, 700.0, 1.7
 
 
 def held(link, **more):
-    """A link clamped to the ground at O by its drive, at rest and horizontal."""
+    """Return a link clamped to the ground at O by its drive, horizontal and at rest."""
     drawing = {name: complex(place) for name, place in link.points.items()}
     mechanism = Mechanism((Link("ground", {"O": 0.0}), link), (PinDrive(link.name, "O"),), drawing, **more)
     return motion(mechanism, [0.0])
@@ -50,7 +50,7 @@ def test_cantilever_under_its_weight_and_hanging():
 
 
 def test_simple_beam_under_uniform_load():
-    """On a rigid crank that is locked and a block that slides: 5 q l^4 / 384 EI."""
+    """A locked rigid crank and a sliding block are the supports: 5 q l^4 / 384 EI."""
     q = 120.0
     links = (
         Link("ground", {"O": -0.3j}),
@@ -69,7 +69,7 @@ def test_simple_beam_under_uniform_load():
     assert found.w[0, 0, -1] == pytest.approx(0.0, abs=1e-15)
 
 
-def test_lump_beside_its_point_bends_by_its_weight_and_its_arm():
+def test_an_eccentric_lump_bends_by_its_weight_and_arm():
     mass, offset = 2.0, 0.1 + 0.2j
     arm = Link("arm", {"O": 0.0, "A": LENGTH}, (Beam("O", "A"),), (Lump("A", mass, 0.5, offset),))
     found = solve(held(arm, gravity=-9.81j), [Section(EA, EI)])
@@ -78,8 +78,8 @@ def test_lump_beside_its_point_bends_by_its_weight_and_its_arm():
     assert found.w[0, 0, -1] == pytest.approx(-sag, rel=1e-13)
 
 
-def test_two_beams_side_by_side_share_the_force_as_their_rigidities():
-    """A closed ring: statically indeterminate."""
+def test_parallel_beams_share_a_force_by_their_rigidities():
+    """The closed ring is statically indeterminate."""
     arm = Link("arm", {"O": 0.0, "A": LENGTH}, (Beam("O", "A"), Beam("A", "O")))
     found = solve(held(arm, loads=(PointLoad("arm", "A", 40j),)), [Section(EA, EI), Section(EA, 3 * EI)])
     assert found.w[0, 0, -1] == pytest.approx(40 * LENGTH**3 / (3 * 4 * EI), rel=1e-12)
@@ -87,8 +87,8 @@ def test_two_beams_side_by_side_share_the_force_as_their_rigidities():
     assert found.M[1, 0, -1] == pytest.approx(-30 * LENGTH, rel=1e-12)  # its y axis points down
 
 
-def test_square_corner_carries_a_force_round():
-    """An L of two beams: the force at the foot bends the post evenly and turns the beam."""
+def test_a_corner_transmits_a_force():
+    """An L of two beams: the force at its foot bends the post uniformly and rotates the beam."""
     height, force = 0.6, 25.0
     arm = Link("arm", {"O": 0.0, "A": LENGTH, "B": LENGTH + 1j * height}, (Beam("O", "A"), Beam("B", "A")))
     found = solve(held(arm, loads=(PointLoad("arm", "B", force),)), [Section(EA, EI), Section(EA, EI)])
@@ -108,7 +108,7 @@ def test_rigid_beam_keeps_its_section_forces():
 
 
 def test_orders_of_convergence_between_the_nodes():
-    """Hermite: deflection of order 4; quadratic Lagrange: longitudinal displacement of order 3, both in L2."""
+    """Hermite elements have order 4 for the deflection, quadratic Lagrange elements order 3 for u, in L2."""
     start, end = 900.0 - 300j, -200.0 + 500j
     q = Polynomial([start, (end - start) / LENGTH])
     beyond = q.integ()(LENGTH) - q.integ()
@@ -122,7 +122,7 @@ def test_orders_of_convergence_between_the_nodes():
 
 
 def exact_values(coefficients, nodes):
-    """A polynomial with rational coefficients at k/nodes."""
+    """Return a polynomial with rational coefficients at k/nodes."""
     return [float(sum(c * Fraction(k, nodes) ** i for i, c in enumerate(coefficients))) for k in range(nodes + 1)]
 
 
@@ -131,7 +131,7 @@ def integral(coefficients):
 
 
 def lagrange(station):
-    """The cubic that is 1 at one of the stations and 0 at the others."""
+    """Return the cubic that is 1 at one station and 0 at the others."""
     stations = [Fraction(0), Fraction(1, 4), Fraction(3, 4), Fraction(1)]
     product = [Fraction(1)]
     for other in (s for k, s in enumerate(stations) if k != station):
@@ -143,7 +143,7 @@ def lagrange(station):
 
 @pytest.mark.parametrize("elements", [1, 2, 16, 63, 256])
 def test_round_off_does_not_grow_with_the_elements(elements):
-    """Against rational arithmetic: a few units in the last place, whatever the mesh."""
+    """Against rational arithmetic the error is a few units in the last place, for any mesh."""
     beam = unit_beam(elements)
     np.testing.assert_allclose(beam.stations, [0, 1 / 4, 3 / 4, 1], rtol=1e-15)
     for k in range(4):
@@ -160,7 +160,7 @@ def test_round_off_does_not_grow_with_the_elements(elements):
         np.testing.assert_allclose(beam.u[k], u, rtol=0, atol=1e-16 + 1e-14 * np.abs(u).max())
 
 
-def test_misuse_is_refused():
+def test_misuse_is_an_error():
     at_rest = cantilever()
     with pytest.raises(ValueError, match="2 sections for 1 beams"):
         solve(at_rest, [Section(), Section()])

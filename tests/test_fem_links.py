@@ -1,4 +1,4 @@
-"""Claim: the finite elements carry every kind of link: shear, taper, blocks on beams, soft joints, gears.
+"""The finite elements cover every kind of link: shear, taper, blocks on beams, soft joints, gears.
 
 Handbook cases are Roark's (W. C. Young, R. G. Budynas, Roark's Formulas for Stress and Strain, 7th ed., 2002).
 """
@@ -47,19 +47,19 @@ ARM = {"O": 0.0, "A": LENGTH}
 
 
 def sheared(case):
-    """The same with beams that slide, differently each."""
+    """Return the case with a different shear rigidity for each beam."""
     return replace(case, sections=tuple(replace(s, kGA=s.EA * (0.1 + 0.1 * k)) for k, s in enumerate(case.sections)))
 
 
 def tapering(case, *numbers):
-    """The same with some beams of rigidities that change along them."""
+    """Return the case with tapered beams."""
     taper = Taper(EA=(1.0, -0.5), EI=(1.0, -1.2, 0.6), kGA=(1.0, 0.4))
     changed = [replace(s, taper=taper) if k in numbers else s for k, s in enumerate(case.sections)]
     return replace(case, sections=tuple(changed))
 
 
 def assert_same(found, direct, position):
-    """Displacements at the nodes as one matrix over all elements has them."""
+    """Require the nodal displacements of one matrix over all elements."""
     whole = [np.array(values) for values in zip(*map(direct.nodes, range(len(found.sections))), strict=True)]
     for field, values in zip(("u", "w", "phi"), whole, strict=True):
         own = getattr(found, field)[:, position]
@@ -79,16 +79,16 @@ class TestShear:
         assert found.w[0, 0, -1] == pytest.approx(bent + slid, rel=1e-13)
         assert found.phi[0, 0, -1] == pytest.approx(turned, rel=1e-13)
 
-    def test_nothing_locks(self):
-        """All shear, or next to none, at a single element: the bending part is what it is without."""
+    def test_no_shear_locking(self):
+        """For any shear rigidity a single element has the exact bending part."""
         load = (PointLoad("beam", "A", 1j),)
         for kGA in (1e-3, 1e12):
             found = solve(still(cantilever(ARM, loads=load)), [Section(EA, EI, kGA)], 1)
             assert found.w[0, 0, -1] == pytest.approx(LENGTH**3 / (3 * EI) + LENGTH / kGA, rel=1e-13)
 
     @pytest.mark.parametrize("make", [four_bar, six_bar, slider_crank, ring])
-    def test_parts_of_bending_and_shear_are_timoshenkos_coupled_elements(self, make):
-        """One matrix of elements with deflection and rotation of their own, of the fourth and third degree."""
+    def test_separate_bending_and_shear_agree_with_timoshenko_elements(self, make):
+        """The reference matrix has separate deflection and rotation, of degree four and three."""
         case = sheared(make())
         turning, sections = motion_of(case), [replace(section, strain=0.0) for section in case.sections]
         found, direct = solve(turning, sections, 3), Direct(turning, sections, 5, 3)
@@ -97,7 +97,7 @@ class TestShear:
 
 class TestTaper:
     def test_wedge_to_the_fourth_order_down_to_round_off(self):
-        """EI, EA and kGA that fall linearly: integrals of F (l - x)/EI and of F/kGA, in closed form by logarithms."""
+        """EI, EA and kGA decrease linearly: integrals of F (l - x)/EI and F/kGA have logarithms."""
         force, fall = 20 + 31j, 0.6
         section = Section(EA, EI, KGA, taper=Taper(*[(1.0, -fall)] * 3))
         held = still(cantilever(ARM, loads=(PointLoad("beam", "A", force),)))
@@ -121,7 +121,7 @@ class TestTaper:
 
     @pytest.mark.parametrize("shear", [False, True])
     @pytest.mark.parametrize("make", [four_bar, six_bar, ring])
-    def test_mechanisms_of_tapered_beams_close_to_the_fourth_order(self, make, shear):
+    def test_tapered_mechanisms_converge_with_fourth_order(self, make, shear):
         case = sheared(make()) if shear else make()
         case = tapering(case, *range(len(case.sections)))
         turning = motion_of(case)
@@ -131,7 +131,7 @@ class TestTaper:
         for field in range(3, 6):
             np.testing.assert_allclose(orders([row[field] for row in errors]), 4.0, atol=0.2)
 
-    def test_superposition_is_the_one_matrix_of_tapered_elements(self):
+    def test_superposition_agrees_with_one_matrix_of_tapered_elements(self):
         case = tapering(six_bar(), 1, 2, 4)
         turning = motion_of(case)
         assert_same(solve(turning, case.sections, 4), Direct(turning, case.sections, 3, 4), 3)
@@ -142,7 +142,7 @@ SPOTS = np.array([0.0, 1e-7, 0.1, 0.25, 0.25 + 1e-7, 0.4, 0.5 - 1e-6, 0.5, 0.61,
 
 
 def on_an_arm(spots=SPOTS, second=None):
-    """A block that a drive moves along an arm that another holds, loaded by a force and a moment."""
+    """Return a loaded block that a drive moves along a fixed arm."""
     links = [
         Link("ground", {"O": 0.0}),
         Link("arm", {"O": 0.0, "A": LENGTH}, (Beam("O", "A"),)),
@@ -164,7 +164,7 @@ def on_an_arm(spots=SPOTS, second=None):
 
 
 def under_a_load(x, at, force, moment):
-    """u, w, phi, N, V, M of a cantilever under a force and a moment at a place: Roark, table 8.1, 1a and 3a."""
+    """Return u, w, phi, N, V, M of a cantilever under a force and a moment: Roark, table 8.1, 1a and 3a."""
     before = np.minimum(x, at)
     pull, push = force.real, force.imag
     w = push * before**2 * (3 * at - before) / (6 * EI) + moment * before**2 / (2 * EI) + push * before / KGA
@@ -193,8 +193,8 @@ class TestBlocksOnBeams:
             np.testing.assert_allclose(own[same], values[same], rtol=0, atol=2e-13 * np.abs(values).max())
 
     @pytest.mark.parametrize("elements", [1, 4, 16])
-    def test_two_blocks_are_moved_by_each_other(self, elements):
-        """Wherever they are, on one element or on two, in either order: the arm closes under both."""
+    def test_two_blocks_interact(self, elements):
+        """The blocks are anywhere, on one element or two, in either order; the arm closes under both."""
         other = np.array([1.0, 0.3, 0.12, 0.2, 0.25, 0.33, 0.99, 0.5, 0.6, 0.1, 0.7]) * LENGTH
         turning = on_an_arm(second=other)
         soft = {"guide": JointCompliance(1e-5, 1e-3), "second": JointCompliance(2e-5)}
@@ -213,8 +213,8 @@ class TestBlocksOnBeams:
         assert comparison.compared == len(turning.time)
         assert comparison.relative.max() < (1e-8 if case.sections[0].taper else 1e-13)
 
-    def test_driven_blocks_carry_a_dyad_along_and_across(self):
-        """Two on one beam, on one element of it and on two, that is loaded along its whole length and too long."""
+    def test_driven_blocks_carry_a_dyad(self):
+        """Two blocks on one beam, on one or two elements; the beam is loaded over its whole length."""
         links = (
             Link("ground", {"O": 0.0}),
             Link("arm", {"O": 0.0, "A": 1.0}, (Beam("O", "A", 3.0, (1.0, -0.5)),), (Lump("A", 0.7),)),
@@ -241,8 +241,8 @@ class TestBlocksOnBeams:
         for position in (0, 9):
             assert_same(found, Direct(turning, case.sections, position, 3), position)
 
-    def test_a_tapered_beam_under_a_block_converges_to_the_fourth_order(self):
-        """Displacement under the block, F int (a - x)^2/EI + F int 1/kGA, seen by a driven block that is soft."""
+    def test_a_tapered_beam_under_a_block_converges_with_fourth_order(self):
+        """Displacement at a driven soft block: F int (a - x)^2/EI + F int 1/kGA."""
         fall, at = 0.6, 0.37 * LENGTH
         section = Section(EA, EI, KGA, taper=Taper(*[(1.0, -fall)] * 3))
         with mpmath.workdps(30):
@@ -265,7 +265,7 @@ class TestBlocksOnBeams:
         assert max(errors[-1]) < 1e-7
         assert (orders([max(row) for row in errors[::3]]) > 3 * 3.5).all()
 
-    def test_a_block_beyond_its_beam_has_no_answer(self):
+    def test_a_block_beyond_its_beam_is_unknown(self):
         turning = on_an_arm(np.array([0.2, 0.5, 1.01]) * LENGTH)
         found = solve(turning, [Section(EA, EI)])
         np.testing.assert_array_equal(np.isnan(found.w[0]).any(axis=1), [False, False, True])
@@ -273,7 +273,7 @@ class TestBlocksOnBeams:
         assert comparison.passed
         assert comparison.compared == 2
 
-    def test_positions_beyond_a_short_lever_are_lost_alone(self):
+    def test_only_positions_beyond_a_short_lever_are_unknown(self):
         case = elastic_guide()
         *others, lever = case.mechanism.links
         short = replace(lever, points={"D": 0.0, "F": 0.3 * np.exp(0.4j)})
@@ -287,7 +287,7 @@ class TestBlocksOnBeams:
         assert comparison.compared == (away <= 0.3).sum()
         assert comparison.relative.max() < 1e-12
 
-    def test_a_slider_that_no_beam_carries_is_refused(self):
+    def test_a_slider_without_a_beam_is_an_error(self):
         turning = on_an_arm()
         aside = replace(turning.mechanism.sliders[0], origin=0.1j)
         links = turning.mechanism.links
@@ -296,15 +296,15 @@ class TestBlocksOnBeams:
             solve(motion(mechanism, turning.drive), [Section(EA, EI)])
 
 
-class TestJointsThatGiveWay:
-    def test_a_soft_drive_turns_by_its_moment(self):
+class TestSoftJoints:
+    def test_a_soft_drive_rotates_by_its_moment(self):
         force, rotation, turn = 31.0, 2e-3, 1e-3
         held = still(cantilever(ARM, loads=(PointLoad("beam", "A", 1j * force),)))
         found = solve(held, [Section(EA, EI)], joints={"O": JointCompliance(0.0, rotation, 0.0, turn)})
         angle = rotation * force * LENGTH + turn
         assert found.w[0, 0, -1] == pytest.approx(angle * LENGTH + force * LENGTH**3 / (3 * EI), rel=1e-12)
 
-    def test_a_soft_pin_gives_way_along_its_force(self):
+    def test_a_soft_pin_moves_along_its_force(self):
         force, soft, gap = 20 - 31j, 3e-5, 1e-3 + 2e-3j
         held = still(cantilever(ARM, loads=(PointLoad("beam", "A", force),)))
         found = solve(held, [Section(EA, EI)], joints={"O": JointCompliance(soft, 0.0, gap)})
@@ -331,7 +331,7 @@ class TestJointsThatGiveWay:
         stiff = solve(turning, case.sections, 4)
         assert np.abs(found.w - stiff.w).max() > 1e-3 * np.abs(found.w).max()
 
-    def test_a_name_that_tells_no_joint_is_refused(self):
+    def test_an_ambiguous_joint_name_is_an_error(self):
         case = four_bar()
         with pytest.raises(ValueError, match='no joint is named "X"'):
             solve(motion_of(case), case.sections, joints={"X": JointCompliance(1e-6)})
@@ -364,7 +364,7 @@ STEPS = np.linspace(0.0, 6.0, 7)
 
 
 def geared(links, drives, gear, sliders, steps, rate):
-    """A four-bar whose links are clamped elsewhere than where gears hold them, and what is geared to it."""
+    """Return a four-bar with links clamped apart from their geared joints, and the gears."""
     four = (bar("wheel", "A", "W", 0.1, 0.4), bar("coupler", "A", "B", 0.3, 0.4), bar("rocker", "B", "D", 0.25, 0.4))
     ground = Link("ground", {"O": 0.0, "W": 0.2, "D": 0.55})
     drawing = {name: PLACES[name] for link in (ground, *four, *links) for name in link.points}
@@ -422,7 +422,7 @@ class TestGears:
             np.testing.assert_allclose(found.efforts, efforts, rtol=0, atol=1e-12 * np.abs(efforts).max())
 
 
-def test_sections_of_many_designs_need_no_motion_of_their_own():
+def test_sections_of_several_designs_share_a_motion():
     case = four_bar()
     soft = [replace(s, kGA=np.array([[1e4], [1e5]]), EI=s.EI * np.array([[1.0], [2.0]])) for s in case.sections]
     found = solve(motion_of(case), soft, 4)
@@ -431,8 +431,8 @@ def test_sections_of_many_designs_need_no_motion_of_their_own():
     np.testing.assert_allclose(found.w[:, 1], solve(motion_of(case), one, 4).w, rtol=0, atol=1e-15)
 
 
-def test_mass_of_any_degree_is_carried():
-    """m x^5: its pull on a turning rod, m w^2 l^2 (1 - x^7)/7."""
+def test_mass_of_any_degree_is_included():
+    """Mass m x^5 on a rotating rod: axial force m w^2 l^2 (1 - x^7)/7."""
     rod = Link("rod", {"O": 0.0, "A": 2.0}, (Beam("O", "A", 3.0, (0.0, 0.0, 0.0, 0.0, 0.0, 1.0)),))
     turning = Mechanism((Link("ground", {"O": 0.0}), rod), (PinDrive("rod", "O"),), {"O": 0.0, "A": 2.0})
     found = solve(motion(turning, [0.3], 4.0), [Section(5e5, 1.0)])
@@ -440,8 +440,8 @@ def test_mass_of_any_degree_is_carried():
     np.testing.assert_allclose(found.N[0, 0], pull * (1 - found.xi**7), rtol=0, atol=1e-13 * pull)
 
 
-def test_every_field_of_a_ring_is_held_however_its_rigidities_differ():
-    """Sections up to a millionfold apart."""
+def test_fields_of_a_ring_are_right_for_any_rigidities():
+    """The rigidities differ by up to a factor of a million."""
     case, generator = ring(), np.random.default_rng(7)
     few = replace(case, drive=case.drive[:, ::8], rate=case.rate[:, ::8], rate2=case.rate2[:, ::8])
     for _ in range(40):

@@ -1,4 +1,4 @@
-"""Whole mechanisms: closed forms against finite elements, superposition against one matrix, other axes."""
+"""Whole mechanisms: closed forms agree with finite elements, and superposition with one matrix."""
 
 from dataclasses import replace
 
@@ -51,7 +51,7 @@ family = settings(max_examples=60, deadline=None)
 
 
 def test_displacements_at_the_joints_of_a_published_four_bar():
-    """Utenov et al.'s case with its errata put right, printed to eleven digits."""
+    """The corrected case of Utenov et al., with eleven digits."""
     B, C, D = 0.09 + 0.12j, 0.55 + 0.32j, 0.6 - 0.05j
     links = (
         Link("ground", {"O": 0.0, "D": D}),
@@ -97,7 +97,7 @@ def test_closed_forms_agree_with_finite_elements(name, elements):
 
 
 def slender(case, draw):
-    """Sections of solid steel bars whose length is 5 to 200 of their radii of gyration."""
+    """Draw solid steel sections with a slenderness of 5 to 200."""
     sections = []
     for at, beam in case.mechanism.beams:
         points = case.mechanism.links[at].points
@@ -158,7 +158,7 @@ def test_random_sections_of_other_mechanisms_agree(make, data):
 
 
 @pytest.mark.parametrize("name", sorted(set(MECHANISMS) - {"ternary link, rigid"}))
-def test_superposition_is_one_matrix_over_all_elements(name):
+def test_superposition_agrees_with_one_matrix(name):
     case = MECHANISMS[name]()
     turning = motion_of(case)
     found = solve(turning, case.sections, 5)
@@ -171,7 +171,7 @@ def test_superposition_is_one_matrix_over_all_elements(name):
 
 
 def turned(mechanism, angle, shift):
-    """The same mechanism with the ground's axes turned and moved."""
+    """Return the mechanism with rotated and translated ground axes."""
     e = np.exp(1j * angle)
 
     def seen(link):
@@ -202,7 +202,7 @@ def turned(mechanism, angle, shift):
 
 
 @pytest.mark.parametrize("name", ["four-bar", "slider-crank", "block on a rocker", "yoke", "ternary link, welded"])
-def test_other_axes_see_the_same_deflection(name):
+def test_deflections_do_not_depend_on_the_axes(name):
     case, angle = MECHANISMS[name](), 1.1
     here = solve(motion_of(case), case.sections, 6)
     moved = replace(case, mechanism=turned(case.mechanism, angle, 0.4 - 0.7j), drive=case.drive + angle)
@@ -212,8 +212,8 @@ def test_other_axes_see_the_same_deflection(name):
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-10 * np.abs(one).max())
 
 
-def test_many_designs_go_through_their_positions_together():
-    """Lengths, masses and rigidities of shape (designs, 1)."""
+def test_several_designs_equal_single_ones():
+    """Lengths, masses and rigidities have the shape (designs, 1)."""
     lengths, rigidities = [0.28, 0.31, 0.36], [30.0, 60.0, 90.0]
     together = four_bar()
     coupler = together.mechanism.links[together.mechanism.index["coupler"]]
@@ -231,7 +231,7 @@ def test_many_designs_go_through_their_positions_together():
 
 
 class Rope:
-    """A pull between the crank's and the rocker's ends that grows with their distance."""
+    """An elastic rope between the ends of crank and rocker."""
 
     points = (("crank", "A"), ("rocker", "B"), ("ground", "O"))
 
@@ -240,7 +240,7 @@ class Rope:
         return ("crank", "A", pull, 0.0), ("rocker", "B", -pull, 2.0), ("ground", "O", 1.0, 0.0)
 
 
-def test_loads_of_ones_own_are_felt():
+def test_custom_loads_are_included():
     case = four_bar(loads=(Rope(),))
     turning = motion_of(case)
     found = solve(turning, case.sections)
@@ -249,7 +249,7 @@ def test_loads_of_ones_own_are_felt():
     assert np.abs(found.w - slack.w).max() > 0.01 * np.abs(slack.w).max()
 
 
-def test_a_link_made_too_long_turns_the_others():
+def test_strain_of_a_link_moves_the_others():
     case = four_bar()
     warm = [replace(section, strain=2e-4 * k) for k, section in enumerate(case.sections)]
     turning = motion_of(case)
@@ -261,8 +261,8 @@ def test_a_link_made_too_long_turns_the_others():
     np.testing.assert_allclose(stretch, 2e-4 * 0.31, rtol=1e-9)
 
 
-def test_mass_that_tapers_with_its_beam_is_carried():
-    """A hanging rod of m (1 - x/l)(1 - x/2l): its weight above x by hand."""
+def test_tapered_mass_is_included():
+    """Hanging rod with mass m (1 - x/l)(1 - x/2l): weight and inertia by hand."""
     rod = Link("rod", {"O": 0.0, "A": 2.0}, (Beam("O", "A", 3.0, (1.0, -1.5, 0.5)),))
     hung = Mechanism((Link("ground", {"O": 0.0}), rod), (PinDrive("rod", "O"),), {"O": 0.0, "A": 2.0}, gravity=10.0)
     found = solve(motion(hung, [0.0], 4.0), [Section(5e5, 1.0)])
@@ -272,8 +272,8 @@ def test_mass_that_tapers_with_its_beam_is_carried():
     np.testing.assert_allclose(found.N[0, 0], weight + pull, rtol=0, atol=1e-13 * (weight + pull).max())
 
 
-def test_a_redundant_crank_takes_its_share():
-    """A parallelogram with a third crank: statics alone does not tell the joint forces."""
+def test_a_redundant_crank_carries_a_share():
+    """Parallelogram with a third crank: statics alone does not determine the joint forces."""
     lean, load = 0.05 + 0.09j, PointLoad("coupler", "B", 70 - 90j)
     crank = abs(lean)
     cranks = (("first", "O", "A"), ("second", "D", "B"), ("third", "G", "C"))
@@ -291,7 +291,7 @@ def test_a_redundant_crank_takes_its_share():
     assert comparison.relative.max() < 1e-10
 
 
-def test_a_position_out_of_reach_is_lost_alone():
+def test_only_positions_out_of_reach_are_unknown():
     case = four_bar(crank=0.3, coupler=0.2, rocker=0.3, base=0.4, count=12)
     turning = motion_of(case)
     lost = ~np.isfinite(turning.condition)
@@ -303,8 +303,8 @@ def test_a_position_out_of_reach_is_lost_alone():
     assert comparison.compared == 12 - lost.sum()
 
 
-def test_a_position_next_to_singular_has_no_answer():
-    """A parallelogram but 1e-8 rad from flat: the forces there would be round-off."""
+def test_a_nearly_singular_position_is_unknown():
+    """A parallelogram only 1e-8 rad from flat: its forces would be round-off."""
     case = four_bar(0.1, 0.3, 0.1, 0.3)
     turning = motion(case.mechanism, [0.4, 1e-8], 7.0)
     assert turning.sine[1] > 0
@@ -313,8 +313,8 @@ def test_a_position_next_to_singular_has_no_answer():
     assert np.isnan(found.w[:, 1]).all()
 
 
-def test_what_joints_carry_is_what_the_links_feel():
-    """The pin between crank and coupler carries the force at the coupler's first point."""
+def test_pin_forces_equal_section_forces():
+    """The pin between crank and coupler carries the section force at the coupler's first point."""
     case = slider_crank(loads=())
     bare = case.with_(links=tuple(replace(link, lumps=()) for link in case.mechanism.links))
     turning = motion_of(bare)

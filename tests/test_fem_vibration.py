@@ -1,4 +1,4 @@
-"""Claim: natural frequencies by finite elements are those of the standard beams and of `elastic`, to the fourth order.
+"""Natural frequencies by finite elements agree with standard beams and with `elastic`, to fourth order.
 
 Characteristic equations: R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979, chapter 8.
 """
@@ -62,17 +62,17 @@ class TestStandardBeams:
     def test_order_is_four(self):
         exact = bending(roots(lambda x: mpmath.cos(x) * mpmath.cosh(x) + 1, (1.875, 4.694)))
         errors = [lowest(cantilever(ENDS, MASS), count=2, elements=n) / exact - 1 for n in (4, 8, 16)]
-        assert np.min(errors) > 0  # the elements are stiffer than the beam
+        assert np.min(errors) > 0  # finite elements are too stiff
         np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 4.0, atol=0.2)
 
-    def test_along(self):
+    def test_axial_modes(self):
         """A bar clamped at one end: (2 k - 1) pi/2 times the wave speed over the length."""
         EA = 50.0
         found = lowest(cantilever(ENDS, MASS), Section(EA, 1e9))
         np.testing.assert_allclose(found, np.array([1, 3, 5]) * np.pi / 2 / LENGTH * np.sqrt(EA / MASS), rtol=1e-5)
 
     def test_rod_of_simeons_slider_crank(self):
-        """IVP Test Set, "crank": 1276.686 and 5106.746 rad/s: the square roots of its stiffness over its mass."""
+        """IVP Test Set, "crank": 1276.686 and 5106.746 rad/s, from its stiffness and mass matrices."""
         rod = Section(EA=2e11 * 0.008**2, EI=2e11 * 0.008**4 / 12)
         found = lowest(supported({"A": 0, "B": 0.3}, 0.151104 / 0.3), rod, 2, 64)
         assert found == pytest.approx([1276.686, 5106.746], abs=6e-4)
@@ -87,8 +87,8 @@ class TestStandardBeams:
         np.testing.assert_allclose(lowest(held, section), exact, rtol=2e-5)
         assert exact[0] < 0.8 * bending(np.pi)
 
-    def test_cone_that_comes_to_a_point(self):
-        """A cone clamped at its base, 8.719/l^2 sqrt(EI/m) (Blevins, tapered beams); all but to the point."""
+    def test_pointed_cone(self):
+        """A cone clamped at its base, 8.719/l^2 sqrt(EI/m) (Blevins, tapered beams); the tip is not exactly sharp."""
         sharp = 0.99999
         taper = (1.0, -sharp)
         power2, power4 = np.polynomial.polynomial.polypow(taper, 2), np.polynomial.polynomial.polypow(taper, 4)
@@ -110,8 +110,8 @@ class TestLumps:
         held = cantilever(ENDS, MASS, lumps=(Lump("B", ratio * MASS * LENGTH),))
         np.testing.assert_allclose(lowest(held, count=2), bending(roots(equation, (1.3, 4.0))), rtol=2e-5)
 
-    def test_beside_the_end_of_a_massless_beam(self):
-        """K = 2EI/l^3 [6 -3l; -3l 2l^2] against a mass and its arm along the beam."""
+    def test_eccentric_lump_on_a_massless_beam(self):
+        """K = 2EI/l^3 [6 -3l; -3l 2l^2] with a mass and its arm along the beam."""
         mass, inertia, arm = 2.0, 0.3, 0.2
         held = cantilever(ENDS, lumps=(Lump("B", mass, inertia, arm),))
         stiffness = 2 * EI / LENGTH**3 * np.array([[6, -3 * LENGTH], [-3 * LENGTH, 2 * LENGTH**2]])
@@ -120,7 +120,7 @@ class TestLumps:
         np.testing.assert_allclose(lowest(held, Section(RIGID.EA, EI), 3), [*exact, np.inf], rtol=1e-9)
 
     def test_a_rigid_arm_on_a_soft_drive(self):
-        """sqrt(k/I), the arm being a beam that is rigid and a link that has none."""
+        """sqrt(k/I); the arm is a rigid beam, or a link without beams."""
         rotation, inertia = 2e-3, MASS * LENGTH**3 / 3 + 0.5 * LENGTH**2
         beam = cantilever(ENDS, MASS, lumps=(Lump("B", 0.5),))
         rod = Lump("A", MASS * LENGTH, MASS * LENGTH**3 / 12, LENGTH / 2)
@@ -131,7 +131,7 @@ class TestLumps:
 
 
 class TestMechanisms:
-    """Against polynomials along whole beams, which `elastic` takes: no element, no matrix in common."""
+    """The reference is `elastic`, with polynomials along whole beams: no elements, no common matrix."""
 
     @pytest.mark.parametrize("name", in_tiers(sorted(set(ALL) - {"PRP", "arm, motor turned about"}), 4, 4))
     def test_agree_with_closed_polynomials(self, name):
@@ -152,7 +152,7 @@ class TestMechanisms:
             (pressed, {"guide": JointCompliance(1e-5, 1e-3)}),
         ],
     )
-    def test_agree_where_joints_give_way(self, make, joints):
+    def test_agree_with_soft_joints(self, make, joints):
         case = make()
         turning = motion_of(case)
         other = elastic.vibration.natural_frequencies(turning, case.sections, 2, 3, joints=joints, settled=1e-8)
@@ -161,7 +161,7 @@ class TestMechanisms:
         held = natural_frequencies(turning, case.sections, 12, 2, other.position)
         assert (found[0] < 0.999 * held[0]).any()
 
-    def test_agree_where_beams_shear_and_taper(self):
+    def test_agree_with_shear_and_taper(self):
         case = ring()
         shaped = [
             replace(
@@ -174,15 +174,15 @@ class TestMechanisms:
         found = natural_frequencies(turning, shaped, 12, 2, other.position)
         np.testing.assert_allclose(found, other.omega, rtol=5e-6)
 
-    def test_agree_where_wheels_mesh(self):
+    def test_agree_with_gears(self):
         turning = motion(geared_four_bar(), -3 * np.linspace(0.0, 6.0, 5), -300.0)
         sections = [Section(EA=12.6e6, EI=37.8)] * 3
         other = elastic.vibration.natural_frequencies(turning, sections, 2, 3, settled=1e-8)
         found = natural_frequencies(turning, sections, 12, 2, other.position)
         np.testing.assert_allclose(found, other.omega, rtol=1e-5)
 
-    def test_a_block_is_a_node_wherever_it_is(self):
-        """Else the kink under it would spoil the order: 1e-2 instead of 1e-4 at 8 elements."""
+    def test_a_block_is_a_node_of_the_mesh(self):
+        """Otherwise the kink at the block would spoil the order: 1e-2 instead of 1e-4 at 8 elements."""
         case = elastic_guide()
         turning = motion_of(case)
         other = elastic.vibration.natural_frequencies(turning, case.sections, 2, 24, settled=1e-9).omega
@@ -190,12 +190,12 @@ class TestMechanisms:
         assert errors[1] < 1e-4
         assert errors[2] < errors[0] / 100
 
-    def test_singular_positions_have_none(self):
+    def test_singular_positions_are_nan(self):
         case = four_bar(0.1, 0.3, 0.1, 0.3)
         found = natural_frequencies(motion(case.mechanism, [0.4, 1e-8], 7.0), case.sections, 2, 1)
         np.testing.assert_array_equal(np.isnan(found), [[False, True]])
 
-    def test_positions_with_a_block_beyond_its_beam_have_none(self):
+    def test_positions_with_a_block_beyond_its_beam_are_nan(self):
         links = (
             Link("ground", {"O": 0.0}),
             Link("arm", {"O": 0.0, "A": LENGTH}, (Beam("O", "A", MASS),)),
@@ -215,14 +215,14 @@ class TestMechanisms:
         np.testing.assert_allclose(found[[0, 2]], [bare, tipped], rtol=1e-3)
         assert bare > found[1] > tipped
 
-    def test_many_designs_go_together(self):
+    def test_several_designs(self):
         case, factors = four_bar(), np.array([[1.0], [2.0], [5.0]])
         sections = [replace(s, EA=s.EA * factors, EI=s.EI * factors) for s in case.sections]
         found = natural_frequencies(motion_of(case), sections, 2, 2, [0, 7])
         assert found.shape == (2, 3, 2)
         np.testing.assert_allclose(found, found[:, :1] * np.sqrt(factors), rtol=1e-9)
 
-    def test_misuse_is_refused(self):
+    def test_misuse_is_an_error(self):
         case = four_bar()
         with pytest.raises(ValueError, match="1 sections for 3 beams"):
             natural_frequencies(motion_of(case), [STIFF])

@@ -1,4 +1,4 @@
-"""Claim: friction in the joints acts against the motion, as the joint forces press, and costs the drives its heat."""
+"""Friction in joints acts against the motion, in proportion to joint forces, and drives supply the heat."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ L, R = 0.2, 0.05
 
 
 def rubbed(mechanism, size=1.0):
-    """The mechanism with friction in every joint that has a name of its own."""
+    """Return the mechanism with friction in each joint with a unique name."""
     names = [joint.name for joint in structure(mechanism).joints]
     slides = {slider.name for slider in mechanism.sliders}
     friction = {
@@ -68,7 +68,7 @@ def slider_crank(friction, loads=(), mass=0.0, end="B"):
 
 @cache
 def rubbing(name):
-    """A case of the tests with friction everywhere, and its joint forces."""
+    """Return a case with friction everywhere, and its joint forces."""
     case = ALL[name]()
     course = motion_of(replace(case, mechanism=rubbed(case.mechanism)))
     return course, reactions(course)
@@ -76,7 +76,7 @@ def rubbing(name):
 
 class TestClosedForms:
     def test_of_a_block_on_an_incline(self):
-        """Up m g (sin a + mu cos a), down m g (sin a - mu cos a), at rest m g sin a: each + m times acceleration."""
+        """Up m g (sin a + mu cos a), down m g (sin a - mu cos a), at rest m g sin a, each plus m times acceleration."""
         mass, slope, mu = 3.0, 0.3, 0.2
         line = np.exp(1j * slope)
         links = (Link("ground", {"O": 0, "P": 1}), Link("block", {"C": 0}, lumps=(Lump("C", mass),)))
@@ -90,13 +90,18 @@ class TestClosedForms:
         np.testing.assert_allclose(drive_efforts(course, reactions(course))[0], expected, rtol=1e-14)
 
     def test_of_a_slider_crank(self):
-        """The rod's force P with P cos b = F -+ mu |P sin b|; the crank's moment is P r sin(a + b)."""
+        """The rod force P satisfies P cos b = F -+ mu
+
+        P sin b
+
+        ; the crank's moment is P r sin(a + b).
+        """
         mu, force = 0.3, 700.0
         made = slider_crank({"guide": Friction(mu)}, (PointLoad("piston", "B", -force),))
-        angle = np.linspace(0.05, 3.0, 40)  # the piston draws in
+        angle = np.linspace(0.05, 3.0, 40)  # the piston moves inwards
         course = motion(made, angle, 2.0)
         lean = np.arcsin(R * np.sin(angle) / L)
-        pushed = force / (np.cos(lean) + mu * np.sin(lean))  # the load helps: friction carries a part of it
+        pushed = force / (np.cos(lean) + mu * np.sin(lean))  # the load drives, and friction carries part of it
         found = reactions(course)
         expected = -pushed * R * np.sin(angle + lean)
         np.testing.assert_allclose(drive_efforts(course, found)[0], expected, rtol=1e-12, atol=1e-12)
@@ -107,7 +112,7 @@ class TestClosedForms:
         np.testing.assert_allclose(found.feedback, mu * np.tan(lean), rtol=1e-12)
 
     def test_of_friction_circles(self):
-        """The force in a rod without mass touches a circle of radius mu r about either pin."""
+        """The force in a massless rod is tangent to the friction circle mu r of each pin."""
         mu, radius = 0.25, 0.008
         own = Friction(mu, radius)
         made = slider_crank({"A": own, "B": own}, (PointLoad("piston", "B", -500.0),))
@@ -125,20 +130,20 @@ class TestClosedForms:
         np.testing.assert_allclose(np.abs(found.moment[number]), mu * radius * np.abs(force), rtol=1e-13)
 
     @pytest.mark.parametrize("mu", [0.05, 0.6])
-    def test_of_a_guide_that_is_pushed_beside_its_middle(self, mu):
-        """Pushed by P at e beside its line it rubs with 2 mu P e / l: P (1 - 2 mu e/l) = F; it jams at l = 2 mu e."""
+    def test_of_an_eccentrically_loaded_guide(self, mu):
+        """A force P at distance e causes the friction 2 mu P e / l: P (1 - 2 mu e/l) = F; it jams at l = 2 mu e."""
         e, force = 0.03, 300.0
         length = 2 * mu * e / np.array([[0.5], [0.9999], [1.0001], [2.0]])
         own = Friction(mu, length=length)
         made = slider_crank({"guide": own}, (PointLoad("piston", "B", -force),), end="C")
-        level = np.arcsin(e / R)  # the rod lies along the line
-        course = motion(made, [level], -2.0)  # and the piston goes out, against the force
+        level = np.arcsin(e / R)  # the rod is along the line
+        course = motion(made, [level], -2.0)  # and the piston moves outwards, against the force
         found = reactions(course)
         np.testing.assert_array_equal(found.locked[:, 0], [False, False, True, True])
         expected = force / (1 - 2 * mu * e / length[:2, 0])
         np.testing.assert_allclose(drive_efforts(course, found)[0][:2, 0], -expected * e, rtol=1e-9)
 
-    def test_where_friction_locks_a_crank_no_position_has_a_figure(self):
+    def test_locked_positions_of_a_crank_are_unknown(self):
         mu = 6.0
         made = slider_crank({"guide": Friction(mu)}, (PointLoad("piston", "B", -700.0),))
         angle = np.linspace(0.02, np.pi - 0.02, 60)
@@ -153,7 +158,7 @@ class TestClosedForms:
 
 class TestLaws:
     @pytest.mark.parametrize("name", ALL)
-    def test_what_drives_and_loads_do_becomes_energy_and_heat(self, name):
+    def test_power_becomes_energy_and_heat(self, name):
         course, found = rubbing(name)
         heat = friction_power(course, found)
         power = (drive_efforts(course, found) * course.drive_rate).sum(axis=0) + balance.applied_power(course)
@@ -162,7 +167,7 @@ class TestLaws:
         assert heat.min() >= 0 < heat.max()
 
     @pytest.mark.parametrize("name", ALL)
-    def test_the_ground_takes_what_the_momentum_lacks(self, name):
+    def test_ground_forces_agree_with_momentum(self, name):
         course, found = rubbing(name)
         force, moment = balance.missing_force(course)
         scale = max(np.abs(part).max() for part in found.force)
@@ -170,7 +175,7 @@ class TestLaws:
         np.testing.assert_allclose(found.ground_moment, moment, atol=1e-12 * scale)
 
     @pytest.mark.parametrize("name", ALL)
-    def test_two_further_routes_agree(self, name):
+    def test_virtual_work_and_multipliers_agree(self, name):
         course, found = rubbing(name)
         other = multiplier_forces(course)
         scale = max(np.abs(part).max() for part in found.force)
@@ -184,7 +189,7 @@ class TestLaws:
         assert np.abs(drive_efforts(plain, reactions(plain)) - efforts).max() > 1e-4 * np.abs(efforts).max()
 
     @pytest.mark.parametrize("name", ALL)
-    def test_finite_elements_find_their_own(self, name):
+    def test_finite_elements_agree(self, name):
         course, _ = rubbing(name)
         sections = ALL[name]().sections
         compared = compare(deflection(course, sections), solve(course, sections, 4))
@@ -202,7 +207,7 @@ class TestLaws:
         np.testing.assert_allclose(found.ground_force, other.ground_force, atol=1e-10 * scale)
         np.testing.assert_allclose(found.ground_moment, other.ground_moment, atol=1e-10 * scale)
 
-    def test_mirrored_the_forces_are_mirrored(self):
+    def test_reflection_reflects_the_forces(self):
         one, other = (rubbed(four_bar(side=side, count=9).mechanism) for side in (1.0, 1.0))
         mirrored = Mechanism(
             tuple(
@@ -227,7 +232,7 @@ class TestLaws:
         for moment, image in zip(found.moment, back.moment, strict=True):
             np.testing.assert_allclose(moment, -np.asarray(image), atol=1e-10)
 
-    def test_designs_are_as_each_alone(self):
+    def test_designs_equal_single_ones(self):
         mu = np.array([[0.0], [0.1], [0.4]])
         made = rubbed(four_bar(count=9).mechanism)
         wide = replace(made, friction={**made.friction, "A": Friction(mu, 0.02)})
@@ -237,8 +242,8 @@ class TestLaws:
             alone = replace(made, friction={**made.friction, "A": Friction(own, 0.02)})
             np.testing.assert_allclose(row, drive_efforts(*_reacted(motion(alone, drive, 9.0, 4.0)))[0], rtol=1e-13)
 
-    def test_where_statics_alone_does_not_tell_the_elastic_links_do(self):
-        """A bar on two sliders in one line, pushed: how they share its load tells their friction."""
+    def test_elastic_links_decide_on_redundant_friction(self):
+        """A bar on two collinear sliders: the sharing of its load determines their friction."""
         course, sections = _crosshead()
         assert np.isnan(drive_efforts(course, reactions(course))).all()
         bent = deflection(course, sections)
@@ -252,7 +257,7 @@ def _reacted(course):
 
 
 def _crosshead():
-    """A triangle of beams that three sliders hold in parallel guides."""
+    """Return a triangle of beams on three sliders in parallel guides."""
     links = (
         Link("ground", {"O": 0, "P": 1}),
         Link("head", {"A": 0, "B": 0.2, "C": 0.1 + 0.1j}, (Beam("A", "C", 1.0), Beam("C", "B", 1.0))),
@@ -272,15 +277,15 @@ def _crosshead():
 
 
 class TestAtRest:
-    def test_there_is_no_friction(self):
+    def test_a_joint_at_rest_has_no_friction(self):
         made = rubbed(inverted_slider_crank(count=3).mechanism)
         course = motion(made, np.linspace(0.3, 1.0, 3), [[0.0, 1e-3, 0.0]])
         found = reactions(course)
         for effort in found.friction.values():
             assert effort[0] == effort[2] == 0.0 != effort[1]
 
-    def test_round_off_is_no_motion(self):
-        """The coupler of a parallelogram does not turn: neither does a link that is pinned to it and guided."""
+    def test_round_off_is_not_motion(self):
+        """The coupler of a parallelogram does not rotate, and neither does a guided link pinned to it."""
         links = (
             Link("ground", {"O": 0, "D": 0.3, "E": 0.5}),
             Link("crank", {"O": 0, "A": 0.1}),
@@ -303,13 +308,13 @@ class TestAtRest:
         assert np.all(found[numbers["A"]] != 0.0)
 
 
-class TestLoadsAgainstTheMotion:
+class TestResistingLoads:
     def pump(self, one_way):
         load = Resistance(PointLoad("piston", "B", 400.0), one_way)
         return motion(slider_crank({}, (load,)), np.linspace(0, 2 * np.pi, 8, endpoint=False) + 0.1, 3.0)
 
     @pytest.mark.parametrize("one_way", [True, False])
-    def test_take_power_in_their_direction_alone_or_in_both(self, one_way):
+    def test_resist_in_one_or_both_directions(self, one_way):
         course = self.pump(one_way)
         speed = course.velocity[course.mechanism.index["piston"]].real
         against = speed < 0
@@ -319,7 +324,7 @@ class TestLoadsAgainstTheMotion:
         np.testing.assert_allclose(efforts * 3.0, -force * speed, atol=1e-12)
         assert (efforts >= -1e-12).all()
 
-    def test_across_the_way_they_do_nothing(self):
+    def test_vanish_across_the_motion(self):
         load = Resistance(PointLoad("piston", "B", 400j))
         course = motion(slider_crank({}, (load,)), np.linspace(0.1, 6, 20), 3.0)
         ((*_, force, _),) = load.forces(course)
@@ -360,7 +365,7 @@ class TestScenes:
             scene_from_text(in_scene(FOUR_BAR, table))
         assert caught.value.key == key
 
-    def test_efforts_and_friction_are_refused(self):
+    def test_efforts_with_friction_are_an_error(self):
         text = edited(in_scene(FOUR_BAR, '[joints.A]\nfriction = 0.1\nradius = "5 mm"'),
                       ('speed = "100 rad/s"', 'effort = "1 N m"'), ("[run]", '[run]\nduration = "1 s"'))  # fmt: skip
         with pytest.raises(SceneError, match="an integrated motion does not know"):
@@ -374,13 +379,13 @@ class TestScenes:
         speed = (course.direction[3] * 1j * course.angular_velocity[3]).real
         np.testing.assert_array_equal(force.real, np.where(speed < 0, 30.0, 0.0))
 
-    def test_a_line_load_that_resists_is_refused(self):
+    def test_a_resisting_line_load_is_an_error(self):
         load = '[[loads]]\nlink = "rocker"\nbeam = ["D", "B"]\nstart = [30, 0]\nresists = "one way"'
         with pytest.raises(SceneError, match="belongs to a load at a point"):
             scene_from_text(in_scene(FOUR_BAR, load))
 
 
-class TestWhatIsRefused:
+class TestErrors:
     def test_an_integrated_motion(self):
         with pytest.raises(MechanismError, match="friction of joints under efforts"):
             forward(rubbed(four_bar().mechanism), [Effort(1.0)], 0.0, 0.0, 1.0)
@@ -391,6 +396,6 @@ class TestWhatIsRefused:
         ({"A": Friction(-0.1, 0.1)}, "expected none below 0"),
         ({"A": Friction(0.1, 0.1, length=0.1)}, "a length belongs to a slider"),
     ])  # fmt: skip
-    def test_friction_that_cannot_be(self, wrong):
+    def test_invalid_friction(self, wrong):
         with pytest.raises(MechanismError, match=wrong[1]):
             replace(four_bar().mechanism, friction=wrong[0])

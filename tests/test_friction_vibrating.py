@@ -1,4 +1,4 @@
-"""Claim: friction acts on vibrating links by their own joint forces and rates, whether joints slip or stick."""
+"""Friction acts on vibrating links by their own joint forces and rates, in slip and stick."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ FOUR_BAR = steel_four_bar()
 
 
 def block_on_a_rod(share):
-    """A block that slides on the ground, drawn by a carriage through an elastic rod.
+    """Return a block on the ground that a carriage moves by an elastic rod.
 
-    Its friction is a share of the force that the carriage's stroke makes in the rod.
+    `share` is the friction relative to the rod force of the carriage's stroke.
     """
     links = (
         Link("ground", {"O": 0}),
@@ -49,7 +49,7 @@ def block_on_a_rod(share):
 
 
 def shaken(share, beta, ratio=1e-4, count=720):
-    """Steady state under a stroke of the carriage at `beta` times the natural frequency, and the block's place."""
+    """Return the steady state for a carriage at `beta` times the natural frequency, and the block's displacement."""
     mechanism, speed = block_on_a_rod(share), beta * NATURAL
 
     def at(t):
@@ -72,7 +72,7 @@ def test_den_hartogs_amplitude(beta, share):
 
 @pytest.mark.slow
 def test_a_block_that_stops_in_every_stroke():
-    """Against an integration from rest until it repeats: steps hardly settle, and how far they are off is told."""
+    """The reference is integrated from rest until periodic; the stated error covers the incomplete convergence."""
     beta, share, ratio = 0.35, 0.3, 0.02
     found, place = shaken(share, beta, ratio)
     speed, creep = beta * NATURAL, 1e-4 * STROKE * NATURAL
@@ -92,8 +92,8 @@ def test_a_block_that_stops_in_every_stroke():
 
 
 @pytest.mark.slow
-def test_free_vibrations_lose_the_same_of_every_swing():
-    """Four times friction over stiffness in every cycle, until the block sticks."""
+def test_free_vibrations_lose_the_same_amplitude_per_cycle():
+    """The amplitude drops by four times friction over stiffness per cycle, until the block sticks."""
     share, stop = 0.04, 0.7 * 2 * np.pi / NATURAL
     mechanism = block_on_a_rod(share)
 
@@ -125,13 +125,13 @@ def rubbing(**friction):
     return replace(FOUR_BAR.mechanism, friction=friction)
 
 
-def greatest(found):
+def largest(found):
     return np.abs(sample(found.deflection, "w", np.linspace(0, 1, 11))).max()
 
 
-def test_little_friction_changes_little():
+def test_small_friction_has_a_small_effect():
     plain, rubbed = (four_bar(each) for each in (FOUR_BAR.mechanism, rubbing(B=Friction(1e-4, 0.005))))
-    assert 0 < abs(greatest(rubbed) / greatest(plain) - 1) < 1e-4
+    assert 0 < abs(largest(rubbed) / largest(plain) - 1) < 1e-4
 
 
 def test_viscous_friction_is_a_dashpot():
@@ -145,7 +145,7 @@ def test_viscous_friction_is_a_dashpot():
 
 
 @pytest.mark.slow
-def test_a_map_of_speeds_has_friction():
+def test_a_map_of_speeds_includes_friction():
     def at(t):
         return motion(mechanism, 100 * np.asarray(t), 100.0, 0.0, t)
 
@@ -161,8 +161,8 @@ def test_a_map_of_speeds_has_friction():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("exact", [False, True])
-def test_the_drive_pays_for_the_heat(exact):
-    """The more by just what friction takes; damping of the beams takes nearly the same with it and without."""
+def test_the_drive_supplies_the_heat(exact):
+    """The additional mean power is the friction loss; the damping of beams is nearly unchanged."""
     means, heat, greatest_power = [], 0.0, 0.0
     for mechanism in (FOUR_BAR.mechanism, rubbing(B=Friction(0.1, 0.005), D=Friction(0.1, 0.005))):
         found = four_bar(mechanism, exact=exact, count=720).deflection
@@ -173,6 +173,6 @@ def test_the_drive_pays_for_the_heat(exact):
     assert heat > 5e-4 * greatest_power
 
 
-def test_friction_that_may_lock_is_told():
+def test_friction_that_can_lock_is_an_error():
     with pytest.raises(MechanismError, match="friction may lock the mechanism at"):
         four_bar(rubbing(B=Friction(0.5, 1.0)))

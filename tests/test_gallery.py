@@ -1,4 +1,4 @@
-"""Claim: every scene of the gallery runs, is acceptable by its limits, and has the figures of docs/gallery.md."""
+"""Every scene of the gallery runs, keeps its limits, and has the figures of docs/gallery.md."""
 
 import json
 import re
@@ -12,7 +12,7 @@ from kinelast.cli.command import main
 DOCS = Path(__file__).parents[1] / "docs"
 SCENES = sorted((DOCS / "gallery").glob("*.toml"))
 SECTION = re.compile(r"^### .*?\n(.*?)(?=^### |\Z)", re.DOTALL | re.MULTILINE)
-TOLD = {
+DOCUMENTED = {
     "wiper": (("1.33 mm", 1e-3, "output.value"), ("94 %", 0.01, "shares.left_arm")),
     "jansen_leg": (("69 N", 1, "joints.B.upper"), ("0.50 mm", 1e-3, "output.value")),
     "klann_leg": (
@@ -43,7 +43,7 @@ TOLD = {
 
 
 def figure(summary, path):
-    """A figure of a summary by a short path, its size alone."""
+    """Return a figure of a summary by a short path, without sign."""
     kind, *rest = path.split(".")
     if kind == "shares":
         shares = {share["link"]: share["value"] for share in summary["output"]["shares"]}
@@ -66,21 +66,21 @@ def figure(summary, path):
 
 
 def section(name):
-    """The paragraphs of docs/gallery.md on a scene."""
+    """Return the paragraphs of docs/gallery.md about a scene."""
     (text,) = (
         part[1] for part in SECTION.finditer((DOCS / "gallery.md").read_text(encoding="utf-8")) if name in part[1]
     )
     return text
 
 
-@pytest.mark.parametrize("name", in_tiers(TOLD, 0, 6))
-def test_a_scene_is_acceptable_and_has_the_figures_that_the_page_tells(name, tmp_path):
+@pytest.mark.parametrize("name", in_tiers(DOCUMENTED, 0, 6))
+def test_a_scene_is_acceptable_and_has_the_documented_figures(name, tmp_path):
     scene = DOCS / "gallery" / f"{name}.toml"
     assert main([str(scene) if scene.is_file() else name, "--quiet", "-o", str(tmp_path)]) == 0
     summary = json.loads((tmp_path / name / "summary.json").read_text(encoding="utf-8"))
     assert scene not in SCENES or summary["acceptance"]["verdict"] == "acceptable"
     assert summary["reliability"]["level"] != "poor"
-    for told, unit, path, *below in TOLD[name]:
+    for told, unit, path, *below in DOCUMENTED[name]:
         assert told in section(name)
         digits = told.split()[0]
         half = 0.5 * 10.0 ** -len(digits.partition(".")[2])
@@ -88,6 +88,6 @@ def test_a_scene_is_acceptable_and_has_the_figures_that_the_page_tells(name, tmp
         assert value < said if below else abs(value - said) <= 1.001 * half, (told, value)
 
 
-def test_every_scene_of_the_gallery_has_its_figures_told():
-    assert {scene.stem for scene in SCENES} | {"quick_return"} == set(TOLD)
-    assert all(section(name) for name in TOLD)
+def test_every_scene_of_the_gallery_is_documented():
+    assert {scene.stem for scene in SCENES} | {"quick_return"} == set(DOCUMENTED)
+    assert all(section(name) for name in DOCUMENTED)

@@ -1,4 +1,4 @@
-"""Graphs of mechanisms: the source's examples, any graph, both graphs of a mechanism, counts."""
+"""Graphs: examples of the source, random graphs, graphs of mechanisms, counts."""
 
 import math
 
@@ -57,7 +57,7 @@ def signed(loops, branches):
 
 
 def flap_columns():
-    """Equation (3) as printed: the entries of every column, (node, sign)."""
+    """Return equation (3) as printed: entries (node, sign) of each column."""
     columns = [[(start, 1), (end, -1)] for start, end in BARS]
     columns[8] = [(4, 1), (10, 1)]
     return columns
@@ -78,7 +78,7 @@ class TestFlapMechanismOfSource:
         np.testing.assert_array_equal(incidence(numbered(BARS, 10)), as_matrix(columns, 10))
         assert np.linalg.matrix_rank(incidence(numbered(BARS, 10))) == 9
 
-    def test_incidence_matrix_as_printed_is_no_graph(self):
+    def test_the_printed_incidence_matrix_is_not_a_graph(self):
         printed = as_matrix(flap_columns(), 10)
         assert np.linalg.matrix_rank(printed) == 10
         with pytest.raises(MechanismError, match='branch "9" leaves 2'):
@@ -187,14 +187,14 @@ class TestAnyGraph:
         assert len(loops) == cyclomatic_number(graph) == len(graph.branches) - rank
 
     @given(graphs())
-    def test_walk_round_a_loop_meets_every_branch_end_to_end(self, graph):
+    def test_a_walk_around_a_loop_is_connected(self, graph):
         for loop in fundamental_loops(graph):
             walk = loop_walk(graph, loop)
             assert sorted(number for number, _ in walk) == list(np.flatnonzero(loop))
             ways = [(branch.start, branch.end)[::sign] for branch, sign in ((graph.branches[n], s) for n, s in walk)]
             assert all(one[1] == other[0] for one, other in zip(ways, ways[1:] + ways[:1], strict=True))
 
-    def test_what_is_no_graph_is_refused(self):
+    def test_invalid_graphs_are_errors(self):
         with pytest.raises(MechanismError, match='branch "1": there is no node "B"'):
             Graph((Branch("1", "A", "B"),), ("A",))
         with pytest.raises(MechanismError, match='branch "1" begins and ends at "A"'):
@@ -222,7 +222,7 @@ class TestGraphsOfMechanism:
         ]
         assert cyclomatic_number(links) == cyclomatic_number(bars) == 1
 
-    def test_a_line_through_a_joint_begins_there(self):
+    def test_a_line_through_a_joint_starts_there(self):
         links = (*slider_crank_linkage().links[:3], Link("piston", {"B": 0.0}))
         centred = Mechanism(links, (), {}, (Slider("guide", "piston", "ground", "B", 0.0, 1.0),))
         assert [(b.name, b.start, b.end) for b in bar_graph(centred).branches][-1] == ("guide", "O", "B")
@@ -238,7 +238,7 @@ class TestGraphsOfMechanism:
         assert len(graph.nodes) == len(graph.branches) == 4
         assert cyclomatic_number(graph) == 1
 
-    def test_three_links_on_a_pin_are_two_pairs_and_keep_a_driven_one(self):
+    def test_three_links_on_a_pin_are_two_pairs_including_the_driven_one(self):
         places = {"O": 0, "A": 1, "B": 1 + 1j, "C": 2}
         bars = (("one", "O", "A"), ("two", "A", "B"), ("three", "A", "C"))
         mechanism = linkage(places, "O", bars, drives=[PinDrive("three", "A", "two")])

@@ -1,4 +1,4 @@
-"""Claim: loads, lives and stresses of a joint are those worked by hand, clearance displaces as another length does."""
+"""Loads, lives and stresses of joints agree with calculations by hand; clearance acts like a change of length."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ N = 720
 
 
 def course(force, rate, angle=0.0, period=0.04):
-    """A joint of a cycle, the parent standing."""
+    """Return a joint over a cycle, with the parent at rest."""
     shape = np.broadcast_shapes(np.shape(force), np.shape(rate), np.shape(angle), (N,))
     wide = [np.broadcast_to(np.asarray(each), shape) for each in (force + 0j, np.exp(1j * np.asarray(angle)))]
     return JointCourse(*wide, np.ones(shape) + 0j, np.broadcast_to(rate, shape), np.full(shape, period / N), True)
@@ -32,7 +32,7 @@ def course(force, rate, angle=0.0, period=0.04):
 TURN = 2 * np.pi * np.arange(N) / N
 
 
-def test_life_of_a_bearing_that_turns_by_iso_281():
+def test_life_of_a_rotating_bearing_by_iso_281():
     """6206 (C 19.5 kN, C0 11.2 kN) under 2 kN at 1500 rpm: (19.5/2)^3 million revolutions, 10,298 h."""
     turning = course(2000.0, 50 * np.pi, TURN)
     ball = Rolling(19.5e3, 11.2e3)
@@ -46,10 +46,10 @@ def test_life_of_a_bearing_that_turns_by_iso_281():
     assert turning.net_turns == pytest.approx(1.0)
 
 
-def test_the_mean_force_is_weighed_by_the_angle_that_is_passed():
-    """1 kN over a third of the way, 3 kN over the rest; in time it is the other way round."""
+def test_the_mean_force_is_weighted_by_angle():
+    """1 kN over a third of the angle, 3 kN over the rest; in time the shares are exchanged."""
     fast = np.arange(N) < N // 3
-    rate = np.where(fast, 40.0, 10.0)  # a third of the time passes two thirds of the way
+    rate = np.where(fast, 40.0, 10.0)  # a third of the time covers two thirds of the angle
     force = np.where(fast, 3000.0, 1000.0)
     assert course(force, rate).mean_force() == pytest.approx(1000 * ((2 * 27 + 1) / 3) ** (1 / 3), rel=1e-12)
     assert course(force, 0.0).mean_force() == pytest.approx(1000 * ((27 + 2) / 3) ** (1 / 3), rel=1e-12)
@@ -57,7 +57,7 @@ def test_the_mean_force_is_weighed_by_the_angle_that_is_passed():
 
 @pytest.mark.parametrize("part", [0.15, 0.3, 0.5, 0.7])
 def test_the_notch_of_an_eye_is_that_of_the_other_polynomial_on_its_bearing_stress(part):
-    """The table gives the same largest stress over net section and over bearing area, two fits of one chart."""
+    """The stress is the same by net section or bearing area, from two fits of one chart."""
     other = 0.2880 + 8.820 * part - 23.196 * part**2 + 29.167 * part**3
     eye = Eye(part, 1.0, 0.2, 1.0)
     assert eye.stress_concentration == pytest.approx(other * (1 - part) / part, rel=0.03)
@@ -66,8 +66,8 @@ def test_the_notch_of_an_eye_is_that_of_the_other_polynomial_on_its_bearing_stre
 
 
 @pytest.mark.parametrize("eccentricity", [0.0, 0.05, 0.1, 0.4, 2.0])
-def test_a_block_is_pressed_at_its_end_by_an_eccentric_load(eccentricity):
-    """By hand, and the mean of the pressure's magnitude by quadrature: 600 N at shares of a block of 60 x 20 mm."""
+def test_an_eccentric_load_presses_a_block_at_its_end(eccentricity):
+    """By hand and quadrature: 600 N at several eccentricities on a block of 60 x 20 mm."""
     length, width, force = 0.06, 0.02, 600.0
     lever = eccentricity * length
     guide = Guide(length, width)
@@ -82,7 +82,7 @@ def test_a_block_is_pressed_at_its_end_by_an_eccentric_load(eccentricity):
 
 
 def test_life_of_a_bearing_that_swings():
-    """Harris: the load of a turning bearing is P (beta / 90 deg)^(1/p), beta the amplitude; one cycle per period."""
+    """Harris: the equivalent load is P (beta / 90 deg)^(1/p) with the amplitude beta; one cycle per period."""
     beta, period = np.radians(30), 0.04
     rate = beta * np.cos(TURN) * 2 * np.pi / period
     swinging = course(2000.0, rate, beta * np.sin(TURN), period)
@@ -121,11 +121,11 @@ def test_pin_and_eye_by_hand():
     assert eye.safety(load)[0] == pytest.approx(4.7)
 
 
-def test_contact_is_lost_where_the_force_passes_zero():
+def test_contact_is_lost_if_the_force_passes_zero():
     def lost(force, closed=True):
         return np.flatnonzero(contact_losses(course(force, 1.0), closed)).tolist()
 
-    assert lost(100 * np.exp(1j * TURN)) == []  # it only turns
+    assert lost(100 * np.exp(1j * TURN)) == []  # it only rotates
     passing = contact_losses(course(np.cos(TURN + 0.001), 1.0), True)
     assert passing[[N // 4 - 1, 3 * N // 4 - 1]].all()
     assert knocks(passing, True) == 2
@@ -137,7 +137,7 @@ def test_contact_is_lost_where_the_force_passes_zero():
 
 
 def slider_crank(rod=0.2):
-    """Crank 50 mm, rod, and a block on the x axis."""
+    """Return a crank of 50 mm, a rod, and a block on the x axis."""
     links = (
         Link("ground", {"O": 0}),
         Link("crank", {"O": 0, "A": 0.05}),
@@ -149,12 +149,12 @@ def slider_crank(rod=0.2):
 
 
 def test_clearance_of_a_rod_displaces_as_a_rod_of_another_length():
-    """Pins pressed along the rod: it is longer by half of both clearances."""
+    """Pins pressed along the rod lengthen it by half of both clearances."""
     angle = np.linspace(0.1, 6.1, 13)
     moved = motion(slider_crank(), angle, 1.0)
     joints = {joint.name: number for number, joint in enumerate(moved.structure.joints)}
     way = moved.direction[moved.mechanism.index["rod"]]
-    toward = {  # each pin as far towards the block as it goes: the child gives way against its force
+    toward = {  # each pin moves towards the block as far as possible: the child yields against its force
         number: -way if moved.mechanism.links[moved.structure.joints[number].child].name != "crank" else way
         for number in (joints["A"], joints["B"])
     }
@@ -166,7 +166,7 @@ def test_clearance_of_a_rod_displaces_as_a_rod_of_another_length():
 
 
 @pytest.mark.slow
-def test_no_directions_of_the_pins_displace_more_than_the_sum_of_influences():
+def test_no_pin_directions_exceed_the_sum_of_influences():
     moved = motion(slider_crank(), np.linspace(0.1, 6.1, 13), 1.0)
     joints = [number for number, joint in enumerate(moved.structure.joints) if joint.name != "guide"]
     clearances = dict.fromkeys(joints, 1e-05)
@@ -182,7 +182,7 @@ def test_no_directions_of_the_pins_displace_more_than_the_sum_of_influences():
         assert greatest > 0.9
 
 
-def test_the_course_of_a_joint_is_that_of_motion_and_statics():
+def test_the_force_history_of_a_joint_agrees_with_statics():
     links = (Link("ground", {"O": 0}), Link("arm", {"O": 0, "A": 1.0}))
     from dataclasses import replace
 

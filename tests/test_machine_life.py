@@ -1,4 +1,4 @@
-"""Claim: endurance, S-N line and counted cycles are those of the textbooks and of the standard."""
+"""Endurance, S-N line and counted cycles agree with textbooks and the standard."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ STEEL = FatigueStrength(400e6, 250e6, 160e6, 5.0, 1e6)
     [
         ("goodman", 1 / (80 / 160 + 100 / 400)),
         ("soderberg", 1 / (80 / 160 + 100 / 250)),
-        # the parabola a n / S_e + (m n / S_ut)^2 = 1
+        # parabola a n / S_e + (m n / S_ut)^2 = 1
         ("gerber", (-0.5 + np.sqrt(0.25 + 4 * 0.0625)) / (2 * 0.0625)),
     ],
 )
@@ -41,7 +41,7 @@ def test_safety_is_where_the_growing_stress_meets_the_line(criterion, safety):
 
 
 def test_factors_are_those_of_the_textbook():
-    """Shigley, 9th ed.: table 6-5; example 6-4, a bar of 32 mm, rotating 0.858 and not rotating 0.954."""
+    """Shigley, 9th ed.: table 6-5; example 6-4, a bar of 32 mm: rotating 0.858, not rotating 0.954."""
     found = [reliability_factor(share) for share in (0.5, 0.9, 0.95, 0.99, 0.999, 0.9999)]
     assert found == pytest.approx([1.0, 0.897, 0.868, 0.814, 0.753, 0.702], abs=6e-4)
     assert size_factor(0.032) == pytest.approx(0.858, abs=6e-4)
@@ -57,7 +57,7 @@ def test_the_line_falls_by_its_slope_down_to_the_knee():
 
 
 def test_counts_are_those_of_the_standard():
-    """ASTM E1049-85, figure 6: ranges 3, 4, 6, 8, 9 of a history that does not repeat; figure 7's repeats."""
+    """ASTM E1049-85, figure 6: ranges 3, 4, 6, 8 and 9 of an open history; figure 7 is periodic."""
     from rainflow import count_cycles
 
     history = [-2, 1, -3, 5, -1, 3, -4, 4, -2]
@@ -69,7 +69,7 @@ def test_counts_are_those_of_the_standard():
     assert mean[size.argmax()] == 0.5
 
 
-def test_the_greatest_range_is_from_peak_to_valley_wherever_the_course_begins():
+def test_the_largest_range_does_not_depend_on_the_start():
     course = np.random.default_rng(5).normal(size=60)
     for start in (0, 7, 31):
         size, _, count = cycles_of(np.roll(course, start))
@@ -82,8 +82,8 @@ def test_reversals_count_level_pieces_once():
     assert reversals(np.ones(5)) == 0
 
 
-def test_a_small_cycle_on_a_large_one_damages_by_the_lower_slope():
-    """A cycle of +-320 MPa with one of 80 MPa range on its rise: Miner's sum by hand."""
+def test_small_cycles_on_a_large_one_count_by_the_lower_slope():
+    """A cycle of +-320 MPa with a range of 80 MPa on its rise: Miner's sum by hand."""
     course = np.array([-320.0, 0.0, 80.0, 0.0, 320.0, 0.0]) * 1e6
     whole = 1 / (1e6 / 2**5)
     small = equivalent_amplitude(40e6, 40e6, STEEL)
@@ -91,15 +91,15 @@ def test_a_small_cycle_on_a_large_one_damages_by_the_lower_slope():
     assert damage(course / 2.1, STEEL) == 0.0
 
 
-def test_many_smaller_cycles_may_be_worse_than_a_greater_one():
+def test_many_small_cycles_can_be_worse_than_a_large_one():
     courses = np.array([[1.0, -1.0, 0, 0], [0.99, -0.99] * 2]) * 320e6
     excess = np.ptp(courses, axis=1) / 2 / STEEL.endurance
     assert worst_of(courses, excess, STEEL, "goodman") == (pytest.approx(damage(courses[1], STEEL)), 1)
     assert damage(courses[1], STEEL) == pytest.approx(2 * (0.99 * 2) ** 5 / 1e6)
 
 
-def test_a_rotating_arm_under_its_weight_and_its_spin():
-    """Goodman in closed form: rho omega^2 L^2 / 2 steady at the root, m g L / 2 / W alternating."""
+def test_a_rotating_arm_with_weight():
+    """Goodman: rho omega^2 L^2 / 2 is constant at the root, m g L / 2 / W alternates."""
     length, diameter, density, omega, g = 0.5, 0.02, 7850.0, 40.0, 9.81
     shape = circle(diameter)
     arm = Link("arm", {"O": 0, "A": length}, (Beam("O", "A", density * shape.area),))
@@ -109,7 +109,7 @@ def test_a_rotating_arm_under_its_weight_and_its_spin():
     moved = motion(turning, np.linspace(0, 2 * np.pi, 360, endpoint=False), omega)
     bent = deflection(moved, [section_of(shape, 210e9)])
     pull = density * omega**2 * length**2 / 2
-    # gravity's pull along the arm is in quarter phase with its bending at the root
+    # the axial part of the weight is a quarter period from its bending at the root
     bending = density * shape.area * g * length**2 / 2 * (diameter / 2) / (np.pi * diameter**4 / 64)
     alternating = np.hypot(bending, density * g * length)
     found = fatigue(bent, FatigueTask((STEEL,)))
@@ -122,8 +122,8 @@ def test_a_rotating_arm_under_its_weight_and_its_spin():
     assert notched.safety.value[0] == pytest.approx(found.safety.value[0] / 2, rel=1e-12)
 
 
-def test_life_is_that_of_the_worst_place_even_where_another_has_more_cycles():
-    """Both notch factors bring stations above the limit; the sum is the greatest of those counted one by one."""
+def test_the_worst_place_decides_on_the_life():
+    """Both notch factors put stations above the limit; the result is the largest sum of single counts."""
     length = 0.5
     arm = Link("arm", {"O": 0, "A": length}, (Beam("O", "A", 2.5),))
     turning = Mechanism((Link("ground", {"O": 0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": length}, gravity=-9.81j)

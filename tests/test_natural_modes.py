@@ -1,4 +1,4 @@
-"""Claim: natural modes have the shapes and the damping of closed forms, and fit together and balance in mechanisms."""
+"""Natural modes have the shapes and damping of closed forms; in mechanisms they are compatible and orthogonal."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_cantilever():
 
 
 def test_the_damping_of_a_beam_and_a_joint_counts_by_their_energy():
-    """A mass on a massless cantilever on a torsional spring: energies in proportion to the two flexibilities."""
+    """A mass on a massless cantilever on a torsion spring: energies are proportional to the flexibilities."""
     soft, m, beta = 0.02, 3.0, (1e-3, 5e-3)
     flexibility = np.array([LENGTH**3 / 3 / EI, soft * LENGTH**2])
     mechanism = cantilever({"A": 0, "B": LENGTH}, lumps=(Lump("B", m),))
@@ -64,7 +64,7 @@ def test_the_damping_of_a_beam_and_a_joint_counts_by_their_energy():
     assert np.isnan([found.damping[1, 0], *found.displacement[1, 0, 0]]).all()
 
 
-def test_a_rigid_link_is_carried():
+def test_a_rigid_link_rotates_with_its_drive():
     """A rigid arm on a soft drive: the shape is a rotation about the drive."""
     found = modes_of(cantilever({"A": 0, "B": LENGTH}, MASS), [RIGID], modes=2,
                      joints={"A": JointCompliance(rotation=1 / 50.0)})  # fmt: skip
@@ -75,8 +75,8 @@ def test_a_rigid_link_is_carried():
 
 
 @pytest.mark.parametrize("name", in_tiers(["RRR", "six-bar", "RRP", "triad"], 2, 2))
-def test_shapes_of_a_mechanism_fit_and_balance(name):
-    """From the shapes alone: pins stay together, modes are orthogonal by mass, energy over mass is omega^2."""
+def test_modes_of_a_mechanism_are_compatible_and_orthogonal(name):
+    """From the shapes alone: pins stay closed, modes are orthogonal by mass, energy over mass is omega^2."""
     case = ALL[name]()
     mechanism = replace(case.mechanism, links=tuple(replace(link, lumps=()) for link in case.mechanism.links))
     course = motion_of(replace(case, mechanism=mechanism))
@@ -118,6 +118,6 @@ def test_positions_out_of_reach_are_nan():
         assert np.isfinite(values).tolist() == [True, False]
 
 
-def test_several_designs_are_refused():
+def test_several_designs_are_an_error():
     with pytest.raises(ValueError, match="one design"):
         modes_of(cantilever({"A": 0, "B": LENGTH}, MASS), [Section(1e6, np.array([[1.0], [2.0]]))])

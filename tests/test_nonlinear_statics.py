@@ -1,4 +1,4 @@
-"""Claim: large displacements of beams at rest are those of published closed forms, whatever the loads and joints."""
+"""Large static displacements of beams agree with published closed forms, for any loads and joints."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ GROUND = Link("ground", {"O": 0})
 
 
 def still(time):
-    """A drive at rest."""
+    """Return the law of a drive at rest."""
     return 0.0 * time, 0.0 * time, 0.0 * time
 
 
 def cantilever(length, *loads, turn=1.0, taper=(1.0,), mass=0.0, gravity=0.0):
-    """A beam clamped at its drive; `turn` is the direction in which its points are given and the ground lies."""
+    """Return a beam clamped at its drive; `turn` is the direction of its axes and of the ground."""
     arm = Link("arm", {"O": 0, "A": length * turn}, (Beam("O", "A", mass, taper),))
     drawing = {"O": 0, "A": length * turn}
     return Mechanism((GROUND, arm), (PinDrive("arm", "O"),), drawing, loads=loads, gravity=gravity)
@@ -60,7 +60,7 @@ BATISTA = {
 
 @pytest.mark.parametrize("kGA", in_tiers(BATISTA, 2, 3))
 def test_reissners_beam(kGA):
-    """Batista 2016, closed form: length 1, EI 10, EA 1e8, a load of 10 across the tip."""
+    """Batista 2016, closed form: length 1, EI 10, EA 1e8, transverse tip load 10."""
     section = Section(1e8, 10.0, kGA)
     tips = []
     for elements in (8, 16):
@@ -72,7 +72,7 @@ def test_reissners_beam(kGA):
 
 
 def test_ancf_cantilever():
-    """The figure of exudyn's own test, of a fine mesh."""
+    """The value is that of exudyn's own test with a fine mesh."""
     E, side = 2.07e11, 0.1
     EI = E * side**4 / 12
     load = PointLoad("arm", "A", -3j * EI / 2**2, law=RAMP)
@@ -86,7 +86,7 @@ def rolled_up(elements, turn=1.0):
     return held(cantilever(1.0, moment, turn=turn), Section(1e4, 1.0), elements, steps=13)
 
 
-def test_roll_up_to_a_circle():
+def test_rolling_up_to_a_circle():
     found = rolled_up(16)
     assert found.u[0, -1, -1] == pytest.approx(-1.0, abs=1e-9)
     assert found.w[0, -1, [-1, 8]] == pytest.approx([0.0, 1 / math.pi], abs=1e-5)
@@ -95,14 +95,14 @@ def test_roll_up_to_a_circle():
     assert found.efforts[0, -1] == pytest.approx(-2 * math.pi, abs=1e-9)
 
 
-def test_which_way_the_beam_lies_does_not_matter():
+def test_the_direction_of_the_beam_does_not_matter():
     one, other = rolled_up(5), rolled_up(5, np.exp(2j))
     for field in ("u", "w", "phi", "M"):
         assert getattr(one, field) == pytest.approx(getattr(other, field), abs=1e-9)
 
 
 def test_order_of_the_elements():
-    """The fourth in slender beams, the second where shear strains are large."""
+    """Order four for slender beams, order two for large shear strains."""
     missed = [abs(rolled_up(elements).w[0, -1, elements // 2] - 1 / math.pi) for elements in (8, 16)]
     assert math.log2(missed[0] / missed[1]) == pytest.approx(4.0, abs=0.2)
     tips = [held(cantilever(1.0, PointLoad("arm", "A", 10j, law=RAMP)), Section(1e8, 10.0, 50.0), n).w[0, -1, -1]
@@ -111,8 +111,8 @@ def test_order_of_the_elements():
     assert math.log2(missed[0] / missed[1]) == pytest.approx(2.0, abs=0.2)
 
 
-def test_small_loads_bend_a_tapered_beam_as_integrals_say():
-    """w = integral of M (l - x)/EI with every rigidity its own polynomial; weight of a tapered mass."""
+def test_small_loads_on_a_tapered_beam():
+    """w is the integral of M (l - x)/EI with polynomial rigidities; the mass has a taper too."""
     taper = Taper(EA=(1.0, -0.5), EI=(1.0, -0.8, 0.1), kGA=(1.0, 0.3))
     section = Section(2e3, 50.0, 300.0, taper=taper)
     mechanism = cantilever(1.5, PointLoad("arm", "A", 1e-4 + 2e-4j), mass=1e-5, taper=(1.0, -0.6), gravity=-10j)
@@ -142,7 +142,7 @@ def test_free_strain_and_linear_load():
 
 @pytest.mark.parametrize("turning", [False, True])
 def test_large_loads_are_in_balance(turning):
-    """Force and moment at the clamped end are those of the loads where they have come to, taken over the bent line."""
+    """Force and moment at the clamp equal those of the displaced loads, integrated over the deformed line."""
     loads = (
         PointLoad("arm", "A", -1.0 + 2.0j, 0.4, turning, RAMP),
         LineLoad("arm", 0, 1.0 + 1.0j, 3.0 - 1.0j, turning, RAMP),
@@ -164,7 +164,7 @@ def test_large_loads_are_in_balance(turning):
 
 
 def test_soft_joints():
-    """A pin gives way along the force on it, a drive turns by its moment, and gaps open them."""
+    """A pin moves along its force, a drive rotates by its moment, and gaps open them."""
     arm = Mechanism((GROUND, Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A"),))), (PinDrive("arm", "O"),),
                     {"O": 0, "A": 1.0}, loads=(PointLoad("arm", "A", 3e-3j),))  # fmt: skip
     stiff = Section(EI=math.inf, EA=1e3)
@@ -179,7 +179,7 @@ def test_soft_joints():
 
 @pytest.mark.parametrize("turning", [False, True])
 def test_loads_on_a_rigid_link(turning):
-    """Moments of forces and lines of force on points off the node, in the ground's axes or the link's."""
+    """Moments of forces and line loads at points off the node, in ground axes or local axes."""
     link = Link("arm", {"O": 0, "P": 0.5 + 0.2j, "A": 1.0 - 0.3j}, (Beam("P", "A"),))
     loads = PointLoad("arm", "A", 1.0 + 2.0j, 0.3, turning), LineLoad("arm", 0, 1.0 - 1.0j, 2.0 + 3.0j, turning)
     mechanism = Mechanism((GROUND, link), (PinDrive("arm", "O"),), {"O": 0, "A": 1.0, "P": 0.7}, loads=loads)
@@ -206,8 +206,8 @@ def test_loads_on_a_rigid_link(turning):
     ],
     ids=["turn", "soft guide", "gap", "soft pin"],
 )
-def test_joints_that_do_not_fit_move_links_as_linear_theory_says(joints):
-    """The signs and sizes of gaps, turns and compliances, against the closed form."""
+def test_small_misfits_agree_with_linear_theory(joints):
+    """Signs and sizes of gaps, rotations and compliances agree with the closed form."""
     links = (
         GROUND,
         Link("crank", {"O": 0, "A": 1.0}, (Beam("O", "A"),)),
@@ -225,8 +225,8 @@ def test_joints_that_do_not_fit_move_links_as_linear_theory_says(joints):
         assert getattr(found, field)[:, -1] == pytest.approx(sample(linear, field, found.xi)[:, 0], abs=size)
 
 
-def everything():
-    """A mechanism with every kind of coupling, load and mass, its drives' laws, and its sections."""
+def complete_mechanism():
+    """Return a mechanism with every kind of coupling, load and mass, its drive laws, and its sections."""
     links = (
         Link("ground", {"O": 0, "D": 2.0 + 0.1j, "S": 1.0 - 1.0j}),
         Link("crank", {"O": 0, "A": 1.0}, (Beam("O", "A", 2.0, (1.0, -0.3)),), (Lump("A", 0.3, 0.2, 0.1 + 0.2j),)),
@@ -255,7 +255,7 @@ def everything():
 def test_tangents_are_the_derivatives_of_the_residual():
     from fem_check.nonlinear.system import system_of
 
-    mechanism, sections = everything()
+    mechanism, sections = complete_mechanism()
     joints = {"B": JointCompliance(1e-2), "guide": JointCompliance(0.0, 1e-2)}
     system = system_of(mechanism, sections, [lambda t: (0.9 + t, 1 + 0 * t, 0 * t)], 0.0, 2, joints, 0.05)
     random = np.random.default_rng(5)
@@ -287,11 +287,11 @@ def test_tangents_are_the_derivatives_of_the_residual():
 
 
 @pytest.mark.parametrize("turn", [np.exp(0.7j), np.exp(-2.5j)])
-def test_all_of_it_turned_is_the_same(turn):
-    """Equilibrium does not depend on how the ground is laid: displacements and section forces stay."""
+def test_equilibrium_does_not_depend_on_the_axes(turn):
+    """Displacements and section forces are the same for a rotated ground."""
     found = []
     for way in (1.0, turn):
-        mechanism, sections = everything()
+        mechanism, sections = complete_mechanism()
         ground, *moving = mechanism.links
         links = [Link("ground", {name: place * way for name, place in ground.points.items()}), *moving]
         slides = [Slider("guide", "block", "ground", "E", 0.2j * way, np.exp(0.1j) * way, np.exp(0.05j) * way)]
@@ -309,7 +309,7 @@ def test_all_of_it_turned_is_the_same(turn):
 
 
 class Rope:
-    """A pull on the arm's end to a point of the ground, and a moment by a rate."""
+    """A force from the arm's end to a point of the ground, and a moment by a rate."""
 
     points = (("ground", "O"), ("arm", "A"))
 
@@ -324,8 +324,8 @@ def rigid_arm(*loads):
     return Mechanism(links, (PinDrive("arm", "O"),), {"O": 0, "A": 1.0}, loads=loads)
 
 
-def test_a_load_of_ones_own_is_felt_as_the_rigid_links_have_it():
-    """A rigid arm: the drive holds the moment of the pull at its place, and of the rate."""
+def test_a_custom_load_acts_like_on_rigid_links():
+    """The drive of a rigid arm carries the moment of the force and of the rate."""
     arm = Mechanism(
         (GROUND, Link("arm", {"O": 0, "A": 1.0})), (PinDrive("arm", "O"),), {"O": 0, "A": 1.0}, loads=(Rope(),)
     )
@@ -335,8 +335,8 @@ def test_a_load_of_ones_own_is_felt_as_the_rigid_links_have_it():
     assert found.efforts[0] == pytest.approx(-moment, abs=1e-7)
 
 
-def test_a_law_that_follows_the_motion():
-    """A force by the angle, another by the angular acceleration of the arm."""
+def test_a_load_by_the_motion():
+    """One force depends on the angle, another on the angular acceleration of the arm."""
     loads = (
         PointLoad("arm", "A", 1j, law=law_of(LinkAngle("arm"), np.sin)),
         PointLoad("arm", "A", moment=1.0, law=lambda motion: motion.turning[1].imag),
@@ -347,7 +347,7 @@ def test_a_law_that_follows_the_motion():
     assert found.efforts[0] == pytest.approx(-np.cos(angle) * np.sin(angle) - 1.4, abs=1e-5)
 
 
-def test_what_is_not_known_is_refused_by_name():
+def test_unsupported_features_are_named():
     arm = cantilever(1.0, PointLoad("arm", "A", 1j, law=lambda motion: motion.closures))
     with pytest.raises(NotCheckedError, match='"closures"'):
         held(arm, Section(1.0, 1.0), 2)

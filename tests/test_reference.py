@@ -1,7 +1,7 @@
-"""Claim: all fields agree with references from outside the program, to round-off.
+"""All fields agree with independent references to round-off.
 
-The references: a table of exact fields of a steel four-bar; Simeon's slider-crank; and every mechanism solved by
-another method in 50 digits (exact.py).
+The references are a table of exact fields of a steel four-bar, Simeon's slider-crank, and solutions of every
+mechanism by another method in 50 digits (exact.py).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def steel():
 class TestSteelFourBar:
     """tests/data/steel_four_bar.json: 40-digit fields at five crank angles, maxima over the turn."""
 
-    def test_is_the_tabulated_one(self, steel):
+    def test_the_mechanism_is_that_of_the_table(self, steel):
         scene = TABLE["scene"]
         area, inertia = scene["width"] * scene["depth"], scene["width"] * scene["depth"] ** 3 / 12
         assert [scene[name] for name in BARS] == list(steel.length[:, 0])
@@ -63,8 +63,13 @@ class TestSteelFourBar:
         np.testing.assert_allclose(got, [TABLE["maxima"][name][field] for name in BARS], rtol=1e-12)
 
     @pytest.mark.parametrize("field", ["w", "chord", "N", "M", "u", "phi"])
-    def test_true_extremes_are_no_less_than_the_tabulated_ones(self, steel, field):
-        """401 stations miss a smooth maximum by (h^2/8) max|f''| at most, h = 1/400: less than 1e-5 of it here."""
+    def test_extremes_are_at_least_the_tabulated_ones(self, steel, field):
+        """401 stations miss a smooth maximum by at most (h^2/8) max
+
+        f''
+
+        , h = 1/400: less than 1e-5 of it here.
+        """
         got = np.abs(extremes(steel, [field])[field].value).max(axis=1)
         expected = np.array([TABLE["maxima"][name][field] for name in BARS])
         assert (got >= expected * (1 - 1e-12)).all()
@@ -97,7 +102,7 @@ class TestSimeonSliderCrank:
 @pytest.mark.parametrize("name", in_tiers(ALL, 5, 5))
 @pytest.mark.parametrize("part", in_tiers([0.8, 0.0, 0.3], 1, 1))
 def test_everything_equals_a_solution_in_fifty_digits(name, part):
-    """1e-13 of each field's maximum; the drives are somewhere on their way."""
+    """The tolerance is 1e-13 of each field's maximum; the drive coordinates are arbitrary."""
     case = ALL[name]()
     position = round(part * (case.drive.shape[1] - 1))
     drive, rate, rate2 = (value[:, position] for value in (case.drive, case.rate, case.rate2))
@@ -128,7 +133,7 @@ def test_everything_equals_a_solution_in_fifty_digits(name, part):
 
 @pytest.mark.parametrize("short", [1e-2, 1e-4, 1e-6, 1e-8])
 def test_accuracy_near_a_dead_point_is_its_condition(short):
-    """Errors of motion and fields, relative to their maxima, stay below 20 eps/s^2 however near the links align."""
+    """Errors of motion and fields, relative to maxima, stay below 20 eps/s^2 for any closeness to alignment."""
     start = np.arccos((0.3**2 + 0.4**2 - 0.45**2) / (2 * 0.3 * 0.4)) - short
     mechanism = double_rocker(start)
     sections = [Section(3e5, 40.0), Section(4e5, 50.0), Section(5e5, 60.0)]
@@ -144,8 +149,8 @@ def test_accuracy_near_a_dead_point_is_its_condition(short):
         np.testing.assert_allclose(got, expected, rtol=0, atol=allowed * abs(expected).max(), err_msg=field)
 
 
-def test_the_second_solution_closes_to_fifty_digits():
-    """Places of one pin as two links see it, and the moments at a rod's ends: zero, and the 1.5 - 0.5 N m put on it."""
+def test_the_reference_solution_closes_to_fifty_digits():
+    """Two links agree on a pin's position, and the end moments of a rod are 0 and the applied 1.5 - 0.5 N m."""
     case = ALL["six-bar"]()
     other = exact(case.mechanism, case.sections, case.drive[:, 3], case.rate[:, 3], case.rate2[:, 3])
     index = case.mechanism.index

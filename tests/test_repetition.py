@@ -1,4 +1,4 @@
-"""After how long whole mechanisms repeat, and what that does to their answers."""
+"""Duration of the cycle of whole mechanisms, and its effect on answers."""
 
 from math import isnan, pi
 
@@ -29,7 +29,7 @@ material = "steel"
     ('speed = "100 rad/s"', 'speed = "40 rad/s"\n\n[[drives]]\nlink = "second"\nspeed = "60 rad/s"'),
     ("positions = 36", "positions = 480"),
 )  # fmt: skip
-# A massless handle at 20 rad/s turns both cranks by gears: one turn of one drive.
+# A massless handle at 20 rad/s drives both cranks by gears, so that one drive defines the cycle.
 GEARED = edited(
     TWO_CRANKS,
     ("O = [0.0, 0.0]", "O = [0.0, 0.0]\nH = [0.0, 1.0]\nK = [0.0, 1.1]"),
@@ -50,7 +50,7 @@ def run_of(*edits, text=TWO_CRANKS):
     return scene_from_text(edited(text, *edits)).run
 
 
-def told(results):
+def findings_of(results):
     return [finding for finding in findings(results) if finding.heading == "Cycle"]
 
 
@@ -72,12 +72,12 @@ def test_a_common_period_is_the_least_common_multiple(periods, expected):
     assert isnan(period) if expected is None else period == pytest.approx(expected, rel=1e-11)
 
 
-def test_of_many_designs_each_has_its_own():
+def test_each_design_has_its_own_period():
     assert common_period([1.0, np.array([[2 / 3], [0.5]])]) == pytest.approx(np.array([[2.0], [1.0]]))
 
 
 class TestRuns:
-    """How long runs are, and whether they are cycles."""
+    """Duration of runs, and whether they are cycles."""
 
     def test_two_drives_close_after_two_turns_of_the_first(self):
         run = run_of()
@@ -102,12 +102,12 @@ class TestRuns:
             assert run.turn is turn
             assert run.cycle == pytest.approx(0.02)
 
-    def test_a_quarter_turn_repeated_comes_back_after_four_rounds(self):
+    def test_a_repeated_quarter_turn_closes_after_four_repetitions(self):
         law = 'law = [{curve = "cycloidal", duration = 1, by = "90 deg"}]\nrepeat = true'
         run = run_of(('speed = "100 rad/s"', law), text=FOUR_BAR)
         assert (run.duration, run.turn) == (4.0, True)
 
-    def test_gears_take_turns_of_their_driver(self):
+    def test_gears_multiply_the_turns_of_their_driver(self):
         mesh = '[[gears]]\ndriver = {link = "crank"}\nfollower = {link = "wheel"}\nratio = 0.4\n[[drives]]'
         wheel = ('[links.ground]\npoints = ["O", "D"]', '[links.ground]\npoints = ["O", "D", "H"]')
         points = ("O = [0.0, 0.0]", "O = [0.0, 0.0]\nH = [0.0, 1.0]\nK = [0.0, 1.1]")
@@ -118,19 +118,19 @@ class TestRuns:
         assert (run.duration, run.turn) == (pytest.approx(2 * pi / 100), False)
         assert "not back where it was within 32" in run.no_cycle
 
-    def test_a_drive_that_stops_or_slides_on_makes_no_cycle(self):
+    def test_a_drive_that_stops_or_slides_on_has_no_cycle(self):
         law = 'law = [{curve = "cycloidal", duration = 1, by = "90 deg"}]'
         run = run_of(('speed = "60 rad/s"', law))
         assert (run.duration, run.turn) == (pytest.approx(2 * pi / 40), False)
         assert "is not repeated" in run.no_cycle
 
-    def test_a_parallelogram_is_back_after_one_turn(self):
+    def test_a_parallelogram_closes_after_one_turn(self):
         run = run_of(text=PARALLELOGRAM)
         assert (run.duration, run.turn) == (pytest.approx(2 * pi / 10), True)
 
 
 class TestFewPositions:
-    """A cycle is one in however few positions it is looked at."""
+    """A cycle stays a cycle for any number of positions."""
 
     law = "motion = [[0, 0.6], [0.1, 0.9], [0.2, 1.2], [0.3, 0.9], [0.4, 0.6]]\nrepeat = true"
 
@@ -139,8 +139,8 @@ class TestFewPositions:
         assert computed(scene_from_text(text), Request(theory="quasi-static")).period == 0.4
 
     @pytest.mark.slow
-    def test_redundant_joints_are_those_of_the_whole_nonlinear_mechanism(self):
-        """A parallelogram on three cranks, one more than it needs: the force method against constraints of elements."""
+    def test_redundant_joints_agree_with_the_nonlinear_mechanism(self):
+        """A parallelogram on three cranks: the force method agrees with constraints between elements."""
         scene = scene_from_text(REDUNDANT)
         found = computed(scene, Request(theory="elastodynamic"))
         assert any(closed.redundancy for closed in found.motion.closures)
@@ -154,8 +154,8 @@ class TestFewPositions:
             assert (apart < limit * np.abs(expected).max(axis=(1, 2))).all(), field
 
 
-class TestTold:
-    """What the command says of durations and loads that a user may have meant otherwise."""
+class TestCautions:
+    """Cautions of the command about unusual durations and loads."""
 
     def about(self, text, *edits):
         results = computed(scene_from_text(edited(text, *edits)), Request(theory="quasi-static"))
@@ -172,19 +172,20 @@ class TestTold:
         assert (level, "is 3 cycles of 20 ms" in words) == ("open", True)
 
     @pytest.mark.parametrize(("last", "jumps"), [(1, False), (0.25, True)])
-    def test_a_load_that_does_not_end_as_it_begins(self, last, jumps):
+    def test_a_load_that_jumps_at_the_end_of_the_cycle(self, last, jumps):
         load = f'[[loads]]\nlink = "rocker"\npoint = "B"\nforce = [1, 0]\ntable = [[0, 1], [0.03, 2], [0.1, {last}]]\n'
-        told = self.about(FOUR_BAR, ("[run]", load + "[run]"), ('"100 rad/s"', '"600 rpm"'))
+        findings_of = self.about(FOUR_BAR, ("[run]", load + "[run]"), ('"100 rad/s"', '"600 rpm"'))
         assert (
-            any("ends the cycle at 0.25 times its size and begins the next at 1" in words for _, words in told) is jumps
+            any("ends the cycle at 0.25 times its size and begins the next at 1" in words for _, words in findings_of)
+            is jumps
         )
 
 
 class TestAnswers:
-    """Vibration in the cycle of the whole mechanism."""
+    """Vibration over the cycle of the whole mechanism."""
 
     @pytest.mark.slow
-    def test_is_that_of_one_turn_of_a_slower_drive(self):
+    def test_the_cycle_equals_a_turn_of_a_slower_drive(self):
         request = Request(theory="elastodynamic", checks=(4,))
         both = [computed(scene_from_text(text), request) for text in (TWO_CRANKS, GEARED)]
         for name in ("deflection", "stress"):
@@ -192,20 +193,20 @@ class TestAnswers:
             assert largest[0] == pytest.approx(largest[1], rel=1e-3)
         assert all(balance.passed for balance in both[0].balances.values())
         assert len(both[0].balances) == 2
-        assert told(both[0])[0].level == "good"
+        assert findings_of(both[0])[0].level == "good"
         assert both[0].motion.time == pytest.approx(both[1].motion.time)
 
-    def test_without_a_cycle_it_is_said(self):
+    def test_a_missing_cycle_is_reported(self):
         scene = scene_from_text(edited(TWO_CRANKS, ("60 rad/s", "60.01 rad/s"), ("= 480", "= 20")))
         results = computed(scene, Request(theory="quasi-static"))
         assert isnan(results.period)
-        finding = told(results)[0]
+        finding = findings_of(results)[0]
         assert finding.level == "caution"
         assert "how large they become later is not known" in finding.text
 
-    def test_a_duration_that_just_misses_the_cycle_is_told(self):
+    def test_a_duration_close_to_the_cycle_is_reported(self):
         scene = scene_from_text(edited(FOUR_BAR, ("[run]", '[run]\nduration = "62.83 ms"')))
-        finding = told(computed(scene, Request(theory="quasi-static")))[0]
+        finding = findings_of(computed(scene, Request(theory="quasi-static")))[0]
         assert "leave duration out" in finding.text
 
     @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Claim: sections of beams turn with their links, in every answer: -rho I eps is a moment along the beam."""
+"""Rotary inertia of sections is part of every answer: -rho I eps is a moment along the beam."""
 
 from dataclasses import replace
 
@@ -22,8 +22,8 @@ def arm(rotary=ROTARY):
     return Mechanism((Link("ground", {"O": 0}), bar), (PinDrive("arm", "O"),), {"O": 0, "A": LENGTH})
 
 
-def test_an_arm_that_begins_to_turn():
-    """V = m eps (l^2 - x^2)/2 as ever; M, phi and w by rho I eps along it: polynomials by hand."""
+def test_an_arm_with_angular_acceleration():
+    """V = m eps (l^2 - x^2)/2 is unchanged; rho I eps changes M, phi and w by polynomials."""
     x = np.linspace(0.0, LENGTH, 9)
     bent, bare = (deflection(motion(arm(rotary), [0.3], 0.0, EPS), [SECTION]) for rotary in (ROTARY, 0.0))
     more = {
@@ -38,8 +38,8 @@ def test_an_arm_that_begins_to_turn():
     assert effort == pytest.approx((MASS * LENGTH**3 / 3 + ROTARY * LENGTH) * EPS, rel=1e-12)
 
 
-def test_the_greatest_moment_is_where_it_turns():
-    """Of a coupler the maximum is where V is -rho I eps, not where V is 0."""
+def test_the_largest_moment_includes_rotary_inertia():
+    """The maximum of a coupler's moment is at V = -rho I eps, not at V = 0."""
     mechanism, sections = stubby(False)
     bent = deflection(motion(mechanism, [1.0], 30.0, 400.0), sections)
     fine = sample(bent, "M", np.linspace(0.0, 1.0, 20001))[:, 0]
@@ -47,7 +47,7 @@ def test_the_greatest_moment_is_where_it_turns():
 
 
 def test_moment_of_inertia_of_a_link():
-    """Of a rod b high: m (l^2 + b^2)/12 about its middle."""
+    """A rod of height b has m (l^2 + b^2)/12 about its middle."""
     depth, mass = 0.1, 3.0
     section = section_of(rectangle(depth, 0.05), 210e9, 0.3)
     made = with_rotary_inertia(arm(0.0), [section]).links[1].beams[0]
@@ -57,7 +57,7 @@ def test_moment_of_inertia_of_a_link():
     assert whole[2] == pytest.approx(mass * (LENGTH**2 + depth**2) / 12)
 
 
-def test_scenes_have_it_but_those_of_euler_and_bernoullis_beams():
+def test_only_euler_bernoulli_scenes_neglect_rotary_inertia():
     plain = edited(FOUR_BAR, ("[run]", '[run]\nbeams = "euler-bernoulli"'))
     made, line = (scene_from_text(text).mechanism.links[1].beams[0] for text in (FOUR_BAR, plain))
     assert made.rotary_inertia == pytest.approx(made.mass_per_length * 0.006**2 / 12)
@@ -65,7 +65,7 @@ def test_scenes_have_it_but_those_of_euler_and_bernoullis_beams():
 
 
 def stubby(taper):
-    """The steel four-bar with bars 5 cm high, its rocker tapered or not."""
+    """The steel four-bar with bars 5 cm deep; the rocker can have a taper."""
     bar, mechanism = rectangle(0.05, 0.01), steel_four_bar().mechanism
     sections = [section_of(bar, 210e9, 0.3)] * 3
     if taper:
@@ -91,7 +91,7 @@ def test_finite_elements_agree(taper):
 
 
 def test_under_a_block_on_a_beam():
-    """A block slides along a stubby bar: finite elements with the element under it divided."""
+    """A block slides along a stubby bar; the finite elements have a node at the block."""
     bar = Link("bar", {"C": 0, "D": 0.4}, (Beam("C", "D", 4.0, rotary_inertia=0.02),))
     crank = Link("crank", {"O": 0, "A": 0.08}, (Beam("O", "A", 4.0, rotary_inertia=0.02),))
     ground, block = Link("ground", {"O": 0.2j, "C": 0}), Link("block", {"A": 0})

@@ -1,4 +1,4 @@
-"""What a scene says of motion and force: slots, gears, laws repeated and through tables, efforts, springs, tables."""
+"""Motion and force in a scene: slots, gears, repeated laws, tables, efforts and springs."""
 
 from math import pi
 
@@ -25,21 +25,21 @@ def driven(*lines):
 
 
 class TestSlots:
-    """A pin in a slot: a block without mass."""
+    """A pin in a slot is a massless block."""
 
-    def test_a_scotch_yoke_moves_as_the_cosine(self):
+    def test_a_scotch_yoke_follows_the_cosine(self):
         scene = scene_from_text(YOKE)
         course = scene_motion(scene)
         angle = course.drive[0]
         place = position_of(course, "yoke", "Y")
         assert place == pytest.approx(0.2 + 0.1 * np.cos(angle), abs=1e-15)
         assert Slide("slot").value(course) == pytest.approx(0.1 * np.sin(angle), abs=1e-15)
-        # The yoke's inertia alone: m r^2 w^2 cos sin against the crank.
+        # Inertia of the yoke alone: m r^2 w^2 cos sin at the crank.
         effort = drive_efforts(course, reactions(course))[0]
         assert effort == pytest.approx(2 * 0.1**2 * 100 * np.cos(angle) * np.sin(angle), abs=1e-12)
 
     def test_a_pin_of_the_ground_in_a_moving_slot(self):
-        # A bar through a swivel at D: Whitworth's inversion. The bar points from A to D.
+        # A bar slides through a swivel at D (Whitworth's inversion), so it points from A to D.
         text = edited(
             YOKE,
             ("Y = [0.3, 0]\nZ = [0.3, 0.2]", "D = [0.3, 0]"),
@@ -55,7 +55,7 @@ class TestSlots:
         way = 0.3 - position_of(course, "crank", "A")
         assert course.direction[course.mechanism.index["yoke"]] == pytest.approx(way / np.abs(way), abs=1e-14)
 
-    def test_a_slot_may_be_driven_and_loaded_against(self):
+    def test_a_slot_can_be_driven_and_define_a_load(self):
         text = edited(
             YOKE,
             ('link = "crank"\nspeed = 10', 'slider = "slot"\nspeed = "0.1 m/s"'),
@@ -78,7 +78,7 @@ class TestGears:
         )
         course = scene_motion(scene_from_text(text))
         angle = course.drive[0]
-        # Half the moment of inertia counts a quarter, the rack m r^2.
+        # The follower's moment of inertia counts a quarter, the rack m r^2.
         assert angle == pytest.approx(6 / (0.5 + 0.25 * 0.25 + 4 * 0.05**2) * course.time**2 / 2, rel=1e-9)
         assert LinkAngle("other").value(course) % (2 * pi) == pytest.approx((-0.5 * angle) % (2 * pi), abs=1e-9)
         assert position_of(course, "rack", "R") == pytest.approx(0.1 + 0.05 * angle - 0.05j, abs=1e-12)
@@ -87,7 +87,7 @@ class TestGears:
         ("keys", "expected"),
         [("", np.radians(20)), ('pressure_angle = "14.5 deg"', np.radians(14.5)), ("teeth = false", None)],
     )
-    def test_teeth_are_as_said(self, keys, expected):
+    def test_teeth_are_as_specified(self, keys, expected):
         mesh = MESH.replace("ratio = -0.5", f"ratio = -0.5\n{keys}")
         scene = scene_from_text(edited(WHEEL, ("[[drives]]", mesh + "[[drives]]"), ("R =", "Q = [0.4, 0]\nR =")))
         assert scene.mechanism.gears[0].pressure_angle == pytest.approx(expected)
@@ -95,7 +95,7 @@ class TestGears:
 
 
 class TestLaws:
-    """Motion laws over and over, and through the entries of a table."""
+    """Repeated motion laws, and laws through the entries of a table."""
 
     def test_a_law_that_returns_is_a_cycle(self):
         law = 'law = [{curve = "cycloidal", duration = 1, by = 1}, {curve = "harmonic", duration = 1, by = -1}]'
@@ -110,13 +110,13 @@ class TestLaws:
         scene = scene_from_text(edited(driven("start = 0", law, "repeat = true"), ("duration = 4", "")))
         assert (scene.run.duration, scene.run.turn) == (2.0, True)
 
-    def test_an_indexing_law_goes_on_from_where_it_is(self):
+    def test_an_indexing_law_continues_from_its_end(self):
         law = 'law = [{curve = "cycloidal", duration = 1, by = "90 deg"}, {curve = "dwell", duration = 1}]'
         scene = scene_from_text(driven("start = 0", law, "repeat = true"))
         assert np.degrees(scene_motion(scene, 5).drive[0]) == pytest.approx([0, 90, 90, 180, 180])
         assert not scene.run.turn
 
-    def test_a_law_that_jumps_when_repeated_is_refused(self):
+    def test_a_repeated_law_with_a_jump_is_an_error(self):
         law = (
             'law = [{curve = "polynomial-345", duration = 1, by = 1}, {curve = "constant-speed", duration = 1, by = 1}]'
         )
@@ -132,7 +132,7 @@ class TestLaws:
         assert course.drive_acceleration[0] == pytest.approx(6 * t, abs=1e-12)
 
     def test_a_repeated_table_closes_smoothly(self):
-        # A sine of twelve entries on a steady turn: the periodic spline is off by (2 pi/12)^4/384 of it at most.
+        # A steady speed plus a sine in twelve entries: the periodic spline is off by at most (2 pi/12)^4/384.
         time = np.linspace(0, 1, 13)
         entries = ", ".join(f"[{t}, {2 * pi * t + 0.3 * np.sin(2 * pi * t)}]" for t in time)
         scene = scene_from_text(driven(f"motion = [{entries}]", "repeat = true"))
@@ -143,23 +143,23 @@ class TestLaws:
         assert course.drive_rate[0, 2] == pytest.approx(course.drive_rate[0, 0], rel=1e-12)
         assert course.drive_rate[0, 0] == pytest.approx(2 * pi * 1.3, rel=1e-2)
 
-    def test_peaks_of_a_law_are_told_in_the_summary(self):
+    def test_the_summary_has_the_peaks_of_a_law(self):
         law = 'law = [{curve = "harmonic", duration = "2 s", by = 3}, {curve = "dwell", duration = 2}]'
         scene = scene_from_text(driven("start = 0", law))
-        told = law_figures(scene, 0)
-        assert told["speed"] == {"value": pytest.approx(3 * pi / 4), "unit": "rad/s"}
-        assert told["acceleration"] == {"value": pytest.approx(3 * pi**2 / 8), "unit": "rad/s^2"}
-        assert told["jerk"] == {"value": None, "unit": "rad/s^3"}
-        assert [each["value"] for each in told["jumps"]] == [0.0, 2.0]
+        peaks = law_figures(scene, 0)
+        assert peaks["speed"] == {"value": pytest.approx(3 * pi / 4), "unit": "rad/s"}
+        assert peaks["acceleration"] == {"value": pytest.approx(3 * pi**2 / 8), "unit": "rad/s^2"}
+        assert peaks["jerk"] == {"value": None, "unit": "rad/s^3"}
+        assert [each["value"] for each in peaks["jumps"]] == [0.0, 2.0]
         assert law_figures(scene_from_text(WHEEL), 0) is None
 
-    def test_a_run_beyond_a_moving_end_is_refused(self):
+    def test_a_run_beyond_a_moving_end_is_an_error(self):
         with pytest.raises(SceneError, match=r"motion: ends at full speed after 3 s, but the run lasts 4 s"):
             scene_from_text(driven("motion = [[0, 0], [1, 1], [2, 3], [3, 6]]"))
 
 
 class TestEfforts:
-    """A drive given as an effort: the motion follows."""
+    """A drive with an effort; the motion follows."""
 
     def test_a_constant_moment(self):
         course = scene_motion(scene_from_text(driven("start = 0.5", "speed = 3", 'effort = "2 N m"')))
@@ -171,18 +171,18 @@ class TestEfforts:
         course = scene_motion(scene_from_text(driven("start = 0", "effort = 3", "table = [[0, 0], [4, 2]]")))
         assert course.drive[0] == pytest.approx(3 * 0.5 * course.time**3 / 6 / 0.5, rel=1e-8, abs=1e-8)
 
-    def test_a_moment_against_the_angle_swings_as_a_spring(self):
+    def test_a_moment_by_angle_acts_like_a_spring(self):
         table = 'table = [["-1 rad", 1], ["1 rad", -1]]\nagainst = {link = "wheel"}'
         course = scene_motion(scene_from_text(driven("start = 0.4", "effort = 2", table)))
         assert course.drive[0] == pytest.approx(0.4 * np.cos(2 * course.time), abs=1e-8)
 
-    def test_a_table_that_ends_too_soon_is_told(self):
+    def test_a_table_that_ends_too_soon_is_an_error(self):
         table = 'table = [[-1, 1], [0, -1]]\nagainst = {link = "wheel"}'
         with pytest.raises(SceneError, match=r"but the table goes from -57.2958° to 0°") as caught:
             scene_motion(scene_from_text(driven("start = -0.5", "speed = 9", "effort = 1", table)))
         assert caught.value.table == "drives"
 
-    def test_it_needs_a_duration(self):
+    def test_an_effort_needs_a_duration(self):
         with pytest.raises(SceneError, match=r"\[run\] duration: the key is missing: with an effort"):
             scene_from_text(edited(driven("start = 0", "effort = 2"), ("duration = 4", "")))
 
@@ -193,7 +193,7 @@ class TestEfforts:
         )
         assert main([str(path), "--refine", "--check", "4", "-o", str(tmp_path / "out"), "--quiet"]) == 0
 
-    def test_a_drive_that_moves_no_mass_is_told(self):
+    def test_a_drive_that_moves_no_mass_is_an_error(self):
         with pytest.raises(SceneError, match="moves no mass"):
             scene_motion(
                 scene_from_text(edited(driven("start = 0", "effort = 2"), ("mass = 3", "mass = 0"), ("0.5", "0")))
@@ -204,7 +204,7 @@ class TestSprings:
     """Springs and dampers."""
 
     def test_between_two_points(self):
-        # From P, 0.1 m from O, to D at 0.3 m: pull 20 + 400 (l - 0.15) + 8 l'.
+        # From P, 0.1 m from O, to D at 0.3 m: tension 20 + 400 (l - 0.15) + 8 l'.
         spring = '[[springs]]\nlink = "wheel"\npoint = "P"\nanchor = "D"\nstiffness = "0.4 N/mm"\nlength = "15 cm"\n' \
                  'damping = "8 N s/m"\npreload = "20 N"\n'  # fmt: skip
         course, found = efforts(edited(WHEEL, ("[[drives]]", spring + "[[drives]]")))
@@ -224,8 +224,8 @@ class TestSprings:
         assert found == pytest.approx(1 + 3 * (course.drive[0] - pi / 6) + 0.5 * 2, rel=1e-12)
 
 
-class TestLoadsAgainstAnything:
-    """Tables against the angle of a link."""
+class TestLoadsByAngle:
+    """Tables by the angle of a link."""
 
     load = '[[loads]]\nlink = "wheel"\npoint = "P"\nmoment = 2\nagainst = {link = "wheel"}\ntable = '
 
@@ -242,7 +242,7 @@ class TestLoadsAgainstAnything:
         )
         assert found == pytest.approx(2 * 0.5 * np.arange(5), abs=1e-12)
 
-    def test_outside_of_it_is_told_or_held(self):
+    def test_outside_of_the_table_raises_or_holds(self):
         text = edited(WHEEL, ("[[drives]]", f"{self.load}[[0, 1], [1, 3]]\n[[drives]]"), ("speed = 2", "speed = 0.5"))
         with pytest.raises(
             SceneError, match=r"\[\[loads\]\] no. 1 table: asked at 85.9437°, but the table goes from 0° to 57.2958°"

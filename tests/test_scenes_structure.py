@@ -1,4 +1,4 @@
-"""Scenes that describe structure alone, and --structure of any scene."""
+"""Scenes that describe only structure, and --structure for any scene."""
 # ruff: noqa: E501 - a mistake a row reads best
 
 import json
@@ -52,7 +52,7 @@ class TestReading:
         turn, thread = scene.joints
         assert (turn.kind.name, thread.kind.name, thread.pitch) == ("revolute", "helical", 0.002)
 
-    def test_a_mechanism_that_cannot_move_is_one_all_the_same(self):
+    def test_an_immobile_mechanism_has_a_structure(self):
         stuck = edited(
             FOUR_BAR,
             ('[[drives]]\nlink = "crank"', '[[drives]]\nlink = "rocker"\nspeed = 1\n[[drives]]\nlink = "crank"'),
@@ -82,7 +82,7 @@ MISTAKES = [
 @pytest.mark.parametrize(
     ("text", "edit", "table", "key", "message"), [row[1:] for row in MISTAKES], ids=[row[0] for row in MISTAKES]
 )
-def test_a_mistake_is_told_with_its_table_and_key(text, edit, table, key, message):
+def test_the_message_names_table_and_key(text, edit, table, key, message):
     with pytest.raises(SceneError) as caught:
         structure_from_text(edited(text, edit), "mine", "mine.toml")
     assert (caught.value.table, caught.value.key) == (table, key), str(caught.value)
@@ -90,7 +90,7 @@ def test_a_mistake_is_told_with_its_table_and_key(text, edit, table, key, messag
 
 
 class TestCommand:
-    def test_the_files_join_those_that_are_there_and_stay_with_them(self, tmp_path, capsys):
+    def test_structure_files_are_kept_with_other_files(self, tmp_path, capsys):
         folder = tmp_path / "steel_four_bar"
         assert main(["steel_four_bar", "--positions", "12", "--theory", "quasi-static", "-o", str(tmp_path)]) == 0
         assert main(["steel_four_bar", "--structure", "-o", str(tmp_path)]) == 0
@@ -113,7 +113,7 @@ class TestCommand:
         assert said.err.count("\n") == 1
         assert (tmp_path / "out" / "quick_return" / "skeleton.svg").read_text().startswith("<?xml")
 
-    def test_what_does_not_close_has_a_text_but_no_diagram(self, tmp_path, capsys):
+    def test_a_mechanism_that_does_not_close_has_a_text_without_diagram(self, tmp_path, capsys):
         path = tmp_path / "open.toml"
         path.write_text(
             edited(

@@ -1,4 +1,4 @@
-"""Claim: sensitivities, tolerances and optima of scenes are those of closed forms and of another road in 50 digits."""
+"""Sensitivities, tolerances and optima of scenes agree with closed forms and an independent method in 50 digits."""
 
 from itertools import pairwise
 
@@ -56,7 +56,7 @@ law = [{ curve = "cycloidal", duration = 1, by = 1 }]
 beams = "euler-bernoulli"
 positions = 5
 """
-GREATEST = 2 * np.pi  # [rad/s^2] of the cycloidal law, at a quarter of its second
+PEAK_ACCELERATION = 2 * np.pi  # [rad/s^2] of the cycloidal law, after a quarter of a second
 SLOW_ARM = ARM.replace('law = [{ curve = "cycloidal", duration = 1, by = 1 }]', "speed = 1e-3").replace(
     "positions = 5", "positions = 1"
 )
@@ -75,9 +75,9 @@ def steel_four_bar(positions, more=""):
 
 
 def tip_deflection(depth):
-    """Of the arm of `ARM` at its greatest acceleration: handbook formulas of a cantilever."""
+    """Return the tip deflection of `ARM` at its peak acceleration, by cantilever formulas."""
     line = DENSITY * WIDTH * depth
-    return GREATEST * (TIP * L**4 / 3 + 11 * line * L**5 / 120) / (E * WIDTH * depth**3 / 12)
+    return PEAK_ACCELERATION * (TIP * L**4 / 3 + 11 * line * L**5 / 120) / (E * WIDTH * depth**3 / 12)
 
 
 class TestSensitivities:
@@ -108,7 +108,7 @@ class TestSensitivities:
             ('[tolerances]\n"links.crank.length" = "0.02 mm"\n', "links.crank.length", 2e-5, "20 µm more"),
         ],
     )
-    def test_a_change_is_told_by_tolerance_by_millimetre_by_degree_or_by_per_cent(self, more, path, step, words):
+    def test_the_step_of_a_sensitivity_is_a_tolerance_millimetre_degree_or_per_cent(self, more, path, step, words):
         text = shipped_scenes()["steel_four_bar"].read_text().replace('"100 rad/s"', '"100 rad/s"\nstart = 0.0')
         document = document_from_text(more + text if "units" in more else text + more)
         numbers = [document.variable(path)]
@@ -124,9 +124,9 @@ class TestSensitivities:
     @pytest.mark.slow
     @pytest.mark.parametrize("path", ["links.crank.length", "links.coupler.length"])
     def test_a_four_bar_against_50_digits(self, path):
-        """At the place of the greatest deflection: to first order it makes no difference that the place moves."""
+        """At the place of the largest deflection: a shift of the place has no effect to first order."""
         tables = steel_four_bar(12)
-        tables["run"]["beams"] = "euler-bernoulli"  # the oracle's sections have no inertia
+        tables["run"]["beams"] = "euler-bernoulli"  # the reference has no rotary inertia
         tables["sensitivities"] = {"figures": ["deflection.coupler"], "numbers": [path]}
         found, (one,), _ = sensitivity_study(tables)
         scene = scene_from_dict(tables)
@@ -153,8 +153,8 @@ class TestSensitivities:
         assert found.error[0, 0] < 1e-8 * abs(slope)
 
     @pytest.mark.slow
-    def test_where_two_links_are_worst_at_once_that_is_told(self):
-        """Two rockers alike, one more slender by a hair's breadth either way."""
+    def test_a_kink_between_two_equally_stressed_links_is_reported(self):
+        """The rockers are equal, except for a slight difference in slenderness."""
         tables = steel_four_bar(24)
         tables["sections"]["other"] = dict(tables["sections"]["bar"])
         tables["links"]["rocker"]["section"] = "other"
@@ -176,8 +176,8 @@ class TestSensitivities:
 
 class TestTolerances:
     @pytest.mark.slow
-    def test_lengths_of_a_four_bar_off_by_hand_and_by_samples(self):
-        """The rocker's angle at one position: what closes the loop, projected on the coupler, does not turn it."""
+    def test_tolerances_of_a_four_bar_by_hand_and_by_samples(self):
+        """Rocker angle at one position: the loop error projected on the coupler, which cannot rotate it."""
         more = """
 [tolerances]
 "links.crank.length" = { plus_minus = "0.1 mm", distribution = "normal" }
@@ -197,37 +197,37 @@ class TestTolerances:
         sampled = found.sampled["geometric_error"]
         assert np.hypot(sampled.mean, sampled.deviation) == pytest.approx(by_hand, rel=5e-3)
         first = found.first.deviation[found.nominal.figures.index("geometric_error")]
-        assert first == pytest.approx(by_hand, rel=1e-6)  # by the slopes to one side: it is zero as drawn
+        assert first == pytest.approx(by_hand, rel=1e-6)  # by one-sided slopes, since the value is zero as drawn
         elastic, whole = found.sampled["output_error"], found.sampled["whole_error"]
         assert elastic.mean > 0
-        assert whole.mean == pytest.approx(elastic.mean, rel=0.05)  # geometry is off to both sides
+        assert whole.mean == pytest.approx(elastic.mean, rel=0.05)  # the geometric error has either sign
 
-    def test_a_point_off_by_geometry_and_by_deflection(self):
-        """The tip of an arm that is too long: the one along it, the other across."""
+    def test_the_error_of_a_point_combines_geometry_and_deflection(self):
+        """The tip of an arm that is too long: the geometric error is axial, the deflection transverse."""
         tables = parse_toml(ARM + 'output = "A"\n')
         scene = scene_from_dict(tables)
         figures = accuracy_figures(scene_motion(scene), scene.output)
         found = evaluate(tables, ["points.A.x"], [[L], [L + 1e-4]], [*figures, "output_error"]).columns
         assert found["geometric_error"] == pytest.approx([0.0, 1e-4], rel=1e-9, abs=1e-16)
-        assert found["output_error"][0] == pytest.approx(tip_deflection(20e-3), rel=1e-4)  # and a little stretch
+        assert found["output_error"][0] == pytest.approx(tip_deflection(20e-3), rel=1e-4)  # and a small stretch
         assert found["whole_error"] == pytest.approx(
             np.hypot(found["geometric_error"], found["output_error"]), rel=1e-2
         )
 
     @pytest.mark.parametrize("how", ["by", "to"])
-    def test_a_law_from_a_drawn_start_that_scatters(self, how):
-        """An arm that ends where it is told to goes less far from a later start."""
+    def test_a_law_from_a_varying_drawn_start(self, how):
+        """An arm with a fixed end position moves less from a later start."""
         tables = parse_toml(ARM.replace("by = 1", f"{how} = 1"))
         found = evaluate(tables, ["points.A.y"], [[0.0], [0.1]], ["deflection"]).columns["deflection"]
         start = np.arctan2(0.1, L)
-        share = (1 - start if how == "to" else 1) * (np.hypot(L, 0.1) / L) ** 4  # the tip's mass alone, nearly
+        share = (1 - start if how == "to" else 1) * (np.hypot(L, 0.1) / L) ** 4  # almost only the mass of the tip
         assert found[1] / found[0] == pytest.approx(share, rel=0.05)
         raised = document_of(tables).with_values({"points.A.y": 0.1})
         alone = evaluate(raised, [], np.zeros((1, 0)), ["deflection"]).columns
         assert found[1] == pytest.approx(alone["deflection"][0], rel=1e-12)
 
     @pytest.mark.slow
-    def test_the_arm_as_its_formula_scatters(self):
+    def test_quantiles_of_the_arm_agree_with_its_formula(self):
         more = '[tolerances]\n"sections.bar.depth" = { plus_minus = "3 %", distribution = "normal" }\n'
         found = tolerance_study(parse_toml(ARM + more))
         sampled = found.sampled["deflection"]
@@ -237,7 +237,7 @@ class TestTolerances:
 
 
 class TestOptimum:
-    def test_the_lightest_arm_that_bends_no_more_than_allowed(self):
+    def test_the_lightest_arm_within_a_deflection_limit(self):
         more = """
 [limits]
 deflection = "20 um"
@@ -247,21 +247,21 @@ minimize = "mass"
 "sections.bar.depth" = ["5 mm", "60 mm"]
 """
         solved = optimum_study(parse_toml(ARM + more))
-        (held_to,) = solved.held_to  # the limit less room for vibration and errors
+        (held_to,) = solved.held_to  # limit minus the allowance for vibration and errors
         assert 19e-6 < held_to < 20e-6
         depth = brentq(lambda depth: tip_deflection(depth) - held_to, 5e-3, 60e-3, xtol=1e-16)
         assert solved.optimum.values == pytest.approx([depth], rel=1e-6)
         assert solved.after["deflection.arm"] <= held_to
         mass = DENSITY * WIDTH * L * depth
-        step = 1e-5  # per cent of the mass to one of the limit, by the formula
+        step = 1e-5  # per cent of mass per per cent of the limit, by the formula
         wider = brentq(lambda depth: tip_deflection(depth) - held_to * (1 + step), 5e-3, 60e-3, xtol=1e-16)
         price = (depth - wider) / depth / step * mass / (mass + TIP)
         assert solved.optimum.certificate.multiplier == pytest.approx([price], rel=1e-4)
         assert solved.optimum.certificate.residual < 1e-6
         assert words(solved)[0].endswith("kg; acceptable")
 
-    def test_a_limit_that_no_variable_moves_is_told_before_any_search(self):
-        """The rest of the arm's mass is at its tip, which no depth changes."""
+    def test_a_limit_without_influence_is_reported_before_the_search(self):
+        """The rest of the mass is at the tip, and no depth changes it."""
         more = """
 [limits]
 deflection = "20 um"
@@ -285,7 +285,7 @@ minimize = "mass"
 
     @pytest.mark.slow
     def test_a_stepped_arm_of_equal_stress(self):
-        """Under a force at its tip every piece is as deep as its own root needs it: 6 F s / (b h^2) = sigma."""
+        """Under a tip force each piece has the depth that its root requires: 6 F s / (b h^2) = sigma."""
         pieces = [f'[sections.s{k}]\nshape = "rectangle"\ndepth = "20 mm"\nwidth = "10 mm"' for k in (1, 2, 3)]
         head = SLOW_ARM.replace("masses = { A = 0.2 }", "").replace(
             'points = ["O", "A"]', 'points = ["O", "P", "Q", "A"]'
@@ -299,11 +299,11 @@ minimize = "mass"
             f'[optimize]\nminimize = "mass"\n[optimize.limits]\nstress = "60 MPa"\n[optimize.variables]\n{variables}\n'
         )
         solved = optimum_study(parse_toml("\n".join([head, *pieces, FORCE, asked])))
-        assert np.array(solved.held_to) == pytest.approx(60e6, rel=0.01)  # less room for errors
+        assert np.array(solved.held_to) == pytest.approx(60e6, rel=0.01)  # minus an allowance for errors
         rows = zip((0.3, 0.2, 0.1), solved.held_to, strict=True)
         exact_depths = [np.sqrt(6 * 50 * arm / (WIDTH * stress)) for arm, stress in rows]
         assert solved.optimum.values == pytest.approx(exact_depths, rel=1e-5)
-        # each stress frees the half of its piece's mass
+        # each stress frees half the mass of its piece
         assert solved.optimum.certificate.multiplier == pytest.approx(
             0.5 * np.array(exact_depths) / sum(exact_depths), rel=1e-3
         )
@@ -311,7 +311,7 @@ minimize = "mass"
 
     @pytest.mark.slow
     def test_a_tapered_arm_of_equal_stress(self):
-        """Linear taper under a force at its tip: three times as deep at the root, stressed most halfway."""
+        """Linear taper under a tip force: three times as deep at the root, with the largest stress in the middle."""
         text = SLOW_ARM.replace("masses = { A = 0.2 }", "").replace('depth = "20 mm"', 'depth = ["24 mm", "12 mm"]')
         asked = """
 [optimize]
@@ -323,32 +323,33 @@ stress = "60 MPa"
 "sections.bar.depth[2]" = ["2 mm", "40 mm"]
 """
         problem = problem_of(parse_toml(text + FORCE + asked)).problem
-        (found,) = local_searches(problem, [np.array([0.5, 0.5])])  # one: designs of a taper are computed one by one
+        # one search, since designs of a taper are computed one by one
+        (found,) = local_searches(problem, [np.array([0.5, 0.5])])
         tip = np.sqrt(6 * 50 / (4 * WIDTH * 60e6) * L / 2)
         assert found.violation == 0
         assert problem.values(found.end) == pytest.approx([3 * tip, tip], rel=2e-3)
         assert found.cost == pytest.approx(DENSITY * WIDTH * L * 2 * tip, rel=1e-5)
 
     @pytest.mark.slow
-    def test_a_wing_s_lengths_are_those_of_its_three_equations(self):
-        """As docs/sources.md solves them for the printed 21, 39 and 59 mm."""
+    def test_the_lengths_of_a_wing_solve_its_three_equations(self):
+        """docs/sources.md solves them for the printed 21, 39 and 59 mm."""
         tables = parse_toml(shipped_scenes()["wing_sizing"].read_text(encoding="utf-8"))
         tables["run"]["positions"] = 90
         solved = optimum_study(tables)
-        # to the error that 90 positions leave in the angles
+        # up to the error of the angles at 90 positions
         assert solved.optimum.values == pytest.approx([21.12e-3, 38.48e-3, 58.61e-3], abs=0.02e-3)
         assert (solved.optimum.certificate.multiplier > 0.1).all()
 
     @pytest.mark.slow
-    def test_five_points_by_a_four_bar(self):
-        """A sum of squares of 7.41575e-7 in its unit of length, see test_optimum."""
+    def test_a_four_bar_through_five_points(self):
+        """The sum of squares is 7.41575e-7 in its unit of length, see test_optimum."""
         solved = optimum_study(parse_toml(shipped_scenes()["five_points"].read_text(encoding="utf-8")))
         assert solved.after["path_squares"] == pytest.approx(7.415751307e-9, rel=1e-6)
         lengths = [0.36697, 0.19978, 0.39963, 0.27049, 0.16720, 0.16801]
         assert solved.optimum.values == pytest.approx(lengths, abs=1e-5)
 
     @pytest.mark.slow
-    def test_a_frequency_kept_from_the_drive(self):
+    def test_a_frequency_away_from_the_drive(self):
         tables = parse_toml(
             ARM
             + """
@@ -363,7 +364,7 @@ frequency = { least = "300 rad/s" }
         solved = optimum_study(tables)
         found = solved.optimum.values[0]
 
-        def lowest(depth):  # a cantilever with a mass at its tip: 1 + cos cosh + mu k (cos sinh - sin cosh) = 0
+        def lowest(depth):  # cantilever with tip mass: 1 + cos cosh + mu k (cos sinh - sin cosh) = 0
             line = DENSITY * WIDTH * depth
             mu = TIP / (line * L)
 
@@ -388,6 +389,6 @@ def test_the_distance_of_a_frequency_from_multiples_of_the_speed():
     assert 1 < ratio < 6
 
 
-def test_shipped_optima_are_asked_for_by_shipped_scenes():
+def test_documented_optima_are_shipped():
     assert {"wing_sizing", "five_points", "lightest_arm"} <= shipped_scenes().keys()
     assert read_scene(shipped_scenes()["lightest_arm"]).limits

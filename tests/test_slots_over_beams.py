@@ -1,4 +1,4 @@
-"""Claim: a block passes from beam to beam along the line of its slot, as if they were one."""
+"""A block passes from beam to beam along its slot as along one beam."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SECTION = Section(EA=1e6, EI=1e3)
 
 
 def quick_return(cuts=(), stem=False, friction=None, reach=LENGTH):
-    """A crank's block in the slot of an elastic lever, which is one beam or several; and a stem."""
+    """Return a crank's block in the slot of an elastic lever of one or several beams, optionally with a stem."""
     points = {"D": 0.0, **{f"P{k}": cut * LENGTH for k, cut in enumerate(cuts)}, "E": reach}
     names = list(points)
     beams = [Beam(*ends, 2.0) for ends in pairwise(names)]
@@ -59,7 +59,7 @@ def test_as_along_one_beam(friction):
 
 
 def test_vibrating_as_along_one_beam():
-    """The steady state of a lever that bends under the block, in one beam and in two."""
+    """The steady state of a lever under the block is the same for one beam and two."""
     xi, found = np.array([0.1, 0.4, 0.77, 0.99]), []
     for cuts in ((), (0.35,)):
         made, sections = quick_return(cuts)
@@ -85,7 +85,7 @@ def test_finite_elements_agree(stem):
     assert compare(deflection(course, sections), solve(course, sections, 4)).passed
 
 
-def test_a_tapered_beam_in_the_line_that_the_block_does_not_come_to_is_allowed():
+def test_a_tapered_beam_out_of_the_blocks_reach_is_allowed():
     course, sections = quick_return(CUTS)
     tapered = Section(1e6, 1e3, taper=Taper(EI=(1.0, -0.5)))
     assert np.isfinite(deflection(course, [*sections[:-1], tapered]).w).all()
@@ -93,7 +93,7 @@ def test_a_tapered_beam_in_the_line_that_the_block_does_not_come_to_is_allowed()
         deflection(course, [*sections[:2], tapered, *sections[3:]])
 
 
-def test_beyond_the_last_beam_nothing_is_known():
+def test_positions_beyond_the_last_beam_are_unknown():
     bent = deflection(*quick_return(CUTS[:2], reach=0.33))
     off = np.isnan(bent.blocks[0].xi)
     assert 0 < off.sum() < len(off)

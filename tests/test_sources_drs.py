@@ -1,6 +1,6 @@
-"""The push-up mechanism of a drag reduction system against the figures of its source, recomputed where it lost digits.
+"""The push-up mechanism of a drag reduction system reproduces its source, with recomputed digits if necessary.
 
-Tolerances are half a unit of the last digit given; see docs/sources.md.
+Tolerances are half a unit of the last digit; see docs/sources.md.
 """
 
 from dataclasses import replace
@@ -17,12 +17,12 @@ from rigid.analysis import PointCoordinate, dead_points, drive_values
 
 
 def digits(value):
-    """Half a unit of the last digit of a decimal number."""
+    """Return half a unit of the last digit of a decimal number."""
     return 0.5 * 10.0 ** -len(str(value).partition(".")[2]) * 1.001
 
 
 class TestDragReduction:
-    """DRS project: kinematics push up mechanism, a Maple worksheet: its bars are lines of mass."""
+    """DRS project: kinematics push up mechanism, a Maple worksheet. Bars are mass lines."""
 
     scene = scene_from_text(
         shipped_scenes()["drs_push_up"].read_text(encoding="utf-8").replace("[run]", '[run]\nbeams = "euler-bernoulli"')
@@ -54,15 +54,15 @@ class TestDragReduction:
         ways = three_ways(scene_motion(self.scene))
         assert np.abs(ways[1:] - ways[0]).max() < 1e-10 * np.abs(ways[0]).max()
 
-    def test_printed_force_at_the_start_is_what_its_lost_digits_give(self):
-        # Virtual work of the notebook's own numbers at its angles: the constants are its own too.
+    def test_the_printed_force_at_the_start_follows_from_rounded_angles(self):
+        # Virtual work with the notebook's own constants and angles.
         psi1, psi3 = -0.1706738276, 1.087076363
         arm = complex(0.0517233963 - 0.11, 0.0015878093)
-        # A slide of 1 turns the flap by 1/tau; what the link passes on has no moment about C on the link's line.
+        # A unit slide rotates the flap by 1/tau; the link's remaining force has no moment about C.
         rate = np.cos(psi1) / (-0.1 * np.cos(psi3 - psi1))
         turned = 1j * arm * np.exp(1j * psi3) * rate
         loads = complex(145.51319, -819.11694 - 2 * 9.81) + complex(*self.beyond(psi3))
-        link = 1 + 0.5 * (-0.1j * np.exp(1j * psi3) * rate - 1j).imag  # speed up of the link's middle
+        link = 1 + 0.5 * (-0.1j * np.exp(1j * psi3) * rate - 1j).imag  # velocity of the link's middle
         found = -(loads.conjugate() * turned).real + 9.81 * (0.08 + 0.0375 * link)
         assert found == pytest.approx(1003.196916, abs=1e-3)
         assert self.force(0)[0] == pytest.approx(1003.314036, abs=1e-6)
@@ -79,7 +79,7 @@ class TestDragReduction:
         assert stops == [pytest.approx(-0.001552857370, abs=5e-12), pytest.approx(0.2775528574, abs=5e-11)]
 
     def test_limits_of_the_stroke(self):
-        # The tip 10 and 50 mm above a point of the main wing: exact roots, which the worksheet has to 4e-7.
+        # The tip is 10 and 50 mm above a point of the main wing; the worksheet has these exact roots to 4e-7.
         course = motion(self.scene.mechanism, np.linspace(-0.0015, 0.1, 200))
         level = (0.006 + np.exp(1j * np.radians(5)) * complex(0.28, 0.0223)).imag
         height = PointCoordinate("flap", "T", 1j)
@@ -88,19 +88,19 @@ class TestDragReduction:
             assert found == pytest.approx(root, abs=5e-13)
             assert found != pytest.approx(printed, abs=1e-7)
 
-    def test_profile_is_its_quintic(self):
+    def test_the_profile_is_a_quintic(self):
         time = np.linspace(0, 0.01, 11)
         quintic = 0.0001989391299 + 458759.5888 * time**3 - 6.881393831e7 * time**4 + 2.752557533e9 * time**5
         assert self.scene.course.at(time).drive[0] == pytest.approx(quintic, abs=1e-9)
 
-    def test_centre_of_mass_is_the_mean_of_the_outline(self):
+    def test_the_centre_of_mass_is_the_mean_of_the_outline(self):
         flap = self.scene.mechanism.links[self.scene.mechanism.index["flap"]]
         outline = np.array(self.scene.outlines["flap"])
         assert len(outline) == 43
         assert outline.mean() + 0.11 == pytest.approx(0.0517233963 + 0.0015878093j, abs=1e-10)
         assert flap.points["G"] == pytest.approx(outline.mean(), abs=1e-12)
 
-    def test_the_moment_of_inertia_of_wrong_dimension_makes_the_peak(self):
+    def test_the_peak_comes_from_a_moment_of_inertia_with_wrong_dimension(self):
         mechanism = self.scene.mechanism
         links = list(mechanism.links)
         at = mechanism.index["flap"]
@@ -108,6 +108,6 @@ class TestDragReduction:
         assert lump.inertia == pytest.approx(2 * 0.12 / 3)
         links[at] = replace(links[at], lumps=(replace(lump, inertia=2 * 0.12**2 / 3),))
         right = replace(self.scene, course=replace(self.scene.course, mechanism=replace(mechanism, links=tuple(links))))
-        # 25408.6 N is the largest of positions 0.1 ms apart; the peak between them is half a newton higher.
+        # 25408.6 N is the maximum of positions 0.1 ms apart; the peak between them is half a newton higher.
         assert self.force(*np.linspace(0, 50, 501), scene=right).max() == pytest.approx(25408.6, abs=0.05)
         assert self.force(*np.linspace(0.9, 0.91, 501), scene=right).max() == pytest.approx(25409.06, abs=5e-3)

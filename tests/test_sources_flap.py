@@ -14,7 +14,7 @@ from rigid import acceleration_of, drive_efforts, motion, position_of, reactions
 from rigid.analysis import LinkAngle
 from rigid.dynamics import reduced_inertia
 
-# The columns of the source's incidence matrix (9 as in its plain, not its reduced form).
+# Columns of the source's full incidence matrix (column 9 as in the unreduced form).
 BRANCHES = {1: "4-1", 2: "1-2", 3: "2-3", 4: "3-4", 5: "3-5", 6: "5-4", 7: "3-6", 8: "9-10", 9: "10-4", 10: "5-6",
             11: "6-7", 12: "7-8", 13: "8-9", 14: "8-10", 15: "5-9"}  # fmt: skip
 
@@ -27,13 +27,13 @@ def course():
 class TestFlapMechanism:
     """Scutaru, Vlase, Marin: the flap and wing mechanism, as bars and as plates."""
 
-    # Its six loops: branches and their senses.
+    # Six loops: branches and senses.
     loops = (((2, 1), (3, 1), (4, 1), (1, 1)), ((4, -1), (5, 1), (6, 1)), ((5, -1), (10, -1), (7, 1)),
              ((4, -1), (5, 1), (8, 1), (10, 1), (11, 1), (12, 1), (13, 1), (9, 1)), ((8, -1), (13, -1), (14, 1)),
              ((10, -1), (11, -1), (12, -1), (13, -1), (15, 1)))  # fmt: skip
     unknown = (3, 4, 5, 6, 7, 8, 10, 11, 12, 13, 14, 15)
 
-    def test_bars_and_plates_move_alike_and_take_the_same_effort(self, course):
+    def test_bars_and_plates_have_the_same_motion_and_effort(self, course):
         other = scene_motion(shipped("flap_plates"), 41)
         for bar, plate, point in (("bar_12", "nose", "7"), ("bar_13", "flap", "8"), ("bar_7", "plate", "6")):
             assert position_of(course, bar, point) == pytest.approx(position_of(other, plate, point), abs=1e-14)
@@ -47,7 +47,7 @@ class TestFlapMechanism:
         assert np.degrees(np.ptp(turned)) == pytest.approx(65.0, abs=0.05)
 
     def ways(self, course):
-        """Vectors of the bars along the source's branches, shape (positions,) each."""
+        """Return the vectors of the bars along the source's branches, shape (positions,) each."""
         places = {node: self.place(course, node) for pair in BRANCHES.values() for node in pair.split("-")}
         ends = {branch: pair.split("-") for branch, pair in BRANCHES.items()}
         return {branch: places[end] - places[start] for branch, (start, end) in ends.items()}
@@ -86,8 +86,8 @@ class TestFlapMechanism:
         found = np.linalg.solve(P_n, -P_c @ e2 + Q_n @ w**2 + Q_c @ w2**2)
         np.testing.assert_allclose(found, e, atol=1e-11 * np.abs(e).max())
 
-    def test_acceleration_of_a_centre_seen_from_the_far_end(self, course):
-        # (34): the printed one takes L - b_y where L_y - b_y and L_x - b_x belong, and has a sign wrong.
+    def test_acceleration_of_a_centre_from_the_far_end(self, course):
+        # (34) has L - b_y instead of L_y - b_y and L_x - b_x, and a wrong sign.
         link = number(course, "bar_15")
         L = self.ways(course)[15]
         b = L / 2
@@ -102,7 +102,7 @@ class TestFlapMechanism:
         assert np.abs(printed - center).max() > 0.1 * np.abs(center).max()
 
     def test_equation_of_motion(self, course):
-        # (42): alpha eps + beta omega^2 = Q, Q the motor's moment and what weight and air load reduce to.
+        # (42): alpha eps + beta omega^2 = Q, where Q is the motor moment and the reduced weight and air load.
         alpha, beta = reduced_inertia(course)
         inertial = replace(course.mechanism, loads=(), gravity=0.0)
         bare = motion(inertial, course.drive, course.drive_rate, course.drive_acceleration, course.time)
@@ -110,7 +110,7 @@ class TestFlapMechanism:
         found = alpha * course.drive_acceleration[0] + beta * course.drive_rate[0] ** 2
         np.testing.assert_allclose(found, moment, atol=1e-12 * np.abs(moment).max())
 
-    def test_triangles_of_joints_in_one_line_are_refused(self):
+    def test_collinear_triangles_of_joints_are_an_error(self):
         # The source's Figure 3: a lever 4-5-9 as three bars.
         bars = linked(
             "rigid = true\nmass = 1\ncenter = [0, 0]", crank="OA", one="AB", two="BC", three="AC", rocker="CD"

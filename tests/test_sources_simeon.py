@@ -1,10 +1,10 @@
-"""Claim: Simeon's flexible slider-crank comes out of the same parts, and how far his rod is from a full one is known.
+"""Simeon's flexible slider-crank follows from the same parts, and the error of his rod model is known.
 
-Problem "crank" of the Test Set for Initial Value Problem Solvers (Mazzia and Magherini, University of Bari, 2008), from
-B. Simeon, Math. Modelling of Systems 2 (1996) 1-18. His rod bends in two sines and stretches in a parabola. In the
-published code the mass of the stretch lacks the factor 1/15; its digits belong to the code as it is. He takes the
-elastic rod's large motion into account, here it is linear about that of the rigid rod: what goes with the square of
-the displacements, 6e-4 of the length, is the difference.
+Problem "crank" of the Test Set for Initial Value Problem Solvers (Mazzia and Magherini, University of Bari, 2008),
+from B. Simeon, Math. Modelling of Systems 2 (1996) 1-18. His rod has two sine modes and a parabolic stretch. In the
+published code the mass of the stretch lacks the factor 1/15; its digits are those of the code. He includes the large
+motion of the elastic rod; here it is linear about the rigid rod. The difference is of the order of the squared
+displacement, 6e-4 of the length.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ PUBLISHED_RATE = np.array([-0.03005541400289738, -0.005500431812571696])
 
 
 def ritz(missing_factor, count=300):
-    """Amplitudes of his four shapes at the end, and their rates."""
+    """Return the amplitudes of his four modes at the end, and their rates."""
     grid = Grid(np.linspace(0, END, count + 1))
     crank = SPEED * grid.nodes
     rod = np.arcsin(-CRANK * np.sin(crank) / ROD)
@@ -37,7 +37,7 @@ def ritz(missing_factor, count=300):
     xi, weights = np.polynomial.legendre.leggauss(20)
     xi, weights = (xi + 1) / 2, weights / 2
     shapes = [1j * np.sin(np.pi * xi), 1j * np.sin(2 * np.pi * xi), 4 * xi * (1 - xi), xi * (2 * xi - 1)]
-    # the end stretches by the last amplitude; the rod turns so that it stays on the line
+    # the end moves by the last amplitude, and the rod rotates to stay on the line
     turned = np.array([0.0, 0.0, 0.0, 1.0]) * (-np.tan(rod) / ROD)[:, None]
     moved = e[:, None, None] * (np.array(shapes).T + 1j * ROD * xi[:, None] * turned[:, None])
     block = (e[:, None] * (np.array([0.0, 0.0, 0.0, 1.0]) + 1j * ROD * turned)).real
@@ -62,20 +62,20 @@ def ritz(missing_factor, count=300):
     return x[-1], x1[-1]
 
 
-def test_his_digits_from_his_model():
+def test_his_model_gives_his_digits():
     amplitudes, rates = ritz(missing_factor=True)
     np.testing.assert_allclose(amplitudes[:2], PUBLISHED[:2], rtol=6e-5)
     np.testing.assert_allclose(amplitudes[2:], PUBLISHED[2:], rtol=6e-4)
     np.testing.assert_allclose(rates[:2], PUBLISHED_RATE, rtol=4e-4)
 
 
-def test_the_missing_factor_shows_in_the_stretch():
+def test_the_missing_factor_changes_the_stretch():
     amplitudes, _ = ritz(missing_factor=False)
     assert abs(amplitudes[3] / PUBLISHED[3] - 1) > 4e-3
 
 
 def full_rod():
-    """First two sines of the deflection from the chord of a rod with all modes, at the end."""
+    """Return the first two sine amplitudes of the chord deflection at the end, for a rod with all modes."""
     links = (
         Link("ground", {"O": 0.0}),
         Link("crank", {"O": 0.0, "A": CRANK}, (), (Lump("O", 0.36, 0.0007, 0.075),)),
@@ -98,7 +98,7 @@ def full_rod():
 
 
 def test_a_full_rod_without_its_axial_force(monkeypatch):
-    """He leaves out what the axial force does to the bending."""
+    """He neglects the effect of axial force on bending."""
     with_force = equations_of_motion.geometric_stiffness
 
     def without(*given):
@@ -109,5 +109,5 @@ def test_a_full_rod_without_its_axial_force(monkeypatch):
 
 
 def test_the_axial_force_changes_the_answer():
-    """By a quarter at this instant, after 20 periods of the lowest mode."""
+    """The change is a quarter at this instant, after 20 periods of the lowest mode."""
     assert 0.2 < full_rod()[0] / PUBLISHED[0] - 1 < 0.3

@@ -1,4 +1,4 @@
-"""The systems of the course chapter on structure, as scenes that describe structure alone."""
+"""The systems of the course chapter on structure, as scenes without dimensions of machines."""
 
 import pytest
 
@@ -31,7 +31,7 @@ def structure(name):
         ("vise_grips", 4, 4, 1, 1, 1, 0),
         ("car_hood", 6, 7, 2, 1, 1, 0),
         ("nacelle", 11, 13, 3, 4, 4, 0),  # N_c = 13 - 11 + 1; turret, two cylinders, platform
-        ("rolling_wheels", 3, 3, 1, 0, 1, 1),  # the criterion is fooled
+        ("rolling_wheels", 3, 3, 1, 0, 1, 1),  # the criterion is wrong here
     ],
 )
 def test_counts_of_planar_mechanisms(name, links, joints, loops, count, m, h):
@@ -45,7 +45,7 @@ def test_counts_of_planar_mechanisms(name, links, joints, loops, count, m, h):
     assert len(mechanism.drives) == m
 
 
-def test_cycles_of_the_nacelle_are_those_of_the_text():
+def test_the_cycles_of_the_nacelle_are_those_of_the_text():
     graph = link_graph(structure("nacelle").mechanism)
     ends = {frozenset((branch.start, branch.end)) for branch in graph.branches}
     names = ["ground", "turret", "boom", "arm", "cylinder5", "piston6", "cylinder7", "piston8", "strut9", "lever10"]
@@ -66,7 +66,7 @@ def test_screw_and_nut():
 
 
 def test_gear_shaft():
-    # r_s = 5, m = 1, h = 1; with D below the shaft F_m R = F_r r (printed with a sine in the place of the cosine).
+    # r_s = 5, m = 1, h = 1; with D below the shaft F_m R = F_r r (printed with a sine instead of the cosine).
     scene = structure("gear_shaft")
     chain = spatial_chain(scene.joints, scene.fixed)
     found = mobility(chain)
@@ -79,7 +79,7 @@ def test_gear_shaft():
 
 
 @pytest.mark.parametrize("name", sorted(shipped_structures()))
-def test_the_command_tells_their_structure(name, tmp_path, capsys):
+def test_the_command_reports_their_structure(name, tmp_path, capsys):
     assert main([name, "--structure", "-o", str(tmp_path)]) == 0
     told = capsys.readouterr().out
     scene = structure(name)
@@ -91,7 +91,7 @@ def test_the_command_tells_their_structure(name, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("name", sorted(shipped_structures()))
-def test_they_name_their_source_and_are_refused_as_machines(name, tmp_path, capsys):
+def test_they_name_their_source_and_are_not_accepted_as_machines(name, tmp_path, capsys):
     assert "Course chapter" in structure(name).source
     with pytest.raises(SceneError, match="ask for it with --structure"):
         read_scene(shipped_structures()[name])

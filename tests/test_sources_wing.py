@@ -1,6 +1,6 @@
-"""The two-stage flapping wing against the figures of its source, and against recomputed ones where it fails.
+"""The two-stage flapping wing reproduces the figures of its source, with recomputed values if the source is wrong.
 
-Tolerances are half a unit of the last digit given; see docs/sources.md.
+Tolerances are half a unit of the last digit; see docs/sources.md.
 """
 
 from pathlib import Path
@@ -24,7 +24,7 @@ class TestFlappingWing:
 
     @staticmethod
     def limits(course, link, beyond):
-        """Lower and upper limit of a wing's angle [deg], and the crank's angles there."""
+        """Return lower and upper limit of a wing's angle [deg], and the crank angles at these limits."""
         low, high = swing(course, LinkAngle(link))
         turn = np.degrees([low.value, high.value]) + beyond
         return (*((turn + 180) % 360 - 180), *(np.degrees([low.drive[0], high.drive[0]]) % 360))
@@ -33,7 +33,7 @@ class TestFlappingWing:
         found = {each.joint: np.degrees(each.angle.min()) for each in transmission_angles(course)}
         assert found["C"] == pytest.approx(48.6414, abs=5e-5)
         assert round(found["C"], 1) == 48.6  # as printed
-        # (6): the crank and the frame in line.
+        # (6): crank and frame in line.
         assert found["C"] == pytest.approx(np.degrees(np.arccos((39**2 + 50**2 - (59 - 21) ** 2) / (2 * 39 * 50))))
 
     def test_inner_wing(self, course):
@@ -44,7 +44,7 @@ class TestFlappingWing:
         # (3), (4)
         angles = [np.degrees(np.arccos((50**2 + 59**2 - (39 + sign * 21) ** 2) / (2 * 50 * 59))) for sign in (-1, 1)]
         assert (high, -low) == (pytest.approx(61 - angles[0]), pytest.approx(angles[1] - 61))
-        # Printed: 45, -5 and 50 deg are the nominal values; crank angles of 268 and 84 deg are not reproduced.
+        # Printed: 45, -5 and 50 deg are nominal values; the crank angles of 268 and 84 deg are not reproduced.
         assert (at_high, at_low) != (pytest.approx(268, abs=10), pytest.approx(84, abs=10))
 
     def test_time_ratio(self, course):
@@ -53,7 +53,7 @@ class TestFlappingWing:
         assert 180 * (ratio - 1) / (ratio + 1) == pytest.approx(2.4095, abs=5e-5)  # printed 4 deg
 
     def test_outer_wing(self, course):
-        # Its own axis runs along GF; GH is 75 deg further.
+        # Its local axis is along GF; GH is 75 deg further.
         low, high, *_ = self.limits(course, "outer_wing", 75)
         assert (high, low) == (pytest.approx(46.4856, abs=5e-5), pytest.approx(-18.7120, abs=5e-5))
         assert high - low == pytest.approx(65.1976, abs=5e-5)  # printed 74, from a lower limit of -28
@@ -79,8 +79,8 @@ class TestFlappingWing:
         between = course.direction[outer] * np.exp(1j * np.radians(75)) / course.direction[coupler]
         assert between == pytest.approx(np.full(3600, np.exp(1j * np.radians(255))), abs=1e-13)
 
-    def test_rates_of_the_outer_wing_as_printed_are_wrong(self, course):
-        # (27), (28) leave out that l_EG changes. gamma_1 + gamma_2 is the angle CGF, whose rate is omega_4 - omega_3.
+    def test_the_printed_rates_of_the_outer_wing_are_wrong(self, course):
+        # (27), (28) neglect the change of l_EG. gamma_1 + gamma_2 is the angle CGF, with the rate omega_4 - omega_3.
         w2, w3, w4 = (course.angular_velocity[number(course, name)] for name in ("coupler", "inner_wing", "outer_wing"))
         C, E, G, F = (
             position_of(course, *ends) for ends in (("coupler", "C"), ("rod", "E"), ("inner_wing", "G"), ("rod", "F"))
@@ -91,13 +91,13 @@ class TestFlappingWing:
         between = np.angle(course.direction[number(course, "coupler")] / course.direction[number(course, "inner_wing")])
         printed = np.cos(between) / EG * (CG / np.cos(gamma1) + CE / np.cos(gamma2)) * (w2 - w3)
         assert np.abs(printed - (w4 - w3)).max() > 0.5 * np.abs(w4 - w3).max()
-        # Differentiated over the turn: what (18) itself gives.
+        # Numerical derivative of (18) over the turn.
         wave = np.fft.rfft(gamma1 + gamma2)
         order = 1j * np.arange(len(wave)) * course.drive_rate[0, 0]
         np.testing.assert_allclose(np.fft.irfft(order * wave, 3600), w4 - w3, atol=1e-8 * np.abs(w4).max())
 
     def test_closed_forms_of_speed_and_acceleration(self, course):
-        # (25), (30), with alpha_3 along DC, which is the inner wing's own axis turned by 180 deg.
+        # (25), (30), with alpha_3 along DC: the inner wing's local axis rotated by 180 deg.
         a1, a2, a3 = (np.angle(course.direction[number(course, name)]) for name in ("crank", "coupler", "inner_wing"))
         a3 = a3 + np.pi
         w1, w2, w3 = (course.angular_velocity[number(course, name)] for name in ("crank", "coupler", "inner_wing"))
@@ -118,11 +118,11 @@ class TestFlappingWing:
 
 
 class TestFlappingWingSizing:
-    """Lengths from limits of swing and transmission angle: the source's (3), (4) and (6) for a given frame angle."""
+    """Lengths from limits of swing and transmission angle: (3), (4) and (6) of the source for a given frame angle."""
 
     @staticmethod
     def lengths(upper, lower, transmission, rocker, frame_angle):
-        """Crank, coupler and frame [as the rocker]; angles in rad."""
+        """Return crank, coupler and frame in the unit of the rocker; angles in rad."""
         from scipy.optimize import fsolve
 
         def rest(unknown):
@@ -138,11 +138,11 @@ class TestFlappingWingSizing:
         assert success == 1, message
         return found
 
-    def test_they_round_to_the_printed_ones(self):
+    def test_rounded_lengths_are_the_printed_ones(self):
         found = self.lengths(*np.radians([45, -5, 48]), 50.0, np.radians(61))
         assert found == pytest.approx([21, 39, 59], abs=0.6)
 
-    def test_a_machine_of_these_lengths_has_the_asked_limits(self):
+    def test_a_machine_of_these_lengths_has_the_required_limits(self):
         crank, coupler, frame = self.lengths(*np.radians([45, -5, 48]), 50.0, np.radians(61))
         D = frame * np.exp(1j * np.radians(61))
         links = (
@@ -158,7 +158,7 @@ class TestFlappingWingSizing:
         at = motion(built, [np.radians(61)])
         assert np.degrees(transmission_angles(at)[0].angle[0]) == pytest.approx(48, abs=1e-9)
 
-    def test_the_lines_of_the_documentation_give_them(self, capsys):
+    def test_the_example_in_the_documentation_gives_these_lengths(self, capsys):
         text = (Path(__file__).parent.parent / "docs" / "sources.md").read_text(encoding="utf-8")
         exec(text.partition("```python\n")[2].partition("```")[0], {"__name__": "docs"})
         printed = [float(word) for word in capsys.readouterr().out.strip("[]\n").split()]

@@ -1,6 +1,6 @@
-"""Claim: joint forces, drive efforts and shaking forces balance everything that acts on the links.
+"""Joint forces, drive efforts and shaking forces balance all loads on the links.
 
-References: one dense system of all links' equilibrium, Newton's laws summed over mass points, and closed forms.
+References are one dense equilibrium system of all links, Newton's laws summed over mass points, and closed forms.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from rigid import (
 
 
 def loads_about_origins(going, position):
-    """Force and moment about its origin on every moving link: inertia, weight, given loads; x, y, moment in turn."""
+    """Return force and moment about the origin of each moving link by inertia, weight and given loads."""
     right = np.zeros((len(going.mechanism.links), 3))
 
     def add(at, place, force, twist):
@@ -55,7 +55,7 @@ def loads_about_origins(going, position):
 @pytest.mark.parametrize("name", ALL)
 @pytest.mark.parametrize("position", in_tiers([0, 11], 10, 10))
 def test_equal_one_dense_system_of_all_links(name, position):
-    """Transposed constraint matrix times multipliers balances the loads of all links at once."""
+    """The transposed constraint matrix times multipliers balances the loads of all links."""
     case = ALL[name]()
     going = motion_of(case)
     mechanism = case.mechanism
@@ -88,8 +88,8 @@ def test_equal_one_dense_system_of_all_links(name, position):
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_the_ground_takes_what_momentum_leaves(name):
-    """Shaking force and moment: applied loads less the rate of momentum, summed over mass points."""
+def test_ground_forces_agree_with_momentum(name):
+    """Shaking force and moment are the applied loads minus the rate of momentum, summed over mass points."""
     going = motion_of(ALL[name]())
     forces = reactions(going)
     force, twist = balance.missing_force(going)
@@ -141,8 +141,8 @@ class TestClosedForms:
         side = next(k for k, joint in enumerate(structure(mechanism).joints) if not joint.turns)
         np.testing.assert_allclose(abs(forces.force[side]), F * abs(np.tan(lean)), rtol=1e-12, atol=1e-11)
 
-    def test_load_on_the_ground_is_the_grounds(self):
-        """A force on a ground point loads nothing but the ground."""
+    def test_a_load_on_the_ground_loads_only_the_ground(self):
+        """It does not appear in any joint."""
         case = four_bar(loads=())
         pushed = replaced(case.mechanism, loads=(PointLoad("ground", "D", 3 + 4j, 2.0),))
         forces = [reactions(motion(m, case.drive, 7.0)) for m in (case.mechanism, pushed)]
@@ -164,8 +164,8 @@ class TestClosedForms:
 
 
 class TestSingularPositions:
-    def test_are_nan_and_the_others_stay(self):
-        """Crank, coupler and rocker in one line: no force holds a load across."""
+    def test_only_singular_positions_are_nan(self):
+        """Crank, coupler and rocker are in line, so no joint force can hold a transverse load."""
         case = four_bar(0.25, 0.5, 0.25, 0.5)
         going = motion(case.mechanism, [0.5, np.pi, 1.0], 1.0)
         forces = reactions(going)
@@ -175,7 +175,7 @@ class TestSingularPositions:
 
 class TestDesigns:
     def test_loads(self):
-        """Efforts of three loads at once, their own axis of designs."""
+        """Efforts for three loads at once, on an axis of designs."""
         case = slider_crank(loads=())
         sizes = np.array([[0.0], [10.0], [-4.0]])
         going = motion(replaced(case.mechanism, loads=(PointLoad("rod", "B", sizes, sizes),)), case.drive, 7.0)
@@ -199,7 +199,7 @@ class TestDesigns:
 
 
 def test_several_links_on_one_pin():
-    """Three bars on one pin: the forces on the pin's bars add up to the load put there on any of them."""
+    """Three bars on one pin: the forces of the pin on the bars sum to the load on any of them."""
     links = (
         Link("ground", {"O": 0.0, "D": 0.4, "G": 0.2 + 0.5j}),
         bar("crank", "O", "A", 0.1, 0.5, lumps=lumps("A")),
@@ -221,7 +221,7 @@ def test_several_links_on_one_pin():
     np.testing.assert_allclose(efforts[2], efforts[0], rtol=0, atol=1e-12 * abs(efforts[0]).max())
 
 
-def test_a_carriage_on_two_guides_tells_what_its_motor_pushes_with_and_no_more():
+def test_only_the_motor_force_of_a_carriage_on_two_guides_is_known():
     links = (Link("ground", {"O": 0.0, "P": 1j}), Link("cart", {"A": 0.0, "B": 1j}, (), (Lump("A", 2.0, 0.1),)))
     guides = (Slider("low", "cart", "ground", "A", 0j, 1.0), Slider("high", "cart", "ground", "B", 1j, 1.0))
     drawing = {"O": 0, "A": 0, "B": 1j}

@@ -1,4 +1,4 @@
-"""Claim: a mechanism buckles where Euler's columns do, however its rods are divided into beams."""
+"""Mechanisms buckle at Euler's loads, for any division of rods into beams."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def factor(mechanism, joints=None):
 
 
 class TestEulersColumns:
-    """Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., section 2.1 to 2.3."""
+    """Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., sections 2.1 to 2.3."""
 
     @pytest.mark.parametrize("parts", [1, 2, 4])
     def test_pinned_at_both_ends(self, parts):
@@ -57,7 +57,7 @@ class TestEulersColumns:
 
     @pytest.mark.parametrize(("parts", "off"), [(1, 1e-3), (2, 1e-6), (3, 1e-6)])
     def test_clamped_at_both_ends(self, parts, off):
-        """Welded to the ground and to a block that slides along the column."""
+        """The column is welded to the ground and to a block that slides along it."""
         places, end = divided(parts), f"P{parts}"
         beams = tuple(Beam(f"P{k}", f"P{k + 1}", 1.0) for k in range(parts))
         links = (Link("ground", {"P0": 0.0}), Link("beam", places, beams), Link("block", {end: 1.5}))
@@ -67,18 +67,18 @@ class TestEulersColumns:
         assert found == pytest.approx(4 * math.pi**2 * EI / 1.5**2, rel=off)
 
     def test_under_its_own_weight(self):
-        """7.8373 EI/l^2 for the whole weight of a clamped column, section 2.12."""
+        """The critical weight of a clamped column is 7.8373 EI/l^2, section 2.12."""
         column = cantilever({"A": 0, "B": 1.5}, 0.2, gravity=-9.81)
         assert factor(column) * 0.2 * 9.81 * 1.5 == pytest.approx(7.83735 * EI / 1.5**2, rel=1e-5)
 
-    def test_ratio_of_a_rod_in_several_beams_is_that_of_the_rod(self):
+    def test_the_ratio_of_a_divided_rod_is_that_of_the_rod(self):
         press = PointLoad("beam", "P4", -1.0)
         bent = deflection(still(supported(divided(4), loads=(press,))), [SLENDER] * 4)
         assert 1 / euler_ratio(bent).max() == pytest.approx(buckling_factor(bent)[0], rel=1e-4)
 
 
 def bar_on_spring(load):
-    """A bar that nothing but a soft drive or a spring keeps upright."""
+    """Return a bar that only a soft drive or a spring keeps upright."""
     bar = Link("bar", {"O": 0.0, "A": 0.8}, (), (Lump("A", 2.0),))
     links = (Link("ground", {"O": 0.0, "S": 0.8 + 5j}), bar)
     return Mechanism(links, (PinDrive("bar", "O"),), {"O": 0.0, "A": 0.8}, gravity=-9.81, loads=load)
@@ -91,12 +91,12 @@ class TestRigidLinks:
         assert buckling_factor(bent)[0] == pytest.approx(40 / (2 * 9.81 * 0.8), rel=1e-12)
 
     def test_beside_a_spring(self):
-        """k + s l^2 = factor m g l, the spring across the bar and not tight."""
+        """k + s l^2 = factor m g l, for an unstressed spring across the bar."""
         spring = Spring("bar", "A", anchor="S", stiffness=30.0, length=5.0)
         bent = deflection(still(bar_on_spring((spring,))), [], {"O": JointCompliance(rotation=1 / 40.0)})
         assert buckling_factor(bent)[0] == pytest.approx((40 + 30 * 0.64) / (2 * 9.81 * 0.8), rel=1e-12)
 
-    def test_pulled_it_never_buckles(self):
+    def test_a_hanging_bar_never_buckles(self):
         hung = replace(bar_on_spring(()).links[1])
         mechanism = Mechanism((Link("ground", {"O": 0.0}), hung), (PinDrive("bar", "O"),), {"O": 0.0}, gravity=9.81)
         bent = deflection(still(mechanism), [], {"O": JointCompliance(rotation=1.0)})
@@ -109,7 +109,7 @@ class TestRigidLinks:
 
 
 def test_every_position_of_a_mechanism():
-    """Less speed, less force: the factor goes with its square; the least is above that of the beams alone."""
+    """The load, and so the factor, scales with the square of the speed; the mechanism bears more than single beams."""
     case = steel_four_bar(24)
     fast, slow = (
         buckling_factor(deflection(motion(case.mechanism, case.drive, speed), case.sections)) for speed in (100.0, 50.0)
@@ -119,7 +119,7 @@ def test_every_position_of_a_mechanism():
     assert fast.min() > 1 / euler_ratio(bent).max()
 
 
-def test_several_designs_are_refused():
+def test_several_designs_are_an_error():
     case = steel_four_bar(3)
     sections = [Section(np.array([[1e6], [2e6]]), 40.0), *case.sections[1:]]
     bent = deflection(motion(case.mechanism, case.drive, 100.0), sections)
@@ -127,8 +127,8 @@ def test_several_designs_are_refused():
         buckling_factor(bent)
 
 
-def test_of_joints_that_hold_the_same_place_twice_it_is_unknown():
-    """A pin on the ground in a slot of the ground too."""
+def test_the_factor_of_redundant_joints_is_unknown():
+    """A pin on the ground is also in a slot on the ground."""
     arm = Link("arm", {"O": 0.0, "A": 1.0, "B": 2.0}, (Beam("O", "A", 1.0), Beam("A", "B", 1.0)))
     block = Link("block", {"O": 0.0})
     slot = Slider("slot", "block", "ground", "O", 0.0, 1.0)
@@ -138,7 +138,7 @@ def test_of_joints_that_hold_the_same_place_twice_it_is_unknown():
 
 
 def half_portal(end, block="block"):
-    """Half a frame, its column clamped below: the middle of its beam slides along `end`, and turns if on a block."""
+    """Return half a clamped frame: the middle of its beam slides along `end`, and rotates if it has a block."""
     places = {"A": 0.0, "B": 1j, "M": 0.5 + 1j}
     frame = Link("frame", places, (Beam("A", "B", 1.0), Beam("B", "M", 1.0)))
     blocks = (Link("block", {"M": places["M"]}),) if block == "block" else ()
@@ -156,7 +156,7 @@ class TestFrames:
         assert u**2 == pytest.approx(7.38, abs=0.005)
 
     def test_a_portal_that_does_not_sway(self):
-        """The stability function s(u) is -2 h/l: halves that bend like mirror images hold each other by 2 EI/l."""
+        """The stability function s(u) is -2 h/l: the symmetric half of the beam has the stiffness 2 EI/l."""
 
         def stiffness(u):
             return u * (math.sin(u) - u * math.cos(u)) / (2 - 2 * math.cos(u) - u * math.sin(u))
@@ -165,23 +165,23 @@ class TestFrames:
         found = buckling_factor(deflection(still(half_portal(1j, "frame")), [SLENDER] * 2))[0]
         assert found == pytest.approx(u**2 * EI, rel=1e-4)
 
-    def test_a_column_held_sideways_alone(self):
-        """Its beam sinks freely: tan u = u."""
+    def test_a_column_with_lateral_support(self):
+        """The beam sinks freely: tan u = u."""
         found = buckling_factor(deflection(still(half_portal(1j)), [SLENDER] * 2))[0]
         assert found == pytest.approx(4.493409457909064**2 * EI, rel=1e-4)
 
 
 @pytest.mark.parametrize("soft", [0.05, 0.4, 4.0])
 def test_a_rod_between_soft_joints(soft):
-    """It turns on its joint at k l, or bends at pi^2 EI/l^2: the modes do not know of one another."""
+    """The rod rotates about its joint at k l, or bends at pi^2 EI/l^2: the modes are independent."""
     press = PointLoad("beam", "P1", -1.0)
     joints = {"P1": JointCompliance(translation=soft)}
     found = factor(supported(divided(1), loads=(press,)), joints)
     assert found == pytest.approx(min(1.5 / soft, math.pi**2 * EI / 1.5**2), rel=1e-5)
 
 
-def test_a_load_that_follows_its_link_has_no_static_buckling():
-    """Beck's column: dynamically 20.05 EI/l^2, of which statics knows nothing."""
+def test_a_follower_load_has_no_static_buckling():
+    """Beck's column buckles dynamically at 20.05 EI/l^2, but not statically."""
     for load in (1.0, 20.0, 40.0):
         press = PointLoad("beam", "P1", -load * EI / 1.5**2, turning=True)
         bent = deflection(still(cantilever(divided(1), loads=(press,))), [SLENDER])
@@ -190,8 +190,8 @@ def test_a_load_that_follows_its_link_has_no_static_buckling():
 
 
 @pytest.mark.parametrize("tip", [40.0, 60.0])
-def test_finite_elements_bend_out_beyond_the_critical_load(tip):
-    """As the elastica does, Timoshenko and Gere, section 2.7, when what leans on them is gone: straight below."""
+def test_finite_elements_buckle_beyond_the_critical_load(tip):
+    """After a temporary side load they follow the elastica (Timoshenko and Gere, section 2.7)."""
     k = math.sin(math.radians(tip) / 2)
     quarter = float(ellipk(k**2))
     critical = factor(cantilever(divided(1), loads=(PointLoad("beam", "P1", -1.0),)))
@@ -212,16 +212,16 @@ def test_finite_elements_bend_out_beyond_the_critical_load(tip):
 
 class TestBound:
     @pytest.mark.parametrize("end", [1.0, 1j])
-    def test_is_above_what_it_bounds(self, end):
+    def test_the_bound_exceeds_the_ratio(self, end):
         bent = deflection(still(half_portal(end)), [SLENDER] * 2)
         share = 1 / buckling_factor(bent)[0]
         assert share <= buckling_bound(bent)[0][0] < 3 * share
 
-    def test_of_a_rod_between_pins_is_its_load(self):
+    def test_the_bound_of_a_pinned_rod_is_exact(self):
         bent = deflection(still(supported(divided(1), loads=(PointLoad("beam", "P1", -1.0),))), [SLENDER])
         assert buckling_bound(bent)[0][0] == pytest.approx(1.5**2 / (math.pi**2 * EI), rel=1e-6)
 
-    def test_of_a_mechanism_and_many_designs(self):
+    def test_the_bound_holds_for_several_designs(self):
         case = steel_four_bar(24)
         moved = motion(case.mechanism, case.drive, 100.0)
         bent = deflection(moved, case.sections)
@@ -233,7 +233,7 @@ class TestBound:
         np.testing.assert_allclose(many[0], of_all, rtol=1e-9)
         assert (many[1] >= many[0]).all()
 
-    def test_the_largest_of_all_positions_is_found_by_few(self):
+    def test_the_largest_ratio_needs_few_positions(self):
         case = steel_four_bar(72)
         bent = deflection(motion(case.mechanism, case.drive, 100.0), case.sections)
         every = 1 / buckling_factor(bent)
@@ -243,8 +243,8 @@ class TestBound:
         assert every.max() < RESOLVED
 
     @pytest.mark.parametrize("name", in_tiers(["steel_four_bar", "offset_slider_crank", "pusher"], 1, 1))
-    def test_of_every_link_the_largest_is_found_by_few(self, name):
-        """Positions looked at one by one tell it of each link, however small."""
+    def test_the_largest_ratio_of_each_link_needs_few_positions(self, name):
+        """The reference analyses each position by itself."""
         scene = read_scene(shipped_scenes()[name])
         time = scene.course.times(120)
         found, *single = (

@@ -1,4 +1,4 @@
-"""What the structure of a mechanism is: mobility, redundancy, groups."""
+"""Structure of mechanisms: mobility, redundancy, groups."""
 
 import signal
 from dataclasses import replace
@@ -59,7 +59,7 @@ class TestRanks:
         flat = Posture(linkage(places, "OD", bars), np.array([0, 0, 0.1, 0.3]), np.ones(4))
         assert freedoms(planar_chain(flat)) == (2, 1)
 
-    def test_rolling_wheels_turn_though_they_count_zero(self):
+    def test_rolling_wheels_move_although_the_count_is_zero(self):
         wheels = Mechanism(
             (Link("ground", {"O": 0, "D": 3}), Link("a", {"O": 0}), Link("b", {"D": 0})), (), {"O": 0, "D": 3}
         )
@@ -67,10 +67,10 @@ class TestRanks:
         assert freedoms(planar_chain(here, [Contact("mesh", "a", "b", 1.0)])) == (1, 1)
         assert freedoms(planar_chain(here, [Contact("mesh", "a", "b", 1.0 + 0.2j)])) == (0, 0)
         assert freedoms(planar_chain(here, [Contact("flanks", "a", "b", 1.0, np.exp(0.35j))])) == (1, 0)
-        # Smooth discs press on each other through both centers and turn as they like.
+        # Smooth discs press on each other along the line of centres and rotate freely.
         assert freedoms(planar_chain(here, [Contact("discs", "a", "b", 1.0, 1.0)])) == (2, 1)
 
-    def test_rolling_wheels_turn_by_the_ratio_of_their_radii(self):
+    def test_rolling_wheels_have_the_ratio_of_their_radii(self):
         wheels = Mechanism(
             (Link("ground", {"O": 0, "D": 3}), Link("a", {"O": 0}), Link("b", {"D": 0})), (), {"O": 0, "D": 3}
         )
@@ -89,7 +89,7 @@ class TestRanks:
 
     @settings(max_examples=30)
     @given(st.floats(-5, 5), st.floats(-3.1, 3.1), st.floats(-1e3, 1e3), st.booleans())
-    def test_units_and_axes_do_not_matter(self, power, angle, away, redundant):
+    def test_ranks_do_not_depend_on_units_and_axes(self, power, angle, away, redundant):
         mechanism = three_cranks() if redundant else four_bar_linkage()
         size = 10**power
         turn = np.exp(1j * angle)
@@ -109,14 +109,14 @@ class TestRanks:
         assert found.kept > 1e-3
         assert found.dropped < 1e-11
 
-    def test_links_that_nothing_holds_are_named(self):
+    def test_disconnected_links_are_named(self):
         loose = linkage({"O": 0, "A": 1, "B": 2, "C": 3}, "O", (("arm", "O", "A"), ("two", "B", "C"), ("x", "C", "B")))
         with pytest.raises(MechanismError, match='no chain of joints holds "two", "x" to "ground"'):
             mechanism_mobility(loose)
         with pytest.raises(MechanismError, match="no joints"):
             mechanism_mobility(linkage({"O": 0, "A": 1, "B": 2}, "O", (("arm", "A", "B"),)))
 
-    def test_positions_that_do_not_close_are_refused(self):
+    def test_positions_that_do_not_close_are_an_error(self):
         reaching = motion(four_bar_linkage(), np.linspace(0, 6, 5))
         lost = Posture(reaching.mechanism, np.where(np.arange(5) == 3, np.nan, reaching.origin), reaching.direction)
         with pytest.raises(MechanismError, match="does not close"):
@@ -125,9 +125,9 @@ class TestRanks:
 
 @st.composite
 def trusses(draw):
-    """Pin-jointed bars grown joint by joint on two fixed ones: rigid, then bars added or one taken away.
+    """Draw rigid pin-jointed trusses, with bars added or one bar removed.
 
-    Growth by two bars to a new joint keeps m = h = 0; every bar beyond is one self-stress, a bar less one mobility.
+    Two bars to a new joint keep m = h = 0. Each further bar adds a self-stress; a removed bar adds a mobility.
     """
     seed = draw(st.integers(0, 2**32 - 1))
     random = np.random.default_rng(seed)
@@ -172,7 +172,7 @@ class TestTrusses:
         assert states.shape == (surplus, len(chain.graph.branches), 3)
         force = states[..., 1] + 1j * states[..., 2]
         for number, link in enumerate(mechanism.links[1:], 1):
-            # A bar without load: its two end forces are opposite and along it.
+            # Without load on a bar, its end forces are opposite and axial.
             total, pulls = np.zeros(surplus, complex), np.zeros(surplus, complex)
             for joint, branch in enumerate(chain.graph.branches):
                 sign = (branch.end == link.name) * 1.0 - (branch.start == link.name) * 1.0
@@ -193,7 +193,7 @@ class TestTrusses:
 
 
 def forces_of(mechanism):
-    """Forces on the end link of every pair in the self-stress states, complex [N], shape (h, pairs)."""
+    """Return forces on the end link of each pair in the self-stress states, complex [N], shape (h, pairs)."""
     states = self_stress(planar_chain(assembled(mechanism)))
     return states[..., 1] + 1j * states[..., 2]
 
@@ -203,7 +203,7 @@ class TestThirdCrank:
         found = mechanism_mobility(three_cranks())
         assert (int(found.mobility), int(found.hyperstaticity), found.index) == (1, 1, 0)
 
-    def test_all_joints_of_the_cranks_take_part_and_no_other(self):
+    def test_exactly_the_joints_of_the_cranks_are_stressed(self):
         mechanism = three_cranks(extra=True)
         found = [pairs(mechanism)[number] for number in stressed_joints(planar_chain(assembled(mechanism)))]
         assert sorted(pair.name for pair in found) == sorted("ODGABC")
@@ -211,7 +211,7 @@ class TestThirdCrank:
 
     @settings(max_examples=20, deadline=None)
     @given(st.floats(0.05, 0.3), st.floats(0.35, 1.0))
-    def test_cranks_stress_the_coupler_as_the_lever_law_says(self, a, b):
+    def test_cranks_stress_the_coupler_by_the_lever_law(self, a, b):
         mechanism = three_cranks(a, b)
         forces = forces_of(mechanism)
         names = [pair.name for pair in pairs(mechanism)]
@@ -222,7 +222,7 @@ class TestThirdCrank:
         np.testing.assert_allclose((np.conj(along) * held).imag, 0, atol=1e-12)
         np.testing.assert_allclose(pulls / pulls[2], [(b - a) / a, -b / a, 1], rtol=1e-11)
 
-    def test_forces_found_group_by_group_stress_the_same_joints_alike(self):
+    def test_forces_by_groups_agree_with_the_self_stress(self):
         mechanism = three_cranks(extra=True)
         still = motion(mechanism, [np.angle(0.05 + 0.09j)])
         (held,) = self_stresses(still.closures)
@@ -236,7 +236,7 @@ class TestThirdCrank:
         for point, link in (("O", "first"), ("D", "second"), ("G", "third"), ("E", "arm")):
             assert by_group[point, link] == pytest.approx(scale * ours[point, link], abs=1e-12)
 
-    def test_drawn_nearly_it_is_assembled_and_found_redundant(self):
+    def test_an_inexact_drawing_is_assembled_and_found_redundant(self):
         exact = three_cranks()
         rough = {name: place + 0.004 * (-1) ** n * (1 + 0.5j) for n, (name, place) in enumerate(exact.drawing.items())}
         mechanism = replace(exact, drawing=rough)
@@ -257,7 +257,7 @@ class TestThirdCrank:
         found = mechanism_mobility(replace(mechanism, links=shorter))
         assert (int(found.mobility), int(found.hyperstaticity)) == (0, 0)
 
-    def test_what_cannot_be_put_together_names_the_open_joint(self):
+    def test_the_error_names_the_open_joint(self):
         long = replace(four_bar_linkage(), links=(*four_bar_linkage().links[:3], Link("rocker", {"D": 0.0, "B": 9.0})))
         with pytest.raises(MechanismError, match=r'does not close near its drawing: pin "\w" of "\w+" and "\w+"'):
             assembled(long)
@@ -265,7 +265,7 @@ class TestThirdCrank:
             assembled(replace(four_bar_linkage(), drawing={"O": 0, "A": 0.1j}))
 
     @pytest.mark.parametrize("off", [0.02, -0.03, 0.02j])
-    def test_slider_on_a_moving_link_is_put_together(self, off):
+    def test_a_slider_on_a_moving_link_is_assembled(self, off):
         links = (
             Link("ground", {"O": 0, "D": -0.2j}),
             Link("crank", {"O": 0, "A": 0.1}),
@@ -279,7 +279,7 @@ class TestThirdCrank:
         assert (np.conj(here.direction[3]) * way).imag == pytest.approx(0.01, abs=1e-15)
         assert here.direction[2] == pytest.approx(here.direction[3], abs=1e-14)
 
-    def test_slider_that_is_not_on_its_line_is_put_there(self):
+    def test_a_slider_is_moved_to_its_line(self):
         drawn = {**slider_crank_linkage().drawing, "B": 0.29 - 0.01j}
         here = assembled(replace(slider_crank_linkage(), drawing=drawn))
         assert here.point("piston", "B").imag == pytest.approx(0.02, abs=1e-15)
@@ -375,8 +375,8 @@ class TestStaticSide:
 
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no clock of the processor's time")
-def test_loose_links_by_the_thousand_are_told_at_once():
-    """All triples of them would be five hundred million: minutes of the processor, not the second that it takes."""
+def test_thousands_of_loose_links_are_reported_at_once():
+    """A search over all triples, five hundred million, would take minutes instead of a second."""
 
     def too_long(*_):
         raise AssertionError("looked at all triples")

@@ -1,4 +1,4 @@
-"""The structure of a mechanism as a user reads and sees it."""
+"""The structure report: text and skeleton diagram."""
 
 import re
 from dataclasses import replace
@@ -15,7 +15,7 @@ from rigid.topology import Contact, SpatialJoint
 
 
 def section(text, name):
-    """Lines of one section of a report."""
+    """Return the lines of one section of a report."""
     found = re.search(rf"^{re.escape(name)}.*\n((?:  .*\n|\n(?=  ))*)", text + "\n", re.MULTILINE)
     return found.group(1) if found else ""
 
@@ -41,21 +41,21 @@ class TestText:
         for mechanism in (four_bar_linkage(), slider_crank_linkage(), three_cranks(extra=True)):
             assert all(len(line) <= 120 and line == line.rstrip() for line in structure_text(mechanism).splitlines())
 
-    def test_redundancy_names_the_joints_and_the_link_held_too_often(self):
+    def test_redundancy_names_the_joints_and_the_redundant_link(self):
         text = structure_text(three_cranks(extra=True))
-        told = " ".join(section(text, "Mobility").split())
-        assert "mobility m = 1, hyperstaticity h = 1" in told
+        printed = " ".join(section(text, "Mobility").split())
+        assert "mobility m = 1, hyperstaticity h = 1" in printed
         for joint in ("O (ground - first)", "G (ground - third)", "C (third - coupler)"):
-            assert joint in told
-        assert "P (rod" not in told
+            assert joint in printed
+        assert "P (rod" not in printed
         assert re.search(r"redundant link, 1 condition too many +third", section(text, "Groups"))
 
-    def test_drives_that_do_not_determine_it_are_told(self):
+    def test_a_wrong_number_of_drives_is_reported(self):
         text = structure_text(replace(four_bar_linkage(), drives=()))
         assert "drives: 0, but m = 1" in text
         assert "none: links" in section(text, "Groups")
 
-    def test_gears_join_as_contacts(self):
+    def test_gears_are_contacts(self):
         wheels = Mechanism(
             (Link("ground", {"O": 0, "D": 3}), Link("a", {"O": 0}), Link("b", {"D": 0})), (), {"O": 0, "D": 3}
         )
@@ -65,32 +65,32 @@ class TestText:
         assert "m = 1, hyperstaticity h = 1" in text
         assert "drives: 0, but m = 1" in text
 
-    def test_dimensions_that_nearly_make_it_redundant_are_told(self):
+    def test_nearly_redundant_dimensions_are_reported(self):
         exact = three_cranks()
         pivot, pin = 0.37 + 1e-5j, exact.drawing["C"]
         links = {link.name: link for link in exact.links}
         links["ground"] = replace(links["ground"], points={**links["ground"].points, "G": pivot})
         drawn = {**exact.drawing, "G": pivot}
-        # The crank that fits the moved pivot: closed, but barely held.
+        # A crank that fits the moved pivot: closed, but nearly singular.
         links["third"] = Link("third", {"G": 0.0, "C": abs(pin - pivot)})
         text = structure_text(replace(exact, links=tuple(links.values()), drawing=drawn))
         assert "m = 0, hyperstaticity h = 0" in text
         assert "nearly singular" in text
         assert "nearly singular" not in structure_text(exact)
-        # The crank as it was: no position closes.
+        # The original crank: no position closes.
         links["third"] = next(link for link in exact.links if link.name == "third")
         text = structure_text(replace(exact, links=tuple(links.values()), drawing=drawn))
         assert "does not close near its drawing" in text
         assert "if dimensions are rounded, give more digits" in " ".join(text.split())
 
-    def test_collinear_triangle_is_advised_against(self):
+    def test_a_collinear_triangle_causes_advice(self):
         places = {"O": 0, "A": 0.1, "B": 0.3, "D": 0.3 + 0.2j}
         bars = (("one", "O", "A"), ("two", "A", "B"), ("three", "O", "B"), ("arm", "D", "B"))
-        told = " ".join(structure_text(linkage(places, "OD", bars)).split())
-        assert "one, two, three are pinned to one another in one line" in told
-        assert "make them one link with three points" in told
+        printed = " ".join(structure_text(linkage(places, "OD", bars)).split())
+        assert "one, two, three are pinned to one another in one line" in printed
+        assert "make them one link with three points" in printed
 
-    def test_what_cannot_be_put_together_still_has_its_graph(self):
+    def test_a_mechanism_that_does_not_close_still_has_its_graph(self):
         long = replace(four_bar_linkage(), links=(*four_bar_linkage().links[:3], Link("rocker", {"D": 0.0, "B": 9.0})))
         text = structure_text(long)
         assert "m and h are not known: the mechanism does not close" in text
@@ -112,20 +112,20 @@ class TestText:
         assert "Vz of G  = -0.002 * Ωz of P" in text
         assert "N = -p Z" in text
 
-    def test_several_motions_ask_for_inputs_and_none_has_no_law(self):
+    def test_the_law_depends_on_the_number_of_motions(self):
         ball = [SpatialJoint("B", ("a", "b"), "ball")]
         assert "3 independent motions: choose as many inputs" in spatial_text(ball)
         assert "no motion" in spatial_text([SpatialJoint("B", ("a", "b"), "fixed")])
 
 
 def _reversed(loop):
-    """The same loop met the other way round."""
+    """Return the same loop in reversed order."""
     number, way = loop.split(": ")
     return f"{number}: " + " ".join(reversed(way.split()))
 
 
 def words(svg):
-    """Texts of a picture."""
+    """Return the texts of a picture."""
     return [element.text for element in ElementTree.fromstring(svg).iter() if element.tag.endswith("}text")]
 
 
@@ -136,10 +136,10 @@ class TestSkeleton:
         names += {point for link in mechanism.links for point in link.points}
         assert sorted(words(skeleton_svg(mechanism))) == sorted(names)
 
-    def test_the_same_picture_every_time(self):
+    def test_the_picture_is_reproducible(self):
         assert skeleton_svg(slider_crank_linkage()) == skeleton_svg(slider_crank_linkage())
 
-    def test_links_are_drawn_where_they_are(self):
+    def test_links_are_drawn_in_place(self):
         axes = skeleton(four_bar_linkage()).axes[0]
         ends = {tuple(np.round(line.get_xydata()[[0, -1]], 12).ravel()) for line in axes.lines}
         assert {(0.0, 0.0, 0.06, 0.08), (0.06, 0.08, 0.3, 0.21)} <= ends
@@ -148,7 +148,7 @@ class TestSkeleton:
         places = {"O": 0, "A": 0.1j, "B": 0.2 + 0.15j, "C": 0.1 + 0.3j}
         links = linkage(places, "O", (("crank", "O", "A"),), (("plate", "ABC"),)).links
         guide = Slider("guide", "shoe", "plate", "S", 0.05, 1j)
-        drawing = {**places, "S": 0.1j + (0.05 + 0.1j) * np.exp(-0.7j)}  # on the line, in the axes of the plate
+        drawing = {**places, "S": 0.1j + (0.05 + 0.1j) * np.exp(-0.7j)}  # on the line, in local axes of the plate
         mechanism = Mechanism((*links, Link("shoe", {"S": 0})), (SliderDrive("guide"),), drawing, (guide,))
         figure = skeleton(mechanism)
         outlines = [patch.get_xy() for patch in figure.axes[0].patches if hasattr(patch, "get_xy")]
@@ -156,7 +156,7 @@ class TestSkeleton:
         assert {places[point] for point in "ABC"} in corners
         assert set(words(skeleton_svg(mechanism))) == {"crank", "plate", "shoe", *"OABCS"}
 
-    def test_what_does_not_close_is_refused(self):
+    def test_a_mechanism_that_does_not_close_is_an_error(self):
         long = replace(four_bar_linkage(), links=(*four_bar_linkage().links[:3], Link("rocker", {"D": 0.0, "B": 9.0})))
         with pytest.raises(MechanismError, match="does not close"):
             skeleton_svg(long)

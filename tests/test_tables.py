@@ -1,4 +1,4 @@
-"""Claim: a table gives its numbers and texts back from every format that it is written in."""
+"""Every table format gives back the numbers and texts."""
 
 import csv
 import io
@@ -30,16 +30,16 @@ def test_csv_gives_numbers_and_texts_back(tmp_path):
     assert csv_bytes(TABLE, head=False) == csv_bytes(TABLE).partition(b"\n")[2]
 
 
-def test_no_cell_of_csv_is_a_formula_to_a_spreadsheet():
+def test_no_csv_cell_is_a_spreadsheet_formula():
     cells = [row[1] for row in csv.reader(io.StringIO(csv_bytes(TABLE).decode(), newline=""))]
     assert not [cell for cell in cells if cell.startswith(("=", "+", "-", "@"))]
 
 
-def test_infinity_is_told_as_such():
+def test_infinity_is_written_as_inf():
     assert csv_bytes(Table((Column("x", np.array([np.inf, -np.inf, np.nan, 2.0])),))) == b"x\ninf\n-inf\n\n2.0\n"
 
 
-def test_a_table_without_rows_has_its_headings():
+def test_an_empty_table_has_headings():
     assert csv_bytes(Table((Column("x", np.zeros(0), "m"), Column("why", [])))) == b"x [m],why\n"
 
 
@@ -62,7 +62,7 @@ def test_a_workbook_gives_numbers_and_texts_back():
     assert xlsx_bytes(TABLE) == xlsx_bytes(TABLE)
 
 
-def test_html_shows_what_is_there_and_no_markup_of_others():
+def test_html_escapes_texts():
     text = FORMATS["html"](TABLE).decode()
     rows = text.partition("<tbody>\n")[2].partition("\n</tbody>")[0]
     page = ElementTree.fromstring(f"<table>{rows}</table>")
@@ -77,13 +77,13 @@ def test_units_are_those_of_the_report():
     assert math.isclose(table.columns[0].values[0], 500.0)
 
 
-def test_a_sheet_has_an_end():
+def test_too_many_rows_for_a_sheet_are_an_error():
     with pytest.raises(RequestError, match="do not fit a sheet of XLSX"):
         xlsx_bytes(Table((Column("x", np.zeros(1_048_576)),)))
 
 
 @pytest.mark.slow
-def test_tables_come_in_every_format_that_is_asked_for(tmp_path, capsys):
+def test_tables_are_written_in_every_requested_format(tmp_path, capsys):
     call = ["steel_four_bar", "--positions", "12", "--quiet", "-o", str(tmp_path)]
     assert main([*call, "--tables", "html,xlsx", "--speeds", "10:20:2", "--theory", "quasi-static"]) == 0
     names = {path.name for path in (tmp_path / "steel_four_bar").iterdir()}

@@ -1,4 +1,4 @@
-"""Claim: tolerances of numbers are turned into ranges of figures as the theory of probability has it."""
+"""Tolerances of numbers become distributions of figures by probability theory."""
 
 import math
 
@@ -14,7 +14,7 @@ from kinelast.figures.limits import Judgement
 from kinelast.scene.limits import Limit
 
 
-def test_a_sum_scatters_as_the_root_of_squares():
+def test_the_deviation_of_a_sum_is_the_root_of_squares():
     factors = np.array([3.0, -4.0, 12.0])
     tolerances = [Tolerance(0.3, normal=True), Tolerance(0.1 * np.sqrt(3)), Tolerance(0.03, normal=True)]
     deviations = np.array([0.1, 0.1, 0.01])
@@ -35,7 +35,7 @@ def test_a_sum_scatters_as_the_root_of_squares():
     assert sampled.known == 1
 
 
-def test_one_uniform_number_has_the_quantiles_of_its_range():
+def test_a_uniform_number_has_the_quantiles_of_its_range():
     sampled = scatter(lambda values: Table({"f": values[:, 0]}), [Tolerance(0.5)], np.array([10.0]), 16_384)["f"]
     assert [sampled.low, sampled.median, sampled.high] == pytest.approx([9.525, 10.0, 10.475], abs=3e-4)
     assert 9.5 <= sampled.least < sampled.largest <= 10.5
@@ -68,17 +68,17 @@ def test_normal_quantiles():
 
 
 def fourbar_angle(crank, coupler, rocker, ground, turn):
-    """Angle of the rocker by the law of cosines, written for this test."""
+    """Return the rocker's angle by the law of cosines, written for this test."""
     tip = crank * np.exp(1j * turn) - ground
     cosine = (abs(tip) ** 2 + rocker**2 - coupler**2) / (2 * abs(tip) * rocker)
     return np.angle(tip) - np.arccos(cosine)
 
 
-def test_lengths_of_a_four_bar_move_its_output_as_the_hand_formula_says():
+def test_tolerances_of_lengths_agree_with_the_formula_of_a_four_bar():
     lengths, turn = np.array([0.1, 0.3, 0.25, 0.35]), 1.1
     tolerances = [Tolerance(1e-4, normal=True), Tolerance(5e-5), Tolerance(2e-4, normal=True), Tolerance(1e-4)]
     out = fourbar_angle(*lengths, turn)
-    # the loop closed: a e^it + b e^ic = d + r e^io; along the coupler its turn drops out
+    # loop closure a e^it + b e^ic = d + r e^io; its component along the coupler is independent of c
     c = np.angle(lengths[3] + lengths[2] * np.exp(1j * out) - lengths[0] * np.exp(1j * turn))
     slopes = np.array([np.cos(turn - c), 1.0, -np.cos(out - c), -np.cos(c)]) / (-lengths[2] * np.sin(out - c))
     deviations = np.array([1e-4 / 3, 5e-5 / np.sqrt(3), 2e-4 / 3, 1e-4 / np.sqrt(3)])
@@ -93,7 +93,7 @@ def test_lengths_of_a_four_bar_move_its_output_as_the_hand_formula_says():
     assert sampled.deviation == pytest.approx(exact, rel=1e-3)
 
 
-def test_designs_without_a_figure_are_counted_and_left_out():
+def test_designs_without_a_figure_are_counted_and_omitted():
     with np.errstate(invalid="ignore"):
         sampled = scatter(lambda values: Table({"f": np.sqrt(values[:, 0])}), [Tolerance(1.0)], np.zeros(1))["f"]
     assert sampled.known == pytest.approx(0.5, abs=1e-3)
@@ -103,8 +103,8 @@ def test_designs_without_a_figure_are_counted_and_left_out():
     assert np.isnan(nothing.mean)
 
 
-def test_the_share_that_keeps_a_limit_by_hand():
-    """Of a figure from 0.9 to 1.1 that is 2 % more in full, 0.5 % off; and the exact ends of its confidence."""
+def test_the_share_of_accepted_machines_by_hand():
+    """A figure from 0.9 to 1.1 whose full answer is 2 % larger, with an error of 0.5 %; exact confidence limits."""
     figures = {"deflection": np.linspace(0.9, 1.1, 2001), "safety": np.full(2001, 3.0)}
     limits = Limit("deflection", 1.05), Limit("safety", 2.0, least=True)
     judged = [Judgement(limits[0], "kept", 0, 1.02, 0.005, ""), Judgement(limits[1], "kept", 0, 2.9, 0.01, "")]

@@ -1,7 +1,7 @@
-"""Claim: natural frequencies are those of the standard beams, whatever mechanism they are built into.
+"""Natural frequencies are those of standard beams, in any mechanism.
 
-References are the characteristic equations of Blevins, Formulas for Natural Frequency and Mode Shape (1979), Table 8-1
-(beams of one span), solved here in 30 digits, and closed forms of structures with few freedoms.
+References are the characteristic equations of Blevins, Formulas for Natural Frequency and Mode Shape (1979), Table
+8-1 (single-span beams), solved in 30 digits, and closed forms with few degrees of freedom.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def frequencies(mechanism, sections, modes=3, joints=None, settled=SHARP):
 
 
 def roots(equation, near):
-    """Zeros lambda l of a characteristic equation."""
+    """Return zeros lambda l of a characteristic equation."""
     with mpmath.workdps(30):
         return np.array([float(mpmath.findroot(equation, start)) for start in near])
 
@@ -69,21 +69,21 @@ class TestSingleSpan:
         np.testing.assert_allclose(found, bending(expected), rtol=1e-7)
 
     def test_free_free(self):
-        """Held by a drive that hardly holds: after three slow modes come those of the free beam."""
+        """On a very soft drive, three slow modes precede those of the free beam."""
         loose = {"A": JointCompliance(translation=1e6, rotation=1e6)}
         expected = roots(lambda x: mpmath.cos(x) * mpmath.cosh(x) - 1, (4.73, 7.853))
         found = frequencies(cantilever({"A": 0, "B": LENGTH}, MASS), [SLENDER], 5, loose)
         assert (found[:3] < 0.01).all()
-        np.testing.assert_allclose(found[3:], bending(expected), rtol=1e-5)  # round-off: it is so loose
+        np.testing.assert_allclose(found[3:], bending(expected), rtol=1e-5)  # round-off because of the soft drive
 
     def test_two_equal_spans(self):
-        """Of every two modes one is that of a pinned span, one that of a span clamped over the middle support."""
+        """Modes alternate between those of a pinned span and of a span clamped at the middle support."""
         mechanism = supported({"A": 0, "B": LENGTH, "C": 2 * LENGTH}, MASS, rollers=["B", "C"])
         clamped = roots(lambda x: mpmath.tan(x) - mpmath.tanh(x), (3.927,))
         found = frequencies(mechanism, [SLENDER] * 2)
         np.testing.assert_allclose(found, bending(np.array([np.pi, clamped[0], 2 * np.pi])), rtol=1e-7)
 
-    def test_rod_along_itself(self):
+    def test_axial_modes(self):
         """Blevins, longitudinal vibration: fixed-free, (2 i - 1) pi/2."""
         stiff = Section(EA=40.0, EI=math.inf)
         found = frequencies(cantilever({"A": 0, "B": LENGTH}, MASS), [stiff])
@@ -91,7 +91,7 @@ class TestSingleSpan:
         np.testing.assert_allclose(found, expected, rtol=1e-7)
 
     def test_simeon_rod(self):
-        """IVP Test Set, "crank": its rod on two supports, roots of stiffness over mass."""
+        """IVP Test Set, "crank": the rod on two supports, from its stiffness and mass matrices."""
         rod = Section(EA=2e11 * 0.008**2, EI=2e11 * 0.008**4 / 12)
         found = frequencies(supported({"A": 0, "B": 0.3}, 0.151104 / 0.3), [rod], 2)
         assert found == pytest.approx([1276.686, 5106.746], abs=6e-4)
@@ -125,7 +125,7 @@ class TestAddedMass:
         np.testing.assert_allclose(frequencies(mechanism, [SLENDER]), expected, rtol=1e-7)
 
     def test_body_on_a_massless_beam(self):
-        """A heavy body with inertia, its centre beyond the tip: two freedoms from the tip's flexibility."""
+        """A heavy body with inertia and eccentric centre: two modes by the flexibility of the tip."""
         m, J, offset = 3.0, 0.4, 0.2
         lump = Lump("B", m, J, offset)
         found = frequencies(cantilever({"A": 0, "B": LENGTH}, lumps=(lump,)), [Section(EA=math.inf, EI=EI)], 2)
@@ -135,7 +135,7 @@ class TestAddedMass:
         np.testing.assert_allclose(found, expected, rtol=1e-9)
 
     def test_block_on_an_elastic_rail(self):
-        """A held block on a massless cantilever moves and turns with the place where it is."""
+        """A fixed block on a massless cantilever moves and rotates with the beam at the contact."""
         place, m, J = 0.6 * LENGTH, 2.0, 0.3
         rail = Link("rail", {"A": 0.0, "B": LENGTH}, (Beam("A", "B"),))
         block = Link("block", {"C": 0.0}, lumps=(Lump("C", m, J),))
@@ -159,7 +159,7 @@ class TestAddedMass:
 
 
 def test_geared_arms():
-    """An arm on a soft drive carries a wheel that turns r times as fast on it: c/(J1 + m l^2 + J2 (1 + r)^2)."""
+    """An arm on a soft drive carries a wheel with ratio r: c/(J1 + m l^2 + J2 (1 + r)^2)."""
     ratio, m, J = -2.5, 0.7, 0.05
     wheel = Link("wheel", {"B": 0.0}, lumps=(Lump("B", m, J),))
     links = (Link("ground", {"A": 0.0}), bar("arm", "A", "B", LENGTH, MASS), wheel)
@@ -171,7 +171,7 @@ def test_geared_arms():
 
 
 def coupled_cantilevers(EA):
-    """Two equal beams in guides that hold them; a massless rod across joins their tips."""
+    """Return two equal guided beams whose tips a massless rod connects."""
     links = (
         Link("ground", {"O": 0.0}),
         bar("low", "A", "B", LENGTH, MASS),
@@ -188,7 +188,7 @@ def coupled_cantilevers(EA):
 
 
 def test_two_cantilevers_coupled_at_their_tips():
-    """In step the rod is idle; against one another each has a spring of twice its stiffness at the tip."""
+    """In phase the rod has no force; in antiphase each tip has a spring of twice the rod's stiffness."""
     EA = 0.3
     spring = 2 * EA / 0.4 * LENGTH**3 / EI
 
@@ -205,7 +205,7 @@ def test_two_cantilevers_coupled_at_their_tips():
 
 
 def test_tapered_cantilever():
-    """(EI w'')'' = omega^2 m w by Runge and Kutta from the clamped end; the frequency at which the other is free."""
+    """(EI w'')'' = omega^2 m w by Runge-Kutta from the clamped end, with the frequency that frees the other end."""
     taper, mass = tapered(rectangle, (0.02, 0.01), (0.008, 0.006))
     E, density = 210e9, 7850
     section = section_of(rectangle(0.02, 0.01), E, taper=taper)
@@ -233,8 +233,8 @@ def test_tapered_cantilever():
 
 
 class TestMechanism:
-    def test_settles_to_a_tenth_of_a_per_cent(self):
-        """What is called settled is so: a much finer answer is no more than 0.1 % lower, and never higher."""
+    def test_converged_frequencies_are_right_to_a_tenth_of_a_per_cent(self):
+        """A much finer answer is at most 0.1 % lower, and never higher."""
         for make in ALL.values():
             case = make()
             course = motion_of(case)
@@ -243,8 +243,8 @@ class TestMechanism:
             assert (usual.omega[known] <= fine.omega[known] * (1 + 1.5e-3)).all()
             assert (usual.omega[known] >= fine.omega[known] * (1 - 1e-6)).all()
 
-    def test_converges_faster_than_any_power(self, monkeypatch):
-        """The third mode of a clamped beam: the ratio of its errors, two polynomials apart, grows."""
+    def test_convergence_is_spectral(self, monkeypatch):
+        """The ratio of successive errors of a clamped beam's third mode grows."""
         expected = bending(roots(lambda x: mpmath.cos(x) * mpmath.cosh(x) + 1, (7.855,)))[0]
         errors = []
         for inner in (3, 5, 7):
@@ -254,8 +254,8 @@ class TestMechanism:
         assert errors[0] > 50 * errors[1] > 0
         assert errors[1] / errors[2] > 1.5 * errors[0] / errors[1]
 
-    def test_rigid_is_the_limit_of_stiff(self):
-        """What is 1e6 times as stiff differs by about 1e-6."""
+    def test_rigid_beams_are_the_limit_of_stiff_beams(self):
+        """A stiffness factor of 1e6 leaves a difference of about 1e-6."""
         case = ALL["six-bar"]()
         course = motion_of(case)
         stiff = [RIGID if number % 2 else section for number, section in enumerate(case.sections)]
@@ -266,18 +266,18 @@ class TestMechanism:
         exact, near = (natural_frequencies(course, sections, 2, 4).omega for sections in (stiff, nearly))
         np.testing.assert_allclose(near, exact, rtol=1e-4)
 
-    def test_all_rigid_does_not_vibrate(self):
+    def test_rigid_mechanisms_do_not_vibrate(self):
         case = rigid_sections(ALL["RRR"]())
         course = motion(case.mechanism, case.drive)
         assert np.isinf(natural_frequencies(course, case.sections, 2).omega).all()
 
-    def test_beams_end_for_end_and_one_beam_as_two(self):
+    def test_reversed_and_divided_beams(self):
         plain = cantilever({"A": 0, "B": LENGTH}, MASS)
         halves = cantilever({"A": 0, "M": 0.3 * LENGTH, "B": LENGTH}, MASS, reverse=(1,))
         np.testing.assert_allclose(frequencies(plain, [SLENDER]), frequencies(halves, [SLENDER] * 2), rtol=1e-7)
 
     def test_frequencies_do_not_depend_on_the_unit_of_length(self):
-        """The four-bar a thousand times as large, of a thousandth the elastic and mass density, is as quick."""
+        """The four-bar enlarged by 1000, with E and density divided by 1000, has the same frequencies."""
         case = steel_four_bar(12)
         links = tuple(
             Link(link.name, {name: 1e3 * place for name, place in link.points.items()},
@@ -289,10 +289,10 @@ class TestMechanism:
         sections = [Section(1e3 * section.EA, 1e9 * section.EI) for section in case.sections]
         found = natural_frequencies(motion(case.mechanism, case.drive), case.sections).omega
         other = natural_frequencies(motion(large, case.drive), sections).omega
-        # k ~ EI/l^3 stays, m ~ m' l stays
+        # k ~ EI/l^3 and m ~ m' l are unchanged
         np.testing.assert_allclose(other, found, rtol=1e-9)
 
-    def test_designs_are_those_of_single_mechanisms(self):
+    def test_designs_equal_single_mechanisms(self):
         lengths = np.array([[0.28], [0.33]])
 
         def with_coupler(length):
@@ -308,7 +308,7 @@ class TestMechanism:
             one = natural_frequencies(motion(with_coupler(length)[0], case.drive), case.sections).omega
             np.testing.assert_allclose(both[:, design], one, rtol=1e-9)
 
-    def test_sections_of_designs_are_those_of_single_ones(self):
+    def test_sections_of_designs_equal_single_ones(self):
         case = steel_four_bar(6)
         course = motion(case.mechanism, case.drive)
         stiffness = np.array([[20.0], [45.0]])
@@ -329,7 +329,7 @@ class TestMechanism:
 
 class TestForcing:
     def turning_arm(self, count=32, rate=5.0):
-        """Under gravity, at constant speed: its bending is one pure harmonic."""
+        """Gravity at constant speed bends it by one harmonic."""
         mechanism = cantilever({"A": 0, "B": 1.0}, 2.0, gravity=-9.81j)
         return motion(mechanism, np.arange(count) * 2 * np.pi / count, rate)
 
@@ -342,30 +342,30 @@ class TestForcing:
         assert found.strong().tolist() == [1]
 
     def test_mean_and_harmonic(self):
-        """A force that turns with the arm and one that does not: F + P cos, with energies F^2 and P^2/2."""
+        """A co-rotating and a fixed force give F + P cos, with energies F^2 and P^2/2."""
         loads = (PointLoad("beam", "B", 3j, turning=True), PointLoad("beam", "B", -4j))
         course = motion(cantilever({"A": 0, "B": 1.0}, loads=loads), np.arange(9) * 2 * np.pi / 9, 5.0)
         found = harmonics(deflection(course, [SLENDER]), period_of(course))
         assert found.share[:3] == pytest.approx(np.sqrt([9 / 17, 8 / 17, 0]), abs=1e-12)
 
-    def test_shares_are_of_the_energy(self):
+    def test_shares_sum_to_the_energy(self):
         case = steel_four_bar(90)
         course = motion(case.mechanism, case.drive, case.rate)
         found = harmonics(deflection(course, case.sections), period_of(course))
         assert (found.share**2).sum() == pytest.approx(1.0, rel=1e-12)
 
-    def test_no_cycle_has_no_period(self):
+    def test_without_a_cycle_there_is_no_period(self):
         course = motion(cantilever({"A": 0, "B": 1.0}, 2.0), np.linspace(0, 1, 9), 1.0)
         assert math.isnan(period_of(course))
 
 
 class TestLargeStructures:
-    """Sparse matrices and subspace iteration against dense ones and all eigenvalues."""
+    """Sparse matrices and subspace iteration agree with dense matrices and all eigenvalues."""
 
     @pytest.mark.parametrize(
         "name", ["steel_four_bar", "quick_return", "flap_bars", "flap_plates", "simeon_slider_crank"]
     )
-    def test_they_are_those_of_dense_matrices(self, name, monkeypatch):
+    def test_sparse_modes_equal_dense_modes(self, name, monkeypatch):
         import elastic.vibration.mechanism_matrices as matrices
         from kinelast import read_scene, scene_motion, shipped_scenes
 
@@ -377,8 +377,8 @@ class TestLargeStructures:
             found.append(natural_frequencies(course, scene.sections, positions=4, joints=scene.joints).omega)
         np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
 
-    def test_more_conditions_than_needed_and_more_modes_than_there_are(self):
-        """Two masses of 1 kg on springs of 1 and 4 N/m, a third coordinate held twice: 1 and 2 rad/s, no more."""
+    def test_redundant_conditions_and_missing_modes(self):
+        """Two masses of 1 kg on springs of 1 and 4 N/m have 1 and 2 rad/s; a third coordinate is fixed twice."""
         from elastic.vibration.large_structures import lowest_sparse
 
         held = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 2.0]])
