@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mechanisms import at_speed
 
 from elastic import Section, sample, with_rotary_inertia
 from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error
@@ -21,7 +22,7 @@ from kinelast.runs import computed
 from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.scene.document import read_scene
 from kinelast.tasks.request import Request
-from rigid import Beam, ConstantSpeed, Link, Lump, Mechanism, PinDrive, Slider, motion
+from rigid import Beam, ConstantSpeed, Link, Lump, Mechanism, PinDrive, Slider
 
 DATA = Path(__file__).parent / "data" / "exudyn_mechanisms.json"
 REFERENCES = json.loads(DATA.read_text(encoding="utf-8"))["mechanisms"]
@@ -75,9 +76,7 @@ def test_the_elastodynamic_answers_and_their_errors(case):
     mechanism, sections, speed, beta, expected = case
     period, count = 2 * math.pi / speed, expected.shape[1]
 
-    def motion_at(t):
-        return motion(mechanism, speed * np.asarray(t), speed, 0.0, t)
-
+    motion_at = at_speed(mechanism, speed)
     found = elastodynamic(motion_at(np.arange(count) * (period / count)), motion_at, period, sections, damping=beta)
     vibrating, plain = (sample(bent, "chord", [0.5])[..., 0] for bent in (found.deflection, found.quasi_static))
     assert difference(vibrating, expected) < 5e-4

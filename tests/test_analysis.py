@@ -126,24 +126,6 @@ class TestLimitsOfSwing:
             limits(course, PointCoordinate("crank", "A"))
 
 
-class TestPublishedWing:
-    """Two-stage flapping wing, l = 21, 39, 50, 59 mm (Wu, Zhang): values from its own dimensions."""
-
-    COURSE = bare_four_bar(21.0, 39.0, 50.0, 59.0)
-
-    def test_amplitude_of_the_inner_wing(self):
-        low, high = swing(self.COURSE, LinkAngle("rocker"))
-        assert math.degrees(high.value - low.value) == pytest.approx(49.6979, abs=5e-5)
-
-    def test_time_ratio(self):
-        assert time_ratio(self.COURSE, LinkAngle("rocker")) == pytest.approx(1.0271, abs=5e-5)
-
-    def test_smallest_transmission_angle(self):
-        fine = bare_four_bar(21.0, 39.0, 50.0, 59.0, count=360)
-        (transmission,) = transmission_angles(fine)
-        assert math.degrees(transmission.angle.min()) == pytest.approx(48.6414, abs=5e-5)
-
-
 class TestTimeRatio:
     def test_of_an_offset_slider_crank(self):
         r, rod, e = 0.12, 0.4, 0.2

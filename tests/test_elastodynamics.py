@@ -11,7 +11,7 @@ import mpmath
 import numpy as np
 import pytest
 import scipy.integrate
-from mechanisms import ALL, cantilever, steel_four_bar, still, supported
+from mechanisms import ALL, at_speed, cantilever, steel_four_bar, still, supported
 from tiers import in_tiers
 
 from elastic import (
@@ -60,7 +60,7 @@ FOUR_BAR = steel_four_bar()
 
 def turning(mechanism, speed, start=0.0):
     """Return the motion of a motor at constant speed, and the duration of a turn."""
-    return lambda t: motion(mechanism, start + speed * np.asarray(t), speed, 0.0, t), 2 * math.pi / abs(speed)
+    return at_speed(mechanism, speed, start), 2 * math.pi / abs(speed)
 
 
 def steady(mechanism, sections, speed, count=36, turns=1, start=0.0, **more):

@@ -9,13 +9,13 @@ import math
 
 import numpy as np
 import pytest
-from mechanisms import ALL, steel_four_bar
+from mechanisms import ALL, at_speed, steel_four_bar
 from tiers import in_tiers
 
 from elastic import sample
 from elastic.elastodynamics import elastodynamic, theory_error
 from fem_check.nonlinear import nonlinear_steady_state
-from rigid import drive_efforts, motion
+from rigid import ConstantSpeed, drive_efforts
 
 CASES = [
     (steel_four_bar, 60.0, 42e-6, 6e-3, 0.05),
@@ -34,12 +34,7 @@ def test_chord_deflection_and_drive_effort_agree(make, speed, beta, limit, witho
     case = make()
     start, period, count = case.drive[0, 0], 2 * math.pi / speed, 96
 
-    def law(t):
-        return start + speed * np.asarray(t), np.full(np.shape(t), speed), np.zeros(np.shape(t))
-
-    def motion_at(t):
-        return motion(case.mechanism, start + speed * np.asarray(t), speed, 0.0, t)
-
+    law, motion_at = ConstantSpeed(start, speed), at_speed(case.mechanism, speed, start)
     reference = nonlinear_steady_state(
         case.mechanism, case.sections, [law], period, positions=count, elements=6, damping=beta
     )

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 import pytest
-from mechanisms import ALL, steel_four_bar
+from mechanisms import ALL, at_speed, steel_four_bar
 from scipy.optimize import root
 
 from elastic import (
@@ -28,6 +28,7 @@ from elastic.elastodynamics.exact_steps import exact_deflection, settled_links
 from fem_check.nonlinear import nonlinear_steady_state
 from rigid import (
     Beam,
+    ConstantSpeed,
     Gear,
     LineLoad,
     Link,
@@ -51,9 +52,7 @@ def loaded_cantilever(force, sections):
     load = PointLoad("arm", "A", force)
     held = Mechanism((Link("ground", {"O": 0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 1}, loads=(load,))
 
-    def motion_at(t):
-        return motion(held, 0 * np.asarray(t), 0.0, 0.0, t)
-
+    motion_at = at_speed(held, 0.0)
     linear = elastodynamic(motion_at(np.array([0.0, 0.5])), motion_at, 1.0, sections)
     return geometrically_exact(linear, 1e-8).deflection
 
@@ -79,11 +78,7 @@ def test_the_sheared_elastica(kGA, along, across):
 
 
 def vibrating(case, speed, count, beta):
-    start, period = case.drive[0, 0], 2 * math.pi / speed
-
-    def motion_at(t):
-        return motion(case.mechanism, start + speed * np.asarray(t), speed, 0.0, t)
-
+    period, motion_at = 2 * math.pi / speed, at_speed(case.mechanism, speed, case.drive[0, 0])
     times = np.arange(count) * period / count
     linear = elastodynamic(motion_at(times), motion_at, period, case.sections, damping=beta)
     return linear, geometrically_exact(linear)
@@ -105,11 +100,7 @@ CASES = [
 @pytest.mark.parametrize(("make", "speed", "beta", "count", "limit"), CASES)
 def test_all_fields_agree_with_the_nonlinear_mechanism(make, speed, beta, count, limit):
     case = make()
-    start, period = case.drive[0, 0], 2 * math.pi / speed
-
-    def law(t):
-        return start + speed * np.asarray(t), np.full(np.shape(t), speed), np.zeros(np.shape(t))
-
+    period, law = 2 * math.pi / speed, ConstantSpeed(case.drive[0, 0], speed)
     nonlinear = nonlinear_steady_state(
         case.mechanism, case.sections, [law], period, positions=count, elements=8, damping=beta
     )
@@ -157,10 +148,7 @@ SOFT = Section(EA=1e4, EI=1.0, kGA=1e3)
 
 def held_exactly(mechanism, sections, joints=None):
     """Return the deflection of a mechanism at rest with large displacements."""
-
-    def motion_at(t):
-        return motion(mechanism, 0 * np.asarray(t), 0.0, 0.0, t)
-
+    motion_at = at_speed(mechanism, 0.0)
     linear = elastodynamic(motion_at(np.array([0.0, 0.5])), motion_at, 1.0, sections, joints=joints)
     return linear.deflection, geometrically_exact(linear, 1e-9).deflection
 
@@ -268,14 +256,7 @@ def test_gears_on_the_ground():
     drawing = {"O": 0, "D": 0.3, "A": 0.2, "B": 0.5}
     mechanism = Mechanism(links, ends[:1], drawing, gravity=-9.81j, gears=(Gear(*ends, -2.0),))
     sections, speed, count = [Section(EA=3e6, EI=0.6)] * 2, 8.0, 48
-    period = 2 * math.pi / speed
-
-    def motion_at(t):
-        return motion(mechanism, speed * np.asarray(t), speed, 0.0, t)
-
-    def law(t):
-        return speed * t, np.full_like(t, speed), 0 * t
-
+    period, motion_at, law = 2 * math.pi / speed, at_speed(mechanism, speed), ConstantSpeed(0.0, speed)
     nonlinear = nonlinear_steady_state(
         mechanism, sections, [law], period, positions=4 * count, elements=8, damping=2e-4
     )

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from mechanisms import at_speed
 from scene_texts import TEE
 
 from elastic import PRIMARY, Section, Taper, deflection, sample
@@ -63,11 +64,7 @@ def test_vibrating_as_along_one_beam():
     xi, found = np.array([0.1, 0.4, 0.77, 0.99]), []
     for cuts in ((), (0.35,)):
         made, sections = quick_return(cuts)
-
-        def motion_at(t, made=made):
-            return motion(made.mechanism, 0.1 + 9.0 * np.asarray(t), 9.0, 0.0, t)
-
-        period = 2 * np.pi / 9.0
+        period, motion_at = 2 * np.pi / 9.0, at_speed(made.mechanism, 9.0, 0.1)
         found.append(
             elastodynamic(
                 motion_at(period * np.arange(12) / 12), motion_at, period, sections[:1] * (len(cuts) + 2), damping=1e-3

@@ -12,12 +12,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from mechanisms import at_speed
 
 from elastic import Section, sample
 from elastic.elastodynamics import equations_of_motion, transient
 from elastic.elastodynamics.time_elements import Equations, propagation
 from elastic.elastodynamics.time_grid import Grid
-from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, motion
+from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider
 
 CRANK, ROD, SPEED, END = 0.15, 0.3, 150.0, 0.1
 MASS, BLOCK = 0.151104, 0.075552
@@ -86,9 +87,7 @@ def full_rod():
     guide = Slider("guide", "block", "ground", "B", 0.0, 1.0)
     mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, (guide,))
 
-    def motion_at(t):
-        return motion(mechanism, SPEED * np.asarray(t), SPEED, 0.0, t)
-
+    motion_at = at_speed(mechanism, SPEED)
     rod = Section(EA=E * SIDE**2, EI=E * SIDE**4 / 12)
     found = transient(motion_at(np.array([0.0, 0.05, END])), motion_at, [rod], damping=1e-9)
     xi, weights = np.polynomial.legendre.leggauss(20)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanisms import six_bar, triad
+from mechanisms import at_speed, six_bar, triad
 
 from elastic import PRIMARY, JointCompliance, Section, deflection, sample
 from elastic.elastodynamics import elastodynamic
@@ -138,10 +138,7 @@ class TestCoupler:
 
     def test_vibrating(self):
         def steady(mechanism):
-            def motion_at(time):
-                return motion(mechanism, np.pi / 2 + 30.0 * np.asarray(time), 30.0, 0.0, time)
-
-            period = 2 * np.pi / 30.0
+            period, motion_at = 2 * np.pi / 30.0, at_speed(mechanism, 30.0, np.pi / 2)
             return elastodynamic(motion_at(np.arange(8) * period / 8), motion_at, period, [SECTION] * 4, damping=1e-4)
 
         found, expected = steady(FOUR_BARS["welded"]), steady(four_bar(WHOLE))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from elastic import RIGID, Section
-from rigid import Beam, LineLoad, Link, Lump, Mechanism, PointLoad, motion
+from rigid import Beam, LineLoad, Link, Lump, Mechanism, PointLoad, motion, position_of
 
 GRAVITY = -9.81j
 
@@ -30,6 +30,20 @@ class Case:
 def motion_of(case):
     """Return the motion of a case at its own coordinates and rates."""
     return motion(case.mechanism, case.drive, case.rate, case.rate2)
+
+
+def at_speed(mechanism, speed, start=0.0):
+    """Return the motion at constant speed of the drive as a function of time."""
+    return lambda time: motion(mechanism, start + speed * np.asarray(time), speed, 0.0, time)
+
+
+def require_closed_loops(course, tolerance=1e-13):
+    """Require that links with a common point agree on its position."""
+    for one in course.mechanism.links:
+        for other in course.mechanism.links:
+            for point in set(one.points) & set(other.points):
+                gap = position_of(course, one.name, point) - position_of(course, other.name, point)
+                assert np.abs(gap).max() < tolerance
 
 
 def replaced(mechanism, **changes):
