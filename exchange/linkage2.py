@@ -34,12 +34,17 @@ TOUCHING = re.compile(r'(="[^"]*")(?=[A-Za-z_])')  # attributes without a space 
 
 @dataclass(frozen=True)
 class Connector:
-    """A connector: its name in the scene, its place, speed [rpm] if it is an input, and the ends of its slot."""
+    """A connector: its name in the scene, its place, counter-clockwise speed [rpm] if an input, ends of its slot.
+
+    An input with a `swing` [deg] oscillates; it starts at `offset` [deg] of it, or on the way back if that is more.
+    """
 
     name: str
     place: complex
     fixed: bool
     turns: float | None
+    swing: float
+    offset: float
     traced: bool
     limits: tuple[str, ...]
     radius: float
@@ -126,7 +131,9 @@ def _connector(each: ElementTree.Element, names: Names) -> Connector:
         names(each.attrib["id"], name or f"P{each.attrib['id']}"),
         complex(float(each.attrib["x"]), float(each.attrib["y"])),
         each.get("anchor") == "true",
-        float(each.get("rpm") or TURNS) if each.get("input") == "true" else None,
+        -float(each.get("rpm") or TURNS) if each.get("input") == "true" else None,  # clockwise is positive there
+        float(each.get("limitangle") or 0),
+        float(each.get("startoffset") or 0),
         each.get("draw") == "true",
         limits[:2],
         float(each.get("slideradius") or 0),
@@ -258,7 +265,22 @@ def _turning(read: _LinkageReading) -> Iterator[Drive]:
         link = link_with(read.links, connector.name)
         if connector.turns is not None and link is not None:
             start = "0 deg" if len(read.links[link].points) == 1 else ""
-            yield Drive({"link": link, "at": connector.name}, f"{connector.turns:g} rpm", start=start)
+            joint = {"link": link, "at": connector.name}
+            if connector.swing > 0:
+                ways = _strokes(connector.swing if connector.turns > 0 else -connector.swing, connector.offset)
+                law = to_and_fro(ways, abs(connector.turns) * 6, "deg")
+                read.notes.append(f"{link} swings by {connector.swing:g} deg, here with a smooth start and stop")
+                yield Drive(joint, law=law, start=start)
+            else:
+                yield Drive(joint, f"{connector.turns:g} rpm", start=start)
+
+
+def _strokes(stroke: float, offset: float) -> tuple[float, float, float]:
+    """Ways of a cycle to and fro that starts `offset` along it, or on the way back if that is more than the stroke."""
+    done = offset if stroke > 0 else -offset
+    if offset <= abs(stroke):
+        return stroke - done, -stroke, done
+    return done - 2 * stroke, stroke, stroke - done
 
 
 def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Drive:
@@ -273,11 +295,11 @@ def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Dri
     read.links[rod] = Body((last.name, tip))
     read.slides[f"{name}_slide"] = Slide(rod, name, last.name, last.place - first.place)
     cycles, throw = float(each.get("cpm") or 0) or TURNS, float(each.get("throw") or 0)
-    stroke = throw if cycles > 0 else -throw
+    ways = _strokes(throw if cycles > 0 else -throw, float(each.get("startoffset") or 0))
     verb = "extends" if cycles > 0 else "retracts"
     read.notes.append(f"{name} {verb} by {throw:g} {read.unit} and returns, here with a smooth start and stop")
     speed = 2 * throw * abs(cycles) / 60
-    return Drive({"slider": f"{name}_slide"}, law=to_and_fro((stroke, -stroke), speed, read.unit))
+    return Drive({"slider": f"{name}_slide"}, law=to_and_fro(ways, speed, read.unit))
 
 
 def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[Gear]:

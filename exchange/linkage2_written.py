@@ -39,7 +39,7 @@ def linkage2_text(drawing: Drawing) -> str:
         flags = {"anchor": name in fixed, "draw": name == drawing.traced, "slider": name in limits}
         keys |= {"name": name} if name in drawing.points else {}
         keys |= {flag: "true" for flag, on in flags.items() if on}
-        keys |= {"input": "true", "rpm": f"{speeds[name]:.12g}"} if name in speeds else {}
+        keys |= {"input": "true", "rpm": f"{-speeds[name]:.12g}"} if name in speeds else {}
         connector = ElementTree.SubElement(root, "connector", keys)
         for limit in limits.get(name, ()):
             ElementTree.SubElement(connector, "slidelimit", {"id": number[limit]})
@@ -99,7 +99,7 @@ def _write_gear(ratios: ElementTree.Element, gear: Gear, key_of: Mapping[str, st
 
 
 def _turns(drawing: Drawing) -> list[tuple[str, str, float]]:
-    """Link, pin and speed [rpm] of every drive; Linkage knows steady turns about fixed pins alone."""
+    """Link, pin and counter-clockwise speed [rpm] of every drive; Linkage knows steady turns about fixed pins alone."""
     if not drawing.drives:
         raise ExchangeError(f"{SOURCE} wants a drive")
     turns = []

@@ -127,7 +127,7 @@ def test_a_file_of_linkage_has_its_slots_its_sense_and_its_traced_point():
     drawing = of_text(LINKAGE, "mine")
     assert drawing.slots["slot_P4"].on == "link_3"
     assert drawing.traced == "P2"
-    assert drawing.drives[0].speed == "-30 rpm"
+    assert drawing.drives[0].speed == "30 rpm"  # clockwise is positive in Linkage
     assert "P9" not in drawing.points  # drawn apart from the mechanism
     scene, motion = moved(LINKAGE)
     names = [link.name for link in scene.mechanism.links]

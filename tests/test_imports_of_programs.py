@@ -234,6 +234,25 @@ def test_an_actuator_of_linkage_with_a_negative_rate_first_retracts():
     assert (reach.max(), reach.min()) == (pytest.approx(0.1), pytest.approx(0.08, abs=1e-5))
 
 
+@pytest.mark.parametrize(
+    ("rpm", "offset", "low", "high", "sense"),
+    [(10, 0, -120, 0, -1), (-10, 0, 0, 120, 1), (10, 30, -90, 30, -1), (10, 150, -30, 90, 1), (-10, 150, -90, 30, -1)],
+)
+def test_an_oscillating_input_of_linkage_swings_by_its_limit(rpm, offset, low, high, sense):
+    """120 deg to and fro at 60 deg/s; an offset of 150 deg is 30 deg on the way back."""
+    text = linkage(
+        f'<connector id="0" x="0" y="0" anchor="true" input="true" rpm="{rpm}" limitangle="120"'
+        f' startoffset="{offset}"/>'
+        '<connector id="1" x="40" y="0"/>',
+        members(0, 0, 1),
+    )
+    first = imported(of_text(text, "mine"))
+    assert (first.reason, first.cycle) == ("", pytest.approx(4.0))
+    angle = np.rad2deg(kinelast.scene_motion(kinelast.scene_from_text(first.text), 721).drive[0])
+    assert (angle.min(), angle.max()) == (pytest.approx(low, abs=0.1), pytest.approx(high, abs=0.1))
+    assert np.sign(angle[9] - angle[0]) == sense
+
+
 def test_a_pin_in_a_curved_slot_of_linkage_keeps_its_radius():
     """The crank from (0, 0) moves a rod whose end slides on an arc of 50 mm about (100, 0); attributes may touch."""
     text = linkage(
@@ -250,7 +269,7 @@ def test_a_pin_in_a_curved_slot_of_linkage_keeps_its_radius():
 
 
 def test_an_input_of_linkage_turns_every_link_at_its_pin_but_the_frame():
-    """In its simulator a link with a fixed connector that is an input turns about it."""
+    """Its manual: a rotating anchor rotates all links there, and positive speeds are clockwise."""
     text = linkage(
         '<connector id="0" x="0" y="0" anchor="true" input="true" rpm="30"/><connector id="1" x="40" y="0"/>'
         '<connector id="2" x="0" y="-9"/><connector id="3" x="60" y="5" anchor="true"/>',
@@ -259,7 +278,7 @@ def test_an_input_of_linkage_turns_every_link_at_its_pin_but_the_frame():
     scene = kinelast.scene_from_text(imported(of_text(text, "mine")).text)
     motion = kinelast.scene_motion(scene)
     ends = np.array([position_of(motion, 1, point) for point in ("P1", "P2")])
-    np.testing.assert_allclose(ends, np.array([[0.04], [-0.009j]]) * np.exp(1j * np.pi * motion.time), atol=1e-9)
+    np.testing.assert_allclose(ends, np.array([[0.04], [-0.009j]]) * np.exp(-1j * np.pi * motion.time), atol=1e-9)
 
 
 def test_a_pin_at_which_one_link_is_driven_and_one_is_free_is_not_written_for_linkage():
@@ -283,7 +302,7 @@ def test_a_wheel_of_linkage_that_rolls_on_a_fastened_one(kind, turns):
     scene = kinelast.scene_from_text(imported(of_text(text, "mine")).text)
     motion = kinelast.scene_motion(scene)
     planet = motion.angular_velocity[scene.mechanism.index["link_3"]]
-    np.testing.assert_allclose(planet, turns * np.pi, atol=1e-9)
+    np.testing.assert_allclose(planet, -turns * np.pi, atol=1e-9)
 
 
 def test_a_fixed_pin_in_a_moving_slot_goes_to_linkage_and_back():
