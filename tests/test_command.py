@@ -333,36 +333,17 @@ def test_files_of_others_are_not_replaced(arm, tmp_path, capsys):
     assert {path.name: path.read_bytes() for path in notes.parent.iterdir()} == before
 
 
-def test_files_of_earlier_runs_stay_and_are_told(arm, tmp_path, capsys):
+def test_files_of_earlier_runs_go_and_those_of_the_user_stay(arm, tmp_path, capsys):
     folder = tmp_path / "out" / "arm"
     call = [str(arm), "-o", str(tmp_path / "out")]
-    assert main([*call, "--fields", "--motion"]) == 0
-    fields = (folder / "fields.npz").read_bytes()
-    for again in range(2):
-        capsys.readouterr()
-        assert main(call) == 0
-        assert "earlier state" not in capsys.readouterr().out, "the scene is the same"
-        assert (folder / "fields.npz").read_bytes() == fields
-        known = json.loads((folder / "summary.json").read_text())
-        assert set(known["earlier"]) == {"fields.npz", "motion.csv"}, again
-        assert "fields.npz" not in known["files"]
-    assert main([*call, "--resume"]) == 0
-    assert "finished before" in capsys.readouterr().out
-    arm.write_text(arm.read_text() + "\n# another state\n")
-    assert main([*call, "--motion"]) == 0
-    said = capsys.readouterr().out
-    assert "of an earlier state of the scene: fields.npz" in said
-    assert "kept there" not in said
-    assert (folder / "fields.npz").read_bytes() == fields
-
-
-@pytest.mark.parametrize("earlier", ["[]", '{"fields.npz": 3}', '{"fields.npz": {"made_from": []}}'])
-def test_a_summary_with_other_things_in_it_is_no_fault_of_the_program(arm, tmp_path, earlier):
-    call = [str(arm), "-o", str(tmp_path / "out"), "--quiet"]
-    assert main([*call, "--fields"]) == 0
-    summary = tmp_path / "out" / "arm" / "summary.json"
-    summary.write_text(summary.read_text().replace('"earlier": {}', f'"earlier": {earlier}'))
+    assert main([*call, "--speeds", "60 rpm : 90 rpm : 2", "--fields", "--mesh"]) == 0
+    assert {"speeds.csv", "speeds.svg", "fields.npz", "mesh"} < {entry.name for entry in folder.iterdir()}
+    (folder / "notes.txt").write_text("mine")
+    (folder / "fields.npz").write_text("edited by hand")
     assert main(call) == 0
+    assert "kept there: fields.edited.npz, notes.txt" in capsys.readouterr().out
+    files = {entry.name for entry in folder.iterdir()}
+    assert files == {"positions.csv", "report.html", "summary.json", "notes.txt", "fields.edited.npz"}
 
 
 def test_a_file_that_was_changed_by_hand_is_moved_aside(arm, tmp_path, capsys):
@@ -375,9 +356,6 @@ def test_a_file_that_was_changed_by_hand_is_moved_aside(arm, tmp_path, capsys):
         assert (folder / name).read_text() == name
         assert len(rows_of(folder / "positions.csv")) > 1
         assert "kept there: positions.edited.csv" in capsys.readouterr().out
-    (folder / "fields.npz").write_text("changed after it was kept")
-    assert main([*call, "--fields"]) == 0
-    assert (folder / "fields.edited.npz").read_text() == "changed after it was kept"
 
 
 def test_an_error_of_the_program_is_told_and_does_not_stop_the_others(arm, tmp_path, monkeypatch, capsys):

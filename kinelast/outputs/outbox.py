@@ -35,8 +35,8 @@ LINE = 300  # letters of a path in a message
 def complete(folder: Path) -> Iterator[Path]:
     """Yield a folder that replaces `folder` on success and is removed on failure.
 
-    Files of other origin stay in `folder`, see `foreign`, as do files of earlier runs that the new summary lists as
-    `earlier`. A file that was changed by hand is renamed to `NAME.edited.EXT`.
+    Files of earlier runs are removed. Files of other origin stay in `folder`, see `foreign`. A file that was changed by
+    hand is renamed to `NAME.edited.EXT`.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def complete(folder: Path) -> Iterator[Path]:
             made = {entry.name for entry in part.iterdir()}
             _refuse_to_replace(folder, made)
             if folder.exists():
-                _move_aside(folder, made)
+                _move_aside(folder)
                 folder.rename(old)
             part.rename(folder)
         finally:
@@ -301,9 +301,8 @@ def _clean(folder: Path, hidden: str) -> None:
     for place in (old, *(path for path in old.rglob("*") if path.is_dir())):
         with suppress(OSError):
             place.chmod(0o700)  # to remove read-only files
-    staying = {*foreign(old), *own_names(summary_in(folder) or {})}
-    for name in (entry.name for entry in list(old.iterdir())):
-        if name in staying and not (folder / name).exists():
+    for name in foreign(old):
+        if not (folder / name).exists():
             (old / name).rename(folder / name)
     shutil.rmtree(old, ignore_errors=True)
 
@@ -320,9 +319,9 @@ def _ours(folder: Path) -> set[str]:
     return own_names(known) if known else set()
 
 
-def _move_aside(folder: Path, made: set[str]) -> None:
-    """Rename files that were changed by hand and would be replaced."""
-    for name in made & set(changed(folder)):
+def _move_aside(folder: Path) -> None:
+    """Rename files that were changed by hand."""
+    for name in changed(folder):
         path, number = folder / name, 1
         while (aside := path.with_name(f"{path.stem}.edited{number if number > 1 else ''}{path.suffix}")).exists():
             number += 1

@@ -34,14 +34,6 @@ def beside_digests(files: Mapping[str, str]) -> dict[str, dict[str, str]]:
     return {"beside": digests} if digests else {}
 
 
-def same_scene(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
-    """Return whether two origins have the same files and the same changed numbers."""
-    states = [
-        (origin.get("sha256"), origin.get("beside"), _dict(origin, "options").get("changes")) for origin in (one, other)
-    ]
-    return states[0] == states[1]
-
-
 def write_json(path: Path, data: Any) -> None:
     """Write indented, strict JSON."""
     path.write_bytes(json_bytes(data, indent=1) + b"\n")
@@ -58,14 +50,8 @@ def json_bytes(data: Any, indent: int = 0) -> bytes:
     return msgspec.json.format(text, indent=indent) if indent else text
 
 
-def seal(folder: Path, summary: Mapping[str, Any], place: Path | None = None) -> dict[str, Any]:
+def seal(folder: Path, summary: Mapping[str, Any]) -> dict[str, Any]:
     """Write the summary of a folder, with size and checksum of each file. Call this last.
-
-    Parameters
-    ----------
-    place
-        Final place of the folder. Files of earlier runs that stay there are listed as `earlier`, with origin and
-        checksum.
 
     Returns
     -------
@@ -73,27 +59,15 @@ def seal(folder: Path, summary: Mapping[str, Any], place: Path | None = None) ->
         The written summary, including its own size.
     """
     whole = {**summary, "files": sizes(folder)}
-    if place is not None:
-        whole["earlier"] = _earlier(place, {*whole["files"], SUMMARY})
     whole["sha256"] = {**_digests(folder), SUMMARY: _own_digest(whole)}
     write_json(folder / SUMMARY, whole)
     return {**whole, "files": sizes(folder)}
 
 
-def _earlier(place: Path, made: set[str]) -> dict[str, Any]:
-    """Return the files of earlier runs that are not replaced, with origin and checksum."""
-    known = summary_in(place) or {}
-    digests, origin = _dict(known, "sha256"), _dict(known, "made_from")
-    last = {name: {"made_from": origin, "sha256": digests.get(name)} for name in files_of(known)}
-    before = {name: each for name, each in _dict(known, "earlier").items() if _dict(each, "made_from")}
-    return {name: each for name, each in {**before, **last}.items() if name not in made and (place / name).exists()}
-
-
 def changed(place: Path) -> list[str]:
     """Return the names of files that were changed since this program wrote them."""
     known = summary_in(place) or {}
-    digests = {name: _dict(_dict(known, "earlier"), name).get("sha256") for name in _dict(known, "earlier")}
-    digests |= {name: digest for name, digest in _dict(known, "sha256").items() if name != SUMMARY}
+    digests = {name: digest for name, digest in _dict(known, "sha256").items() if name != SUMMARY}
     there = {name: digest for name, digest in digests.items() if isinstance(digest, str) and (place / name).exists()}
     return sorted(name for name, digest in there.items() if _digest(place / name) != digest)
 
@@ -161,8 +135,8 @@ def finished(folder: Path, made: Mapping[str, Any]) -> tuple[dict[str, Any] | No
 
 
 def own_names(summary: Mapping[str, Any]) -> set[str]:
-    """Return the names of this program's files in a folder, including earlier runs and the summary."""
-    return {*files_of(summary), *_dict(summary, "earlier"), SUMMARY}
+    """Return the names of this program's files in a folder, including the summary."""
+    return {*files_of(summary), SUMMARY}
 
 
 def files_of(summary: Mapping[str, Any]) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from kinelast.figures.report import Origin, Report, data_of, report_from
 from kinelast.figures.results import Results
 from kinelast.outputs import positions as tables
 from kinelast.outputs.outbox import complete, foreign
-from kinelast.outputs.sealed import finished, made_from, same_scene, seal, write_json
+from kinelast.outputs.sealed import finished, made_from, seal, write_json
 from kinelast.outputs.table import write_table
 from kinelast.outputs.words import headline, questions
 from kinelast.runs import (
@@ -208,7 +208,7 @@ def _finish(
     for name, draw in _drawings(part, results, shown, request, progress):
         with _kept_apart(name, failed):
             draw()
-    return report, seal(part, data_of(report), task.folder)
+    return report, seal(part, data_of(report))
 
 
 def _with_studies(
@@ -274,9 +274,6 @@ def _outcome(task: Task, report: Report, sealed: Mapping[str, Any]) -> Outcome:
     line = f"{task.name}: {headline(report)} -> {task.folder}"
     if others := foreign(task.folder, sealed):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
-    made = to_builtins(report.made_from)
-    if older := [name for name, each in sealed["earlier"].items() if not same_scene(each["made_from"], made)]:
-        line += f"; of an earlier state of the scene: {plain(', '.join(older[:3]), MESSAGE)}"
     words = [each for study in STUDIES for each in report.more.get(study, {}).get("words", ())]
     for each in (*words, *(report.optimum.words if report.optimum else ())):
         line += f"\n{task.name}: {each}"
