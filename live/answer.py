@@ -380,6 +380,7 @@ def picture(
         "positions": len(arrays["time"]),
         "of": len(bent.motion.time),
         "turn": scene.run.turn,
+        "units": scene.told_in,
         "points": list(points),
         "columns": [{"name": column.name, "unit": column.unit} for column in columns],
         "beams": [

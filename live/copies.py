@@ -40,6 +40,12 @@ def copy(text: str, tables: Tables, change: Tables) -> str:
     moved = [each for each in points if abs(image[each] - places[each]) > ON_LINE * width]
     if not moved:
         raise EditError("the line of the mirror goes along the link: choose another point for it")
+    shared = next((each for each in points if each not in moved and each not in grounded), "")
+    if shared and len(names) > 1 and tables.get("drives"):
+        raise EditError(
+            f'the line of the mirror goes through "{shared}", which moves: the two halves would share it, each with a '
+            "drive. Choose another point for it, or mirror a single link"
+        )
     text, fresh = with_points(text, tables, [[image[each].real, image[each].imag] for each in moved])
     named = {**{each: each for each in points}, **dict(zip(moved, fresh, strict=True))}
     for each in grounded:

@@ -200,6 +200,13 @@ class TestEdits:
             image = -course.conj() if mirror else course + 1.2 * width
             assert min(abs(each - image).max() for each in both.values()) < 2e-6, point
 
+    def test_halves_that_would_share_a_moving_point_are_not_made(self):
+        text = shipped_scenes()["steel_four_bar"].read_text()
+        with pytest.raises(EditError, match='goes through "B", which moves'):
+            edited(text, {"do": "copy", "mirror": True, "about": "B"})
+        alone = edited(text, {"do": "copy", "mirror": True, "about": "B", "link": "coupler"})
+        assert tomllib.loads(alone)["links"]["link_1"]["points"][1] == "B"
+
     def test_a_wiper_from_the_empty_sheet(self):
         text = EMPTY
         for change in (

@@ -254,6 +254,16 @@ def test_a_figure_is_drawn_and_sizes_are_told_while_a_point_is_dragged(driver, s
         assert errors(hand) == []
 
 
+def test_values_are_in_the_units_of_the_scene(driver, scene):
+    scene.write_text(scene.read_text().replace("100 rad/s", "600 rpm"))
+    with live_page.editing(scene) as live:
+        maker = live_machines.Maker(live_page.Hand(driver, live.address))
+        maker.hand.until("return live.state.whole > 0")
+        maker.choose("#number", "drives.crank.speed")
+        assert maker.hand.run("return document.getElementById('value').value") == "600 rpm"
+        assert errors(maker.hand) == []
+
+
 def test_tools_needed_first_come_first_and_long_lists_are_searched(driver, scene):
     with live_page.editing(scene) as live:
         maker = live_machines.Maker(live_page.Hand(driver, live.address))
