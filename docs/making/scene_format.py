@@ -81,7 +81,8 @@ def rows(struct: type[Struct]) -> list[str]:
     cells = []
     for field in (field for field in fields(struct) if field.name not in inherited):
         meaning, special = _words(struct, field)
-        value = ", ".join(filter(None, [_kind(kinds[field.name]), _bounds(kinds[field.name])]))
+        kind, bounds = _kind(kinds[field.name]), _bounds(kinds[field.name])
+        value = ", ".join(filter(None, ["" if bounds and kind == "number" else kind, bounds]))
         if struct is SceneTable and "table" in _kind(kinds[field.name]).replace("or table", ""):
             continue  # a section of the page describes it
         default = special or _default(field)
