@@ -105,7 +105,7 @@ def nonlinear_report(check: NonlinearCheck | NotMade | None) -> FurtherCheck | N
     if check is None:
         return None
     if isinstance(check, NotMade):
-        return FurtherCheck(passed=None, problem=check.problem)
+        return FurtherCheck(None, None, check.problem)
     return FurtherCheck(
         passed=check.passed,
         largest=check.largest,

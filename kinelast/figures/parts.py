@@ -44,9 +44,9 @@ def inputs_of(results: Results) -> Inputs:
         theory="Timoshenko" if any(np.isfinite(section.kGA) for section in sections) else "Euler-Bernoulli",
         materials={
             name: MaterialReading(
-                E=reading(stuff.E, "Pa"),
-                density=reading(stuff.density, "kg/m^3"),
-                yield_stress=reading(np.nan if stuff.yield_stress is None else stuff.yield_stress, "Pa"),
+                reading(stuff.E, "Pa"),
+                reading(stuff.density, "kg/m^3"),
+                reading(np.nan if stuff.yield_stress is None else stuff.yield_stress, "Pa"),
             )
             for name, stuff in results.scene.materials.items()
         },
@@ -113,15 +113,11 @@ def _load(given: Any) -> LoadReading:
         turned = isinstance(load, TorsionSpring)
         per = ("N m/rad", "N m s/rad", "N m") if turned else ("N/m", "N s/m", "N")
         sizes = list(zip((load.stiffness, load.damping, load.preload), per, strict=True))
-    return LoadReading(
-        resists=resists,
-        kind=re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(load).__name__).lower(),
-        link=getattr(load, "link", ""),
-        place=getattr(load, "point", getattr(load, "at", "")),
-        varies=getattr(load, "law", None) is not None,  # with time, an angle or a slide
-        sizes=[reading(size, unit) for size, unit in sizes if size or isinstance(load, LineLoad)],
-        towards=reading(np.angle(force), "rad") if force else None,
-    )
+    kind = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(load).__name__).lower()
+    place = getattr(load, "link", ""), getattr(load, "point", getattr(load, "at", ""))
+    varies = getattr(load, "law", None) is not None  # with time, an angle or a slide
+    rows = [reading(size, unit) for size, unit in sizes if size or isinstance(load, LineLoad)]
+    return LoadReading(resists, kind, *place, varies, rows, reading(np.angle(force), "rad") if force else None)
 
 
 def strength_of(reader: Reader) -> dict[str, BeamStrength]:
@@ -129,11 +125,11 @@ def strength_of(reader: Reader) -> dict[str, BeamStrength]:
     results, run = reader.results, reader.results.figures
     return {
         label: BeamStrength(
-            stress_range=_swing(run.swings[:, beam], float(results.deflection.length[beam, 0])),
-            yield_stress=reading(float(results.deflection.sections[beam].yield_stress), "Pa"),
-            safety_factor=reader.largest(run.peaks["safety"][beam], "1"),
-            buckling=reader.largest(run.peaks["buckling"][beam], "1"),
-            slenderness=reading(results.slenderness[beam], "1"),
+            _swing(run.swings[:, beam], float(results.deflection.length[beam, 0])),
+            reading(float(results.deflection.sections[beam].yield_stress), "Pa"),
+            reader.largest(run.peaks["safety"][beam], "1"),
+            reader.largest(run.peaks["buckling"][beam], "1"),
+            reading(results.slenderness[beam], "1"),
         )
         for beam, label in enumerate(results.scene.labels)
     }
@@ -269,11 +265,7 @@ def friction_of(reader: Reader) -> FrictionReport | None:
     peaks, words, places = results.figures.peaks, results.joint_words, results.motion.places
     return FrictionReport(
         joints=[
-            RubbingJoint(
-                joint=words[number][0],
-                on=words[number][1],
-                effort=reader.largest(peak, "N m" if places[number].turns else "N"),
-            )
+            RubbingJoint(*words[number], reader.largest(peak, "N m" if places[number].turns else "N"))
             for (number, _), peak in zip(rubbing, peaks["friction_effort"], strict=True)
         ],
         power=reader.largest(peaks["friction_power"][0], "W"),

@@ -40,6 +40,11 @@ class Peak:
     row: int = 0
     error: FigureError | None = None
 
+    @property
+    def error_size(self) -> float:
+        """Magnitude of its error, nan if not estimated."""
+        return math.nan if self.error is None else self.error.size
+
 
 @dataclass(frozen=True, eq=False)
 class RunFigures:

@@ -13,7 +13,6 @@ from kinelast.scene.figure import items_of
 from kinelast.scene.limits import Limit
 from kinelast.scene.numbers import number
 from kinelast.scene.parts import PARTS
-from kinelast.scene.parts.cam_courses import CAM_NEEDS, cam_faults
 from machine import Range
 from rigid.arrays import Flags
 
@@ -24,8 +23,9 @@ STRENGTH = Limit("safety", 1.0, least=True)  # beyond it, the links do not stay 
 def needed_by_limits(scene: Scene) -> set[str]:
     """Return the keys of further figures that the judgement of the scene's limits needs."""
     limited = {limit.figure for limit in limits_of(scene)}
-    of_cams, of_strength = CAM_NEEDS if scene.cams else (), (STRENGTH.figure,) if can_yield(scene) else ()
-    return {*of_cams, *of_strength, *(check.by for check in CHECKS if limited & {*check.refuses})}
+    of_parts = (key for part in PARTS if part.of(scene) for key in part.needs)
+    of_strength = (STRENGTH.figure,) if can_yield(scene) else ()
+    return {*of_parts, *of_strength, *(check.by for check in CHECKS if limited & {*check.refuses})}
 
 
 def can_yield(scene: Scene) -> bool:
@@ -56,7 +56,8 @@ def refusals(scene: Scene, figure: str, items: Sequence[int], figures: Mapping[s
     if len(safeties):
         least = np.fmin.reduce(safeties, axis=0)
         yield yield_words(scene, np.fmin.reduce(safeties.reshape(len(safeties), -1), axis=1).tolist()), least < 1.0
-    yield from cam_faults(scene, figures)
+    for part in PARTS:
+        yield from part.faults(scene, figures)
     for check in CHECKS:
         if figure in check.refuses and check.by in figures:
             inside = check.range.holds(check.quantity(scene, np.asarray(figures[check.by])))

@@ -10,6 +10,7 @@ import numpy as np
 
 from elastic import FIELDS
 from kinelast.scene.figure import items_of
+from kinelast.scene.numbers import UNRELIABLE
 from kinelast.scene.reading import MAX_MARKS, Reading, known, reading
 from rigid.arrays import Flags
 
@@ -18,6 +19,11 @@ if TYPE_CHECKING:
     from kinelast.figures.peaks import Peak
     from kinelast.figures.results import Results
     from kinelast.scene.data import Scene
+
+
+def error_entries(value: float, error: float) -> dict[str, Any]:
+    """Return the error of a figure as entries of its reading."""
+    return {"error": known(error), **({"unreliable": True} if error > UNRELIABLE * abs(value) else {})}
 
 
 @dataclass(frozen=True)

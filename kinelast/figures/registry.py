@@ -14,7 +14,6 @@ from elastic.assessment import angle_error
 from kinelast.figures.cycle import EXTREME_FIELDS, AlongBeams, Cycle, drive_words
 from kinelast.figures.drives import DRIVE_FIGURES
 from kinelast.figures.entry import measures_of
-from kinelast.figures.joints import clearance_figures
 from kinelast.figures.output import (
     advantage_of,
     residual_of,
@@ -262,6 +261,10 @@ def limits_of(scene: Scene) -> tuple[Limit, ...]:
     SceneError
         There is no figure of a name, or its bound is in another unit; `others` are the further ones.
     """
+    return scene.once(_limits_of)
+
+
+def _limits_of(scene: Scene) -> tuple[Limit, ...]:
     named, wrong = [], []
     for bound in scene.bounds:
         try:
@@ -295,7 +298,8 @@ def _limit_by_name(scene: Scene, bound: FigureBound) -> Limit:
 @lru_cache(maxsize=64)
 def figures_of(output: Output | None) -> tuple[Figure, ...]:
     """Return all figures of a scene with this output."""
-    return (*ALONG_BEAMS, *output_figures(output), *OF_THE_MACHINE, *clearance_figures(output))
+    of_parts = (figure for part in PARTS for figure in part.of_output(output))
+    return (*ALONG_BEAMS, *output_figures(output), *OF_THE_MACHINE, *of_parts)
 
 
 OF_OUTPUTS = {

@@ -16,7 +16,7 @@ from kinelast.scene.reading import Reading
 Data = Mapping[str, Any]
 
 
-class Record(Struct, frozen=True, kw_only=True):
+class Record(Struct, frozen=True):
     """Section of a report."""
 
 

@@ -67,7 +67,7 @@ class Results:
     nonlinear: NonlinearCheck | NotMade | None = None
     solid: SolidComparison | NotMade | None = None
 
-    @cached_property
+    @property
     def limits(self) -> tuple[Limit, ...]:
         """All limits of the scene."""
         return limits_of(self.scene)

@@ -17,11 +17,12 @@ from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, S
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
 from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors, stiffness_error
-from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS, ends, reserve_of, reserves_of, severities
+from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS, ends, severities
 from kinelast.figures.output import output_of
 from kinelast.figures.ranges import STRENGTH, can_yield, needed_by_limits, refusals
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.report import LinkReserves
+from kinelast.figures.reserves import reserve_of, reserves_of
 from kinelast.figures.results import Results
 from kinelast.figures.theory import damping_of, resolved_error
 from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion

@@ -13,10 +13,10 @@ from elastic import FIELDS, PRIMARY
 from elastic.assessment import LIMITS
 from elastic.links import members_of
 from kinelast import __version__
+from kinelast.figures.acceptance import acceptance
 from kinelast.figures.check_results import nonlinear_report, solid_report
 from kinelast.figures.checks import check_passed
 from kinelast.figures.cycle import EXTREME_FIELDS
-from kinelast.figures.limits import acceptance, breaks_first
 from kinelast.figures.output import slid, turns_of
 from kinelast.figures.parts import drives_of, friction_of, inputs_of, joints_of, strength_of, vibration_of
 from kinelast.figures.peaks import Peak, greatest
@@ -35,6 +35,7 @@ from kinelast.figures.report import (
     UnreliableFigure,
     data_of,
 )
+from kinelast.figures.reserves import breaks_first
 from kinelast.figures.results import Results
 from kinelast.figures.shares import output_shares
 from kinelast.figures.trust import exceedance_rows, findings, left_out, reliability, worst_figure
@@ -72,16 +73,16 @@ def report_of(results: Results) -> Report:
     return Report(
         kinelast=__version__,
         told_in=scene.told_in,
-        scene=SceneWords(name=scene.name, title=scene.title, source=scene.source),
+        scene=SceneWords(scene.name, scene.title, scene.source),
         run=RunReport(
-            **dict(zip(("positions", "singular", "ill_conditioned"), results.counts, strict=True)),
-            locked=run.locked,
-            left_out=results.left_out,
-            one_position=results.one_position,
-            interrupted=None if interrupted is None else reading(interrupted, "s"),
-            start=reading(run.span[0], "s"),
-            end=reading(run.span[1], "s"),
-            largest_condition=reader.largest(run.peaks["condition"][0], "1"),
+            *results.counts,
+            run.locked,
+            results.left_out,
+            results.one_position,
+            None if interrupted is None else reading(interrupted, "s"),
+            reading(run.span[0], "s"),
+            reading(run.span[1], "s"),
+            reader.largest(run.peaks["condition"][0], "1"),
         ),
         inputs=inputs_of(results),
         links=_links(results),
@@ -123,14 +124,13 @@ def report_of(results: Results) -> Report:
 
 def _reliability(trust: list[Finding], figures: dict[str, Reading]) -> Reliability:
     """Return the summary of findings, and the figures with large errors, the least certain first."""
-    level, reasons = reliability(trust)
     marked = [
-        UnreliableFigure(name=str(row.name), on=row.on or None, share=abs(row.error / row.value) if row.error else None)
+        UnreliableFigure(str(row.name), row.on or None, abs(row.error / row.value) if row.error else None)
         for row in figures.values()
         if row.unreliable and row.value
     ]
     marked.sort(key=lambda each: -math.inf if each.share is None else -each.share)
-    return Reliability(level=level, reasons=reasons, unreliable=marked)
+    return Reliability(*reliability(trust), marked)
 
 
 def registered_figures(reader: Reader) -> dict[str, Reading]:

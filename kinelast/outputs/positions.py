@@ -16,7 +16,8 @@ from kinelast.figures.results import Results
 from kinelast.outputs.table import Column, Table, csv_bytes
 from kinelast.scene.data import Scene
 from kinelast.scene.error import likely
-from kinelast.scene.parts.cam_courses import cam_flanks, cam_force, cam_outline, cam_pressure, cam_torque
+from kinelast.scene.parts import PARTS
+from kinelast.scene.parts.cam_courses import cam_outline
 from kinelast.tasks.request import RequestError
 from rigid import Motion, acceleration_of, position_of, transmission_angles, velocity_of
 
@@ -34,9 +35,9 @@ def position_table(results: Results) -> Table:
         for field, extreme in results.extremes.items():
             columns[f"{label}.{field}_max"] = extreme.value[beam], FIELDS[field].unit
         columns[f"{label}.euler_ratio"] = results.euler_ratio[beam], "1"
-    for point, moved in results.displacements.items():
-        columns |= _vector(f"{point}.d{{}}", moved, "m")
-        columns[f"{point}.off_path"] = results.deviations[point].normal, "m"
+    for point, moved in results.deviations.items():
+        columns |= _vector(f"{point}.d{{}}", moved.displacement, "m")
+        columns[f"{point}.off_path"] = moved.normal, "m"
     forces = deflection.forces
     for (joint, link), force, moment in zip(results.joint_words, forces.force, forces.moment, strict=True):
         columns |= _vector(f"{joint}.F{{}}_on_{link}", force, "N")
@@ -44,11 +45,8 @@ def position_table(results: Results) -> Table:
             columns[f"{joint}.M_on_{link}"] = moment, "N m"
     for (name, *_, unit), values in zip(results.drive_words, results.efforts, strict=True):
         columns[f"{name}.effort"] = values, unit
-    for name in results.scene.cams:
-        columns[f"{name}.pressure_angle"] = cam_flanks(results.cycle, name)[0].pressure_angle, "rad"
-        columns[f"{name}.force"] = cam_force(results.cycle, name), "N"
-        columns[f"{name}.pressure"] = cam_pressure(results.cycle, name), "Pa"
-        columns[f"{name}.torque"] = cam_torque(results.cycle, name), "N m"
+    for part in PARTS:
+        columns |= part.columns(results.cycle)
     columns |= _vector("ground.F{}", forces.ground_force, "N")
     columns["ground.M"] = forces.ground_moment, "N m"
     columns["condition"] = motion.condition, "1"

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -24,6 +24,8 @@ from machine.cams import Cam
 from machine.joints import JointParts
 from machine.life import FatigueTask
 from rigid import SINGULAR, Mechanism, MechanismError, Motion, ReachError, TableError, motion, require_reach
+
+Result = TypeVar("Result")
 
 ACCURACY = 0.05  # default accuracy
 QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT = "quasi-static", "elastodynamic", "geometrically-exact"
@@ -116,6 +118,14 @@ class Scene:
     written: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     settled: Any = None
     parts: Mapping[str, Mapping[str, Any]] = field(default_factory=lambda: defaultdict(dict))
+    _known: dict[Callable[[Scene], Any], Any] = field(default_factory=dict, init=False, repr=False)
+
+    def once(self, function: Callable[[Scene], Result]) -> Result:
+        """Return a result of the scene, cached."""
+        if function not in self._known:
+            self._known[function] = function(self)
+        result: Result = self._known[function]
+        return result
 
     @property
     def cams(self) -> Mapping[str, Cam]:

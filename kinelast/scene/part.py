@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from kinelast.figures.reader import Reader
     from kinelast.scene.data import Scene
     from kinelast.scene.format import MaterialTable, SceneTable
+    from kinelast.scene.limits import Output
     from kinelast.scene.links import LinkModel
     from kinelast.scene.sections import SectionSource
 
@@ -86,10 +87,15 @@ class Part(Generic[Built]):
         such rows.
     section
         Key of its rows in the summary, if it is not `key`.
+    of_output
+        Figures that depend on the output of the machine.
     joint_row
         From the readings of a run and the number of a joint to entries of the joint's row in the summary.
     findings
         Findings on its parts in a run.
+    faults
+        From a scene and values of all items of the figures `needs` to reasons why its parts do not work, each with a
+        flag of shape (...): then no limit can be judged.
     formulas
         Inputs of its formulas, in words, that the stated errors do not cover.
     columns
@@ -140,8 +146,11 @@ class Part(Generic[Built]):
     usual: Mapping[str, tuple[str, float, float, str, str]] = field(default_factory=dict)
     stand_in: Mapping[str, Any] | None = None
     section: str = ""
+    of_output: Callable[[Output | None], tuple[Figure, ...]] = lambda _: ()
     joint_row: Callable[[Reader, int], Mapping[str, Any]] = lambda *_: {}
     findings: Callable[[Reader], Iterable[Finding]] = lambda _: ()
+    faults: Callable[[Scene, Mapping[str, Any]], Iterable[tuple[str, Any]]] = lambda *_: ()
+    needs: Iterable[str] = ()
     formulas: str = ""
     columns: Callable[[Cycle], Mapping[str, tuple[Any, str]]] = lambda _: {}
 

@@ -33,10 +33,11 @@ from machine.joints import (
     Pin,
     Plain,
     Rolling,
+    clearance_effects,
     contact_losses,
     knocks,
 )
-from rigid.arrays import Flags
+from rigid.arrays import Flags, Reals
 
 if TYPE_CHECKING:
     from elastic import Largest
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from kinelast.figures.reader import Reader
     from kinelast.scene.data import Scene
     from kinelast.scene.format import SceneTable
+    from kinelast.scene.limits import Output
 
 KEY = "bearings"
 ROLLER = 10.0 / 3.0  # exponent of the life of roller bearings
@@ -226,6 +228,38 @@ def _knocks(cycle: Cycle) -> list[Any]:
     return [knocks(lost_contact(cycle, number), cycle.scene.run.turn) for number in joints_with(cycle.scene, CLEARANCE)]
 
 
+def clearance_figures(output: Output | None) -> tuple[Figure, ...]:
+    """Return figures of the output displacement by clearance; none without an output."""
+    if output is None:
+        return ()
+
+    def effect(number: int) -> Callable[[Cycle], Any]:
+        return lambda cycle: [cycle.once(_effects, output)[number]] if joints_with(cycle.scene, CLEARANCE) else []
+
+    return (
+        Figure("clearance_worst", "displacement of the output by clearance, at worst", output.unit, CLEARANCES,
+               each(effect(0)), rigid=True),
+        Figure("clearance_pressed", "displacement of the output by clearance, as the forces press", output.unit,
+               CLEARANCES, each(effect(1))),
+    )  # fmt: skip
+
+
+def _effects(cycle: Cycle, output: Output) -> tuple[Reals, Reals]:
+    """Return the displacements of the output by clearance: of a shared point the larger of all its links."""
+    mechanism = cycle.scene.mechanism
+    gaps: dict[int, Any] = {
+        number: cycle.scene.bearings[name].clearance for number, name in joints_with(cycle.scene, CLEARANCE).items()
+    }
+    forces = {number: cycle.deflection.forces.force[number] for number in gaps}
+    ends: list[tuple[int, Any]] = [(mechanism.index[output.link], None)]
+    if output.point:
+        links = enumerate(mechanism.links)
+        ends = [(at, link.points[output.point]) for at, link in links if at and output.point in link.points]
+    effects = [clearance_effects(cycle.motion, gaps, forces, *end) for end in ends]
+    worst, pressed = (np.maximum.reduce(each) for each in zip(*effects, strict=True))
+    return worst, pressed
+
+
 SENSES = {1: "turns counter-clockwise", -1: "turns clockwise", 0: "swings"}
 
 
@@ -333,6 +367,7 @@ BEARINGS: Part[JointParts] = Part(
         RangeCheck(EYE_RANGE, EYE, "eye_safety"),
     ),
     joint_row=_joint_row,
+    of_output=clearance_figures,
     formulas="bearing formulas and catalogue ratings",
     on_axis=True,
     usual={

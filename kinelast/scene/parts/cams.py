@@ -17,11 +17,13 @@ from kinelast.scene.numbers import quantity, real, require, vector
 from kinelast.scene.part import Assembly, Part
 from kinelast.scene.parts.cam_courses import (
     CAM,
+    CAM_NEEDS,
     FACED,
     HELD,
     KEY,
     PRESSED,
     ROLLED,
+    cam_faults,
     cam_flanks,
     cam_force,
     cam_lag,
@@ -335,6 +337,8 @@ CAMS: Part[Cam] = Part(
     ),
     row=cam_row,
     findings=cam_findings,
+    faults=cam_faults,
+    needs=CAM_NEEDS,
     columns=cam_columns,
     checks=(RangeCheck(HERTZ_RANGE, PRESSED, "cam_pressure", quantity=_over_yield),),
     loads=_loads,
