@@ -147,10 +147,10 @@ class TestLaws:
         law = 'law = [{curve = "harmonic", duration = "2 s", by = 3}, {curve = "dwell", duration = 2}]'
         scene = scene_from_text(driven("start = 0", law))
         peaks = law_figures(scene, 0)
-        assert peaks["speed"] == {"value": pytest.approx(3 * pi / 4), "unit": "rad/s"}
-        assert peaks["acceleration"] == {"value": pytest.approx(3 * pi**2 / 8), "unit": "rad/s^2"}
-        assert peaks["jerk"] == {"value": None, "unit": "rad/s^3"}
-        assert [each["value"] for each in peaks["jumps"]] == [0.0, 2.0]
+        assert (peaks["speed"].value, peaks["speed"].unit) == (pytest.approx(3 * pi / 4), "rad/s")
+        assert (peaks["acceleration"].value, peaks["acceleration"].unit) == (pytest.approx(3 * pi**2 / 8), "rad/s^2")
+        assert (peaks["jerk"].value, peaks["jerk"].unit) == (None, "rad/s^3")
+        assert [each.value for each in peaks["jumps"]] == [0.0, 2.0]
         assert law_figures(scene_from_text(WHEEL), 0) is None
 
     def test_a_run_beyond_a_moving_end_is_an_error(self):

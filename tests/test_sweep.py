@@ -209,7 +209,7 @@ def test_full_answers_decide_on_the_best_design(factor, monkeypatch):
     best = int(np.flatnonzero(1.01 * factor * deflection <= bound)[0])  # the lightest
     assert tally.best["design"] == best
     assert tally.answered[best].judgements[0].outcome == KEPT
-    assert tally.accepted["verdict"] == "acceptable"
+    assert tally.accepted.verdict == "acceptable"
     changed = (deflection <= bound) != (1.01 * factor * deflection <= bound)
     assert tally.near == np.count_nonzero(changed) - sum(changed[number] for number in tally.answered)
     assert len(tally.answered) <= 8 + 4

@@ -117,14 +117,14 @@ def _within_limits(drawing: Drawing, mechanism: Mechanism, starts: np.ndarray) -
 
 def _limit(mechanism: Mechanism, starts: np.ndarray, number: int, target: float) -> float | None:
     """Return how far a drive can go towards `target` while the others rest, or None if it arrives."""
-    passed, missed, way = 0.0, target, np.zeros(1)
+    passed, missed, start_shifts = 0.0, target, np.zeros(1)
     for _ in range(ROUNDS):
-        shifts = np.append(way, np.linspace(passed, missed, STEPS)[1:])
+        shifts = np.append(start_shifts, np.linspace(passed, missed, STEPS)[1:])
         coordinates = np.repeat(starts[:, None], len(shifts), axis=1)
         coordinates[number] += shifts
         closes = reachable(motion(mechanism, coordinates))
         if closes.all():
             return None if missed == target else passed
         first = max(int(np.argmin(closes)), 1)
-        way, passed, missed = shifts[:first], float(shifts[first - 1]), float(shifts[first])
+        start_shifts, passed, missed = shifts[:first], float(shifts[first - 1]), float(shifts[first])
     return passed

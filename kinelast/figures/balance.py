@@ -80,7 +80,7 @@ def balance_text(document: Document, proposals: Mapping[str, Any]) -> str:
     file, taken = tomlkit.parse(document.text()), {*document.tables.get("welds", ())}
     variables = {}
     for part in proposals.get("shaking_force", {}).get("parts", ()):
-        name, mass = f"{part['link']}_counterweight", part["mass"]["value"]
+        name, mass = f"{part['link']}_counterweight", part["mass"].value
         place = _drawn_place(document, part)
         at = next(
             (point for point in (part["pin"], *document.table.links[part["link"]].points) if point not in taken), ""
@@ -114,7 +114,7 @@ def _drawn_place(document: Document, part: Mapping[str, Any]) -> complex | None:
     direction = drawn_direction(mechanism.links[mechanism.index[part["link"]]], places)
     if direction is None or part["pin"] not in places:
         return None
-    return complex(places[part["pin"]] + direction * rect(part["radius"]["value"], part["direction"]["value"]))
+    return complex(places[part["pin"]] + direction * rect(part["radius"].value, part["direction"].value))
 
 
 def _moment(motion: Motion, pins: Mapping[int, str], force: Balance, weight: Any) -> Balance:
@@ -177,18 +177,18 @@ def _spring(results: Results, at: int, pin: str, balance: Balance) -> list[dict[
 def _words(proposals: Mapping[str, Any], told_in: ToldIn) -> Iterator[str]:
     """Return sentences on the proposals."""
     for key, name in (("shaking_force", "shaking force"), ("weight", "effort of the weights")):
-        if key in proposals and proposals[key]["before"]["value"]:
+        if key in proposals and proposals[key]["before"].value:
             parts = (
-                f"{quantity(each['mass']['value'], 'kg', 3, told_in)} at "
-                f"{quantity(each['radius']['value'], 'm', 3, told_in)} from {each['pin']} on "
-                f"{each['link']}, {coordinate(each['direction']['value'], 'rad')} from its axis"
+                f"{quantity(each['mass'].value, 'kg', 3, told_in)} at "
+                f"{quantity(each['radius'].value, 'm', 3, told_in)} from {each['pin']} on "
+                f"{each['link']}, {coordinate(each['direction'].value, 'rad')} from its axis"
                 for each in proposals[key]["parts"]
             )
             yield f"balance of the {name}: {'; '.join(parts)} {_leaves(proposals[key], told_in)}"
     if "drive_effort" in proposals:
         (each,) = proposals["drive_effort"]["parts"]
-        spring = f"{quantity(each['stiffness']['value'], 'N m', 3, told_in)}/rad at {each['pin']} on {each['link']}"
-        slack = coordinate(each["angle"]["value"], "rad")
+        spring = f"{quantity(each['stiffness'].value, 'N m', 3, told_in)}/rad at {each['pin']} on {each['link']}"
+        slack = coordinate(each["angle"].value, "rad")
         left = _leaves(proposals["drive_effort"], told_in)
         yield f"balance of the drive: a spring of {spring}, slack at {slack}, {left}"
 
@@ -196,5 +196,5 @@ def _words(proposals: Mapping[str, Any], told_in: ToldIn) -> Iterator[str]:
 def _leaves(row: Mapping[str, Any], told_in: ToldIn) -> str:
     if row["left"] < NOTHING:
         return "leaves nothing"
-    before, after = (quantity(row[key]["value"], row[key]["unit"], 3, told_in) for key in ("before", "after"))
+    before, after = (quantity(row[key].value, row[key].unit, 3, told_in) for key in ("before", "after"))
     return f"leaves {percent(row['left'])} in the mean square, at most {after} of {before}"

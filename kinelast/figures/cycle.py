@@ -346,7 +346,8 @@ def _joint(cycle: Cycle, number: int) -> JointCourse:
 def greatest_along(values: Any) -> Reals:
     """Return the values of largest magnitude along the last axis (stations), with signs."""
     most, least = values.max(axis=-1), values.min(axis=-1)
-    return np.where(most >= -least, most, least)
+    greatest: Reals = np.where(most >= -least, most, least)
+    return greatest
 
 
 FEW = 64  # beams with all coordinates: at most 1.5 GB and 15 s
