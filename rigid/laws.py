@@ -147,6 +147,39 @@ INNER_JUMPS = {"trapezoidal-velocity": (1 / 3, 2 / 3), "constant-acceleration": 
 """Inner acceleration jumps of a curve, relative to the duration."""
 
 
+def polynomial_peaks(powers: Reals) -> tuple[float, float, float]:
+    """Largest magnitudes of three derivatives of a polynomial on [0, 1], increasing powers.
+
+    Examples
+    --------
+    >>> polynomial_peaks(np.array([0, 0, 0, 10.0, -15, 6]))  # the 3-4-5 polynomial: 15/8, 10/sqrt(3), 60
+    (1.875, 5.7735..., 60.0)
+    """
+    first, second, third, fourth = (np.asarray(np.polyder(powers[::-1], order), float) for order in (1, 2, 3, 4))
+
+    def greatest(polynomial: Reals, slope: Reals) -> float:
+        turns = np.roots(slope)
+        inside = turns.real[(abs(turns.imag) < 1e-9) & (turns.real > 0) & (turns.real < 1)]
+        return float(np.abs(np.polyval(polynomial, [0.0, 1.0, *inside])).max())
+
+    return greatest(first, second), greatest(second, third), greatest(third, fourth)
+
+
+PEAKS: dict[str, tuple[float, float, float]] = {
+    "dwell": (0.0, 0.0, 0.0),
+    "constant-speed": (1.0, 0.0, 0.0),
+    "harmonic": (pi / 2, pi**2 / 2, pi**3 / 2),
+    "cycloidal": (2.0, 2 * pi, 4 * pi**2),
+    "polynomial-345": polynomial_peaks(np.array([0, 0, 0, 10.0, -15, 6])),
+    "polynomial-4567": polynomial_peaks(np.array([0, 0, 0, 0, 35.0, -84, 70, -20])),
+    "trapezoidal-velocity": (1.5, 4.5, 0.0),
+    "constant-acceleration": scca_peaks(0.0, 0.0),
+    "modified-trapezoid": scca_peaks(0.25, 0.25),
+    "modified-sine": scca_peaks(0.25, 0.75),
+}
+"""Peaks of `CURVES` for a rise of 1 in a time of 1, without acceleration jumps."""
+
+
 @dataclass(frozen=True)
 class Segment:
     """Piece of a motion law.

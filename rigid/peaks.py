@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from math import inf, pi
+from math import inf
 
 import numpy as np
 
 from rigid.arrays import Reals
-from rigid.laws import INNER_JUMPS, ConstantSpeed, MotionLaw, SegmentedLaw, quintic, scca_peaks
+from rigid.laws import INNER_JUMPS, PEAKS, ConstantSpeed, MotionLaw, SegmentedLaw, polynomial_peaks, quintic
 from rigid.table_laws import RepeatedLaw, TableLaw
 
 MIN_JUMP = 1e-9  # largest change of acceleration due to round-off, relative to its peak
-Sizes = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -34,39 +33,6 @@ class LawPeaks:
     acceleration: float
     jerk: float
     jumps: tuple[float, ...] = ()
-
-
-def polynomial_peaks(powers: Reals) -> Sizes:
-    """Largest magnitudes of three derivatives of a polynomial on [0, 1], increasing powers.
-
-    Examples
-    --------
-    >>> polynomial_peaks(np.array([0, 0, 0, 10.0, -15, 6]))  # the 3-4-5 polynomial: 15/8, 10/sqrt(3), 60
-    (1.875, 5.7735..., 60.0)
-    """
-    first, second, third, fourth = (np.asarray(np.polyder(powers[::-1], order), float) for order in (1, 2, 3, 4))
-
-    def greatest(polynomial: Reals, slope: Reals) -> float:
-        turns = np.roots(slope)
-        inside = turns.real[(abs(turns.imag) < 1e-9) & (turns.real > 0) & (turns.real < 1)]
-        return float(np.abs(np.polyval(polynomial, [0.0, 1.0, *inside])).max())
-
-    return greatest(first, second), greatest(second, third), greatest(third, fourth)
-
-
-PEAKS: dict[str, Sizes] = {
-    "dwell": (0.0, 0.0, 0.0),
-    "constant-speed": (1.0, 0.0, 0.0),
-    "harmonic": (pi / 2, pi**2 / 2, pi**3 / 2),
-    "cycloidal": (2.0, 2 * pi, 4 * pi**2),
-    "polynomial-345": polynomial_peaks(np.array([0, 0, 0, 10.0, -15, 6])),
-    "polynomial-4567": polynomial_peaks(np.array([0, 0, 0, 0, 35.0, -84, 70, -20])),
-    "trapezoidal-velocity": (1.5, 4.5, 0.0),
-    "constant-acceleration": scca_peaks(0.0, 0.0),
-    "modified-trapezoid": scca_peaks(0.25, 0.25),
-    "modified-sine": scca_peaks(0.25, 0.75),
-}
-"""Peaks of `CURVES` for a rise of 1 in a time of 1, without acceleration jumps."""
 
 
 def law_peaks(law: MotionLaw) -> LawPeaks | None:

@@ -24,8 +24,7 @@ from kinelast.designs.base import design_measures
 from kinelast.designs.studies import problem_of
 from kinelast.figures.cycle import NOISE, Cycle
 from kinelast.figures.entry import magnitudes
-from kinelast.figures.full_answer import full_answer, limits_of_items
-from kinelast.figures.limits import KEPT, SEVERITY, severities, verdict_on
+from kinelast.figures.limits import KEPT, SEVERITY, full_answer, limits_of_items, severities, verdict_on
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
 from kinelast.figures.ranges import needed_by_limits

@@ -10,7 +10,7 @@ from scene_texts import edited
 from kinelast import scene_from_text
 from kinelast.cli.command import main
 from kinelast.designs import evaluate
-from kinelast.figures.acceptance import acceptance
+from kinelast.figures.limits import acceptance
 from kinelast.figures.results import results_in_full
 from kinelast.figures.summary import summary
 from kinelast.scene.document import document_from_text

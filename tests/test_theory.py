@@ -23,10 +23,11 @@ from kinelast.cli.command import main
 from kinelast.figures.check_results import NonlinearCheck, nonlinear_report
 from kinelast.figures.checks import nearer, nonlinear_check, solid_check
 from kinelast.figures.errors import BEAM_THEORY, MEASURED, NOT_OF_MOTION, FigureError
+from kinelast.figures.reader import Reader
 from kinelast.figures.speeds import speeds
-from kinelast.figures.summary import theory_report
+from kinelast.figures.summary import exceedance_rows, theory_report
 from kinelast.figures.theory import damping_of
-from kinelast.figures.trust import exceedance_rows, findings
+from kinelast.figures.trust import findings
 from kinelast.outputs.words import further_checks, reached_words
 from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
@@ -637,7 +638,7 @@ def test_a_buckling_load_that_cannot_be_found_is_told(monkeypatch):
     assert told.level == "open"
     assert "the load at which the mechanism buckles cannot be found" in told.text
     assert "Euler's load" not in " ".join(finding.text for finding in findings(results) if finding.level == "good")
-    assert [one["figure"] for one in exceedance_rows(results)] == [None]
+    assert [one["figure"] for one in exceedance_rows(Reader(results))] == [None]
 
 
 def test_a_divided_rod_buckles_in_a_long_run_too(tmp_path, monkeypatch):

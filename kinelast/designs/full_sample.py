@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import RBFInterpolator
 
-from kinelast.figures.full_answer import FullAnswer
+from kinelast.figures.limits import FullAnswer
 from rigid.arrays import Flags, Reals
 
 SAMPLE_SIZES = 8, 16, 32  # machines with a full answer, until the surfaces are accurate

@@ -10,7 +10,7 @@ import numpy as np
 
 from kinelast.designs.sensitivities import FiguresOf
 from kinelast.designs.tolerances import Tolerance
-from kinelast.figures.full_answer import limits_of_items
+from kinelast.figures.limits import limits_of_items
 from kinelast.scene.document import Document
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable

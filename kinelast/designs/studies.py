@@ -30,8 +30,19 @@ from kinelast.designs.tolerances import (
     scatter,
     variance_shares,
 )
-from kinelast.figures.full_answer import FullAnswer, full_answer, limits_of_items, room
-from kinelast.figures.limits import BROKEN, KEPT, LIMITS_KEPT, LIMITS_MARGIN, SPARE, TOO_NEAR, Judgement
+from kinelast.figures.limits import (
+    BROKEN,
+    KEPT,
+    LIMITS_KEPT,
+    LIMITS_MARGIN,
+    SPARE,
+    TOO_NEAR,
+    FullAnswer,
+    Judgement,
+    full_answer,
+    limits_of_items,
+    room,
+)
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene, scene_motion

@@ -16,8 +16,7 @@ from elastic.assessment import angle_error
 from kinelast.designs.full_sample import FullColumn, kept_by
 from kinelast.designs.sensitivities import FigureColumns, FiguresOf, Sensitivities
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.full_answer import FullAnswer
-from kinelast.figures.limits import UNKNOWN, Judgement
+from kinelast.figures.limits import UNKNOWN, FullAnswer, Judgement
 from kinelast.scene.figure import FIXED, SCENE, Figure, fixed, largest_of, whole
 from kinelast.scene.limits import OUTPUT_ERROR, Output
 from kinelast.scene.variables import Variable

@@ -1,4 +1,4 @@
-"""Judgement of limits, for a run, for designs and for speeds, and the verdict as plain data."""
+"""Judgement of limits, for a run, for designs and for speeds, and the verdict."""
 
 from __future__ import annotations
 
@@ -9,19 +9,24 @@ from functools import reduce
 from typing import Any
 
 import numpy as np
+from msgspec import UNSET, structs
 
 from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import bounded_items, magnitudes
+from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
+from kinelast.figures.errors import stiffness_error
 from kinelast.figures.ranges import STRENGTH, can_yield, needed_by_limits, refusals
-from kinelast.figures.registry import limits_of
-from kinelast.figures.report import Verdict
-from kinelast.figures.results import Results
+from kinelast.figures.reader import Reader, error_entries
+from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
+from kinelast.figures.report import JudgedLimit, Verdict
+from kinelast.figures.results import Results, results_in_full
 from kinelast.figures.trust import doubts
-from kinelast.scene.data import Scene
-from kinelast.scene.figure import FIXED, LARGEST, SCENE, Figure, fixed
+from kinelast.scene.data import QUASI_STATIC, Scene
+from kinelast.scene.error import SceneError
+from kinelast.scene.figure import FIXED, LARGEST, LEAST, SCENE, Figure, fixed, items_of
 from kinelast.scene.limits import Limit
 from kinelast.scene.numbers import UNRELIABLE
+from kinelast.scene.reading import Reading, known, reading
 from rigid.arrays import Integers, Real, Reals, of_designs
 
 KEPT, BROKEN, TOO_NEAR, UNKNOWN = "kept", "not kept", "too close to decide", "cannot be judged"
@@ -33,6 +38,8 @@ ONE_POSITION = "only one position of the cycle is computed: give more --position
 WIDENED = 2.0  # margin of an unreliable figure, relative to its error
 RECIPROCAL = "safety", "endurance"  # figures that are a strength over a stress
 SPARE = 1e-4  # margin in addition to the error, relative to the limit, because errors change with the design
+PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
+"""Field with the place of each figure of beams."""
 
 
 def widened(value: Any, error: Any) -> Any:
@@ -174,10 +181,10 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
     if results.one_position and outcome != BROKEN and not exact:
         outcome, problem = UNKNOWN, ONE_POSITION
     judged = Judgement(limit, outcome, item, value, error, problem)
-    return or_refused(results, judged, key, [item for item, *_ in known])
+    return _or_refused(results, judged, key, [item for item, *_ in known])
 
 
-def or_refused(results: Results, judged: Judgement, key: str, items: Sequence[int]) -> Judgement:
+def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[int]) -> Judgement:
     """Return the judgement, or "cannot be judged" for one of the reasons of `refusals`."""
     if judged.outcome == BROKEN:
         return judged
@@ -189,7 +196,7 @@ def or_refused(results: Results, judged: Judgement, key: str, items: Sequence[in
     return replace(judged, outcome=UNKNOWN, problem="; ".join(filter(None, (before, why))))
 
 
-def if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
+def _if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
     """Return the judgements, with "cannot be judged" for all that are not broken if the figures are not reliable."""
     doubtful = [judged.outcome in (KEPT, TOO_NEAR) for judged in judgements]
     why = "; ".join(doubts(results)) if any(doubtful) else ""
@@ -204,3 +211,157 @@ def verdict_on(judgements: Sequence[Judgement]) -> Verdict:
     worst = min((each.outcome for each in judgements), key=SEVERITY.index, default="")
     problem = next((each.problem for each in judgements if each.outcome == worst), "")
     return Verdict(verdict=VERDICTS.get(worst, ""), passed=PASSED.get(worst), problem=problem)
+
+
+def limits_of_items(scene: Scene) -> list[Limit]:
+    """Return the limits of a scene for single items, with figure names such as `deflection.rod`."""
+    limits = []
+    for limit in limits_of(scene):
+        items = items_of(scene, limit.of)
+        names = [f"{limit.figure}.{items[number]}".rstrip(".") for number in bounded_items(scene, limit)]
+        limits += [replace(limit, figure=name) for name in names or [limit.figure]]
+    return limits
+
+
+@dataclass(frozen=True)
+class FullAnswer:
+    """Answer to a design by the scene's theory, with errors.
+
+    Attributes
+    ----------
+    theory
+        Name of the theory, empty without an answer.
+    judgements
+        Judgements of the limits.
+    figures
+        Magnitude and error of figures by name in SI units, nan if unknown.
+    """
+
+    theory: str
+    judgements: tuple[Judgement, ...]
+    figures: Mapping[str, tuple[float, float]]
+
+
+def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()) -> FullAnswer:
+    """Return the full answer of a scene with judged limits and figures by name."""
+    try:
+        results = results_in_full(scene)
+    except SceneError as error:
+        unknown = tuple(Judgement(limit, UNKNOWN, 0, math.nan, math.nan, error.problem) for limit in limits)
+        return FullAnswer("", unknown, dict.fromkeys(names, (math.nan, math.nan)))
+    measures = measures_of(scene, figures_of(results.figures.output))
+    theory = QUASI_STATIC if results.answer is None else results.answer.theory
+    judged = [_of_measure(results, limit, measures.get(limit.figure)) for limit in limits]
+    judgements = _if_reliable(results, judged)
+    figures = {name: _known(results, measures[name]) for name in names if name in measures}
+    return FullAnswer(theory, judgements, figures)
+
+
+def _known(results: Results, measure: Measure) -> tuple[float, float]:
+    """Return a figure and its error, including figures that are computed on request only."""
+    entry, peaks = measure.figure, results.figures.peaks.get(measure.figure.key, [])
+    if peaks:
+        sign = -1.0 if entry.over == LEAST else 1.0
+        sizes = [abs(peak.value) if entry.over == LARGEST else peak.value for peak in peaks]
+        items = [item for item in (measure.items or range(len(peaks))) if not math.isnan(sizes[item])]
+        if not items:
+            return math.nan, math.nan
+        item = max(items, key=lambda each: sign * sizes[each])
+        return sizes[item], 0.0 if entry.exact else peaks[item].error_size
+    value = _value(measure, results.cycle)
+    closer = results.answer.off.closer if results.answer else None
+    if entry.of_motion(results.scene) or entry.here:
+        value = value if closer is None else _value(measure, closer)
+        return value, math.nan if closer is None else abs(value - _value(measure, closer.coarser))
+    bent = [(peak.value, peak.error) for peak in results.figures.peaks.get("deflection", []) if peak.error]
+    stiff = stiffness_error((size for size, _ in bent), (error for _, error in bent))
+    return value, (1.0 + value) * stiff
+
+
+def _value(measure: Measure, cycle: Cycle) -> float:
+    return float(np.ravel(measure.of(cycle)[0])[0])
+
+
+def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judgement:
+    """Judge a limit of any figure, including figures that are computed on request only."""
+    if measure and measure.figure.key in results.figures.peaks:
+        return judgement(results, limit, measure.figure.key, measure.items)
+    value, error = _known(results, measure) if measure else (math.nan, math.nan)
+    outcome = BROKEN if results.buckles and math.isnan(value) else SEVERITY[int(severity(limit, value, error))]
+    problem = results.buckles or f"the error of {limit.figure} is unknown" if outcome == UNKNOWN else ""
+    return _or_refused(results, Judgement(limit, outcome, 0, value, error, problem), limit.figure, [])
+
+
+def room(judged: Judgement, value: float, before: tuple[float, float] | None = None, spare: float = SPARE) -> float:
+    """Return the bound of a quasi-static figure for which the full answer, with its error, keeps its limit.
+
+    The ratio of full to quasi-static answer is taken from this design, or extrapolated linearly from two designs.
+
+    Parameters
+    ----------
+    value
+        Quasi-static figure of the judged design.
+    before
+        Quasi-static figure of another design, and its full answer with error.
+    spare
+        Margin in addition to the error, relative to the limit.
+    """
+    bound, worst = float(judged.limit.bound), judged.worst
+    if not math.isfinite(worst) or not math.isfinite(value):
+        return bound
+    moved = bound * value / worst if value * worst > 0.0 else bound + value - worst
+    if before and (worst - before[1]) * (value - before[0]) > 0.0:
+        moved = value + (bound - worst) * (value - before[0]) / (worst - before[1])
+    return moved + (1 if judged.limit.least else -1) * spare * abs(bound)
+
+
+def acceptance(results: Results) -> Verdict:
+    """Return the verdict on a scene, with a row for each limit."""
+    judgements = _if_reliable(results, [_of_own(results, limit) for limit in results.limits])
+    verdict = verdict_on(judgements)
+    if results.buckles:
+        verdict = Verdict(verdict=VERDICTS[BROKEN], passed=False, problem=results.buckles)
+    return structs.replace(verdict, limits=[_judged_row(Reader(results), each) for each in judgements])
+
+
+def _of_own(results: Results, limit: Limit) -> Judgement:
+    """Judge a limit of the scene."""
+    scene = results.scene
+    asked = next((each for each in figures_of(results.figures.output) if each.key == limit.figure and each.asked), None)
+    if asked is not None:
+        return _of_measure(results, limit, measures_of(scene, [asked]).get(limit.figure))
+    items = bounded_items(scene, limit) if limit.figure in results.figures.peaks else []
+    return judgement(results, limit, limit.figure if items else "", items)
+
+
+def _judged_row(reader: Reader, judged: Judgement) -> JudgedLimit:
+    limit, figure = judged.limit, _found(reader, judged)
+    of = next((each for each in figures_of(reader.results.figures.output) if each.key == limit.figure), None)
+    if figure.value is not None and (of is None or of.over == LARGEST):
+        figure = structs.replace(figure, value=abs(figure.value))
+    bound = reading(limit.bound, figure.unit if limit.kind == "output" else limit.unit)
+    words = limit.kind, limit.kind if of is None else of.name, limit.least, limit.item
+    used, kept = known(limit.used(judged.value)), bool(limit.kept(judged.value))
+    return JudgedLimit(*words, bound, figure, used, judged.outcome, kept, PASSED.get(judged.outcome), judged.problem)
+
+
+def _found(reader: Reader, judged: Judgement) -> Reading:
+    """Return the figure of a limit with its place, without a value if it is unknown."""
+    limit, results, kind = judged.limit, reader.results, judged.limit.kind
+    peaks = results.figures.peaks
+    if np.isnan(judged.value):
+        return reading(np.nan, limit.unit or "m")
+    if limit.figure not in peaks:
+        return reading(judged.value, limit.unit, **error_entries(judged.value, judged.error), label="")
+    peak = peaks[limit.figure][judged.item]
+    if kind == "output":
+        output = results.figures.output
+        assert output is not None
+        return reader.largest(peak, output.unit, label=output.point or output.link)
+    if kind not in PLACES:
+        endless = {"endless": True} if math.isinf(peak.value) else {}
+        return reader.largest(peak, limit.unit, **endless, label=items_of(results.scene, limit.of)[judged.item])
+    place = reader.on_beam(PLACES[kind], results.figures.of_field(PLACES[kind])[judged.item], judged.item)
+    if kind == "safety":
+        place |= {key: value for key, value in structs.asdict(reader.largest(peak, "1")).items() if value is not UNSET}
+    return Reading(**place, label=results.scene.labels[judged.item])

@@ -242,18 +242,8 @@ class Reliability(Record, frozen=True):
 class JudgedLimit(Record, frozen=True):
     """A limit with the figure that decides it.
 
-    Attributes
-    ----------
-    kind, name, on
-        Key, figure in words, and item of the limit.
-    least
-        Whether it is a lower bound.
-    limit, found, used
-        Bound, figure with its error, and used share.
-    outcome, passed, problem
-        Outcome, true or false if it is known, and the reason or advice.
-    kept
-        Whether the figure without its error keeps the limit.
+    `kind`, `name` and `on` are key, figure in words and item of the limit, `least` is true for a lower bound. `used`
+    is the used share, and `kept` is true if the figure without its error keeps the limit.
     """
 
     kind: str

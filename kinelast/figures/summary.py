@@ -13,10 +13,10 @@ from elastic import FIELDS, PRIMARY
 from elastic.assessment import LIMITS
 from elastic.links import members_of
 from kinelast import __version__
-from kinelast.figures.acceptance import acceptance
 from kinelast.figures.check_results import nonlinear_report, solid_report
 from kinelast.figures.checks import check_passed
 from kinelast.figures.cycle import EXTREME_FIELDS
+from kinelast.figures.limits import acceptance
 from kinelast.figures.output import slid, turns_of
 from kinelast.figures.parts import drives_of, friction_of, inputs_of, joints_of, strength_of, vibration_of
 from kinelast.figures.peaks import Peak, greatest
@@ -38,7 +38,7 @@ from kinelast.figures.report import (
 from kinelast.figures.reserves import breaks_first
 from kinelast.figures.results import Results
 from kinelast.figures.shares import output_shares
-from kinelast.figures.trust import exceedance_rows, findings, left_out, reliability, worst_figure
+from kinelast.figures.trust import findings, left_out, reliability, worst_figure
 from kinelast.scene.data import ACCURACY, QUASI_STATIC
 from kinelast.scene.figure import POINT, items_of
 from kinelast.scene.limits import OUTPUT_ERROR, Output
@@ -111,7 +111,7 @@ def report_of(results: Results) -> Report:
         nonlinear_check=nonlinear_report(results.nonlinear),
         solid_check=solid_report(results.solid),
         theory=theory_report(results),
-        cautions=exceedance_rows(results),
+        cautions=exceedance_rows(reader),
         limits={kind: {"watch": limit.watch, "beyond": limit.beyond} for kind, limit in LIMITS.items()},
         trust=trust,
         reliability=_reliability(trust, figures),
@@ -303,6 +303,21 @@ def output_reading(reader: Reader) -> OutputReading | None:
         motion=output_motion(reader, output),
         shares=output_shares(reader.results, output, error),
     )
+
+
+def exceedance_rows(reader: Reader) -> list[dict[str, Any]]:
+    """Return the exceedances as plain data with their limits."""
+    return [
+        {
+            "kind": each.kind,
+            "label": None if each.beam is None else reader.scene.labels[each.beam],
+            "figure": known(each.figure),
+            "limit": each.limit,
+            "severe": each.severe,
+            **({} if peak is None else reader.at_peak(peak)),
+        }
+        for each, peak in reader.results.exceedances
+    ]
 
 
 def check_report(results: Results) -> CheckReport | None:

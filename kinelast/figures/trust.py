@@ -293,22 +293,18 @@ def _exceedances(results: Results) -> Iterator[Finding]:
         names.pop(name, None)
         words = f"{name} {worst.message}" if name else _sentence(worst.message)
         level = POOR if worst.severe else CAUTION
-        if kind in IN_THE_ERROR and _error_is_known(results):
+        if kind in IN_THE_ERROR and results.answer is not None and not results.error_unknown:
             level = _own_level(kind, worst.figure)
             words += f"; {IN_THE_ERROR[kind]}"
             if kind == "axial force" and level != GOOD and worst.figure < 1.0:
                 words += f", but an initial curvature of the link grows {1 / (1 - worst.figure):.2g} times"
         elif kind == "axial force" and worst.beam is not None:
-            words += f"; {_amplified(worst.figure)}"
+            grows = f"its bending grows about {1 / (1 - worst.figure):.3g} times, which is neglected"
+            words += f"; {'it buckles' if worst.figure >= 1.0 else grows}"
         sheared = _without_shear(results, worst.beam) if kind == "slenderness" and worst.beam is not None else ""
         words += sheared + (f"; less so {', '.join(names)}" if names else "")
         advice = f" {ADVICE[kind]}." if level != GOOD and kind in ADVICE and not sheared else ""
         yield Finding(level, heading, f"{words}.{advice}")
-
-
-def _error_is_known(results: Results) -> bool:
-    """Whether the error of the answer, including beam theory and large displacement, is known."""
-    return results.answer is not None and not results.error_unknown
 
 
 def _own_level(kind: str, figure: float) -> str:
@@ -316,13 +312,6 @@ def _own_level(kind: str, figure: float) -> str:
     if kind != "axial force" or not LIMITS[kind].far_passed(figure):
         return GOOD
     return POOR if figure >= 1.0 else CAUTION
-
-
-def _amplified(ratio: float) -> str:
-    """Return the effect of a load ratio on bending in words."""
-    if ratio >= 1.0:
-        return "it buckles"
-    return f"its bending grows about {1 / (1 - ratio):.3g} times, which is neglected"
 
 
 def _without_shear(results: Results, beam: int) -> str:
@@ -380,21 +369,6 @@ def _judged(results: Results) -> set[str]:
         "yield": any(stressed),
     }
     return {kind for kind, is_judged in kinds.items() if is_judged}
-
-
-def exceedance_rows(results: Results) -> list[dict[str, Any]]:
-    """Return the exceedances as plain data with their limits."""
-    return [
-        {
-            "kind": each.kind,
-            "label": None if each.beam is None else results.scene.labels[each.beam],
-            "figure": known(each.figure),
-            "limit": each.limit,
-            "severe": each.severe,
-            **({} if peak is None else Reader(results).at_peak(peak)),
-        }
-        for each, peak in results.exceedances
-    ]
 
 
 def left_out(results: Results) -> list[str]:

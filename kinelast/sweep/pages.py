@@ -17,8 +17,15 @@ from msgspec import to_builtins
 from kinelast import __version__
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluate import Evaluation, evaluated
-from kinelast.figures.full_answer import FullAnswer, full_answer, limits_of_items, room
-from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, verdict_on
+from kinelast.figures.limits import (
+    LIMITS_KEPT,
+    LIMITS_MARGIN,
+    FullAnswer,
+    full_answer,
+    limits_of_items,
+    room,
+    verdict_on,
+)
 from kinelast.figures.report import Verdict
 from kinelast.outputs.outbox import complete, put
 from kinelast.outputs.page import designs_page, first_axes, front, is_greater

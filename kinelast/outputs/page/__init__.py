@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from kinelast.figures.registry import figures_of
 from kinelast.figures.report import Report, data_of
 from kinelast.figures.results import Results
 from kinelast.outputs.handout import handout
@@ -24,9 +25,6 @@ from kinelast.outputs.sealed import json_bytes
 from kinelast.outputs.words import headline, verdict_words
 from kinelast.scene.figure import LEAST
 from kinelast.scene.numbers import SI, ToldIn
-from kinelast.scene.parts.bearings import BEARINGS
-from kinelast.scene.parts.cams import CAMS
-from kinelast.scene.parts.fatigue import FATIGUE
 from rigid.arrays import Integers, Reals
 
 WEB = Path(__file__).parent / "web"
@@ -156,9 +154,9 @@ def index_page(
 DESIGN_SCRIPTS = ("numbers", "dom", "theme", "arrays", "design_data", "scatter", "parallel", "design_table", "designs")
 SHOWN = 10_000  # designs of a page: of more, the fronts and a random part
 FRONTS = 6  # figures with a front for each pair
-GREATER = frozenset(  # figures that are better if larger
-    ("safety", "transmission_angle", "reach", "limits_kept", "limits_margin", "output_travel")
-).union(each.key for each in (*BEARINGS.figures, *FATIGUE.figures, *CAMS.figures) if each.over == LEAST)
+GREATER = frozenset(("reach", "limits_kept", "limits_margin", "output_travel")).union(  # better if larger
+    each.key for each in figures_of(None) if each.over == LEAST
+)
 
 
 def designs_page(
@@ -266,7 +264,7 @@ def first_axes(numbers: Sequence[str], figures: Sequence[str]) -> list[str]:
 
 def is_greater(figure: str) -> bool:
     """Return whether a figure is better if larger."""
-    return figure.split(".", maxsplit=1)[0] in GREATER
+    return figure.partition(".")[0] in GREATER
 
 
 def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Integers:

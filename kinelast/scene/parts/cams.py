@@ -23,15 +23,17 @@ from kinelast.scene.parts.cam_courses import (
     KEY,
     PRESSED,
     ROLLED,
+    cam_columns,
     cam_faults,
+    cam_findings,
     cam_flanks,
     cam_force,
     cam_lag,
     cam_preload,
     cam_pressure,
+    cam_row,
     cam_torque,
 )
-from kinelast.scene.parts.cam_rows import cam_columns, cam_findings, cam_row
 from kinelast.scene.quantities import CamSpeed, PressureAngle, Size, Stress
 from kinelast.scene.tables import Place, StrictTable
 from machine.cams import HERTZ_RANGE, INNER, Cam, CamCourse, CamPush, cam_course, contact_modulus
