@@ -263,6 +263,7 @@ MISTAKES = [
     ("slot of no point", QUICK_RETURN, [SLOT, ('point = "A"', 'point = "B"')], "slots.slot", "point", '"crank" has no point "B"'),
     ("slot in itself", QUICK_RETURN, [SLOT, ('on = "rocker"', 'on = "crank"')], "slots.slot", "on", "cannot slide on itself"),
     ("slot as a slider", QUICK_RETURN, [add('[slots.slot]\npoint = "A"\nlink = "crank"\non = "rocker"\ndirection = [0, 1]')], "slots.slot", "", "a slider has this name"),
+    ("limit of a figure", FOUR_BAR, [("[links.crank]", '[limits]\nstress = "9 MPa"\n[links.crank]')], "limits", "stress", r"^there is no such key; a limit of any other figure belongs under .limits.figures."),
     ("friction", FOUR_BAR, [("[links.crank]", "[links.crank]\nfriction = 0.1")], "links.crank", "friction", "^there is no such key; it belongs under .joints.NAME."),
     ("clearance", FOUR_BAR, [add('[joints.B]\nclearance = "10 um"')], "joints.B", "clearance", "no such key; it belongs under .bearings.NAME"),
     ("damping of a run", FOUR_BAR, [("positions = 36", "positions = 36\ndamping = 0.01")], "run", "damping", "links are damped by damping_ratio under .run"),

@@ -42,6 +42,10 @@ ELSEWHERE = {  # the right table of keys that users try in other tables
     "play": "clearance under [bearings.NAME] tells what it does",
     "damping": "links are damped by damping_ratio under [run] or damping under [materials.NAME],"
     " joints by viscosity under [joints.NAME]",
+    **dict.fromkeys(
+        ("stress", "joint_force", "drive_effort", "transmission_angle"),
+        "a limit of any other figure belongs under [limits.figures]",
+    ),
 }
 
 
