@@ -328,19 +328,10 @@ damping = 0.1
 
 # An arm that falls from rest by its weight: an integration of some steps.
 FALLING = """
-[points]
-O = [0, 0]
-A = [1, 0]
-[links.ground]
-points = ["O"]
-[links.arm]
-points = ["O", "A"]
-rigid = true
-mass = 1
-center = "A"
-[[drives]]
-link = "arm"
-effort = 0
+points = {O = [0, 0], A = [1, 0]}
+links.ground.points = ["O"]
+links.arm = {points = ["O", "A"], rigid = true, mass = 1, center = "A"}
+drives = [{link = "arm", effort = 0}]
 [run]
 duration = 2
 positions = 21
@@ -349,19 +340,10 @@ gravity = [0, -9.81]
 
 # A pushed block; nothing bends.
 PUSHED = """
-[points]
-O = [0, -0.1]
-A = [0, 0]
-[links.ground]
-points = ["O"]
-[links.block]
-points = ["A"]
-rigid = true
-mass = 2.0
-[sliders.guide]
-link = "block"
-through = "A"
-direction = [1, 0]
+points = {O = [0, -0.1], A = [0, 0]}
+links.ground.points = ["O"]
+links.block = {points = ["A"], rigid = true, mass = 2.0}
+sliders.guide = {link = "block", through = "A", direction = [1, 0]}
 [[drives]]
 slider = "guide"
 law = [{curve = "cycloidal", by = 0.03, duration = 0.1}]
@@ -371,43 +353,20 @@ positions = 5
 
 # Scotch yoke with a slot over two beams, on both sides of the stem.
 TEE = """
-[materials.steel]
-E = 210e9
-density = 7850
-[sections.bar]
-shape = "rectangle"
-depth = 0.008
-width = 0.01
-[points]
-O = [0, 0]
-A = [0.06, 0.08]
-U = [0.06, 0.12]
-M = [0.06, 0]
-L = [0.06, -0.12]
-S = [0.3, 0]
-[links.ground]
-points = ["O"]
-[links.crank]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
+points = {O = [0, 0], A = [0.06, 0.08], U = [0.06, 0.12], M = [0.06, 0], L = [0.06, -0.12], S = [0.3, 0]}
+sections.bar = {shape = "rectangle", depth = 0.008, width = 0.01}
+links.ground.points = ["O"]
+links.crank = {points = ["O", "A"], section = "bar", material = "steel"}
+slots.slot = {point = "A", link = "crank", on = "yoke", direction = [0, 1]}
+sliders.guide = {link = "yoke", through = "S", direction = [1, 0]}
+drives = [{link = "crank", speed = 20}]
+run.positions = 16
 [links.yoke]
 points = ["M", "U", "L", "S"]
 beams = [["M", "U"], ["M", "L"], ["M", "S"]]
 section = "bar"
 material = "steel"
-[slots.slot]
-point = "A"
-link = "crank"
-on = "yoke"
-direction = [0, 1]
-[sliders.guide]
-link = "yoke"
-through = "S"
-direction = [1, 0]
-[[drives]]
-link = "crank"
-speed = 20
-[run]
-positions = 16
+[materials.steel]
+E = 210e9
+density = 7850
 """

@@ -168,8 +168,7 @@ def equal_cranks(way, third, count, off=0.0):
 
 
 @pytest.mark.parametrize(
-    ("third", "angle"),
-    in_tiers([("crank", 1.2), ("rod", 1.2), ("rod", 1.789), ("rod", -0.3)], 1, 1),
+    ("third", "angle"), in_tiers([("crank", 1.2), ("rod", 1.2), ("rod", 1.789), ("rod", -0.3)], 1, 1)
 )
 def test_a_plate_on_equal_cranks_moves_in_parallel(third, angle):
     """It passes all change points; the additional crank makes it redundant."""

@@ -262,12 +262,7 @@ class TestPush:
     """The contact force of the cam replaces the drive's effort."""
 
     @pytest.mark.parametrize(
-        ("text", "pivot", "keys"),
-        [
-            (EQUIVALENT, "C", {}),
-            (EQUIVALENT, "C", {"flank": "outer"}),
-            (SLOTTED, "C", {}),
-        ],
+        ("text", "pivot", "keys"), [(EQUIVALENT, "C", {}), (EQUIVALENT, "C", {"flank": "outer"}), (SLOTTED, "C", {})]
     )
     def test_the_lever_is_loaded_like_in_the_equivalent_linkage(self, text, pivot, keys):
         """The drive has no effort, the crank has no force, and the lever's pivot has the force of the linkage."""

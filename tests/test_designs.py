@@ -187,11 +187,7 @@ def test_each_design_follows_the_branch_of_its_own_drawing():
         [
             ("steel", ["links.crank.length", "links.rocker.length"], 0.4),  # some are out of reach
             ("steel", ["drives.crank.speed", "points.A.y"], 0.3),
-            (
-                "bars",
-                ["points.3.y", "sections.bar.depth"],
-                0.05,
-            ),  # arrays large enough for numpy to multiply in place
+            ("bars", ["points.3.y", "sections.bar.depth"], 0.05),  # arrays large enough for numpy to multiply in place
             ("press", ["points.B.y", "sliders.guide.direction"], 0.1),
             ("shaper", ["links.rod.length", "sections.arm.depth"], 0.1),
             ("andrews", ["links.K3.points.E.y", "links.K5.mass"], 0.1),

@@ -14,16 +14,7 @@ import scipy.integrate
 from mechanisms import ALL, at_speed, cantilever, steel_four_bar, still, supported
 from tiers import in_tiers
 
-from elastic import (
-    RIGID,
-    JointCompliance,
-    Section,
-    Taper,
-    deflection,
-    extremes,
-    sample,
-    with_rotary_inertia,
-)
+from elastic import RIGID, JointCompliance, Section, Taper, deflection, extremes, sample, with_rotary_inertia
 from elastic.elastodynamics import Damping, elastodynamic, solution, speed_map, theory_error, transient
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.elastic_structure import elastic_structure
@@ -769,10 +760,7 @@ def test_links_without_mass_do_not_vibrate():
     pressed = replace(case.mechanism, links=tuple(light), loads=(PointLoad("rocker", "B", 100.0),))
     moved, period = turning(pressed, 100.0)
     motion_at = moved(np.arange(12) / 12 * period)
-    for found in (
-        elastodynamic(motion_at, moved, period, case.sections),
-        transient(motion_at, moved, case.sections),
-    ):
+    for found in (elastodynamic(motion_at, moved, period, case.sections), transient(motion_at, moved, case.sections)):
         assert (found.coordinates, found.lowest) == (0, math.inf)
         assert difference(found.deflection, found.quasi_static) == 0.0
 

@@ -1,4 +1,4 @@
-"""Natural frequencies by finite elements agree with standard beams and with `elastic`, to fourth order.
+"""Natural frequencies by finite elements agree with `elastic`, and with further standard beams, to fourth order.
 
 Characteristic equations: R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979, chapter 8.
 """
@@ -15,21 +15,20 @@ from mechanisms import (
     four_bar,
     motion_of,
     pressed,
-    propped,
     ring,
     slider_crank,
     still,
     supported,
 )
 from test_gears import geared_four_bar
+from test_vibration import EI, LENGTH, MASS, bending, roots
 from tiers import in_tiers
 
 import elastic.vibration
-from elastic import RIGID, JointCompliance, Section, Taper, with_rotary_inertia
+from elastic import JointCompliance, Section, Taper
 from fem_check import natural_frequencies
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, SliderDrive, motion
 
-LENGTH, EI, MASS = 1.7, 23.0, 0.9
 ENDS = {"A": 0.0, "B": LENGTH}
 STIFF = Section(EA=1e9, EI=EI)
 
@@ -38,54 +37,18 @@ def lowest(mechanism, section=STIFF, count=3, elements=32, **more):
     return natural_frequencies(still(mechanism), [section] * len(mechanism.beams), elements, count, **more)[:, 0]
 
 
-def roots(equation, starts):
-    with mpmath.workdps(30):
-        return np.array([float(mpmath.findroot(equation, start)) for start in starts])
-
-
-def bending(lambdas):
-    return (np.asarray(lambdas) / LENGTH) ** 2 * np.sqrt(EI / MASS)
-
-
 class TestStandardBeams:
-    def test_clamped_and_free(self):
-        exact = roots(lambda x: mpmath.cos(x) * mpmath.cosh(x) + 1, (1.875, 4.694, 7.855))
-        np.testing.assert_allclose(lowest(cantilever(ENDS, MASS)), bending(exact), rtol=2e-5)
-
-    def test_on_two_supports(self):
-        np.testing.assert_allclose(lowest(supported(ENDS, MASS)), bending(np.pi * np.arange(1, 4)), rtol=2e-5)
-
-    def test_clamped_and_pinned(self):
-        exact = roots(lambda x: mpmath.tan(x) - mpmath.tanh(x), (3.93, 7.07))
-        np.testing.assert_allclose(lowest(propped(ENDS, MASS), count=2), bending(exact), rtol=2e-5)
-
     def test_order_is_four(self):
         exact = bending(roots(lambda x: mpmath.cos(x) * mpmath.cosh(x) + 1, (1.875, 4.694)))
         errors = [lowest(cantilever(ENDS, MASS), count=2, elements=n) / exact - 1 for n in (4, 8, 16)]
         assert np.min(errors) > 0  # finite elements are too stiff
         np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 4.0, atol=0.2)
 
-    def test_axial_modes(self):
-        """A bar clamped at one end: (2 k - 1) pi/2 times the wave speed over the length."""
-        EA = 50.0
-        found = lowest(cantilever(ENDS, MASS), Section(EA, 1e9))
-        np.testing.assert_allclose(found, np.array([1, 3, 5]) * np.pi / 2 / LENGTH * np.sqrt(EA / MASS), rtol=1e-5)
-
     def test_rod_of_simeons_slider_crank(self):
         """IVP Test Set, "crank": 1276.686 and 5106.746 rad/s, from its stiffness and mass matrices."""
         rod = Section(EA=2e11 * 0.008**2, EI=2e11 * 0.008**4 / 12)
         found = lowest(supported({"A": 0, "B": 0.3}, 0.151104 / 0.3), rod, 2, 64)
         assert found == pytest.approx([1276.686, 5106.746], abs=6e-4)
-
-    def test_timoshenko_on_two_supports(self):
-        """k = n pi/l: EI k^4 - (m + k^2 (m r^2 + EI m/kGA)) w^2 + m^2 r^2/kGA w^4 = 0."""
-        square, kGA, k = 0.03, 90.0, np.pi * np.arange(1, 4) / LENGTH
-        section = Section(RIGID.EA, EI, kGA, area=1.0, inertia=square)
-        a, b = MASS**2 * square / kGA, MASS + k**2 * MASS * (square + EI / kGA)
-        exact = np.sqrt((b - np.sqrt(b**2 - 4 * a * EI * k**4)) / (2 * a))
-        held = with_rotary_inertia(supported(ENDS, MASS), [section])
-        np.testing.assert_allclose(lowest(held, section), exact, rtol=2e-5)
-        assert exact[0] < 0.8 * bending(np.pi)
 
     def test_pointed_cone(self):
         """A cone clamped at its base, 8.719/l^2 sqrt(EI/m) (Blevins, tapered beams); the tip is not exactly sharp."""
@@ -96,38 +59,6 @@ class TestStandardBeams:
         held = Mechanism((Link("ground", {"A": 0.0}), link), (PinDrive("beam", "A"),), ENDS)
         section = Section(1e9, EI, taper=Taper(tuple(power2), tuple(power4)))
         assert lowest(held, section, 1, 64)[0] / bending(1.0) == pytest.approx(8.719, abs=6e-4)
-
-
-class TestLumps:
-    def test_at_the_end_of_a_cantilever(self):
-        """Blevins, table 8-8."""
-        ratio = 0.8
-
-        def equation(x):
-            c, s, ch, sh = mpmath.cos(x), mpmath.sin(x), mpmath.cosh(x), mpmath.sinh(x)
-            return 1 + c * ch + ratio * x * (c * sh - s * ch)
-
-        held = cantilever(ENDS, MASS, lumps=(Lump("B", ratio * MASS * LENGTH),))
-        np.testing.assert_allclose(lowest(held, count=2), bending(roots(equation, (1.3, 4.0))), rtol=2e-5)
-
-    def test_eccentric_lump_on_a_massless_beam(self):
-        """K = 2EI/l^3 [6 -3l; -3l 2l^2] with a mass and its arm along the beam."""
-        mass, inertia, arm = 2.0, 0.3, 0.2
-        held = cantilever(ENDS, lumps=(Lump("B", mass, inertia, arm),))
-        stiffness = 2 * EI / LENGTH**3 * np.array([[6, -3 * LENGTH], [-3 * LENGTH, 2 * LENGTH**2]])
-        inert = np.array([[mass, mass * arm], [mass * arm, inertia + mass * arm**2]])
-        exact = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(inert, stiffness)).real))
-        np.testing.assert_allclose(lowest(held, Section(RIGID.EA, EI), 3), [*exact, np.inf], rtol=1e-9)
-
-    def test_a_rigid_arm_on_a_soft_drive(self):
-        """sqrt(k/I); the arm is a rigid beam, or a link without beams."""
-        rotation, inertia = 2e-3, MASS * LENGTH**3 / 3 + 0.5 * LENGTH**2
-        beam = cantilever(ENDS, MASS, lumps=(Lump("B", 0.5),))
-        rod = Lump("A", MASS * LENGTH, MASS * LENGTH**3 / 12, LENGTH / 2)
-        bare = replace(beam, links=(beam.links[0], Link("beam", ENDS, (), (rod, Lump("B", 0.5)))))
-        for mechanism in (beam, bare):
-            found = lowest(mechanism, RIGID, 2, joints={"A": JointCompliance(rotation=rotation)})
-            np.testing.assert_allclose(found, [np.sqrt(1 / (rotation * inertia)), np.inf], rtol=1e-12)
 
 
 class TestMechanisms:

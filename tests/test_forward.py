@@ -30,15 +30,7 @@ from rigid import (
     reactions,
 )
 from rigid.analysis import LinkAngle
-from rigid.dynamics import (
-    Effort,
-    ForwardError,
-    constant_law,
-    forward,
-    law_of_rate,
-    motion_during,
-    tracking,
-)
+from rigid.dynamics import Effort, ForwardError, constant_law, forward, law_of_rate, motion_during, tracking
 from rigid.kinetostatics import dissipated_power, kinetic_energy, potential_energy
 
 GRAVITY = 9.81
@@ -214,8 +206,7 @@ class TestSeveralDrives:
         w, a, b = 3.0, 0.5, 0.4
         mechanism = replaced(double_pendulum(), gravity=0.0)
         found = motion_during(
-            forward(mechanism, [ConstantSpeed(0.2, w), FREE], [0.0, 0.8], [0.0, 0.0], 2.0, 1e-12),
-            np.linspace(0, 2, 11),
+            forward(mechanism, [ConstantSpeed(0.2, w), FREE], [0.0, 0.8], [0.0, 0.0], 2.0, 1e-12), np.linspace(0, 2, 11)
         )
         own = solve_ivp(
             lambda _, y: [y[1], -(a / b) * w**2 * math.sin(y[0])], (0, 2), [0.8, 0.0], "DOP853",

@@ -294,10 +294,7 @@ class TestAtRest:
             Link("block", {"C": 0}, lumps=(Lump("C", 2.0),)),
             Link("frame", {"F": 0}),
         )
-        sliders = (
-            Slider("upright", "block", "frame", "C", 0.0, 1j),
-            Slider("level", "frame", "ground", "F", 0.0, 1.0),
-        )
+        sliders = (Slider("upright", "block", "frame", "C", 0.0, 1j), Slider("level", "frame", "ground", "F", 0.0, 1.0))
         drawing = {"O": 0, "D": 0.3, "E": 0.5, "A": 0.06 + 0.08j, "B": 0.36 + 0.08j, "C": 0.56 + 0.08j, "F": 0.56}
         friction = {"A": Friction(0.1, 0.01), "C": Friction(0.1, 0.01)}
         made = Mechanism(links, (PinDrive("crank", "O"),), drawing, sliders, -9.81j, friction=friction)

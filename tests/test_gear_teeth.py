@@ -423,10 +423,7 @@ class TestWithoutTeeth:
 
     def test_geared_slides_pass_only_the_force(self):
         links = (Link("ground", {}), wheel("one", "R", 1.0), wheel("two", "S", 2.0))
-        sliders = (
-            Slider("first", "one", "ground", "R", 0.0, 1.0),
-            Slider("second", "two", "ground", "S", 0.5j, 1j),
-        )
+        sliders = (Slider("first", "one", "ground", "R", 0.0, 1.0), Slider("second", "two", "ground", "S", 0.5j, 1j))
         gear = Gear(SliderDrive("first"), SliderDrive("second"), 3.0)
         loads = (PointLoad("two", "S", force=5.0 - 7.0j),)
         mechanism = Mechanism(links, (SliderDrive("first"),), {"R": 0, "S": 0.5j}, sliders, 0.0, loads, (gear,))

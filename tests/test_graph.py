@@ -269,8 +269,7 @@ class TestCounts:
         assert np.linalg.matrix_rank(three) == 2
 
     @pytest.mark.parametrize(
-        ("count", "links", "one", "two"),
-        [(1, 4, 4, 0), (1, 6, 7, 0), (-1, 4, 5, 0), (0, 3, 3, 0), (1, 3, 2, 1)],
+        ("count", "links", "one", "two"), [(1, 4, 4, 0), (1, 6, 7, 0), (-1, 4, 5, 0), (0, 3, 3, 0), (1, 3, 2, 1)]
     )
     def test_kutzbach(self, count, links, one, two):
         assert kutzbach(links, one, two) == count

@@ -91,10 +91,7 @@ def test_lengths_without_unit_are_in_the_unit_of_the_scene():
             "No,time [s],angle [deg]\n0,0,0\n1,1,1",
             "line 2: expected 2 columns.*put them last with headings of their own, beside units of the first",
         ),
-        (
-            "a, b, c, d\ntime [ms],angle [deg]\n0,0,0,5\n1,0,1,0",
-            "line 3: expected 2 columns, time and angle, got 4",
-        ),
+        ("a, b, c, d\ntime [ms],angle [deg]\n0,0,0,5\n1,0,1,0", "line 3: expected 2 columns, time and angle, got 4"),
         ("angle [deg];time [ms];note\n0;0;", 'line 1: expected a time.*, got "1 deg"'),
         *(
             (f"{head}\n0;0\n1;1\n2;2\n3;3", f"line 1: .* may hold a unit.* for the {which}: .*as in .{which} ")

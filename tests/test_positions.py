@@ -150,10 +150,7 @@ class TestClosedForms:
             Link("block", {"A": 0.0}),
             Link("yoke", {"Y": 0.0}),
         )
-        sliders = (
-            Slider("rail", "yoke", "ground", "Y", 0.0, 1.0),
-            Slider("slot", "block", "yoke", "A", 0.0, 1j),
-        )
+        sliders = (Slider("rail", "yoke", "ground", "Y", 0.0, 1.0), Slider("slot", "block", "yoke", "A", 0.0, 1j))
         mechanism = Mechanism(links, (PinDrive("crank", "O"),), {"O": 0, "A": r, "Y": r}, sliders)
         going = motion(mechanism, turn(16), w)
         np.testing.assert_allclose(position_of(going, "yoke", "Y"), r * np.cos(turn(16)), rtol=0, atol=1e-16)
@@ -338,10 +335,7 @@ class TestReach:
                 '"B" is out of reach at every position: "A" and "D" are 0.5 m apart, '
                 "the links between them reach from 0.05 to 0.45 m",
             ),
-            (
-                [np.pi / 2, np.pi],
-                f'to any position, it stops at "crank" at {np.degrees(LIMIT):.6g} deg: the joint "B"',
-            ),
+            ([np.pi / 2, np.pi], f'to any position, it stops at "crank" at {np.degrees(LIMIT):.6g} deg: the joint "B"'),
             (np.linspace(0.5, 2.5, 41), f'"crank" at {np.degrees(LIMIT):.6g} deg, where the joint "B" opens'),
         ],
     )
@@ -400,10 +394,7 @@ class TestMistakes:
             ('no link is named "ground"', {"links": (Link("base", {"O": 0}),)}),
             ("two links have the same name", {"links": (Link("ground", {"O": 0}), Link("ground", {"O": 0}))}),
             ('links "crank", "coupler", "rocker" are left with 1 freedom', {"drives": ()}),
-            (
-                'two drives move the joint "O"',
-                {"drives": (PinDrive("crank", "O"), PinDrive("crank", "O"))},
-            ),
+            ('two drives move the joint "O"', {"drives": (PinDrive("crank", "O"), PinDrive("crank", "O"))}),
             ('drive of "crank" on "rocker": they share no pin "O"', {"drives": (PinDrive("crank", "O", "rocker"),)}),
             ('beam "A"-"X" of "bar": link "bar" has no point "X"', {"links": named(beam="X")}),
             ('beam "A"-"A" of "bar" has no length', {"links": named(beam="A")}),

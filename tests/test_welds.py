@@ -301,11 +301,7 @@ class TestFaults:
     def test_a_drive_at_a_weld(self):
         with pytest.raises(MechanismError, match='welded at "K"'):
             motion(
-                frame(
-                    *self.PARTS,
-                    welds=(Weld("K", "tip", "base"),),
-                    drives=(DRIVE, PinDrive("tip", "K", "base")),
-                ),
+                frame(*self.PARTS, welds=(Weld("K", "tip", "base"),), drives=(DRIVE, PinDrive("tip", "K", "base"))),
                 [[0.0], [0.0]],
             )
 

@@ -19,27 +19,12 @@ from .building import (
     with_link,
 )
 from .drawn import drawn_bar, four_bar_linkage, linkage, slider_crank_linkage, three_cranks
-from .dyads import (
-    bush,
-    elastic_guide,
-    four_bar,
-    inverted_slider_crank,
-    pressed,
-    scotch_yoke,
-    slider_crank,
-    tangent,
-)
+from .dyads import bush, elastic_guide, four_bar, inverted_slider_crank, pressed, scotch_yoke, slider_crank, tangent
 from .handbook_beams import cantilever, propped, still, supported
 from .larger import arm, held_arm, ring, six_bar, stiff_plate, triad
 from .plain import double_rocker, parallelogram, simeon_slider_crank, steel_four_bar
 
-DYADS = {
-    "RRR": four_bar,
-    "RRP": slider_crank,
-    "RPR": inverted_slider_crank,
-    "RPP": scotch_yoke,
-    "PRP": tangent,
-}
+DYADS = {"RRR": four_bar, "RRP": slider_crank, "RPR": inverted_slider_crank, "RPP": scotch_yoke, "PRP": tangent}
 
 ALL = DYADS | {
     "RPR, sliding rod": lambda: inverted_slider_crank(sliding_rod=True),
