@@ -17,15 +17,15 @@ class Range:
     Attributes
     ----------
     formula
-        Name of the formula's result, as in "life of a rolling bearing".
+        Name of the formula's result, such as "life of a rolling bearing".
     quantity
-        Name of the quantity that is checked.
+        Name of the checked quantity.
     source
         Standard or book that states the range.
     least, most
         Bounds of the quantity, both included.
     outside
-        What happens outside the range, or what to do, as the end of a sentence.
+        Consequence or advice outside the range, as the end of a sentence.
     """
 
     formula: str
@@ -36,18 +36,18 @@ class Range:
     outside: str = ""
 
     def holds(self, value: Any) -> Flags:
-        """Return whether values are inside; unknown values (nan) count as inside."""
+        """Return True for values inside the range; unknown values (nan) count as inside."""
         inside: Flags = ~np.less(value, self.least) & ~np.greater(value, self.most)
         return inside
 
     @property
     def bounds(self) -> str:
-        """The bounds in words, as in "0.15 to 0.75" or "at least 1"."""
+        """Bounds in words, such as "0.15 to 0.75" or "at least 1"."""
         if np.isinf(self.most):
             return f"at least {self.least:g}"
         return f"at most {self.most:g}" if np.isinf(self.least) else f"{self.least:g} to {self.most:g}"
 
     @property
     def words(self) -> str:
-        """The range as a clause, as in "the S-N line holds if the number of runs is at least 10000 (SOURCE)"."""
+        """Range as a clause: "the S-N line holds if the number of runs is at least 10000 (SOURCE)"."""
         return f"the {self.formula} holds if the {self.quantity} is {self.bounds} ({self.source})"

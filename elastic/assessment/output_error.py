@@ -22,7 +22,7 @@ class PathDeviation:
     Attributes
     ----------
     along
-        Distance ahead on the path [m]: the point is early (positive) or late.
+        Distance along the path [m], positive if the point is early.
     normal
         Distance to the left of the path [m].
     displacement

@@ -1,4 +1,4 @@
-"""Hertz's pressure between cylinders that touch along a line."""
+"""Hertzian pressure of a line contact between cylinders."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rigid.arrays import Real, Reals
 
 HERTZ_RANGE = Range(
     "pressure of a cam", "pressure over yield stress", "Johnson, Contact Mechanics 1985, equation (6.4)", most=1.67,
-    outside="the softer body yields below its surface: take a harder material, or a wider contact",
+    outside="the softer body yields below its surface: use a harder material or a wider contact",
 )  # fmt: skip
 """Hertz pressure for which elastic contact holds."""
 
@@ -19,14 +19,14 @@ HERTZ_RANGE = Range(
 def contact_modulus(first: Real, first_poisson: Real, second: Real, second_poisson: Real) -> Real:
     """Return the modulus E* of the contact of two materials in plane strain [Pa].
 
-    1/E* = (1 - nu_1^2)/E_1 + (1 - nu_2^2)/E_2, of Young's moduli [Pa] and Poisson's ratios.
+    1/E* = (1 - nu_1^2)/E_1 + (1 - nu_2^2)/E_2, with Young's moduli [Pa] and Poisson's ratios.
     """
     modulus: Real = 1.0 / ((1.0 - first_poisson**2) / first + (1.0 - second_poisson**2) / second)
     return modulus
 
 
 def line_pressure(force: Any, width: Any, curvature: Any, modulus: Any) -> Reals:
-    """Return the greatest pressure between two cylinders [Pa], shape of the force; nan if they do not press.
+    """Return the largest pressure between two cylinders [Pa], shape of the force; nan without compression.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def line_pressure(force: Any, width: Any, curvature: Any, modulus: Any) -> Reals
     width
         Length of the line of contact [m].
     curvature
-        Sum of their curvatures [1/m], negative for a hollow one.
+        Sum of both curvatures [1/m], negative for a concave surface.
     modulus
         E* [Pa], see `contact_modulus`.
 

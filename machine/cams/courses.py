@@ -1,8 +1,8 @@
-"""Cams found from the motion of their followers: pitch curve and profile, pressure angle, curvature, force, torque.
+"""Cams from the motion of their followers: pitch curve and profile, pressure angle, curvature, force, torque.
 
-A cam turns at constant speed about a fixed shaft. Its profile is the envelope of its follower, a roller or a flat face
-of any link, in the axes of the cam. Places, velocities and accelerations of the motion are exact, and so are tangents
-and curvatures here: nothing is differentiated by differences.
+A cam rotates at constant speed about a fixed shaft. Its profile is the envelope of its follower in cam axes; the
+follower is a roller or a flat face of any link. Tangents and curvatures follow from exact velocities and accelerations,
+without numerical differentiation.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from rigid.plane import ROUND_OFF, cross, dot
 
 INNER, OUTER, BOTH = "inner", "outer", "both"
 UNKNOWN = float("nan")
-BLOCK = 2_000_000  # distances computed at a time
+MAX_DISTANCES = 2_000_000  # computed at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,25 +30,25 @@ class Cam:
     Attributes
     ----------
     link, drive
-        Numbers of the follower's link, and of the drive whose motion the cam gives.
+        Numbers of the follower's link and of the drive that the cam moves.
     centre
-        Of its shaft, in the ground [m], complex.
+        Centre of the camshaft in ground axes [m], complex.
     speed
-        Of its shaft, counter-clockwise [rad/s].
+        Speed of the camshaft, counter-clockwise [rad/s].
     follower, points
-        Names of the link, and of the roller's centre or the two points of the face.
+        Names of the link, and of the roller centre or the two points of the face.
     roller, radius
-        Centre of the roller in the axes of the link [m], complex, or None; its radius [m], 0 of a knife edge.
+        Centre of the roller in link axes [m], complex, or None; its radius [m], 0 for a knife edge.
     face
-        Instead, two points of the flat face in the axes of the link [m].
+        Two points of the flat face in link axes [m], instead of a roller.
     flank
-        Where the cam lies: on the side of its shaft, beyond the roller as a ring, or both as a groove.
+        Position of the cam: `INNER` on the side of its shaft, `OUTER` a ring around the roller, `BOTH` a groove.
     width
-        Along which they touch [m]; nan where it is not known.
+        Width of the contact [m]; nan if unknown.
     modulus
-        E* of both materials [Pa]; nan if unknown.
+        Contact modulus E* of both materials [Pa]; nan if unknown.
     yield_stress
-        The lesser of both materials [Pa]; nan if unknown.
+        Smaller yield stress of both materials [Pa]; nan if unknown.
     """
 
     link: int
@@ -79,31 +79,30 @@ class Cam:
 
 @dataclass(frozen=True, eq=False)
 class CamCourse:
-    """One flank of a cam over a motion; vectors in the ground's axes, complex, shape (..., positions).
+    """One flank of a cam over a motion; vectors in ground axes, complex, shape (..., positions).
 
     Attributes
     ----------
     cam
         The cam.
     turn
-        Unit vector of the cam's axes; they are the ground's at time 0.
+        Unit vector of the cam axes; these are the ground axes at time 0.
     follower
-        From the shaft to the centre of the roller, or to the first point of the face [m].
+        Vector from the shaft to the roller centre, or to the first point of the face [m].
     contact
-        From the shaft to the contact [m].
+        Vector from the shaft to the contact [m].
     normal
-        Unit vector there, from the cam to the follower.
+        Unit normal at the contact, from the cam to the follower.
     influence
-        Displacement of the follower at the contact, or of the roller's centre, by the drive's coordinate.
+        Displacement of the follower at the contact, or of the roller centre, per unit of the drive's coordinate.
     pitch_curvature
-        Of the path of the roller's centre on the cam [1/m], positive where it is convex seen from the cam; nan of a
-        face.
+        Curvature of the roller centre's path in cam axes [1/m], positive if convex; nan for a face.
     radius
-        Radius of curvature of the cam [m], negative where it is hollow; where it is `undercut` of no meaning.
+        Radius of curvature of the cam [m], negative if concave; meaningless if `undercut`.
     undercut
-        Whether the cam would have to go back on itself.
+        True if the profile would turn back on itself.
     along
-        Of a face, how far from its first point the contact is [m]; nan of a roller.
+        Distance of the contact from the first point of a face [m]; nan for a roller.
     """
 
     cam: Cam
@@ -134,9 +133,9 @@ class CamCourse:
 
     @property
     def pressure_angle(self) -> Reals:
-        """Angle between the normal and the motion of the contact by the drive [rad], within a quarter turn.
+        """Angle between the normal and the displacement of the contact by the drive [rad], within a quarter turn.
 
-        It is told of a dwell too; nan where the drive does not move the contact.
+        It is defined in a dwell too; nan if the drive does not move the contact.
         """
         across, ahead = cross(self.influence, self.normal), self.lever
         across = np.where(np.abs(across) <= ROUND_OFF * np.abs(self.influence), 0.0, across)
@@ -158,14 +157,14 @@ class CamCourse:
     def force(self, effort: Any) -> Reals:
         """Return the contact force along the normal for an effort of the drive [N]; negative if the cam would pull.
 
-        By virtual work, so that it is told at rest too.
+        The force follows from virtual work, so it is defined at rest too.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(effort / self.lever)
 
     def torque(self, force: Any) -> Reals:
         """Return the torque of the shaft for a contact force [N m], counter-clockwise."""
-        with np.errstate(invalid="ignore"):  # an infinite force whose line passes through the shaft
+        with np.errstate(invalid="ignore"):  # infinite force with a line of action through the shaft
             return np.asarray(force * cross(self.contact, self.normal))
 
     @property
@@ -198,9 +197,9 @@ def cam_course(motion: Motion, cam: Cam, pace: Any = 1.0, outer: bool = False) -
     Parameters
     ----------
     pace
-        Over the speed that the cam has, that at which the motion is passed, shape that broadcasts to (..., positions).
+        Speed of the motion / speed of the cam, shape that broadcasts to (..., positions).
     outer
-        Whether it is that of a ring about the roller.
+        True for the flank of a ring around the roller.
     """
     speed = cam.speed * pace
     turn = np.exp(1j * speed * motion.time)
@@ -214,7 +213,9 @@ def _of_roller(motion: Motion, cam: Cam, speed: Any, turn: Any, outer: bool) -> 
     assert cam.roller is not None
     point = cam.link, cam.roller
     arm, moved = position_of(motion, *point) - cam.centre, velocity_of(motion, *point)
-    relative = moved - 1j * speed * arm  # velocity of the centre relative to the cam, and its rate in cam axes
+    relative = (
+        moved - 1j * speed * arm
+    )  # velocity of the roller centre relative to the cam; `bent` is its rate in cam axes
     bent = acceleration_of(motion, *point) - 2j * speed * moved - speed**2 * arm
     side = np.sign(speed) * (-1.0 if outer else 1.0)
     size = np.abs(relative)
@@ -230,8 +231,8 @@ def _of_roller(motion: Motion, cam: Cam, speed: Any, turn: Any, outer: bool) -> 
 def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamCourse:
     """Return the contact of a face through P along e, n = i e: the relative velocity there is along the face.
 
-    With the velocity u of P against the cam, and the rate D at which the face turns against it, that is at s = -n.u/D
-    from P. The cam's radius is the rate at which the contact goes along the cam over D.
+    Let u be the velocity of P relative to the cam and D the angular velocity of the face relative to the cam. The
+    contact is then at s = -n.u/D from P. The radius of the cam is the speed of the contact along the cam divided by D.
     """
     assert cam.face is not None
     start, end = cam.face
@@ -254,13 +255,13 @@ def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamCourse:
 
 
 def cut_depth(course: CamCourse) -> Reals:
-    """Return how deep the follower at other positions cuts into each profile point [m], shape (positions,).
+    """Return the depth to which the follower at other positions cuts into each profile point [m], shape (positions,).
 
-    None, to the distance of the positions, where the cam can be made. Of one design, over a turn of the cam.
+    It is zero for a feasible cam, within the resolution of the positions. Needs one design over a turn of the cam.
     """
     profile, cam, centres = np.ravel(course.profile), course.cam, np.ravel(course.pitch)
     lines = np.ravel(course.normal * np.conj(course.turn))
-    depth, step = np.zeros(profile.shape), max(1, BLOCK // max(1, len(centres)))
+    depth, step = np.zeros(profile.shape), max(1, MAX_DISTANCES // max(1, len(centres)))
     for at in range(0, len(profile), step):
         some = profile[at : at + step, None]
         if cam.face is None:

@@ -16,26 +16,26 @@ from rigid.kinematics import by_laws, unit_motion
 from rigid.kinetostatics import link_loads
 from rigid.plane import dot
 
-SMALL = 1e-12  # relative determinant of the levers below which the forces of several cams are undetermined
+MIN_DETERMINANT = 1e-12  # of the levers, relative; below, the forces of several cams are undetermined
 
 
 @dataclass(frozen=True, eq=False)
 class CamPush:
-    """Load by cams: contact forces that replace the drive efforts of the rigid mechanism.
+    """Load of cams: contact forces that replace the drive efforts of the rigid mechanism.
 
-    Where a cam has no lever on its drive, the drive keeps its effort.
+    A drive keeps its effort at positions without a lever of its cam.
 
     Attributes
     ----------
     cams
-        That press.
+        The cams with contact forces.
     laws
-        Of all drives, from time to coordinate, rate and acceleration: the normals are those of the motion as it is
-        passed by them, also where the same positions are looked at as they stand still.
+        Laws of all drives, from time to coordinate, rate and acceleration. The normals always belong to this motion,
+        also for a motion at the same positions at rest.
     names
-        Of the cams.
+        Names of the cams.
     differ
-        Of many designs in which a cam is another one, zeros of shape (designs, 1): by that the mechanism knows.
+        Zeros of shape (designs, 1) if a cam differs between designs; the mechanism reads the number of designs here.
     """
 
     cams: tuple[Cam, ...]
@@ -98,14 +98,14 @@ def _solved(levers: Reals, efforts: Reals) -> Reals:
     matrices, sides = np.moveaxis(levers, (0, 1), (-2, -1)), np.moveaxis(efforts, 0, -1)[..., None]
     known: Any = np.isfinite(matrices).all(axis=(-2, -1)) & np.isfinite(sides[..., 0]).all(axis=-1)
     sizes = np.abs(matrices).max(axis=(-2, -1), initial=0.0) ** len(levers)
-    unlike = np.abs(np.linalg.det(np.where(known[..., None, None], matrices, 0.0))) > SMALL * sizes
+    unlike = np.abs(np.linalg.det(np.where(known[..., None, None], matrices, 0.0))) > MIN_DETERMINANT * sizes
     fine: Flags = np.asarray(known & unlike)[..., None, None]
     solved = np.linalg.solve(np.where(fine, matrices, np.eye(len(levers))), np.where(fine, sides, 0.0))
     return np.moveaxis(solved[..., 0], -1, 0)
 
 
 def _work(unit: Motion, force: Sequence[Any], moment: Sequence[Any]) -> Any:
-    """Return the work of link loads at link origins in a displacement, shape (..., positions)."""
+    """Return the virtual work of link loads at link origins, shape (..., positions)."""
     whole: Any = np.zeros(unit.columns)
     for at, (pull, couple) in enumerate(zip(force, moment, strict=True)):
         if at:

@@ -1,8 +1,8 @@
-"""Counterweights and springs that balance a machine by least squares over its cycle, in closed form.
+"""Counterweights and springs that balance a machine: least squares over its cycle, in closed form.
 
-A counterweight on a link that turns about a pin of the ground adds to that link's first moment of mass, by which the
-force that shakes the ground, and the effort that its weight takes, are linear; so is the effort of a torsion spring at
-that pin by its stiffness and its moment. Derivation: docs/machine.md.
+A counterweight on a link pinned to the ground adds to the link's first moment of mass. The shaking force and the effort
+of gravity are linear in that moment. The effort of a torsion spring at the pin is linear in its stiffness and its
+moment. Derivation: docs/machine.md.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from rigid.constants import mass_constants
 from rigid.kinematics import unit_motions
 from rigid.plane import cross, dot
 
-ROUND_OFF = 1e-10  # share of the largest singular value, below which amounts do nothing
+ROUND_OFF = 1e-10  # smallest singular value that counts, relative to the largest
 
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Amounts that balance a quantity as well as they can.
+    """Amounts that minimize the mean square of a quantity.
 
     Attributes
     ----------
     amounts
-        Of every influence, in its unit, shape (influences,): the least ones that do it.
+        One per influence, in its unit, shape (influences,); the solution of minimum norm.
     before, after
-        The quantity without and with them, real or complex, shape (..., positions).
+        The quantity without and with these amounts, real or complex, shape (..., positions).
     """
 
     amounts: Numbers
@@ -40,20 +40,20 @@ class Balance:
 
     @property
     def share(self) -> float:
-        """Share of the root mean square that is left; 0 where there was nothing."""
+        """Remaining root mean square, relative to that without amounts; 0 for a quantity of zero."""
         before = float(np.sqrt(np.mean(root_mean_square(self.before) ** 2)))
         return float(np.sqrt(np.mean(root_mean_square(self.after) ** 2))) / before if before else 0.0
 
 
 def balanced(quantity: Numbers, influences: Sequence[Numbers], weight: Reals | float = 1.0) -> Balance:
-    """Real amounts of some influences that make a quantity least in the mean square.
+    """Return the real amounts of influences that minimize the mean square of a quantity.
 
     Parameters
     ----------
     quantity, influences
-        Real or complex, each of shape (..., positions): the quantity becomes itself plus amounts times influences.
+        Real or complex, shape (..., positions) each. The result is the quantity plus amounts times influences.
     weight
-        Time that every position stands for, shape (positions,).
+        Time weight of every position, shape (positions,).
     """
     root = np.sqrt(np.broadcast_to(weight, np.shape(quantity)))
 
@@ -68,20 +68,20 @@ def balanced(quantity: Numbers, influences: Sequence[Numbers], weight: Reals | f
 
 
 def pivoted_links(motion: Motion) -> dict[int, str]:
-    """Links that turn about a pin of the ground, by number: the name of the pin."""
+    """Return the pins of the links that rotate about the ground, by link number."""
     joints = structure(motion.mechanism).joints
     return {joint.child: joint.name for joint in joints if joint.parent == 0 and joint.turns and joint.freedoms}
 
 
 def inertia_force(motion: Motion) -> Numbers:
-    """Force with which the links' inertia shakes the ground [N], complex, shape (..., positions)."""
+    """Shaking force: inertia force of all links on the ground [N], complex, shape (..., positions)."""
     mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
     force: Numbers = -(mass * motion.acceleration + motion.turning * motion.direction * first)[1:].sum(axis=0)
     return force
 
 
 def inertia_moment(motion: Motion) -> Reals:
-    """Moment with which the links' inertia shakes the ground, about the origin of coordinates [N m]."""
+    """Shaking moment: inertia moment of all links on the ground about the origin [N m]."""
     mass, first, second = mass_constants(motion.mechanism, len(motion.columns))
     arm = motion.direction * first
     force = mass * motion.acceleration + motion.turning * arm
@@ -91,13 +91,13 @@ def inertia_moment(motion: Motion) -> Reals:
 
 
 def shaking_influences(motion: Motion, link: int) -> tuple[Numbers, Numbers]:
-    """Force on the ground of a unit first moment of mass of a link along its axes x' and y' [N/(kg m)], complex."""
+    """Shaking force of a unit first moment of mass of a link along its axes x' and y' [N/(kg m)], complex."""
     along = -motion.turning[link] * motion.direction[link]
     return along, 1j * along
 
 
 def weight_effort(motion: Motion) -> Reals:
-    """Effort of every drive that the links' weight takes at rest [N m or N], shape (drives, ..., positions)."""
+    """Effort of every drive against gravity at rest [N m or N], shape (drives, ..., positions)."""
     mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
     weight = mass * motion.mechanism.gravity
     tilt = cross(motion.direction * first, motion.mechanism.gravity + 0j)

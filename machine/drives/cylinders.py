@@ -13,27 +13,27 @@ from rigid.arrays import Real, Reals
 UNKNOWN = float("nan")
 ROD_RANGE = Range(
     "buckling safety of a rod", "slenderness", "Roloff/Matek 2007, section 8.5: Euler, steel E335", least=89.0,
-    outside="a thicker rod yields before it buckles: hold its stress against the yield stress too",
+    outside="a thicker rod yields before it buckles: compare its stress with the yield stress",
 )  # fmt: skip
 """Slenderness for which Euler's formula of the rod holds."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cylinder:
-    """A hydraulic or pneumatic cylinder; nan for the data that its sheet leaves out.
+    """A hydraulic or pneumatic cylinder; unknown data are nan.
 
     Attributes
     ----------
     bore, rod
         Diameters of piston and rod [m].
     length
-        Over which the rod may buckle, both its ends taken as pinned [m].
+        Buckling length of the rod with pinned ends [m].
     modulus
-        Young's, of the rod [Pa].
+        Young's modulus of the rod [Pa].
     pressure, flow
-        Greatest of the supply [Pa, m^3/s].
+        Largest supply pressure and flow [Pa, m^3/s].
     buckling_safety
-        Least of Euler's load over the push.
+        Smallest allowed Euler load / push force.
     """
 
     bore: Real
@@ -46,46 +46,46 @@ class Cylinder:
 
     @property
     def area(self) -> Reals:
-        """Of the piston [m^2]."""
+        """Area of the piston [m^2]."""
         return np.asarray(np.pi * np.square(self.bore) / 4)
 
     @property
     def annulus(self) -> Reals:
-        """Of the piston on the rod's side [m^2]."""
+        """Area of the piston on the rod side [m^2]."""
         return np.asarray(np.pi * (np.square(self.bore) - np.square(self.rod)) / 4)
 
     @property
     def buckling_load(self) -> Reals:
-        """Euler's load of the rod pinned at both ends [N]: pi^2 E I / l^2. Range: `ROD_RANGE`."""
+        """Euler load of the rod with pinned ends [N]: pi^2 E I / l^2. Range: `ROD_RANGE`."""
         return np.asarray(np.pi**2 * self.modulus * (np.pi * np.asarray(self.rod) ** 4 / 64) / np.square(self.length))
 
     @property
     def slenderness(self) -> Reals:
-        """Length of the rod over the radius of gyration of its section, 4 l / d."""
+        """Slenderness of the rod, 4 l / d: length / radius of gyration."""
         with np.errstate(divide="ignore"):
             return np.asarray(4.0 * np.asarray(self.length) / self.rod)
 
 
 def working_pressure(cylinder: Cylinder, force: Any) -> Reals:
-    """Return the pressure over that behind the piston [Pa]: the force over the piston, or over its ring in a pull.
+    """Return the pressure difference across the piston [Pa]: force / piston area, or / ring area if the rod pulls.
 
-    `force` [N] is along the drive's coordinate, which extends the rod. Range: any, static and without friction.
+    `force` [N] is along the drive's coordinate, which extends the rod. Range: any static force, without friction.
     """
     pressure: Reals = np.where(np.asarray(force) > 0, force / cylinder.area, -force / cylinder.annulus)
     return pressure
 
 
 def flow_rate(cylinder: Cylinder, rate: Any) -> Reals:
-    """Return the magnitude of the flow into the cylinder at a rate of its stroke [m^3/s].
+    """Return the flow into the cylinder at a rate of its stroke [m^3/s].
 
-    The area times the rate, of an incompressible fluid without leakage, at any rate.
+    Area times rate, for an incompressible fluid without leakage at any rate.
     """
     flow: Reals = np.where(np.asarray(rate) > 0, rate * cylinder.area, -rate * cylinder.annulus)
     return flow
 
 
 def buckling_safety(cylinder: Cylinder, force: Any) -> Reals:
-    """Return Euler's load of the rod over its push; infinite if it pulls. Range: `ROD_RANGE`."""
+    """Return Euler load / push force of the rod; infinite if it pulls. Range: `ROD_RANGE`."""
     push = np.maximum(force, 0.0)
     with np.errstate(divide="ignore"):
         safety: Reals = np.where(push > 0, cylinder.buckling_load / np.where(push > 0, push, 1.0), np.inf)

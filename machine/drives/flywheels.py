@@ -1,4 +1,4 @@
-"""Flywheels: the energy that a cycle stores and gives back, and the inertia that keeps the speed even."""
+"""Flywheels: energy fluctuation of a cycle, and inertia for an allowed speed fluctuation."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ UNEVENNESS_RANGE = Range(
 
 
 def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
-    """Return the greatest less the least energy stored over a cycle under a constant mean effort [J], shape (...).
+    """Return the largest minus the smallest stored energy in a cycle with constant mean effort [J], shape (...).
 
     Parameters
     ----------
@@ -43,9 +43,9 @@ def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
 
 
 def flywheel_inertia(fluctuation: Any, unevenness: Any, speed: Any) -> Reals:
-    """Return the total inertia with which the speed varies by a share of its mean, greatest less least [kg m^2].
+    """Return the total inertia [kg m^2] for a speed fluctuation, (largest - smallest) / mean speed.
 
-    Total: flywheel, machine, motor and gear. To add, see `added_inertia`.
+    The total includes flywheel, machine, motor and gear; `added_inertia` gives the flywheel alone.
 
     References
     ----------
@@ -61,7 +61,7 @@ def flywheel_inertia(fluctuation: Any, unevenness: Any, speed: Any) -> Reals:
 def added_inertia(total: Any, machine: Any) -> Reals:
     """Return the inertia to add to a machine for a total inertia, at least 0 [kg m^2], shape (...).
 
-    The least inertia of the machine counts. With one that varies, the speed stays within the allowed unevenness.
+    The smallest inertia of the machine counts, so a varying inertia keeps the speed within the allowed fluctuation.
 
     Parameters
     ----------

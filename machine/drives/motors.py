@@ -1,4 +1,4 @@
-"""Motors with a gear: torque, speed and inertia at the motor's shaft, and the gear ratio that needs least."""
+"""Motors with gearboxes: torque, speed and inertia at the motor shaft, and the gear ratio of least torque."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ UNKNOWN = float("nan")
 
 @dataclass(frozen=True, eq=False)
 class Motor:
-    """A motor with its gear; nan for the data that its sheet leaves out.
+    """A motor with its gearbox; unknown data are nan.
 
     Attributes
     ----------
     rated_torque, peak_torque, stall_torque
-        At the motor's shaft [N m]: borne for ever, borne for a while at any speed, and that at rest of a motor whose
-        torque falls in proportion to the speed, to none at `top_speed`.
+        Continuous torque, short-term torque at any speed, and torque at rest [N m], at the motor shaft. The available
+        torque falls linearly from stall to zero at `top_speed`.
     rated_speed, top_speed
-        Up to which the rated torque is there, and the greatest [rad/s].
+        Highest speed with the rated torque, and highest speed [rad/s].
     rotor_inertia, gear_inertia
-        At the motor's shaft [kg m^2].
+        Inertias at the motor shaft [kg m^2].
     gear_ratio
-        Angle of the motor over the coordinate of the drive [1 or rad/m].
+        Motor angle / drive coordinate [1 or rad/m].
     efficiency
-        Of the gear: share of the power that it passes on, whichever way.
+        Efficiency of the gearbox, equal in both directions.
     inertia_ratio
-        Greatest allowed inertia of the load over that of motor and gear.
+        Largest allowed load inertia / (motor + gearbox inertia).
     """
 
     rated_torque: Real = UNKNOWN
@@ -47,20 +47,20 @@ class Motor:
 
     @property
     def inertia(self) -> Real:
-        """Of rotor and gear at the motor's shaft [kg m^2]."""
+        """Inertia of rotor and gearbox at the motor shaft [kg m^2]."""
         return self.rotor_inertia + self.gear_inertia
 
     @property
     def reduced_inertia(self) -> Real:
-        """Of rotor and gear, reduced to the drive's coordinate [kg m^2 or kg]."""
+        """Inertia of rotor and gearbox, reduced to the drive's coordinate [kg m^2 or kg]."""
         return self.gear_ratio**2 * self.inertia
 
 
 def gear_effort(motor: Motor, effort: Any, rate: Any) -> Reals:
-    """Return the effort at the gear's input, before its ratio [N m or N].
+    """Return the effort at the gearbox input without its ratio [N m or N].
 
-    The efficiency divides the effort if the gear drives, and multiplies it if the load drives. Range: an efficiency
-    that is the same both ways, at any load and speed.
+    The efficiency divides the effort if the motor drives, and multiplies it if the load drives. Range: an efficiency
+    that is equal in both directions, at any load and speed.
 
     Parameters
     ----------
@@ -73,9 +73,9 @@ def gear_effort(motor: Motor, effort: Any, rate: Any) -> Reals:
 
 
 def motor_torque(motor: Motor, effort: Any, rate: Any, acceleration: Any) -> Reals:
-    """Return the torque of the motor [N m], shape (..., positions): of the load through the gear, and of the rotor.
+    """Return the motor torque for the load and the rotor's inertia [N m], shape (..., positions).
 
-    Equation of motion of a stiff rotor and gear without backlash. Range: that of `gear_effort`.
+    Equation of motion of a rigid rotor and gearbox without backlash. Range: see `gear_effort`.
 
     Parameters
     ----------
@@ -88,10 +88,10 @@ def motor_torque(motor: Motor, effort: Any, rate: Any, acceleration: Any) -> Rea
 
 
 def available_torque(motor: Motor, speed: Any) -> Reals:
-    """Return the greatest torque of the motor at a speed [rad/s], shape of the speed; nan if unknown.
+    """Return the available torque of the motor at a speed [rad/s], shape of the speed; nan if unknown.
 
-    The lesser of the peak torque and the line from stall to zero at the top speed: a model of the data sheet, of any
-    motor whose torque falls in proportion to its speed.
+    The smaller of the peak torque and the line from stall torque to zero at the top speed. This models the data sheet
+    of a motor with a linear torque curve.
     """
     falling = motor.stall_torque * np.clip(1.0 - np.abs(speed) / motor.top_speed, 0.0, None)
     available: Reals = np.fmin(motor.peak_torque + np.zeros_like(falling), falling)
@@ -99,11 +99,12 @@ def available_torque(motor: Motor, speed: Any) -> Reals:
 
 
 def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, weight: Any = 1.0) -> Reals:
-    """Return the gear ratio with the least root mean square of the motor's torque, shape (...).
+    """Return the gear ratio of the smallest rms motor torque, shape (...).
 
-    The mean square is A / n^2 + 2 B + C n^2 with the mean squares A of the effort through the gear and C of the torque
-    that accelerates rotor and gear: n^4 = A / C. At most the ratio at which the motor reaches its rated or top speed;
-    that ratio if the drive does not accelerate. Range: an efficiency and a rotor that do not change with the ratio.
+    The mean square of the torque is A / n^2 + 2 B + C n^2. A is the mean square of the effort at the gearbox, C that of
+    the torque that accelerates rotor and gearbox; so n^4 = A / C. The ratio is limited to the one at which the motor
+    reaches its rated or top speed; a drive without acceleration gets this limit. Range: efficiency and rotor do not
+    depend on the ratio.
     """
     passed = mean(gear_effort(motor, effort, rate) ** 2, weight)
     own = mean((motor.inertia * np.asarray(acceleration)) ** 2, weight)
@@ -117,9 +118,9 @@ def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, 
 
 
 def inertia_matched_ratio(load: Any, motor: Any) -> Reals:
-    """Return the gear ratio that accelerates an inertia with the least torque: the root of load over motor inertia.
+    """Return the gear ratio that accelerates an inertia with the least torque: sqrt(load / motor inertia).
 
-    Range: a load of constant inertia alone.
+    Range: a constant inertia as the only load.
 
     >>> round(float(inertia_matched_ratio(0.09, 1e-4)), 9)
     30.0

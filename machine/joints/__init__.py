@@ -1,4 +1,4 @@
-"""Joints of a machine: the force they bear over the cycle, and the bearings, pins and eyes that they are made of."""
+"""Joints of a machine: force over the cycle, bearings, pins, eyes and clearance."""
 
 from machine.joints.bearings import (
     EDGE_RANGE,

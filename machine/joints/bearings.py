@@ -1,4 +1,4 @@
-"""Rolling and plain bearings, pins and eyes: load, life and stresses from the force of a joint."""
+"""Rolling and plain bearings, pins and eyes: load, life and stresses from the joint force."""
 
 from __future__ import annotations
 
@@ -12,48 +12,48 @@ from rigid.arrays import Real, Reals, of_designs
 
 MILLION = 1e6
 LIFE_FACTORS = {0.90: 1.0, 0.95: 0.64, 0.96: 0.55, 0.97: 0.47, 0.98: 0.37, 0.99: 0.25}
-"""a_1 of ISO 281:2007, table 12, by the share of bearings that reach the life."""
+"""Life factor a_1 by reliability (ISO 281:2007, table 12)."""
 EXPONENTS = {"ball": 3.0, "roller": 10.0 / 3.0}
-SOLID = 4.0 / 3.0  # greatest shear stress of a round section over the mean one
+SHEAR_FACTOR = 4.0 / 3.0  # largest / mean shear stress of a solid round section
 BEARING_LIFE = "life of a rolling bearing"
 LOAD_RANGE = Range(
     BEARING_LIFE, "equivalent load over C", "ISO 281:2007, least of C0 and 0.5 C", most=0.5,
     outside="a larger load deforms the raceways: choose a larger bearing",
 )  # fmt: skip
-"""Equivalent load over the dynamic rating for which ISO 281 holds."""
+"""Equivalent load / dynamic rating for which ISO 281 holds."""
 SLIP_RANGE = Range(
     BEARING_LIFE, "equivalent load over C", "bearing makers' minimum load, balls 0.01, rollers 0.02", least=0.01,
     outside="under a smaller load the elements slide: choose a smaller bearing, or preload it",
 )  # fmt: skip
-"""Load that rolling elements need so that they do not slip."""
+"""Minimum load against skidding of the rolling elements."""
 STATIC_RANGE = Range(
     BEARING_LIFE, "C0 over the largest load", "ISO 76:2006", least=1.0,
     outside="a larger load leaves dents in the raceways: choose a larger bearing",
 )  # fmt: skip
-"""Static rating over the static load that ISO 76 requires."""
+"""Static rating / static load that ISO 76 requires."""
 OVERLAP_RANGE = Range(
-    BEARING_LIFE, "swing over that from element to element", "Harris and Kotzalas 2007, section 11.10", least=1.0,
+    BEARING_LIFE, "swing over the angle between elements", "Harris and Kotzalas 2007, section 11.10", least=1.0,
     outside="a smaller swing wears the raceways (false brinelling): choose a plain bearing",
 )  # fmt: skip
 """Swing, relative to the spacing of the rolling elements, for which the life formula holds."""
 PIN_RANGE = Range(
     "stress of a pin", "yield stress over stress", "Roloff/Matek 2007, section 9.2.2: elastic beam", least=1.0,
-    outside="it is bent for good, and its stress is not that of the formula",
+    outside="the pin yields, and the formula no longer holds",
 )  # fmt: skip
-"""Stress of a pin for which it stays elastic."""
+"""Yield stress / stress of an elastic pin."""
 EYE_RANGE = Range(
     "stress of an eye", "yield stress over stress", "Roloff/Matek 2007, section 9.2.2: elastic", least=1.0,
-    outside="it is stretched for good, and its stress is not that of the formula",
+    outside="the eye yields, and the formula no longer holds",
 )  # fmt: skip
-"""Stress of an eye for which it stays elastic."""
+"""Yield stress / stress of an elastic eye."""
 HOLE_RANGE = Range(
     "notch factor of an eye", "hole over the width", "Roark's Formulas, 7th ed. 2002, table 17.1", 0.15, 0.75
 )
-"""Hole of an eye for which its formula holds."""
+"""Hole / width for which the eye formula holds."""
 EDGE_RANGE = Range(
     "notch factor of an eye", "edge over the width", "Roark's Formulas, 7th ed. 2002, table 17.1", least=1.0
 )
-"""Edge distance for which the eye formula holds."""
+"""Edge distance / width for which the eye formula holds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +69,9 @@ class Rolling:
     reliability
         A key of `LIFE_FACTORS`.
     condition
-        a_ISO, for lubricant and dirt.
+        Life factor a_ISO for lubrication and contamination.
     elements
-        Number of rolling elements; nan where not told.
+        Number of rolling elements; nan if unknown.
     """
 
     dynamic: Real
@@ -83,15 +83,15 @@ class Rolling:
 
     @property
     def exponent(self) -> float:
-        """p of the life, 3 or 10/3."""
+        """Life exponent p, 3 or 10/3."""
         return EXPONENTS[self.kind]
 
     def equivalent_load(self, course: JointCourse) -> Reals:
-        """P [N], shape (...): the mean of the p-th power over the angle that is passed."""
+        """Equivalent load P [N], shape (...): mean of the p-th power over the angle of rotation."""
         return course.mean_force(self.exponent)
 
     def revolutions(self, course: JointCourse) -> Reals:
-        """Revolutions that are reached, to and fro counted as such, shape (...).
+        """Life in revolutions, shape (...); a swing to and fro counts by its angle.
 
         References
         ----------
@@ -117,19 +117,19 @@ class Rolling:
             return np.asarray(np.where(per_second > 0.0, self.revolutions(course) / per_second, np.inf))
 
     def static_safety(self, course: JointCourse) -> Reals:
-        """Return C0 over the largest load, shape (...) (ISO 76:2006, any load)."""
+        """Return C0 / largest load, shape (...) (ISO 76:2006, any load)."""
         with np.errstate(divide="ignore"):
             return np.asarray(of_designs(self.static) / course.size.max(axis=-1))
 
     def load_share(self, course: JointCourse) -> Reals:
-        """Return the equivalent load over C, shape (...)."""
+        """Return equivalent load / C, shape (...)."""
         return np.asarray(self.equivalent_load(course) / of_designs(self.dynamic))
 
     def overlap(self, course: JointCourse) -> Reals:
-        """Return the swing over the one that moves each rolling element to the place of the next, shape (...).
+        """Return swing / swing that moves a rolling element to the place of the next, shape (...).
 
-        Elements move half as far as the ring: that swing is 4 pi / Z. Unknown (nan) without the number of elements,
-        or at rest.
+        Elements move half as far as the ring, so that swing is 4 pi / Z. The result is nan at rest, or for an unknown
+        number of elements.
         """
         turning = np.where(course.travel > 0.0, self.elements, np.nan)
         return np.asarray(course.swing * turning / (4.0 * np.pi))
@@ -137,13 +137,13 @@ class Rolling:
 
 @dataclass(frozen=True, eq=False)
 class Plain:
-    """A plain bearing by its diameter and width [m]."""
+    """A plain bearing with its diameter and width [m]."""
 
     diameter: Real
     width: Real
 
     def pressure(self, course: JointCourse) -> Reals:
-        """Return the force over the projected area [Pa], shape (..., positions): a definition, for any load."""
+        """Return force / projected area [Pa], shape (..., positions), for any load."""
         return np.asarray(np.abs(course.force) / (self.diameter * self.width))
 
     def speed(self, course: JointCourse) -> Reals:
@@ -151,33 +151,33 @@ class Plain:
         return np.asarray(np.abs(course.rate) * self.diameter / 2.0)
 
     def pressure_times_speed(self, course: JointCourse) -> Reals:
-        """Return the mean of p v over time [W/m^2], shape (...): a definition; the maker's p v limit is for it."""
+        """Return the time average of p v [W/m^2], shape (...), to compare with the manufacturer's p v limit."""
         product = course.size / (self.diameter * self.width) * np.nan_to_num(self.speed(course))
         return np.asarray((product * course.weight).sum(axis=-1) / (course.weight * course.known).sum(axis=-1))
 
 
 @dataclass(frozen=True, eq=False)
 class Guide:
-    """The guide of a sliding block, which bears on both its sides: length along its line, and width [m]."""
+    """The guide of a sliding block with two bearing sides: length along its line, and width [m]."""
 
     length: Real
     width: Real
 
     def _parts(self, course: JointCourse) -> tuple[Reals, Reals]:
-        """Pressure of the force across the line, and that of the moment at the ends [Pa], shape (..., positions)."""
+        """Pressures of the transverse force and, at the ends, of the moment [Pa], shape (..., positions) each."""
         even = np.abs(course.across) / (self.length * self.width)
         return even, np.abs(course.moment) * 6.0 / (self.width * np.square(self.length))
 
     def pressure(self, course: JointCourse) -> Reals:
-        """Pressure at the end that is pressed most, F/(l b) + 6 M/(l^2 b) [Pa], shape (..., positions).
+        """Largest pressure at an end, F/(l b) + 6 M/(l^2 b) [Pa], shape (..., positions).
 
-        The force is eccentric by e = M/F, and the pressure linear along a stiff block: F/(l b) (1 + 6 e/l). From e =
-        l/6 on one end bears on the other side.
+        The eccentricity of the force is e = M/F, and the pressure is linear along a rigid block: F/(l b) (1 + 6 e/l).
+        Beyond e = l/6 one end bears on the opposite side.
 
         References
         ----------
         Timoshenko, Strength of Materials, part I, 3rd ed. 1955, article 58, eccentric load on a rectangle. Range: any
-        eccentricity, as the block bears on both its sides.
+        eccentricity, since the block bears on both sides.
         """
         even, ends = self._parts(course)
         return np.asarray(even + ends)
@@ -187,9 +187,9 @@ class Guide:
         return np.abs(course.rate)
 
     def pressure_times_speed(self, course: JointCourse) -> Reals:
-        """Mean over time and area of p v [W/m^2], shape (...), both sides counted, by which it warms.
+        """Mean of p v over time and area [W/m^2], shape (...), which heats the guide.
 
-        Where both sides bear, the magnitude of a linear pressure from F/(l b) - m to F/(l b) + m has the mean
+        If both sides bear, the pressure is linear from F/(l b) - m to F/(l b) + m, and its magnitude has the mean
         ((F/(l b))^2 + m^2)/(2 m).
         """
         even, ends = self._parts(course)
@@ -206,13 +206,13 @@ class Pin:
     Attributes
     ----------
     diameter, eye, cheek
-        Of the pin, and thickness of the eye and of one cheek [m].
+        Diameter of the pin, thickness of the eye and of one cheek [m].
     gap
-        Between eye and cheek [m].
+        Gap between eye and cheek [m].
     overhung
-        Whether it is held on one side alone.
+        True if one side supports the pin.
     yield_stress
-        [Pa]; nan where not known.
+        Yield stress [Pa]; nan if unknown.
     """
 
     diameter: Real
@@ -223,14 +223,14 @@ class Pin:
     yield_stress: Real = np.nan
 
     def shear(self, course: JointCourse) -> Reals:
-        """Largest shear stress, at the axis [Pa], shape (..., positions): 4/3 of the mean one."""
+        """Largest shear stress, at the axis [Pa], shape (..., positions): 4/3 of the mean stress."""
         area = np.pi * np.square(self.diameter) / 4.0
-        return np.asarray(SOLID * np.abs(course.force) / ((1.0 if self.overhung else 2.0) * area))
+        return np.asarray(SHEAR_FACTOR * np.abs(course.force) / ((1.0 if self.overhung else 2.0) * area))
 
     def bending(self, course: JointCourse) -> Reals:
-        """Largest bending stress [Pa], shape (..., positions), the force spread evenly over eye and cheeks.
+        """Largest bending stress [Pa], shape (..., positions), for uniform pressure in eye and cheeks.
 
-        Between cheeks M = F (eye + 2 cheek + 4 gap)/8, overhung F (gap + eye/2), as of a beam clamped at the cheek.
+        Between cheeks M = F (eye + 2 cheek + 4 gap)/8; overhung M = F (gap + eye/2), for a beam clamped at the cheek.
 
         References
         ----------
@@ -241,7 +241,7 @@ class Pin:
         return np.asarray(32.0 * np.abs(course.force) * lever / (np.pi * np.power(self.diameter, 3)))
 
     def safety(self, course: JointCourse) -> Reals:
-        """Yield stress over the stress of bending at the fibre or shear at the axis, shape (..., positions)."""
+        """Yield stress / largest stress, bending at the surface or shear at the axis, shape (..., positions)."""
         worst = np.maximum(self.bending(course), np.sqrt(3.0) * self.shear(course))
         with np.errstate(divide="ignore"):
             return np.asarray(self.yield_stress / worst)
@@ -254,11 +254,11 @@ class Eye:
     Attributes
     ----------
     diameter, width, thickness
-        Of the hole, and of the plate beside it [m].
+        Diameter of the hole, width and thickness of the plate [m].
     edge
-        From the centre of the hole to the end of the plate [m].
+        Distance from the centre of the hole to the end of the plate [m].
     yield_stress
-        [Pa]; nan where not known.
+        Yield stress [Pa]; nan if unknown.
     """
 
     diameter: Real
@@ -269,12 +269,12 @@ class Eye:
 
     @property
     def net_area(self) -> Real:
-        """Area of the plate beside the hole [m^2]."""
+        """Area of the net section [m^2]."""
         return (self.width - self.diameter) * self.thickness
 
     @property
     def stress_concentration(self) -> Reals:
-        """Largest stress at the hole over that of the net section, for a close fit and a pull along the plate.
+        """Stress at the hole / stress in the net section, for a close fit and a pull along the plate.
 
         References
         ----------
@@ -292,7 +292,7 @@ class Eye:
     def net(self, course: JointCourse) -> Reals:
         """Return the tension of the net section F/((w - d) t) [Pa], shape (..., positions). Range: `EYE_RANGE`.
 
-        All the force counts, whatever its direction.
+        The whole force counts in any direction.
         """
         return np.asarray(np.abs(course.force) / self.net_area)
 
@@ -304,7 +304,7 @@ class Eye:
         return np.asarray(np.abs(course.force) / (2.0 * self.thickness * (self.edge - self.diameter / 2.0)))
 
     def safety(self, course: JointCourse) -> Reals:
-        """Yield stress over the worst of bearing stress, net tension, and sqrt(3) tear-out, shape (..., positions)."""
+        """Yield stress / largest of bearing stress, net tension and sqrt(3) tear-out, shape (..., positions)."""
         shear = np.sqrt(3.0) * self.tear_out(course)
         worst = np.maximum(np.maximum(self.bearing(course), self.net(course)), shear)
         with np.errstate(divide="ignore"):
@@ -313,7 +313,7 @@ class Eye:
 
 @dataclass(frozen=True, eq=False)
 class JointParts:
-    """Parts of a joint, None where it has none: bearing, pin, eye, and clearance [m]."""
+    """Parts of a joint: bearings, pin, eye, and clearance [m]; missing parts are None."""
 
     rolling: Rolling | None = None
     plain: Plain | Guide | None = None

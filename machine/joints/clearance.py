@@ -12,16 +12,16 @@ from rigid.arrays import Complexes, Flags, Integers, Reals
 from rigid.closures import displacements
 from rigid.plane import ZERO
 
-VANISHES = 0.01  # share of the largest force below which contact counts as lost
-DIRECTIONS = 180  # in which the worst displacement of a point is looked for
+MIN_FORCE = 0.01  # contact counts as lost below this force, relative to the largest
+DIRECTIONS = 180  # in the search for the worst displacement of a point
 
 
 def contact_losses(course: JointCourse, closed: bool) -> Flags:
-    """Whether contact is lost between a position and the next, bool, shape (..., positions).
+    """Return flags of lost contact between a position and the next, bool, shape (..., positions).
 
-    Where the force passes zero by less than `VANISHES` of its largest, its parts taken as straight between positions,
-    or its direction turns by more than a right angle from one to the next: the pin leaves one side of its hole for the
-    other, and knocks. The direction is that in the ground's axes: a link that turns under a steady force does not.
+    Contact is lost if the force, linear between positions, falls below `MIN_FORCE` of its maximum, or if its direction
+    turns by more than a right angle. The pin then moves to the other side of its hole and knocks. The direction is in
+    ground axes, so a link that rotates under a constant force keeps its contact.
     """
     now = course.force
     after = np.roll(now, -1, axis=-1)
@@ -29,14 +29,14 @@ def contact_losses(course: JointCourse, closed: bool) -> Flags:
     share = np.divide(-np.real(np.conj(step) * now), np.abs(step) ** 2, out=np.zeros(now.shape), where=np.abs(step) > 0)
     nearest = np.abs(now + np.clip(share, 0.0, 1.0) * step)
     greatest = course.size.max(axis=-1, keepdims=True)
-    lost = (nearest < VANISHES * greatest) | (np.real(np.conj(now) * after) < 0.0)
+    lost = (nearest < MIN_FORCE * greatest) | (np.real(np.conj(now) * after) < 0.0)
     if not closed:
         lost[..., -1] = False
     return np.asarray(lost & np.isfinite(now) & np.isfinite(after))
 
 
 def knocks(lost: Flags, closed: bool) -> Integers:
-    """Number of times that contact is lost, places next to each other being one, shape (...)."""
+    """Number of contact losses, shape (...); adjacent flags count once."""
     before = np.roll(lost, 1, axis=-1)
     if not closed:
         before[..., 0] = False
@@ -46,23 +46,24 @@ def knocks(lost: Flags, closed: bool) -> Integers:
 def clearance_effects(
     motion: Motion, clearances: Mapping[int, Reals], forces: Mapping[int, Complexes], link: int, point: complex | None
 ) -> tuple[Reals, Reals]:
-    """Return displacements of a point [m] or angle [rad] by the clearance of joints, shape (..., positions) each.
+    """Return displacements of a point [m] or angle [rad] due to joint clearance, shape (..., positions) each.
 
-    First order in the clearances, of rigid links: each pin displaces the output by its influence. Range: clearances and
-    displacements that are small against the links, away from dead points.
+    First order in the clearances, for rigid links: each pin displaces the output by its influence. Range: clearances
+    and displacements that are small relative to the links, away from dead points.
 
     Parameters
     ----------
     clearances
-        By the number of a joint, diameter of the hole less that of the pin [m]: the pin goes half as far off.
+        Hole diameter minus pin diameter by joint number [m]; the pin moves by half of it.
     forces
-        On the child of each of these joints, in the ground's axes [N].
+        Force on the child of each of these joints in ground axes [N].
     link, point
         Link of the output, and the point in its axes; None for its angle.
 
     Returns
     -------
-    The worst displacement, the sum of the influences' magnitudes; and that with every pin where its force presses it.
+    The worst displacement, which is the sum of the influences' magnitudes; and the displacement with every pin pressed
+    by its force.
     """
     rows, pressed = [], np.zeros(motion.columns, complex)
     for number, clearance in clearances.items():
@@ -72,7 +73,7 @@ def clearance_effects(
         force = forces[number]
         with np.errstate(invalid="ignore", divide="ignore"):
             way = np.where(np.abs(force) > 0.0, force / np.abs(force), 0.0)
-        pressed = pressed - half * (np.real(way) * across + np.imag(way) * up)  # the child gives way to its force
+        pressed = pressed - half * (np.real(way) * across + np.imag(way) * up)  # the force displaces the child
     worst = np.zeros(motion.columns)
     for toward in np.exp(1j * np.pi * np.arange(DIRECTIONS if point is not None else 1) / DIRECTIONS):
         parts = (np.hypot(np.real(np.conj(toward) * x), np.real(np.conj(toward) * y)) for x, y in rows)
@@ -81,7 +82,7 @@ def clearance_effects(
 
 
 def _influence(motion: Motion, number: int, gap: complex, link: int, point: complex | None) -> Complexes:
-    """Displacement of an output where the child's point of a joint is off by a gap in the ground's axes."""
+    """Return the displacement of an output for a gap of a joint in ground axes."""
     none = [ZERO] * len(motion.places)
     gaps = [*none[:number], np.asarray(gap), *none[number + 1 :]]
     shift, turning, _ = displacements(motion.closures, gaps, none, [ZERO] * len(motion.mechanism.links))

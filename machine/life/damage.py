@@ -1,4 +1,4 @@
-"""Cycles of a stress that repeats, counted by rainflow, and Miner's sum of their damage."""
+"""Rainflow cycles of a repeating stress, and Miner's sum of their damage."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from rigid.arrays import Integers, Reals
 
 
 def cycles_of(course: Any) -> Reals:
-    """Cycles of a stress that repeats without end, by rainflow.
+    """Return the rainflow cycles of a repeating stress.
 
-    The course is counted from its greatest value round to that again, so that the greatest range is that from peak to
-    valley, and all cycles are whole ones.
+    The count starts and ends at the largest value. The largest range is then from peak to valley, and all cycles are
+    complete.
 
     Parameters
     ----------
@@ -27,8 +27,7 @@ def cycles_of(course: Any) -> Reals:
 
     References
     ----------
-    ASTM E1049-85 (2017), section 5.4.5, simplified rainflow counting for repeating histories; the counting itself is
-    that of the package rainflow, which has to be installed.
+    ASTM E1049-85 (2017), section 5.4.5, simplified rainflow counting for repeating histories, by the package rainflow.
     """
     from rainflow import extract_cycles
 
@@ -40,9 +39,9 @@ def cycles_of(course: Any) -> Reals:
 
 
 def reversals(courses: Any) -> Integers:
-    """Number of turning points of stresses that repeat, along the last axis, shape (...)."""
+    """Number of turning points of repeating stresses along the last axis, shape (...)."""
     signs = np.sign(np.diff(courses, axis=-1, append=courses[..., :1]))
-    for _ in range(2):  # a level piece has the sign of that before it, round the end too
+    for _ in range(2):  # a constant piece gets the sign of the piece before it, cyclically
         at = np.where(signs != 0.0, np.arange(signs.shape[-1]), 0)
         last = np.maximum.accumulate(at, axis=-1)
         signs = np.take_along_axis(signs, last, -1)
@@ -51,9 +50,10 @@ def reversals(courses: Any) -> Integers:
 
 
 def damage(course: Any, strength: FatigueStrength, criterion: str = "goodman") -> float:
-    """Return Miner's sum of one repetition of a stress: its share of the life.
+    """Return Miner's sum of one repetition of a stress: the consumed share of the life.
 
-    Zero if no cycle exceeds the endurance limit. Otherwise the smaller cycles count too, see `FatigueStrength.cycles`.
+    It is zero if no cycle exceeds the endurance limit. Otherwise smaller cycles count too, see
+    `FatigueStrength.cycles`.
 
     Parameters
     ----------

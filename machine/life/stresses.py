@@ -1,4 +1,4 @@
-"""Stresses of the beams over the cycle, fibre by fibre and station by station, and the life that they leave."""
+"""Fatigue of beams: stresses of both outer fibres at all stations over the cycle, safety and damage."""
 
 from __future__ import annotations
 
@@ -19,19 +19,18 @@ STATIONS = np.linspace(0.0, 1.0, 21)  # along a beam
 
 @dataclass(frozen=True, eq=False)
 class FatigueTask:
-    """The question of fatigue.
+    """Input of a fatigue analysis.
 
     Attributes
     ----------
     strengths
-        Of every beam.
+        Strength of every beam.
     criterion
         One of `CRITERIA`.
     notches
-        Fatigue notch factors at start and end of every beam, which multiply the stress there; shapes () or
-        (designs, 1).
+        Fatigue notch factors at start and end of every beam, which multiply the stress there, shape () or (designs, 1).
     factors
-        Of every beam by name, factors that the material's endurance was multiplied by.
+        Factors of the material's endurance limit for every beam, by name.
     """
 
     strengths: tuple[FatigueStrength, ...]
@@ -52,21 +51,21 @@ class FatigueTask:
 
 @dataclass(frozen=True, eq=False)
 class Fatigue:
-    """Fatigue of every beam, at the place that is nearest to it.
+    """Fatigue of every beam at its critical place.
 
     Attributes
     ----------
     safety
-        Least safety against endurance of both fibres and all stations, shape (beams, ...): `row` is 0 of the left
-        fibre, 1 of the right one, `position` that of the greatest stress.
+        Smallest safety factor over both fibres and all stations, shape (beams, ...). `row` is 0 for the left fibre and
+        1 for the right; `position` has the largest stress.
     amplitude, mean
         Stress there, with the notch [Pa], shape (beams, ...).
     task
-        Of which this is the answer.
+        Input of the analysis.
     stresses, excess
-        Stress of the left and right fibres without notches, shape (beams, ..., positions, stations) each; and the
-        equivalent amplitude over the endurance limit, shape (2, beams, ..., stations), infinite if the stress without
-        notches reaches the ultimate strength.
+        Stresses of the left and right fibres without notches, shape (beams, ..., positions, stations) each; and
+        equivalent amplitude / endurance limit, shape (2, beams, ..., stations), infinite if the stress without notches
+        reaches the ultimate strength.
     """
 
     safety: Largest
@@ -78,7 +77,7 @@ class Fatigue:
 
     @cached_property
     def damage(self) -> Largest:
-        """Greatest Miner's sum of one repetition of the run for each beam, and its place; infinite if it breaks."""
+        """Largest Miner's sum of one run for each beam, and its place; infinite if the beam breaks."""
         excess = _places(self.excess)  # (beams, ..., places)
         shape = excess.shape[:-1]
         total, place = np.zeros(shape), np.zeros(shape, int)
@@ -96,10 +95,10 @@ class Fatigue:
 
 
 def fatigue(bent: Deflection, task: FatigueTask) -> Fatigue:
-    """Fatigue of the beams by the normal stress in their outer fibres.
+    """Return the fatigue of the beams by the normal stress in their outer fibres.
 
-    Positions without stress are left out. The greatest cycle, from peak to valley, is the nearest to the endurance
-    limit by any criterion: a smaller cycle with a lower peak has a smaller equivalent amplitude.
+    Positions with unknown stress do not count. The largest cycle, from peak to valley, is the worst for any criterion:
+    a smaller cycle with a lower peak has a smaller equivalent amplitude.
     """
     strengths, criterion = task.strengths, task.criterion
     sides = sample(bent, "left", STATIONS), sample(bent, "right", STATIONS)
@@ -125,7 +124,7 @@ def fatigue(bent: Deflection, task: FatigueTask) -> Fatigue:
 
 
 def _ends(values: Any) -> tuple[Reals, Reals]:
-    """Least and greatest over the positions, the last axis but one, of those that are known; nan where none is."""
+    """Return the smallest and largest known value over the positions, the last axis but one; nan if all are unknown."""
     least, most = values.min(axis=-2), values.max(axis=-2)
     if np.isfinite(most - least).all():
         return least, most
@@ -136,21 +135,21 @@ def _ends(values: Any) -> tuple[Reals, Reals]:
 
 
 def _course(sides: Sequence[Any], index: Any) -> Reals:
-    """Stress at places by their numbers, shape (beams, ..., positions)."""
+    """Return the stress at places by their numbers, shape (beams, ..., positions)."""
     at, fibre = index % len(STATIONS), index // len(STATIONS)
     left, right = (np.take_along_axis(side, at[..., None, None], -1)[..., 0] for side in sides)
     return np.where(fibre[..., None] == 0, left, right)
 
 
 def _least_place(safety: Any) -> tuple[Reals, Any]:
-    """Least over fibres and stations, shape (beams, ...), nan where one is not known, and its number among both."""
+    """Return the smallest value over fibres and stations, shape (beams, ...), and its place; nan if one is unknown."""
     rows = _places(safety)
     index = rows.argmin(axis=-1)
     return np.take_along_axis(rows, index[..., None], -1)[..., 0], index
 
 
 def _places(values: Reals) -> Reals:
-    """Values of shape (2, beams, ..., stations) as (beams, ..., places)."""
+    """Reshape values from (2, beams, ..., stations) to (beams, ..., places)."""
     moved = np.moveaxis(values, 0, -2)
     return moved.reshape(*moved.shape[:-2], moved.shape[-2] * moved.shape[-1])
 
@@ -161,15 +160,15 @@ def _taken(values: Reals, index: Integers) -> Reals:
 
 
 def _place(index: Integers) -> tuple[Reals, Integers]:
-    """Abscissa, and number of the fibre, of places by their numbers."""
+    """Return abscissa and fibre of places by their numbers."""
     return STATIONS[index % len(STATIONS)], index // len(STATIONS)
 
 
 def _greatest(courses: Any, excess: Any, strength: FatigueStrength, criterion: str) -> tuple[float, int]:
-    """Greatest Miner's sum among courses of shape (places, positions), and the number of the place.
+    """Return the largest Miner's sum of courses, shape (places, positions), and the number of its place.
 
-    A course has no more cycles than half its turning points, each no worse than the greatest: where that is less than
-    the greatest sum so far, it is not counted.
+    The number of cycles is at most half the number of turning points, and no cycle is worse than the largest. If this
+    bound is below the largest sum so far, the course needs no count.
     """
     size = excess * strength.limit
     whole = np.where(excess > 1.0, 1.0 / strength.cycles(size), 0.0)
@@ -183,7 +182,7 @@ def _greatest(courses: Any, excess: Any, strength: FatigueStrength, criterion: s
 
 
 def _of_design(strength: FatigueStrength, design: tuple[int, ...], columns: tuple[int, ...]) -> FatigueStrength:
-    """Strength of one design, as numbers."""
+    """Return the strength of one design as numbers."""
 
     def number(value: Any) -> float:
         wide = np.broadcast_to(np.asarray(value, float).reshape(-1) if np.ndim(value) else value, columns)
