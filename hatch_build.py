@@ -1,7 +1,8 @@
-"""Files that an installation has besides those of git: uPlot, JSON Schemas of scenes, a stub of `kinelast.build`.
+"""Generate the files of an installation that are not in git: uPlot, JSON Schemas, a stub of `kinelast.build`.
 
-uPlot's script and style come from the package uplot-python, which would bring IPython along. An editable installation
-gets its files in the folder itself, where git ignores them; it gets no stub, so that mypy checks the module.
+uPlot's script and style come from the package uplot-python; depending on that package would install IPython too. For an
+editable installation the files go into the repository, and git ignores them. There is no stub then: mypy checks the
+module itself.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ PAGE = "kinelast/outputs/page/web"
 
 
 class GeneratedFiles(BuildHookInterface):
-    """Adds uPlot, the schemas and the stub to a wheel or an editable installation."""
+    """Build hook that adds uPlot, the schemas and the stub to a wheel or an editable installation."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Write the files to a temporary folder for a wheel, or into the repository."""
@@ -43,7 +44,7 @@ class GeneratedFiles(BuildHookInterface):
                 build_data["force_include"][str(static / name)] = f"{PAGE}/{name}"
 
     def texts(self, stub: bool) -> dict[str, str]:
-        """Generated texts by the paths of their files."""
+        """Return the generated texts by file path."""
         sys.path.insert(0, self.root)
         from kinelast.build import stub_text
         from kinelast.scene.schema import SCHEMAS, schema_text

@@ -1,6 +1,6 @@
-"""Reference of the API: one page per package, with the public names of its root and rooms.
+"""Reference of the API: one page per package, with the public names of the package and its subpackages.
 
-Public names are those of a package's root and of its rooms' roots; for `kinelast`, the root alone.
+The `__init__.py` files define the public names; for `kinelast`, only the file of the package itself does.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ PACKAGES = {
     "kinelast": "Scenes, deflections, pictures and reports from Python",
     "rigid": "Mechanism to motion: positions, velocities, accelerations, inertia loads, joint forces",
     "elastic": "Motion to deflection: section forces, elastic lines, extremes, strength, vibration",
-    "machine": "Drives, joints and life sized: formulas on arrays",
-    "fem_check": "The same question put to finite elements",
+    "machine": "Sizing of drives and joints, fatigue life: formulas on arrays",
+    "fem_check": "Independent check by finite elements",
     "animations": "Pictures and films of moving links",
     "exchange": "Mechanisms of other programs",
-    "live": "A scene drawn and changed in the browser",
+    "live": "Scene editor in the browser",
 }
-ALONE = ("kinelast",)
-"""Packages of which the root alone is public."""
+ROOT_ONLY = ("kinelast",)
+"""Packages with public names only in their own `__init__.py`."""
 
 
 def pages(root: Path) -> Iterator[Made]:
@@ -40,9 +40,9 @@ def pages(root: Path) -> Iterator[Made]:
     bare: list[str] = []
     for package, words in PACKAGES.items():
         module = loader.modules_collection[package]
-        text, told = [f"# {package}\n\n{words}.\n"], set[str]()
+        text, seen = [f"# {package}\n\n{words}.\n"], set[str]()
         for room in _rooms(module):
-            part = [*_names(room, told, bare)]
+            part = [*_names(room, seen, bare)]
             if part:
                 text += [f"## `{room.path}`\n", f"{_first_line(room)}\n", *part]
         yield Made(f"reference/api/{package}.md", "\n".join(text))
@@ -52,14 +52,14 @@ def pages(root: Path) -> Iterator[Made]:
 
 def _rooms(module: griffe.Module) -> Iterator[griffe.Module]:
     yield module
-    if module.name not in ALONE:
+    if module.name not in ROOT_ONLY:
         yield from (
             room for name, room in sorted(module.modules.items()) if not name.startswith("_") and room.is_init_module
         )
 
 
-def _names(room: griffe.Module, told: set[str], bare: list[str]) -> Iterator[str]:
-    """Directives of a room's public names that no earlier room has."""
+def _names(room: griffe.Module, seen: set[str], bare: list[str]) -> Iterator[str]:
+    """Yield directives for the public names of a subpackage that are not on the page yet."""
     names = [str(name) for name in room.exports] if room.exports else _given(room)
     for name in names:
         member = room.members[name]
@@ -67,16 +67,16 @@ def _names(room: griffe.Module, told: set[str], bare: list[str]) -> Iterator[str
             target = member.final_target if isinstance(member, griffe.Alias) else member
         except griffe.AliasResolutionError:
             continue  # a type of another project
-        if target.path in told or isinstance(target, griffe.Module):
+        if target.path in seen or isinstance(target, griffe.Module):
             continue
-        told.add(target.path)
+        seen.add(target.path)
         if target.docstring is None:
             bare.append(target.path)
         yield f"::: {target.path}\n    options:\n      heading_level: 3\n"
 
 
 def _given(room: griffe.Module) -> list[str]:
-    """Names that a room's root imports from its files or defines."""
+    """Return the names that an `__init__.py` defines or imports from its files."""
     return sorted(
         name
         for name, member in room.members.items()

@@ -1,4 +1,4 @@
-"""Reference of the command, from the fields of its requests: option, value, default, meaning, files."""
+"""Reference of the command: option, value, default, meaning and files, from the request classes."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ def page() -> str:
     known = options_of(Batch, Request)
     parts = [
         "# Options of the command\n\n`deflection-report SCENE ... [options]`, or `python -m kinelast`. "
-        "Made of the fields that the command's parser is made of; `deflection-report --help` tells the same.\n"
+        "`deflection-report --help` prints the same.\n"
     ]
     for group in GROUPS:
         rows = [_row(name, option, default) for name, (option, default) in known.items() if option.group == group]
         parts.append(f"## {TITLES[group]}\n\n{HEAD}{''.join(rows)}")
     status, _, examples = EPILOG.partition("examples:")
-    told = status.strip().removeprefix("exit status: ").replace("\n", " ")
+    statuses = status.strip().removeprefix("exit status: ").replace("\n", " ")
     lines = "\n".join(line.strip() for line in examples.strip().splitlines())
-    return "\n".join([*parts, f"## Exit status\n\n{told}.\n", f"## Examples\n\n```\n{lines}\n```\n"])
+    return "\n".join([*parts, f"## Exit status\n\n{statuses}.\n", f"## Examples\n\n```\n{lines}\n```\n"])
 
 
 def _row(name: str, option: Option, default: object) -> str:
@@ -43,6 +43,6 @@ def _row(name: str, option: Option, default: object) -> str:
         option.help.removesuffix("]").partition(" [") if option.help.endswith("]") else (option.help, "", "")
     )
     told = told or (f"`{default}`" if option.shows else "")
-    cells = (shown, value + (", as often as needed" if option.many else ""), told, meaning,
+    cells = (shown, value + (", repeatable" if option.many else ""), told, meaning,
              ", ".join(f"`{file}`" for file in option.writes))  # fmt: skip
     return row(cells)

@@ -28,7 +28,7 @@ FIELD_HEAD = "## Fields along a beam\n\n| key | symbol | field | unit |\n| --- |
 
 
 def all_figures() -> dict[str, Figure]:
-    """Figures by key, including those of both kinds of output."""
+    """Return all figures by key, including the figures of a point and of an angle output."""
     outputs = (Output("link", "point", False), Output("link", "", False))
     return {each.key: each for output in outputs for each in figures_of(output)}
 
@@ -56,4 +56,4 @@ def _units(figure: Figure, scenes: list[Scene]) -> str:
 
 
 OF_OUTPUT = ("output_error", "residual")
-"""Figures whose unit is that of the output: a length of a point, an angle of a link."""
+"""Figures with the unit of the output: a length for a point, an angle for a link."""

@@ -1,6 +1,6 @@
 """Pages of the gallery: each shipped scene and each docs/gallery/*.toml, with its report and file.
 
-The report is the moving picture; a film would take ten seconds a scene and show no more.
+The report moves in the browser; a film would take ten more seconds per scene.
 """
 
 from __future__ import annotations
@@ -53,9 +53,9 @@ def _reported(scenes: dict[str, Path], out: Path, home: str) -> Iterator[Made]:
 
 def _structures(scenes: dict[str, Path], out: Path) -> Iterator[Made]:
     """Return the page of structure-only mechanisms."""
-    parts = ["# Structures\n\nMechanisms of which the structure is asked: `deflection-report NAME --structure`.\n"]
+    parts = ["# Structures\n\nStructural analysis of mechanisms: `deflection-report NAME --structure`.\n"]
     for name, path in scenes.items():
-        drawn = (out / name / "skeleton.svg").is_file()  # a chain in space has none
+        drawn = (out / name / "skeleton.svg").is_file()  # not for a spatial chain
         if drawn:
             yield Made(f"gallery/{name}/skeleton.svg", source=out / name / "skeleton.svg")
         told = (out / name / "structure.txt").read_text(encoding="utf-8")
@@ -69,7 +69,7 @@ def _title(path: Path) -> str:
 
 
 def frame(name: str, up: str) -> str:
-    """A scene's report within a page."""
+    """Return the frame with the report of a scene."""
     title = f"Report of {name}, which moves"
     return f'<iframe class="report" src="{up}{name}/report.html" title="{title}" loading="lazy"></iframe>'
 

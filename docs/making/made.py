@@ -1,4 +1,4 @@
-"""A page or a file of the site that no one wrote."""
+"""Generated page or file of the site."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Made:
-    """Path in the site, and either a text or the file that is copied there."""
+    """Path in the site, and either a text or a file to copy."""
 
     path: str
     text: str = ""

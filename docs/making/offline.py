@@ -1,4 +1,4 @@
-"""Make the site work without a network: replace what the theme fetches, and stop if anything else names a host."""
+"""Make the site work without a network: replace fetched files of the theme, reject any other host."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def cleaned(site: Path) -> None:
         text = script.read_text(encoding="utf-8")
         if HOST.search(text):
             script.write_text(HOST.sub("", text), encoding="utf-8")
-    (site / "404.html").unlink()  # of a server
+    (site / "404.html").unlink()  # only a server needs it
     for beside in (site / "assets").rglob("*.map"):
         beside.unlink()
     fetching = [page.name for page in site.rglob("*.html") if FETCHED.search(page.read_text(encoding="utf-8"))]

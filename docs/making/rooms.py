@@ -1,4 +1,4 @@
-"""List all files of the packages, room by room, with the first lines of their docstrings."""
+"""List all files of the packages by folder, with the first paragraph of each docstring."""
 
 from __future__ import annotations
 

@@ -6,5 +6,5 @@ from collections.abc import Iterable
 
 
 def row(cells: Iterable[str]) -> str:
-    """A row of some cells, in which bars are no borders."""
+    """Return a row; bars inside cells are escaped."""
     return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |\n"

@@ -1,4 +1,4 @@
-"""Runs of the command for the site, kept in build/ as long as program and scene stay the same."""
+"""Runs of the command for the site, cached in build/ until the program or the scene changes."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _used: set[Path] = set()
 
 
 def drop_others() -> None:
-    """Drop the runs of other states of the program."""
+    """Delete the runs of other program versions."""
     for out in set(KEPT.iterdir()) - _used:
         shutil.rmtree(out)
 
 
 @cache
 def state() -> bytes:
-    """Digest of the program."""
+    """Return a digest of the program's files."""
     digest = hashlib.sha256()
     for package in PACKAGES:
         for path in sorted((ROOT / package).rglob("*")):
@@ -36,12 +36,12 @@ def state() -> bytes:
 
 
 def run(scenes: Sequence[str], *options: str) -> Path:
-    """Folder of the results of the command.
+    """Run the command; return the folder of results.
 
     Raises
     ------
     RuntimeError
-        It ended with another status than 0, or than 1: a limit that is not kept is an answer too.
+        Exit status other than 0 and 1; a violated limit has status 1.
     """
     digest = hashlib.sha256(state() + repr(options).encode())
     for scene in scenes:

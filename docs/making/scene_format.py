@@ -1,7 +1,7 @@
-"""Tables of the scene format, made from the structs that read it: key, meaning, value with default.
+"""Tables of the scene format from its structs: key, meaning, value with default.
 
-Between `<!-- keys: MaterialTable -->` and `<!-- end -->` of a page is the table of that struct. Several names give one
-table of all their keys. `python docs/making/scene_format.py` writes them into docs/scenes.md; a test compares them.
+A page has the table of a struct between `<!-- keys: MaterialTable -->` and `<!-- end -->`. Several names give one table
+with all their keys. `python docs/making/scene_format.py` writes the tables into docs/scenes.md; a test compares them.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def _parts(kind: Any) -> list[Any]:
 
 
 def rows(struct: type[Struct]) -> list[str]:
-    """Rows of the table of a struct's keys, without inherited ones and the tables of the scene."""
+    """Return the table rows of a struct's keys."""
     kinds = {field.name: field.type for field in inspect.type_info(struct).fields}
     inherited = {name for base in struct.__mro__[1:] if base in structs() for name in base.__struct_fields__}
     cells = []
@@ -92,7 +92,7 @@ def rows(struct: type[Struct]) -> list[str]:
 
 
 def _shapes(structs: Sequence[type[Struct]]) -> list[str]:
-    """Rows of sections' shapes with their keys."""
+    """Return the table rows of section shapes with their keys."""
     shown: dict[str, str] = {}
     lines = []
     for struct in structs:
@@ -109,16 +109,16 @@ def _shapes(structs: Sequence[type[Struct]]) -> list[str]:
 
 
 def _words(struct: type[Struct], field: Any) -> tuple[str, str]:
-    """Meaning of a key, and its default if that is described in words.
+    """Return the meaning of a key, and its default if the description has one.
 
     Raises
     ------
     ValueError
-        The key has no words.
+        The key has no description.
     """
     words = key_words(struct)
     if field.encode_name not in words:
-        raise ValueError(f"{struct.__name__}.{field.name} has no words: `#:` beside it")
+        raise ValueError(f"{struct.__name__}.{field.name} has no description: add a `#:` comment")
     told = words[field.encode_name]
     meaning, _, special = told.partition(" [") if told.endswith("]") else (told, "", "")
     return meaning, special.removesuffix("]")
@@ -135,7 +135,7 @@ def _default(field: Any) -> str:
 
 
 def _kind(kind: Any) -> str:  # noqa: PLR0911 - a line a kind
-    """Unit of a value, or its kind in words."""
+    """Return the unit of a value, or its type in words."""
     match kind:
         case inspect.UnionType():
             parts = dict.fromkeys(_kind(part) for part in kind.types if not isinstance(part, inspect.NoneType))
@@ -170,7 +170,7 @@ def _kind(kind: Any) -> str:  # noqa: PLR0911 - a line a kind
 
 
 def _bounds(kind: Any) -> str:  # noqa: PLR0911 - likewise
-    """Bounds of a value, or empty. The page gives the general bounds of lengths, angles and speeds."""
+    """Return the bounds of a value, or "". The page lists the general bounds of lengths, angles and speeds."""
     match kind:
         case inspect.UnionType():
             return ", ".join(dict.fromkeys(bound for part in kind.types if (bound := _bounds(part))))

@@ -19,7 +19,7 @@ from mkdocs.structure.files import File, Files, InclusionLevel
 
 ROOT = Path(__file__).parents[2]
 OUTSIDE = {"index.md": "README.md", "contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
-"""Pages of the site from the root of the repository."""
+"""Pages of the site, and their files in the root of the repository."""
 FORMAT = "scenes.md"
 """The page of all tables of a scene."""
 PICTURE = re.compile(r"!\[[^]]*\]\(docs/images/report_page\.png\)")
@@ -90,11 +90,11 @@ def on_post_page(output: str, page: Any, config: Any) -> str:
 
 
 def on_post_template(output_content: str, template_name: str, config: Any) -> str:
-    """Do the same for the page of missing pages."""
+    """Make the 404 page independent of the network."""
     return offline.local(output_content, template_name)
 
 
 def on_post_build(config: Any) -> None:
-    """Check that nothing is fetched, and delete runs of other program versions."""
+    """Check that no page fetches from a network, and delete runs of other program versions."""
     offline.cleaned(Path(config.site_dir))
     runs.drop_others()

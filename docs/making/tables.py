@@ -28,7 +28,7 @@ MARKS = {
     "FIELD": "|".join(FIELDS), "FIGURE": rf"(?:{'|'.join(map(re.escape, all_figures()))})(?:\..*)?", "PATH": r".+\..+",
     "DRIVE": "crank", "LINK": "crank|rod|piston", "POINT": "A|B", "JOINT": "O|A|B|guide",
 }  # fmt: skip
-"""Names that patterns of columns stand for, in the run that is looked at."""
+"""Names that the patterns of columns match in the examined run."""
 HEAD = """# Keys and columns
 
 Keys and columns of real runs. [Figures](figures.md) are described in their registry. All values are in SI units and
@@ -46,7 +46,7 @@ def page() -> str:
                   *SAMPLED, "share of PATH", "share of PATH with others"]  # fmt: skip
     parts = [
         HEAD,
-        _part("summary.json", "a *figure* is `{value, unit}`, with its place where it has one", _summary(folder)),
+        _part("summary.json", "a *figure* is `{value, unit}`, with its place if it has one", _summary(folder)),
         _part("positions.csv", "a row a position", _columns(folder / "positions.csv", "position")),
         _part("motion.csv", "a row a position, by `--motion`", _columns(folder / "motion.csv", "position")),
         _part("speeds.csv", "a row a speed, by `--speeds`", _columns(folder / "speeds.csv", "speed")),
@@ -54,13 +54,15 @@ def page() -> str:
         _part(
             "sensitivities.csv",
             "a row a figure and number, by `--sensitivities`",
-            _told(SENSITIVITIES, "sensitivities"),
+            _described(SENSITIVITIES, "sensitivities"),
         ),
-        _part("tolerances.csv", "a row a figure, by `--tolerances`", _told(tolerances, "tolerances")),
+        _part("tolerances.csv", "a row a figure, by `--tolerances`", _described(tolerances, "tolerances")),
         _part(
-            "optimum.csv", "a row for the goal, every variable and limit, by `--optimize`", _told(OPTIMUM, "optimum")
+            "optimum.csv",
+            "a row for the goal, every variable and limit, by `--optimize`",
+            _described(OPTIMUM, "optimum"),
         ),
-        _part("summary.csv", "a row a scene, where there are several", _told([name for name, _ in BATCH], "scenes")),
+        _part("summary.csv", "a row a scene, for several scenes", _described([name for name, _ in BATCH], "scenes")),
     ]
     return "\n".join(parts)
 
@@ -69,10 +71,10 @@ def _part(file: str, words: str, table: str) -> str:
     return f"## `{file}`\n\n{words[0].upper()}{words[1:]}.\n\n{table}"
 
 
-def _told(names: Sequence[str], table: str) -> str:
+def _described(names: Sequence[str], table: str) -> str:
     words = WORDS[table]
     if missing := {*names} - words.keys():
-        raise ValueError(f"columns without words: {', '.join(sorted(missing))}")
+        raise ValueError(f"columns without description: {', '.join(sorted(missing))}")
     rows = "".join(f"| `{name}` | {words[name]} |\n" for name in dict.fromkeys(names))
     return f"| column | meaning |\n| --- | --- |\n{rows}"
 
@@ -83,7 +85,7 @@ def _columns(path: Path, table: str) -> str:
     Raises
     ------
     ValueError
-        A column is of no kind.
+        Unknown column.
     """
     with path.open(encoding="utf-8", newline="") as file:
         heads = [re.fullmatch(r"(.*?)(?: \[(.*)\])?", head) for head in next(csv.reader(file))]
@@ -95,7 +97,7 @@ def _columns(path: Path, table: str) -> str:
                 met.setdefault((shown, meaning), {})[head[2] or ""] = None
                 break
         else:
-            raise ValueError(f"{path.name}: the column {head[1]} has no words")
+            raise ValueError(f"{path.name}: the column {head[1]} has no description")
     return ROWS + "".join(
         f"| {', '.join(f'`{name}`' for name in shown.split(', '))} | {', '.join(filter(None, units))} | {meaning} |\n"
         for (shown, meaning), units in met.items()
@@ -103,7 +105,7 @@ def _columns(path: Path, table: str) -> str:
 
 
 def _is(name: str, pattern: str) -> bool:
-    """Whether a column matches a pattern."""
+    """Return True if a column matches a pattern."""
     for mark, those in MARKS.items():
         pattern = pattern.replace(mark, f"(?:{those})")
     return re.fullmatch(pattern, name) is not None
@@ -112,7 +114,7 @@ def _is(name: str, pattern: str) -> bool:
 def _summary(folder: Path) -> str:
     data = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     if missing := data.keys() - WORDS["summary"].keys():
-        raise ValueError(f"summary.json: keys without words: {', '.join(sorted(missing))}")
+        raise ValueError(f"summary.json: keys without description: {', '.join(sorted(missing))}")
     order = [*data, *(key for key in WORDS["summary"] if key not in data)]
     rows = "".join(
         f"| `{key}` | {WORDS['summary'][key]} | {_shape(data[key]) if key in data else 'on request'} |\n"
@@ -125,7 +127,7 @@ def _shape(value: Any) -> str:  # noqa: PLR0911 - a line a kind
     """Structure of a value of summary.json, in words."""
     match value:
         case None:
-            return "`null` unless asked for"
+            return "`null` unless requested"
         case {"value": _, "unit": _, **more}:
             return f"figure{f' with {_names(more)}' if more else ''}"
         case dict() if isinstance(first := next(iter(value.values()), None), dict) and _alike(value):
@@ -140,7 +142,7 @@ def _shape(value: Any) -> str:  # noqa: PLR0911 - a line a kind
 
 
 def _alike(value: dict[str, Any]) -> bool:
-    """Whether all entries of a table have the same keys."""
+    """Return True if all entries of a table have the same keys."""
     return len({tuple(each) if isinstance(each, dict) else None for each in value.values()}) == 1
 
 
