@@ -440,24 +440,27 @@ class TestMistakes:
         [
             ({"follower": "tapet"}, '[cams.plate] follower: there is no moving link "tapet"; did you mean "tappet"?'),
             ({"follower": "ground"}, "there is no moving link"),
-            ({"roller": None}, "[cams.plate] roller: expected either roller, its centre, or face"),
-            ({"face": ["F", "G"]}, "expected either roller, its centre, or face"),
+            ({"roller": None}, "[cams.plate] roller: expected either roller"),
+            ({"face": ["F", "G"]}, "expected either roller (its centre) or face"),
             ({"roller": "B"}, '[cams.plate] roller: the link "tappet" has no point "B"'),
             ({"roller": None, "face": ["F", "G"]}, "roller_radius: belongs to a roller"),
             ({"roller": None, "roller_radius": None, "face": ["F", "X"]}, 'face: the link "tappet" has no point "X"'),
-            ({"roller": None, "roller_radius": None, "face": ["F", "F"]}, "face: expected two points at two places"),
-            ({"roller": None, "roller_radius": None, "face": ["F", "G"], "flank": "both"}, "flank: a flat face has"),
+            ({"roller": None, "roller_radius": None, "face": ["F", "F"]}, "face: expected two points with a distance"),
+            ({"roller": None, "roller_radius": None, "face": ["F", "G"], "flank": "both"}, "flank: a flat face needs"),
             ({"centre": "A"}, '[cams.plate] centre: the link "ground" has no point "A"'),
-            ({"centre": [6, 40]}, '[cams.plate] roller: "A" is drawn at the centre of the shaft'),
-            ({"roller_radius": 45}, "roller_radius: a roller of 45 mm covers the shaft, which is 40.45 mm from"),
+            ({"centre": [6, 40]}, '[cams.plate] roller: "A" is drawn at the centre of the camshaft'),
+            ({"roller_radius": 45}, "roller_radius: a roller of 45 mm covers the camshaft, 40.45 mm from"),
             ({"drive": "guid"}, '[cams.plate] drive: there is no drive "guid"; did you mean "guide"?'),
-            ({"speed": "500 rpm"}, "speed: makes 0.833333 turns in the run of 0.1 s, expected whole ones: 600 rpm is"),
+            ({"speed": "500 rpm"}, "speed: makes 0.833333 turns in the run of 0.1 s, expected whole turns: 600 rpm is"),
             ({"speed": 0}, "speed: makes 0 turns"),
             ({"speed": "1200 rpm"}, 'speed: the slide of the drive "guide" is up to 12 mm off after a turn of the cam'),
             ({"material": "S23"}, '[cams.plate] material: there is no material "S23"'),
             ({"material": None, "pressure": "1 GPa"}, "material: the key is missing"),
-            ({"material": None, "follower_material": "S235"}, "follower_material: belongs beside material"),
-            ({"roller_radius": None, "pressure": "1 GPa"}, "roller_radius: the key is missing: a knife edge"),
+            ({"material": None, "follower_material": "S235"}, "follower_material: needs material"),
+            (
+                {"roller_radius": None, "pressure": "1 GPa"},
+                "roller_radius: the key is missing: the pressure of a knife edge",
+            ),
         ],
     )
     def test_messages(self, keys, message):
@@ -479,12 +482,12 @@ class TestMistakes:
         given = tables(TAPPET)
         given["drives"] = [{"slider": "guide", "effort": "5 N"}]
         given["run"]["duration"] = "50 ms"
-        assert 'drive: the drive "guide" is an effort: a cam gives a motion' in scene_error(given)
+        assert 'drive: the drive "guide" is an effort: a cam needs a drive' in scene_error(given)
 
     def test_a_drive_with_a_cylinder(self):
         given = tables(TAPPET, cylinders={"jack": {"bore": 40}})
         given["drives"][0]["cylinder"] = "jack"
-        assert 'drive: the drive "guide" has a cylinder of its own' in scene_error(given)
+        assert 'drive: the drive "guide" has a cylinder' in scene_error(given)
 
     def test_a_second_cam_of_a_drive(self):
         given = tables(TAPPET)
@@ -499,7 +502,9 @@ class TestMistakes:
         given["points"].update(Z=[0, -50], Y=[0, -80])
         given["links"]["wheel"] = {"points": ["Z", "Y"], "rigid": True, "mass": 0.1, "center": "Z", "inertia": 1e-4}
         given["drives"].append({"link": "wheel", "speed": "300 rpm"})
-        assert re.search('drive: the key is missing: which of the drives "crank", "wheel"', scene_error(given))
+        assert re.search(
+            'drive: the key is missing: name the drive that the cam moves, one of "crank", "wheel"', scene_error(given)
+        )
         given["cams"]["disc"]["drive"] = "crank"
         assert scene_from_dict(given).cams["disc"].drive == 0
         given["cams"]["disc"]["drive"] = "wheel"

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from kinelast.figures.joints import clearance_figures
 from tiers import in_tiers
 
 from elastic.elastodynamics import Damping, elastodynamic, stable_below
 from kinelast.cli.command import main
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.joints import clearance_figures
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 

@@ -365,7 +365,7 @@ class TestScenes:
     def test_efforts_with_friction_are_an_error(self):
         text = edited(in_scene(FOUR_BAR, '[joints.A]\nfriction = 0.1\nradius = "5 mm"'),
                       ('speed = "100 rad/s"', 'effort = "1 N m"'), ("[run]", '[run]\nduration = "1 s"'))  # fmt: skip
-        with pytest.raises(SceneError, match="an integrated motion does not know"):
+        with pytest.raises(SceneError, match="a drive by effort excludes joint friction"):
             scene_from_text(text)
 
     def test_of_a_load_that_resists(self):

@@ -259,7 +259,7 @@ def test_the_error_of_a_life_is_three_times_that_of_the_load():
         ("size = 1.0", 'criterion = "soderberg"', None),
         ("size = 1.0", "[fatigue.notches]\nQ = 2.0", "no point of a link with beams"),
         ("size = 1.0", "[fatigue.links.rod]\nsize = 1.0", "no link with beams"),
-        ("[fatigue]\nsize = 1.0\n", "", "asks for the fatigue of the links"),
+        ("[fatigue]\nsize = 1.0\n", "", "needs the fatigue of the links"),
         ("[bearings.O]\n", '[bearings.A]\nclearance = "1 um"\n[bearings.O]\n', "no pin"),
         ('C0 = "11.2 kN"\n', "", "C0: the key is missing"),
         ('cheek = "8 mm"\n', "", "cheek: the key is missing"),
@@ -361,11 +361,11 @@ force = [-100, 0]
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("length =", "diameter =", "is not asked of a slider, but its length"),
+        ("length =", "diameter =", "a plain bearing of a slider has no diameter: give length"),
         ('length = "50 mm"\n', "", "length: the key is missing"),
         ("[bearings.guide.plain]", '[bearings.guide.rolling]\nC = "2 kN"\n[bearings.guide.plain]', "belongs to a pin"),
         ("[bearings.guide.plain]", "[bearings.guid.plain]", "no pin or slider"),
-        ("[bearings.guide.plain]", "[bearings.A.plain]", "is not asked of a pin"),
+        ("[bearings.guide.plain]", "[bearings.A.plain]", "a plain bearing of a pin"),
         ('edge = "10 mm"', 'edge = "6 mm"', "notch: the key is missing"),
         ('link = "rod"', 'link = "block2"', "no link at the pin"),
     ],
@@ -381,7 +381,7 @@ def test_the_command_reports_the_broken_limit(tmp_path, capsys):
     scene = tmp_path / "arm.toml"
     scene.write_text(ARM.replace('"200 MPa"', '"3 MPa"') + FATIGUE + PARTS, encoding="utf-8")
     assert main([str(scene), "-o", str(tmp_path / "out")]) == 1
-    assert "safety against endurance (arm) 0." in capsys.readouterr().out
+    assert "safety factor against the endurance limit (arm) 0." in capsys.readouterr().out
     page = (tmp_path / "out" / "arm" / "report.html").read_text(encoding="utf-8")
     assert "function polar(" in page
     written = json.loads((tmp_path / "out" / "arm" / "summary.json").read_text(encoding="utf-8"))

@@ -600,7 +600,7 @@ class TestAnswers:
         assert [(row["name"], row["kept"]) for row in quick] == [
             ("deflection", False),
             ("safety", True),
-            ("motor torque, root mean square", False),
+            ("rms motor torque", False),
             ("motor torque", False),
         ]
         assert [row["name"] for row in whole] == [row["name"] for row in quick]

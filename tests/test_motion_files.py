@@ -70,7 +70,7 @@ def test_lengths_without_unit_are_in_the_unit_of_the_scene():
     ("text", "message"),
     [
         ("time [ms],angle [deg]\n0,0\n10,5\n20,x\n30,5", 'line 4: expected an angle, as in "30 deg" or 0.5, got "x"'),
-        ("0,0\n1,1\n2,2", "expected 4 lines of numbers at least, got 3"),
+        ("0,0\n1,1\n2,2", "expected at least 4 lines of numbers, got 3"),
         (
             "0 0\n1 1\n2 1\n3 3\n",
             "line 1: expected 2 columns, time and angle, got 1: put a comma, a semicolon or a tab",
@@ -81,9 +81,9 @@ def test_lengths_without_unit_are_in_the_unit_of_the_scene():
         ),
         ("time [ms],angle [grad]\n0,0\n1,1\n2,2\n3,3", 'line 1: expected an angle.*there is no unit "grad"'),
         ("time [ms],way [mm]\n0,0\n1,1\n2,2\n3,3", 'line 1: expected an angle.*, got "1 mm"'),
-        ("t,a\n1,0\n2,1\n3,2\n4,3", "line 2: expected times that start at 0, got 1.0: take it from all of them"),
-        ("t,a\n0,0\n2,1\n2,2\n4,3", "line 4: expected times that grow from line to line: leave the line out"),
-        ("t,a\n0,0\n1,nan\n2,2\n4,3", "line 3: expected an angle.*got nan: leave the line out"),
+        ("t,a\n1,0\n2,1\n3,2\n4,3", "line 2: expected times from 0, got 1.0: subtract it from all times"),
+        ("t,a\n0,0\n2,1\n2,2\n4,3", "line 4: expected increasing times: remove the line"),
+        ("t,a\n0,0\n1,nan\n2,2\n4,3", "line 3: expected an angle.*got nan: remove the line"),
         ("t;a\n0;0\n1;\n2;2\n4;3", "line 3: the angle is missing: write it, or leave the line out"),
         ("t;a\n0;0\n1;1\n;2\n4;3", "line 4: the time is missing"),
         ("t;a\n;5\n0;0\n1;1", "line 2: the time is missing"),
@@ -94,7 +94,7 @@ def test_lengths_without_unit_are_in_the_unit_of_the_scene():
         ("a, b, c, d\ntime [ms],angle [deg]\n0,0,0,5\n1,0,1,0", "line 3: expected 2 columns, time and angle, got 4"),
         ("angle [deg];time [ms];note\n0;0;", 'line 1: expected a time.*, got "1 deg"'),
         *(
-            (f"{head}\n0;0\n1;1\n2;2\n3;3", f"line 1: .* may hold a unit.* for the {which}: .*as in .{which} ")
+            (f"{head}\n0;0\n1;1\n2;2\n3;3", f"line 1: .* seems to contain a unit.* for the {which}: .*as in .{which} ")
             for head, which in (
                 ("time ms;angle deg", "time"),
                 ("t_ms;phi_deg", "time"),
@@ -108,8 +108,8 @@ def test_lengths_without_unit_are_in_the_unit_of_the_scene():
             )
         ),
         ("t,a\n0,0\n1,1 deg\n2,2\n4,3 mm", 'line 5: expected an angle.*, got "3 mm"'),
-        ('t,a\n0,"0\n', "line 2: expected 2 columns|expected 4 lines"),
-        ("", "expected 4 lines of numbers at least, got 0"),
+        ('t,a\n0,"0\n', "line 2: expected 2 columns|expected at least 4 lines"),
+        ("", "expected at least 4 lines of numbers, got 0"),
     ],
 )
 def test_the_message_names_the_line_of_the_file(tmp_path, text, message):

@@ -19,7 +19,7 @@ from kinelast.scene.data import scene_motion
 from kinelast.scene.document import document_from_text, scene_from_dict, scene_from_text
 from kinelast.scene.error import SceneError
 from kinelast.scene.quantities import (
-    Coordinate,
+    AngleOrLength,
     Density,
     Direction,
     ForcePerLength,
@@ -58,8 +58,8 @@ class TestUnits:
             (Speed, "3000 rpm", 100 * pi),
             (Speed, "90 deg/s", pi / 2),
             (Speed, "30 mm/s", 0.03),
-            (Coordinate, "30°", pi / 6),
-            (Coordinate, "-0.25 turn", -pi / 2),
+            (AngleOrLength, "30°", pi / 6),
+            (AngleOrLength, "-0.25 turn", -pi / 2),
             (Inertia, "3e-4 kg m^2", 3e-4),
             (Inertia, "2 g*mm**2", 2e-9),
             (Moment, "3 N·m", 3.0),

@@ -15,7 +15,9 @@ from elastic import deflection, sample
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import read_scene, scene_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.quantities import Coordinate
+from kinelast.scene.quantities import (
+    AngleOrLength,
+)
 from kinelast.scene.schema import SCHEMAS, key_words, scene_schema, subtables
 from kinelast.scene.tables import StrictTable
 from kinelast.scene.units import USUAL, registry
@@ -279,7 +281,7 @@ class TestFormat:
         )
 
     def test_angles_in_radians(self):
-        assert Coordinate.read(radians(30)) == radians(30)
+        assert AngleOrLength.read(radians(30)) == radians(30)
 
 
 class TestGuide:

@@ -183,7 +183,7 @@ class TestEfforts:
         assert caught.value.table == "drives"
 
     def test_an_effort_needs_a_duration(self):
-        with pytest.raises(SceneError, match=r"\[run\] duration: the key is missing: with an effort"):
+        with pytest.raises(SceneError, match=r"\[run\] duration: the key is missing: an effort needs"):
             scene_from_text(edited(driven("start = 0", "effort = 2"), ("duration = 4", "")))
 
     def test_the_command_reports_it_and_refines_its_peaks(self, tmp_path):

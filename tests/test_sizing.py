@@ -278,7 +278,7 @@ minimize = "mass"
             def __call__(self, *stage):
                 heard.append(stage)
 
-        told = "none of the variables moves: drive_speed.arm is .*, at most 1 rad/s is allowed: vary what it depends on"
+        told = "does not depend on the variables: drive_speed.arm is .*, at most 1 rad/s is allowed: add variables"
         with pytest.raises(SceneError, match=told):
             optimum_study(parse_toml(ARM + more), Heard())
         assert heard == []

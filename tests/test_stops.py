@@ -143,11 +143,11 @@ def test_designs_have_the_margins_of_single_scenes():
 @pytest.mark.parametrize(
     ("keys", "joint", "message"),
     [
-        ("", 'link = "rocker"', "[stops.end] least: the key is missing: give least or most"),
+        ("", 'link = "rocker"', "[stops.end] least: the key is missing: give least, most or both"),
         ('least = "9 mm"', 'link = "rocker"', '[stops.end] least: expected an angle, as in "30 deg", got 0.009 m'),
         ("least = 2\nmost = 1", 'link = "rocker"', "[stops.end] most: expected a value above least"),
         ("least = 0\nmost = 7", 'link = "rocker"', "[stops.end] most: expected less than a turn above least"),
-        ("least = 0\nmargin = -1", 'link = "rocker"', "[stops.end] margin: expected a distance that is not negative"),
+        ("least = 0\nmargin = -1", 'link = "rocker"', "[stops.end] margin: expected zero or more"),
         ("least = 0", 'link = "roker"', '[stops.end] link: there is no link "roker"; did you mean "rocker"?'),
         ("least = 0", 'link = "rocker"\non = "crank"', '[stops.end] on: the links "rocker" and "crank" share no point'),
         ("least = 0", "", "[stops.end] link: expected either link or slider"),

@@ -382,7 +382,7 @@ class TestScene:
             ("[welds.A]\nlinks = ['first', 'rocker']", 'the link "rocker" has no point "A"'),
             ("[welds.K]\nlinks = ['first', 'furst']", 'did you mean "first"'),
             ("[welds.K]\nlinks = ['first', 'first']", "is listed 2 times"),
-            ("[welds.D]\n[joints.D]\nfriction = 0.1\nradius = 0.01", "welded there, and do not rub"),
+            ("[welds.D]\n[joints.D]\nfriction = 0.1\nradius = 0.01", "welded here: no friction"),
         ],
     )
     def test_faults(self, table, words):

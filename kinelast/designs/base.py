@@ -19,7 +19,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
 from kinelast.scene.figure import Figure
 from kinelast.scene.format import SceneTable
-from kinelast.scene.joints import RUBBING
+from kinelast.scene.joints import FRICTION_KEYS
 from kinelast.scene.limits import Output
 from kinelast.scene.parts import PARTS
 from kinelast.scene.quantities import Direction, Size, Sizes
@@ -159,7 +159,7 @@ def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
     elif top == "links":
         able = not _stroke_depends_on_start(table)
     elif top == "joints":
-        able = inner[1] not in RUBBING
+        able = inner[1] not in FRICTION_KEYS
     else:
         able = top in TABLES_ON_AXIS or any(part.on_axis for part in PARTS if part.key == top)
     return able

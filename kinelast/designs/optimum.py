@@ -201,7 +201,7 @@ def optimum_beside(problem: DesignProblem, shares: np.ndarray, seed: int = 0, pr
 
 def _certified(problem: DesignProblem, searches: Sequence[LocalOptimum], seed: int, progress: Progress) -> Optimum:
     if not searches or not np.isfinite(searches[0].violation):
-        raise ValueError("no design that was tried has all the figures that are asked for")
+        raise ValueError("no tried design has all requested figures")
     best = searches[0]
     certified = certificate(problem, best.end, seed)
     for _ in range(MAX_RESTARTS):
@@ -229,7 +229,7 @@ class OptimumResult:
     held_to
         Bounds used in the quasi-static search: the limits less a reserve for vibration and errors.
     judgements
-        Limits with the figures of the full answer; empty if there are none, or if no design is feasible.
+        Limits with the figures of the full answer; empty without limits, or if no design is feasible.
     quasi_static
         True if the scene's theory is quasi-static, as in the search.
     answer

@@ -34,7 +34,7 @@ def tolerance_task(document: Document) -> ToleranceTask:
     Raises
     ------
     SceneError
-        If there are none, or one is not a positive number with a suitable unit.
+        No tolerances, or one that is not a positive number with a suitable unit.
     """
     entries = document.table.tolerances
     if not entries:

@@ -289,9 +289,9 @@ def _require_within_reach(scene: Scene, posed: PosedProblem, first: np.ndarray) 
             value, bound = beside(float(values[0]), float(limit.bound), posed.units[limit.figure], scene.told_in)
             problems.append(f"{limit.figure} is {value}, {'at least' if limit.least else 'at most'} {bound} is allowed")
     if problems:
-        why = "no design keeps what none of the variables moves"
-        what = "vary what it depends on, or change the limit"
-        raise fault("optimize.variables", "", f"{why}: {'; '.join(problems)}: {what}")
+        why = "no design keeps a limit that does not depend on the variables"
+        advice = "add variables, or change the limit"
+        raise fault("optimize.variables", "", f"{why}: {'; '.join(problems)}: {advice}")
 
 
 @dataclass(frozen=True, eq=False)

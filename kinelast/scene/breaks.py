@@ -15,7 +15,7 @@ from rigid.arrays import Flags, Reals
 ASIDE = 1e-10  # distance of each side from its break, relative to the end of the run; laws take 1e-12 as the same time
 APART = 4.0  # least distance of two breaks, relative to that
 LOOKED_AT = 1441  # instants between which a load's coordinate passes a break once at most
-HALVED = 26  # times: from the distance of those instants to less than that of the sides
+HALVED = 26  # times: from the distance of the instants to less than that of the sides
 
 
 @dataclass(frozen=True)

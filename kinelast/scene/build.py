@@ -1,4 +1,4 @@
-"""From parsed tables to a `Scene`: its mechanism, its run, its loads, and its limits."""
+"""Build a `Scene` from parsed tables: mechanism, run, loads and limits."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from rigid.analysis import Repetition, drives_repeat, mechanism_repeats
 
 @dataclass(frozen=True, eq=False)
 class SceneMechanism:
-    """A mechanism without its loads, its links as bodies in the same order, and one law or effort per drive."""
+    """A mechanism without loads, its links in the same order, and one law or effort per drive."""
 
     mechanism: Mechanism
     bodies: tuple[LinkModel, ...]
@@ -42,12 +42,12 @@ class SceneMechanism:
 
     @property
     def links(self) -> Mapping[str, Link]:
-        """Links that the scene names."""
+        """Links of the scene file by name."""
         return {body.link.name: body.link for body in self.bodies if not body.hidden}
 
 
 def build_mechanism(table: SceneTable, files: Mapping[str, str]) -> SceneMechanism:
-    """The parts of a scene; `files` are the texts of those that it names, by name."""
+    """Return the mechanism of a scene; `files` are the texts of its files by name."""
     places = drawn_places(table)
     bodies = build_links(table, places)
     sliders = build_sliders(table, bodies, places)
@@ -63,29 +63,29 @@ def build_mechanism(table: SceneTable, files: Mapping[str, str]) -> SceneMechani
     return SceneMechanism(mechanism, tuple(bodies[link.name] for link in mechanism.links), laws)
 
 
-STILL = 1e-9
-SAME = 1e-9  # of a duration: that of one cycle, as written
-SHORTEST, LONGEST = 1e-12, 1e12  # runs [s]: what is quicker or slower is a slip, and its squares are no numbers
+MAX_FINAL_SPEED = 1e-9  # [rad/s or m/s] a law that ends slower ends at rest
+DURATION_TOLERANCE = 1e-9  # relative; a duration this close to the period is one cycle
+MIN_DURATION, MAX_DURATION = 1e-12, 1e12  # [s] of a run; beyond, squares overflow
 
 
 def built(
     table: SceneTable, name: str, files: Mapping[str, str], path: str = "", varied: Collection[str] = ()
 ) -> Scene:
-    """The scene that tables describe, their numbers being read: its parts, its run, its loads, and its limits.
+    """Return the scene of parsed tables.
 
-    Where numbers stand for many designs, so does the scene, see `kinelast.scene.numbers`.
+    If numbers represent several designs, the scene does too, see `kinelast.scene.numbers`.
 
     Parameters
     ----------
     files
-        Texts of the files that it names, by their names.
+        Texts of the scene's files by name.
     varied
-        Names of links with points that differ by design: in line in one, they are not in another.
+        Names of links with points that differ between designs, so that collinear beams may not stay collinear.
     """
     if table.structure_only:
-        raise fault("", "structure_only", "the scene describes a structure alone: ask for it with --structure")
+        raise fault("", "structure_only", "the scene only describes a structure: use --structure")
     if table.contacts:
-        raise fault("contacts", "", "they are for a structure alone: add structure_only = true, or give [[gears]]")
+        raise fault("contacts", "", "belongs to a scene with structure_only = true; otherwise use [[gears]]")
     if not table.drives:
         raise fault("drives", "", "the table is missing; a scene needs [[drives]]")
     parts = build_mechanism(table, files)
@@ -94,8 +94,8 @@ def built(
     run = _run(table, repetition, parts.laws)
     friction = build_friction(table, parts.mechanism)
     if friction and any(isinstance(law, DriveEffort) for law in parts.laws):
-        why = "an integrated motion does not know: give dampers under [[springs]], or drives by laws"
-        raise fault(f"joints.{min(friction)}", "friction", f"friction follows from the joint forces, which {why}")
+        problem = "a drive by effort excludes joint friction: use dampers under [[springs]], or drives by laws"
+        raise fault(f"joints.{min(friction)}", "friction", problem)
     mechanism = replace(parts.mechanism, loads=_loads(table, parts, run.duration), friction=friction)
     repeats = (
         repetition if _part_of_a_cycle(table, mechanism, repetition) else mechanism_repeats(mechanism, laws, repetition)
@@ -136,21 +136,21 @@ def built(
 
 
 def _part_of_a_cycle(table: SceneTable, mechanism: Mechanism, drives: Repetition) -> bool:
-    """Whether many designs that move apart are asked for less than a cycle: how long that is in all does not matter.
+    """Return True if several designs with different points run for less than a cycle.
 
-    Their answers are quasi-static; vibration, which has gone on for many cycles, is that of a scene alone.
+    Their answers are quasi-static, so the length of the whole cycle does not matter.
     """
     places = (point for link in mechanism.links for point in link.points.values())
     if table.run.duration is None or not any(np.ndim(place) for place in places):
         return False
-    return bool(np.all(real(table.run.duration) < (1.0 - SAME) * drives.period))
+    return bool(np.all(real(table.run.duration) < (1.0 - DURATION_TOLERANCE) * drives.period))
 
 
-KEPT = ("rad", "rad/s", "m^3/s")  # units in place of which a file may write others, that words keep
+KEPT = ("rad", "rad/s", "m^3/s")  # the report uses the file's units of these dimensions
 
 
 def written_units(table: SceneTable) -> dict[str, tuple[float, str]]:
-    """Units that a file writes its angles, speeds of rotation and flows in: those that it writes most."""
+    """Return the most frequent units of angles, angular speeds and flows in a file."""
     bounds = [*table.limits.figures.values(), *table.optimize.limits.values()]
     every = [*_quantities(table), *(each for bound in bounds for each in _kept(bound))]
     names = Counter((each.unit, each.written) for each in every if each.unit in KEPT and each.written)
@@ -159,18 +159,18 @@ def written_units(table: SceneTable) -> dict[str, tuple[float, str]]:
 
 
 class _Kept(Quantity, units=KEPT):
-    """An angle, a speed of rotation or a flow."""
+    """An angle, an angular speed or a flow."""
 
 
 def _kept(bound: Any) -> Iterator[Quantity]:
-    """Those among the bounds of a figure."""
+    """Yield the angles, angular speeds and flows among the bounds of a figure."""
     for amount in (bound.most, bound.least) if isinstance(bound, BoundTable) else (bound,):
         with suppress(ValueError):
             yield _Kept.read(amount)
 
 
 def _quantities(node: Any) -> Iterator[Quantity]:
-    """All quantities of parsed tables, those that studies name aside."""
+    """Yield all quantities of parsed tables; studies have texts instead."""
     if isinstance(node, Quantity):
         yield node
     elif isinstance(node, Struct):
@@ -185,7 +185,7 @@ def _quantities(node: Any) -> Iterator[Quantity]:
 
 
 def _with_bodies(mechanism: Mechanism, before: Sequence[LinkModel], bodies: Sequence[LinkModel]) -> Mechanism:
-    """A mechanism with links as `undivided` makes them; loads along beams keep theirs, under their new numbers."""
+    """Return the mechanism with the links of `undivided`; loads along beams get the new beam numbers."""
     if all(new is old for new, old in zip(bodies, before, strict=True)):
         return mechanism
     numbers = {body.link.name: body.numbers for body in bodies}
@@ -197,7 +197,7 @@ def _with_bodies(mechanism: Mechanism, before: Sequence[LinkModel], bodies: Sequ
 
 
 def _course(mechanism: Mechanism, laws: tuple[DriveLaw | DriveEffort, ...], run: Run, path: str) -> Course:
-    """The course of a mechanism: integrated where a drive is an effort."""
+    """Return the course of a mechanism; it is integrated if a drive is an effort."""
     known = tuple(law for law in laws if not isinstance(law, DriveEffort))
     if len(known) == len(laws):
         return CourseByLaws(mechanism, known, run, path)
@@ -207,7 +207,7 @@ def _course(mechanism: Mechanism, laws: tuple[DriveLaw | DriveEffort, ...], run:
 def _theory(table: SceneTable, stuff: Mapping[str, MaterialTable], made_of: tuple[SectionSource, ...]) -> Theory:
     run = table.run
     if run.theory and run.accuracy is not None:
-        raise fault("run", "accuracy", "chooses the theory: leave out accuracy, or theory")
+        raise fault("run", "accuracy", "chooses the theory: give either accuracy or theory")
     own = (stuff[made.material].damping if made.material in stuff else None for made in made_of)
     accuracy = None if run.accuracy is None else float(run.accuracy)
     beta = tuple(nan if each is None else real(each) for each in own)
@@ -230,34 +230,34 @@ def _label(body: LinkModel, number: int) -> str:
 
 
 def _run(table: SceneTable, repetition: Repetition, laws: tuple[DriveLaw | DriveEffort, ...]) -> Run:
-    """As long as said; else one cycle; else one turn of the first drive that turns steadily, or the longest law."""
+    """Return the run: of the given duration, else one cycle, else one turn of a steady drive, or the longest law."""
     lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw | TableLaw)]
     no_cycle = repetition.why if repetition.turn is not None else ""
-    told = table.run.duration is not None
-    more = table.run.tolerance, table.run.steps, repetition.period, no_cycle, told
+    given = table.run.duration is not None
+    more = table.run.tolerance, table.run.steps, repetition.period, no_cycle, given
     if table.run.duration is not None:
         duration = real(table.run.duration)
-        turn = bool(np.all(np.abs(duration - repetition.period) <= SAME * duration))
+        turn = bool(np.all(np.abs(duration - repetition.period) <= DURATION_TOLERANCE * duration))
     elif repetition.turn is not None:
         turn = not no_cycle
         duration = repetition.period if turn else repetition.turn
     elif lasting:
         duration, turn = max(lasting), False
     else:
-        problem = 'the key is missing: no drive turns steadily, so say how long to run, as in "50 ms"'
+        problem = 'the key is missing: without a drive at constant speed a run needs a duration, as in "50 ms"'
         raise fault("run", "duration", problem)
     run = Run(table.run.positions, duration, turn, *more)
-    lasts = (run.duration >= SHORTEST) & (run.duration <= LONGEST)
-    expected = f"expected a run of {SHORTEST:g} to {LONGEST:g} s"
+    lasts = (run.duration >= MIN_DURATION) & (run.duration <= MAX_DURATION)
+    expected = f"expected a run of {MIN_DURATION:g} to {MAX_DURATION:g} s"
     require(lasts, "run", "duration", lambda of: f"{expected}, got {of(run.duration):.6g} s")
     for at, law in enumerate(laws, 1):
-        if isinstance(law, SegmentedLaw | TableLaw) and abs(law.final_speed) > STILL:
+        if isinstance(law, SegmentedLaw | TableLaw) and abs(law.final_speed) > MAX_FINAL_SPEED:
             _require_rest(f"drives[{at}]", law, run.duration)
     return run
 
 
 def _require_rest(where: str, law: SegmentedLaw | TableLaw, duration: Any) -> None:
-    """Raise where a run goes on beyond a law that does not end at rest."""
+    """Raise if a run is longer than a law that does not end at rest."""
     key, piece = ("law", "segment") if isinstance(law, SegmentedLaw) else ("motion", "entry")
     ends = f"ends at full speed after {law.duration:g} s, but the run lasts"
     within = duration <= law.duration * (1 + 1e-12)

@@ -201,7 +201,7 @@ class CourseByLaws(Course):
         return []
 
     def _beside(self, times: Reals, drives: tuple[Reals, Reals, Reals]) -> Motion | None:
-        """Return the motion from nearby known postures; None if there are none, or a link is far from the nearest."""
+        """Return the motion from nearby known postures; None without postures, or if a link is far from the nearest."""
         if not self._followed or times.ndim != 1:
             return None
         known = self._followed[0]

@@ -44,7 +44,7 @@ class Theory:
     damping_ratio
         Damping ratio at the lowest natural frequency, for beams without a beta.
     damping
-        Kelvin-Voigt coefficient beta of every beam [s]; nan if its material has none.
+        Kelvin-Voigt coefficient beta of every beam [s]; nan if its material has no damping.
     """
 
     name: str | None = None
@@ -54,7 +54,7 @@ class Theory:
 
     @property
     def plain(self) -> bool:
-        """True if the quasi-static answer is requested, regardless of its error."""
+        """True if the quasi-static answer is requested, with any error."""
         return self.name == QUASI_STATIC
 
     @property

@@ -231,7 +231,7 @@ def _all_mistakes_of(text: str, read: Read) -> Iterator[None]:
 
 
 def mistakes_in(text: str, read: Read) -> tuple[SceneError, ...]:
-    """Return all mistakes in a TOML text, except those of the whole mechanism (a loop that does not close).
+    """Return all mistakes in a TOML text, except mistakes of the whole mechanism (a loop that does not close).
 
     `read` reads the files that the scene refers to.
     """

@@ -1,4 +1,4 @@
-"""Values of drives in a cycle, and figures of the parts that drives have."""
+"""Values of drives in a cycle, and figures of parts on drives."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 Built = TypeVar("Built")
 PartValues = Callable[["Cycle", int, Any], Reals]
-"""From a cycle, the number of a drive and its part to values at every position, or of the whole cycle."""
+"""Function from a cycle, a drive number and a part to values at every position, or to one of the whole cycle."""
 
 
 def effort(cycle: Cycle, number: int) -> Reals:
-    """Effort of a drive [N m or N], with that of its rotor, shape (..., positions)."""
+    """Effort of a drive including its rotor [N m or N], shape (..., positions)."""
     return np.broadcast_to(cycle.efforts[number], cycle.columns)
 
 
@@ -41,26 +41,26 @@ def acceleration(cycle: Cycle, number: int) -> Reals:
 
 
 def power(cycle: Cycle, number: int) -> Reals:
-    """Power of a drive [W], with that of its rotor, shape (..., positions)."""
+    """Power of a drive including its rotor [W], shape (..., positions)."""
     return effort(cycle, number) * rate(cycle, number)
 
 
 def load_inertia(cycle: Cycle, number: int) -> Reals:
-    """Inertia of all links, reduced to a drive while the others stand [kg m^2 or kg], shape (..., positions)."""
+    """Inertia of all links, reduced to one drive with the others locked [kg m^2 or kg], shape (..., positions)."""
     alone = unit_motion(cycle.motion, number)
     whole: Reals = 2.0 * kinetic_energy(alone) - cycle.scene.mechanism.drives[number].inertia
     return np.broadcast_to(whole, cycle.columns)
 
 
 def over_time(cycle: Cycle, measure: Callable[..., Reals], values: Reals) -> Reals:
-    """An average of values over the positions that count."""
+    """Return an average of values over the positions that count."""
     known = np.where(cycle.weights > 0.0, values, 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         return measure(known, cycle.weights)
 
 
 def by_drive(build: Callable[[SceneTable, int], Built | None]) -> Callable[[Assembly], dict[str, Built]]:
-    """Builder of parts by the names of their drives, from one for a drive by its number from 1."""
+    """Return a builder of parts by drive name; `build` gets the drive's number from 1."""
 
     def built(assembly: Assembly) -> dict[str, Built]:
         parts = {name: build(assembly.table, n) for n, name in enumerate(drive_names(assembly.mechanism), 1)}
@@ -70,7 +70,7 @@ def by_drive(build: Callable[[SceneTable, int], Built | None]) -> Callable[[Asse
 
 
 def named_tables(part: str, key: str) -> Callable[[SceneTable, Scene], Mapping[str, Any]]:
-    """Tables under `part` by the name of the drive that names one under `key`."""
+    """Return a function that finds the tables of a part by drive name; `key` is the drive's key for its table."""
 
     def found(table: SceneTable, scene: Scene) -> dict[str, Any]:
         named = {
@@ -82,21 +82,21 @@ def named_tables(part: str, key: str) -> Callable[[SceneTable, Scene], Mapping[s
 
 
 def numbered(scene: Scene, part: str) -> dict[int, Any]:
-    """Parts of a kind by the number of their drive."""
+    """Return the parts of a kind by drive number."""
     built = scene.parts[part]
     return {number: built[name] for number, name in enumerate(drive_names(scene.mechanism)) if name in built}
 
 
 def of_drives(part: str, values: PartValues) -> Callable[[Cycle], list[Reals]]:
-    """Values of the drives that have a part of a kind."""
+    """Return a function from a cycle to the values of the drives with a part of a kind."""
     return lambda cycle: [values(cycle, *each) for each in numbered(cycle.scene, part).items()]
 
 
 def averages(part: str, measure: Callable[..., Reals], values: PartValues) -> Callable[[Cycle], Largest]:
-    """Figures that average values of the drives that have a part over the positions that count."""
+    """Return the search for averages of the drives with a part over the positions that count."""
     return averaged(of_drives(part, lambda cycle, *each: over_time(cycle, measure, values(cycle, *each))))
 
 
 def drive_units(part: str, turns: str, slides: str) -> Callable[[Scene], list[str]]:
-    """Units of the drives that have a part, by the kind of their coordinates."""
+    """Return the units of the drives with a part: for a rotating or a sliding drive."""
     return lambda scene: [turns if scene.mechanism.drives[n].turns else slides for n in numbered(scene, part)]

@@ -1,4 +1,4 @@
-"""Drives of a scene, with their laws or efforts."""
+"""Drives of a scene with their laws or efforts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kinelast.scene.loads import APART, factor_law
 from kinelast.scene.moved_joint import Drive, coordinate, moved_joint
 from kinelast.scene.numbers import phase, real
 from kinelast.scene.parts.motors import motor_of
-from kinelast.scene.quantities import Abscissa, Angle, Length, Time
+from kinelast.scene.quantities import Abscissa, Length, PlaneAngle, Time
 from kinelast.scene.tables import PER_LENGTH, DriveTable
 from kinelast.scene.units import Quantity
 from rigid import ConstantSpeed, LawError, Link, Reals, RepeatedLaw, Segment, SegmentedLaw, Slider, TableLaw
@@ -33,9 +33,9 @@ EFFORTS = {"rad": ("N m", 'a moment, as in "3 N m"'), "m": ("N", 'a force, as in
 
 @dataclass(frozen=True, eq=False)
 class DriveEffort:
-    """A drive given as an effort; its motion follows.
+    """A drive given by its effort; integration gives its motion.
 
-    `effort` [N m or N] along its coordinate, which is `start` [rad or m] with the rate `speed` at first.
+    `effort` [N m or N] acts along the coordinate. The initial coordinate is `start` [rad or m], its rate `speed`.
     """
 
     effort: Effort
@@ -50,12 +50,12 @@ def build_drives(
     places: Points,
     files: Mapping[str, str],
 ) -> tuple[tuple[Drive, ...], tuple[DriveLaw | DriveEffort, ...]]:
-    """All drives with their laws or efforts, in the order of the file; with the inertia of their motors.
+    """Return all drives with the inertia of their motors, and their laws or efforts, in the order of the file.
 
     Parameters
     ----------
     files
-        Texts of the files that motions are in, by their names.
+        Texts of the motion files, by file name.
     """
     built: list[tuple[Drive, DriveLaw | DriveEffort]] = []
     for number, table in enumerate(scene.drives, 1):
@@ -64,7 +64,7 @@ def build_drives(
         if scene.structure_only:
             built.append((drive, ConstantSpeed(0.0, 0.0)))
             continue
-        _require_one_way(where, table)
+        _require_one_motion(where, table)
         motor = motor_of(scene, number)
         drive = drive if motor is None else replace(drive, inertia=motor.reduced_inertia)
         unit = "rad" if drive.turns else "m"
@@ -75,28 +75,28 @@ def build_drives(
             continue
         duration = scene.run.duration
         if duration is None:
-            raise fault("run", "duration", 'the key is missing: with an effort, say how long to run, as in "50 ms"')
+            raise fault("run", "duration", 'the key is missing: an effort needs the duration of the run, as in "50 ms"')
         built.append((drive, _effort(where, table, unit, start, duration, links, sliders)))
     return tuple(drive for drive, _ in built), tuple(law for _, law in built)
 
 
-def _require_one_way(where: str, table: DriveTable) -> None:
-    """Raise where a drive is told in no way or in several, or keys of another way are there."""
+def _require_one_motion(where: str, table: DriveTable) -> None:
+    """Raise unless a drive has exactly one of speed, law, motion and effort, with only the keys of that."""
     ways = [key for key in ("law", "motion", "effort") if getattr(table, key) is not None]
     if len(ways) > 1 or (not ways and table.speed is None) or (ways and ways != ["effort"] and table.speed is not None):
-        raise fault(where, "speed", "expected one of speed, law, motion and effort, how the drive moves")
+        raise fault(where, "speed", "expected exactly one of speed, law, motion and effort")
     if table.effort is None:
-        places = "belongs to an effort; a motion through places is motion = [[time, place], ...]"
-        require_absent(where, table, ("table", "against", "extend"), places)
+        problem = "belongs to an effort; for a table of coordinates use motion = [[time, coordinate], ...]"
+        require_absent(where, table, ("table", "against", "extend"), problem)
     if table.repeat and ways not in (["law"], ["motion"]):
         raise fault(where, "repeat", "belongs to a law or a motion")
 
 
 def _start(where: str, table: DriveTable, unit: str, links: Mapping[str, Link], places: Points) -> Any:
-    """Coordinate at the start [rad or m]: as given, else as drawn."""
+    """Coordinate at the start [rad or m]: given, or else drawn."""
     if table.motion is not None:
         if table.start is not None:
-            raise fault(where, "start", "the motion tells where the drive starts: leave it out")
+            raise fault(where, "start", "the motion table has the start: remove this key")
         return 0.0
     if table.start is not None:
         return coordinate(where, "start", table.start, unit)
@@ -104,7 +104,7 @@ def _start(where: str, table: DriveTable, unit: str, links: Mapping[str, Link], 
         return 0.0
     one, other = (drawn_direction(links[name], places) for name in (table.on, table.link))
     if one is None or other is None:
-        raise fault(where, "start", "the key is missing: the drawing does not show at which angle the link starts")
+        raise fault(where, "start", "the key is missing: the drawing does not give the angle of the link")
     return phase(other * one.conjugate())
 
 
@@ -115,7 +115,7 @@ def _speed(where: str, table: DriveTable, unit: str) -> Any:
         problem = f"expected {SPEEDS[f'{unit}/s']}, got {float(table.speed):g} {table.speed.unit}"
         raise fault(where, "speed", problem)
     if not table.speed.unit and unit == "m" and table.speed.per_length != 1.0:
-        raise fault(where, "speed", f"expected {SPEEDS['m/s']}, in quotes with its unit where units are given")
+        raise fault(where, "speed", f"expected {SPEEDS['m/s']}, in quotes with its unit, as the file has units")
     return real(table.speed)
 
 
@@ -131,7 +131,7 @@ def _law(where: str, table: DriveTable, unit: str, start: Any, motion: MotionTab
 
 
 def _repeated(where: str, key: str, law: SegmentedLaw | TableLaw) -> RepeatedLaw:
-    """A law over and over again; raises where it does not end at the speed at which it starts."""
+    """Return a repeated law; raise unless its final speed equals its initial speed."""
     first, last = float(law([0.0])[1][0]), law.final_speed
     if not isclose(first, last, rel_tol=1e-9, abs_tol=1e-12):
         raise fault(where, key, f"starts at a speed of {first:g} and ends at {last:g}: repeated, the speed would jump")
@@ -145,18 +145,18 @@ def _segments(where: str, table: DriveTable, unit: str, start: float) -> Segment
         key = f"law[{number}]"
         if piece.curve == "dwell":
             if piece.to is not None or piece.by is not None:
-                raise fault(where, key, "a dwell stays where it is: leave to and by out")
+                raise fault(where, key, "a dwell has no stroke: remove to and by")
             segments.append(Segment("dwell", float(piece.duration)))
             continue
         if (piece.to is None) == (piece.by is None):
-            raise fault(where, key, "expected either to, where the segment ends, or by, how far it goes")
+            raise fault(where, key, "expected either to, the end of the segment, or by, its stroke")
         if piece.by is not None:
             rise = coordinate(where, f"{key}.by", piece.by, unit)
         else:
             assert piece.to is not None
             rise = coordinate(where, f"{key}.to", piece.to, unit) - level
         segments.append(Segment(piece.curve, float(piece.duration), rise))
-        level = level + rise  # which may be an array: the start stays
+        level = level + rise  # not in place: the start may be an array
     try:
         return SegmentedLaw(start, tuple(segments))
     except LawError as error:
@@ -174,19 +174,16 @@ def _motion(where: str, table: DriveTable, unit: str) -> TableLaw:
     return TableLaw(times, places, table.repeat)
 
 
-LEAST = 4  # entries of a spline
-KINDS = {"rad": ("angle", Angle), "m": ("place", Length)}  # of a drive's coordinate
+MIN_ENTRIES = 4  # of a cubic spline
+KINDS = {"rad": ("angle", PlaneAngle), "m": ("place", Length)}  # column and quantity of a drive's coordinate
 HEADS = {"angle": "angle [deg]", "place": "place [mm]"}
-WORD = re.compile(r"[^\W\d_]+|°")  # so that "t_ms" has two
-OTHER_UNITS = {"sec", "secs", "msec", "usec", "gon", "grad"}  # that headings have, and scenes do not
+WORD = re.compile(r"[^\W\d_]+|°")  # "t_ms" has two words
+OTHER_UNITS = {"sec", "secs", "msec", "usec", "gon", "grad"}  # units of headings that scenes do not accept
 
 
 @dataclass(frozen=True)
 class MotionTable:
-    """A motion that stands in a CSV file.
-
-    `times` [s] and `places` [rad or m], and `written`: both as they may stand in a scene, with their units.
-    """
+    """A motion from a CSV file: `times` [s], `places` [rad or m], and `written`, both with the file's units."""
 
     times: tuple[float, ...]
     places: tuple[float, ...]
@@ -194,12 +191,12 @@ class MotionTable:
 
 
 def motion_of(scene: SceneTable, number: int, files: Mapping[str, str]) -> MotionTable:
-    """The motion that a drive, counted from 1, has in a file; `files` are their texts by name.
+    """Return the motion file of a drive by its number from 1; `files` are the texts by file name.
 
     Raises
     ------
     SceneError
-        The file holds a mistake; the message tells its line.
+        The file has a mistake; the message names its line.
     """
     table = scene.drives[number - 1]
     assert isinstance(table.motion, str)
@@ -211,19 +208,19 @@ def motion_of(scene: SceneTable, number: int, files: Mapping[str, str]) -> Motio
 
 @lru_cache(maxsize=8)
 def motion_table(text: str, unit: str, per_length: float = 1.0) -> MotionTable:
-    r"""The motion in a CSV text: times and coordinates, in the units of the heading or, of a cell, with its own.
+    r"""Return the motion in a CSV text: times and coordinates in the units of the headings or of single cells.
 
     Parameters
     ----------
     unit
         SI unit of the coordinate, rad or m.
     per_length
-        Metres in the unit that bare lengths are in; other bare numbers are in SI units.
+        Metres per length unit of the file; other numbers without a unit are in SI units.
 
     Raises
     ------
     ValueError
-        A line cannot be read, times do not start at 0 and grow, or there are too few; the message tells the line.
+        Unreadable line, times that do not start at 0 and increase, or too few lines; the message names the line.
 
     Examples
     --------
@@ -237,20 +234,20 @@ def motion_table(text: str, unit: str, per_length: float = 1.0) -> MotionTable:
     for k, (of, head) in enumerate((("time", "time [ms]"), (name, HEADS[name]))):
         _require_units_understood(table, k, of, head)
     columns = [_column(table, k, of, per_length) for k, of in enumerate((Time, kind))]
-    (times, written), (places, told) = columns
+    (times, written_times), (places, written_places) = columns
     lines = [line for line, _ in table.rows]
-    if len(lines) < LEAST:
-        raise ValueError(f"expected {LEAST} lines of numbers at least, got {len(lines)}")
+    if len(lines) < MIN_ENTRIES:
+        raise ValueError(f"expected at least {MIN_ENTRIES} lines of numbers, got {len(lines)}")
     if times[0] != 0.0:
-        raise ValueError(f"line {lines[0]}: expected times that start at 0, got {written[0]}: take it from all of them")
+        raise ValueError(f"line {lines[0]}: expected times from 0, got {written_times[0]}: subtract it from all times")
     for line, before, after in zip(lines[1:], times, times[1:], strict=False):
         if after - before <= APART * times[-1]:
-            raise ValueError(f"line {line}: expected times that grow from line to line: leave the line out")
-    return MotionTable(tuple(times), tuple(places), tuple(zip(written, told, strict=True)))
+            raise ValueError(f"line {line}: expected increasing times: remove the line")
+    return MotionTable(tuple(times), tuple(places), tuple(zip(written_times, written_places, strict=True)))
 
 
 def _require_units_understood(table: Columns, column: int, name: str, head: str) -> None:
-    """Raise where a column tells no unit in brackets, but a line above it holds a word or a mark of one."""
+    """Raise if a column without a unit in brackets has a word or mark of a unit in a line above."""
     if table.heading(column)[1]:
         return
     headings = [(line, cells[column], any(mark in cells[column] for mark in "[({<")) for line, cells in table.headings]
@@ -259,12 +256,12 @@ def _require_units_understood(table: Columns, column: int, name: str, head: str)
         last = len(words) - 1
         units = [word for at, word in enumerate(words) if _is_unit(word) and (at == last or (at and word != "in"))]
         if marked or (units and (last or len(units[0]) > 1)):
-            problem = f'"{text}" may hold a unit, and none is understood for the {name}: each column has a heading'
+            problem = f'"{text}" seems to contain a unit, but not in a known form for the {name}: write each heading'
             raise ValueError(f'line {line}: {problem} with its unit in brackets, as in "{head}"')
 
 
 def _is_unit(word: str) -> bool:
-    """Whether a word is one for a unit of time, angle or length."""
+    """Return True for a unit of time, angle or length."""
     if word.lower() in OTHER_UNITS:
         return True
     try:
@@ -277,30 +274,30 @@ def _is_unit(word: str) -> bool:
 def _column(
     table: Columns, column: int, kind: type[Quantity], per_length: float
 ) -> tuple[list[float], list[str | float]]:
-    """Numbers of a column in SI units, and as they may stand in a scene."""
+    """Return the numbers of a column in SI units, and as values of a scene file."""
     head, unit = table.heading(column)
     try:
         factor = float(kind.read(f"1 {unit}" if unit else 1.0, per_length))
     except ValueError as error:
-        raise ValueError(f"line {head}: {error}; a unit stands in brackets, as in [ms] or [deg]") from None
+        raise ValueError(f"line {head}: {error}; write a unit in brackets, as in [ms] or [deg]") from None
     values: list[float] = []
     written: list[str | float] = []
     for line, cells in table.rows:
         cell = cells[column]
         try:
             number = float(cell)
-            value, told = factor * number, f"{cell} {unit}" if unit else number
+            value, text = factor * number, f"{cell} {unit}" if unit else number
         except ValueError:
-            value, told = _with_unit(kind, cell, line), cell
+            value, text = _with_unit(kind, cell, line), cell
         if not isfinite(value):
-            raise ValueError(f"line {line}: expected {kind.expected}, got {cell}: leave the line out")
+            raise ValueError(f"line {line}: expected {kind.expected}, got {cell}: remove the line")
         values.append(value)
-        written.append(told)
+        written.append(text)
     return values, written
 
 
 def _with_unit(kind: type[Quantity], cell: str, line: int) -> float:
-    """A cell that tells its own unit."""
+    """Return the value of a cell with its own unit."""
     try:
         return float(kind.read(cell))
     except ValueError as error:

@@ -104,6 +104,6 @@ def known_name(table: str, key: str, name: str, names: Iterable[str], what: str 
 
 
 def known_point(table: str, key: str, point: str, points: Mapping[str, object], link: str) -> None:
-    """Raise where a link has no such point."""
+    """Raise if the link does not have the point."""
     if point not in points:
         raise fault(table, key, f'the link "{link}" has no point "{point}"{likely(point, points)}')

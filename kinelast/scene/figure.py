@@ -27,7 +27,7 @@ NOISE = 1e-12  # share of a scene's forces and displacements below which a figur
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of items that figures are of; `names` finds those of a scene."""
+    """A kind of items of figures; `names` lists the items of a scene."""
 
     name: str
     names: Callable[[Scene], Iterable[str]] = field(compare=False, repr=False)
@@ -95,7 +95,7 @@ class Figure:
     asked
         Whether it is computed only if named.
     limit
-        Key that bounds it, under `[limits]` or in the table of its part; empty if none does.
+        Key of its limit, under `[limits]` or in the table of its part; empty without one.
     rigid
         Whether it belongs to the rigid motion, which no theory of the links changes.
     exact
@@ -155,7 +155,7 @@ class RangeCheck:
     by
         Key of the figure that is checked, with the same items.
     refuses
-        Keys of figures with the same items whose limits cannot be judged outside.
+        Keys of figures of the same items; their limits cannot be judged outside the range.
     quantity
         From scene and values of the figure, shape (items, ...), to the checked quantity.
     """
@@ -182,7 +182,7 @@ class Limit:
     item
         Name of the bounded item, for a figure of beams that of a link; empty for all items.
     unit
-        SI unit of the bound; empty if the scene does not tell whether its output is a length or an angle.
+        SI unit of the bound; empty if the output may be a length or an angle.
     of
         Kind of the figure's items.
     named
@@ -221,7 +221,7 @@ class Limit:
 
 
 def sole(found: Largest) -> Largest:
-    """Largest values of the scene as those of its only item."""
+    """Return the largest values of the scene with an axis for its only item."""
     return Largest(*(np.asarray(each)[None] for each in vars(found).values()))
 
 

@@ -1,6 +1,6 @@
-"""The tables and keys of a scene file: sections, materials, links, and the scene as a whole.
+"""Tables and keys of a scene file: sections, materials, links, and the whole scene.
 
-A new shape of cross-section is a table here, and its function in `elastic.SHAPES`.
+A new cross-section needs a table here and its function in `elastic.SHAPES`.
 """
 
 from __future__ import annotations
@@ -60,37 +60,37 @@ from kinelast.scene.units import Quantity
 
 
 class Dimensioned(StrictTable, frozen=True, kw_only=True, tag_field="shape"):
-    """A cross-section by its dimensions: its keys, in order, are those that the function of its shape takes."""
+    """A cross-section by its dimensions; the keys are the arguments of the shape function, in order."""
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
-        """Each of them at the two ends of the beam [m]; `table` is for messages."""
+        """Return the dimensions at both ends of the beam [m]; `table` is for messages."""
         return tuple(getattr(self, key) for key in self.__struct_fields__)
 
 
 class Rectangle(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="rectangle"):
     """A solid rectangle, `depth` in the plane of motion."""
 
-    depth: Sizes  #: in the plane of motion
-    width: Sizes  #: across it
+    depth: Sizes  #: size in the plane of motion
+    width: Sizes  #: size normal to the plane of motion
 
 
 class Circle(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="circle"):
     """A solid circle."""
 
-    diameter: Sizes  #: of the circle
+    diameter: Sizes  #: diameter
 
 
 class Tube(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="tube"):
-    """A circular tube by its outer diameter, and its inner one or its wall."""
+    """A circular tube with an outer diameter, and an inner diameter or a wall thickness."""
 
-    outer: Sizes  #: diameter
-    inner: Sizes | None = None  #: diameter
-    wall: Sizes | None = None  #: thickness, instead of `inner`
+    outer: Sizes  #: outer diameter
+    inner: Sizes | None = None  #: inner diameter, instead of `wall`
+    wall: Sizes | None = None  #: wall thickness, instead of `inner`
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
-        """The outer and inner diameters at the two ends of the beam [m]."""
+        """Return outer and inner diameter at both ends of the beam [m]."""
         if (self.inner is None) == (self.wall is None):
-            raise fault(table, "inner", "a tube needs inner or wall, one of them")
+            raise fault(table, "inner", "a tube needs either inner or wall")
         if self.inner is not None:
             for outer, inner in zip(self.outer, self.inner, strict=True):
                 _require_smaller(table, "inner", "a diameter below outer", real(inner), real(outer))
@@ -106,13 +106,13 @@ class Tube(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="tube"
 class Box(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="box"):
     """A hollow rectangle, `depth` in the plane of motion; `corner` is its outer radius."""
 
-    depth: Sizes  #: in the plane of motion
-    width: Sizes  #: across it
-    wall: Sizes  #: thickness
-    corner: Sizes | None = None  #: outer radius [0]
+    depth: Sizes  #: size in the plane of motion
+    width: Sizes  #: size normal to the plane of motion
+    wall: Sizes  #: wall thickness
+    corner: Sizes | None = None  #: outer radius of the corners [0]
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
-        """Depth, width, wall and corner at the two ends of the beam [m]."""
+        """Return depth, width, wall and corner at both ends of the beam [m]."""
         corner = _or_none(self.corner)
         for depth, width, wall, radius in zip(self.depth, self.width, self.wall, corner, strict=True):
             half = np.minimum(real(depth), real(width)) / 2
@@ -122,90 +122,90 @@ class Box(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="box"):
 
 
 class Flanged(Dimensioned, frozen=True, kw_only=True, tag_field="shape"):
-    """A web with one flange or two, on one side of it or both."""
+    """A web with one or two flanges, on one or both sides."""
 
     flanges: ClassVar[int]
     sides: ClassVar[int]
-    depth: Sizes  #: in the plane of motion
-    width: Sizes  #: of the flanges
-    web: Sizes  #: thickness
-    flange: Sizes  #: thickness
+    depth: Sizes  #: size in the plane of motion
+    width: Sizes  #: width of the flanges, normal to the plane of motion
+    web: Sizes  #: thickness of the web
+    flange: Sizes  #: thickness of the flanges
     fillet: Sizes | None = None  #: radius between web and flange [0]
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
-        """Depth, width, web, flange and fillet at the two ends of the beam [m]."""
+        """Return depth, width, web, flange and fillet at both ends of the beam [m]."""
         sizes = self.depth, self.width, self.web, self.flange, _or_none(self.fillet)
         for depth, width, web, flange, fillet in zip(*sizes, strict=True):
             most = real(depth) / self.flanges
             half = "half of depth" if self.flanges == 2 else "depth"
             _require_smaller(table, "flange", f"less than {half}", real(flange), most)
             _require_smaller(table, "web", "less than width", real(web), real(width))
-            _require_smaller(table, "fillet", "room for it beside the web and along it", real(fillet),
+            _require_smaller(table, "fillet", "a radius that fits between web and flange", real(fillet),
                              np.minimum(most - real(flange), (real(width) - real(web)) / self.sides))  # fmt: skip
         return sizes
 
 
 class ISection(Flanged, frozen=True, kw_only=True, tag_field="shape", tag="I"):
-    """An I with its `web` in the plane of motion; `fillet` is the radius between web and flange."""
+    """An I section with its `web` in the plane of motion; `fillet` is the radius between web and flange."""
 
     flanges, sides = 2, 2
 
 
 class TSection(Flanged, frozen=True, kw_only=True, tag_field="shape", tag="T"):
-    """A T with its `web` in the plane of motion; `fillet` is the radius between web and flange."""
+    """A T section with its `web` in the plane of motion; `fillet` is the radius between web and flange."""
 
     flanges, sides = 1, 2
 
 
 class Channel(Flanged, frozen=True, kw_only=True, tag_field="shape", tag="channel"):
-    """A channel with its `web` in the plane of motion and its flanges to one side, held from twisting."""
+    """A channel with its `web` in the plane of motion and its flanges on one side, restrained against torsion."""
 
     flanges, sides = 2, 1
 
 
 class Angle(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="angle"):
-    """An angle with a leg of `depth` in the plane of motion, free to bend sideways too; held from twisting."""
+    """An angle with the leg `depth` in the plane of motion; free to bend sideways, restrained against torsion."""
 
     depth: Sizes  #: leg in the plane of motion
-    width: Sizes  #: leg across it
-    wall: Sizes  #: thickness
+    width: Sizes  #: leg normal to the plane of motion
+    wall: Sizes  #: thickness of both legs
     fillet: Sizes | None = None  #: radius between the legs [0]
-    toe: Sizes | None = None  #: radius at their inner edges [0]
+    toe: Sizes | None = None  #: radius at the inner edges of the toes [0]
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
-        """Depth, width, wall, fillet and toe at the two ends of the beam [m]."""
+        """Return depth, width, wall, fillet and toe at both ends of the beam [m]."""
         sizes = self.depth, self.width, self.wall, _or_none(self.fillet), _or_none(self.toe)
         for depth, width, wall, fillet, toe in zip(*sizes, strict=True):
             least = np.minimum(real(depth), real(width))
             _require_smaller(table, "wall", "less than both legs", real(wall), least)
-            _require_smaller(table, "toe", "no more than the wall", real(toe), 1.000001 * real(wall))
+            _require_smaller(table, "toe", "at most the wall", real(toe), 1.000001 * real(wall))
             room = least - real(wall) - real(toe)
-            _require_smaller(table, "fillet", "room for it between wall and toe", real(fillet), room)
+            _require_smaller(table, "fillet", "a radius that fits between wall and toe", real(fillet), room)
         return sizes
 
 
 def _or_none(sizes: Any) -> Any:
-    """Sizes at the two ends; none where they are not given."""
+    """Return sizes at both ends; zeros if they are not given."""
     return (0.0, 0.0) if sizes is None else sizes
 
 
 class Outline(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="outline"):
-    """Any outline, by its corners: in the plane of motion, then across it. Held from twisting."""
+    """Any outline by its corners: coordinate in the plane of motion, then normal to it. Restrained against torsion."""
 
-    points: Annotated[list[Place], Meta(min_length=3)] | None = None  #: corners in turn [those of the drawing]
+    points: Annotated[list[Place], Meta(min_length=3)] | None = None  #: corners in order [from `drawing`]
     holes: list[Annotated[list[Place], Meta(min_length=3)]] | None = None  #: corners of each hole [none]
-    #: DXF file beside the scene, y in the plane of motion: one closed outline with holes [none]
+    #: DXF file next to the scene, y in the plane of motion; its lines form one closed outline, and holes [none]
     drawing: str | None = None
 
 
 class Properties(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="properties"):
-    """Any shape: area, second moment of area, distance of the outermost fibre, area that resists shear."""
+    """Any shape by its section properties."""
 
-    A: Area  #: area
+    A: Area  #: cross-sectional area
     #: second moment of area
     I: SecondMoment  # noqa: E741
-    c: Size | None = None  #: distance of the outermost fibre [no stress]
-    shear_area: Area | None = None  #: area that resists shear [no shear]
+    c: Size | None = None  #: distance of the outermost fibre [stress is unknown]
+    shear_area: Area | None = None  #: shear area [no shear deformation]
 
 
 class Rigidities(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="rigidities"):
@@ -214,7 +214,7 @@ class Rigidities(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag=
     EA: AxialRigidity  #: axial
     EI: BendingRigidity  #: bending
     mass_per_length: MassPerLength  #: mass per length
-    kGA: ShearRigidity | None = None  #: shear [no shear]
+    kGA: ShearRigidity | None = None  #: shear rigidity [no shear deformation]
 
 
 SectionTable = (
@@ -223,7 +223,7 @@ SectionTable = (
 
 
 def _require_smaller(table: str, key: str, expected: str, size: Any, bound: Any) -> None:
-    """Raise where a size of a tube is not below its bound [m]."""
+    """Raise if a size is not below its bound [m]."""
 
     def problem(of: Any) -> str:
         return f"expected {expected}, {of(bound):g} m, got {of(size):g} m"
@@ -235,112 +235,125 @@ Strain = Annotated[float, Meta(ge=-0.1, le=0.1)]
 
 
 class MaterialTable(StrictTable, frozen=True, kw_only=True):
-    """The material of links."""
+    """A material of links."""
 
     E: Stress  #: Young's modulus
-    density: Density  #: mass per volume
-    poisson: Annotated[float, Meta(gt=-1, le=0.5)] | None = None  #: Poisson's ratio [0.3, and the report says so]
-    G: Stress | None = None  #: shear modulus, instead of `poisson`
-    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress, for the safety [none]
-    expansion: Expansion | None = None  #: thermal expansion, for `temperature`
-    #: beta of Kelvin and Voigt: stress = E (strain + beta d strain/dt) [by `damping_ratio`]
+    density: Density  #: density
+    #: Poisson's ratio [0.3 as for metals, stated in the report]
+    poisson: Annotated[float, Meta(gt=-1, le=0.5)] | None = None
+    G: Stress | None = None  #: shear modulus, instead of `poisson` [from `poisson`]
+    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress [no safety factor]
+    expansion: Expansion | None = None  #: coefficient of thermal expansion, for beams with a `temperature`
+    #: Kelvin-Voigt coefficient beta, stress = E (strain + beta d strain/dt) [from `damping_ratio`]
     damping: Duration | None = None
     ultimate: Stress | None = None  #: tensile strength, for `[fatigue]`
-    #: endurable amplitude of reversed stress of a smooth bar at the knee, for `[fatigue]`
+    #: endurance limit: fully reversed stress amplitude of a smooth bar at the knee, for `[fatigue]`
     endurance: Stress | None = None
     slope: Annotated[float, Meta(gt=1)] = 5.0  #: exponent k of the S-N line
     knee: Annotated[float, Meta(gt=0)] = 1e6  #: cycles at which the S-N line reaches `endurance`
-    #: cycles at the end of a second, flatter line; 1e8 for aluminium and austenitic steel [the knee]
+    #: cycles at the end of a second, flatter S-N line, such as 1e8 for aluminium and austenitic steel [`knee`]
     second_knee: Annotated[float, Meta(gt=0)] | None = None
     second_slope: Annotated[float, Meta(gt=1)] = 15.0  #: exponent of the second line
 
 
 class BeamTable(StrictTable, frozen=True, kw_only=True):
-    """A straight piece of a link."""
+    """A straight beam of a link. Its keys override those of the link."""
 
     start: str = field(name="from")  #: first point
     end: str = field(name="to")  #: second point
-    section: str | None = None  #: overrides that of the link [the link's]
-    material: str | None = None  #: as `section` [the link's]
-    strain: Strain | None = None  #: as `section` [the link's]
-    temperature: Warming | None = None  #: as `section` [the link's]
+    section: str | None = None  #: section of this beam [the link's]
+    material: str | None = None  #: material of this beam [the link's]
+    strain: Strain | None = None  #: initial strain of this beam [the link's]
+    temperature: Warming | None = None  #: temperature rise of this beam [the link's]
 
 
 class LinkTable(StrictTable, frozen=True, kw_only=True):
-    """A link: its points, beams, masses and outline."""
+    """A link with points, beams, masses and outline."""
 
-    #: names, `["A", "B"]`: shape as drawn; or places in link axes, `{A = [0, 0], B = ["30 cm", 0]}`
+    #: names, as in `["A", "B"]`, with the drawn shape; or coordinates in link axes, as in `{A = [0, 0], B = ["30 cm",
+    #: 0]}`
     points: list[str] | dict[str, Place]
     length: Size | None = None  #: length of a link with two points [as drawn]
-    section: str | None = None  #: name under `[sections]`, or a standard name
-    material: str | None = None  #: name under `[materials]`, or a standard name
-    #: pairs of points joined by straight beams [each point to the next, through points between]
+    section: str | None = None  #: section of its beams: a name under `[sections]`, or a standard section
+    material: str | None = None  #: material of its beams: a name under `[materials]`, or one of the library
+    #: beams between pairs of points [from each point to the next; a point between two earlier points divides their
+    #: beam]
     beams: list[tuple[str, str] | BeamTable] | None = None
-    strain: Strain | None = None  #: free strain of the beams, positive if they are longer than drawn [0]
-    temperature: Warming | None = None  #: warming since the beams had their length [0]
-    rigid: bool = False  #: `true`: no bending
-    mass: Mass | None = None  #: mass of a rigid link [by section and material]
-    #: centre of mass of a rigid link: a point, or `[x, y]` in link axes [by section and material; a single point]
+    #: initial strain of its beams, positive if they are longer than drawn [0]
+    strain: Strain | None = None
+    temperature: Warming | None = None  #: temperature rise of its beams since their length was set [0]
+    rigid: bool = False  #: `true`: rigid link
+    mass: Mass | None = None  #: mass of a rigid link [from section and material]
+    #: centre of mass of a rigid link: name of a point, or `[x, y]` in link axes [from section and material, or its only
+    #: point]
     center: str | Place | None = None
-    inertia: Inertia | None = None  #: about the centre of mass of a rigid link [by section and material, or 0]
-    masses: dict[str, Mass] = field(default_factory=dict)  #: point masses, such as `{B = "50 g"}`
-    #: corners of its picture: points, or `[x, y]` in link axes
+    #: moment of inertia of a rigid link about its centre of mass [from section and material, or 0]
+    inertia: Inertia | None = None
+    masses: dict[str, Mass] = field(default_factory=dict)  #: point masses at its points, as in `{B = "50 g"}`
+    #: corners of its picture: names, or `[x, y]` in link axes
     outline: list[str | Place] = field(default_factory=list)
 
 
 class RunTable(StrictTable, frozen=True, kw_only=True):
-    """Which positions are computed, gravity, the theories of beams and of motion, and the output."""
+    """Positions, duration, gravity, theories, accuracy and output of the run."""
 
-    positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360  #: number of positions
-    duration: Duration | None = None  #: duration from the start [one cycle]
-    gravity: tuple[Acceleration, Acceleration] | None = None  #: components `[x, y]` [none]
-    #: `"timoshenko"`: refuse sections without shear; `"euler-bernoulli"`: no shear, no rotary inertia [shear if the
-    #: section has it]
+    positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360  #: number of computed positions
+    #: duration of the run; the last position is at its end, except for one full cycle [one cycle]
+    duration: Duration | None = None
+    gravity: tuple[Acceleration, Acceleration] | None = None  #: gravitational acceleration, `[x, y]` [none]
+    #: beam theory: `"timoshenko"` needs the shear rigidity of every section, `"euler-bernoulli"` neglects shear and
+    #: rotary inertia [shear of every section with a shear rigidity]
     beams: Literal["euler-bernoulli", "timoshenko"] | None = None
-    #: theory of motion [chosen by `accuracy`]
+    #: theory of motion: without vibration, with small vibration, or with vibration and large displacement [chosen by
+    #: `accuracy`]
     theory: Literal["quasi-static", "elastodynamic", "geometrically-exact"] | None = None
-    accuracy: Share | None = None  #: allowed error; selects the cheapest theory, instead of `theory` [5 %]
-    #: at the lowest natural frequency over the cycle, for materials without `damping` [0.01]
+    #: largest relative error; the cheapest sufficient theory is used, instead of `theory` [5 %]
+    accuracy: Share | None = None
+    #: damping ratio at the lowest natural frequency of the cycle, for materials without `damping` [0.01]
     damping_ratio: Annotated[float, Meta(gt=0, lt=1)] | None = None
-    tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10  #: relative tolerance of a step of an integrated motion
-    #: largest number of such steps; a step takes some 1.5 ms with one drive, 8 ms with several
+    #: relative tolerance of a step, if the motion is integrated
+    tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
+    #: largest number of steps of an integration; it also stops after twenty steps if it would need a thousand times as
+    #: many; a step takes about 1.5 ms with one drive, 8 ms with several
     steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 1000
-    output: str = ""  #: point or angle that does the work, such as `"C"`, `"rocker.angle"` [guessed]
-    #: distance from rest at which the output has settled after a stop [2 % of the residual amplitude]
+    #: output of the machine: a point or an angle, as in `"C"` or `"rocker.angle"` [chosen by the program]
+    output: str = ""
+    #: distance of the output from its rest position at which it counts as settled [2 % of the residual amplitude]
     settled: Allowance | None = None
-    #: units of page and `positions.csv`: SI, `"mm"` (mm, N, MPa), `"in"` (in, lbf, psi, lb) [as `units` if mm or in,
-    #: else SI]
+    #: units of the page and of `positions.csv`: `"SI"` with suitable prefixes, `"mm"` (mm, N, MPa), `"in"` (in, lbf,
+    #: psi, lb) [`"mm"` or `"in"` for a file with these `units`, otherwise `"SI"`]
     report_units: Literal["SI", "mm", "in"] | None = None
 
 
 class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
-    """A planar mechanism of rigid and elastic links, its drives and loads."""
+    """A planar mechanism of rigid and elastic links with drives and loads."""
 
-    title: str = ""  #: heading of the report [the file's name]
-    source: str = ""  #: origin of the data
-    units: LengthUnit = "m"  #: unit of bare lengths
-    library: str | None = None  #: TOML file beside the scene with further materials and sections [none]
-    structure_only: bool = False  #: `true`: a shorter scene, for `--structure` only
-    materials: dict[Name, MaterialTable] = field(default_factory=dict)  #: materials of links
-    sections: dict[Name, SectionTable] = field(default_factory=dict)  #: cross-sections of links
-    points: dict[Name, Place]  #: drawing of the mechanism near its start
+    title: str = ""  #: heading of the report [name of the file]
+    source: str = ""  #: source of the data
+    units: LengthUnit = "m"  #: unit of lengths without a unit
+    #: TOML file next to the scene with materials and sections that the scene names but does not contain [none]
+    library: str | None = None
+    structure_only: bool = False  #: `true`: an incomplete scene, only for `--structure`
+    materials: dict[Name, MaterialTable] = field(default_factory=dict)  #: materials of the links
+    sections: dict[Name, SectionTable] = field(default_factory=dict)  #: cross-sections of the links
+    points: dict[Name, Place]  #: coordinates of the points, drawn near the start
     links: dict[Name, LinkTable]  #: links, one of them `ground`
-    sliders: dict[Name, SliderTable] = field(default_factory=dict)  #: links that slide on others
+    sliders: dict[Name, SliderTable] = field(default_factory=dict)  #: links that slide on other links
     slots: dict[Name, SlotTable] = field(default_factory=dict)  #: pins in straight slots
-    welds: dict[Name, WeldTable] = field(default_factory=dict)  #: rigid joints
-    contacts: dict[Name, ContactTable] = field(default_factory=dict)  #: gears and cams for `--structure`
-    joints: dict[Name, JointTable] = field(default_factory=dict)  #: friction, compliance, misfit of joints
+    welds: dict[Name, WeldTable] = field(default_factory=dict)  #: rigid connections of links at points
+    contacts: dict[Name, ContactTable] = field(default_factory=dict)  #: contacts of links, only for `--structure`
+    joints: dict[Name, JointTable] = field(default_factory=dict)  #: friction, compliance and misalignment of joints
     masses: dict[Name, Mass] = field(default_factory=dict)  #: point masses at joints
-    drives: list[DriveTable] = field(default_factory=list)  #: one for each degree of freedom
-    loads: list[LoadTable] = field(default_factory=list)  #: forces and moments
-    gears: list[GearTable] = field(default_factory=list)  #: coupled joint coordinates
+    drives: list[DriveTable] = field(default_factory=list)  #: drives, one per degree of freedom
+    loads: list[LoadTable] = field(default_factory=list)  #: forces and moments in addition to inertia and weight
+    gears: list[GearTable] = field(default_factory=list)  #: gears that couple the coordinates of two joints
     springs: list[SpringTable] = field(default_factory=list)  #: springs and dampers
-    limits: LimitsTable = field(default_factory=LimitsTable)  #: allowed figures
-    run: RunTable = field(default_factory=RunTable)  #: positions, gravity, theory
-    sweep: SweepTable = field(default_factory=SweepTable)  #: designs to compute
-    sensitivities: SensitivitiesTable = field(default_factory=SensitivitiesTable)  #: derivatives to compute
-    tolerances: dict[str, Amount | ToleranceTable] = field(default_factory=dict)  #: scatter of numbers, by path
-    optimize: OptimizeTable = field(default_factory=OptimizeTable)  #: goal and variables
+    limits: LimitsTable = field(default_factory=LimitsTable)  #: limits of figures
+    run: RunTable = field(default_factory=RunTable)  #: positions, theory, accuracy, output
+    sweep: SweepTable = field(default_factory=SweepTable)  #: parameter study
+    sensitivities: SensitivitiesTable = field(default_factory=SensitivitiesTable)  #: derivatives of figures
+    tolerances: dict[str, Amount | ToleranceTable] = field(default_factory=dict)  #: tolerances of numbers, by path
+    optimize: OptimizeTable = field(default_factory=OptimizeTable)  #: optimization
 
 
 if TYPE_CHECKING:
@@ -350,7 +363,7 @@ else:
 
 
 def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:
-    """A quantity from its value in a file; msgspec's `dec_hook`. `per_length`: metres to a bare length."""
+    """Return a quantity from its value in a file; msgspec's `dec_hook`. `per_length`: metres per length unit."""
     if issubclass(kind, Direction):
         return kind.read(value)
     if issubclass(kind, Quantity | Sizes):
@@ -362,31 +375,31 @@ Part = Annotated[float, Meta(ge=-1e9, le=1e9)]
 
 
 class ContactTable(StrictTable, frozen=True, kw_only=True):
-    """Two links that touch: they roll on each other, or slip along the tangent where a normal is given."""
+    """Contact of two links, rolling or, with a normal, slipping along the tangent."""
 
-    links: tuple[str, str]  #: two links
-    at: Place  #: place in the drawing
-    normal: Direction | None = None  #: direction of the common normal, if they slip [they roll]
+    links: tuple[str, str]  #: both links
+    at: Place  #: point of contact in the drawing
+    normal: Direction | None = None  #: direction of the common normal, if the links slip [rolling]
 
 
 class SpatialJointTable(StrictTable, frozen=True, kw_only=True):
     """A joint between two links in space."""
 
-    links: tuple[str, str]  #: two links
+    links: tuple[str, str]  #: both links
     #: `revolute`, `prismatic`, `helical`, `cylindrical`, `spherical`, `planar`, `universal`, `annular`, `line`,
-    #: `point`, `rigid`, or another usual name
+    #: `point`, `rigid`, or another usual name such as `pivot`
     type: str
-    at: tuple[Length, Length, Length] | None = None  #: place [the origin]
-    axis: tuple[Part, Part, Part] | None = None  #: direction; normal of a planar or point contact [z]
-    normal: tuple[Part, Part, Part] | None = None  #: of a line contact; second axis of a universal joint
-    pitch: Length | None = None  #: advance per radian of a helical joint; negative: left-handed
+    at: tuple[Length, Length, Length] | None = None  #: position [origin]
+    axis: tuple[Part, Part, Part] | None = None  #: direction of the axis; normal of a point or plane contact [z]
+    normal: tuple[Part, Part, Part] | None = None  #: normal of a line contact; second axis of a universal joint
+    pitch: Length | None = None  #: advance per radian of a helical joint, negative for a left-handed thread
 
 
 class ChainTable(StrictTable, frozen=True, kw_only=True):
-    """A chain of joints in space, of which the structure is asked."""
+    """A spatial chain of joints, only for `--structure`."""
 
-    title: str = ""  #: heading [the file's name]
-    source: str = ""  #: origin of the data
-    units: LengthUnit = "m"  #: unit of bare lengths
-    fixed: str | None = None  #: fixed link [`ground`, or the first one]
-    joints: dict[Name, SpatialJointTable] = field(default_factory=dict)  #: joints
+    title: str = ""  #: heading [name of the file]
+    source: str = ""  #: source of the data
+    units: LengthUnit = "m"  #: unit of lengths without a unit
+    fixed: str | None = None  #: fixed link [`ground`, or the first link in the file]
+    joints: dict[Name, SpatialJointTable] = field(default_factory=dict)  #: joints between two links each

@@ -1,4 +1,4 @@
-"""Joints of a scene: sliders and slots, welds, gears that tie them, and how joints give way and rub."""
+"""Joints of a scene: sliders, slots, welds, gears, joint compliance and friction."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from kinelast.scene.format import SceneTable
 from kinelast.scene.links import LinkModel, Points, drawn_direction
 from kinelast.scene.moved_joint import moved_joint
 from kinelast.scene.numbers import direction_of, real, vector
-from kinelast.scene.quantities import Damping
+from kinelast.scene.quantities import DampingConstant
 from kinelast.scene.tables import GearTable, JointTable, SliderTable, SlotTable, WeldTable
 from rigid import GROUND, Friction, Gear, Link, Mechanism, Slider, Weld
 from rigid.arrays import Complex
 
 
 def build_sliders(scene: SceneTable, bodies: dict[str, LinkModel], places: Points) -> dict[str, Slider]:
-    """All sliders by name, those of the slots too; adds the slots' blocks to the bodies."""
+    """Return all sliders by name, including those of slots; add the blocks of the slots to the bodies."""
     links = {name: body.link for name, body in bodies.items()}
     sliders = {name: _slider(name, table, links, places) for name, table in scene.sliders.items()}
     for name, slot in scene.slots.items():
         if name in sliders:
             raise fault(f"slots.{name}", "", "a slider has this name: choose another")
-        # A space, which no name in a file may hold, keeps it apart from the links of the file.
+        # names in a file have no spaces, so this name cannot clash
         block = Link(f"{name} block", {slot.point: 0j})
         sliders[name] = _slot(name, slot, block, links, places)
         bodies[block.name] = LinkModel(block, (), True, hidden=True)
@@ -34,7 +34,7 @@ def build_sliders(scene: SceneTable, bodies: dict[str, LinkModel], places: Point
 
 
 def _slider(name: str, table: SliderTable, links: Mapping[str, Link], places: Points) -> Slider:
-    """A slider; its line passes the drawn place of a point and is fixed in its owner."""
+    """Return a slider; its line passes through the drawn point and is fixed in its owner."""
     where = f"sliders.{name}"
     known_name(where, "link", table.link, links)
     known_name(where, "on", table.on, links)
@@ -50,7 +50,7 @@ def _slider(name: str, table: SliderTable, links: Mapping[str, Link], places: Po
 
 
 def _slot(name: str, table: SlotTable, block: Link, links: Mapping[str, Link], places: Points) -> Slider:
-    """The slider of a slot's block."""
+    """Return the slider between the block of a slot and the slotted link."""
     where = f"slots.{name}"
     known_name(where, "link", table.link, links)
     known_name(where, "on", table.on, links)
@@ -73,12 +73,12 @@ def _line(
     drawn: Any,
     places: Points,
 ) -> Slider:
-    """A line through the drawn place of a point, in the axes of its owner; `drawn`: the link's axes as drawn."""
+    """Return a slider along a line through a drawn point; `drawn` is the drawn x axis of the sliding link."""
     if point not in places:
         raise fault(where, key, f'the point "{point}" has no place under [points]{likely(point, places)}')
     axes = drawn_direction(owner, places)
     if axes is None:
-        raise fault(where, "on", f'draw two points of the link "{owner.name}", so that the line can be fixed in it')
+        raise fault(where, "on", f'draw two points of the link "{owner.name}", which fix the line in it')
     origin: Any = places[point]
     if owner.name != GROUND:
         anchor = next(point for point in owner.points if point in places)
@@ -91,7 +91,7 @@ UNITS = {(True, True): "rad/rad", (True, False): "m/rad", (False, True): "rad/m"
 
 
 def build_gears(scene: SceneTable, links: Mapping[str, Link], sliders: Mapping[str, Slider]) -> tuple[Gear, ...]:
-    """All gears, in the order of the file."""
+    """Return all gears in the order of the file."""
     gears = []
     for number, table in enumerate(scene.gears, 1):
         where = f"gears[{number}]"
@@ -108,10 +108,10 @@ def build_gears(scene: SceneTable, links: Mapping[str, Link], sliders: Mapping[s
 
 
 def _pressure_angle(where: str, table: GearTable) -> float | None:
-    """Of a gear's teeth [rad]; None where it has none."""
+    """Pressure angle of the teeth [rad]; None without teeth."""
     if not table.teeth:
         if table.pressure_angle is not None:
-            raise fault(where, "pressure_angle", "belongs to teeth: leave it out, or teeth = false")
+            raise fault(where, "pressure_angle", "belongs to teeth: remove it, or remove teeth = false")
         return None
     if table.pressure_angle is None:
         return Gear.pressure_angle
@@ -122,11 +122,11 @@ def _pressure_angle(where: str, table: GearTable) -> float | None:
     return angle
 
 
-RUBBING = ("friction", "viscosity", "radius", "length")
+FRICTION_KEYS = ("friction", "viscosity", "radius", "length")
 
 
 def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointCompliance]:
-    """Joints by the name of their point, slider or slot."""
+    """Return the joint compliances by the name of the point, slider or slot."""
     shared = Counter(point for link in mechanism.links for point in link.points)
     sliders = list(mechanism.slider_points)
     pins = [point for point, count in shared.items() if count > 1]
@@ -138,10 +138,10 @@ def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointComp
         where = f"joints.{name}"
         known_name("joints", name, name, [*pins, *sliders], "joint")
         if (count := max(shared[name] - 1, 0) + (name in sliders)) > 1:
-            raise fault(where, "", f"{count} joints are called so: which of them gives way is not told")
+            raise fault(where, "", f"{count} joints have this name: expected one for compliance")
         for key in ("rotation", "turn"):
             if getattr(table, key) is not None and name not in (*sliders, *driven, *scene.welds):
-                raise fault(where, key, "a pin that no drive turns carries no moment: leave it out")
+                raise fault(where, key, "a pin without a drive carries no moment: remove the key")
         joints[name] = JointCompliance(
             real(table.compliance or 0.0),
             real(table.rotation or 0.0),
@@ -152,36 +152,34 @@ def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointComp
 
 
 def build_friction(scene: SceneTable, mechanism: Mechanism) -> dict[str, Friction]:
-    """Friction by the name of the joint's point, slider or slot."""
+    """Return the joint friction by the name of the point, slider or slot."""
     shared = Counter(point for link in mechanism.links for point in link.points)
     sliders = list(mechanism.slider_points)
     friction = {}
     for name, table in scene.joints.items():
-        if all(getattr(table, key) is None for key in RUBBING):
+        if all(getattr(table, key) is None for key in FRICTION_KEYS):
             continue
         where, slides = f"joints.{name}", name in sliders
         known_name("joints", name, name, [*(point for point, count in shared.items() if count > 1), *sliders], "joint")
         count = max(shared[name] - 1, 0) + slides
         if name in scene.welds:
-            raise fault(where, "friction", "the links are welded there, and do not rub")
+            raise fault(where, "friction", "the links are welded here: no friction")
         if count > 1:
-            raise fault(where, "friction", f"{count} joints are called so: which of them rubs is not told")
+            raise fault(where, "friction", f"{count} joints have this name: expected one for friction")
         friction[name] = _friction(where, table, slides)
     return friction
 
 
 def _friction(where: str, table: JointTable, slides: bool) -> Friction:
-    """Friction of a pin, or of a slider."""
+    """Return the friction of a pin or slider."""
     key, problem = ("radius", "belongs to a pin") if slides else ("length", "belongs to a slider")
     if getattr(table, key) is not None:
         raise fault(where, key, problem)
     if table.friction is None and table.viscosity is None:
         raise fault(where, "friction", "the key is missing: a number, as in 0.1, or viscosity")
     if table.friction and not slides and table.radius is None:
-        raise fault(
-            where, "radius", 'the key is missing: the pin\'s, as in "5 mm", on which its friction has its lever'
-        )
-    if table.viscosity is not None and table.viscosity.unit not in ("", Damping.units[not slides]):
+        raise fault(where, "radius", 'the key is missing: the friction of a pin needs its radius, as in "5 mm"')
+    if table.viscosity is not None and table.viscosity.unit not in ("", DampingConstant.units[not slides]):
         example = '"5 N s/m"' if slides else '"0.1 N m s/rad"'
         raise fault(where, "viscosity", f"expected a damping, as in {example}, got one in {table.viscosity.unit}")
     sizes = real(table.friction or 0.0), real(table.radius or 0.0), real(table.length or inf)
@@ -189,12 +187,12 @@ def _friction(where: str, table: JointTable, slides: bool) -> Friction:
 
 
 def build_welds(scene: SceneTable, links: Mapping[str, Link], places: Points) -> tuple[Weld, ...]:
-    """All welds, in the order of the file."""
+    """Return all welds in the order of the file."""
     return tuple(weld for point, table in scene.welds.items() for weld in _welds(point, table, links, places))
 
 
 def _welds(point: str, table: WeldTable, links: Mapping[str, Link], places: Points) -> Iterator[Weld]:
-    """The links at a point, each welded to the first of them."""
+    """Yield the welds at a point, each to the first link."""
     where = f"welds.{point}"
     known_name("welds", point, point, sorted({name for link in links.values() for name in link.points}), "point")
     names = table.links or [name for name, link in links.items() if point in link.points]
@@ -202,7 +200,7 @@ def _welds(point: str, table: WeldTable, links: Mapping[str, Link], places: Poin
         known_name(where, "links", name, links)
         known_point(where, "links", point, links[name].points, name)
     if len(names) < 2:
-        raise fault(where, "", f'the link "{names[0]}" alone has the point: a weld needs two links that share it')
+        raise fault(where, "", f'the link "{names[0]}" is the only link with this point: a weld needs two')
     for name in names:
         if names.count(name) > 1:
             raise fault(where, "links", f'the link "{name}" is listed {names.count(name)} times')
@@ -213,8 +211,8 @@ def _welds(point: str, table: WeldTable, links: Mapping[str, Link], places: Poin
 
 
 def _turn(where: str, link: Link, places: Points) -> Complex:
-    """Unit vector of a link's axes as drawn; of a link of one point any will do."""
+    """Return the drawn x axis of a link as a unit vector; arbitrary for a link with one point."""
     turn: Complex | None = 1 + 0j if len(link.points) == 1 else drawn_direction(link, places)
     if turn is None:
-        raise fault(where, "links", f'draw two points of the link "{link.name}", so that its angle is told')
+        raise fault(where, "links", f'draw two points of the link "{link.name}", which fix its angle')
     return turn

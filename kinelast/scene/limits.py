@@ -130,10 +130,10 @@ def _of_output(table: SceneTable, mechanism: Mechanism, where: str, key: str, gi
     meant = unit if output is None else "m" if output.point else "rad"
     if unit not in ("", meant):
         expected = 'a length, as in "0.1 mm"' if meant == "m" else 'an angle, as in "0.1 deg"'
-        raise fault(where, key, f"expected {expected}, as the output is {table.run.output}")
+        raise fault(where, key, f"expected {expected}, since the output is {table.run.output}")
     if not meant and table.units != "m":
         expected = 'a length or an angle with its unit, as in "0.1 mm"'
-        raise fault(where, key, f"expected {expected}, as no output is named under [run]")
+        raise fault(where, key, f"expected {expected}, since [run] names no output")
     return given.within(meant), meant
 
 
@@ -143,7 +143,7 @@ def _of_links(asked: SceneTable, table: LinkLimitsTable, link: str) -> Iterator[
         if value is not None:
             unit = value.units[0] if isinstance(value, Quantity) else "1"
             if kind in ("endurance", "life") and not FATIGUE.tables(asked):
-                raise fault("limits", kind, "asks for the fatigue of the links: add [fatigue]")
+                raise fault("limits", kind, "needs the fatigue of the links: add [fatigue]")
             of = FATIGUED if kind in ("endurance", "life") else BEAM
             yield Limit(kind, real(value), kind in LEAST_ALLOWED, link, unit, of)
 
@@ -162,7 +162,7 @@ def sets_limit(path: str) -> bool:
 
 
 def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:
-    """Return the output named by a scene, a point or LINK.angle; None if there is none.
+    """Return the output named by a scene, a point or LINK.angle; None without an output.
 
     Raises
     ------

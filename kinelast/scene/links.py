@@ -41,7 +41,7 @@ def own_points(name: str, table: LinkTable, places: Points) -> dict[str, Complex
         raise fault(where, "points", "a link needs at least one point")
     if isinstance(table.points, dict):
         if table.length is not None:
-            raise fault(where, "length", "the coordinates of the points tell the length already: leave it out")
+            raise fault(where, "length", "the coordinates of the points already give the length: remove it")
         for point in table.points:
             check_name(f"{where}.points", point)
         return {point: vector(place) for point, place in table.points.items()}
@@ -95,8 +95,8 @@ BODILY = ("section", "material", "beams", "strain", "temperature", "mass", "cent
 class LinkModel:
     """A link of a scene.
 
-    Its mechanical model, the cross-section of every beam, whether it is rigid, its outline [m], and whether the scene
-    has it without a table of its own. `numbers`: of every beam, that of the entry of the table which it comes from.
+    It has the mechanical model, the cross-section of every beam, a flag of rigid links, and the outline [m]. A hidden
+    link has no table in the scene. `numbers` has the table entry of every beam.
     """
 
     link: Link
@@ -195,7 +195,7 @@ def _joined(body: LinkModel, held: Collection[str | None]) -> LinkModel:
 def _between(
     link: Link, beams: Sequence[Beam], sections: Sequence[CrossSection], held: Collection[str | None]
 ) -> str | None:
-    """Return a point at which two beams of a link can be joined; None if there is none."""
+    """Return a point at which two beams of a link can be joined; None if not found."""
     meeting: dict[str, list[int]] = {}
     for number, beam in enumerate(beams):
         for point in (beam.start, beam.end):
@@ -281,7 +281,7 @@ def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ..
     table, where = scene.links[name], f"links.{name}"
     if table.beams is None:
         if table.section is None and table.material is not None:
-            raise fault(where, "section", "the key is missing: a material alone makes no beam")
+            raise fault(where, "section", "the key is missing: a material needs a section")
         if table.section is None:
             return (), ()
         if len(points) < 2:

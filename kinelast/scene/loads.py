@@ -11,7 +11,7 @@ import numpy as np
 
 from kinelast.scene.error import fault, known_name, known_point, require_absent
 from kinelast.scene.numbers import any_nonzero, real, vector
-from kinelast.scene.quantities import Damping, Effort, Stiffness
+from kinelast.scene.quantities import DampingConstant, ForceOrMoment, Stiffness
 from kinelast.scene.tables import DriveTable, LoadTable, SpringTable
 from rigid import GROUND, Law, LineLoad, Link, Motion, PointLoad, Resistance, Spring, TableError, TorsionSpring
 from rigid.arrays import Real, Reals
@@ -33,7 +33,7 @@ def build_load(
     if table.link == GROUND:
         raise fault(where, "link", "the ground takes any load without moving: load a moving link")
     if (table.point is None) == (table.beam is None):
-        raise fault(where, "point", "expected either point or beam, where the load acts")
+        raise fault(where, "point", "expected either point or beam, the place of the load")
     law = factor_law(where, table, duration, links, sliders)
     turning = table.axes == "turning"
     link = links[table.link]
@@ -41,7 +41,7 @@ def build_load(
         load = _point_load(where, table, link, turning, law)
         return load if table.resists is None else Resistance(load, table.resists == "one way")
     if table.resists is not None:
-        raise fault(where, "resists", "belongs to a load at a point, whose motion tells the direction")
+        raise fault(where, "resists", "belongs to a load at a point: the direction follows from its motion")
     return _line_load(where, table, link, turning, law)
 
 
@@ -57,7 +57,7 @@ def _point_load(where: str, table: LoadTable, link: Link, turning: bool, law: La
 
 
 def _reached(where: str, key: str, point: str, link: Link) -> None:
-    """Raise if a link does not have the point, or none of its beams ends there."""
+    """Raise unless the link has the point and, if it has beams, one of them ends at it."""
     known_point(where, key, point, link.points, link.name)
     if link.beams and not any(point in (beam.start, beam.end) for beam in link.beams):
         raise fault(where, key, f'no beam of "{link.name}" ends at the point "{point}": add one')
@@ -78,9 +78,7 @@ def _line_load(where: str, table: LoadTable, link: Link, turning: bool, law: Law
             # Given from the other end of the beam, the beam axes are reversed.
             sense = -1 if turning else 1
             return LineLoad(link.name, beam_number, sense * end, sense * start, turning, law)
-    known = (
-        ", ".join(f'["{beam.start}", "{beam.end}"]' for beam in link.beams) or "none, as it has no section of its own"
-    )
+    known = ", ".join(f'["{beam.start}", "{beam.end}"]' for beam in link.beams) or "none: the link has no section"
     raise fault(
         where, "beam", f'the link "{link.name}" has no beam ["{table.beam[0]}", "{table.beam[1]}"]; there is {known}'
     )
@@ -117,8 +115,8 @@ def build_spring(number: int, table: SpringTable, links: Mapping[str, Link]) -> 
 
 EXPECTED = {
     "stiffness": (Stiffness.units, 'a stiffness, as in "4 N/mm"', 'a stiffness, as in "3 N m/rad"'),
-    "damping": (Damping.units, 'a damping, as in "5 N s/m"', 'a damping, as in "0.1 N m s/rad"'),
-    "preload": (Effort.units[::-1], 'a force, as in "2 kN"', 'a moment, as in "3 N m"'),
+    "damping": (DampingConstant.units, 'a damping, as in "5 N s/m"', 'a damping, as in "0.1 N m s/rad"'),
+    "preload": (ForceOrMoment.units[::-1], 'a force, as in "2 kN"', 'a moment, as in "3 N m"'),
 }
 
 
@@ -200,7 +198,7 @@ def _against(
     against = table.against
     if against is None:
         return "s", None
-    if not against.told:
+    if not against.unique:
         raise fault(where, "against", 'expected either link or slider, as in {link = "crank"}')
     if not against.turns:
         known_name(where, "against.slider", against.name, sliders, "slider")

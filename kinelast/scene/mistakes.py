@@ -16,11 +16,11 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.parsing import parse_toml, read_toml
 from kinelast.scene.parts import PARTS
 
-MOST = 100  # reported mistakes
-MOST_LETTERS = 2_000_000  # letters read in all repeated checks
+MAX_MISTAKES = 100  # reported
+MAX_CHARACTERS = 2_000_000  # read in all repeated checks
 Path = tuple[Any, ...]  # names, and indices from 0
 ALONE = ("run", "limits", "fatigue", "sweep", "sensitivities", "optimize", "title", "source", "units", "structure_only")
-STANDING_IN = {  # replacements of entries that cannot be repaired, so that others may refer to them
+STAND_INS = {  # replacements of entries that cannot be repaired, so that others may refer to them
     "masses": 1.0,
     "materials": {"E": 2e11, "density": 8e3, "yield": 2e8, "ultimate": 4e8, "endurance": 1e8},
     "sections": {"shape": "rectangle", "depth": 0.01, "width": 0.01},
@@ -41,13 +41,13 @@ def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tup
     check
         Function that raises SceneError for the first mistake in the tables.
     """
-    told, kept, left_out = _unreadable(text)
+    errors, kept, left_out = _unreadable(text)
     try:
         tables = read_toml(kept)
     except ValueError:
-        return told
-    copy = _Copy(deepcopy(tables), told=[*told], doubtful={*left_out})
-    for _ in range(min(MOST, MOST_LETTERS // (len(text) + 1))):
+        return errors
+    copy = _Copy(deepcopy(tables), found=[*errors], doubtful={*left_out})
+    for _ in range(min(MAX_MISTAKES, MAX_CHARACTERS // (len(text) + 1))):
         try:
             check(copy.tables)
         except SceneError as error:
@@ -57,35 +57,35 @@ def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tup
             break
         else:
             break
-    return tuple(copy.told)
+    return tuple(copy.found)
 
 
 def _unreadable(text: str) -> tuple[tuple[SceneError, ...], str, set[Path]]:
     """Return syntax errors of a text, the text without their lines, and the tables of these lines."""
-    told: list[SceneError] = []
+    errors: list[SceneError] = []
     lines, left_out = text.splitlines(), set()
-    while len(told) < MOST:
+    while len(errors) < MAX_MISTAKES:
         try:
             parse_toml("\n".join(lines))
             break
         except SceneError as error:
             at = _line_at_fault(lines, error)
-            told.append(error)
+            errors.append(error)
             if at is None:
-                return tuple(told), "not TOML =", set()
+                return tuple(errors), "not TOML =", set()
             header = lines[at].lstrip().startswith("[")
             left_out.add(() if header else _table_of_line(lines, at))
             lines[at] = ""
             while header and at + 1 < len(lines) and not lines[at + 1].lstrip().startswith("["):
                 at += 1  # its keys would belong to the table above
                 lines[at] = ""
-    return tuple(told), "\n".join(lines), left_out
+    return tuple(errors), "\n".join(lines), left_out
 
 
 def _line_at_fault(lines: list[str], error: SceneError) -> int | None:
     """Return the reported line, or if that line is valid by itself the nearest invalid line above."""
-    told = re.search(r"at line (\d+)", error.problem)
-    last = min(int(told[1]), len(lines)) - 1 if told else len(lines) - 1
+    reported = re.search(r"at line (\d+)", error.problem)
+    last = min(int(reported[1]), len(lines)) - 1 if reported else len(lines) - 1
     return next((at for at in range(last, -1, -1) if not _reads(lines[at])), last if lines[last].strip() else None)
 
 
@@ -115,10 +115,10 @@ class _Copy:
 
     Attributes
     ----------
-    told
-        The mistakes so far.
+    found
+        Mistakes so far.
     doubtful
-        Entries with removed or guessed keys; mistakes that depend on them are not reported. () stands for any entry,
+        Entries with removed or guessed keys; mistakes that depend on them are not reported. () means any entry,
         after an unreadable line.
     seen
         Paths of the mistakes so far.
@@ -129,7 +129,7 @@ class _Copy:
     """
 
     tables: dict[str, Any]
-    told: list[SceneError]
+    found: list[SceneError]
     doubtful: set[Path]
     seen: set[Path] = field(default_factory=set)
     gone: set[Path] = field(default_factory=set)
@@ -143,7 +143,7 @@ class _Copy:
         if place in self.seen or self._follows(error.problem, path, entry):
             return self._key_taken(path, entry) or self._entry_taken(entry)
         self.seen.add(place)
-        self.told.append(self._numbered(error, path))
+        self.found.append(self._numbered(error, path))
         if path == ("structure_only",):  # all other keys mean something else then
             return False
         ways = self._renamed, self._example_put, self._any_put
@@ -250,11 +250,11 @@ class _Copy:
         return True
 
     def _stand_in(self, entry: Path) -> Any:
-        """Return a replacement for an entry that others may refer to; None if nothing does."""
+        """Return a replacement for an entry that others may refer to; None if not found."""
         if len(entry) == 2 and entry[0] == "points":
-            return [0.0173 * len(self.told), 0.0291]  # all at different places
+            return [0.0173 * len(self.found), 0.0291]  # all at different places
         if entry[0] != "links" or len(entry) != 2:
-            return deepcopy(STANDING_IN.get(entry[0])) if len(entry) == 2 else None
+            return deepcopy(STAND_INS.get(entry[0])) if len(entry) == 2 else None
         points = self._at((*entry, "points")) or [*self.tables.get("points", ())][:1]
         if entry[1] == "ground":
             return {"points": points}
@@ -266,7 +266,7 @@ class _Copy:
         return path[:2] if path and path[0] not in ALONE else path[:1]
 
     def _at(self, path: Path) -> Any:
-        """The content at a path; None where there is none."""
+        """The content at a path; None without one."""
         node: Any = self.tables
         for part in path:
             if isinstance(node, list):

@@ -1,4 +1,4 @@
-"""Joints with a coordinate as drives, gears and end stops name them."""
+"""Moving joints that drives, gears and end stops name."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from kinelast.scene.error import fault, known_name, likely
-from kinelast.scene.quantities import Coordinate
+from kinelast.scene.quantities import AngleOrLength
 from kinelast.scene.tables import JointNameTable
 from rigid import GROUND, Link, PinDrive, Slider, SliderDrive
 
@@ -21,20 +21,20 @@ def moved_joint(
     links: Mapping[str, Link],
     sliders: Mapping[str, Slider],
 ) -> Drive:
-    """The joint that a table names; `inside` is the prefix of its keys in messages."""
-    if not table.told:
-        raise fault(where, f"{inside}link", "expected either link or slider, what is moved")
+    """Return the joint named in a table; `inside` prefixes the keys in messages."""
+    if not table.unique:
+        raise fault(where, f"{inside}link", "expected either link or slider")
     if table.turns:
         return _pin(where, inside, table, links)
     for key in ("at", "on"):
         if getattr(table, key) not in (None, GROUND):
-            raise fault(where, inside + key, "belongs to a link: a slider tells itself what it slides on")
+            raise fault(where, inside + key, "belongs to a link: [sliders] has the link that a slider slides on")
     known_name(where, f"{inside}slider", table.name, sliders, "slider")
     return SliderDrive(table.name)
 
 
 def _pin(where: str, inside: str, table: JointNameTable, links: Mapping[str, Link]) -> PinDrive:
-    """The pin about which a link turns: the named one, or the only one that both links share."""
+    """Return the pin of a rotating link: the named one, or the only pin of both links."""
     link = table.name
     known_name(where, f"{inside}link", link, links)
     known_name(where, f"{inside}on", table.on, links)
@@ -49,14 +49,14 @@ def _pin(where: str, inside: str, table: JointNameTable, links: Mapping[str, Lin
         raise fault(where, f"{inside}on", f"{both} no point: no pin to turn about")
     if table.at is None and len(shared) > 1:
         pins = ", ".join(f'"{point}"' for point in shared)
-        raise fault(where, f"{inside}at", f"{both} {pins}: say which one is meant")
+        raise fault(where, f"{inside}at", f"{both} {pins}: name one of them")
     if table.at is not None and table.at not in shared:
         raise fault(where, f"{inside}at", f'{both} no point "{table.at}"{likely(table.at, shared)}')
     return PinDrive(link, table.at or shared[0], table.on)
 
 
-def coordinate(where: str, key: str, value: Coordinate, unit: str) -> Any:
-    """A coordinate in its SI unit, rad or m."""
+def coordinate(where: str, key: str, value: AngleOrLength, unit: str) -> Any:
+    """Return a coordinate in SI units, rad or m."""
     if value.unit not in ("", unit):
         raise fault(where, key, f"expected {DIMENSIONS[unit]}, got {float(value):g} {value.unit}")
     return value.within(unit)

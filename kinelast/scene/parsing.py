@@ -39,7 +39,7 @@ ELSEWHERE = {  # the right table of keys that users try in other tables
     "friction": "it belongs under [joints.NAME]",
     "viscosity": "it belongs under [joints.NAME]",
     "clearance": "it belongs under [bearings.NAME]",
-    "play": "clearance under [bearings.NAME] tells what it does",
+    "play": "use clearance under [bearings.NAME]",
     "damping": "links are damped by damping_ratio under [run] or damping under [materials.NAME],"
     " joints by viscosity under [joints.NAME]",
     **dict.fromkeys(
@@ -124,7 +124,7 @@ def parse_scene(raw: Mapping[str, Any]) -> SceneTable:
         A table or key is wrong; the message names it.
     """
     if is_chain(raw):
-        raise fault("joints", "", "joints in space are for their structure alone: ask for it with --structure")
+        raise fault("joints", "", "joints in space have only a structure: use --structure")
     table: SceneTable = _parsed(raw, SceneTable)
     return table
 

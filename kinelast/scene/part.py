@@ -1,4 +1,4 @@
-"""A part of a machine: its table, its builder, its figures and their limits, its symbol and its words."""
+"""A kind of machine part: table, builder, figures, limits, symbol and description."""
 
 from __future__ import annotations
 
@@ -27,15 +27,16 @@ if TYPE_CHECKING:
     from kinelast.scene.sections import SectionSource
 
 Built = TypeVar("Built")
-ALONE = ""  # name of a part of which a scene has a single table
+ALONE = ""  # name of a part with a single table in a scene
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """The mechanism and the tables for which parts are built.
+    """Input of the part builders: mechanism and tables.
 
-    `beams`: every beam by its link and its number there; `made_of`: its section and material. `laws`: of the drives;
-    efforts cannot be called. `materials_of`, `poisson_of`: materials by name, and Poisson's ratio of one.
+    `beams` lists every beam by its link and its number there; `made_of` has its section and material. `laws` has a law
+    or an effort for each drive; only laws are callable. `materials_of` finds materials by name, `poisson_of` the
+    Poisson's ratio of one.
     """
 
     table: SceneTable
@@ -50,7 +51,7 @@ class Assembly:
 
     @property
     def links(self) -> dict[str, Link]:
-        """Links that the scene names."""
+        """Links of the scene file by name."""
         return {link.name: link for link in self.mechanism.links if link.name in self.table.links}
 
     @property
@@ -60,7 +61,7 @@ class Assembly:
 
 
 class Stroke(NamedTuple):
-    """A line of a symbol through `points` in the axes of a link [m]."""
+    """A line of a symbol: points in link axes [m]."""
 
     link: str
     points: Sequence[complex]
@@ -68,20 +69,20 @@ class Stroke(NamedTuple):
 
 @dataclass(frozen=True)
 class Part(Generic[Built]):
-    """A kind of part.
+    """A kind of machine part.
 
     Attributes
     ----------
     key
-        Name of its tables in a scene, as in `stops`.
+        Key of the part's tables in a scene, such as `stops`.
     words
-        Description of that entry of the scene.
+        Description of that key.
     table
-        Table of one such part; None if a drive holds its data.
+        Type of the table; None if the drive table has the data.
     build
-        From the mechanism and the tables to the built parts by name; raises SceneError.
+        Function from mechanism and tables to the built parts by name; raises SceneError.
     figures
-        Its figures. `Figure.limit` names the key of the table that bounds one, as `life` or `rolling.life`.
+        Figures of the part. `Figure.limit` is the key of the table with its limit, such as `rolling.life`.
     row
         From the readings of a run and the name of a part to its row in the summary, besides its figures. None without
         such rows.
@@ -101,30 +102,30 @@ class Part(Generic[Built]):
     columns
         Columns of positions.csv with units, by name.
     strokes
-        Its symbol in a scene.
+        Function from a scene to the lines of the symbol.
     begin
-        From the table and the name of what is chosen in the editor to the keys of a new part; None if it needs another
-        choice.
+        Function from the selection in the editor (its table and name) to the keys of a new part; None if the part needs
+        another selection.
     menu
-        Name of a new part and of what has to be chosen for it; empty if the editor adds it otherwise.
+        Menu entry of the editor, with the required selection; empty if the editor adds the part otherwise.
     checks
-        Ranges of its formulas.
+        Validity ranges of the formulas.
     loads
-        Loads of the built parts on the mechanism.
+        Function from the built parts to their loads on the mechanism.
     owned
-        From the tables and the scene to its tables by the names of the built parts, if these are not the tables' names.
+        Function from tables and scene to its tables by the names of the built parts, if the names differ.
     drive_row
-        Key of its row in the summary of its drive; empty if it has none.
+        Key of the part's row in the summary of a drive; empty without a row.
     alone
-        Whether a scene has a single table of it, without a name.
+        True if a scene has a single table of it, without a name.
     on_axis
-        Whether its numbers can be arrays of designs.
+        True if its numbers can be arrays of designs.
     more_than_limits
-        Keys that bound one figure and change another.
+        Keys that limit one figure and change another.
     usual
-        By attribute of a built part: its name in words, usual least and most, their unit, and an example.
+        For each attribute of a built part: description, usual lower and upper bound, their unit, and an example.
     stand_in
-        Table in place of one with mistakes; None if nothing names such a part.
+        Replacement of a table with mistakes; None if no other table refers to such a part.
     """
 
     key: str
@@ -155,14 +156,14 @@ class Part(Generic[Built]):
     columns: Callable[[Cycle], Mapping[str, tuple[Any, str]]] = lambda _: {}
 
     def tables(self, scene: SceneTable) -> Mapping[str, Any]:
-        """Its tables by name."""
+        """Return its tables by name."""
         tables: Any = {} if self.table is None else getattr(scene, self.key)
         if self.alone:
             tables = {} if tables is None else {ALONE: tables}
         return dict(tables)
 
     def of(self, scene: Scene) -> Mapping[str, Built]:
-        """The built parts of a scene by name."""
+        """Return the built parts of a scene by name."""
         return scene.parts[self.key]
 
     def rows(self, reader: Reader) -> dict[str, Any]:
@@ -178,13 +179,13 @@ class Part(Generic[Built]):
 
     @cached_property
     def bounded(self) -> tuple[Figure, ...]:
-        """Figures that its table bounds, in the order of the table's keys."""
+        """Figures with a limit in its table, in the order of the table's keys."""
         keys = () if self.table is None else self.table.__struct_fields__
         figures = (each for each in self.figures if each.limit and hasattr(self.table, each.limit.partition(".")[0]))
         return tuple(sorted(figures, key=lambda each: keys.index(each.limit) if each.limit in keys else len(keys)))
 
     def limits(self, table: SceneTable, scene: Scene) -> Iterator[Limit]:
-        """Limits that its tables set."""
+        """Yield the limits in its tables."""
         tables = self.tables(table) if self.owned is None else self.owned(table, scene)
         for name, own in tables.items():
             for each in self.bounded:
@@ -194,26 +195,26 @@ class Part(Generic[Built]):
                     yield Limit(each.key, bound, each.over == LEAST, name, unit, each.of)
 
     def sets_limit(self, key: str) -> bool:
-        """Whether a key of its table bounds a figure, and changes nothing else."""
+        """Return True if a table key is only the limit of a figure."""
         return key not in self.more_than_limits and any(each.limit == key for each in self.figures)
 
 
 def _unit(figure: Figure, scene: Scene, item: str) -> str | None:
-    """Unit of an item's figure; None if the figure is not of this item."""
-    if isinstance(figure.unit, str):  # without the items, which the joints of a wrong mechanism do not have
+    """Return the unit of an item's figure; None if the item does not have the figure."""
+    if isinstance(figure.unit, str):  # do not list the items: the mechanism may be wrong
         return figure.unit
     return dict(zip(items_of(scene, figure.of), figure.units(scene), strict=True)).get(item)
 
 
 def _value(table: Any, path: str) -> Any:
-    """Value under a key, or under the key of a table in it; None if there is none."""
+    """Return the value at a dotted key; None if it is missing."""
     for key in path.split("."):
         table = None if table is None else getattr(table, key)
     return table
 
 
 def with_parts(table: type[StrictTable], name: str, parts: Iterable[Part[Any]]) -> type[StrictTable]:
-    """A table that also has the tables of parts, by their keys."""
+    """Return a table type extended by the tables of parts."""
     known: list[tuple[Part[Any], Any]] = [(part, part.table) for part in parts if part.table is not None]
     by_name: Any = dict
     fields: list[Any] = [

@@ -27,17 +27,17 @@ class Size(Length, above=0.0):
     """Length greater than zero [m]."""
 
 
-class Coordinate(
+class AngleOrLength(
     Quantity, expected='an angle, as in "30 deg", or a length, as in "20 mm"', units=("rad", "m"), most=FARTHEST
 ):
     """Angle [rad] or slide [m] of a drive."""
 
 
-class Angle(Quantity, expected='an angle, as in "30 deg" or 0.5', units=("rad",), most=FARTHEST):
+class PlaneAngle(Quantity, expected='an angle, as in "30 deg" or 0.5', units=("rad",), most=FARTHEST):
     """Angle [rad]."""
 
 
-class PressureAngle(Angle, expected='an angle above 0 and below 90 deg, as in "30 deg"', above=0.0, most=pi / 2):
+class PressureAngle(PlaneAngle, expected='an angle above 0 and below 90 deg, as in "30 deg"', above=0.0, most=pi / 2):
     """Pressure angle that is allowed [rad]."""
 
 
@@ -149,7 +149,7 @@ class ForcePerLength(Quantity, expected='a force per length, as in "40 N/m" or 4
     """Component of a force per length [N/m]."""
 
 
-class Effort(Quantity, expected='a moment, as in "3 N m", or a force, as in "2 kN"', units=("N m", "N")):
+class ForceOrMoment(Quantity, expected='a moment, as in "3 N m", or a force, as in "2 kN"', units=("N m", "N")):
     """Moment [N m] or force [N] of a drive or a spring."""
 
 
@@ -184,7 +184,7 @@ class Stiffness(
     """Stiffness of a spring [N/m], or of one that turns [N m/rad]."""
 
 
-class Damping(
+class DampingConstant(
     Quantity,
     expected='a damping, as in "5 N s/m", or for a pin "0.1 N m s/rad"',
     units=("N s/m", "N m s/rad"),
@@ -261,7 +261,7 @@ class Direction(complex):
         """From a list of two numbers or a string; ValueError tells the form expected."""
         if isinstance(value, str):
             with suppress(ValueError):  # whose message would speak of lengths too
-                return cls(_exact(Angle.read(value)))
+                return cls(_exact(PlaneAngle.read(value)))
         elif isinstance(value, list) and len(value) == 2 and all(type(part) in (int, float) for part in value):
             way = complex(*value)
             if 0 < abs(way) < inf:

@@ -1,6 +1,6 @@
-"""The JSON Schemas of scene files, by which editors complete and check them.
+"""JSON Schemas of scene files, for completion and checks in editors.
 
-`hatch_build.py` writes the files when the package is installed; `python -m kinelast.scene.schema` writes them anew.
+`hatch_build.py` writes the files at installation; `python -m kinelast.scene.schema` writes them again.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from kinelast.scene.tables import StrictTable
 from kinelast.scene.units import Quantity
 
 SCHEMAS: Mapping[str, type[Struct]] = {"scene.schema.json": SceneTable, "chain.schema.json": ChainTable}
-"""Published schemas by their files: of a planar mechanism, and of a chain of joints in space.
+"""Published schemas by file: of a planar mechanism, and of a spatial chain.
 
-Two, as of one with a choice an editor tells a mistake only of the file as a whole.
+With both in one schema, an editor would report a mistake only for the file as a whole.
 """
 
 
 def scene_schema(file: str = "scene.schema.json") -> dict[str, Any]:
-    """JSON Schema of a scene, one of `SCHEMAS`."""
+    """Return a JSON Schema, one of `SCHEMAS`."""
     (chosen,), tables = msgspec.json.schema_components(
         (SCHEMAS[file],), schema_hook=_quantity_schema, ref_template="#/$defs/{name}"
     )
@@ -48,9 +48,9 @@ WORDS = re.compile(r"#: (.*)")
 
 
 def key_words(table: type[Struct]) -> dict[str, str]:
-    """Words on the keys of a table, by key: the comments `#:` at its fields, with those of the tables that it extends.
+    """Return the descriptions of a table's keys: the `#:` comments of its fields and of its base tables.
 
-    Where the default is another than the field's, it stands at the end in brackets.
+    A default that differs from the field's follows in brackets.
     """
     words: dict[str, str] = {}
     for part in reversed(table.__mro__):
@@ -62,31 +62,31 @@ def key_words(table: type[Struct]) -> dict[str, str]:
 
 @cache
 def _commented(table: type[Struct]) -> Mapping[str, str]:
-    """Words on the fields that stand in a table's own source, which takes as long to find as its file to parse."""
+    """Return the descriptions of a table's own fields; cached, since finding the source parses its file."""
     from inspect import getsource
 
     words: dict[str, str] = {}
-    if "key_words" in vars(table):  # made from parts, without a source
+    if "key_words" in vars(table):  # a table made from parts has no source
         return {**vars(table)["key_words"]}
-    told: list[str] = []
+    comments: list[str] = []
     for line in getsource(table).splitlines():
-        told += WORDS.findall(line)
+        comments += WORDS.findall(line)
         if field := FIELD.match(line):
-            if told:
-                words[field[1]] = " ".join(told)
-            told = []
+            if comments:
+                words[field[1]] = " ".join(comments)
+            comments = []
     return words
 
 
 def schema_text(file: str = "scene.schema.json") -> str:
-    """A schema as it is published in a file, one of `SCHEMAS`."""
+    """Return the text of a schema file, one of `SCHEMAS`."""
     import json
 
     return json.dumps(scene_schema(file), indent=2) + "\n"
 
 
 def subtables(table: type[Struct]) -> Iterator[type[Struct]]:
-    """Every table that extends a table, and those that extend these."""
+    """Yield all tables derived from a table, directly or indirectly."""
     for below in table.__subclasses__():
         yield below
         yield from subtables(below)
@@ -112,13 +112,13 @@ def _quantity_schema(kind: Any) -> dict[str, Any]:
 
 
 def _without_null(schema: Any) -> Any:
-    """A schema without null, which TOML has not: keys that may be null may be left out."""
+    """Return a schema without null, which TOML does not have; optional keys are omitted instead."""
     if isinstance(schema, list):
         return [_without_null(item) for item in schema]
     if not isinstance(schema, dict):
         return schema
     kept = {key: _without_null(value) for key, value in schema.items() if not (key == "default" and value is None)}
-    if "prefixItems" in kept:  # of a pair: older drafts, as of taplo, know `items` alone, and take false for no entries
+    if "prefixItems" in kept:  # a pair; taplo uses an older draft, which only has `items`
         parts = kept["prefixItems"]
         alike = all(part == parts[0] for part in parts)
         kept["items"] = parts[0] if alike else {"anyOf": parts}

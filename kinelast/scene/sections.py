@@ -104,7 +104,7 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
     table
         Name of the link's table, for messages.
     link, beam
-        Tables of the link and the beam; keys of the beam override those of the link.
+        Tables of the link and the beam; keys of the beam override the link's.
     section
         Name of the section.
     """
@@ -118,7 +118,7 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
         if material is not None:
             raise fault(table, "material", f'the section "{section}" has stiffnesses and mass: remove the material')
         if demanded and shape.kGA is None:
-            raise fault(f"sections.{section}", "kGA", 'the key is missing: beams = "timoshenko" asks for it')
+            raise fault(f"sections.{section}", "kGA", 'the key is missing: beams = "timoshenko" needs it')
         kGA = real(shape.kGA) if shape.kGA else nan
         sheared = shear and shape.kGA is not None
         plain = Section(real(shape.EA), real(shape.EI), kGA if sheared else inf, shear_rigidity=kGA)
@@ -129,7 +129,7 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
         raise fault(table, "material", f'the section "{section}" needs a material; there is {known}')
     stuff = materials_of(scene, [material]).get(material) or _unknown(scene.materials, table, "material", material)
     if demanded and isinstance(shape, Properties) and shape.shear_area is None:
-        raise fault(f"sections.{section}", "shear_area", 'the key is missing: beams = "timoshenko" asks for it')
+        raise fault(f"sections.{section}", "shear_area", 'the key is missing: beams = "timoshenko" needs it')
     poisson = poisson_of(stuff, material)
     made, mass_taper = _made(shape, section, stuff, POISSON if poisson is None else poisson, shear)
     return CrossSection(
@@ -154,7 +154,7 @@ def _unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoRe
 
 
 def _same_size(name: str) -> list[str]:
-    """Return the most similar section of a misspelt family, such as flat 25x8 for flatt 25x8; empty if none."""
+    """Return similar sections of a misspelt family, such as flat 25x8 for flatt 25x8."""
     family = re.split(r"[\d\s]", name.strip(), maxsplit=1)[0]
     size = name.strip()[len(family) :].strip()
     families = dict.fromkeys([*(words.split()[0] for words, _ in EXAMPLES), "CHS", *_library()["sections"]])
@@ -164,7 +164,7 @@ def _same_size(name: str) -> list[str]:
 
 
 def materials_of(scene: SceneTable, names: Iterable[str]) -> dict[str, MaterialTable]:
-    """Return the materials of the scene and those of the library that it uses."""
+    """Return the materials that the scene contains or uses from the library."""
     more = {name: named_material(name) for name in names if name not in scene.materials}
     return {**scene.materials, **{name: stuff for name, stuff in more.items() if stuff is not None}}
 
@@ -176,7 +176,7 @@ def _library() -> dict[str, Any]:
 
 @cache
 def named_material(name: str) -> MaterialTable | None:
-    """Return a material of the library, such as "S235"; None if there is none."""
+    """Return a material of the library, such as "S235"; None if not found."""
     words = {_key(entry): table for entry, table in _library()["materials"].items()}.get(_key(name))
     if words is None:
         return None
@@ -186,7 +186,7 @@ def named_material(name: str) -> MaterialTable | None:
 
 @cache
 def named_section(name: str) -> SectionTable | None:
-    """Return a standard section, such as "IPE 80", "RHS 60x40x3", "pipe 33.7x2.6"; None if there is none.
+    """Return a standard section, such as "IPE 80", "RHS 60x40x3", "pipe 33.7x2.6"; None if not found.
 
     The first size lies in the plane of motion. Hollow sections are cold formed, by EN 10219-2 with its corners.
     """
@@ -283,8 +283,8 @@ def _section_words(name: str, source: str) -> str:
 
 def _material_words(words: Mapping[str, Any]) -> str:
     sizes = {key: value if isinstance(value, str) else f"{value:g}" for key, value in words.items() if key != "source"}
-    told = ", ".join(f"{key} {value.replace('e+0', 'e')}" for key, value in sizes.items())
-    return f"{told} ({words['source']})"
+    sized = ", ".join(f"{key} {value.replace('e+0', 'e')}" for key, value in sizes.items())
+    return f"{sized} ({words['source']})"
 
 
 def _made(
@@ -348,10 +348,8 @@ def _strained(
     if warming is not None:
         if expansion is None:
             if not material:
-                raise fault(table, "temperature", "needs a material with expansion: say by strain how the beam grows")
-            raise fault(
-                f"materials.{material}", "expansion", "the key is missing: the temperature of a beam asks for it"
-            )
+                raise fault(table, "temperature", "needs a material with expansion: give strain instead")
+            raise fault(f"materials.{material}", "expansion", "the key is missing: the temperature of a beam needs it")
         total = total + real(expansion) * real(warming)
     return replace(section, strain=total) if any_nonzero(total) else section
 
@@ -362,9 +360,9 @@ def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], d
     Parameters
     ----------
     raw
-        Tables as of the scene's file.
+        Tables of the scene file.
     read
-        Reader of the files that it names.
+        Reader of the files named in the scene.
 
     Returns
     -------
@@ -373,7 +371,7 @@ def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], d
     Raises
     ------
     SceneError
-        A file cannot be read, or holds something else.
+        A file cannot be read, or has other contents.
     """
     texts: dict[str, str] = {}
     parts: dict[str, dict[str, Any]] = {"materials": {}, "sections": {}}

@@ -9,17 +9,17 @@ from msgspec import Meta, Struct, field
 from kinelast.scene.quantities import (
     Abscissa,
     Allowance,
-    Angle,
+    AngleOrLength,
     Compliance,
-    Coordinate,
-    Damping,
+    DampingConstant,
     Direction,
     Duration,
-    Effort,
     Force,
+    ForceOrMoment,
     ForcePerLength,
     Length,
     Moment,
+    PlaneAngle,
     Ratio,
     Share,
     Size,
@@ -64,7 +64,7 @@ class SlotTable(StrictTable, frozen=True, kw_only=True):
 
 
 class WeldTable(StrictTable, frozen=True, kw_only=True):
-    """Links welded together at a point: all links there, or those named."""
+    """Links welded together at a point: all links, or the named links."""
 
     links: Annotated[list[str], Meta(min_length=2)] | None = None  #: welded links; others at the point are pinned [all]
 
@@ -72,17 +72,19 @@ class WeldTable(StrictTable, frozen=True, kw_only=True):
 class JointTable(StrictTable, frozen=True, kw_only=True):
     """Friction, compliance and misalignment of a pin, slider or weld."""
 
-    compliance: Compliance | None = None  #: displacement / force [0]
-    rotation: TurnCompliance | None = None  #: rotation / moment of a driven pin, weld or slider [0]
-    #: offset of the pin centres without load, in drawing axes: later link minus earlier link [none]
+    compliance: Compliance | None = None  #: displacement per force [0]
+    rotation: TurnCompliance | None = None  #: rotation per moment of a driven pin, weld or slider [0]
+    #: initial offset between the two pin centers of an unloaded joint, in drawing axes: pin center of the later
+    #: link minus pin center of the other [no offset]
     gap: Place | None = None
-    turn: Angle | None = None  #: angular offset of a driven pin, weld or slider, in the same sense [0]
-    #: Coulomb coefficient; moment of a pin: coefficient x `radius` x joint force; force of a slider: coefficient x
-    #: normal force [0]
+    turn: PlaneAngle | None = None  #: initial angular offset of a driven pin, weld or slider, in the same sense [0]
+    #: Coulomb friction coefficient; the friction moment of a pin is coefficient x `radius` x joint force, the friction
+    #: force of a slider is coefficient x normal force [0]
     friction: Annotated[float, Meta(ge=0, le=10)] | None = None
-    viscosity: Damping | None = None  #: viscous friction, added [0]
-    radius: Size | None = None  #: pin radius, needed for its `friction`
-    #: guide length of a slider, `through` at its middle; end forces from the moment then rub too [none]
+    viscosity: DampingConstant | None = None  #: viscous friction, added to the Coulomb friction [0]
+    radius: Size | None = None  #: radius of a pin with `friction`
+    #: guide length of a slider, with `through` at its middle; friction then includes the forces at both ends that carry
+    #: the moment [the moment adds no friction]
     length: Size | None = None
 
 
@@ -92,17 +94,17 @@ class SegmentTable(StrictTable, frozen=True, kw_only=True):
     #: all but constant speed start and end at rest; `trapezoidal-velocity` and `constant-acceleration` have jumps in
     #: acceleration
     curve: Curve
-    duration: Duration  #: duration
-    to: Coordinate | None = None  #: coordinate at the end; not for a dwell
-    by: Coordinate | None = None  #: change of the coordinate, instead of `to`
+    duration: Duration  #: duration of the segment
+    to: AngleOrLength | None = None  #: coordinate at the end; not for a dwell
+    by: AngleOrLength | None = None  #: change of the coordinate, instead of `to`; not for a dwell
 
 
 class AgainstTable(StrictTable, frozen=True, kw_only=True):
     """Independent variable of a table other than time: the angle of a link or the travel of a slider."""
 
-    link: str | None = None  #: link that turns
-    on: str = "ground"  #: link from whose axes the angle counts
-    slider: str | None = None  #: slider, instead of `link`
+    link: str | None = None  #: link with the angle
+    on: str = "ground"  #: reference link of the angle
+    slider: str | None = None  #: slider with the travel, instead of `link`
 
     @property
     def turns(self) -> bool:
@@ -110,7 +112,7 @@ class AgainstTable(StrictTable, frozen=True, kw_only=True):
         return self.slider is None
 
     @property
-    def told(self) -> bool:
+    def unique(self) -> bool:
         """True if exactly one of `link` and `slider` is given."""
         return (self.link is None) == (self.slider is not None)
 
@@ -121,7 +123,7 @@ class AgainstTable(StrictTable, frozen=True, kw_only=True):
 
 
 class JointNameTable(AgainstTable, frozen=True, kw_only=True):
-    """A joint coordinate that a gear couples, named as in a drive."""
+    """A joint coordinate of a gear; it is named as in a drive."""
 
     at: str | None = None  #: pin about which `link` turns on `on` [the only pin of both]
 
@@ -129,34 +131,40 @@ class JointNameTable(AgainstTable, frozen=True, kw_only=True):
 class DriveTable(JointNameTable, frozen=True, kw_only=True):
     """A drive of a pin or slider: constant speed, motion law, motion table, or given effort."""
 
-    #: coordinate at the start: angle of the link axes from those of `on`, or travel from the drawn place [as drawn]
-    start: Coordinate | None = None
-    speed: Speed | None = None  #: constant speed; with an `effort`, speed at the start
+    #: coordinate at the start: angle of the link axes from the axes of `on` (the x axis for the ground), or travel from
+    #: the drawn place along the line [as drawn]
+    start: AngleOrLength | None = None
+    speed: Speed | None = None  #: constant speed; with an `effort`, the speed at the start
     law: Annotated[list[SegmentTable], Meta(min_length=1)] | None = None  #: segments of the motion, instead of `speed`
-    #: times from 0 and coordinates of a cubic spline, instead of `speed`; or a CSV file beside the scene
-    motion: Annotated[list[tuple[Time, Coordinate]], Meta(min_length=4)] | str | None = None
-    repeat: bool = False  #: repeat the law or motion, each time from where it ended
-    effort: Effort | None = None  #: moment or force along the coordinate; the motion is then computed
-    #: factor of the effort over time, angle or travel [1]
+    #: times from 0 and coordinates, interpolated by a cubic spline, instead of `speed`; or the name of a CSV file next
+    #: to the scene
+    motion: Annotated[list[tuple[Time, AngleOrLength]], Meta(min_length=4)] | str | None = None
+    repeat: bool = False  #: `true`: repeat the law or motion, each time from its last end
+    #: moment or force along the coordinate, instead of a motion; the motion is then computed
+    effort: ForceOrMoment | None = None
+    #: factor of the effort over time, an angle or a travel [constant 1]
     table: Annotated[list[tuple[Abscissa, float]], Meta(min_length=2)] | None = None
-    against: AgainstTable | None = None  #: variable of the table [time]
-    interpolation: Interpolation = "linear"  #: between entries of the table
-    extend: Literal["hold"] | None = None  #: constant beyond the ends of the table, which otherwise must cover the run
-    motor: Name | None = None  #: name under `[motors]` [none]
-    cylinder: Name | None = None  #: name under `[cylinders]`, for a slider [none]
-    unevenness: Share | None = None  #: allowed (largest - smallest) / constant speed; sizes the flywheel [none]
+    against: AgainstTable | None = None  #: independent variable of the table [time]
+    interpolation: Interpolation = "linear"  #: interpolation of the table
+    #: `"hold"`: constant beyond the ends of the table; otherwise the table must cover the run
+    extend: Literal["hold"] | None = None
+    motor: Name | None = None  #: name of its motor under `[motors]` [none]
+    cylinder: Name | None = None  #: name of the cylinder of a slider under `[cylinders]` [none]
+    #: allowed speed fluctuation, (largest - smallest) / constant speed; the report gives the flywheel [no limit]
+    unevenness: Share | None = None
 
 
 Factor = Annotated[float, Meta(gt=0)]
 
 
 class GearTable(StrictTable, frozen=True, kw_only=True):
-    """Gears, a rack or a belt that couple the coordinates of two joints."""
+    """Gears, a rack or a belt that couple two joint coordinates."""
 
-    driver: JointNameTable  #: driving joint, named as in a drive
-    follower: JointNameTable  #: driven joint
-    ratio: Ratio  #: change of follower / change of driver; negative for external, positive for internal gears
-    pressure_angle: Angle | None = None  #: pressure angle, below 90 deg [20 deg]
+    driver: JointNameTable  #: joint of the driver, named as in a drive
+    follower: JointNameTable  #: joint of the follower, named as in a drive
+    #: change of the follower / change of the driver; negative for external gears, positive for an internal gear
+    ratio: Ratio
+    pressure_angle: PlaneAngle | None = None  #: pressure angle of the teeth, below 90 deg [20 deg]
     teeth: bool = True  #: `false`: belt, chain or ideal ratio, which transmits only the moment
 
 
@@ -193,21 +201,24 @@ class SpringTable(StrictTable, frozen=True, kw_only=True):
     anchor: str | None = None  #: second end, on `on`
     length: Length | None = None  #: length with tension `preload` [0]
     at: str | None = None  #: pin of both links, for a torsion spring, instead of `point`
-    angle: Angle | None = None  #: angle of `link` from `on` with moment `preload` [0]
-    stiffness: Stiffness | None = None  #: stiffness [0]
-    damping: Damping | None = None  #: parallel damper [0]
-    preload: Effort | None = None  #: tension, or moment against a growing angle [0]
+    #: angle between the axes of `on` and `link` at which the moment is `preload` [0]
+    angle: PlaneAngle | None = None
+    stiffness: Stiffness | None = None  #: stiffness of the spring [0]
+    damping: DampingConstant | None = None  #: constant of a parallel damper [0]
+    preload: ForceOrMoment | None = None  #: tension, or moment that opposes an increasing angle [0]
 
 
 class LinkLimitsTable(StrictTable, frozen=True, kw_only=True):
     """Limits of a link. Deflections and buckling are upper limits; safety, endurance and life are lower limits."""
 
-    deflection: Size | None = None  #: displacement of a link across its axis from the rigid position [none]
-    chord: Size | None = None  #: deflection from the line through the displaced ends (bending only) [none]
-    safety: Factor | None = None  #: yield stress / von Mises stress [none]
-    buckling: Factor | None = None  #: load / critical load of the whole mechanism [none]
-    endurance: Factor | None = None  #: safety against the endurance limit, needs `[fatigue]` [none]
-    life: Duration | None = None  #: fatigue life, needs `[fatigue]` [none]
+    deflection: Size | None = None  #: displacement of a link across its axis, from the rigid position [no limit]
+    #: deflection of a link from the line through its displaced ends (bending only) [no limit]
+    chord: Size | None = None
+    safety: Factor | None = None  #: yield stress / von Mises stress [no limit]
+    #: load / critical load of the whole mechanism; it buckles at 1 [no limit]
+    buckling: Factor | None = None
+    endurance: Factor | None = None  #: safety factor against the endurance limit, needs `[fatigue]` [no limit]
+    life: Duration | None = None  #: fatigue life of a link, needs `[fatigue]` [no limit]
 
 
 LEAST_ALLOWED = ("safety", "endurance", "life")  # lower limits
@@ -226,12 +237,14 @@ class BoundTable(StrictTable, frozen=True, kw_only=True):
 class LimitsTable(LinkLimitsTable, frozen=True, kw_only=True):
     """Limits of all links, of single links, and of the output."""
 
-    output: Allowance | None = None  #: output error [none]
-    residual: Allowance | None = None  #: distance of the output from its final place after the drives stop [none]
-    #: time from that stop until the output has settled (`settled` under `[run]`) [none]
+    output: Allowance | None = None  #: output error [no limit]
+    #: residual vibration: distance of the output from its final place after the drives have stopped [no limit]
+    residual: Allowance | None = None
+    #: time from the stop of the drives until the output has settled, see `settled` under `[run]` [no limit]
     settling: Duration | None = None
-    links: dict[str, LinkLimitsTable] = field(default_factory=dict)  #: limits of single links, in addition
-    #: limits of any figure, such as `"joint_force.A"`: an upper limit, or `most` and `least`
+    #: limits of single links, in addition to the general limits
+    links: dict[str, LinkLimitsTable] = field(default_factory=dict)
+    #: limits of any figure by its name, such as `"joint_force.A"`: an upper limit, or a table of `most` and `least`
     figures: dict[str, Amount | BoundTable] = field(default_factory=dict)
 
 
@@ -257,8 +270,8 @@ class SweepTable(StrictTable, frozen=True, kw_only=True):
     seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0  #: random seed
     #: CSV file beside the scene: paths (units in brackets) as headings, a design per row [none]
     table: str | None = None
-    figures: list[str] = field(default_factory=list)  #: figures of each design [those of the summary]
-    #: figure that is smallest in the best design within `[limits]` [the first of `figures`]
+    figures: list[str] = field(default_factory=list)  #: figures of each design [figures of the summary]
+    #: the best design within `[limits]` has the smallest value of this figure [the first of `figures`]
     smallest: str | None = None
     largest: str | None = None  #: figure that is largest, instead
 
@@ -266,8 +279,9 @@ class SweepTable(StrictTable, frozen=True, kw_only=True):
 class SensitivitiesTable(StrictTable, frozen=True, kw_only=True):
     """Derivatives of figures with respect to numbers of the scene; all of them by default."""
 
-    figures: list[str] = field(default_factory=list)  #: figures to differentiate [those of the summary]
-    numbers: list[str] = field(default_factory=list)  #: paths [all numbers of the machine]
+    figures: list[str] = field(default_factory=list)  #: figures to differentiate [figures of the summary]
+    #: paths of the numbers [all numbers of the machine]
+    numbers: list[str] = field(default_factory=list)
 
 
 class ToleranceTable(StrictTable, frozen=True, kw_only=True):

@@ -44,7 +44,7 @@ def file_bytes(path: Path) -> bytes:
 
 
 def decoded(content: bytes, path: str) -> str:
-    """Return the text of a scene file, or the scene inside a report; raise SceneError if there is none."""
+    """Return the text of a scene file, or the scene inside a report; raise SceneError without one."""
     if content[:15].lower() == b"<!doctype html>":
         return _carried(content, path)
     try:

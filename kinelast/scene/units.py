@@ -170,7 +170,7 @@ class Quantity(float):
 
     @classmethod
     def of_unit(cls, unit: str, value: object, per_length: float = 1.0) -> float:
-        """Convert a number or a text with a unit to an SI unit ("1" for none). `per_length` as in `read`.
+        """Convert a number or a text with a unit to an SI unit ("1" is dimensionless). `per_length` as in `read`.
 
         Raises
         ------
@@ -209,7 +209,7 @@ class Quantity(float):
 
 @cache
 def _factor(name: str, units: tuple[str, ...]) -> tuple[float, str] | None:
-    """Return the factor from a unit to the SI unit of the same dimension, and that unit; None if there is none.
+    """Return the factor from a unit to the SI unit of the same dimension, and that unit; None if not found.
 
     Cached, because pint takes longer than the deflection. Raises the errors of its parser.
     """
@@ -256,7 +256,7 @@ def shown(value: object) -> str:
 
 
 def written_like(there: Any, value: float, unit: str, digits: int, per_bare: float = 1.0) -> str | float:
-    """Return a value written in the unit of the value that it replaces, without a unit if that has none.
+    """Return a value written in the unit of the value that it replaces, or without a unit if that has no unit.
 
     Parameters
     ----------

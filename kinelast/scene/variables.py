@@ -20,7 +20,7 @@ from kinelast.scene.error import SceneError, fault, likely
 from kinelast.scene.format import LinkTable, SceneTable
 from kinelast.scene.joints import UNITS
 from kinelast.scene.links import drawn_places
-from kinelast.scene.quantities import Abscissa, Angle, Direction, Size, Sizes
+from kinelast.scene.quantities import Abscissa, Direction, PlaneAngle, Size, Sizes
 from kinelast.scene.tables import PER_LENGTH, AgainstTable
 from kinelast.scene.units import Quantity
 from rigid.arrays import Flags
@@ -196,7 +196,7 @@ def _called(entry: Any) -> str | None:
 
 
 def _entered(node: Any, number: str | None, name: str | None) -> tuple[Any, Any, Any]:
-    """Return key, name in the file and value of one part of a path; raise LookupError if there is none."""
+    """Return key, name in the file and value of one part of a path; raise LookupError if not found."""
     if isinstance(node, msgspec.Struct) and name is not None:
         names = dict(zip(node.__struct_encode_fields__, node.__struct_fields__, strict=True))
         return names[name], name, getattr(node, names[name])
@@ -228,7 +228,7 @@ def _read(place: Place, text: Any) -> Any:
     if isinstance(place.leaf, Sizes):
         return Size.read(text, place.per_length)
     if isinstance(place.leaf, Direction):
-        return Angle.read(text)
+        return PlaneAngle.read(text)
     if isinstance(place.leaf, Quantity):
         return type(place.leaf).read(text, place.per_length)
     if isinstance(text, bool) or not isinstance(text, int | float):

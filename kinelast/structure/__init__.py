@@ -71,7 +71,7 @@ def loop_lines(graph: Graph) -> list[str]:
         round_trip = [*steps[first:], *steps[:first]]
         way = " ".join(f"{node} -({joint})-" for node, joint in round_trip)
         lines += wrapped_lines(f"{number}: {way} {round_trip[0][0]}")
-    return lines or ["none: an open chain"]
+    return lines or ["no loops: an open chain"]
 
 
 def rank_lines(ranks: Mobility) -> list[str]:
@@ -85,11 +85,11 @@ def rank_lines(ranks: Mobility) -> list[str]:
         f"mobility m = {m}, hyperstaticity h = {h}, mobility index m - h = {ranks.index}",
     ]
     if not ranks.sides_agree:
-        lines.append("the two sides disagree: the position is too near a singular one to tell")
+        lines.append("the two sides disagree: the position is too close to a singularity")
     if float(ranks.kept) < NEARLY_SINGULAR:
         lines += wrapped_lines(
             f"nearly singular: the smallest singular value that counts is {float(ranks.kept):.1e} of the greatest. "
-            "With slightly other dimensions m and h may both be greater: if these are rounded, give more digits"
+            "Slightly different dimensions may increase both m and h; give more digits if the dimensions are rounded"
         )
     return lines
 
@@ -98,7 +98,7 @@ def redundancy_lines(names: Sequence[str]) -> list[str]:
     """Joints with statically indeterminate forces."""
     if not names:
         return ["every joint force follows from statics"]
-    return wrapped_lines("redundant: statics alone does not tell the forces in " + ", ".join(names))
+    return wrapped_lines("redundant: statics does not determine the forces in " + ", ".join(names))
 
 
 MOST_NAMED = 3  # contacts named in a message

@@ -110,7 +110,7 @@ def _digest(data: Mapping[str, Any]) -> str:
 
 
 def read_manifest(folder: Path) -> Manifest | None:
-    """Read the manifest of a folder; None if there is none.
+    """Read the manifest of a folder; None without a manifest.
 
     Raises
     ------

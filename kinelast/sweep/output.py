@@ -42,8 +42,8 @@ CHUNK_TIME = 1.0  # [s] on one core; lost if a run is stopped
 SLOW = 0.3  # [s] after a longer trial, no more designs are tried
 ADVICE = "positions or --jobs"
 REASONS = 20  # most frequent reasons in the summary
-ERROR_UNKNOWN = "the designs are computed without vibration: only the full answer of one tells its error"
-MOST_SHOWN = 3  # numbers of the best design in the closing line
+ERROR_UNKNOWN = "designs are computed without vibration; only a full answer has an error"
+MAX_SHOWN = 3  # numbers of the best design in the closing line
 
 
 def try_sweep(request: Request, batch: Batch, task: Task, progress: Progress = SILENT) -> Outcome:
@@ -88,7 +88,7 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
     each = _duration(evaluation)
     takes = each * plan.count / (batch.jobs or cores())
     if plan.count > batch.most:
-        advice = "ask for fewer, or allow so many by --most"
+        advice = "reduce the number, or allow it by --most"
         raise RequestError(f"{plan.count:.6g} designs would take about {lasting(takes)}: {advice}")
     if takes > LONG:
         progress.tell(f"{task.name}: {plan.count} designs, about {lasting(takes)}")
@@ -229,7 +229,7 @@ def _verdict(tally: Tally) -> str:
         passed_over = f"; {counted(len(refused), 'better design')} answered in full before it: not acceptable"
         return f", {accepted.verdict}{passed_over if refused else ''}"
     why = f": {accepted.problem}" if accepted.problem else ""
-    return f", {accepted.verdict.upper()}{why}; of {len(tally.answered)} answered in full none is acceptable"
+    return f", {accepted.verdict.upper()}{why}; {len(tally.answered)} full answers, none acceptable"
 
 
 def _closing(evaluation: Evaluation, tally: Tally) -> str:
@@ -239,14 +239,14 @@ def _closing(evaluation: Evaluation, tally: Tally) -> str:
         words.append(f"{tally.limits_kept} keep all limits without vibration and error")
     aim = tally.aim
     if tally.best is None:
-        words.append("none acceptable" if tally.limits_kept == 0 else f"none has a figure {aim.figure}")
+        words.append("none acceptable" if tally.limits_kept == 0 else f"no design has the figure {aim.figure}")
     else:
         found = tally.answered.get(int(tally.best[NUMBER]))
         value, error = (found.figures if found else {}).get(aim.figure, (tally.best[aim.figure], 0.0))
         size = quantity(value, units[aim.figure], told_in=told_in)
         if found and value and np.isfinite(error) and error:
             size += f" ± {error_percent(error / abs(value))}"
-        paths = evaluation.plan.paths[:MOST_SHOWN]
+        paths = evaluation.plan.paths[:MAX_SHOWN]
         numbers = [f"{path} {quantity(tally.best[path], units[path], told_in=told_in)}" for path in paths]
         which = "largest" if aim.largest else "smallest"
         verdict = _verdict(tally)

@@ -138,7 +138,7 @@ class Tally:
     leading
         Best designs that keep all limits, best first.
     short
-        Designs closest to their limits among those that violate one, closest first.
+        Designs that violate a limit, closest to the limit first.
     best
         Best design; with limits, the best that is acceptable by its full answer.
     answered

@@ -68,7 +68,7 @@ class ChunkWork:
                 columns, reasons = self.compute(first, last)
             content = encoded(self.manifest.store, first, columns, self.compute.units, reasons)
         except MemoryError:
-            return "out of memory: ask for smaller chunks"
+            return "out of memory: use smaller chunks"
         except Exception:  # a failing chunk must not stop the others
             return traceback.format_exc()
         return Chunk(content, tuple(columns), len(reasons))
@@ -231,7 +231,7 @@ def _checked_columns(answer: Chunk | str | Lost, manifest: Manifest) -> Chunk | 
     if isinstance(answer, Lost):
         return f"its process was ended {TRIES} times ({answer.how}), by the system if memory ran out: smaller chunks?"
     if isinstance(answer, Chunk) and manifest.columns and list(manifest.columns) != list(answer.columns):
-        return f"its columns are {', '.join(answer.columns)}, those of others {', '.join(manifest.columns)}"
+        return f"its columns are {', '.join(answer.columns)}, expected {', '.join(manifest.columns)}"
     return answer
 
 

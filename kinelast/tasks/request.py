@@ -52,7 +52,7 @@ class Request:
     )
     changes: tuple[str, ...] = option(
         SCENE,
-        'what if: another number for one of the scene, as in "links.rod.length=330 mm"; as often as needed',
+        'replace a number of the scene, as in "links.rod.length=330 mm"; repeatable',
         "PATH=VALUE",
         flags=("--set",),
         many=True,
@@ -168,27 +168,27 @@ class Request:
         shows=True,
     )
     exaggeration: float | None = option(
-        PICTURES, "of deformed links in a picture [what shows them]", "N", read=positive, belongs="animate"
+        PICTURES, "scale of the deformation in a picture [chosen automatically]", "N", read=positive, belongs="animate"
     )
     background: str | None = option(
         PICTURES, 'of a picture, as in "black" or "#ffffff" [white]', "COLOUR", read=colour, belongs="animate"
     )
     show: tuple[str, ...] | None = option(
         PICTURES,
-        "in a picture: names (of points), links, peak, drives, paths, deformed; none [names,peak,drives]",
+        "contents of a picture: names (of points), links, peak, drives, paths, deformed; none [names,peak,drives]",
         "WHAT,...",
         read=shown,
         belongs="animate",
     )
     balance: bool = option(
         DESIGNS,
-        "counterweights, discs and springs that balance shaking force and moment, weights and drives best; the scene "
+        "counterweights, discs and springs that best balance shaking force and moment, gravity and drives; the scene "
         "with the counterweights to optimize (balance.toml)",
         writes=("balance.toml",),
     )
     sensitivities: bool = option(
         DESIGNS,
-        "how every figure changes with every number (sensitivities.*)",
+        "derivatives of all figures with respect to all numbers (sensitivities.*)",
         writes=("sensitivities.csv", "sensitivities.svg"),
     )
     tolerances: bool = option(
@@ -237,8 +237,8 @@ class Batch:
         many=True,
         default=(),
     )
-    new: str | None = option(SCENE, "write a first scene to begin with, NAME.toml, and stop", "NAME")
-    copy: str | None = option(SCENE, "write a copy of a shipped scene to change, SCENE.toml, and stop", "SCENE")
+    new: str | None = option(SCENE, "write a first scene, NAME.toml, and stop", "NAME")
+    copy: str | None = option(SCENE, "write a copy of a shipped scene, SCENE.toml, and stop", "SCENE")
     foreign: str | None = option(
         SCENE,
         "write the scene of another program's mechanism and stop: PMKS+ (file or link), Linkage, pylinkage, mec2, "
@@ -251,7 +251,7 @@ class Batch:
     )
     structure: bool = option(
         CHECKING,
-        "tell mobility, loops and groups instead, and draw the skeleton",
+        "report mobility, loops and groups instead, and draw the skeleton",
         writes=("structure.txt", "skeleton.svg"),
     )
     live: bool = option(
@@ -264,10 +264,12 @@ class Batch:
         "N",
         read=at_least(0),
     )
-    most: int = option(DESIGNS, "designs that a sweep may have", "N", read=at_least(1), default=10_000_000, shows=True)
+    most: int = option(
+        DESIGNS, "largest number of designs of a sweep", "N", read=at_least(1), default=10_000_000, shows=True
+    )
     pages: int = option(
         DESIGNS,
-        "designs of a sweep with a report of their own: the best, and those on its front",
+        "number of designs of a sweep with a report: the best ones, and the front",
         "N",
         read=at_least(0),
         default=20,
@@ -290,16 +292,16 @@ class Batch:
     )
     jobs: int = option(
         RUNNING,
-        "processes: scenes, or designs of a sweep, side by side; 0: as many as cores",
+        "number of processes for scenes or for designs of a sweep; 0: one per core",
         "N",
         read=at_least(0),
         default=1,
         shows=True,
     )
     resume: bool = option(
-        RUNNING, "skip scenes, and parts of a sweep, whose results are there, from the same file and options"
+        RUNNING, "skip scenes and parts of a sweep that already have results from the same file and options"
     )
-    quiet: bool = option(RUNNING, "print nothing but errors")
+    quiet: bool = option(RUNNING, "print only errors")
     list: bool = option(
         RUNNING, "list the shipped scenes and stop; --list sections, --list materials: the names that a scene may use"
     )

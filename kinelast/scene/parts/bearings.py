@@ -55,28 +55,28 @@ class RollingTable(StrictTable, frozen=True, kw_only=True):
     """A rolling bearing and its required life and safety."""
 
     C: LoadRating  #: dynamic load rating
-    C0: LoadRating | None = None  #: static load rating [none]
+    C0: LoadRating | None = None  #: static load rating [unknown]
     type: Literal["ball", "roller"] = "ball"  #: life exponent 3 for `"ball"`, 10/3 for `"roller"`
     #: share of bearings that reach the life
     reliability: Literal["90 %", "95 %", "96 %", "97 %", "98 %", "99 %"] = "90 %"
-    condition: Factor | None = None  #: a_ISO, for lubrication and contamination [1]
-    elements: Annotated[int, Meta(ge=3)] | None = None  #: number of balls or rollers [none]
-    life: Duration | None = None  #: required life [none]
-    safety: Factor | None = None  #: required static safety [none]
-    #: least equivalent load / `C` against skidding: some 0.01 (balls), 0.02 (rollers) [none]
+    condition: Factor | None = None  #: life factor a_ISO for lubrication and contamination [1]
+    elements: Annotated[int, Meta(ge=3)] | None = None  #: number of balls or rollers [unknown]
+    life: Duration | None = None  #: required life [no limit]
+    safety: Factor | None = None  #: required static safety factor [no limit]
+    #: smallest equivalent load / `C` against skidding: about 0.01 for balls, 0.02 for rollers [no limit]
     least_load: Share | None = None
-    least_overlap: Factor | None = None  #: least swing / angle between elements [none]
+    least_overlap: Factor | None = None  #: smallest swing / angle between neighbouring elements [no limit]
 
 
 class PlainTable(StrictTable, frozen=True, kw_only=True):
     """A plain bearing and the limits of its material."""
 
-    diameter: Size | None = None  #: pin diameter
-    length: Size | None = None  #: length of a sliding block, `through` at its middle; instead of `diameter`
-    width: Size  #: width of bearing or block
-    pressure: Stress | None = None  #: upper limit [none]
-    speed: SlidingSpeed | None = None  #: upper limit of the sliding speed [none]
-    pressure_speed: PressureSpeed | None = None  #: upper limit of the mean of pressure x sliding speed [none]
+    diameter: Size | None = None  #: diameter of the pin or shaft
+    length: Size | None = None  #: length of a slider's block with `through` at its middle, instead of `diameter`
+    width: Size  #: width of the bearing, or of the block
+    pressure: Stress | None = None  #: largest allowed pressure [no limit]
+    speed: SlidingSpeed | None = None  #: largest allowed sliding speed [no limit]
+    pressure_speed: PressureSpeed | None = None  #: largest allowed mean of pressure x sliding speed [no limit]
 
 
 class PinTable(StrictTable, frozen=True, kw_only=True):
@@ -85,39 +85,39 @@ class PinTable(StrictTable, frozen=True, kw_only=True):
     diameter: Size  #: pin diameter
     eye: Size  #: thickness of the eye
     cheek: Size | None = None  #: thickness of each cheek
-    gap: Size | None = None  #: between eye and cheek [0]
-    overhung: bool = False  #: `true`: held on one side, without `cheek`
-    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress
-    shear: Stress | None = None  #: upper limit of the shear stress [none]
-    bending: Stress | None = None  #: upper limit of the bending stress [none]
-    safety: Factor | None = None  #: lower limit of `yield` / stress [none]
+    gap: Size | None = None  #: gap between eye and cheek [0]
+    overhung: bool = False  #: `true`: held on one side only, without `cheek`
+    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress of the material
+    shear: Stress | None = None  #: largest allowed shear stress [no limit]
+    bending: Stress | None = None  #: largest allowed bending stress [no limit]
+    safety: Factor | None = None  #: smallest allowed `yield` / stress [no limit]
 
 
 class EyeTable(StrictTable, frozen=True, kw_only=True):
-    """The eye of a link, and its limits."""
+    """The eye of a link and its limits."""
 
-    diameter: Size  #: hole diameter
-    width: Size  #: plate width
-    thickness: Size  #: plate thickness
-    edge: Size  #: centre of the hole to the end
-    link: str | None = None  #: link whose life includes the notch under `[fatigue]` [none]
-    #: fatigue notch factor of the net section [from the shape, in its range]
+    diameter: Size  #: diameter of the hole
+    width: Size  #: width of the plate
+    thickness: Size  #: thickness of the plate
+    edge: Size  #: distance from the centre of the hole to the end
+    link: str | None = None  #: link of the eye; the notch counts in its life under `[fatigue]` [no link]
+    #: fatigue notch factor of the net section [from the shape, within the range of the formula]
     notch: Annotated[float, Meta(ge=1)] | None = None
-    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress
-    bearing: Stress | None = None  #: upper limit of the bearing stress [none]
-    net: Stress | None = None  #: upper limit of the tension in the net section [none]
-    tear_out: Stress | None = None  #: upper limit of the tear-out shear stress [none]
-    safety: Factor | None = None  #: lower limit of `yield` / stress [none]
+    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress of the material
+    bearing: Stress | None = None  #: largest allowed bearing stress [no limit]
+    net: Stress | None = None  #: largest allowed tension in the net section [no limit]
+    tear_out: Stress | None = None  #: largest allowed tear-out shear stress [no limit]
+    safety: Factor | None = None  #: smallest allowed `yield` / stress [no limit]
 
 
 class BearingTable(StrictTable, frozen=True, kw_only=True):
     """Parts of a pin or slider. An empty table of a pin reports its force, swing and speed."""
 
-    rolling: RollingTable | None = None  #: rolling bearing [none]
-    plain: PlainTable | None = None  #: plain bearing; the only part of a slider [none]
-    pin: PinTable | None = None  #: pin [none]
-    eye: EyeTable | None = None  #: eye of a link [none]
-    clearance: Size | None = None  #: hole diameter - pin diameter [none: not reported]
+    rolling: RollingTable | None = None  #: a rolling bearing [none]
+    plain: PlainTable | None = None  #: a plain bearing, the only part allowed for a slider [none]
+    pin: PinTable | None = None  #: a pin [none]
+    eye: EyeTable | None = None  #: the eye of a link [none]
+    clearance: Size | None = None  #: diameter of the hole minus diameter of the pin [not reported]
 
 
 def _built(assembly: Assembly) -> dict[str, JointParts]:
@@ -129,16 +129,16 @@ def _built(assembly: Assembly) -> dict[str, JointParts]:
     for name, table in tables.items():
         known_name("bearings", name, name, [*pins, *sliders], "pin or slider")
         if name in sliders and name not in pins:
-            problem = "belongs to a pin: a slider has a plain bearing alone"
+            problem = "belongs to a pin: a slider can only have a plain bearing"
             require_absent(f"bearings.{name}", table, ("rolling", "pin", "eye", "clearance"), problem)
             key, other = "length", "diameter"
         else:
             key, other = "diameter", "length"
         if table.plain is not None:
             where, kind = f"bearings.{name}.plain", "slider" if key == "length" else "pin"
-            require_absent(where, table.plain, (other,), f"is not asked of a {kind}, but its {key}")
+            require_absent(where, table.plain, (other,), f"a plain bearing of a {kind} has no {other}: give {key}")
             if getattr(table.plain, key) is None:
-                raise fault(where, key, f"the key is missing: a {kind} has it")
+                raise fault(where, key, f"the key is missing: a plain bearing of a {kind} needs it")
     return {name: _parts(scene, name, table) for name, table in tables.items()}
 
 
@@ -146,14 +146,14 @@ def _parts(scene: SceneTable, point: str, table: BearingTable) -> JointParts:
     where = f"bearings.{point}"
     rolling, plain, pin, eye = table.rolling, table.plain, table.pin, table.eye
     if rolling is not None and rolling.safety is not None and rolling.C0 is None:
-        raise fault(f"{where}.rolling", "C0", "the key is missing: safety is the static one, C0 over the load")
+        raise fault(f"{where}.rolling", "C0", "the key is missing: safety is C0 / load")
     if rolling is not None and rolling.least_overlap is not None and rolling.elements is None:
-        raise fault(f"{where}.rolling", "elements", "the key is missing: how many balls or rollers it has")
+        raise fault(f"{where}.rolling", "elements", "the key is missing: give the number of balls or rollers")
     if pin is not None and pin.cheek is None and not pin.overhung:
-        raise fault(f"{where}.pin", "cheek", "the key is missing: the thickness of one cheek, or overhung = true")
+        raise fault(f"{where}.pin", "cheek", "the key is missing: give the thickness of one cheek, or overhung = true")
     for name, part in (("pin", pin), ("eye", eye)):
         if part is not None and part.safety is not None and part.yield_stress is None:
-            raise fault(f"{where}.{name}", "yield", "the key is missing: safety is against it")
+            raise fault(f"{where}.{name}", "yield", "the key is missing: safety is yield / stress")
     if eye is not None:
         require(real(eye.width) > real(eye.diameter), f"{where}.eye", "width", "expected more than the diameter")
         if eye.link is not None:
@@ -176,7 +176,7 @@ def _parts(scene: SceneTable, point: str, table: BearingTable) -> JointParts:
 
 
 def eye_of(table: EyeTable) -> Eye:
-    """The eye of a link."""
+    """Return the eye of a link from its table."""
     diameter, width, thickness, edge = (
         real(each) for each in (table.diameter, table.width, table.thickness, table.edge)
     )
@@ -184,7 +184,7 @@ def eye_of(table: EyeTable) -> Eye:
 
 
 def _plain(table: PlainTable) -> Plain | Guide:
-    """Bearing of a pin by its diameter, or of a slider's block by its length."""
+    """Return the plain bearing of a pin, which has a diameter, or of a slider, which has a length."""
     if table.diameter is not None:
         return Plain(real(table.diameter), real(table.width))
     assert table.length is not None
@@ -192,12 +192,12 @@ def _plain(table: PlainTable) -> Plain | Guide:
 
 
 def _or(value: Any, otherwise: float) -> Any:
-    """A number, or a default."""
+    """Return a number, or the default without one."""
     return otherwise if value is None else real(value)
 
 
 def _has(scene: Scene, joint: str, part: str) -> bool:
-    """Whether a joint has a part; "bearing": whether it is a pin with a table."""
+    """Return True if a joint has a part; "bearing" stands for a pin with a table."""
     parts = scene.parts[KEY].get(joint)
     if parts is None:
         return False
@@ -205,13 +205,13 @@ def _has(scene: Scene, joint: str, part: str) -> bool:
 
 
 def joints_with(scene: Scene, part: Kind) -> dict[int, str]:
-    """Names of the joints that have a part, by the number of the joint."""
+    """Return the names of the joints with a part, by joint number."""
     words = enumerate(joint_words(scene.mechanism))
     return {number: name for number, (name, _) in words if _has(scene, name, part.name)}
 
 
 def _joints(part: str) -> Kind:
-    """The joints that have a part."""
+    """Return the kind of the joints with a part."""
     return Kind(part, lambda scene: [name for name, _ in joint_words(scene.mechanism) if _has(scene, name, part)])
 
 
@@ -220,7 +220,7 @@ CLEARANCES = Kind("scene with clearance", lambda scene: [""] * bool(joints_with(
 
 
 def lost_contact(cycle: Cycle, number: int) -> Flags:
-    """Whether contact is lost in a joint between a position and the next, bool, shape (..., positions)."""
+    """Flags of lost contact in a joint between a position and the next, shape (..., positions)."""
     return contact_losses(cycle.joint(number), cycle.scene.run.turn)
 
 
@@ -290,7 +290,7 @@ def _joint_row(reader: Reader, number: int) -> dict[str, Any]:
 
 Reduction = Callable[[Callable[["Cycle"], list[Any]]], Callable[["Cycle"], "Largest"]]
 Values = Callable[[Any, JointCourse], Any]
-"""From the part of a joint, and its force and motion, to values at every position, or of the whole run."""
+"""Function from a joint's part, force and motion to values at every position, or to one of the whole run."""
 
 
 def _found(reduced: Reduction, part: Kind, values: Values) -> Callable[[Cycle], Largest]:
@@ -310,11 +310,11 @@ def _found(reduced: Reduction, part: Kind, values: Values) -> Callable[[Cycle], 
 _one, _every, _least = partial(_found, averaged), partial(_found, each), partial(_found, least)
 LIVES = "bearing_life", "bearing_revolutions"
 BEARINGS: Part[JointParts] = Part(
-    KEY, "parts of joints to size", BearingTable, _built,
+    KEY, "bearings, pins, eyes and clearances of joints", BearingTable, _built,
     (
-        Figure("joint_mean_force", "mean force in a joint, cubic over its angle", "N", BEARING,
+        Figure("joint_mean_force", "cubic mean force in a joint over its angle", "N", BEARING,
                _one(BEARING, lambda _, course: course.mean_force()), AVERAGE),
-        Figure("joint_swing", "angle that a joint swings or turns through", "rad", BEARING,
+        Figure("joint_swing", "angle of swing or rotation of a joint", "rad", BEARING,
                _one(BEARING, lambda _, course: course.swing), AVERAGE, rigid=True),
         Figure("joint_rate", "angular speed of a joint", "rad/s", BEARING,
                _every(BEARING, lambda _, course: course.rate), rigid=True),
@@ -323,39 +323,39 @@ BEARINGS: Part[JointParts] = Part(
         Figure("bearing_life", "life of a rolling bearing", "s", ROLLING,
                _one(ROLLING, lambda part, course: part.life(course)), LEAST, whole=True, power=ROLLER,
                limit="rolling.life"),
-        Figure("bearing_revolutions", "revolutions that a rolling bearing reaches", "1", ROLLING,
+        Figure("bearing_revolutions", "life of a rolling bearing in revolutions", "1", ROLLING,
                _one(ROLLING, lambda part, course: part.revolutions(course)), LEAST, whole=True, power=ROLLER),
         Figure("bearing_static_safety", "static safety of a rolling bearing", "1", ROLLING,
                _one(ROLLING, lambda part, course: part.static_safety(course)), LEAST, whole=True,
                limit="rolling.safety"),
-        Figure("bearing_load_share", "equivalent load of a rolling bearing over its dynamic rating", "1", ROLLING,
+        Figure("bearing_load_share", "equivalent load of a rolling bearing / dynamic rating", "1", ROLLING,
                _one(ROLLING, lambda part, course: part.load_share(course)), LEAST, whole=True,
                limit="rolling.least_load"),
-        Figure("bearing_overlap", "swing over that from rolling element to rolling element", "1", ROLLING,
+        Figure("bearing_overlap", "swing of a rolling bearing / angle between elements", "1", ROLLING,
                _one(ROLLING, lambda part, course: part.overlap(course)), LEAST, whole=True, rigid=True,
                limit="rolling.least_overlap"),
         Figure("bearing_pressure", "pressure in a plain bearing", "Pa", PLAIN,
                _every(PLAIN, lambda part, course: part.pressure(course)), limit="plain.pressure"),
         Figure("bearing_speed", "sliding speed in a plain bearing", "m/s", PLAIN,
                _every(PLAIN, lambda part, course: part.speed(course)), rigid=True, limit="plain.speed"),
-        Figure("bearing_pv", "pressure times speed of a plain bearing, mean", "W/m^2", PLAIN,
+        Figure("bearing_pv", "mean pressure times speed of a plain bearing", "W/m^2", PLAIN,
                _one(PLAIN, lambda part, course: part.pressure_times_speed(course)), AVERAGE,
                limit="plain.pressure_speed"),
         Figure("pin_shear", "shear stress of a pin", "Pa", PIN, _every(PIN, lambda part, course: part.shear(course)),
                limit="pin.shear"),
         Figure("pin_bending", "bending stress of a pin", "Pa", PIN,
                _every(PIN, lambda part, course: part.bending(course)), limit="pin.bending"),
-        Figure("pin_safety", "yield stress over the stress of a pin", "1", PIN,
+        Figure("pin_safety", "yield stress / stress of a pin", "1", PIN,
                _least(PIN, lambda part, course: part.safety(course)), LEAST, limit="pin.safety"),
         Figure("eye_bearing", "bearing stress of an eye", "Pa", EYE,
                _every(EYE, lambda part, course: part.bearing(course)), limit="eye.bearing"),
         Figure("eye_net", "tension in the net section of an eye", "Pa", EYE,
                _every(EYE, lambda part, course: part.net(course)), limit="eye.net"),
-        Figure("eye_tear_out", "shear stress of tear-out of an eye", "Pa", EYE,
+        Figure("eye_tear_out", "tear-out shear stress of an eye", "Pa", EYE,
                _every(EYE, lambda part, course: part.tear_out(course)), limit="eye.tear_out"),
-        Figure("eye_safety", "yield stress over the stress of an eye", "1", EYE,
+        Figure("eye_safety", "yield stress / stress of an eye", "1", EYE,
                _least(EYE, lambda part, course: part.safety(course)), LEAST, limit="eye.safety"),
-        Figure("contact_losses", "times that contact is lost in a joint with clearance", "1", CLEARANCE,
+        Figure("contact_losses", "number of contact losses in a joint with clearance", "1", CLEARANCE,
                averaged(_knocks), AVERAGE, power=0.0),
     ),
     checks=(

@@ -1,4 +1,4 @@
-"""Courses of cams over a cycle: flanks, forces, torque and pressure; faults, rows of the summary and findings."""
+"""Values of cams over a cycle: flanks, forces, torque, pressure; faults, rows of the summary and findings."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ KEY = "cams"
 
 
 def _pressed(cam: Cam) -> bool:
-    """Whether the pressure of the contact is known; a knife edge has none."""
+    """Return True if the contact pressure is known; it is unlimited for a knife edge."""
     known = not (np.isnan(cam.width).any() or np.isnan(cam.modulus).any())
     return known and not (cam.roller is not None and np.equal(cam.radius, 0.0).all())
 
 
 def _cams(name: str, has: Callable[[Cam], bool]) -> Kind:
-    """The cams of which a condition holds."""
+    """Return the kind of the cams that satisfy a condition."""
     return Kind(name, lambda scene: [name for name, cam in scene.parts[KEY].items() if has(cam)])
 
 
@@ -46,14 +46,14 @@ PRESSED = _cams("pressed cam", _pressed)
 
 
 def cam_flanks(cycle: Cycle, name: str) -> list[CamCourse]:
-    """Flanks of a cam over a cycle: one, or the inner and the outer one of a groove."""
+    """Flanks of a cam over a cycle: one, or the inner and outer flank of a groove."""
     return cycle.once(_flanks, name)
 
 
 def _flanks(cycle: Cycle, name: str) -> list[CamCourse]:
     cam = cycle.scene.parts[KEY][name]
     law, pace = cycle.scene.laws[cam.drive], np.ones(1)
-    if isinstance(law, ConstantSpeed):  # which may be passed at other speeds than the scene's
+    if isinstance(law, ConstantSpeed):  # a search over speeds uses other speeds than that of the scene
         pace = rate(cycle, cam.drive) / law.speed
     return [cam_course(cycle.motion, cam, pace, outer) for outer in cam.flanks]
 
@@ -69,7 +69,7 @@ def cam_outline(scene: Scene, name: str, count: int) -> list[CamCourse]:
 def cam_force(cycle: Cycle, name: str) -> Reals:
     """Force with which a cam presses on its follower [N], shape (..., positions); negative if it would have to pull.
 
-    For a groove along the outward normal: negative if the outer flank presses.
+    For a groove it is along the outward normal, and negative if the outer flank presses.
     """
     pushes, cam = cycle.once(_pushes), cycle.scene.parts[KEY][name]
     rest = cam_flanks(cycle, name)[0].force(effort(cycle, cam.drive))
@@ -77,7 +77,7 @@ def cam_force(cycle: Cycle, name: str) -> Reals:
 
 
 def _pushes(cycle: Cycle) -> dict[str, Reals]:
-    """Contact forces of the cams that push [N], by name; their drives have no effort."""
+    """Contact forces [N] by name, for the cams with `push`; their drives have no effort."""
     for load in cycle.scene.mechanism.loads:
         if isinstance(load, CamPush):
             return dict(zip(load.names, load.pressing(cycle.motion), strict=True))
@@ -85,12 +85,12 @@ def _pushes(cycle: Cycle) -> dict[str, Reals]:
 
 
 def cam_torque(cycle: Cycle, name: str) -> Reals:
-    """Torque of a cam's shaft [N m], shape (..., positions)."""
+    """Torque of a camshaft [N m], shape (..., positions)."""
     return cam_flanks(cycle, name)[0].torque(cam_force(cycle, name))
 
 
 def cam_pressure(cycle: Cycle, name: str) -> Reals:
-    """Hertz's pressure between a cam and its follower [Pa], shape (..., positions); nan without contact."""
+    """Hertzian pressure between a cam and its follower [Pa], shape (..., positions); nan without contact."""
     flanks, force, cam = cam_flanks(cycle, name), cam_force(cycle, name), cycle.scene.parts[KEY][name]
     signs = (-1.0 if outer and len(flanks) > 1 else 1.0 for outer in cam.flanks)
     pressures = [
@@ -103,14 +103,14 @@ def cam_pressure(cycle: Cycle, name: str) -> Reals:
 def cam_preload(cycle: Cycle, name: str) -> Reals:
     """Effort that keeps a follower on its cam [N m or N], shape (..., positions)."""
     flank = cam_flanks(cycle, name)[0]
-    with np.errstate(invalid="ignore"):  # an infinite force where there is no lever
+    with np.errstate(invalid="ignore"):  # the force is infinite at a lever of zero
         return flank.preload(flank.lever * cam_force(cycle, name))
 
 
 def cam_lag(cycle: Cycle, name: str) -> Reals:
     """Lag of the drive behind its cam because links bend [rad or m], shape (..., positions).
 
-    With this lag the follower would touch the cam; the answer holds the drive at its law.
+    With this lag the follower would touch the cam; the computed drive follows its law instead.
     """
     cam, flank = cycle.scene.parts[KEY][name], cam_flanks(cycle, name)[0]
     ends = [displacement_of(cycle.deflection, cam.follower, point) for point in cam.points]
@@ -123,8 +123,8 @@ def cam_lag(cycle: Cycle, name: str) -> Reals:
         return np.asarray(-dot(flank.normal, moved) / flank.lever)
 
 
-ACROSS = 0.5 * np.pi * (1.0 - 1e-9)  # [rad], a pressure angle from which a cam does not move its follower
-CAM_NEEDS = {  # figures that tell whether a cam works, and their items
+ACROSS = 0.5 * np.pi * (1.0 - 1e-9)  # [rad] pressure angle at which a cam no longer moves its follower
+CAM_NEEDS = {  # figures that decide if a cam works, and their items
     "cam_pressure_angle": CAM,
     "cam_radius": CAM,
     "cam_face_margin": FACED,
@@ -134,12 +134,12 @@ CAM_NEEDS = {  # figures that tell whether a cam works, and their items
 
 
 def cam_faults(scene: Scene, figures: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Reasons why cams do not work, each with a flag of shape (...).
+    """Yield reasons why cams fail, each with a flag of shape (...).
 
     Parameters
     ----------
     figures
-        Values of every item by key; those of `CAM_NEEDS` are used, if there.
+        Values of every item by key; the function uses those of `CAM_NEEDS`.
     """
     known = {
         key: dict(zip(kind.names(scene), figures[key], strict=True))

@@ -1,4 +1,4 @@
-"""Cams that give drives their motions: table, builder and figures."""
+"""Cams that move drives: table, builder and figures."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ if TYPE_CHECKING:
     from kinelast.figures.cycle import Cycle
     from kinelast.scene.data import Scene
 
-LOOKED_AT = np.array([0.0, 0.137, 0.293, 0.471, 0.683])  # parts of a run, at which a cam has to move its follower
-UNMOVED = 1e-9  # of the distance from the shaft by the drive's coordinate
-WHOLE = 1e-9  # of a turn or a motion, by which a cam may miss its start
-SMOOTH = 1e-6  # of a speed, by which it may be another one there
-INSTANTS = 257  # of a run, at which the motion is held against that a turn of the cam later
-POISSON = 0.3  # of metals, where a material tells none
+TESTED_AT = np.array([0.0, 0.137, 0.293, 0.471, 0.683])  # fractions of a run; a cam must move its follower at one
+MIN_INFLUENCE = 1e-9  # displacement of the contact / drive coordinate, relative to the distance from the camshaft
+MAX_GAP = 1e-9  # coordinate after a turn of the cam minus coordinate before it, relative to the turn or stroke
+MAX_JUMP = 1e-6  # rate after a turn of the cam minus rate before it, relative to the largest rate
+INSTANTS = 257  # of a run; the motion at each is compared with the motion a turn of the cam later
+POISSON = 0.3  # of metals, for a material without a ratio
 
 
 class CamTable(StrictTable, frozen=True, kw_only=True):
@@ -66,29 +66,32 @@ class CamTable(StrictTable, frozen=True, kw_only=True):
     speed: CamSpeed | None = None
     #: `"inner"`: cam inside the path; `"outer"`: ring around it; `"both"`: groove
     flank: Literal["inner", "outer", "both"] = "inner"
-    push: bool = True  #: `false`: force along the drive coordinate instead of at the contact
-    width: Size | None = None  #: contact width [no pressure]
-    material: str | None = None  #: cam material, under `[materials]` or a standard name [no pressure]
-    follower_material: str | None = None  #: material of roller or face [as `material`]
-    pressure: Stress | None = None  #: upper limit of Hertz's pressure [none]
-    pressure_angle: PressureAngle | None = None  #: upper limit, such as `"30 deg"` [none]
-    radius: Size | None = None  #: least convex radius of curvature [none]
-    hollow_radius: Size | None = None  #: least concave radius, such as that of the cutter [none]
+    #: `false`: the force acts along the coordinate of the drive instead of at the contact
+    push: bool = True
+    width: Size | None = None  #: width of the contact [pressure is not computed]
+    #: material of the cam, under `[materials]` or in the library [pressure is not computed]
+    material: str | None = None
+    follower_material: str | None = None  #: material of the roller or face [as `material`]
+    pressure: Stress | None = None  #: largest allowed Hertzian contact pressure [no limit]
+    pressure_angle: PressureAngle | None = None  #: largest allowed pressure angle, such as `"30 deg"` [no limit]
+    radius: Size | None = None  #: smallest allowed convex radius of curvature [no limit]
+    #: smallest allowed concave radius of curvature, such as the cutter radius [no limit]
+    hollow_radius: Size | None = None
 
 
 def _built(assembly: Assembly) -> dict[str, Cam]:
-    """Cams by their names.
+    """Return the cams by name.
 
     Raises
     ------
     SceneError
-        A part does not exist, the follower's contact is missing or ambiguous, or the cam does not close.
+        Unknown link, point or drive; no contact or two of them; a profile that does not close.
     """
     cams = {name: _cam(f"cams.{name}", table, assembly) for name, table in CAMS.tables(assembly.table).items()}
     giver: dict[int, str] = {}
     for name, cam in cams.items():
         if (first := giver.setdefault(cam.drive, name)) != name:
-            problem = f'has its motion from the cam "{first}" already; a groove, flank = "both", has two flanks'
+            problem = f'has its motion from the cam "{first}" already; for a groove with two flanks use flank = "both"'
             raise fault(f"cams.{name}", "drive", f'the drive "{drive_names(assembly.mechanism)[cam.drive]}" {problem}')
     return cams
 
@@ -100,7 +103,7 @@ def _cam(where: str, table: CamTable, assembly: Assembly) -> Cam:
     drive = _driven_by(where, table, assembly)
     link = mechanism.links[mechanism.index[table.follower]]
     if (table.roller is None) == (table.face is None):
-        raise fault(where, "roller", "expected either roller, its centre, or face, two points of a flat one")
+        raise fault(where, "roller", "expected either roller (its centre) or face (two points of a flat face)")
     centre = _shaft(where, table, mechanism)
     if table.roller is not None:
         _require_apart(where, table, mechanism, centre)
@@ -111,12 +114,10 @@ def _cam(where: str, table: CamTable, assembly: Assembly) -> Cam:
         for point in table.face:
             known_point(where, "face", point, link.points, link.name)
         start, end = (link.points[point] for point in table.face)
-        require(np.abs(end - start) > 0.0, where, "face", "expected two points at two places")
+        require(np.abs(end - start) > 0.0, where, "face", "expected two points with a distance")
         require_absent(where, table, ("roller_radius",), "belongs to a roller")
         if table.flank != INNER:
-            raise fault(
-                where, "flank", "a flat face has the cam on the side of its shaft: leave it out, or give a roller"
-            )
+            raise fault(where, "flank", "a flat face needs the inner flank: remove flank, or give a roller")
         form = {"face": (start, end), "points": table.face}
     speed = _speed(where, table, assembly.duration)
     _require_closed(where, assembly, speed)
@@ -125,26 +126,26 @@ def _cam(where: str, table: CamTable, assembly: Assembly) -> Cam:
 
 
 def _driven_by(where: str, table: CamTable, assembly: Assembly) -> int:
-    """Number of the drive that has its motion from a cam."""
+    """Return the number of the drive that a cam moves."""
     names = drive_names(assembly.mechanism)
     if table.drive is None and len(names) > 1:
         drives = ", ".join(f'"{name}"' for name in names)
-        raise fault(where, "drive", f"the key is missing: which of the drives {drives} has its motion from the cam")
+        raise fault(where, "drive", f"the key is missing: name the drive that the cam moves, one of {drives}")
     if table.drive is not None:
         known_name(where, "drive", table.drive, names, "drive")
     number = 0 if table.drive is None else names.index(table.drive)
     if not callable(assembly.laws[number]):
-        problem = f'the drive "{names[number]}" is an effort: a cam gives a motion, by speed, law or motion'
+        problem = f'the drive "{names[number]}" is an effort: a cam needs a drive with speed, law or motion'
         raise fault(where, "drive", problem)
     for key in ("motor", "cylinder"):
         if getattr(assembly.table.drives[number], key) is not None:
-            problem = f'the drive "{names[number]}" has a {key} of its own: take it away, or the cam'
+            problem = f'the drive "{names[number]}" has a {key}: remove the {key} or the cam'
             raise fault(where, "drive", problem)
     return number
 
 
 def _shaft(where: str, table: CamTable, mechanism: Mechanism) -> Any:
-    """Place of a cam's shaft [m]."""
+    """Position of a camshaft [m]."""
     if isinstance(table.centre, str):
         known_point(where, "centre", table.centre, mechanism.links[0].points, GROUND)
         return mechanism.links[0].points[table.centre]
@@ -152,29 +153,29 @@ def _shaft(where: str, table: CamTable, mechanism: Mechanism) -> Any:
 
 
 def _require_apart(where: str, table: CamTable, mechanism: Mechanism, centre: Any) -> None:
-    """Raise if a roller is no point of its link, does not move, or lies on the shaft as drawn."""
+    """Raise if a roller is not a moving point of its link, or is drawn on the camshaft."""
     assert table.roller is not None
     ground, points = mechanism.links[0].points, mechanism.links[mechanism.index[table.follower]].points
     known_point(where, "roller", table.roller, points, table.follower)
     if table.roller in ground:
-        raise fault(where, "roller", f'"{table.roller}" is a point of the ground, which no cam can move')
+        raise fault(where, "roller", f'"{table.roller}" is a point of the ground: a cam cannot move it')
     drawn = mechanism.drawing.get(table.roller)
     if drawn is None:
         return
     reach, radius = abs(drawn - centre), real(table.roller_radius or 0.0)
-    require(reach > WHOLE * (abs(drawn) + abs(centre)), where, "roller",
-            f'"{table.roller}" is drawn at the centre of the shaft: give the cam another centre')  # fmt: skip
+    require(reach > MAX_GAP * (abs(drawn) + abs(centre)), where, "roller",
+            f'"{table.roller}" is drawn at the centre of the camshaft: change centre')  # fmt: skip
     if table.flank == INNER:
 
         def problem(of: Any) -> str:
             size, apart = (quantity(float(of(each)), "m") for each in (radius, reach))
-            return f"a roller of {size} covers the shaft, which is {apart} from its centre as drawn"
+            return f"a roller of {size} covers the camshaft, {apart} from its drawn centre"
 
         require(reach > radius, where, "roller_radius", problem)
 
 
 def _speed(where: str, table: CamTable, duration: Any) -> Any:
-    """Speed of a cam's shaft [rad/s]: the given one, with whole turns in the run, or one turn in it."""
+    """Return the speed of a camshaft [rad/s]: given, with whole turns in the run, or else one turn in the run."""
     if table.speed is None:
         return 2.0 * pi / duration
     speed = real(table.speed)
@@ -182,41 +183,40 @@ def _speed(where: str, table: CamTable, duration: Any) -> Any:
 
     def problem(of: Any) -> str:
         one = 60.0 / of(duration)
-        return (
-            f"makes {of(turns):.6g} turns in the run of {of(duration):.6g} s, expected whole ones: {one:.8g} rpm is one"
-        )
+        turns_made = f"makes {of(turns):.6g} turns in the run of {of(duration):.6g} s"
+        return f"{turns_made}, expected whole turns: {one:.8g} rpm is one"
 
-    require((turns > 0.5) & (abs(turns - np.round(turns)) <= WHOLE * turns), where, "speed", problem)
+    require((turns > 0.5) & (abs(turns - np.round(turns)) <= MAX_GAP * turns), where, "speed", problem)
     return speed
 
 
 def _require_closed(where: str, assembly: Assembly, speed: Any) -> None:
-    """Raise unless a turn of the cam brings the drives back to the same coordinates and speeds."""
+    """Raise unless all drives return to the same coordinate and rate after a turn of the cam."""
     mechanism, duration = assembly.mechanism, assembly.duration
     turn = 2.0 * pi / abs(speed)
     times = np.linspace(0.0, 1.0, INSTANTS) * np.maximum(duration - turn, 0.0)
     for name, drive, law in zip(drive_names(mechanism), mechanism.drives, assembly.laws, strict=True):
         if not callable(law):
-            raise fault(where, "drive", f'the drive "{name}" is an effort, of which no cam can know the motion')
+            raise fault(where, "drive", f'the drive "{name}" is an effort: the motion of a cam mechanism must be given')
         (first, before, _), (second, after, _) = law(times), law(np.minimum(times + turn, duration))
         what, unit, size = ("angle", "deg", 180.0 / pi) if drive.turns else ("slide", "mm", 1e3)
         missed = second - first
         if drive.turns:
             missed = missed - 2.0 * pi * np.round(missed / (2.0 * pi))
-        off, reach, corner, fastest = (_greatest(each) for each in (missed, first, after - before, before))
+        gap, reach, jump, fastest = (_largest(each) for each in (missed, first, after - before, before))
         head = f'the {what} of the drive "{name}" is up to'
         tail = f"{unit} off after a turn of the cam: end its law where it starts, or give the cam another speed"
 
-        def problem(of: Any, off: Any = off, size: float = size, head: str = head, tail: str = tail) -> str:
-            return f"{head} {of(off) * size:.4g} {tail}"
+        def problem(of: Any, gap: Any = gap, size: float = size, head: str = head, tail: str = tail) -> str:
+            return f"{head} {of(gap) * size:.4g} {tail}"
 
-        require(off <= WHOLE * (1.0 + np.abs(reach) if drive.turns else reach), where, "speed", problem)
-        corners = f'the drive "{name}" comes back after a turn of the cam at another speed: the cam would have a corner'
-        require(corner <= SMOOTH * np.maximum(fastest, SMOOTH), where, "speed", corners)
+        require(gap <= MAX_GAP * (1.0 + np.abs(reach) if drive.turns else reach), where, "speed", problem)
+        corner = f'the drive "{name}" has another speed after a turn of the cam: the profile would have a corner'
+        require(jump <= MAX_JUMP * np.maximum(fastest, MAX_JUMP), where, "speed", corner)
 
 
-def _greatest(values: Any) -> Any:
-    """Greatest magnitude over the instants, the last axis: a number, or of many designs shape (designs, 1)."""
+def _largest(values: Any) -> Any:
+    """Largest magnitude over the last axis: a number, or shape (designs, 1) for several designs."""
     return np.max(np.abs(values), axis=-1, keepdims=np.ndim(values) > 1)
 
 
@@ -226,11 +226,11 @@ def _touching(where: str, table: CamTable, assembly: Assembly) -> dict[str, Any]
     if table.pressure is not None:
         for key in ("width", "material"):
             if getattr(table, key) is None:
-                raise fault(where, key, "the key is missing: pressure is by the width and the material of the contact")
+                raise fault(where, key, "the key is missing: pressure needs the width and the material of the contact")
         if table.roller is not None and table.roller_radius is None:
-            raise fault(where, "roller_radius", "the key is missing: a knife edge presses without bounds")
+            raise fault(where, "roller_radius", "the key is missing: the pressure of a knife edge is unlimited")
     if table.material is None:
-        require_absent(where, table, ("follower_material",), "belongs beside material, that of the cam")
+        require_absent(where, table, ("follower_material",), "needs material, the material of the cam")
         return known_data
     pairs: list[Any] = []
     yields: list[Any] = []
@@ -244,7 +244,7 @@ def _touching(where: str, table: CamTable, assembly: Assembly) -> dict[str, Any]
 
 
 def _loads(assembly: Assembly, cams: dict[str, Cam]) -> list[Load]:
-    """Forces of the cams that push at their contacts."""
+    """Return the load of the cams with `push`: forces at their contacts."""
     pushing = {name: cam for name, cam in cams.items() if CAMS.tables(assembly.table)[name].push}
     if not pushing:
         return []
@@ -259,28 +259,28 @@ def require_moved(scene: Scene) -> None:
     laws = [law for law in scene.laws if callable(law)]
     if not cams or len(laws) < len(scene.laws):
         return
-    times = LOOKED_AT * float(scene.run.duration)
+    times = TESTED_AT * float(scene.run.duration)
     with suppress(MechanismError):
         moved = motion(scene.mechanism, *by_laws(laws, times), times)
         for name, cam in cams.items():
             course = cam_course(moved, cam)
-            if (np.abs(course.influence) <= UNMOVED * np.abs(course.follower)).all():
+            if (np.abs(course.influence) <= MIN_INFLUENCE * np.abs(course.follower)).all():
                 problem = f'the drive "{drive_names(scene.mechanism)[cam.drive]}" does not move "{cam.points[0]}"'
                 raise SceneError(scene.path, f"cams.{name}", "drive", f'{problem} of the link "{cam.follower}"')
 
 
 OfCam = Callable[["Cycle", str], Any]
-"""From a cycle and the name of a cam to values at every position."""
-HALF = 0.5  # power of the loads that a pressure along a line goes with
+"""Function from a cycle and the name of a cam to values at every position."""
+HALF = 0.5  # Hertzian line pressure grows with the square root of the load
 
 
 def _of_cams(values: OfCam, of: Kind = CAM) -> Callable[[Cycle], Largest]:
-    """Largest magnitudes of values of all cams of a kind."""
+    """Return the search for the largest magnitude of each cam of a kind."""
     return each(lambda cycle: [values(cycle, name) for name in items_of(cycle.scene, of)])
 
 
 def _least_of_cams(values: Callable[[CamCourse], Any], of: Kind = CAM) -> Callable[[Cycle], Largest]:
-    """Least values of the flanks of all cams of a kind."""
+    """Return the search for the smallest value of each cam of a kind, over its flanks."""
 
     def of_cam(cycle: Cycle, name: str) -> Any:
         return reduce(np.fmin, (values(flank) for flank in cam_flanks(cycle, name)))
@@ -289,12 +289,12 @@ def _least_of_cams(values: Callable[[CamCourse], Any], of: Kind = CAM) -> Callab
 
 
 def _least_values(values: OfCam, of: Kind) -> Callable[[Cycle], Largest]:
-    """Least values of all cams of a kind over the positions that count."""
+    """Return the search for the smallest value of each cam of a kind over the positions that count."""
     return least(lambda cycle: [values(cycle, name) for name in items_of(cycle.scene, of)])
 
 
 def _cam_units(turns: str, slides: str, of: Kind) -> Callable[[Scene], list[str]]:
-    """Units of figures of cams by the drives that they move."""
+    """Return the units of cams' figures: for a rotating or a sliding drive."""
     return lambda scene: [
         turns if scene.mechanism.drives[scene.parts[KEY][name].drive].turns else slides for name in items_of(scene, of)
     ]
@@ -306,36 +306,36 @@ def _over_yield(scene: Scene, pressures: Any) -> Any:
 
 
 CAMS: Part[Cam] = Part(
-    KEY, "cams of drives", CamTable, _built,
+    KEY, "cams that move drives", CamTable, _built,
     (
         Figure("cam_pressure_angle", "pressure angle of a cam", "rad", CAM,
                _of_cams(lambda cycle, name: cam_flanks(cycle, name)[0].pressure_angle), power=0.0,
                limit="pressure_angle"),
-        Figure("cam_pitch_radius", "least radius of curvature of a cam's pitch curve", "m", ROLLED,
+        Figure("cam_pitch_radius", "smallest radius of curvature of a cam's pitch curve", "m", ROLLED,
                _least_of_cams(lambda flank: np.abs(1.0 / flank.pitch_curvature), ROLLED), LEAST, power=0.0),
-        Figure("cam_radius", "least radius of curvature of a cam where it bulges", "m", CAM,
+        Figure("cam_radius", "smallest convex radius of curvature of a cam", "m", CAM,
                _least_of_cams(lambda flank: flank.convex_radius), LEAST, power=0.0,
                limit="radius"),
-        Figure("cam_hollow_radius", "least radius of curvature of a cam where it is hollow", "m", CAM,
+        Figure("cam_hollow_radius", "smallest concave radius of curvature of a cam", "m", CAM,
                _least_of_cams(lambda flank: flank.hollow_radius), LEAST, power=0.0,
                limit="hollow_radius"),
-        Figure("cam_least_distance", "least distance of a cam's profile from its shaft", "m", CAM,
+        Figure("cam_least_distance", "smallest distance of a cam's profile from its shaft", "m", CAM,
                _least_of_cams(lambda flank: np.abs(flank.contact)), LEAST, power=0.0),
-        Figure("cam_distance", "greatest distance of a cam's profile from its shaft", "m", CAM,
+        Figure("cam_distance", "largest distance of a cam's profile from its shaft", "m", CAM,
                _of_cams(lambda cycle, name: np.abs(cam_flanks(cycle, name)[-1].contact)), power=0.0),
         Figure("cam_face_margin", "distance of the contact from the end of a flat face", "m", FACED,
                _least_of_cams(lambda flank: flank.face_margin, FACED), LEAST, power=0.0),
         Figure("cam_force", "force of a cam on its follower", "N", CAM, _of_cams(cam_force)),
-        Figure("cam_least_force", "least force of a cam on its follower", "N", HELD,
+        Figure("cam_least_force", "smallest force of a cam on its follower", "N", HELD,
                _least_values(cam_force, HELD), LEAST),
         Figure("cam_preload", "effort that keeps a follower on its cam", _cam_units("N m", "N", HELD), HELD,
                _of_cams(cam_preload, HELD)),
-        Figure("cam_lag", "lag of the drive behind its cam, as the links bend", _cam_units("rad", "m", CAM),
+        Figure("cam_lag", "lag of the drive behind its cam due to bending", _cam_units("rad", "m", CAM),
                CAM, _of_cams(cam_lag)),
         Figure("cam_pressure", "pressure between a cam and its follower", "Pa", PRESSED,
                _of_cams(cam_pressure, PRESSED), power=HALF,
                limit="pressure"),
-        Figure("cam_torque", "torque of a cam's shaft", "N m", CAM, _of_cams(cam_torque)),
+        Figure("cam_torque", "torque of a camshaft", "N m", CAM, _of_cams(cam_torque)),
     ),
     row=cam_row,
     findings=cam_findings,

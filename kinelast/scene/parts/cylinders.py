@@ -1,4 +1,4 @@
-"""Cylinders of sliding drives: pressure, flow, and buckling of the rod."""
+"""Cylinders of sliding drives: pressure, flow and rod buckling."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ KEY = "cylinders"
 class CylinderTable(StrictTable, frozen=True, kw_only=True):
     """A hydraulic or pneumatic cylinder of a sliding drive."""
 
-    bore: Size  #: piston diameter
-    rod: Size | None = None  #: rod diameter [0]
-    length: Size | None = None  #: buckling length of the pinned rod [none: no buckling check]
+    bore: Size  #: diameter of the piston
+    rod: Size | None = None  #: diameter of the rod [0]
+    length: Size | None = None  #: buckling length of the rod with pinned ends [buckling is not checked]
     E: Stress | None = None  #: Young's modulus of the rod [206 GPa]
-    pressure: Pressure | None = None  #: upper limit of the pressure [none]
-    flow: FlowRate | None = None  #: upper limit of the flow [none]
-    buckling_safety: Factor | None = None  #: least Euler load / push [none]
+    pressure: Pressure | None = None  #: largest supply pressure [no limit]
+    flow: FlowRate | None = None  #: largest supply flow [no limit]
+    buckling_safety: Factor | None = None  #: smallest allowed Euler load / push force [no limit]
 
 
 def _cylinder(scene: SceneTable, number: int) -> Cylinder | None:
@@ -48,7 +48,7 @@ def _cylinder(scene: SceneTable, number: int) -> Cylinder | None:
 
 CYLINDER = Kind("cylinder", lambda scene: scene.parts[KEY])
 CYLINDERS: Part[Cylinder] = Part(
-    KEY, "cylinders of drives", CylinderTable, by_drive(_cylinder),
+    KEY, "hydraulic and pneumatic cylinders of drives", CylinderTable, by_drive(_cylinder),
     (
         Figure("pressure", "cylinder pressure", "Pa", CYLINDER,
                each(of_drives(KEY, lambda cycle, number, own: working_pressure(own, effort(cycle, number)))),
@@ -56,9 +56,9 @@ CYLINDERS: Part[Cylinder] = Part(
         Figure("flow", "cylinder flow", "m^3/s", CYLINDER,
                each(of_drives(KEY, lambda cycle, number, own: flow_rate(own, rate(cycle, number)))),
                limit="flow", rigid=True),
-        Figure("rod_slenderness", "slenderness of a cylinder's rod", "1", CYLINDER,
+        Figure("rod_slenderness", "slenderness of a cylinder rod", "1", CYLINDER,
                averaged(of_drives(KEY, lambda _, __, own: own.slenderness)), AVERAGE, rigid=True),
-        Figure("rod_buckling", "buckling safety of a cylinder's rod", "1", CYLINDER,
+        Figure("rod_buckling", "buckling safety of a cylinder rod", "1", CYLINDER,
                least(of_drives(KEY, lambda cycle, number, own: buckling_safety(own, effort(cycle, number)))), LEAST,
                limit="buckling_safety"),
     ),

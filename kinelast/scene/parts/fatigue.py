@@ -1,4 +1,4 @@
-"""Fatigue of the links: their strength with its factors, and the figures of endurance and life."""
+"""Fatigue of links: strength with its factors, endurance and life."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from kinelast.scene.sections import SectionSource
 
 KEY = "fatigue"
-STEEPEST = 9.0  # of an S-N line of slope 5 below its knee
+LIFE_POWER = 9.0  # life ~ load ** -9 below the knee of an S-N line of slope 5
 Surface = Literal["polished", "ground", "machined", "hot-rolled", "as-forged"]
 
 
@@ -62,8 +62,10 @@ class FatigueTable(LinkFatigueTable, frozen=True, kw_only=True):
     """Fatigue: criterion, reliability, factors of all links and of single links."""
 
     criterion: Literal["goodman", "gerber", "soderberg"] = "goodman"  #: mean stress criterion
-    reliability: Annotated[float, Meta(gt=0, lt=1)] = 0.5  #: share of parts that have the endurance limit
-    links: dict[str, LinkFatigueTable] = field(default_factory=dict)  #: factors of single links, instead
+    #: probability that a part has the endurance limit; 0.5 is the mean
+    reliability: Annotated[float, Meta(gt=0, lt=1)] = 0.5
+    #: factors of single links; they override the general factors
+    links: dict[str, LinkFatigueTable] = field(default_factory=dict)
 
 
 def _built(assembly: Assembly) -> dict[str, FatigueTask]:
@@ -71,10 +73,10 @@ def _built(assembly: Assembly) -> dict[str, FatigueTask]:
 
 
 def _task(assembly: Assembly, asked: FatigueTable) -> FatigueTask:
-    """Strengths and notches of all beams."""
+    """Return the strengths and notch factors of all beams."""
     table, beams, made_of, materials = assembly.table, assembly.beams, assembly.made_of, assembly.materials
     if find_spec("rainflow") is None:
-        raise fault("fatigue", "", 'counts cycles by the package rainflow: pip install "rainflow"')
+        raise fault("fatigue", "", 'needs the package rainflow: pip install "rainflow"')
     elastic = [body.link.name for body, _ in beams]
     points = {point for body, _ in beams for point in body.link.points}
     for name, own in asked.links.items():
@@ -100,15 +102,15 @@ def _task(assembly: Assembly, asked: FatigueTable) -> FatigueTask:
 def _eye_notch(
     table: SceneTable, point: str, body: LinkModel, number: int, material: MaterialTable | None
 ) -> Real | None:
-    """Stress at the hole of an eye over that at the end of its beam, or None without an eye."""
+    """Return stress at the hole of an eye / stress at the end of its beam, or None without an eye."""
     bearings = BEARINGS.tables(table)
     eye = bearings[point].eye if point in bearings else None
     if eye is None or eye.link != body.link.name:
         return None
     section = body.sections[number].section
     factor = eye.notch or eye_of(eye).stress_concentration
-    if np.isnan(factor).all():  # of some designs their life is not known
-        form = f"the formula is for a {HOLE_RANGE.quantity} of {HOLE_RANGE.bounds}"
+    if np.isnan(factor).all():  # a nan of single designs makes their life unknown
+        form = f"the formula is valid for a {HOLE_RANGE.quantity} of {HOLE_RANGE.bounds}"
         form += f" and an {EDGE_RANGE.quantity} of {EDGE_RANGE.bounds}"
         raise fault(f"bearings.{point}.eye", "notch", f"the key is missing: {form}")
     if section.taper is not None or material is None:
@@ -120,16 +122,16 @@ def _eye_notch(
 def _strength(
     asked: FatigueTable, body: LinkModel, number: int, made: SectionSource, materials: Mapping[str, MaterialTable]
 ) -> tuple[FatigueStrength, dict[str, Any]]:
-    """Strength of a beam in fatigue and the factors of its endurance limit; nan without a material."""
+    """Return the fatigue strength of a beam and the endurance factors; nan without a material."""
     if not made.material:
         return FatigueStrength(nan, nan, nan, nan, nan), {}
     stuff, where = materials[made.material], f"materials.{made.material}"
     given = asked.links.get(body.link.name, asked)
     for key in ("ultimate", "endurance"):
         if getattr(stuff, key) is None:
-            raise fault(where, key, "the key is missing: [fatigue] asks for it")
+            raise fault(where, key, "the key is missing: [fatigue] needs it")
     if asked.criterion == "soderberg" and stuff.yield_stress is None:
-        raise fault(where, "yield", "the key is missing: Soderberg's line asks for it")
+        raise fault(where, "yield", "the key is missing: the Soderberg criterion needs it")
     surface = asked.surface if given.surface is None else given.surface
     size = asked.size if given.size is None else given.size
     ultimate = real(stuff.ultimate)
@@ -145,12 +147,12 @@ def _strength(
 
 
 def _size_factor(section: Section, made: SectionSource) -> Real:
-    """Factor of the endurance limit by the larger end of a beam."""
+    """Return the size factor of a beam at its larger end."""
     taper = section.taper
     deep, wide = (1.0, 1.0) if taper is None else (max(1.0, sum(taper.fibre)), max(1.0, sum(taper.width)))
     diameter = effective_diameter(2 * section.fibre * deep, section.width * wide, section.round)
     if np.isnan(diameter).any():
-        raise fault("fatigue", "size", f'the section "{made.section}" does not tell its dimensions: give the factor')
+        raise fault("fatigue", "size", f'the section "{made.section}" has no dimensions: give the factor')
     require(SIZE_RANGE.holds(1e3 * diameter), "fatigue", "size", _left(SIZE_RANGE))
     return size_factor(diameter)
 
@@ -161,7 +163,7 @@ def _left(formula: Range) -> str:
 
 
 def beam_fatigue(cycle: Cycle) -> Fatigue:
-    """Fatigue of the beams of a scene that asks for it."""
+    """Fatigue of the beams of a scene with `[fatigue]`."""
     return cycle.once(_fatigue)
 
 
@@ -170,7 +172,7 @@ def _fatigue(cycle: Cycle) -> Fatigue:
 
 
 def _asked(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
-    """A figure of every beam of a scene that asks for fatigue."""
+    """Return the search of a scene with `[fatigue]`; without it there are no items."""
 
     def found(cycle: Cycle) -> Largest:
         none = np.zeros((0, *cycle.columns[:-1]))
@@ -180,7 +182,7 @@ def _asked(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
 
 
 def _life(cycle: Cycle) -> Largest:
-    """Time until Miner's sum is 1 [s], of beams."""
+    """Time of each beam until Miner's sum is 1 [s]."""
     cycles = _cycles(cycle)
     return replace(cycles, value=cycles.value * cycle.weights.sum(axis=-1))
 
@@ -214,14 +216,14 @@ def _row(reader: Reader, _: str) -> dict[str, Any]:
 
 FATIGUED = Kind("fatigued beam", lambda scene: scene.labels if scene.parts[KEY] else ())
 FATIGUE: Part[FatigueTask] = Part(
-    KEY, "life of the links [none]", FatigueTable, _built,
+    KEY, "endurance and life of the links [not computed]", FatigueTable, _built,
     (
-        Figure("endurance", "safety against endurance", "1", FATIGUED,
+        Figure("endurance", "safety factor against the endurance limit", "1", FATIGUED,
                _asked(lambda cycle: beam_fatigue(cycle).safety), LEAST, limit="endurance", whole=True),
-        Figure("life_cycles", "runs until a link breaks", "1", FATIGUED, _asked(_cycles), LEAST, whole=True,
-               power=STEEPEST),
+        Figure("life_cycles", "number of runs until a link breaks", "1", FATIGUED, _asked(_cycles), LEAST, whole=True,
+               power=LIFE_POWER),
         Figure("life", "time until a link breaks", "s", FATIGUED, _asked(_life), LEAST, limit="life", whole=True,
-               power=STEEPEST),
+               power=LIFE_POWER),
     ),
     _row,
     section="life",

@@ -32,14 +32,14 @@ def _unevenness(scene: SceneTable, number: int) -> Real | None:
 
 
 def _fluctuation(cycle: Cycle, number: int) -> Reals:
-    """Fluctuation of the energy of a drive that turns steadily through whole cycles [J]; nan of others."""
+    """Energy fluctuation of a drive that rotates at constant speed through whole cycles [J]; otherwise nan."""
     scene, coordinate = cycle.scene, np.broadcast_to(cycle.motion.drive[number], cycle.columns)
     steady = isinstance(scene.laws[number], ConstantSpeed) and scene.mechanism.drives[number].turns
     if not steady or not scene.run.turn or cycle.columns[-1] < 3:
         return np.full(cycle.columns[:-1], np.nan)
     span = cycle.weights.sum(axis=-1)
     travel = rate(cycle, number)[..., 0] * span
-    repeated = cycle.period is not None  # then the end of the cycle is its start once more
+    repeated = cycle.period is not None  # the last position then repeats the first
     last = -1 if repeated else None
     with np.errstate(invalid="ignore", divide="ignore"):
         found = energy_fluctuation(effort(cycle, number)[..., :last], coordinate[..., :last], travel[..., None])
@@ -67,11 +67,11 @@ UNEVEN = Kind("uneven drive", lambda scene: scene.parts[KEY])
 FLYWHEELS: Part[Real] = Part(
     KEY, "", None, by_drive(_unevenness),
     (
-        Figure("energy_fluctuation", "energy that a flywheel on a drive would take up", "J", DRIVE,
+        Figure("energy_fluctuation", "energy fluctuation that a flywheel on a drive would absorb", "J", DRIVE,
                averaged(_fluctuations), AVERAGE),
-        Figure("flywheel", "total inertia that keeps a drive as even as allowed", "kg m^2", UNEVEN,
+        Figure("flywheel", "total inertia for the allowed speed fluctuation of a drive", "kg m^2", UNEVEN,
                averaged(of_drives(KEY, _flywheel)), AVERAGE),
-        Figure("flywheel_added", "inertia to add that keeps a drive as even as allowed", "kg m^2", UNEVEN,
+        Figure("flywheel_added", "flywheel inertia for the allowed speed fluctuation of a drive", "kg m^2", UNEVEN,
                averaged(of_drives(KEY, _added)), AVERAGE),
     ),
     checks=(RangeCheck(UNEVENNESS_RANGE, UNEVEN, "flywheel", quantity=_uneven),),

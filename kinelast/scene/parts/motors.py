@@ -1,4 +1,4 @@
-"""Motors with their gears: torque, speed and inertia at the motor's shaft, and suitable gear ratios."""
+"""Motors with gearboxes: torque, speed and inertia at the motor shaft, and suitable gear ratios."""
 
 from __future__ import annotations
 
@@ -32,37 +32,41 @@ if TYPE_CHECKING:
     from kinelast.scene.format import SceneTable
 
 KEY = "motors"
-FASTEST = 1e5  # [rad/s], speed of usual motors
+MAX_SPEED = 1e5  # [rad/s] of usual motors
 
 
 class MotorTable(StrictTable, frozen=True, kw_only=True):
     """A motor with its gearbox; torques and inertias are at the motor shaft."""
 
-    rated_torque: Torque | None = None  #: continuous torque: limit of the rms torque [none]
-    peak_torque: Torque | None = None  #: limit of the largest torque [none]
-    stall_torque: Torque | None = None  #: stall torque, if the torque falls linearly to zero at `top_speed` [none]
-    rated_speed: TurningSpeed | None = None  #: limit of the mean speed [none]
-    top_speed: TurningSpeed | None = None  #: limit of the largest speed [none]
-    rotor_inertia: Inertia | None = None  #: added to the load [0]
-    gear_inertia: Inertia | None = None  #: inertia of the gearbox at the motor shaft, added to the load [0]
-    #: motor angle / drive angle; of a sliding drive motor angle / travel, or a lead [1]
+    #: continuous torque; limit of the root mean square of the torque [no limit]
+    rated_torque: Torque | None = None
+    peak_torque: Torque | None = None  #: peak torque; limit of the largest torque [no limit]
+    #: stall torque, if the torque falls linearly to zero at `top_speed` [unknown]
+    stall_torque: Torque | None = None
+    rated_speed: TurningSpeed | None = None  #: rated speed; limit of the mean speed [no limit]
+    top_speed: TurningSpeed | None = None  #: top speed; limit of the largest speed [no limit]
+    rotor_inertia: Inertia | None = None  #: inertia of the rotor, added to the load of the drive [0]
+    #: inertia of the gearbox at the motor shaft, as in catalogues; added to the load of the drive [0]
+    gear_inertia: Inertia | None = None
+    #: motor angle / drive angle; for a sliding drive motor angle / travel, or a lead [1]
     gear_ratio: GearRatio | None = None
-    efficiency: Share | None = None  #: gearbox efficiency, both directions [1]
-    inertia_ratio: Factor | None = None  #: limit of load inertia / (motor + gearbox inertia) [none]
+    efficiency: Share | None = None  #: efficiency of the gearbox, in both directions [1]
+    #: limit of load inertia / (motor + gearbox inertia), at the same shaft [no limit]
+    inertia_ratio: Factor | None = None
 
     @property
     def full_use(self) -> float | None:
-        """Largest torque over that which is available at the speed, if the line from stall to top speed is known."""
+        """Limit of torque / available torque: 1 for a known line from stall to top speed, otherwise None."""
         return None if self.stall_torque is None or self.top_speed is None else 1.0
 
 
 def motor_of(scene: SceneTable, number: int) -> Motor | None:
-    """The motor of a drive, counted from 1, or None.
+    """Return the motor of a drive by its number from 1, or None.
 
     Raises
     ------
     SceneError
-        There is no such motor, or its gear ratio does not fit the drive.
+        Unknown motor, or a gear ratio of the wrong dimension.
     """
     table, known = scene.drives[number - 1], MOTORS.tables(scene)
     if table.motor is None:
@@ -78,7 +82,7 @@ def motor_of(scene: SceneTable, number: int) -> Motor | None:
 
 
 def _gear_ratio(where: str, motor: MotorTable, drive: DriveTable) -> Real:
-    """Angle of the motor over the drive's coordinate."""
+    """Return motor angle / drive coordinate."""
     ratio = motor.gear_ratio
     if ratio is None and drive.turns:
         return 1.0
@@ -91,17 +95,17 @@ def _gear_ratio(where: str, motor: MotorTable, drive: DriveTable) -> Real:
 
 
 def _load_effort(cycle: Cycle, number: int) -> Reals:
-    """Effort without that of the rotor."""
+    """Effort of a drive without the rotor, shape (..., positions)."""
     return effort(cycle, number) - cycle.scene.mechanism.drives[number].inertia * acceleration(cycle, number)
 
 
 def motor_torque(cycle: Cycle, number: int, motor: Motor) -> Reals:
-    """Torque of a motor at its shaft [N m], shape (..., positions)."""
+    """Torque at the motor shaft [N m], shape (..., positions)."""
     return shaft_torque(motor, _load_effort(cycle, number), rate(cycle, number), acceleration(cycle, number))
 
 
 def motor_speed(cycle: Cycle, number: int, motor: Motor) -> Reals:
-    """Speed of a motor at its shaft [rad/s], shape (..., positions)."""
+    """Speed of the motor shaft [rad/s], shape (..., positions)."""
     return np.asarray(motor.gear_ratio * rate(cycle, number))
 
 
@@ -140,17 +144,17 @@ MOTORS: Part[Motor] = Part(
     KEY, "motors of drives", MotorTable, by_drive(motor_of),
     (
         Figure("motor_torque", "motor torque", "N m", MOTOR, each(of_drives(KEY, motor_torque)), limit="peak_torque"),
-        Figure("motor_rms", "motor torque, root mean square", "N m", MOTOR,
+        Figure("motor_rms", "rms motor torque", "N m", MOTOR,
                averages(KEY, root_mean_square, motor_torque), AVERAGE, limit="rated_torque"),
         Figure("motor_speed", "motor speed", "rad/s", MOTOR, each(of_drives(KEY, motor_speed)), limit="top_speed",
                rigid=True),
         Figure("motor_mean_speed", "mean motor speed", "rad/s", MOTOR, averages(KEY, _mean_size, motor_speed),
                AVERAGE, limit="rated_speed", rigid=True),
-        Figure("motor_use", "motor torque over the most at its speed", "1", MOTOR, each(of_drives(KEY, _use)),
+        Figure("motor_use", "motor torque / available torque at its speed", "1", MOTOR, each(of_drives(KEY, _use)),
                limit="full_use"),
-        Figure("inertia_ratio", "load inertia over motor inertia", "1", MOTOR,
+        Figure("inertia_ratio", "load inertia / motor inertia", "1", MOTOR,
                each(of_drives(KEY, _inertia_ratio)), limit="inertia_ratio", rigid=True),
-        Figure("least_ratio", "gear ratio of the least torque, root mean square", drive_units(KEY, "1", "rad/m"),
+        Figure("least_ratio", "gear ratio of the smallest rms torque", drive_units(KEY, "1", "rad/m"),
                MOTOR, averaged(of_drives(KEY, _least_ratio)), AVERAGE),
         Figure("matched_ratio", "gear ratio that matches the inertias", drive_units(KEY, "1", "rad/m"), MOTOR,
                averaged(of_drives(KEY, _matched_ratio)), AVERAGE, rigid=True),
@@ -159,12 +163,12 @@ MOTORS: Part[Motor] = Part(
     drive_row="motor",
     on_axis=True,
     more_than_limits=("top_speed", "peak_torque"),
-    usual={  # from a watch's to a ship's
+    usual={  # from watches to ships
         "rated_torque": ("rated torque", 1e-9, 1e8, "N m", "3 N m"),
         "peak_torque": ("peak torque", 1e-9, 1e8, "N m", "9 N m"),
         "stall_torque": ("stall torque", 1e-9, 1e8, "N m", "9 N m"),
-        "rated_speed": ("rated speed", 1e-3, FASTEST, "rad/s", "3000 rpm"),
-        "top_speed": ("top speed", 1e-3, FASTEST, "rad/s", "6000 rpm"),
+        "rated_speed": ("rated speed", 1e-3, MAX_SPEED, "rad/s", "3000 rpm"),
+        "top_speed": ("top speed", 1e-3, MAX_SPEED, "rad/s", "6000 rpm"),
         "rotor_inertia": ("inertia of the rotor", 0.0, 1e6, "kg m^2", "12 kg cm^2"),
     },
     stand_in={},

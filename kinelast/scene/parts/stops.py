@@ -1,4 +1,4 @@
-"""End stops: bounds of the angle or the slide of a joint, and its margin to them."""
+"""End stops: bounds of the angle or travel of a joint, and its margins to them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kinelast.scene.figure import LEAST, Figure, Kind
 from kinelast.scene.moved_joint import coordinate, moved_joint
 from kinelast.scene.numbers import require
 from kinelast.scene.part import Assembly, Part, Stroke
-from kinelast.scene.quantities import Coordinate
+from kinelast.scene.quantities import AngleOrLength
 from kinelast.scene.reading import reading
 from kinelast.scene.tables import JointNameTable
 from rigid import Mechanism, Motion, PinDrive, Reals, SliderDrive
@@ -27,21 +27,22 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
 
 TURN = 2.0 * np.pi
-INSIDE = 0.25 * TURN  # [rad]: the angle at the start lies within half a turn of the single stop plus this
+INSIDE = 0.25 * TURN  # [rad] the angle at the start is within half a turn of a single stop plus this
 SIZE = 0.04  # half the length of a symbol, relative to the size of the drawing
 
 
 class StopTable(JointNameTable, frozen=True, kw_only=True):
-    """End stops of a joint, named as in a drive."""
+    """End stops of a joint; it is named as in a drive."""
 
-    least: Coordinate | None = None  #: lower bound of the coordinate [none]
-    most: Coordinate | None = None  #: upper bound [none]
-    margin: Coordinate | None = None  #: least allowed distance from the stops [0]
+    #: lower bound: angle of the link axes from the axes of `on`, or travel from the drawn place [no stop]
+    least: AngleOrLength | None = None
+    most: AngleOrLength | None = None  #: upper bound of the coordinate [no stop]
+    margin: AngleOrLength | None = None  #: smallest allowed distance from the stops [0]
 
     @property
-    def required_margin(self) -> Coordinate:
+    def required_margin(self) -> AngleOrLength:
         """Smallest allowed distance from the stops."""
-        return Coordinate.read(0.0) if self.margin is None else self.margin
+        return AngleOrLength.read(0.0) if self.margin is None else self.margin
 
 
 @dataclass(frozen=True)
@@ -59,13 +60,13 @@ class Stop:
 
     @property
     def middle(self) -> Any:
-        """Angle that the coordinate is near to at the start."""
+        """Angle near the coordinate at the start [rad]."""
         if self.least is None or self.most is None:
             return self.most - INSIDE if self.least is None else self.least + INSIDE
         return (self.least + self.most) / 2.0
 
     def coordinate(self, motion: Motion) -> Reals:
-        """Angle [rad], continuous over the positions and near to the middle at the start, or slide [m]."""
+        """Angle [rad], continuous over the positions and near `middle` at the start, or travel [m]."""
         if not isinstance(self.joint, PinDrive):
             return Slide(self.joint.slider).value(motion)
         off = LinkAngle(self.joint.link, self.joint.on).difference(motion, self.middle)
@@ -80,7 +81,7 @@ def _built(assembly: Assembly) -> dict[str, Stop]:
 def _stop(where: str, table: StopTable, assembly: Assembly) -> Stop:
     joint = moved_joint(where, "", table, assembly.links, assembly.sliders)
     if table.least is None and table.most is None:
-        raise fault(where, "least", "the key is missing: give least or most, beyond which the joint does not go")
+        raise fault(where, "least", "the key is missing: give least, most or both")
     unit = "rad" if joint.turns else "m"
     given = {key: getattr(table, key) for key in ("least", "most", "margin")}
     least, most, margin = (None if each is None else coordinate(where, key, each, unit) for key, each in given.items())
@@ -88,12 +89,12 @@ def _stop(where: str, table: StopTable, assembly: Assembly) -> Stop:
         require(least < most, where, "most", "expected a value above least")
         require((most - least < TURN) | (not joint.turns), where, "most", "expected less than a turn above least")
     if margin is not None:
-        require(margin >= 0.0, where, "margin", "expected a distance that is not negative")
+        require(margin >= 0.0, where, "margin", "expected zero or more")
     return Stop(joint, least, most)
 
 
 def _side(name: str, key: str) -> Kind:
-    """The stops on one side."""
+    """Return the kind of the stops on one side."""
     return Kind(name, lambda scene: [stop for stop, own in STOPS.of(scene).items() if getattr(own, key) is not None])
 
 
@@ -105,7 +106,7 @@ def _units(kind: Kind) -> Callable[[Scene], list[str]]:
 
 
 def _margins(kind: Kind, margin: Callable[[Stop, Reals], Any]) -> Callable[[Cycle], Largest]:
-    """Least margins over all positions, also ill-conditioned ones."""
+    """Return the search for the smallest margins over all positions, also ill-conditioned ones."""
 
     def find(cycle: Cycle) -> Largest:
         stops = [STOPS.of(cycle.scene)[name] for name in kind.names(cycle.scene)]
@@ -121,7 +122,7 @@ def _row(reader: Reader, name: str) -> dict[str, Any]:
 
 
 def _strokes(scene: Scene) -> Iterator[Stroke]:
-    """Bars with ticks on the forbidden side."""
+    """Yield bars with ticks on the forbidden side."""
     places = [complex(place) for place in scene.mechanism.drawing.values()]
     size = SIZE * max((abs(one - other) for one in places for other in places), default=1.0)
     for stop in STOPS.of(scene).values():
@@ -134,7 +135,7 @@ def _strokes(scene: Scene) -> Iterator[Stroke]:
 
 
 def _bar(stop: Stop, end: float, size: float, mechanism: Mechanism) -> tuple[str, complex, complex]:
-    """Link of a bar, its foot and direction: along the turned link, or across the slide."""
+    """Return the link of a bar, its foot and direction: along the rotating link, or across the line of sliding."""
     if not isinstance(stop.joint, PinDrive):
         slider = mechanism.slider(stop.joint.slider)
         along = -1j * complex(slider.direction)
