@@ -32,6 +32,7 @@ from kinelast.outputs.words import further_checks, reached_words
 from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.error import SceneError
+from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Request
 from rigid import with_rates
 
@@ -255,16 +256,34 @@ def test_on_shipped_scenes_a_finer_accuracy_never_takes_a_lower_rung_or_a_worse_
         assert answer.accurate == (answer.error <= share and max(answer.courses.values()) <= share)
 
 
+class Listener(Progress):
+    """Keeps the numbers of the stages by name, and the sentences."""
+
+    def __init__(self):
+        self.stages, self.sentences = {}, []
+
+    def __call__(self, stage, done, total):
+        self.stages[stage.partition(": ")[2]] = done, total
+
+    def tell(self, sentence):
+        self.sentences.append(sentence)
+
+
 def test_an_accuracy_that_cannot_be_reached_costs_no_more_than_one_that_nearly_can_and_stages_are_told():
-    scene, heard = read_scene(shipped_scenes()["utenov_four_bar"]), []
-    near, far = (
-        computed(scene, Request(accuracy=share, positions=12), lambda stage, done, total: heard.append(stage)).answer
-        for share in (5e-5, 1e-12)
-    )
+    scene, heard = read_scene(shipped_scenes()["utenov_four_bar"]), Listener()
+    near, far = (computed(scene, Request(accuracy=share, positions=12), heard).answer for share in (5e-5, 1e-12))
     assert near.error > 5e-5
     assert (far.vibrating.elements, far.vibrating.coordinates) == (near.vibrating.elements, near.vibrating.coordinates)
     assert far.error == pytest.approx(near.error, rel=1e-6)
-    assert {"large displacement", "geometrically exact"} <= {stage.partition(": ")[2] for stage in heard}
+    assert (heard.stages["large displacement"], heard.stages["geometrically exact"]) == ((2, 5), (3, 5))
+
+
+def test_a_long_exact_answer_is_announced_with_an_option_that_answers_sooner(monkeypatch):
+    monkeypatch.setattr("kinelast.figures.theory.LONG", 0.0)
+    heard = Listener()
+    computed(read_scene(shipped_scenes()["utenov_four_bar"]), Request(theory=GEOMETRICALLY_EXACT, positions=12), heard)
+    (sentence,) = heard.sentences
+    assert re.fullmatch(r"utenov_four_bar: large displacement may take [\d.]+ s; .*elastodynamic.* sooner", sentence)
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -58,7 +59,7 @@ from kinelast.scene.data import (
 )
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import Figure
-from kinelast.tasks.progress import SILENT, Progress, one_thread
+from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from rigid import MechanismError, Motion
 from rigid.arrays import Reals
 
@@ -82,6 +83,9 @@ MAX_REFINED = 10_000  # with more positions, no instants between them are examin
 SAME = 1e-9  # relative difference of moments at rest by round-off
 MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] largest travel of a drive at rest
 MAX_CHANGE_PER_TRAVEL = 10.0  # relative change of moments per travel of a machine at rest
+STAGES = 5  # of the choice of the theory, for the progress
+EXACT_OVER_FIRST_STEPS = 40.0  # largest time of an exact answer with its error / that of the first steps to it
+LONG = 10.0  # [s] expected time from which an answer is announced
 UNSTABLE = "the links have no steady state, their vibration grows"
 
 
@@ -222,7 +226,7 @@ def answer(
         motion_at, cycle = _held(scene, plain.motion) if rests else (scene.course.at, period)
 
         def resolved(times: Reals) -> Motion:
-            progress(f"{scene.name}: solving vibration ({len(times):,} points)", 0, 1)
+            progress(f"{scene.name}: solving vibration ({len(times):,} points)", 0, STAGES)
             return motion_at(times)
 
         linear = _vibrating(scene, plain.motion, resolved, cycle, tolerance)
@@ -272,8 +276,15 @@ class _Rungs:
         off = Estimate({}, self._cycle(beyond_beam_theory(self.plain)), {})
         return max((each.share for each in graded_figures(self.scene, cycle, self.figures, off)), default=0.0)
 
-    def _tell(self, stage: str) -> None:
-        self.progress(f"{self.scene.name}: {stage}", 0, 1)
+    def _tell(self, number: int, stage: str) -> None:
+        self.progress(f"{self.scene.name}: {stage}", number, STAGES)
+
+    def _announce(self, first_steps: float) -> None:
+        """Announce a long exact answer, expected from the time of the first steps [s] to it."""
+        expected = EXACT_OVER_FIRST_STEPS * first_steps
+        if expected > LONG:
+            advice = '"--theory elastodynamic" or a larger --accuracy answers sooner'
+            self.progress.tell(f"{self.scene.name}: large displacement may take {lasting(expected)}; {advice}")
 
     @cached_property
     def figures(self) -> list[Figure]:
@@ -304,10 +315,12 @@ class _Rungs:
         stages: dict[str, Cycle] = {}
         shares = settled
         if self._worth_measuring(linear, wanted):
-            self._tell("error in time and coordinates")
+            self._tell(1, "error in time and coordinates")
             shared = finer_vibration(linear)
             stages, shares = {TIME: self._cycle(discretized_finer(linear, shared, tolerance)[0])}, {}
+        began = time.perf_counter()
         finest, displaced, open_by = self._large_displacement(linear, shared, wanted)
+        first_steps = time.perf_counter() - began
         stages, shares = {**stages, **displaced}, {**shares, **open_by}
         asked = self.theory.name
         if asked == QUASI_STATIC or (asked is None and not self._far(plain, vibrating, wanted)):
@@ -319,7 +332,8 @@ class _Rungs:
             found = self._cycle(stepped.deflection)
             left = self._open(stepped, tolerance, wanted, shared, finest)
             yield self._answer(GEOMETRICALLY_EXACT, found, stepped, *left)
-        self._tell("geometrically exact")
+        self._tell(3, "geometrically exact")
+        self._announce(first_steps)
         try:
             begun = None if has_dry_friction(self.scene.mechanism) else stepped.exact
             if asked is None and not _rests(self.plain):
@@ -379,7 +393,7 @@ class _Rungs:
         rotation = float(np.nanmax(cycle_maxima(linear.deflection, ["phi"])["phi"].value, initial=0.0))
         if self.theory.name is None and rotation <= SMALL_ROTATION * _share_of_bounds(self.scene) * wanted:
             return linear, {}, {LARGE: rotation}
-        self._tell("large displacement")
+        self._tell(2, "large displacement")
         try:
             stepped, left = with_large_displacement(linear, finer)
         except MechanismError:
@@ -403,7 +417,7 @@ class _Rungs:
         shares = {TIME: discretized, LARGE: large_displacement_error(exact)}
         if exact.exact is None or not self._worth_measuring(exact, wanted):
             return {}, shares
-        self._tell("error in time and coordinates")
+        self._tell(4, "error in time and coordinates")
         begun = begun if finer else None
         finer = finer or finer_vibration(exact)
         bent, left = discretized_finer(exact, finer, FURTHER * tolerance, begun)  # else both leave the same steps open
