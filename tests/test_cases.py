@@ -572,6 +572,16 @@ def test_ringing_with_peaks_between_positions_is_in_the_error(answered):
     assert figure["error"] < 2 * (736.6e-6 - figure["value"])
 
 
+@pytest.mark.parametrize(("positions", "verdict"), [("36", "too close to decide"), ("576", "not acceptable")])
+def test_the_load_ratio_of_a_link_does_not_jump_to_another_link(positions, verdict, answered):
+    """The largest ratio of the coupler, 1.403e-4, is where the crank begins to do more work in the mode: 0.956e-4 was
+    found at 36 positions, ± 0.18 %, and acceptable."""
+    _, _, summary = answered("load_ratio_of_a_coupler", "--positions", positions)
+    assert summary["acceptance"]["verdict"] == verdict
+    found = summary["acceptance"]["limits"][0]["found"]
+    assert found["error"] > abs(1.403e-4 - found["value"]) - 1e-7
+
+
 class TestLargeDisplacement:
     """References by the geometrically exact beams of exudyn, which shares no code with the program."""
 

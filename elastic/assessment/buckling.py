@@ -42,8 +42,8 @@ class Buckling:
     Attributes
     ----------
     ratio
-        Largest over the positions for each link, shape (links,), of modes in which the axial forces of this link do
-        most of the work; 0 without such a mode, nan if unknown.
+        Largest over the positions for each link, shape (links,): of modes in which the forces of this link work, times
+        this work over that of the link that works most; 0 without such a mode, nan if unknown.
     position
         Position of the largest ratio, shape (links,).
     """
@@ -197,9 +197,8 @@ class _BucklingModes:
         values, modes = self._solved(felt, moved, pressing[known])
         values = np.where(values > ROUND_OFF * np.abs(values).max(axis=-1, keepdims=True), values, 0.0)
         values, modes = (part[..., -2 * ratio.shape[1] :] for part in (values, modes))
-        links = self._working(felt, moved, modes)
-        for link in range(ratio.shape[1]):
-            ratio[known, link] = np.where(links == link, values, 0.0).max(axis=-1, initial=0.0)
+        pressed = np.where(values > 0.0, values, 0.0)
+        ratio[known] = (self._shares(felt, moved, modes) * pressed).max(axis=-1, initial=0.0).T
         return ratio
 
     def _moved(self, some: Integers) -> Displacements:
@@ -236,8 +235,11 @@ class _BucklingModes:
         modes = np.take_along_axis(vectors.real, order[:, None], -1)
         return np.take_along_axis(values, order, -1), back @ modes
 
-    def _working(self, felt: GeometricStiffness, moved: Displacements, modes: Reals) -> Integers:
-        """Index of the link with the most work of its forces in each mode, shape (positions, modes)."""
+    def _shares(self, felt: GeometricStiffness, moved: Displacements, modes: Reals) -> Reals:
+        """Work of each link's forces over that of the link that works most, shape (links, positions, modes).
+
+        As shares, they do not jump where another link works most at the next position.
+        """
         mechanism = self.motion.mechanism
         work = np.zeros((len(mechanism.links), len(modes), modes.shape[-1]))
         for beam, (at, _) in enumerate(mechanism.beams):
@@ -247,4 +249,5 @@ class _BucklingModes:
                 at = self.chosen[next(iter((*effect.cause.shares, *effect.cause.ways)))][0]
                 along, cause = ((row(moved)[:, None] @ modes)[:, 0] for row in (effect.felt, effect.cause))
                 work[at] -= effect.stiffness[:, None] * along * cause
-        return np.asarray(work.argmax(axis=0))
+        most = work.max(axis=0)
+        return np.divide(np.maximum(work, 0.0), most, out=np.zeros_like(work), where=most > 0.0)

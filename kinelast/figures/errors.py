@@ -36,6 +36,7 @@ LITTLE_PRESSED, KNOWN_TO = (
     0.2,
     0.02,
 )  # relative to the largest load ratio: ratios below the first are known to the second
+MAX_KINK = 5.0  # relative error of the load ratio of a link that is not the first to buckle, times the positions
 MAX_CHANGE_RATIO = 3.0  # change of a load ratio between positions, relative to that of the axial force
 DISPLACEMENTS = ("m", "rad")  # units with discretization errors relative to the largest figure of the unit
 AT = np.linspace(0.0, 1.0, 5)  # stations at which courses are compared
@@ -251,6 +252,7 @@ def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Map
             size = values[figure.key]
             greatest = np.max(size, initial=0.0)
             rough = np.where(size < LITTLE_PRESSED * greatest, KNOWN_TO * greatest, 0.0)
+            rough += np.where(size < greatest, MAX_KINK / answer.columns[-1] * size, 0.0)
             sizes[figure.key] = size * (1.0 + MAX_CHANGE_RATIO * change) + rough
     return sizes
 
