@@ -2,15 +2,19 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from browser import Page
 from msgspec.structs import replace
 
 from kinelast.cli.command import main
+from kinelast.figures.checks import nearer
+from kinelast.figures.errors import LARGE, FigureError, GradedFigure
 from kinelast.figures.limits import KEPT, SEVERITY, TOO_NEAR, UNKNOWN, severity
 from kinelast.figures.report import Verdict, report_from
 from kinelast.outputs.words import MAX_NAMED, error_words, verdict_words
+from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.scene.limits import Limit
 from kinelast.scene.reading import reading
 
@@ -90,6 +94,33 @@ def test_an_error_beyond_its_figure_is_absolute():
     assert error_words(row, {}) == " ± 250 mW (unreliable)"
     assert error_words(replace(row, error=3.2e-4), {}) == " ± 32 % (unreliable)"
     assert error_words(reading(0.0, "W", error=0.25), {}) == " ± 250 mW"
+
+
+def test_a_limit_kept_within_twice_its_error_says_so_instead_of_unreliable(tmp_path, capsys):
+    """Its figure is known to 36 % and is kept: "acceptable" stands beside no figure that decides and is unreliable."""
+    gallery = Path(__file__).parents[1] / "docs" / "gallery"
+    assert main([str(gallery / "toggle_press.toml"), "--quiet", "-o", str(tmp_path)]) == 0
+    summary = json.loads((tmp_path / "toggle_press" / "summary.json").read_text())
+    words = verdict_words(report_from(summary))
+    assert "± 36 % (limit 0.1 mm, kept within twice this error)" in words
+    assert "unreliable" not in words
+
+
+@pytest.mark.parametrize(
+    ("off", "aim", "advice"),
+    [
+        (0.04, 0.01, 'accuracy = "0.5 %" would settle it'),
+        (0.04, 0.9, "no finer answer"),
+        (2.0, 0.01, "no finer answer"),
+    ],
+)
+def test_an_accuracy_is_advised_only_if_it_is_finer_and_can_be_reached(off, aim, advice):
+    """Asked for 5 %: 45 % is coarser, and 0.5 % is no help where not even 5 % were reached."""
+    error = FigureError({LARGE: off})
+    graded = [GradedFigure("deflection", 0, 1.0, 1.0, error)]
+    answer = SimpleNamespace(theory=GEOMETRICALLY_EXACT, accuracy=None, finer=False)
+    scene = SimpleNamespace(theory=SimpleNamespace(plain=False), course=None)
+    assert advice in nearer(SimpleNamespace(answer=answer, graded=graded, scene=scene), error, aim)
 
 
 def test_buckling_links_have_only_figures_of_the_rigid_motion(out, shown):

@@ -14,7 +14,17 @@ from elastic.beams import POISSON
 from elastic.links import members_of
 from kinelast.figures.check_results import NonlinearCheck, NotMade, allowed_difference
 from kinelast.figures.cycle import points_of
-from kinelast.figures.errors import BEAM_THEORY, BETWEEN, BODIES, LITTLE, ROUND_OFF, TIME, FigureError, Measured
+from kinelast.figures.errors import (
+    BEAM_THEORY,
+    BETWEEN,
+    BODIES,
+    LITTLE,
+    NOT_OF_MOTION,
+    ROUND_OFF,
+    TIME,
+    FigureError,
+    Measured,
+)
 from kinelast.figures.registry import NAMES
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
@@ -26,6 +36,7 @@ if TYPE_CHECKING:
     from fem_check.nonlinear import RefinedDeflection
     from fem_check.solid import SolidComparison
     from kinelast.figures.results import Results
+    from kinelast.figures.theory import Answer
     from kinelast.scene.data import Scene
     from rigid import Mechanism, Reals
 
@@ -190,8 +201,6 @@ def nearer(results: Results, error: FigureError, share: float) -> str:
     It names the largest part of the error and an option that runs for this scene.
     """
     answer, largest = results.answer, error.largest
-    accuracy = f'accuracy = "{percent(max(share / 2, MIN_ACCURACY))}" would settle it'
-    by_laws = isinstance(results.scene.course, CourseByLaws) and not results.left_out
     if largest == BEAM_THEORY:
         return "" if results.solid or _hollow(results) else f"mostly {largest}: --check solid would measure it"
     if answer is None or largest in (ROUND_OFF, BODIES) or share <= 0.0:
@@ -201,9 +210,21 @@ def nearer(results: Results, error: FigureError, share: float) -> str:
         return f"mostly {largest}: --positions {more} would reduce it"
     if results.scene.theory.plain:
         return f'mostly {largest}: without theory = "quasi-static" it would be settled'
-    if answer.theory == GEOMETRICALLY_EXACT or answer.finer:
-        return f"mostly {largest}: {accuracy}"
-    return f"mostly {largest}: --check nonlinear would measure it" if by_laws and not results.nonlinear else ""
+    return f"mostly {largest}{_by_a_finer_theory(results, answer, max(share / 2, MIN_ACCURACY))}"
+
+
+def _by_a_finer_theory(results: Results, answer: Answer, aim: float) -> str:
+    """Return advice on an error by the theory of motion.
+
+    An accuracy is advised only if it is finer than that of the answer, and the answer reached its own.
+    """
+    wanted = answer.accuracy or ACCURACY
+    reached = max((each.error.without(NOT_OF_MOTION).size / each.base for each in results.graded), default=0.0)
+    if (answer.theory == GEOMETRICALLY_EXACT or answer.finer) and max(aim, reached) <= wanted:
+        return f': accuracy = "{percent(aim)}" would settle it'
+    if isinstance(results.scene.course, CourseByLaws) and not results.left_out and not results.nonlinear:
+        return ": --check nonlinear would measure it"
+    return ", which no finer answer reduces: stiffer links or more damping would"
 
 
 def _hollow(results: Results) -> bool:

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from kinelast.figures.cycle import WELL
 from kinelast.figures.inputs import INPUTS
-from kinelast.figures.limits import VERDICTS
+from kinelast.figures.limits import KEPT, VERDICTS
 from kinelast.figures.report import CheckReport, FurtherCheck, JudgedLimit, Report, RunReport, TheoryReport
 from kinelast.figures.trust import digits_left
 from kinelast.scene.data import QUASI_STATIC
@@ -152,7 +152,9 @@ def _limit_words(row: JudgedLimit, report: Report) -> str:
     if figure.value is None:
         lasts = (report.run.end.value or 0.0) - (report.run.start.value or 0.0)
         value = f"not settled within the {quantity(lasts, 's')} computed" if row.kind == "settling" else "endless"
-    return f"{name} {value}{error_words(figure, told_in)} ({'minimum' if row.least else 'limit'} {allowed})"
+    within = ", kept within twice this error" if figure.unreliable and row.outcome == KEPT else ""
+    error = error_words(replace(figure, unreliable=False) if within else figure, told_in)
+    return f"{name} {value}{error} ({'minimum' if row.least else 'limit'} {allowed}{within})"
 
 
 def questions(report: Report) -> list[str]:
