@@ -250,4 +250,5 @@ class _BucklingModes:
                 along, cause = ((row(moved)[:, None] @ modes)[:, 0] for row in (effect.felt, effect.cause))
                 work[at] -= effect.stiffness[:, None] * along * cause
         most = work.max(axis=0)
-        return np.divide(np.maximum(work, 0.0), most, out=np.zeros_like(work), where=most > 0.0)
+        shares: Reals = np.divide(np.maximum(work, 0.0), most, out=np.zeros_like(work), where=most > 0.0)
+        return shares
