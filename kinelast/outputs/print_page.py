@@ -93,7 +93,7 @@ def _head(report: Report) -> Iterator[Paragraph]:
     words = verdict_words(report)
     yield Paragraph(f"{words[:1].upper()}{words[1:]}.", 11, colour, "bold", GAP)
     if trust.level != GOOD:
-        yield Paragraph(f"These figures are {LEVELS[trust.level]}: {', '.join(trust.reasons)}.", 9, AMBER)
+        yield Paragraph(f"{LEVELS[trust.level].capitalize()}: {', '.join(trust.reasons)}.", 9, AMBER)
 
 
 def _foot(report: Report) -> Iterator[Paragraph]:
@@ -132,4 +132,4 @@ def _figures(report: Report) -> Iterator[str]:
         yield f"Error of the output, {output.kind} {output.name}: {words(output)}."
     for name, drive in report.drives.items():
         if drive["effort"].value is not None:
-            yield f"Drive of {name}: at most {words(drive['effort'])}."
+            yield f"Drive of {name}: at most {words(magnitude(drive['effort']))}."
