@@ -211,10 +211,10 @@ class Properties(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag=
 class Rigidities(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="rigidities"):
     """A beam without a material."""
 
-    EA: AxialRigidity  #: axial
-    EI: BendingRigidity  #: bending
+    EA: AxialRigidity  #: axial rigidity
+    EI: BendingRigidity  #: bending rigidity
     mass_per_length: MassPerLength  #: mass per length
-    kGA: ShearRigidity | None = None  #: shear rigidity [no shear deformation]
+    kGA: ShearRigidity | None = None  #: shear rigidity [no shear]
 
 
 SectionTable = (
@@ -274,23 +274,20 @@ class LinkTable(StrictTable, frozen=True, kw_only=True):
     #: 0]}`
     points: list[str] | dict[str, Place]
     length: Size | None = None  #: length of a link with two points [as drawn]
-    section: str | None = None  #: section of its beams: a name under `[sections]`, or a standard section
-    material: str | None = None  #: material of its beams: a name under `[materials]`, or one of the library
-    #: beams between pairs of points [from each point to the next; a point between two earlier points divides their
-    #: beam]
+    section: str | None = None  #: name under `[sections]`, or a standard name
+    material: str | None = None  #: name under `[materials]`, or a standard name
+    #: pairs of points joined by beams [consecutive points; a point between two earlier ones divides their beam]
     beams: list[tuple[str, str] | BeamTable] | None = None
-    #: initial strain of its beams, positive if they are longer than drawn [0]
-    strain: Strain | None = None
-    temperature: Warming | None = None  #: temperature rise of its beams since their length was set [0]
-    rigid: bool = False  #: `true`: rigid link
-    mass: Mass | None = None  #: mass of a rigid link [from section and material]
-    #: centre of mass of a rigid link: name of a point, or `[x, y]` in link axes [from section and material, or its only
-    #: point]
+    strain: Strain | None = None  #: free strain of the beams, positive if they are longer than drawn [0]
+    temperature: Warming | None = None  #: temperature rise since the beams had their drawn length [0]
+    rigid: bool = False  #: `true`: no bending
+    mass: Mass | None = None  #: mass of a rigid link [by section and material]
+    #: centre of mass of a rigid link: a point, or `[x, y]` in link axes [by section and material, or the single point]
     center: str | Place | None = None
-    #: moment of inertia of a rigid link about its centre of mass [from section and material, or 0]
+    #: moment of inertia of a rigid link about its centre of mass [by section and material, or 0]
     inertia: Inertia | None = None
-    masses: dict[str, Mass] = field(default_factory=dict)  #: point masses at its points, as in `{B = "50 g"}`
-    #: corners of its picture: names, or `[x, y]` in link axes
+    masses: dict[str, Mass] = field(default_factory=dict)  #: point masses, such as `{B = "50 g"}`
+    #: corners of its picture: points, or `[x, y]` in link axes
     outline: list[str | Place] = field(default_factory=list)
 
 

@@ -81,10 +81,9 @@ class JointTable(StrictTable, frozen=True, kw_only=True):
     #: Coulomb friction coefficient; the friction moment of a pin is coefficient x `radius` x joint force, the friction
     #: force of a slider is coefficient x normal force [0]
     friction: Annotated[float, Meta(ge=0, le=10)] | None = None
-    viscosity: DampingConstant | None = None  #: viscous friction, added to the Coulomb friction [0]
-    radius: Size | None = None  #: radius of a pin with `friction`
-    #: guide length of a slider, with `through` at its middle; friction then includes the forces at both ends that carry
-    #: the moment [the moment adds no friction]
+    viscosity: DampingConstant | None = None  #: viscous friction, added [0]
+    radius: Size | None = None  #: pin radius, needed for its `friction`
+    #: guide length of a slider, `through` at its middle; its end forces then rub too [none]
     length: Size | None = None
 
 
