@@ -20,7 +20,7 @@ from elastic.elastodynamics import (
     with_large_displacement,
 )
 from elastic.elastodynamics.solution import deflection_at, vibration_in
-from kinelast import scene_from_text
+from kinelast import scene_from_text, shipped_scenes
 from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import magnitudes
@@ -39,9 +39,11 @@ from kinelast.figures.errors import (
     with_bodies,
     worst_of,
 )
+from kinelast.figures.results import results_in_full
 from kinelast.figures.theory import damping_of
 from kinelast.runs.__init__ import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
+from kinelast.scene.text import file_text
 from kinelast.tasks.request import Request
 
 ARM = """
@@ -302,3 +304,13 @@ def test_what_lies_between_the_positions_is_an_error_of_theirs(run):
     assert value < 0.99 * most
     assert value + error.parts[BETWEEN] == pytest.approx(most, rel=5e-3)
     assert nearer(results, error, 0.01) == "mostly between the positions: --positions 360 would reduce it"
+
+
+def test_the_relative_error_of_a_safety_is_that_of_its_stress():
+    """However large: a judgement divides the safety by 1 plus this share."""
+    text = file_text(shipped_scenes()["steel_four_bar"]).replace("positions = 360", "positions = 7")
+    text = text.replace('accuracy = "5 %"', 'theory = "quasi-static"')
+    peaks = results_in_full(scene_from_text(text)).figures.peaks
+    shares = {key: [abs(each.error.parts[BETWEEN] / each.value) for each in peaks[key]] for key in ("safety", "stress")}
+    assert shares["safety"] == pytest.approx(shares["stress"], rel=0.01)
+    assert max(shares["stress"]) > 0.05

@@ -29,6 +29,7 @@ SEARCHED = LARGEST, LEAST, MOST  # reductions with a place in the cycle
 QUARTER = 4.0  # ratio of the errors of an average at full and half steps
 ONE_POSITION = "there is no instant beside it to compare with"
 RIGID_HEADLINE = "drive_effort", "joint_force"  # graded figures of rigid links
+RECIPROCAL = "safety", "endurance"  # figures that are a strength over a stress: their errors are those of the stress
 HEADLINE = NAMES["w"], NAMES["mises"]  # main figures of every report
 LITTLE = 0.01  # smallest base of relative errors, relative to the largest figure of the unit
 COURSES, JOINT_FORCES = ("u", "w", "chord", "N", "M"), "joint forces"
@@ -228,14 +229,18 @@ def figure_errors(
     )
     if off.moving is not None:
         before = stages[VIBRATION]
-        closer = {key: _farther(closer[key], values[key], _difference(vibrating[key], before[key])) for key in before}
+        closer = {key: _farther(key, *(each[key] for each in (closer, values, vibrating, before))) for key in before}
     return errors | {
         figure.key: _of_items(answer, figure, values, stages, bodies, closer, off, scales) for figure in others
     }
 
 
-def _farther(closer: Any, here: Any, change: Any) -> Any:
+def _farther(key: str, closer: Any, here: Any, after: Any, before: Any) -> Any:
     """Return values between the positions, or those at the positions plus a change, whichever differ more."""
+    if key in RECIPROCAL:
+        with np.errstate(divide="ignore"):
+            return 1.0 / _farther("", *(np.divide(1.0, each) for each in (closer, here, after, before)))
+    change = _difference(after, before)
     return np.where(np.abs(change) > np.abs(_difference(closer, here)), here + change, closer)
 
 
@@ -292,9 +297,13 @@ def _of_items(
     scales: Mapping[str, float],
 ) -> list[FigureError]:
     before = here = values[figure.key]
+
+    def change(after: Any, before: Any) -> Reals:
+        return _change_of_stress(after, before, here) if figure.key in RECIPROCAL else _difference(after, before)
+
     parts: dict[str, Reals] = {}
     for name, stage in stages.items():
-        parts[name], before = _difference(stage[figure.key], before), stage[figure.key]
+        parts[name], before = change(stage[figure.key], before), stage[figure.key]
     base = reference_deflection(np.where(np.isfinite(here), np.abs(here), 0.0))
     wide = (
         base if figure.over == LEAST else np.full(np.shape(here), np.max(base, initial=0.0))
@@ -308,8 +317,8 @@ def _of_items(
     if figure.remains_of and off.settled:
         whole = np.max(answer.of(figure.remains_of).value, initial=0.0)
         parts[TIME] = np.maximum(np.abs(parts.get(TIME, 0.0)), np.full(np.shape(here), off.settled * whole))
-    parts[BEAM_THEORY] = np.abs(_difference(bodies[figure.key], here))
-    parts[BETWEEN] = np.abs(_difference(closer[figure.key], here))
+    parts[BEAM_THEORY] = np.abs(change(bodies[figure.key], here))
+    parts[BETWEEN] = np.abs(change(closer[figure.key], here))
     parts[ROUND_OFF] = _round_off(answer, figure) * base
     rows = zip(*(part.tolist() for part in parts.values()), strict=True)
     return [FigureError(dict(zip(parts, row, strict=True)), off.unknown) for row in rows]
@@ -336,6 +345,13 @@ def _difference(after: Any, before: Any) -> Reals:
     with np.errstate(invalid="ignore"):
         difference: Reals = np.where(after == before, 0.0, after - before)
     return difference
+
+
+def _change_of_stress(after: Any, before: Any, here: Any) -> Reals:
+    """Return the change of the stress from one safety factor to another, relative to that of the answer, times this."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        change: Reals = here * (here / before - here / after)
+    return np.where(np.isfinite(change) & (after != before), change, _difference(after, before))
 
 
 def _round_off(answer: Cycle, figure: Figure) -> Reals:

@@ -14,7 +14,7 @@ from msgspec import UNSET, structs
 from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
-from kinelast.figures.errors import stiffness_error
+from kinelast.figures.errors import RECIPROCAL, stiffness_error
 from kinelast.figures.ranges import STRENGTH, can_yield, needed_by_limits, refusals
 from kinelast.figures.reader import Reader, error_entries
 from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
@@ -36,7 +36,6 @@ PASSED = {KEPT: True, BROKEN: False}
 LIMITS_KEPT, LIMITS_MARGIN = "limits_kept", "limits_margin"
 ONE_POSITION = "only one position of the cycle is computed: give more --positions"
 WIDENED = 2.0  # margin of an unreliable figure, relative to its error
-RECIPROCAL = "safety", "endurance"  # figures that are a strength over a stress
 SPARE = 1e-4  # margin in addition to the error, relative to the limit, because errors change with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
 """Field with the place of each figure of beams."""
