@@ -46,10 +46,14 @@ class Buckling:
         this work over that of the link that works most; 0 without such a mode, nan if unknown.
     position
         Position of the largest ratio, shape (links,).
+    beside
+        How much larger the ratio may be between this position and those beside it, shape (links,): the larger drop to
+        them, which also bounds a corner where another link begins to work most.
     """
 
     ratio: Reals
     position: Integers
+    beside: Reals
 
     @property
     def link(self) -> int:
@@ -83,7 +87,7 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
     links = len(deflection.motion.mechanism.links)
     ratios = np.full((links, len(pressed)), np.nan)
     if not len(pressed):
-        return Buckling(np.zeros(links), np.zeros(links, int))
+        return Buckling(np.zeros(links), np.zeros(links, int), np.zeros(links))
     even = np.linspace(0, len(pressed) - 1, EVEN).round().astype(int)
     some = np.unique([*even, bound.argmax(), *spans.argmax(axis=-1)])
     try:
@@ -92,9 +96,11 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
             ratios[:, some] = np.nan_to_num(roots.of_links(pressed[some])).T
             some = _unseen(ratios, bound, resolved)
     except np.linalg.LinAlgError:  # redundant rigid joints, or absurd dimensions
-        return Buckling(np.full(links, np.nan), np.zeros(links, int))
+        return Buckling(np.full(links, np.nan), np.zeros(links, int), np.zeros(links))
     best = np.nanargmax(ratios, axis=1)
-    return Buckling(np.nanmax(ratios, axis=1), pressed[best])
+    largest = np.nanmax(ratios, axis=1)
+    nearby = [ratios[np.arange(links), np.clip(best + step, 0, len(pressed) - 1)] for step in (-1, 1)]
+    return Buckling(largest, pressed[best], largest - np.fmin(*nearby))
 
 
 def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:

@@ -272,7 +272,12 @@ class Cycle:
 
         Of the forces without vibration. Of many designs or speeds it is a safe bound: never too low.
         """
-        return self.still.pressed if self.still else self.once(_pressed)
+        return self.still.pressed if self.still else self.once(_pressed)[0]
+
+    @property
+    def pressed_beside(self) -> Reals:
+        """How much larger the load ratios may be between the positions, shape (beams, ...); 0 of safe bounds."""
+        return self.still.pressed_beside if self.still else self.once(_pressed)[1]
 
     @cached_property
     def bending(self) -> Reals:
@@ -317,18 +322,19 @@ class Cycle:
         return lowest
 
 
-def _pressed(cycle: Cycle) -> Largest:
+def _pressed(cycle: Cycle) -> tuple[Largest, Reals]:
     given, scene = cycle.given, cycle.scene
     owners = [at for at, _ in scene.mechanism.beams]
     if not owners:
-        return Largest(np.zeros((0, *cycle.columns[:-1])), np.zeros((0, *cycle.columns[:-1]), int))
+        none = np.zeros((0, *cycle.columns[:-1]))
+        return Largest(none, none.astype(int)), none
     known = given is not None and given.added is None and given.sections is scene.sections
     bent = given if known and given is not None else scene_deflection(scene, cycle.motion)
     bent = bent.unmarked or bent
     alone = len(cycle.columns) == 1
     if alone and not too_many_beams(scene.mechanism):
         found = buckling_ratio(bent, cycle.counted)
-        return Largest(found.ratio[owners], found.position[owners])
+        return Largest(found.ratio[owners], found.position[owners]), found.beside[owners]
     of_all, of_spans = buckling_bound(bent)
     of_all, of_spans = (np.where(cycle.counted & np.isfinite(of_all), each, 0.0) for each in (of_all, of_spans))
     at = of_all.argmax(axis=-1)
@@ -336,7 +342,7 @@ def _pressed(cycle: Cycle) -> Largest:
     value, position = of_spans.max(axis=-1), of_spans.argmax(axis=-1)
     np.put_along_axis(value, worst[None], of_all.max(axis=-1)[None], 0)
     np.put_along_axis(position, worst[None], at[None], 0)
-    return Largest(np.where(alone & (value >= 1.0), np.nan, value), position)
+    return Largest(np.where(alone & (value >= 1.0), np.nan, value), position), np.zeros(np.shape(value))
 
 
 def _joint(cycle: Cycle, number: int) -> JointCourse:

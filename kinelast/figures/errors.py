@@ -37,7 +37,6 @@ LITTLE_PRESSED, KNOWN_TO = (
     0.2,
     0.02,
 )  # relative to the largest load ratio: ratios below the first are known to the second
-MAX_KINK = 5.0  # relative error of the load ratio of a link that is not the first to buckle, times the positions
 MAX_CHANGE_RATIO = 3.0  # change of a load ratio between positions, relative to that of the axial force
 DISPLACEMENTS = ("m", "rad")  # units with discretization errors relative to the largest figure of the unit
 AT = np.linspace(0.0, 1.0, 5)  # stations at which courses are compared
@@ -257,7 +256,6 @@ def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Map
             size = values[figure.key]
             greatest = np.max(size, initial=0.0)
             rough = np.where(size < LITTLE_PRESSED * greatest, KNOWN_TO * greatest, 0.0)
-            rough += np.where(size < greatest, MAX_KINK / answer.columns[-1] * size, 0.0)
             sizes[figure.key] = size * (1.0 + MAX_CHANGE_RATIO * change) + rough
     return sizes
 
@@ -319,6 +317,8 @@ def _of_items(
         parts[TIME] = np.maximum(np.abs(parts.get(TIME, 0.0)), np.full(np.shape(here), off.settled * whole))
     parts[BEAM_THEORY] = np.abs(change(bodies[figure.key], here))
     parts[BETWEEN] = np.abs(change(closer[figure.key], here))
+    if figure.follows is not None:
+        parts[BETWEEN] = np.maximum(parts[BETWEEN], answer.pressed_beside)
     parts[ROUND_OFF] = _round_off(answer, figure) * base
     rows = zip(*(part.tolist() for part in parts.values()), strict=True)
     return [FigureError(dict(zip(parts, row, strict=True)), off.unknown) for row in rows]
