@@ -21,14 +21,16 @@ from typing import Any
 
 import measuring
 import numpy as np
-from exudyn_beams import add_beam
+from exudyn_model import STATIONS, integrated
 from jobs import rectangle_section
 from random_mechanisms import apex
+from random_scenes import scene_of
 
 from elastic import Deflection, Section, sample, with_rotary_inertia
 from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error, transient
 from elastic.vibration import natural_frequencies
 from fem_check.nonlinear import nonlinear_steady_state, nonlinear_transient
+from kinelast.scene.course import Run
 from rigid import Beam, ConstantSpeed, Link, Lump, Mechanism, PinDrive, Slider, motion
 
 RATIOS = 0.04, 0.08, 0.14  # speed over lowest natural frequency
@@ -132,85 +134,14 @@ def watt() -> Case:
 
 def of_exudyn(case: Case, speed: float, beta: float, turns: int, elements: int) -> Any:
     """Midpoint deflections from the chord by exudyn, shape (beams, turns, instants)."""
-    import exudyn as exu
-
-    container = exu.SystemContainer()
-    mbs = container.AddSystem()
-    sensors = assemble(case, mbs, speed, beta, elements)
-    settings = exu.SimulationSettings()
-    settings.timeIntegration.numberOfSteps = turns * STEPS
-    settings.timeIntegration.endTime = turns * 2 * math.pi / speed
-    settings.timeIntegration.generalizedAlpha.spectralRadius = 0.8
-    settings.timeIntegration.newton.relativeTolerance = 1e-7
-    settings.timeIntegration.newton.absoluteTolerance = 1e-9
-    settings.solution.file.write = False
-    settings.solution.sensors.writePeriod = 2 * math.pi / speed / INSTANTS
-    settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
-    settings.timeIntegration.verboseMode = 0
-    mbs.SolveDynamic(settings)
-    chords = []
-    for row in sensors:
-        tables = (mbs.GetSensorStoredData(sensor) for sensor in row)
-        first, middle, last = (table[: turns * INSTANTS, 1] + 1j * table[: turns * INSTANTS, 2] for table in tables)
-        axis = (last - first) / abs(last - first)
-        chords.append((np.conj(axis) * (middle - (first + last) / 2)).imag)
-    return np.reshape(chords, (len(sensors), turns, INSTANTS))
-
-
-def assemble(case: Case, mbs: Any, speed: float, beta: float, elements: int) -> list[Any]:
-    """Build the mechanism in exudyn; return sensors of every beam's ends and midpoint."""
-    import exudyn as exu
-    import exudyn.itemInterface
-
-    items, mechanism = exudyn.itemInterface, case.mechanism
-    still = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
-
-    def constrain(node: int, coordinate: int, to: int, **more: Any) -> None:
-        own = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
-        mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[to, own], **more))
-
-    ground = mbs.AddObject(items.ObjectGround())
-    pins = {
-        name: mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ground, localPosition=_xyz(z)))
-        for name, z in mechanism.links[0].points.items()
-    }  # fmt: skip
-    begun = motion(mechanism, [0.0], [speed])
-    rows, at_point = [], {}
-    for number, (at, beam) in enumerate(mechanism.beams):
-        nodes = add_beam(mbs, begun, number, case.sections[number], beta, elements)
-        rows.append(nodes)
-        for name, node in ((beam.start, nodes[0]), (beam.end, nodes[-1])):
-            marker = mbs.AddMarker(items.MarkerNodePosition(nodeNumber=node))
-            if name in pins:
-                mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[pins[name], marker]))
-            pins.setdefault(name, marker)
-            if (at, name) in at_point:
-                turned = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=at_point[at, name], coordinate=2))
-                constrain(node, 2, turned)  # the rigid corner of a bent link
-            at_point[at, name] = node
-    for at, link in enumerate(mechanism.links):
-        for lump in link.lumps:
-            node = next(
-                node
-                for (owner, name), node in at_point.items()
-                if name == lump.point and (owner == at or not link.beams)
-            )
-            mbs.AddObject(items.ObjectRigidBody2D(nodeNumber=node, mass=float(lump.mass), inertia=0.0))
-            if not link.beams:  # the block slides along x
-                constrain(node, 1, still)
-    constrain(rows[0][0], 2, still, offsetUserFunction=lambda mbs, t, item, offset: speed * t)
-    kind = exu.OutputVariableType.Position
-
-    def sensor(node: int) -> Any:
-        return mbs.AddSensor(items.SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind))
-
-    sensors = [[sensor(nodes[k]) for k in (0, elements // 2, elements)] for nodes in rows]
-    mbs.Assemble()
-    return sensors
-
-
-def _xyz(place: Any) -> list[float]:
-    return [complex(place).real, complex(place).imag, 0.0]
+    period = 2 * math.pi / speed
+    run = Run(INSTANTS, period, turn=True)
+    scene = scene_of(case.mechanism, case.sections, [ConstantSpeed(0.0, speed)], run, case.name)
+    beams = len(case.sections)
+    sizes = np.full(beams, beta), elements, period, turns, STEPS, INSTANTS
+    model = integrated(scene, scene.course.at(np.arange(INSTANTS) * (period / INSTANTS)), *sizes)
+    course = [model.course(turn * INSTANTS, (turn + 1) * INSTANTS).fields["chord"] for turn in range(turns)]
+    return np.stack(course, axis=1)[..., len(STATIONS) // 2]
 
 
 def apart(one: Any, other: Any) -> float:

@@ -60,7 +60,7 @@ def test_a_parallelogram_over_many_turns(turns, count, general, monkeypatch):
 @pytest.mark.slow
 def test_random_mechanisms_at_random_positions_are_on_the_right_branch(monkeypatch):
     """Seconds of `benchmarks/branch_certainty.py`, against independent tracking and closed forms."""
-    monkeypatch.setattr(branch_certainty, "FINE", 2000)
+    monkeypatch.setattr(branch_certainty, "STEPS", 2000)
     for kinds, mechanisms in ((("dyads", "triads"), 2), (tuple(branch_certainty.CHANGING), 6)):
         for kind, count in branch_certainty.run(mechanisms, 7, kinds).items():
             assert count.wrong == count.missed == 0, f"{kind}: {count}"
