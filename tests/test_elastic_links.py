@@ -548,7 +548,7 @@ class TestRedundantPins:
         )  # fmt: skip
         drawing = {"O": 0, "A": 1j, "B": 0.7 + 0.95j, "D": 1, "C": 0.95 + 0.7j, "F": 2}
         going = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), [np.pi / 2], 1.0)
-        with pytest.raises(ValueError, match='"A" is 2 joints'):
+        with pytest.raises(ValueError, match='"A" names 2 joints'):
             deflection(going, [Section(1e6, 1e3)] * 5, joints={"A": JointCompliance(1e-6)})
 
     def test_the_shaking_force_of_a_redundant_mechanism_includes_springs_on_the_ground(self):

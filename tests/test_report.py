@@ -328,7 +328,7 @@ def test_the_worst_is_told_first_and_others_by_name():
     drives = [{"link": "arm", "speed": 1e-3}, {"link": "stub", "on": "arm", "speed": 1e-3}]
     found = findings(results_of(links=links, points=points, drives=drives))
     assert found[0].heading == "Stubby links"
-    assert found[0].text.startswith("stub is stubby: beam theory leaves out about 7.3 % of its own largest deflection")
+    assert found[0].text.startswith("stub is short and deep: beam theory neglects about 7.3 % of its own largest")
     assert found[0].text.endswith("less so arm.")
 
 
@@ -538,7 +538,7 @@ def test_advice_for_slender_links():
     assert text.endswith("; its section has neither shear_area nor kGA, so shear is neglected.")
     softer = results_of(sections=bar, run={"positions": 1, "gravity": [0, -9.81]})
     (text,) = [one.text for one in findings(softer) if one.heading == "Stubby links"]
-    assert "where moments come in at its ends." in text
+    assert "due to local effects at its ends." in text
     assert "shear" not in text
     (said,) = [one.text for one in findings(softer) if one.heading == "Shear"]
     assert said == "Poisson's ratio of steel is not given: that of metals, 0.3, is taken for shear."

@@ -25,11 +25,12 @@ from rigid.constants import per_row
 
 Meetings = dict[tuple[int, str], list[tuple[int, int, Any]]]
 
-NEAR_END = 1 / 8  # an introduced moment spreads over this share of a beam's length
+END_SHARE = 1 / 8  # an introduced moment spreads over this share of a beam's length
 STATIONS = 33  # along a beam, at which deflections are compared
-INTRODUCED = 0.28  # shift of a pin by a moment M introduced at an end, relative to M/kGA; measured on plane bodies
-CORNER, SHARPER = 0.275, 2.15  # stiff length of a corner in depths: CORNER tan(turn/2)^SHARPER, measured likewise
-SHARPEST = 2 * np.pi / 3  # largest measured turn of a corner
+PIN_SHIFT = 0.28  # shift of a pin by a moment M introduced at an end, relative to M/kGA; measured on plane bodies
+# rigid length of a corner / depth = CORNER_FACTOR tan(turn/2)^CORNER_EXPONENT, measured on plane bodies
+CORNER_FACTOR, CORNER_EXPONENT = 0.275, 2.15
+MAX_CORNER = 2 * np.pi / 3  # largest measured turn of a corner
 
 
 def sections_with_shear(sections: Sequence[Section], poisson: float = POISSON) -> tuple[Section, ...]:
@@ -129,14 +130,14 @@ def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerB
     moments = _greatest(_introduced(sample(deflection, "M", [0.0, 1.0]), _meetings(deflection.motion.mechanism)))
     chord = sample(deflection, "chord", np.linspace(0.0, 1.0, STATIONS))
     soft = np.array([np.broadcast_to(_softest(section), moments.shape[1:]) for section in sections])
-    return _over_largest(deflection, INTRODUCED * soft * moments, _greatest(chord))
+    return _over_largest(deflection, PIN_SHIFT * soft * moments, _greatest(chord))
 
 
 def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Deflection:
     """Deflection with an estimate of the error of beam theory: shear, introduced moments, stiff corners.
 
     Solves once more with the sections of `sections_with_shear`. Near an end with an introduced moment, within about
-    `NEAR_END` of the length, beams shift as in `introduction_share`. A corner of a link bends less than its beams
+    `END_SHARE` of the length, beams shift as in `introduction_share`. A corner of a link bends less than its beams
     would. Returns the same object if nothing changes.
 
     Parameters
@@ -148,7 +149,7 @@ def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Defl
     M, meetings = sample(deflection, "M", [0.0, 1.0]), _meetings(deflection.motion.mechanism)
     moments, columns = _introduced(M, meetings), deflection.motion.columns
     soft = np.array([np.broadcast_to(_softest(section), moments.shape[1:-2]) for section in sheared])
-    shift = -INTRODUCED * soft.reshape(-1, *(np.shape(soft)[1:] or (1,) * (len(columns) - 1)), 1, 1) * moments
+    shift = -PIN_SHIFT * soft.reshape(-1, *(np.shape(soft)[1:] or (1,) * (len(columns) - 1)), 1, 1) * moments
     kink = _stiff_corners(M, meetings, deflection.sections)
     if sheared == deflection.sections and not (shift.any() or kink.any()):
         return deflection
@@ -160,7 +161,7 @@ def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Defl
 def _near_ends(at_ends: Numbers) -> Numbers:
     """Polynomials along the beams with given integrals over xi near the starts and ends (last axis)."""
     start, end = np.moveaxis(at_ends, -1, 0)
-    rise = round(1.0 / NEAR_END)
+    rise = round(1.0 / END_SHARE)
     rates: Numbers = rise * np.array([start * comb(rise - 1, k) * (-1.0) ** k for k in range(rise)], complex)
     rates[-1] += rise * end
     return rates
@@ -171,7 +172,7 @@ def _stiff_corners(M: AtStations, meetings: Meetings, sections: Sequence[Section
 
     Half of M/EI times the stiff length of the corner, in depths of the rectangle with the same EA and EI.
     """
-    stiff = -CORNER / 2 * np.tan(np.minimum(_turns(meetings, sections), SHARPEST) / 2) ** SHARPER
+    stiff = -CORNER_FACTOR / 2 * np.tan(np.minimum(_turns(meetings, sections), MAX_CORNER) / 2) ** CORNER_EXPONENT
     kink: AtStations = np.zeros_like(M)
     for number in np.flatnonzero(stiff.any(axis=1)).tolist():
         section = sections[number]

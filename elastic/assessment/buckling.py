@@ -27,12 +27,12 @@ from elastic.solution import Deflection
 from rigid import PointLoad, Reals
 from rigid.arrays import Flags, Integers
 
-INNER = 4  # polynomials along a beam
-REAL = 1e-9  # largest imaginary part of a real root, relative to the largest root
+INNER_POLYNOMIALS = 4  # polynomials along a beam
+MAX_IMAGINARY = 1e-9  # largest imaginary part of a real root, relative to the largest root
 ROUND_OFF = 1e-12  # smaller roots are zero, relative to the largest root
 RESOLVED = 0.2  # above this load ratio, the largest of all positions is found
-EVEN = 13  # evenly spaced positions that are always computed
-TOGETHER = 8  # positions computed at once
+EVEN_POSITIONS = 13  # evenly spaced positions that are always computed
+BATCH_POSITIONS = 8  # positions computed at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +70,8 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
     """Load over critical load of one design, the largest over the positions.
 
     An upper bound at all positions selects those with an eigenvalue problem, until no other position can exceed
-    `resolved`. Smaller ratios are computed at `EVEN` positions and those of the largest bounds, then followed to the
-    local maximum for each link.
+    `resolved`. Smaller ratios are computed at `EVEN_POSITIONS` positions and at those of the largest bounds, then
+    followed to the local maximum for each link.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
     ratios = np.full((links, len(pressed)), np.nan)
     if not len(pressed):
         return Buckling(np.zeros(links), np.zeros(links, int), np.zeros(links))
-    even = np.linspace(0, len(pressed) - 1, EVEN).round().astype(int)
+    even = np.linspace(0, len(pressed) - 1, EVEN_POSITIONS).round().astype(int)
     some = np.unique([*even, bound.argmax(), *spans.argmax(axis=-1)])
     try:
         roots = _BucklingModes(deflection)
@@ -111,7 +111,7 @@ def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
     seen = ~np.isnan(ratios[0])
     above = np.flatnonzero(~seen & (bound > max(np.nanmax(ratios), resolved)))
     if len(above):
-        return above[np.argsort(-bound[above])[:TOGETHER]]
+        return above[np.argsort(-bound[above])[:BATCH_POSITIONS]]
     known, rows = np.flatnonzero(seen), np.flatnonzero(np.nanmax(ratios, axis=1) > 0.0)
     if not len(rows):
         return rows
@@ -180,7 +180,7 @@ class _BucklingModes:
         if len(motion.columns) != 1:
             raise ValueError(f"columns of shape {motion.columns}: expected one design")
         self.motion, mechanism = motion, motion.mechanism
-        self.structure = elastic_structure(mechanism, deflection.sections, deflection.joints, INNER)
+        self.structure = elastic_structure(mechanism, deflection.sections, deflection.joints, INNER_POLYNOMIALS)
         self.chosen = chosen_points(mechanism)
         self.basis = _pressed_shapes(self.structure)
         if not self.basis.size:
@@ -235,7 +235,7 @@ class _BucklingModes:
             values, modes = np.linalg.eigh(pressing)
             return values, back @ modes
         roots, vectors = np.linalg.eig(pressing)
-        real = np.abs(roots.imag) <= REAL * np.abs(roots).max(axis=-1, keepdims=True)
+        real = np.abs(roots.imag) <= MAX_IMAGINARY * np.abs(roots).max(axis=-1, keepdims=True)
         values = np.where(real, roots.real, 0.0)
         order = values.argsort(axis=-1)
         modes = np.take_along_axis(vectors.real, order[:, None], -1)

@@ -28,7 +28,7 @@ from elastic.links.added_loads import AddedLoads
 from elastic.links.compatibility import bent_links, compatible_forces, problem_of, under_blocks
 from elastic.links.configuration import ElasticProblem
 from elastic.links.free_body import resultants, with_points
-from elastic.links.gearing import STILL
+from elastic.links.gearing import NO_DISPLACEMENT
 from elastic.links.sliding_blocks import block_loads
 from elastic.solution import Deflection
 from rigid import JointForces, LineLoad
@@ -175,7 +175,7 @@ def _displaced(
         if point.startswith(UNDER):
             bent, arm = under_blocks(problem, response, rails[_number(load)]), motion.places[_number(load)].arm(at)
         else:
-            bent = response.nodes.get((at, point), STILL)
+            bent = response.nodes.get((at, point), NO_DISPLACEMENT)
             arm = motion.direction[at] * motion.mechanism.links[at].points[point]
         return shifts[at] + 1j * angle * arm + bent[0], angle + bent[1]
 

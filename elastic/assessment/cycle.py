@@ -9,7 +9,7 @@ from elastic.largest import Largest, largest
 from rigid import Motion, Reals
 from rigid.arrays import ArrayLike
 
-EVEN = 1e-9  # largest relative difference of equal steps, and of a constant speed
+STEP_TOLERANCE = 1e-9  # largest relative difference of equal steps, and of a constant speed
 
 
 def over_cycle(values: Extreme | ArrayLike) -> Largest:
@@ -48,12 +48,12 @@ def period_of(motion: Motion) -> float:
     step = np.diff(motion.drive, axis=-1)
     travel = step[:, :1] * motion.drive.shape[-1]
     turns = np.round(travel / (2 * np.pi))
-    even = np.ptp(step, axis=-1) <= EVEN * np.abs(travel[:, 0])
-    steady = np.ptp(rate, axis=-1) <= EVEN * np.abs(rate[:, 0])
-    once = np.abs(turns).min() == 1 and (np.abs(travel - 2 * np.pi * turns) <= EVEN * np.abs(travel)).all()
+    even = np.ptp(step, axis=-1) <= STEP_TOLERANCE * np.abs(travel[:, 0])
+    steady = np.ptp(rate, axis=-1) <= STEP_TOLERANCE * np.abs(rate[:, 0])
+    once = np.abs(turns).min() == 1 and (np.abs(travel - 2 * np.pi * turns) <= STEP_TOLERANCE * np.abs(travel)).all()
     if not (even.all() and steady.all() and once and rate.any()):
         return float("nan")
     periods = travel[:, 0] / rate[:, 0]
-    if np.ptp(periods) > EVEN * abs(periods[0]):
+    if np.ptp(periods) > STEP_TOLERANCE * abs(periods[0]):
         return float("nan")
     return float(abs(periods[0]))

@@ -12,12 +12,12 @@ from elastic.solution import Deflection
 from rigid import Reals, velocity_of
 from rigid.arrays import Complexes
 
-AT_REST = 1e-12  # a slower point is at rest, relative to its largest speed
+REST_SPEED = 1e-12  # a slower point is at rest, relative to its largest speed
 
 
 @dataclass(frozen=True, eq=False)
 class PathDeviation:
-    """Displacement of a point in the axes of its path, shape (..., positions).
+    """Displacement of a point along and normal to its path, shape (..., positions).
 
     Attributes
     ----------
@@ -44,15 +44,15 @@ def path_deviation(deflection: Deflection, link: str, point: str) -> PathDeviati
     speed = np.abs(velocity)
     fastest = np.nanmax(speed, axis=-1, keepdims=True, initial=0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        seen = moved * np.conj(np.where(speed > AT_REST * fastest, velocity / speed, np.nan))
+        seen = moved * np.conj(np.where(speed > REST_SPEED * fastest, velocity / speed, np.nan))
     return PathDeviation(seen.real, seen.imag, moved)
 
 
 def angle_error(deflection: Deflection, link: str, point: str | None = None) -> Reals:
-    """Rotation of a link at one of its points from its rigid angle [rad], shape (..., positions).
+    """Rotation of a link at a point, relative to the rigid link [rad], shape (..., positions).
 
-    A bent link has different rotations at different points. Default: the origin of its axes. A point that is not on a
-    beam rotates with the axes of its link.
+    A bent link has different rotations at different points. The default point is the origin of the link axes. A point
+    away from the beams rotates with the link axes.
     """
     mechanism = deflection.motion.mechanism
     at = mechanism.index[link]
@@ -69,7 +69,7 @@ def angle_error(deflection: Deflection, link: str, point: str | None = None) -> 
 def point_displacements(deflection: Deflection) -> dict[tuple[str, str], Complexes]:
     """Displacement [m], complex, shape (..., positions), of every point by names of link and point.
 
-    A joint is a point of each of its links; the values differ if the joint is compliant.
+    A joint counts as a point of each connected link; the values differ at a compliant joint.
     """
     return {
         (link.name, point): displacement_of(deflection, link.name, point)

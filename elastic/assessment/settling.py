@@ -7,7 +7,7 @@ import numpy as np
 from rigid import Reals
 from rigid.arrays import Flags
 
-REST = 1e-9  # smaller drive rates are round-off, relative to the largest
+REST_RATE = 1e-9  # smaller drive rates are round-off, relative to the largest
 
 
 def rest_from(rates: Reals) -> Flags:
@@ -19,7 +19,7 @@ def rest_from(rates: Reals) -> Flags:
         Drive rates, shape (drives, ..., positions).
     """
     greatest = np.abs(rates).max(axis=-1, keepdims=True, initial=0.0)
-    moving = (np.abs(rates) > REST * greatest).any(axis=0)
+    moving = (np.abs(rates) > REST_RATE * greatest).any(axis=0)
     later = np.logical_or.accumulate(moving[..., ::-1], axis=-1)[..., ::-1]
     return np.logical_not(later)
 

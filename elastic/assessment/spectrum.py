@@ -13,7 +13,7 @@ from rigid import Reals
 from rigid.arrays import Integers
 
 POINTS = 6  # Gauss points along a beam, exact for the squared bending moment of a linear load
-HELD = 0.05  # smallest share of a strong harmonic in the root of the strain energy
+MIN_HARMONIC = 0.05  # smallest share of a strong harmonic in the root of the strain energy
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Harmonics:
     omega: Reals
     share: Reals
 
-    def strong(self, share: float = HELD) -> Integers:
+    def strong(self, share: float = MIN_HARMONIC) -> Integers:
         """Indices of the harmonics above a share, without the mean."""
         return 1 + np.flatnonzero(self.share[1:] > share)
 

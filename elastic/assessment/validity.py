@@ -120,19 +120,20 @@ def _slender(deflection: Deflection, _: Extreme | None) -> Iterator[Exceedance]:
     parts = shear_share(deflection), introduction_share(deflection)
     for beam, (shear, introduced) in enumerate(zip(*parts, strict=True)):
         figure = float(max(shear, introduced))
-        what = "by shear" if shear >= introduced else "where moments come in at its ends"
-        message = f"is stubby: beam theory leaves out about {_share(figure)} its own largest deflection, {what}"
+        cause = "shear" if shear >= introduced else "local effects at its ends"
+        neglected = f"{_share(figure)} its own largest deflection, due to {cause}"
+        message = f"is short and deep: beam theory neglects about {neglected}"
         yield from _judged("slenderness", beam, None, figure, message)
 
 
 def _deflection(deflection: Deflection, known: Extreme | None) -> Iterator[Exceedance]:
     found = (known or extremes(deflection, ["w"])["w"]).value / member_lengths(deflection)
-    message = "deflects by {figure} its length: loads are not quite where the rigid link has them"
+    message = "deflects by {figure} its length: linear theory keeps the loads at the rigid link"
     yield from _per_beam("deflection", over_cycle(found), message)
 
 
 def _axial_force(deflection: Deflection, known: Reals | None) -> Iterator[Exceedance]:
-    message = "is pressed with {figure} the load at which it buckles"
+    message = "carries {figure} its buckling load in compression"
     ratio = euler_ratio(deflection) if known is None else known
     yield from _per_beam("axial force", over_cycle(ratio), message)
 

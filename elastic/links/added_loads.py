@@ -1,4 +1,4 @@
-"""Loads in addition to those of the motion, from vibration or displaced links."""
+"""Additional loads on the links, from vibration or displaced links."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rigid.arrays import Columns, Numbers
 
 @dataclass(frozen=True, eq=False)
 class AddedLoads:
-    """Loads in addition to those of the motion.
+    """Loads in addition to the loads of the rigid motion.
 
     Attributes
     ----------
@@ -28,8 +28,8 @@ class AddedLoads:
         Free strains d(u + i w)/dx and dphi/dx [1/m] of each beam in powers of xi, complex, shape (2, n, beams, ...,
         positions); or None.
     section
-        N + i V [N] and M [N m] of the turned sections, minus those in balance about the rigid positions; complex, shape
-        of `strain`; or None.
+        N + i V [N] and M [N m] of the rotated sections, minus the values in equilibrium at the rigid positions;
+        complex, shape of `strain`; or None.
     sliding
         Per joint with friction: joint index, rate due to vibration, creep [rad/s or m/s]; see
         `rigid.kinetostatics.with_friction`.
@@ -50,7 +50,7 @@ class AddedLoads:
 
 
 def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
-    """Combine loads with equal places by a function of their values; positions are the last axis.
+    """Combine loads at equal places by a function of the values; positions are the last axis.
 
     Except for `q`, a value equal at all positions may be a scalar.
     """

@@ -12,7 +12,7 @@ from rigid import Beam, LineLoad, Link, Mechanism, MechanismError, structure
 from rigid.arrays import Columns
 from rigid.plane import cross
 
-LINED_UP = 1e-9  # largest offset of a beam from a slider's line, relative to the beam's length
+MAX_OFFSET = 1e-9  # largest offset of a beam from a slider's line, relative to the beam's length
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def _tree(link: Link, first: int) -> tuple[tuple[TreeBeam, ...], list[tuple[str,
 
 
 def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]]) -> None:
-    """Raise MechanismError if no beam of its link reaches a point with a joint or load."""
+    """Raise MechanismError if no beam of the link reaches a point with a joint or load."""
     used = acting_points(mechanism)
     for at, tree in trees.items():
         nodes = {node for branch in tree for node in (branch.near, branch.far)}
@@ -134,7 +134,7 @@ def lies_along(link: Link, beam: Beam, origin: Columns, direction: Columns) -> b
     return bool(np.all(lined_up(link, beam, origin, direction)))
 
 
-def in_line(one: Columns, other: Columns, off: float = LINED_UP) -> bool:
+def in_line(one: Columns, other: Columns, off: float = MAX_OFFSET) -> bool:
     """True if two vectors have the same direction in all designs, within an angle `off` [rad]."""
     along = (np.conj(one) * other).real
     return bool(np.all((along > 0.0) & (np.abs(cross(one, other)) <= off * along)))
@@ -143,7 +143,7 @@ def in_line(one: Columns, other: Columns, off: float = LINED_UP) -> bool:
 def lined_up(link: Link, beam: Beam, origin: Columns, direction: Columns) -> Columns:
     """True for each design in which a line and a beam coincide; see `lies_along`."""
     way, off = link.points[beam.end] - link.points[beam.start], origin - link.points[beam.start]
-    return np.abs(cross(way, direction)) + np.abs(cross(direction, off)) <= LINED_UP * np.abs(way)
+    return np.abs(cross(way, direction)) + np.abs(cross(direction, off)) <= MAX_OFFSET * np.abs(way)
 
 
 def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]]) -> dict[int, tuple[int, ...]]:

@@ -21,7 +21,7 @@ from elastic.links.added_loads import AddedLoads
 from elastic.links.clamped_links import LinkResponse
 from elastic.links.configuration import ElasticProblem, LinkLoads, configuration_of
 from elastic.links.free_body import node_loads, with_joint_forces, with_points
-from elastic.links.gearing import STILL, follower_displacement
+from elastic.links.gearing import NO_DISPLACEMENT, follower_displacement
 from elastic.links.rings import link_response
 from elastic.links.sliding_blocks import block_loads
 from rigid import JointForces, Motion
@@ -81,8 +81,8 @@ def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkRespon
     rotation: list[Any] = []
     on_rails = dict(zip(trees.rails, blocks, strict=True))
     for number, (joint, place) in enumerate(zip(motion.structure.joints, motion.places, strict=True)):
-        child = response.nodes.get((joint.child, joint.child_point or ""), STILL)
-        parent = response.nodes.get((joint.parent, joint.parent_point or ""), STILL)
+        child = response.nodes.get((joint.child, joint.child_point or ""), NO_DISPLACEMENT)
+        parent = response.nodes.get((joint.parent, joint.parent_point or ""), NO_DISPLACEMENT)
         if number in on_rails:
             under = under_blocks(problem, response, on_rails[number])
             child, parent = (child, under) if joint.owner == joint.parent else (under, parent)

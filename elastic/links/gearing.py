@@ -11,11 +11,11 @@ from rigid.closures import gear_input, gear_loads
 from rigid.joints import JointPlace
 from rigid.plane import ZERO
 
-STILL = (ZERO, ZERO)
+NO_DISPLACEMENT = (ZERO, ZERO)
 
 
 def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, Columns, Columns]]:
-    """Loads of gears in addition to the joint forces, at the points of driving joints and followers.
+    """Yield the loads of gears at the points of driving joints and followers, without the joint forces.
 
     Yields
     ------
@@ -30,8 +30,10 @@ def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, 
 def follower_displacement(
     place: JointPlace, nodes: NodeDisplacements, flank: Columns | None
 ) -> tuple[Columns, Columns]:
-    """Displacement [m], complex, and rotation [rad] that a gear gives its follower because links bend.
+    """Return the displacement [m], complex, and rotation [rad] of a gear's follower due to bent links.
 
-    `flank` is the loaded flank of its teeth, see `JointForces`; None for a gear without teeth.
+    `flank` is the loaded tooth flank, see `JointForces`; None for a gear without teeth.
     """
-    return place.driven(gear_input(place, lambda joint, link: nodes.get((link, joint.point(link) or ""), STILL), flank))
+    return place.driven(
+        gear_input(place, lambda joint, link: nodes.get((link, joint.point(link) or ""), NO_DISPLACEMENT), flank)
+    )

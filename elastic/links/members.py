@@ -18,7 +18,7 @@ from elastic.links.beam_trees import in_line
 from rigid import Beam, Mechanism, structure
 from rigid.arrays import Columns, Integers, Reals
 
-STRAIGHT = 1e-3  # [rad] largest angle between beams of one member: drawings have few digits
+MAX_MEMBER_ANGLE = 1e-3  # [rad] largest angle between beams of one member: drawings have few digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +165,7 @@ def _collinear_neighbour(
             far = other.start if turned else other.end
             # only the first design counts, so that a design's result does not depend on other designs
             here, there = (np.ravel(way)[0] for way in (points[end] - points[begin], points[far] - points[end]))
-            if in_line(here, there, STRAIGHT):
+            if in_line(here, there, MAX_MEMBER_ANGLE):
                 del left[number]
                 return number, turned
     return None

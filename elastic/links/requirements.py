@@ -16,9 +16,9 @@ def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> Non
     names = [joint.name for joint in motion.structure.joints] if joints else []
     for name in joints:
         if names.count(name) == 0:
-            raise ValueError(f'there is no joint "{name}" to be soft')
+            raise ValueError(f'there is no joint "{name}"')
         if names.count(name) > 1:
-            raise ValueError(f'"{name}" is {names.count(name)} joints, which does not tell which of them is soft')
+            raise ValueError(f'"{name}" names {names.count(name)} joints, expected one for a compliance')
 
 
 def require_prismatic_rails(motion: Motion, trees: BeamTrees, sections: Sequence[Section]) -> None:

@@ -13,7 +13,7 @@ from elastic.links.configuration import Configuration, LinkLoads, NodeDisplaceme
 from elastic.links.free_body import add_load
 from rigid.arrays import Reals
 
-CLOSINGS = 2  # the second pass removes round-off between beams of very different stiffness
+CLOSING_PASSES = 2  # the second pass removes round-off between beams of very different stiffness
 
 
 def link_response(configuration: Configuration, compliance: BeamCompliance, loads: LinkLoads) -> LinkResponse:
@@ -26,7 +26,7 @@ def link_response(configuration: Configuration, compliance: BeamCompliance, load
 def _with_redundants(configuration: Configuration, compliance: BeamCompliance, loads: LinkLoads) -> LinkLoads:
     """Add the loads that close the rings: force method, three redundants per ring."""
     scaled, scale = _flexibility(configuration, compliance, loads.q)
-    for _ in range(CLOSINGS):
+    for _ in range(CLOSING_PASSES):
         nodes = clamped_response(configuration, compliance, loads).nodes
         openings = np.moveaxis(_openings(configuration, nodes), 0, -1)
         redundants = -np.linalg.solve(scaled, (openings * scale)[..., None])[..., 0] * scale

@@ -19,7 +19,7 @@ from rigid.constants import beam_constants
 from rigid.kinetostatics import beam_directions
 from rigid.plane import dot
 
-ON_BEAM = 1e-12  # largest distance of a block beyond a beam's end by round-off, relative to the length
+END_TOLERANCE = 1e-12  # largest distance of a block beyond a beam's end by round-off, relative to the length
 UNMOVED: Mapping[int, Columns] = MappingProxyType({})
 
 
@@ -56,7 +56,7 @@ def block_places(motion: Motion, trees: BeamTrees, slides: Mapping[int, Columns]
         for beam in beams:
             reach = arm - motion.direction[at] * table.start[beam]
             xi = dot(directions[beam], reach) / table.length[beam]
-            here = (xi >= -ON_BEAM) & (xi <= 1 + ON_BEAM) & np.logical_not(elsewhere)
+            here = (xi >= -END_TOLERANCE) & (xi <= 1 + END_TOLERANCE) & np.logical_not(elsewhere)
             if np.any(here):
                 places.append(OnBeam(beam, np.clip(xi, 0.0, 1.0), here))
             elsewhere = elsewhere | here

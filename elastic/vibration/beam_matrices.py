@@ -20,9 +20,9 @@ from elastic.beams.section import Section
 from rigid import Beam
 from rigid.arrays import Integers, Reals
 
-ENDS = 6  # end coordinates of a beam: u, w, phi at both ends
-MARGIN = 20  # integration points in addition to `inner`, for end shapes and tapers of high degree
-MANY, FEWER = 16, 4  # in links of more beams than MANY, short beams have FEWER polynomials less
+END_COORDINATES = 6  # end coordinates of a beam: u, w, phi at both ends
+EXTRA_POINTS = 20  # integration points in addition to `inner`, for end shapes and tapers of high degree
+MANY_BEAMS, FEWER_POLYNOMIALS = 16, 4  # short beams of links with more beams have so many polynomials less
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ def rigidity(section: Section, name: str, xi: Reals) -> Reals:
 
 
 def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Matrices:
-    """Stiffness matrix of a beam for the coordinates of its shapes, shape (n, n)."""
+    """Stiffness matrix of a beam in shape coordinates, shape (n, n)."""
     stiffness = np.zeros((shapes.u.shape[1],) * 2)
     for name, strain in (
         ("EA", shapes.stretch),
@@ -133,7 +133,7 @@ def vibrating_beam(length: float, section: Section, beam: Beam, inner: int) -> V
 
     Timoshenko's beam if kGA is finite, else Euler-Bernoulli's; both with the rotary inertia of `beam`.
     """
-    shapes = beam_shapes(length, section, inner, inner + MARGIN)
+    shapes = beam_shapes(length, section, inner, inner + EXTRA_POINTS)
     mass_there, rotary = masses_along(beam, shapes.xi)
     mass: Matrices = sum(
         shape.T @ ((length * shapes.weights * weight)[:, None] * shape)
@@ -144,21 +144,21 @@ def vibrating_beam(length: float, section: Section, beam: Beam, inner: int) -> V
 
 
 def polynomials_along(lengths: Sequence[float], inner: int) -> list[int]:
-    """Number of inner polynomials of each beam of a link: `inner`, or `FEWER` less for short beams of many.
+    """Number of inner polynomials of each beam of a link: `inner`, or `FEWER_POLYNOMIALS` less for short beams of many.
 
     A beam shorter than 1/16 of its link bends almost as by its static end shapes. In a four-bar of 63 beams, zero
     instead of four inner polynomials change the figures by 1e-6.
     """
     whole = sum(lengths)
-    short = [len(lengths) > MANY and MANY * length < whole for length in lengths]
-    return [max(0, inner - FEWER) if few else inner for few in short]
+    short = [len(lengths) > MANY_BEAMS and MANY_BEAMS * length < whole for length in lengths]
+    return [max(0, inner - FEWER_POLYNOMIALS) if few else inner for few in short]
 
 
 def _levels(section: Section, inner: int) -> Integers:
     """Number of inner polynomials from which each coordinate of `_polynomials` is used, shape (n,)."""
     stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
     steps = np.arange(1, inner + 1)
-    levels = [np.zeros(ENDS, int), steps[: inner if stretches else 0]]
+    levels = [np.zeros(END_COORDINATES, int), steps[: inner if stretches else 0]]
     if slides:  # the unrefined beam already has two coordinates of w and one of phi
         levels += [np.concatenate([[1, 1], steps]), np.concatenate([[1], steps])[: inner + 1 if bends else 0]]
     else:
@@ -169,7 +169,7 @@ def _levels(section: Section, inner: int) -> Integers:
 def rigid_rows(length: float, section: Section) -> Matrices:
     """End-coordinate combinations that vanish because the beam does not stretch or bend, shape (rows, 6)."""
     stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
-    rows = np.zeros((0, ENDS))
+    rows = np.zeros((0, END_COORDINATES))
     if not stretches:
         rows = np.vstack([rows, [-1.0, 0.0, 0.0, 1.0, 0.0, 0.0]])
     if not bends:

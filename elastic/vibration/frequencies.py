@@ -16,9 +16,9 @@ from rigid import SINGULAR, Motion, Reals
 from rigid.arrays import Integers
 from rigid.kinematics import repeated
 
-SETTLED = 1e-3  # largest relative change of a frequency in the last refinement
+TOLERANCE = 1e-3  # largest relative change of a frequency in the last refinement
 REFINEMENTS = (1, 3, 5, 7, 9, 12)  # inner polynomials per beam in successive refinements
-BUILT = (5, 7, 12)  # sizes for which matrices are assembled; coarser ones are their submatrices
+ASSEMBLED = (5, 7, 12)  # sizes for which matrices are assembled; coarser ones are their submatrices
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ def natural_frequencies(
     modes: int = 3,
     positions: int = 24,
     joints: Mapping[str, JointCompliance] | None = None,
-    settled: float = SETTLED,
+    settled: float = TOLERANCE,
     designs: int | None = None,
 ) -> Frequencies:
     """Compute the lowest natural frequencies of small vibrations about the moving rigid links.
@@ -119,7 +119,7 @@ def _design_frequencies(
     built, structure = 0, None
     for inner in REFINEMENTS:
         if structure is None or inner > built:
-            built = next((size for size in BUILT if size >= inner), inner)
+            built = next((size for size in ASSEMBLED if size >= inner), inner)
             structure = VibratingStructure(motion, sections, joints, chosen[good], design, built)
         now = structure.frequencies(modes, inner)
         moving = np.isfinite(now)

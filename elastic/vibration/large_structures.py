@@ -10,8 +10,8 @@ import numpy as np
 from elastic.arrays import Matrices
 from rigid.arrays import Reals
 
-SPARE = 6  # vectors in addition to the requested modes
-SETTLED = 1e-9  # largest change of an eigenvalue in the last iteration, relative to the largest
+EXTRA_VECTORS = 6  # vectors in addition to the requested modes
+TOLERANCE = 1e-9  # largest change of an eigenvalue in the last iteration, relative to the largest
 MAX_ROUNDS = 300  # of subspace iteration
 CONSTRAINT_FLEXIBILITY = 1e-12  # of constraints, relative to the links: redundant ones leave the matrix regular
 
@@ -43,7 +43,7 @@ def lowest_sparse(stiffness: Matrices, mass: Matrices, constraints: Matrices, mo
     ties = constraints * scale
     ties = csc_matrix(ties / np.linalg.norm(ties, axis=1, keepdims=True))
     solver = splu(bmat([[scaled, ties.T], [ties, -CONSTRAINT_FLEXIBILITY * identity(rows)]], format="csc"))
-    count = min(modes + SPARE, size)
+    count = min(modes + EXTRA_VECTORS, size)
     shapes = np.random.default_rng(0).standard_normal((size, count))
     before = np.full(count, np.inf)
     for _ in range(MAX_ROUNDS):
@@ -54,7 +54,7 @@ def lowest_sparse(stiffness: Matrices, mass: Matrices, constraints: Matrices, mo
         values, turn = eigh(given, energy + 1e-14 * np.trace(energy) * np.eye(count))
         values, turn = values[::-1], turn[:, ::-1]
         shapes = moved @ turn
-        if np.abs(values[:modes] - before[:modes]).max() <= SETTLED * values[0]:
+        if np.abs(values[:modes] - before[:modes]).max() <= TOLERANCE * values[0]:
             break
         before = values
     per_stiffness = values[:modes]

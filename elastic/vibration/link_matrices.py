@@ -12,11 +12,11 @@ from numpy.polynomial import Polynomial
 
 from elastic.arrays import Matrices
 from elastic.beams.section import Section, Taper
-from elastic.vibration.beam_matrices import ENDS, polynomials_along, rigid_rows, vibrating_beam
+from elastic.vibration.beam_matrices import END_COORDINATES, polynomials_along, rigid_rows, vibrating_beam
 from rigid import Beam, Link
 from rigid.arrays import Columns, Complexes, Integers, Reals
 
-RANK = 1e-9  # smaller singular values count as zero, relative to the largest
+RANK_TOLERANCE = 1e-9  # smaller singular values count as zero, relative to the largest
 ORIGIN = ""  # name of the origin in a link without beams
 
 
@@ -80,21 +80,21 @@ def link_coordinates(link: Link, sections: Sequence[Section], counts: Sequence[i
     """Set up the coordinates of a link from the number of coordinates of each beam."""
     names = list(dict.fromkeys(name for beam in link.beams for name in (beam.start, beam.end))) or [ORIGIN]
     size = first = 3 * len(names)
-    size += sum(count - ENDS for count in counts)
+    size += sum(count - END_COORDINATES for count in counts)
     beams, rigid = [], [np.zeros((0, size))]
     for beam, section, count in zip(link.beams, sections, counts, strict=True):
         vector: Any = link.points[beam.end] - link.points[beam.start]
         ends = [names.index(name) for name in (beam.start, beam.end)]
         beams.append(_coordinates(vector / abs(vector), count, ends, first, size))
-        rigid.append(rigid_rows(abs(vector), section) @ beams[-1][:ENDS])
-        first += count - ENDS
+        rigid.append(rigid_rows(abs(vector), section) @ beams[-1][:END_COORDINATES])
+        first += count - END_COORDINATES
     return LinkCoordinates(names, tuple(beams), _unconstrained_basis(np.vstack(rigid)))
 
 
 def elastic_coordinates(link: Link, inner: int) -> int:
     """Number of coordinates of a link's beams with shear and `inner` polynomials, for one design."""
     lengths = [float(np.abs(np.ravel(link.points[beam.end] - link.points[beam.start])[0])) for beam in link.beams]
-    return sum(ENDS + 3 * count for count in polynomials_along(lengths, inner))
+    return sum(END_COORDINATES + 3 * count for count in polynomials_along(lengths, inner))
 
 
 def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> VibratingLink:
@@ -110,7 +110,9 @@ def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> Vibra
     _add_lumps(link, coordinates.names, mass)
     free = coordinates.free
     places = {name: coordinates.place(name) for name in coordinates.names}
-    level = np.concatenate([np.zeros(3 * len(coordinates.names), int), *(part.level[ENDS:] for part in parts)])
+    level = np.concatenate(
+        [np.zeros(3 * len(coordinates.names), int), *(part.level[END_COORDINATES:] for part in parts)]
+    )
     level = np.where(free != 0, level[:, None], 0).max(axis=0, initial=0)
     return VibratingLink(free.T @ stiffness @ free, free.T @ mass @ free, places, level)
 
@@ -150,8 +152,8 @@ def _coordinates(unit: complex, count: int, ends: list[int], first: int, size: i
     turn = np.array([[unit.real, unit.imag, 0.0], [-unit.imag, unit.real, 0.0], [0.0, 0.0, 1.0]])
     for which, node in enumerate(ends):
         rows[3 * which : 3 * which + 3, 3 * node : 3 * node + 3] = turn
-    inner = len(rows) - ENDS
-    rows[ENDS:, first : first + inner] = np.eye(inner)
+    inner = len(rows) - END_COORDINATES
+    rows[END_COORDINATES:, first : first + inner] = np.eye(inner)
     return rows
 
 
@@ -259,5 +261,5 @@ def null_space(rows: Matrices) -> Matrices:
     if not len(rows):
         return np.eye(rows.shape[-1])
     _, values, basis = np.linalg.svd(rows)
-    rank = int((values > RANK * values[0]).sum())
+    rank = int((values > RANK_TOLERANCE * values[0]).sum())
     return basis[rank:].T

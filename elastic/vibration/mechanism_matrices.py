@@ -13,16 +13,24 @@ from elastic.arrays import Matrices
 from elastic.beams.section import JointCompliance, Section
 from elastic.links.beam_trees import trees_of
 from elastic.vibration.large_structures import lowest_sparse
-from elastic.vibration.link_matrices import RANK, VibratingLink, divided, of_design, one_of, uncoupled, vibrating_link
+from elastic.vibration.link_matrices import (
+    RANK_TOLERANCE,
+    VibratingLink,
+    divided,
+    of_design,
+    one_of,
+    uncoupled,
+    vibrating_link,
+)
 from rigid import Link, Motion
 from rigid.arrays import Columns, Complexes, Flags, Integers, Numbers, Reals
 from rigid.closures import gear_input, rack_arm
 from rigid.joints import Joint, JointPlace
 from rigid.kinetostatics import balancing_forces
 
-MASSLESS = 1e-13  # modes with less mass per stiffness have no mass, relative to the largest
+MIN_MODAL_MASS = 1e-13  # modes with less mass per stiffness have no mass, relative to the largest
 LARGE = 400  # number of coordinates from which sparse matrices are faster
-NEAREST = 1e-3  # smallest distance of a block from a beam's end, relative to its length
+MIN_END_DISTANCE = 1e-3  # smallest distance of a block from a beam's end, relative to its length
 
 
 class VibratingStructure:
@@ -97,7 +105,7 @@ class VibratingStructure:
         within = np.flatnonzero(~at_ends)
         within, unheld = within[np.argsort(self.level[within], kind="stable")], []
         _, values, basis = np.linalg.svd(rows)
-        ranks = (values > RANK * values.max(axis=-1, initial=0.0, keepdims=True)).sum(axis=-1)
+        ranks = (values > RANK_TOLERANCE * values.max(axis=-1, initial=0.0, keepdims=True)).sum(axis=-1)
         for rank in sorted(set(ranks.tolist())):
             chosen = np.flatnonzero(ranks == rank)
             free = basis[chosen, rank:]
@@ -248,7 +256,7 @@ def _nearest(link: Link, beams: list[int], local: complex) -> tuple[int, float]:
             complex(np.ravel(link.points[name])[0]) for name in (link.beams[beam].start, link.beams[beam].end)
         )
         xi = complex((local - start) / (end - start)).real
-        candidates.append((max(-xi, xi - 1.0), beam, float(np.clip(xi, NEAREST, 1 - NEAREST))))
+        candidates.append((max(-xi, xi - 1.0), beam, float(np.clip(xi, MIN_END_DISTANCE, 1 - MIN_END_DISTANCE))))
     _, nearest, place = min(candidates)
     return nearest, place
 
@@ -261,7 +269,7 @@ def _block(number: int | None) -> str:
 def _lowest(per_stiffness: Matrices, modes: int) -> Reals:
     """Lowest frequencies of stacked structures, from the largest eigenvalues of mass per stiffness."""
     greatest = np.linalg.eigvalsh(per_stiffness)[:, ::-1].T[:modes]
-    moving = greatest > MASSLESS * np.maximum(greatest[:1], 0.0)
+    moving = greatest > MIN_MODAL_MASS * np.maximum(greatest[:1], 0.0)
     omega = np.full((modes, len(per_stiffness)), np.inf)
     omega[: len(greatest)] = np.where(moving, 1.0 / np.sqrt(np.where(moving, greatest, 1.0)), np.inf)
     return omega
