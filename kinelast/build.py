@@ -1,8 +1,8 @@
-"""A mechanism from Python: parts as typed values, which write the tables of a scene's file.
+"""Mechanisms from Python: typed parts that write the tables of a scene file.
 
-Besides `Part`, `Point` and `PointMass` every class is a table of the format; its fields are the table's keys. Where a
-file has the name of a point, a link or a section, a part has the point, link or section. The classes are made from the
-tables of `kinelast.scene` at import; a wheel has them as a stub too, for type checkers and editors.
+Every class except `Part`, `Point` and `PointMass` is a table of the format; its fields are the keys of the table. A
+field accepts a point, link or section object instead of its name. The classes are made from the tables of
+`kinelast.scene` at import. A wheel also has a stub with all classes, for type checkers and editors.
 """
 
 from __future__ import annotations
@@ -27,28 +27,28 @@ Rows = Sequence[Sequence[Quantity]] | NDArray[Any]  # of two columns
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Part:
-    """A part of a mechanism: its fields that are not None are keys of a table.
+    """A part of a mechanism; each field with a value is a key of its table.
 
-    `under`: the table of the top level where it stands; empty inside others. `spelled`: keys that are no names in
-    Python, by their fields.
+    `under` is the top-level table of the part, or "" for a part inside another. `spelled` has the keys that are not
+    valid Python names, by field.
     """
 
     under: ClassVar[str] = ""
     spelled: ClassVar[Mapping[str, str]] = {}
 
     def keys(self) -> dict[str, Any]:
-        """The keys of its table that are given, with values that still are parts."""
+        """Return the given keys of the table; values may still be parts."""
         given = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "name"}
         return {self.spelled.get(key, key): value for key, value in given.items() if value is not None}
 
     def __repr__(self) -> str:
-        told = (f"{key}={_written(value)!r}" for key, value in self.keys().items())
-        return f"{type(self).__name__}({', '.join(told)})"
+        keys = (f"{key}={_written(value)!r}" for key, value in self.keys().items())
+        return f"{type(self).__name__}({', '.join(keys)})"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Named(Part):
-    """A part that others name; a joint, a weld and a bearing are named by their point, or slider."""
+    """A part with a name; joints, welds and bearings have the name of their point or slider."""
 
     name: Part | str
 
@@ -64,17 +64,17 @@ class Section(Named):
     shape: ClassVar[str]
 
     def keys(self) -> dict[str, Any]:
-        """The shape and its dimensions."""
+        """Return the shape and its dimensions."""
         return {"shape": self.shape, **super().keys()}
 
 
 class Listed(Part):
-    """A part that has no name, of which there may be several."""
+    """A part without a name, in a list of such parts."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Point(Named):
-    """A point where the drawing has it, near where the mechanism starts."""
+    """A point of the drawing, near the start of the motion."""
 
     under: ClassVar[str] = "points"
     x: Quantity
@@ -83,7 +83,7 @@ class Point(Named):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PointMass(Named):
-    """A mass at a point, of the first moving link that has it."""
+    """A point mass on the first moving link with the point."""
 
     under: ClassVar[str] = "masses"
     mass: Quantity
@@ -97,21 +97,21 @@ def mechanism(
     units: Literal["m", "cm", "mm", "in"] | None = None,
     structure_only: bool | None = None,
 ) -> Document:
-    """The document of a mechanism: the file that its parts write, read like any other.
+    """Return the document of a mechanism, as if read from a file.
 
     Parameters
     ----------
     parts
-        In their order; those that they name, points, sections and so on, come with them.
+        Parts in order. Points, sections and other parts that they refer to are included.
     title, source, units, structure_only
-        As in a file.
+        Keys of the file.
 
     Raises
     ------
     SceneError
-        A part holds a mistake.
+        A part has a mistake.
     TypeError, ValueError
-        What is given is no part; two parts of a kind have one name.
+        An argument is not a part; two parts of a kind have the same name.
 
     Examples
     --------
@@ -125,7 +125,7 @@ def mechanism(
 
     head = {"title": title, "source": source, "units": units, "structure_only": structure_only}
     tables: dict[str, Any] = {key: value for key, value in head.items() if value is not None}
-    for part in {id(part): part for each in parts for part in _with_those_it_names(each)}.values():
+    for part in {id(part): part for each in parts for part in _with_references(each)}.values():
         if part.under:
             _put(tables, part)
     order = SceneTable.__struct_fields__
@@ -133,13 +133,13 @@ def mechanism(
     return document_from_text(text, name)
 
 
-def _with_those_it_names(value: Any) -> Iterator[Part]:
-    """A part behind the parts that it names."""
+def _with_references(value: Any) -> Iterator[Part]:
+    """Yield the parts that a part refers to, then the part itself."""
     if not isinstance(value, Part):
         raise TypeError(f"a mechanism is made of parts, as Link(...) or Drive(...), not of {value!r}")
     for each in (getattr(value, "name", None), *value.keys().values()):
         for part in _parts_in(each):
-            yield from _with_those_it_names(part)
+            yield from _with_references(part)
     yield value
 
 
@@ -153,7 +153,7 @@ def _parts_in(value: Any) -> Iterator[Part]:
 
 
 def _put(tables: dict[str, Any], part: Part) -> None:
-    """Put a part's table where it stands."""
+    """Add the table of a part to the tables of a file."""
     content = _written(part.keys())
     if isinstance(part, Listed):
         tables.setdefault(part.under, []).append(content)
@@ -161,24 +161,24 @@ def _put(tables: dict[str, Any], part: Part) -> None:
     if isinstance(part, Point | PointMass):
         content = [_written(each) for each in (part.x, part.y)] if isinstance(part, Point) else _written(part.mass)
         if content is None or (isinstance(content, list) and None in content):
-            raise ValueError(f'the {type(part).__name__} "{_name(part)}" has no number for {_lacks(part)}')
+            raise ValueError(f'the {type(part).__name__} "{_name(part)}" has no number for {_missing(part)}')
     there, name = (tables.setdefault(part.under, {}), _name(part)) if isinstance(part, Named) else (tables, part.under)
     if there.setdefault(name, content) != content:
         raise ValueError(f'there are two "{name}" under [{part.under}], with different keys')
 
 
-def _lacks(part: Part) -> str:
-    """The first key of a part that is None."""
+def _missing(part: Part) -> str:
+    """Return the first field of a part without a value."""
     return next(each.name for each in fields(part) if getattr(part, each.name) is None)
 
 
 def _name(part: Part | str) -> str:
-    """The name of a part as it stands in a file."""
+    """Return the name of a part in a file."""
     return _name(part.name) if isinstance(part, Named) else str(part)
 
 
 def _written(value: Any) -> Any:
-    """A value as it stands in the tables of a file: names of parts, lists, plain numbers."""
+    """Return a value as in the tables of a file: names of parts, lists, plain numbers."""
     if isinstance(value, Named):
         return _name(value)
     if isinstance(value, Part):
@@ -192,11 +192,11 @@ def _written(value: Any) -> Any:
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
-# What follows makes the classes of the tables.
+# The code below makes the classes of the tables.
 
 
 def _made(table: TableClass) -> type:
-    """The dataclass of a table."""
+    """Return the dataclass of a table."""
     optional: list[tuple[str, Any, Any]] = [
         (key, f"{kind} | None", field(default=None)) for key, kind in table.optional.items()
     ]
@@ -212,10 +212,10 @@ def _made(table: TableClass) -> type:
 
 
 def stub_text() -> str:
-    """The stub of this module: its source, with classes written out in place of those made at import."""
+    """Return the stub of this module: its source, with all classes of tables written out."""
     from inspect import getsource
 
-    written_by_hand = getsource(sys.modules[__name__]).partition("\n\n\n# What follows makes")[0]
+    written_by_hand = getsource(sys.modules[__name__]).partition("\n\n\n# The code below makes")[0]
     classes = "\n\n\n".join(table.source() for table in table_classes())
     return f"{written_by_hand}\n\n\n{classes}\n\n\n__all__ = {__all__!r}\n"
 
@@ -227,7 +227,7 @@ __all__.extend(_TABLES)
 
 
 def __getattr__(name: str) -> Any:
-    """To type checkers without the stub any other name is a part."""
+    """Raise AttributeError; without the stub, type checkers accept any name because of this function."""
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
