@@ -39,10 +39,10 @@ def _row(name: str, option: Option, default: object) -> str:
     shown = "`SCENE ...`" if name == "scenes" else ", ".join(f"`{flag}`" for flag in flags)
     value = " or ".join(f"`{each}`" for each in option.choices) if option.choices else f"`{option.metavar}`"
     value = value if option.choices or option.metavar else ""
-    meaning, _, told = (
+    meaning, _, default_words = (
         option.help.removesuffix("]").partition(" [") if option.help.endswith("]") else (option.help, "", "")
     )
-    told = told or (f"`{default}`" if option.shows else "")
-    cells = (shown, value + (", repeatable" if option.many else ""), told, meaning,
+    default_words = default_words or (f"`{default}`" if option.shows else "")
+    cells = (shown, value + (", repeatable" if option.many else ""), default_words, meaning,
              ", ".join(f"`{file}`" for file in option.writes))  # fmt: skip
     return row(cells)

@@ -58,9 +58,9 @@ def _structures(scenes: dict[str, Path], out: Path) -> Iterator[Made]:
         drawn = (out / name / "skeleton.svg").is_file()  # not for a spatial chain
         if drawn:
             yield Made(f"gallery/{name}/skeleton.svg", source=out / name / "skeleton.svg")
-        told = (out / name / "structure.txt").read_text(encoding="utf-8")
+        text = (out / name / "structure.txt").read_text(encoding="utf-8")
         picture = f"![Skeleton of {name}]({name}/skeleton.svg)\n\n" if drawn else ""
-        parts.append(f"## {_title(path)}\n\n{picture}```\n{told}```\n")
+        parts.append(f"## {_title(path)}\n\n{picture}```\n{text}```\n")
     yield Made("gallery/structures.md", "\n".join(parts))
 
 

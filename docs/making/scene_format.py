@@ -31,9 +31,9 @@ def with_tables(markdown: str) -> str:
     """Fill the tables of a page."""
 
     def table(mark: re.Match[str]) -> str:
-        asked = [_struct(name) for name in mark[1].split()]
-        shapes = asked[0].__struct_config__.tag is not None
-        lines = _shapes(asked) if shapes else [line for each in asked for line in rows(each)]
+        chosen = [_struct(name) for name in mark[1].split()]
+        shapes = chosen[0].__struct_config__.tag is not None
+        lines = _shapes(chosen) if shapes else [line for each in chosen for line in rows(each)]
         return f"<!-- keys: {mark[1]} -->\n\n{SHAPES if shapes else HEAD}{''.join(dict.fromkeys(lines))}\n<!-- end -->"
 
     return MARK.sub(table, markdown)
@@ -119,8 +119,8 @@ def _words(struct: type[Struct], field: Any) -> tuple[str, str]:
     words = key_words(struct)
     if field.encode_name not in words:
         raise ValueError(f"{struct.__name__}.{field.name} has no description: add a `#:` comment")
-    told = words[field.encode_name]
-    meaning, _, special = told.partition(" [") if told.endswith("]") else (told, "", "")
+    description = words[field.encode_name]
+    meaning, _, special = description.partition(" [") if description.endswith("]") else (description, "", "")
     return meaning, special.removesuffix("]")
 
 

@@ -153,8 +153,8 @@ def main(argv: Sequence[str]) -> int:
     try:
         with stoppable():
             with signals_held_back():  # argparse fails if interrupted
-                asked = parsed(argv)
-            return _answer(*asked)
+                requested = parsed(argv)
+            return _answer(*requested)
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else BAD_INPUT
     except (KeyboardInterrupt, StoppedError) as stop:
@@ -166,7 +166,7 @@ def main(argv: Sequence[str]) -> int:
 def _answer(request: Request, batch: Batch) -> int:
     """Run the command: version, list, or scenes."""
     begins = batch.new or batch.copy or batch.foreign
-    for asked, answer in (
+    for requested, answer in (
         (batch.version, _version),
         (batch.completion, partial(_complete, batch.completion or "")),
         (batch.list, partial(_list, *batch.scenes)),
@@ -174,7 +174,7 @@ def _answer(request: Request, batch: Batch) -> int:
         (begins, partial(_begin, batch)),
         (batch.export, partial(_export, Path(batch.export or ""), *batch.scenes)),
     ):
-        if asked:
+        if requested:
             return answer()
     if not batch.scenes:
         return _refuse("no scene was given: name a .toml file or a shipped scene, see --list")
@@ -248,9 +248,9 @@ def _list(kind: str = "", *words: str) -> int:
         from kinelast.scene.sections import library_entries
 
         entries = library_entries(kind)
-        wanted = [word.lower().replace(" ", "") for word in words]
+        sought = [word.lower().replace(" ", "") for word in words]
         chosen = [
-            (name, data) for name, data in entries if all(word in name.lower().replace(" ", "") for word in wanted)
+            (name, data) for name, data in entries if all(word in name.lower().replace(" ", "") for word in sought)
         ]
         width = max((len(name) for name, _ in chosen), default=0)
         for name, data in chosen:

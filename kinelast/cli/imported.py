@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 MARGIN = 0.01  # distance of a law from a limit of the mechanism / range between the limits
 MIN_RANGE = 1e-6  # range of a drive / a turn, or size of the drawing, below which it cannot move
-STEPS, ROUNDS = 360, 2  # positions at which a limit is looked for, and how often more finely
+STEPS, ROUNDS = 360, 2  # positions in the search for a limit, and number of refinements
 DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # a second, in a unit of speed
-LONGEST = 300  # letters of a reason
+MAX_REASON = 300  # characters
 TO_BEND = "(take out rigid, mass, center and inertia to let them bend)"
 
 
@@ -62,7 +62,7 @@ def imported(drawing: Drawing) -> Imported:
         scene = scene_from_text(text)
         scene_motion(scene)
     except (SceneError, MechanismError) as error:
-        reason = plain(str(error).splitlines()[0], LONGEST)
+        reason = plain(str(error).splitlines()[0], MAX_REASON)
         return Imported(scene_text(drawing), drawing.notes, reason=reason)
     bodies = ((link, drawing.links.get(link.name)) for link in scene.mechanism.links[1:])
     rigid = tuple(

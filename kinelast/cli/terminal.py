@@ -140,8 +140,8 @@ def _require_fitting(
         parser.error("--accuracy chooses the theory: leave out --theory or --accuracy")
 
 
-SOON, SELDOM = 1.0, 10.0  # [s] until the bar appears, and between lines without a terminal
-MANY = 100  # parts of a stage from which their share is printed, not their number
+BAR_DELAY, SELDOM = 1.0, 10.0  # [s] until the bar appears, and between lines without a terminal
+MAX_COUNTED_PARTS = 100  # of a stage; more are printed in per cent
 
 
 def say(text: str, stream: TextIO | None) -> None:
@@ -188,7 +188,7 @@ def listener(quiet: bool) -> Iterator[Progress]:
         yield _Lines()
         return
     bar = _Bar()
-    timer = threading.Timer(SOON, bar.show)
+    timer = threading.Timer(BAR_DELAY, bar.show)
     timer.daemon = True
     timer.start()
     try:
@@ -217,7 +217,13 @@ class _Lines(Sentences):
         now = time.monotonic()
         if now > self._last + SELDOM and done < total:
             self._last = now
-            share = "" if total == 1 else f" {done} of {total}," if total < MANY else f" {100 * done / total:.0f} %,"
+            share = (
+                ""
+                if total == 1
+                else f" {done} of {total},"
+                if total < MAX_COUNTED_PARTS
+                else f" {100 * done / total:.0f} %,"
+            )
             say(f"{stage},{share} {now - self._start:.0f} s", sys.stderr)
 
 

@@ -16,7 +16,7 @@ from kinelast.figures.limits import FullAnswer, Judgement
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Reals
 
-ACTIVE = 1e-4  # a limit is active within this margin, a bound within this share of its range
+ACTIVE = 1e-4  # margin of an active limit, and distance to an active bound relative to the variable's range
 RADII = (1e-1, 1e-2, 1e-3, 1e-4)  # of neighbours, relative to the ranges
 NEIGHBOURS_PER_RADIUS = 64
 MIN_GAIN = 1e-6  # smallest gain that counts, relative to the cost
@@ -201,7 +201,7 @@ def optimum_beside(problem: DesignProblem, shares: np.ndarray, seed: int = 0, pr
 
 def _certified(problem: DesignProblem, searches: Sequence[LocalOptimum], seed: int, progress: Progress) -> Optimum:
     if not searches or not np.isfinite(searches[0].violation):
-        raise ValueError("no tried design has all requested figures")
+        raise ValueError("no design tried has all requested figures")
     best = searches[0]
     certified = certificate(problem, best.end, seed)
     for _ in range(MAX_RESTARTS):

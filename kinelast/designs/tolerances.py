@@ -319,10 +319,10 @@ def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
 
     Figures: largest distance, sum of squares, and the components whose squares are summed.
     """
-    wanted = np.array(places)
+    targets = np.array(places)
 
     def off(cycle: Cycle) -> Complexes:
-        return np.broadcast_to(position_of(cycle.motion, output.link, output.point) - wanted, cycle.columns)
+        return np.broadcast_to(position_of(cycle.motion, output.link, output.point) - targets, cycle.columns)
 
     def part(cycle: Cycle, number: int, axis: str) -> Reals:
         way = off(cycle)[..., number]

@@ -12,10 +12,10 @@ import numpy as np
 from rigid import Motion, RepeatedLaw, Resistance, SegmentedLaw, TableLaw, law_peaks
 from rigid.arrays import Flags, Reals
 
-ASIDE = 1e-10  # distance of each side from its break, relative to the end of the run; laws take 1e-12 as the same time
-APART = 4.0  # least distance of two breaks, relative to that
-LOOKED_AT = 1441  # instants between which a load's coordinate passes a break once at most
-HALVED = 26  # times: from the distance of the instants to less than that of the sides
+SIDE_DISTANCE = 1e-10  # of each side of a break, relative to the end of the run; for laws, 1e-12 is the same time
+MIN_BREAK_DISTANCE = 4.0  # of two breaks, relative to SIDE_DISTANCE
+SEARCH_INSTANTS = 1441  # a load's coordinate passes a break at most once between two of them
+BISECTIONS = 26  # they reduce the distance of the instants below SIDE_DISTANCE
 
 
 @dataclass(frozen=True)
@@ -67,19 +67,19 @@ def breaks_of(
     motion_at
         The motion at any instants, for loads against a coordinate.
     """
-    aside, laws = ASIDE * end, [*laws]
+    aside, laws = SIDE_DISTANCE * end, [*laws]
     efforts = (law.effort.law for law in laws if hasattr(law, "effort"))
     factors = [*efforts, *(getattr(load.load if isinstance(load, Resistance) else load, "law", None) for load in loads)]
     instants = [time for law in laws if not hasattr(law, "effort") for time in _jumps(law, end, aside)]
     curves = [factor for factor in factors if getattr(factor, "breaks", ())]
     if curves:
-        seen = motion_at(np.linspace(0.0, end, LOOKED_AT))
+        seen = motion_at(np.linspace(0.0, end, SEARCH_INSTANTS))
         instants += [time for curve in curves for time in _passed(curve, seen, motion_at)]
     times = np.sort(np.mod(instants, end) if turn else np.array(instants, float))
-    inside = (times > APART * aside) & (times < end - APART * aside)
+    inside = (times > MIN_BREAK_DISTANCE * aside) & (times < end - MIN_BREAK_DISTANCE * aside)
     wraps = turn and not inside.all()
     times = times[inside]
-    times = times[np.diff(times, prepend=-end) > APART * aside]
+    times = times[np.diff(times, prepend=-end) > MIN_BREAK_DISTANCE * aside]
     before, after = times - aside, times + aside
     return (
         Breaks(np.append(before, end - aside), np.append(after, aside), aside)
@@ -101,7 +101,7 @@ def knots_of(laws: Iterable[Any], end: float) -> Reals:
 
 
 def _rounds(end: float, lasts: float) -> int:
-    return max(ceil(end / lasts * (1.0 - ASIDE)), 1)
+    return max(ceil(end / lasts * (1.0 - SIDE_DISTANCE)), 1)
 
 
 def _jumps(law: Any, end: float, aside: float) -> Iterator[float]:
@@ -113,7 +113,7 @@ def _jumps(law: Any, end: float, aside: float) -> Iterator[float]:
         yield from np.add.outer(np.arange(_rounds(end, law.duration)) * law.duration, peaks.jumps).ravel().tolist()
         return
     for time in peaks.jumps:  # at the very end of segments the side before counts
-        yield time + aside if isinstance(law, SegmentedLaw) and time >= law.duration * (1.0 - ASIDE) else time
+        yield time + aside if isinstance(law, SegmentedLaw) and time >= law.duration * (1.0 - SIDE_DISTANCE) else time
 
 
 def _passed(law: Any, seen: Motion, motion_at: Callable[[Reals], Motion]) -> Iterator[float]:
@@ -130,7 +130,7 @@ def _passed(law: Any, seen: Motion, motion_at: Callable[[Reals], Motion]) -> Ite
         return
     target = np.concatenate([np.full(len(row), bound) for row, bound in rows])
     low, high, begun = times[at], times[at + 1], place[at] >= target
-    for _ in range(HALVED):
+    for _ in range(BISECTIONS):
         middle = (low + high) / 2
         order = np.argsort(middle, kind="stable")
         there = np.empty(len(middle))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic.assessment import rest_from
-from kinelast.scene.breaks import APART, Breaks, breaks_of, knots_of
+from kinelast.scene.breaks import MIN_BREAK_DISTANCE, Breaks, breaks_of, knots_of
 from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
 from rigid import Mechanism, MechanismError, Motion, Posture, Reals, TableError, motion, motion_in_chunks, reachable
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from rigid.dynamics import ForwardError, IntegratedMotion
 
 OnStep = Callable[[float], None]
-CLOSER = 1440  # smallest number of instants at which rigid figures are searched
-FINE, SHARES = 20001, 64  # instants for the acceleration of a law, and extra instants where it is large
-LOOKED_AT = 257  # instants that show whether a run ends at rest
+MIN_SEARCH_INSTANTS = 1440  # smallest number of instants in a search for rigid figures
+LAW_INSTANTS, EXTRA_INSTANTS = 20001, 64  # instants for the acceleration of a law, and extra ones at its peaks
+REST_INSTANTS = 257  # instants that show whether a run ends at rest
 MIN_KNOWN, MAX_TURN = 90, 0.1  # fewest positions and largest turn of a link [rad] between them to reuse postures
 
 
@@ -110,13 +110,15 @@ class Course(ABC):
     def closer(self, times: Reals) -> Reals:
         """Return the given instants [s], instants between them and at large accelerations, shape (instants,)."""
         ends = np.append(times, times[0] + self.period) if self.run.turn else times
-        parts = max(2, -(-CLOSER // len(times)))
-        wide = np.diff(ends) > APART * self.breaks.aside
+        parts = max(2, -(-MIN_SEARCH_INSTANTS // len(times)))
+        wide = np.diff(ends) > MIN_BREAK_DISTANCE * self.breaks.aside
         between = ends[:-1][wide, None] + np.diff(ends)[wide, None] * np.arange(1, parts) / parts
-        fine = np.linspace(ends[0], ends[-1], FINE)
-        pushed = [np.broadcast_to(np.abs(law(fine)[2]), FINE) for law in self.laws if not isinstance(law, DriveEffort)]
+        fine = np.linspace(ends[0], ends[-1], LAW_INSTANTS)
+        pushed = [
+            np.broadcast_to(np.abs(law(fine)[2]), LAW_INSTANTS) for law in self.laws if not isinstance(law, DriveEffort)
+        ]
         gone = [np.cumsum(each) for each in pushed if each.any()]
-        shares = (np.arange(SHARES) + 0.5) / SHARES
+        shares = (np.arange(EXTRA_INSTANTS) + 0.5) / EXTRA_INSTANTS
         steep = [np.interp(shares * each[-1], each, fine) for each in gone]
         knots = knots_of(self.laws, float(ends[-1]))
         more = np.concatenate([between.ravel(), *steep, knots[knots >= ends[0]]])
@@ -178,9 +180,9 @@ class CourseByLaws(Course):
     @cached_property
     def stops(self) -> bool:
         """True if the drives move and are at rest at the end of the run."""
-        times = np.linspace(0.0, float(np.max(self.run.duration)), LOOKED_AT)
-        rates = np.array([np.abs(law(times)[1]).reshape(-1, LOOKED_AT).max(axis=0) for law in self.laws])
-        resting = rest_from(rates.reshape(len(self.laws), LOOKED_AT))
+        times = np.linspace(0.0, float(np.max(self.run.duration)), REST_INSTANTS)
+        rates = np.array([np.abs(law(times)[1]).reshape(-1, REST_INSTANTS).max(axis=0) for law in self.laws])
+        resting = rest_from(rates.reshape(len(self.laws), REST_INSTANTS))
         return bool(resting[-2] and not resting[0])
 
     def at(self, times: Any) -> Motion:

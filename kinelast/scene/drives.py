@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from kinelast.scene.error import fault, require_absent
 from kinelast.scene.format import SceneTable
 from kinelast.scene.links import Points, drawn_direction
-from kinelast.scene.loads import APART, factor_law
+from kinelast.scene.loads import MIN_SPACING, factor_law
 from kinelast.scene.moved_joint import Drive, coordinate, moved_joint
 from kinelast.scene.numbers import phase, real
 from kinelast.scene.parts.motors import motor_of
@@ -169,7 +169,7 @@ def _motion(where: str, table: DriveTable, unit: str) -> TableLaw:
     places = tuple(
         coordinate(where, f"motion[{number}]", place, unit) for number, (_, place) in enumerate(table.motion, 1)
     )
-    if times[0] != 0 or any(after - before <= APART * times[-1] for before, after in pairwise(times)):
+    if times[0] != 0 or any(after - before <= MIN_SPACING * times[-1] for before, after in pairwise(times)):
         raise fault(where, "motion", "expected times that start at 0 and grow from entry to entry")
     return TableLaw(times, places, table.repeat)
 
@@ -241,7 +241,7 @@ def motion_table(text: str, unit: str, per_length: float = 1.0) -> MotionTable:
     if times[0] != 0.0:
         raise ValueError(f"line {lines[0]}: expected times from 0, got {written_times[0]}: subtract it from all times")
     for line, before, after in zip(lines[1:], times, times[1:], strict=False):
-        if after - before <= APART * times[-1]:
+        if after - before <= MIN_SPACING * times[-1]:
             raise ValueError(f"line {line}: expected increasing times: remove the line")
     return MotionTable(tuple(times), tuple(places), tuple(zip(written_times, written_places, strict=True)))
 

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any
 
-LONGEST_PLACE, LONGEST_PROBLEM = 120, 600  # letters of the parts of a message
-LONGEST_WORD = 80  # letters of a name for which similar names are searched
+MAX_PLACE, MAX_PROBLEM = 120, 600  # characters of both parts of a message
+MAX_WORD = 80  # characters; longer names get no suggestion
 
 
 class SceneError(ValueError):
@@ -33,9 +33,9 @@ class SceneError(ValueError):
     others: tuple[SceneError, ...] = ()
 
     def __init__(self, file: str, table: str, key: str, problem: str) -> None:
-        place = " ".join(plain(part, LONGEST_PLACE) for part in (_header(table), key) if part)
-        problem = plain(problem, LONGEST_PROBLEM)
-        parts = (plain(file, LONGEST_PROBLEM), place, problem)
+        place = " ".join(plain(part, MAX_PLACE) for part in (_header(table), key) if part)
+        problem = plain(problem, MAX_PROBLEM)
+        parts = (plain(file, MAX_PROBLEM), place, problem)
         super().__init__(": ".join(part for part in parts if part))
         self.file, self.table, self.key, self.problem = file, table, key, problem
 
@@ -87,8 +87,8 @@ def plain(text: str, longest: int) -> str:
 def likely(word: str, choices: Iterable[str]) -> str:
     """Return the end of a message about an unknown name: the most similar choice, or a short list of all."""
     names = list(choices)
-    lower = {name.lower(): name for name in names if len(name) <= LONGEST_WORD}
-    near = get_close_matches(word.lower(), lower, n=1, cutoff=0.6) if len(word) <= LONGEST_WORD else []
+    lower = {name.lower(): name for name in names if len(name) <= MAX_WORD}
+    near = get_close_matches(word.lower(), lower, n=1, cutoff=0.6) if len(word) <= MAX_WORD else []
     if near:
         return f'; did you mean "{lower[near[0]]}"?'
     if names and len(names) <= 12:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 LARGEST, LEAST, MOST, FIXED = "largest magnitude", "least", "most", "the same at all positions"
 AVERAGE = "over the time of the cycle"
 OUTPUT_ERROR = "output_error"  # key of a figure
-NOISE = 1e-12  # share of a scene's forces and displacements below which a figure is round-off
+NOISE = 1e-12  # largest round-off of a figure, relative to the scene's forces or displacements
 
 
 @dataclass(frozen=True)

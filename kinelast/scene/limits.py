@@ -137,12 +137,12 @@ def _of_output(table: SceneTable, mechanism: Mechanism, where: str, key: str, gi
     return given.within(meant), meant
 
 
-def _of_links(asked: SceneTable, table: LinkLimitsTable, link: str) -> Iterator[Limit]:
+def _of_links(scene_table: SceneTable, table: LinkLimitsTable, link: str) -> Iterator[Limit]:
     for kind in LinkLimitsTable.__struct_fields__:
         value = getattr(table, kind)
         if value is not None:
             unit = value.units[0] if isinstance(value, Quantity) else "1"
-            if kind in ("endurance", "life") and not FATIGUE.tables(asked):
+            if kind in ("endurance", "life") and not FATIGUE.tables(scene_table):
                 raise fault("limits", kind, "needs the fatigue of the links: add [fatigue]")
             of = FATIGUED if kind in ("endurance", "life") else BEAM
             yield Limit(kind, real(value), kind in LEAST_ALLOWED, link, unit, of)

@@ -113,7 +113,7 @@ def build_links(scene: SceneTable, places: Points) -> dict[str, LinkModel]:
         raise fault("links", GROUND, f"no link is named ground: name the fixed link so{likely_ground(scene)}")
     points = {name: own_points(name, table, places) for name, table in scene.links.items()}
     shared = Counter(point for own in points.values() for point in own)
-    held = _point_masses(scene, points)
+    point_masses = _point_masses(scene, points)
     bodies = {}
     for name, table in scene.links.items():
         if name == GROUND:
@@ -122,7 +122,7 @@ def build_links(scene: SceneTable, places: Points) -> dict[str, LinkModel]:
         joints = {point for point in points[name] if shared[point] > 1}
         joints |= {slider.through for slider in scene.sliders.values() if slider.link == name}
         joints |= {slot.point for slot in scene.slots.values() if slot.link == name}
-        bodies[name] = _moving_body(scene, name, points[name], held.get(name, {}), joints)
+        bodies[name] = _moving_body(scene, name, points[name], point_masses.get(name, {}), joints)
     return bodies
 
 
@@ -166,22 +166,22 @@ def undivided(mechanism: Mechanism, bodies: Sequence[LinkModel], kept: Collectio
     """
     if all(len(body.sections) < 2 or body.link.name in kept for body in bodies):
         return [*bodies]
-    held = acting_points(mechanism)
+    fixed = acting_points(mechanism)
     for load in mechanism.loads:
         if isinstance(load, LineLoad):
             at = mechanism.index[load.link]
             beam = mechanism.links[at].beams[load.beam]
-            held |= {(at, beam.start), (at, beam.end)}
+            fixed |= {(at, beam.start), (at, beam.end)}
     return [
-        body if body.link.name in kept else _joined(body, {point for owner, point in held if owner == at})
+        body if body.link.name in kept else _joined(body, {point for owner, point in fixed if owner == at})
         for at, body in enumerate(bodies)
     ]
 
 
-def _joined(body: LinkModel, held: Collection[str | None]) -> LinkModel:
+def _joined(body: LinkModel, fixed: Collection[str | None]) -> LinkModel:
     """Join collinear beams of one section at free points of a link."""
     beams, numbers, sections = [*body.link.beams], [*body.numbers], [*body.sections]
-    while (point := _between(body.link, beams, sections, held)) is not None:
+    while (point := _between(body.link, beams, sections, fixed)) is not None:
         first, second = (k for k, beam in enumerate(beams) if point in (beam.start, beam.end))
         far = _far_end(beams[second], point)
         ends_there = beams[first].end == point
@@ -193,7 +193,7 @@ def _joined(body: LinkModel, held: Collection[str | None]) -> LinkModel:
 
 
 def _between(
-    link: Link, beams: Sequence[Beam], sections: Sequence[CrossSection], held: Collection[str | None]
+    link: Link, beams: Sequence[Beam], sections: Sequence[CrossSection], fixed: Collection[str | None]
 ) -> str | None:
     """Return a point at which two beams of a link can be joined; None if not found."""
     meeting: dict[str, list[int]] = {}
@@ -201,7 +201,7 @@ def _between(
         for point in (beam.start, beam.end):
             meeting.setdefault(point, []).append(number)
     for point, both in meeting.items():
-        if len(both) == 2 and point not in held and sections[both[0]].goes_on_as(sections[both[1]]):
+        if len(both) == 2 and point not in fixed and sections[both[0]].goes_on_as(sections[both[1]]):
             one, other = (link.points[_far_end(beams[number], point)] - link.points[point] for number in both)
             if in_line(one, -other):
                 return point
@@ -229,22 +229,24 @@ def _ground(table: LinkTable, points: Points) -> LinkModel:
 
 def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, dict[str, Real]]:
     """Return point masses per link: of the link, and of [masses] for the first moving link with the point."""
-    held: dict[str, dict[str, Real]] = {}
+    found: dict[str, dict[str, Real]] = {}
     for name, table in scene.links.items():
         for point, mass in table.masses.items():
             known_point(f"links.{name}", "masses", point, points[name], name)
-            held.setdefault(name, {})[point] = real(mass)
+            found.setdefault(name, {})[point] = real(mass)
     for point, mass in scene.masses.items():
         owner = next((name for name, own in points.items() if name != GROUND and point in own), None)
         if owner is None:
             choices = {point for name, own in points.items() if name != GROUND for point in own}
             raise fault("masses", point, f"no moving link has this point{likely(point, sorted(choices))}")
-        masses = held.setdefault(owner, {})
+        masses = found.setdefault(owner, {})
         masses[point] = masses.get(point, 0.0) + real(mass)
-    return held
+    return found
 
 
-def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str, Real], joints: set[str]) -> LinkModel:
+def _moving_body(
+    scene: SceneTable, name: str, points: Points, masses: Mapping[str, Real], joints: set[str]
+) -> LinkModel:
     """Return a moving link: elastic with beams, or rigid."""
     table, where = scene.links[name], f"links.{name}"
     outline = _outline(name, table, points)
@@ -257,12 +259,12 @@ def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str
         require_absent(where, table, ("mass", "center", "inertia"), advice)
     pieces, sections = _beams(scene, name, points)
     numbers = tuple(range(len(pieces)))
-    lumps = [Lump(point, mass) for point, mass in held.items()]
+    lumps = [Lump(point, mass) for point, mass in masses.items()]
     if not pieces and not scene.structure_only:
         if not stiff:
             problem = "the key is missing: an elastic link needs a section (or add rigid = true and mass)"
             raise fault(where, "section", problem)
-        if table.mass is None and not held:
+        if table.mass is None and not masses:
             raise fault(where, "mass", "the key is missing: a rigid link needs mass, or a section and a material")
     given = table.mass is not None or table.center is not None or table.inertia is not None
     if stiff and given:
@@ -270,7 +272,7 @@ def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str
         pieces, sections = (), ()
     if pieces:
         nodes = _hanging_together(where, pieces)
-        for point in [*joints, *held]:
+        for point in [*joints, *masses]:
             if point not in nodes:
                 raise fault(where, "beams", f'no beam reaches the point "{point}", which carries a joint or a mass')
     return LinkModel(Link(name, points, pieces, tuple(lumps)), sections, stiff, outline, numbers=numbers)

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from rigid.analysis import LinkAngle, Slide
     from rigid.dynamics import CurveLaw
 
-OVER = 1e-12  # part of the span that a table may miss
-APART = 1e-12  # smallest distance of table entries relative to the length of the table
+COVER_TOLERANCE = 1e-12  # gap between the table and the run, relative to the run
+MIN_SPACING = 1e-12  # smallest distance of table entries relative to the length of the table
 
 
 def build_load(
@@ -154,7 +154,7 @@ def factor_law(
     rises = np.diff(at)
     steps = np.flatnonzero(rises == 0)
     if (
-        (rises[rises != 0] <= APART * (at[-1] - at[0])).any()
+        (rises[rises != 0] <= MIN_SPACING * (at[-1] - at[0])).any()
         or (np.diff(steps) == 1).any()
         or (len(steps) and table.interpolation != "linear")
     ):
@@ -168,13 +168,13 @@ def factor_law(
     except TableError as error:
         raise fault(where, "table", str(error)) from None
     if coordinate is None:
-        if table.extend is None and (at[0] > 0 or at[-1] < duration * (1 - OVER)):
+        if table.extend is None and (at[0] > 0 or at[-1] < duration * (1 - COVER_TOLERANCE)):
             problem = f"covers {at[0]:g} to {at[-1]:g} s, but the run lasts from 0 to {duration:g} s: "
             raise fault(where, "table", problem + 'add entries, or extend = "hold"')
         return law_of_time(curve, corners(at, factor))
     if isinstance(coordinate, Slide):
         return law_of(coordinate, curve, corners(at, factor))
-    if at[-1] - at[0] > 2 * pi * (1 + OVER):
+    if at[-1] - at[0] > 2 * pi * (1 + COVER_TOLERANCE):
         raise fault(where, "table", "covers more than a turn, expected angles within one")
     middle = float(at[0] + at[-1]) / 2
     return CurveLaw(partial(_turned, coordinate, middle), curve, corners(at, factor), middle)

@@ -93,10 +93,10 @@ def _picked(value: Any, row: int | None) -> Any:
     return value.ravel()[row if value.size > 1 else 0] if isinstance(value, np.ndarray) else value
 
 
-LEAST_TOLD = 1e-4  # smaller relative errors are below the printed digits
+MIN_PRINTED_ERROR = 1e-4  # smaller relative errors are below the printed digits
 UNRELIABLE = 0.25  # error relative to the figure, beyond which the figure is marked as unreliable
 HOUR = 3600.0  # [s]; longer times are printed in hours
-LEAST_STRESS = 1e-3  # in the stress unit of the report; smaller stresses are printed with a prefix
+MIN_PRINTED_STRESS = 1e-3  # in the stress unit of the report; smaller stresses are printed with a prefix
 ToldIn = Mapping[str, tuple[float, str]]
 """Units of a report: by SI unit, the conversion factor and the name of the unit."""
 SI: ToldIn = {}
@@ -168,12 +168,12 @@ def percent(share: float) -> str:
 
 
 def error_percent(share: float) -> str:
-    """Format a relative error in per cent; errors below `LEAST_TOLD` as "< 0.01 %".
+    """Format a relative error in per cent; errors below `MIN_PRINTED_ERROR` as "< 0.01 %".
 
     >>> error_percent(0.0123), error_percent(2e-7)
     ('1.2 %', '< 0.01 %')
     """
-    return f"< {percent(LEAST_TOLD)}" if share < LEAST_TOLD else percent(share)
+    return f"< {percent(MIN_PRINTED_ERROR)}" if share < MIN_PRINTED_ERROR else percent(share)
 
 
 def quantity(value: float, unit: str, digits: int = 4, told_in: ToldIn = SI) -> str:
@@ -186,7 +186,7 @@ def quantity(value: float, unit: str, digits: int = 4, told_in: ToldIn = SI) -> 
     """
     if not math.isfinite(value):
         return number(value)
-    if unit in told_in and not (unit == "Pa" and 0.0 < abs(value) * told_in[unit][0] < LEAST_STRESS):
+    if unit in told_in and not (unit == "Pa" and 0.0 < abs(value) * told_in[unit][0] < MIN_PRINTED_STRESS):
         factor, name = told_in[unit]
         return f"{number(value * factor, digits)} {name.replace(' ', '·')}".replace(" deg", "°")
     factor, prefixed = scale_of(value, unit)
@@ -199,8 +199,8 @@ def beside(value: float, limit: float, unit: str, told_in: ToldIn = SI) -> tuple
     >>> beside(6294.0, 7.2e7, "s")
     ('1.748 h', '20000 h')
     """
-    told = {**told_in, "s": scale_of(limit, "s")} if unit == "s" else told_in
-    return quantity(value, unit, told_in=told), quantity(limit, unit, told_in=told)
+    units = {**told_in, "s": scale_of(limit, "s")} if unit == "s" else told_in
+    return quantity(value, unit, told_in=units), quantity(limit, unit, told_in=units)
 
 
 def coordinate(value: float, unit: str, told_in: ToldIn = SI) -> str:

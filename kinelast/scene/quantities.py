@@ -10,8 +10,8 @@ from typing import Any, ClassVar, Self
 from kinelast.scene.units import Quantity, shown
 
 MAX_LENGTH = 1e4  # [m]: no machine is longer; kinelast.figures.inputs questions links of more than 90 m
-STEEPEST = 1e3  # times that a size may change along a beam
-FARTHEST = 1e9  # [rad or m] that a drive is at: beyond, the angle within a turn has no digits left
+MAX_SIZE_RATIO = 1e3  # larger / smaller size at the ends of a beam
+MAX_COORDINATE = 1e9  # [rad or m] of a drive; a larger angle has no digits left within a turn
 
 
 class Length(Quantity, expected='a length, as in "100 mm" or 0.1', units=("m",), most=MAX_LENGTH):
@@ -28,12 +28,12 @@ class Size(Length, above=0.0):
 
 
 class AngleOrLength(
-    Quantity, expected='an angle, as in "30 deg", or a length, as in "20 mm"', units=("rad", "m"), most=FARTHEST
+    Quantity, expected='an angle, as in "30 deg", or a length, as in "20 mm"', units=("rad", "m"), most=MAX_COORDINATE
 ):
     """Angle [rad] or slide [m] of a drive."""
 
 
-class PlaneAngle(Quantity, expected='an angle, as in "30 deg" or 0.5', units=("rad",), most=FARTHEST):
+class PlaneAngle(Quantity, expected='an angle, as in "30 deg" or 0.5', units=("rad",), most=MAX_COORDINATE):
     """Angle [rad]."""
 
 
@@ -245,8 +245,8 @@ class Sizes(tuple[float, float]):
         if len(ends) != 2:
             raise ValueError(f"expected {cls.expected}, got {shown(value)}")
         sizes = cls(float(Size.read(end, per_length)) for end in ends)
-        if max(sizes) > STEEPEST * min(sizes):
-            raise ValueError(f"expected {cls.expected}, not {STEEPEST:g} times apart, got {shown(value)}")
+        if max(sizes) > MAX_SIZE_RATIO * min(sizes):
+            raise ValueError(f"expected {cls.expected}, not {MAX_SIZE_RATIO:g} times apart, got {shown(value)}")
         return sizes
 
 

@@ -190,13 +190,13 @@ def named_section(name: str) -> SectionTable | None:
 
     The first size lies in the plane of motion. Hollow sections are cold formed, by EN 10219-2 with its corners.
     """
-    told = re.fullmatch(r"([A-Z]+)([0-9.]+(?:X[0-9.]+)*)", _key(name))
-    if told is None:
+    match = re.fullmatch(r"([A-Z]+)([0-9.]+(?:X[0-9.]+)*)", _key(name))
+    if match is None:
         return None
-    family, words = told[1], told[2].split("X")
+    family, words = match[1], match[2].split("X")
     table = _library()["sections"].get(family, {})
     for size, rolled in _rolled(table):
-        if _key(size) == told[2]:
+        if _key(size) == match[2]:
             return _sized(table["shape"], dict(zip(table["sizes"], rolled, strict=True)), table.get("unit", "mm"))
     shape, keys = FAMILIES.get(family, ("", ()))
     if family == "SHS" and len(words) == 2:

@@ -101,9 +101,9 @@ class SegmentTable(StrictTable, frozen=True, kw_only=True):
 class AgainstTable(StrictTable, frozen=True, kw_only=True):
     """Independent variable of a table other than time: the angle of a link or the travel of a slider."""
 
-    link: str | None = None  #: link with the angle
+    link: str | None = None  #: rotating link
     on: str = "ground"  #: reference link of the angle
-    slider: str | None = None  #: slider with the travel, instead of `link`
+    slider: str | None = None  #: slider, instead of `link`
 
     @property
     def turns(self) -> bool:
@@ -138,7 +138,8 @@ class DriveTable(JointNameTable, frozen=True, kw_only=True):
     #: times from 0 and coordinates, interpolated by a cubic spline, instead of `speed`; or the name of a CSV file next
     #: to the scene
     motion: Annotated[list[tuple[Time, AngleOrLength]], Meta(min_length=4)] | str | None = None
-    repeat: bool = False  #: `true`: repeat the law or motion, each time from its last end
+    #: `true`: repeat the law or motion; each repetition starts at the end of the previous one
+    repeat: bool = False
     #: moment or force along the coordinate, instead of a motion; the motion is then computed
     effort: ForceOrMoment | None = None
     #: factor of the effort over time, an angle or a travel [constant 1]

@@ -21,7 +21,7 @@ from kinelast.scene.units import FORM, TYPESET, written_like
 from kinelast.scene.variables import Place, in_file, place_of, value_at
 
 LARGEST_FILE = 4_000_000  # bytes: a table of 100,000 entries
-LARGEST_PAGE = 64_000_000  # bytes of a report
+MAX_PAGE_BYTES = 64_000_000  # of a report
 PAGES = ".html", ".htm"
 
 
@@ -31,7 +31,7 @@ def file_bytes(path: Path) -> bytes:
         if not stat.S_ISREG(path.stat().st_mode):
             raise OSError("a folder, a pipe or a device is no scene")
         with path.open("rb") as file:
-            largest = LARGEST_PAGE if path.suffix.lower() in PAGES else LARGEST_FILE
+            largest = MAX_PAGE_BYTES if path.suffix.lower() in PAGES else LARGEST_FILE
             content = file.read(largest + 1)
     except FileNotFoundError:
         raise MissingFileError(str(path), "", "", "there is no such file") from None

@@ -54,9 +54,9 @@ USUAL = {  # units of most scenes, converted without pint, which takes 0.2 s to 
     "kg/m^3": (1.0, "kg/m^3"), "kg m^2": (1.0, "kg m^2"),
     "N m^2": (1.0, "N m^2"), "MN": (1e6, "N"), "kN/m": (1000.0, "N/m"),
 }  # fmt: skip
-MOST_BITS = 10_000
-LONGEST = 80  # letters of a quantity
-SMALLEST, LARGEST = 1e-50, 1e50  # the fourth power (second moment of area) is still finite
+MAX_BITS = 10_000  # of a printed integer
+MAX_CHARACTERS = 80  # of a quantity in a message
+MIN_SIZE, MAX_SIZE = 1e-50, 1e50  # the fourth power (second moment of area) is still finite
 # An exponent has one digit, and there is no power of a power: the parser of units would expand any power.
 POWER = re.compile(r"(?:\^|\*\*)\s*(?:\(\s*[-+]?\d\s*\)|[-+]?\d)(?![\d.])(?!\s*(?:\^|\*\*))")
 FORM = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµμ°][A-Za-zµμ°0-9\s*/^()-]*|1\s*/.*)")
@@ -101,7 +101,7 @@ class Quantity(float):
     units: ClassVar[tuple[str, ...]] = ("",)
     above: ClassVar[float] = -inf
     least: ClassVar[float] = -inf
-    most: ClassVar[float] = LARGEST
+    most: ClassVar[float] = MAX_SIZE
     unit: str
     per_length: float
     each: Any = None
@@ -151,13 +151,13 @@ class Quantity(float):
     @classmethod
     def holds(cls, number: Any) -> Any:
         """Return True if a number in SI units is within the bounds; elementwise for an array."""
-        occurs = (abs(number) < cls.most) & ((cls.above != 0) | (number <= 0) | (number >= SMALLEST))
+        occurs = (abs(number) < cls.most) & ((cls.above != 0) | (number <= 0) | (number >= MIN_SIZE))
         return occurs & (number > cls.above) & (number >= cls.least)
 
     @classmethod
     def bound(cls, number: float) -> str:
         """Return the violated bound in words."""
-        if not abs(number) < cls.most or (cls.above == 0 and 0 < number < SMALLEST):
+        if not abs(number) < cls.most or (cls.above == 0 and 0 < number < MIN_SIZE):
             return "a number of a size that occurs"
         return "greater than zero" if cls.above == 0 else "not below zero"
 
@@ -191,7 +191,7 @@ class Quantity(float):
     def _converted(cls, text: str) -> tuple[float, str, str]:
         """Return the number in SI units, the SI unit, and the unit as written."""
         plain = text.translate(TYPESET)
-        form = FORM.fullmatch(plain) if len(text) <= LONGEST else None
+        form = FORM.fullmatch(plain) if len(text) <= MAX_CHARACTERS else None
         if form is None or len(POWER.findall(plain)) < len(re.findall(r"\^|\*\*", plain)):
             raise ValueError(f"expected {cls.expected}, got {shown(text)}")
         number, name = float(form[1]), form[2].strip()
@@ -234,11 +234,11 @@ def _unknown(names: Any, whole: str, units: tuple[str, ...]) -> str:
     """Return the message on an unknown unit, with the most similar unit of the right dimension."""
     name = names if isinstance(names, str) else next(iter(names))
     dimension = registry().get_dimensionality
-    wanted = [dimension(registry().parse_units(unit)) for unit in units]
+    dimensions = [dimension(registry().parse_units(unit)) for unit in units]
     fitting = [
         unit
         for unit in COMMON
-        if (unit.isalpha() if name != whole else dimension(registry().parse_units(unit)) in wanted)
+        if (unit.isalpha() if name != whole else dimension(registry().parse_units(unit)) in dimensions)
     ]
     hint = likely(name, fitting).partition("; there is")[0] if len(name) > 1 else ""
     return f'but there is no unit "{name}"{hint}'
@@ -247,12 +247,12 @@ def _unknown(names: Any, whole: str, units: tuple[str, ...]) -> str:
 def shown(value: object) -> str:
     """Return a value of a file as text for a message."""
     if isinstance(value, str):
-        return f'"{plain(value, LONGEST)}"'
+        return f'"{plain(value, MAX_CHARACTERS)}"'
     if isinstance(value, bool):
         return str(value).lower()
-    if isinstance(value, int) and value.bit_length() > MOST_BITS:  # Python may refuse to print it
+    if isinstance(value, int) and value.bit_length() > MAX_BITS:  # Python may refuse to print it
         return f"a whole number of some {value.bit_length() * 3 // 10} digits"
-    return "a table" if isinstance(value, dict) else plain(str(value), LONGEST)
+    return "a table" if isinstance(value, dict) else plain(str(value), MAX_CHARACTERS)
 
 
 def written_like(there: Any, value: float, unit: str, digits: int, per_bare: float = 1.0) -> str | float:

@@ -33,7 +33,7 @@ NAMED = {  # keys with the name of a table; the numbers of that table have paths
     "section": 'write [sections.NAME] with shape, depth and width, and use paths such as "sections.NAME.depth"',
     "material": 'write [materials.NAME] with E and density, and use paths such as "materials.NAME.E"',
 }
-NEAR = 3000  # numbers of a file that are compared with a wrong path
+MAX_COMPARED = 3000  # numbers of a file compared with a misspelt path
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,7 @@ def _entered(node: Any, number: str | None, name: str | None) -> tuple[Any, Any,
 
 
 def _unknown(table: SceneTable, path: str) -> SceneError:
-    near = likely(path, islice(numbers(table), NEAR)).partition("; there is")[0]
+    near = likely(path, islice(numbers(table), MAX_COMPARED)).partition("; there is")[0]
     kind = path.partition("s.")[0]  # tables of the library have no paths
     advice = f"; {NAMED[kind]}" if kind in NAMED else ""
     return fault("", path, f"there is no such number in the scene{near or advice}")

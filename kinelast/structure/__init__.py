@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
 
 
-WIDTH = 110  # of lines
+LINE_WIDTH = 110  # characters
 NEARLY_SINGULAR = 1e-3  # ratio of smallest non-zero to largest singular value
 
 
@@ -55,7 +55,7 @@ def table_lines(rows: Sequence[Sequence[str]]) -> list[str]:
 
 def wrapped_lines(text: str) -> list[str]:
     """Wrap a sentence to the width of a terminal."""
-    return wrap(text, WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+    return wrap(text, LINE_WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
 
 
 def loop_lines(graph: Graph) -> list[str]:
@@ -101,7 +101,7 @@ def redundancy_lines(names: Sequence[str]) -> list[str]:
     return wrapped_lines("redundant: statics does not determine the forces in " + ", ".join(names))
 
 
-MOST_NAMED = 3  # contacts named in a message
+MAX_NAMED = 3  # contacts named in a message
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,8 +172,8 @@ def structure_report(subject: Mechanism | Scene, contacts: Iterable[Contact] = (
 
 def _no_groups_reason(contacts: Sequence[Contact]) -> str:
     """Explain why a mechanism with contacts has no groups, which consist of lower pairs."""
-    names = ", ".join(f'"{contact.name}"' for contact in contacts[:MOST_NAMED])
-    names += ", ..." if len(contacts) > MOST_NAMED else ""
+    names = ", ".join(f'"{contact.name}"' for contact in contacts[:MAX_NAMED])
+    names += ", ..." if len(contacts) > MAX_NAMED else ""
     one = len(contacts) == 1
     who = f"the contact {names} is" if one else f"the contacts {names} are"
     return f"groups are made of pins, sliders, welds and gears, and {who} none of them"
@@ -259,7 +259,7 @@ def _bars(graph: Graph) -> list[str]:
         ("fundamental loops B_f", loops, [str(number) for number in range(1, len(loops) + 1)]),
     ):
         table = table_lines([("", *(f"{head:>2}" for head in heads)), *_signs(matrix, labels)])
-        if len(matrix) and max(map(len, table)) <= WIDTH:
+        if len(matrix) and max(map(len, table)) <= LINE_WIDTH:
             lines += ["", name, *table]
     return lines
 

@@ -19,7 +19,7 @@ from kinelast.tasks.processes import Lost
 from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.request import RequestError
 
-AHEAD = 3  # chunks per thread, running or queued
+CHUNKS_PER_THREAD = 3  # chunks per thread, running or queued
 COUNT_INTERVAL = 5.0  # [s] between counts of the workers
 TIMEOUT = "10s"  # of the connection to a scheduler
 A = TypeVar("A")
@@ -91,7 +91,7 @@ def _results(client: Any, name: str, numbers: Iterator[int]) -> Generator[tuple[
     most, counted = 0, -COUNT_INTERVAL
     while True:
         if time.monotonic() > counted + COUNT_INTERVAL:
-            most, counted = AHEAD * max(1, sum(client.nthreads().values())), time.monotonic()
+            most, counted = CHUNKS_PER_THREAD * max(1, sum(client.nthreads().values())), time.monotonic()
         for number in islice(numbers, max(0, most - len(numbered))):
             future = client.submit(_answer, name, number, key=f"{name}-{number}", pure=False)
             numbered[future.key] = number

@@ -18,7 +18,7 @@ from kinelast.scene.error import plain
 from kinelast.tasks.request import RequestError
 
 NAME = "manifest.json"
-SHOWN = 60  # characters of a value in a message
+MAX_VALUE_CHARACTERS = 60  # characters of a value in a message
 
 
 @dataclass(frozen=True)
@@ -132,9 +132,9 @@ def read_manifest(folder: Path) -> Manifest | None:
         raise RequestError(f"{path} is no manifest of a sweep ({message}): choose another -o, or remove it") from None
 
 
-def require_same(kept: Manifest, asked: Manifest, folder: Path) -> None:
+def require_same(kept: Manifest, requested: Manifest, folder: Path) -> None:
     """Raise RequestError if a folder holds a sweep with other inputs; the message lists the differences."""
-    there, here = _flat(kept), _flat(asked)
+    there, here = _flat(kept), _flat(requested)
     names = sorted(name for name in there.keys() | here.keys() if there.get(name) != here.get(name))
     if names:
         shown = "; ".join(
@@ -160,4 +160,4 @@ def _flat(manifest: Manifest) -> dict[str, Any]:
 
 
 def _shown(value: Any) -> str:
-    return "none" if value is None else plain(str(value), SHOWN)
+    return "none" if value is None else plain(str(value), MAX_VALUE_CHARACTERS)

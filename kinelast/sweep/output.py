@@ -34,14 +34,14 @@ from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, guarded
 from rigid import counted
 
-LONG = 10.0  # [s] duration from which a sweep is announced
+MIN_ANNOUNCED = 10.0  # [s] shortest duration of an announced sweep
 TRIAL_DESIGNS = 200  # designs from which the duration is estimated
 MAX_PAGED = 1_000_000  # designs on one page
 MIN_DESIGN_TIME = 1e-7  # [s]
 CHUNK_TIME = 1.0  # [s] on one core; lost if a run is stopped
-SLOW = 0.3  # [s] after a longer trial, no more designs are tried
+MAX_TRIAL = 0.3  # [s] duration of a trial; a longer one is the last
 ADVICE = "positions or --jobs"
-REASONS = 20  # most frequent reasons in the summary
+MAX_REASONS = 20  # most frequent reasons in the summary
 ERROR_UNKNOWN = "designs are computed without vibration; only a full answer has an error"
 MAX_SHOWN = 3  # numbers of the best design in the closing line
 
@@ -90,7 +90,7 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
     if plan.count > batch.most:
         advice = "reduce the number, or allow it by --most"
         raise RequestError(f"{plan.count:.6g} designs would take about {lasting(takes)}: {advice}")
-    if takes > LONG:
+    if takes > MIN_ANNOUNCED:
         progress.tell(f"{task.name}: {plan.count} designs, about {lasting(takes)}")
     if document.scene.theory.demanded:
         progress.tell(
@@ -154,7 +154,7 @@ def _duration(evaluation: Evaluation) -> float:
         begin = time.process_time()  # independent of other processes on this machine
         evaluation(0, count)
         took = time.process_time() - begin
-        if took > SLOW:
+        if took > MAX_TRIAL:
             break
     return took / count
 
@@ -207,7 +207,7 @@ def _summary(task: Task, evaluation: Evaluation, tally: Tally, manifest: Manifes
         "near": tally.near,
         "limits_kept": tally.limits_kept,
         "without_figures": sum(tally.reasons.values()),
-        "reasons": dict(tally.reasons.most_common(REASONS)),
+        "reasons": dict(tally.reasons.most_common(MAX_REASONS)),
         "ranges": {name: [figure(name, end) for end in ends] for name, ends in tally.ranges.items() if name != NUMBER},
         "store": manifest.store,
         "made_from": manifest.identity,

@@ -1,4 +1,4 @@
-"""Tally of a sweep, full answers of its best designs, and pages of the sweep and of single designs."""
+"""Tally of a sweep, full answers of the best designs, pages of the sweep and of single designs."""
 
 from __future__ import annotations
 

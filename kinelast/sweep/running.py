@@ -19,8 +19,8 @@ from kinelast.tasks.processes import Lost, map_surviving
 from kinelast.tasks.progress import SILENT, Progress, stops_kept
 from kinelast.tasks.request import RequestError
 
-TRIES = 3  # attempts at a chunk whose process dies
-MOST_NAMED = 5  # chunks named in a message
+MAX_TRIES = 3  # attempts at a chunk whose process dies
+MAX_NAMED = 5  # chunks named in a message
 MAX_FAILED = 10  # failed chunks that stop a run
 
 
@@ -135,23 +135,23 @@ def run_plan(
             raise
 
 
-def _prepared(store: Store, asked: Manifest, resume: bool) -> Manifest:
+def _prepared(store: Store, requested: Manifest, resume: bool) -> Manifest:
     """Prepare a folder for a sweep; return its manifest or a new one."""
     folder, kept = store.folder, read_manifest(store.folder)
     if kept is None:
         store.require_free()
     elif resume:
-        require_same(kept, asked, folder)
+        require_same(kept, requested, folder)
         store.tidy()
         return kept
     else:
         old = Store(folder, kept.store)
         if not kept.complete and (done := old.checked(kept)[0]):
-            held = f"{kept.count(done)} of {kept.designs} designs of a sweep that was not finished"
-            raise RequestError(f"{folder} holds {held}: --resume goes on with it, or remove it")
+            part = f"{kept.count(done)} of {kept.designs} designs of a sweep that was not finished"
+            raise RequestError(f"{folder} holds {part}: --resume goes on with it, or remove it")
         old.clear()
-    store.note(asked)
-    return asked
+    store.note(requested)
+    return requested
 
 
 def _verified(store: Store, manifest: Manifest, progress: Progress) -> tuple[Manifest, list[int]]:
@@ -175,9 +175,9 @@ def _verified(store: Store, manifest: Manifest, progress: Progress) -> tuple[Man
 
 
 def _chunks(numbers: Sequence[int]) -> str:
-    """Name chunks by index, at most `MOST_NAMED`."""
-    more = f" and {len(numbers) - MOST_NAMED} more" if len(numbers) > MOST_NAMED else ""
-    return f"chunk{'s'[: len(numbers) > 1]} {', '.join(map(str, numbers[:MOST_NAMED]))}{more}"
+    """Name chunks by index, at most `MAX_NAMED`."""
+    more = f" and {len(numbers) - MAX_NAMED} more" if len(numbers) > MAX_NAMED else ""
+    return f"chunk{'s'[: len(numbers) > 1]} {', '.join(map(str, numbers[:MAX_NAMED]))}{more}"
 
 
 def _computed(
@@ -222,14 +222,14 @@ def _chunk_results(
 
         return cluster_answers(work, numbers, scheduler, progress)
     if jobs > 1:
-        return map_surviving(work, numbers, jobs, TRIES)
+        return map_surviving(work, numbers, jobs, MAX_TRIES)
     return ((number, work(number)) for number in numbers)
 
 
 def _checked_columns(answer: Chunk | str | Lost, manifest: Manifest) -> Chunk | str:
     """Return a chunk with the same columns as the others, else an error message."""
     if isinstance(answer, Lost):
-        return f"its process was ended {TRIES} times ({answer.how}), by the system if memory ran out: smaller chunks?"
+        return f"its process ended {MAX_TRIES} times ({answer.how}); if memory ran out, use smaller chunks"
     if isinstance(answer, Chunk) and manifest.columns and list(manifest.columns) != list(answer.columns):
         return f"its columns are {', '.join(answer.columns)}, expected {', '.join(manifest.columns)}"
     return answer

@@ -8,9 +8,9 @@ from typing import Any
 
 CHECKS = ("nonlinear", "solid")
 ELEMENTS = 16  # per beam, default of --check
-MOST_ELEMENTS = 4096
-MOST_PIXELS = 7680
-MOST_SPEEDS = 10_000
+MAX_ELEMENTS = 4096
+MAX_PIXELS = 7680
+MAX_SPEEDS = 10_000
 
 
 class OptionError(ValueError):
@@ -106,10 +106,10 @@ def are_checks(text: str) -> bool:
 
 def checks(text: str) -> tuple[int | str, ...]:
     """Read checks: elements per beam, "nonlinear", "solid"."""
-    asked = [word if word in CHECKS else at_least(1, MOST_ELEMENTS)(word) for word in text.split(",")]
-    if sum(isinstance(check, int) for check in asked) > 1:
+    requested = [word if word in CHECKS else at_least(1, MAX_ELEMENTS)(word) for word in text.split(",")]
+    if sum(isinstance(check, int) for check in requested) > 1:
         raise OptionError(f"expected one number of elements, not {text!r}")
-    return tuple(asked)
+    return tuple(requested)
 
 
 def speeds(text: str) -> tuple[float, float, int]:
@@ -119,7 +119,7 @@ def speeds(text: str) -> tuple[float, float, int]:
     try:
         low, high, count = text.split(":")
         first, last = (float(Speed.read(_number_or_text(word))) for word in (low, high))
-        if not 0 < first < last or not 2 <= int(count) <= MOST_SPEEDS:
+        if not 0 < first < last or not 2 <= int(count) <= MAX_SPEEDS:
             raise ValueError
         return first, last, int(count)
     except ValueError:
@@ -148,10 +148,10 @@ def size(text: str) -> tuple[int, int]:
     """Read width and height in pixels."""
     try:
         width, height = (int(word) for word in text.lower().split("x"))
-        if min(width, height) < 160 or max(width, height) > MOST_PIXELS or width % 2 or height % 2:
+        if min(width, height) < 160 or max(width, height) > MAX_PIXELS or width % 2 or height % 2:
             raise ValueError
     except ValueError:
-        expected = f'two even numbers of pixels from 160 to {MOST_PIXELS}, as in "1920x1080"'
+        expected = f'two even numbers of pixels from 160 to {MAX_PIXELS}, as in "1920x1080"'
         raise OptionError(f"expected {expected}, not {text!r}") from None
     return width, height
 
@@ -184,9 +184,9 @@ def diagrams(text: str) -> tuple[str, ...]:
     from elastic import FIELDS
     from kinelast.scene.error import likely
 
-    asked = names(text)
-    for name in asked:
+    requested = names(text)
+    for name in requested:
         if name not in (*DIAGRAMS, *FIELDS):
             near = likely(name, DIAGRAMS).partition("; there is")[0]  # the message lists all names anyway
             raise OptionError(f'there is no diagram "{name}"{near}; all: {", ".join(DIAGRAMS)}')
-    return asked
+    return requested

@@ -15,7 +15,7 @@ from typing import Any, Generic, TypeVar
 
 from kinelast.tasks.progress import ignored_interrupts, without_interrupts
 
-GRACE = 2.0  # [s] for a worker to end by itself
+EXIT_DELAY = 2.0  # [s] for a worker to end by itself
 T = TypeVar("T")
 A = TypeVar("A")
 
@@ -126,8 +126,8 @@ def _dismiss(workers: list[_Worker], worker: _Worker) -> None:
 
 def _ready(workers: list[_Worker]) -> list[_Worker]:
     """Wait for workers that have answered or died."""
-    heard = set(wait([each for worker in workers for each in (worker.line, worker.process.sentinel)]))
-    return [worker for worker in workers if worker.line in heard or worker.process.sentinel in heard]
+    ready = set(wait([each for worker in workers for each in (worker.line, worker.process.sentinel)]))
+    return [worker for worker in workers if worker.line in ready or worker.process.sentinel in ready]
 
 
 def _answer(worker: _Worker) -> Any:
@@ -137,7 +137,7 @@ def _answer(worker: _Worker) -> Any:
             return worker.line.recv()
     except (EOFError, OSError):
         pass
-    worker.process.join(GRACE)
+    worker.process.join(EXIT_DELAY)
     code = worker.process.exitcode
     return Lost(f"signal {-code}" if code is not None and code < 0 else f"status {code}")
 
@@ -147,10 +147,10 @@ def _end(workers: list[_Worker]) -> None:
     for worker in workers:
         worker.process.terminate()
     for worker in workers:
-        worker.process.join(GRACE)
+        worker.process.join(EXIT_DELAY)
         if worker.process.is_alive():
             worker.process.kill()
-            worker.process.join(GRACE)
+            worker.process.join(EXIT_DELAY)
         worker.line.close()
 
 

@@ -28,9 +28,9 @@ from kinelast.tasks import (
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene, Theory
 
-MOST_POSITIONS = 1_000_000  # the same as for [run] positions
-MOST_STATIONS = 10_001
-MOST_SAMPLES = 1_000_000
+MAX_POSITIONS = 1_000_000  # the same as for [run] positions
+MAX_STATIONS = 10_001
+MAX_SAMPLES = 1_000_000
 STYLES = ("plain", "solid")
 FORMATS = ("mp4", "gif", "png")
 SHELLS = ("bash", "zsh", "fish")
@@ -48,7 +48,7 @@ class Request:
     """Options of one scene: all inputs of its results except its file."""
 
     positions: int | None = option(
-        SCENE, "positions over the cycle, instead of the scene's own", "N", read=at_least(1, MOST_POSITIONS)
+        SCENE, "positions over the cycle, instead of the scene's own", "N", read=at_least(1, MAX_POSITIONS)
     )
     changes: tuple[str, ...] = option(
         SCENE,
@@ -103,7 +103,7 @@ class Request:
         SCENE,
         "stations along a link for --fields",
         "N",
-        read=at_least(2, MOST_STATIONS),
+        read=at_least(2, MAX_STATIONS),
         belongs="fields",
         default=101,
         shows=True,
@@ -195,7 +195,7 @@ class Request:
         DESIGNS, "ranges of all figures under [tolerances] (tolerances.*)", writes=("tolerances.csv", "tolerances.svg")
     )
     samples: int | None = option(
-        DESIGNS, "designs to sample for --tolerances [2048]", "N", read=at_least(16, MOST_SAMPLES), belongs="tolerances"
+        DESIGNS, "designs to sample for --tolerances [2048]", "N", read=at_least(16, MAX_SAMPLES), belongs="tolerances"
     )
     optimize: bool = option(
         DESIGNS,

@@ -18,7 +18,7 @@ from kinelast.tasks.request import RequestError
 if TYPE_CHECKING:
     from kinelast.figures.report import Report
 
-LINE = 200  # characters of an argument in a message
+MAX_ARGUMENT = 200  # characters of an argument in a message
 FOREIGN = ".pmks", ".linkage2", ".json", ".dxf"  # endings of files of other programs
 MECHANISMS = Path(__file__).parent.parent / "mechanisms"
 
@@ -39,20 +39,20 @@ def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
     problems = []
     for argument in arguments:
         if foreign := foreign_words(argument):
-            problems.append(f'"{plain(argument, LINE)}" is {foreign}')
+            problems.append(f'"{plain(argument, MAX_ARGUMENT)}" is {foreign}')
             continue
         try:
             named = _paths(argument)
         except (OSError, ValueError) as error:  # no permission, a name too long or with a null character
             reason = getattr(error, "strerror", None) or str(error)
-            problems.append(f'"{plain(argument, LINE)}" cannot be looked at: {reason.lower()}')
+            problems.append(f'"{plain(argument, MAX_ARGUMENT)}" cannot be looked at: {reason.lower()}')
             continue
         if isinstance(named, str):
             problems.append(named)
             continue
         for path in named:
             if not path.stem.strip("."):
-                problems.append(f'"{plain(str(path), LINE)}" has no name before .toml, which its results would bear')
+                problems.append(f'"{plain(str(path), MAX_ARGUMENT)}" has no name before .toml for its results')
             else:
                 paths.setdefault(os.path.abspath(path), path)  # noqa: PTH100 - does not follow links
     return list(paths.values()), problems
@@ -62,7 +62,7 @@ def _paths(argument: str) -> list[Path] | str:
     """Files that an argument names, or an error message."""
     if not argument.strip():  # an unset shell variable must not select the working folder
         return "a scene without a name was given: name a .toml file or a shipped scene, see --list"
-    path, shown = Path(argument), plain(argument, LINE)
+    path, shown = Path(argument), plain(argument, MAX_ARGUMENT)
     if path.is_file() or (path.suffix == ".toml" and not path.is_dir() and not has_magic(argument)):
         return [path]
     shipped = {**shipped_structures(), **shipped_scenes()}
@@ -76,7 +76,7 @@ def _paths(argument: str) -> list[Path] | str:
         return scenes or f'there is no file like "{shown}"'
     from difflib import get_close_matches
 
-    close = get_close_matches(argument[:LINE], shipped, 1)
+    close = get_close_matches(argument[:MAX_ARGUMENT], shipped, 1)
     advice = f'did you mean "{close[0]}"?' if close else "--list shows the shipped scenes"
     return f'"{shown}" is neither a .toml file nor a shipped scene: {advice}'
 
@@ -85,7 +85,7 @@ def foreign_words(argument: str) -> str:
     """Advice on a file or link of another program; empty for others."""
     linked = argument.startswith(("http://", "https://")) and "?" in argument
     if linked or Path(argument).suffix.lower() in FOREIGN:
-        return f"of another program: --import {plain(argument, LINE)!r} writes its scene"
+        return f"of another program: --import {plain(argument, MAX_ARGUMENT)!r} writes its scene"
     return ""
 
 
@@ -111,8 +111,9 @@ def result_names(paths: Sequence[Path]) -> list[Path] | str:
     for name, path in zip(names, paths, strict=True):
         for other, another in zip(names, paths, strict=True):
             if path is not another and (name == other or other in name.parents):
-                both = f"{plain(str(another), LINE)} and {plain(str(path), LINE)}"
-                return f'two scenes would share the folder "{plain(str(other), LINE)}": {both}; run one after the other'
+                both = f"{plain(str(another), MAX_ARGUMENT)} and {plain(str(path), MAX_ARGUMENT)}"
+                folder = plain(str(other), MAX_ARGUMENT)
+                return f'two scenes would share the folder "{folder}": {both}; run one after the other'
     return names
 
 

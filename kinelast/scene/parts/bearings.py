@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from kinelast.scene.limits import Output
 
 KEY = "bearings"
-ROLLER = 10.0 / 3.0  # exponent of the life of roller bearings
+ROLLER_EXPONENT = 10.0 / 3.0  # exponent of the life of roller bearings
 
 
 class RollingTable(StrictTable, frozen=True, kw_only=True):
@@ -321,10 +321,10 @@ BEARINGS: Part[JointParts] = Part(
         Figure("bearing_load", "equivalent load of a rolling bearing", "N", ROLLING,
                _one(ROLLING, lambda part, course: part.equivalent_load(course)), AVERAGE),
         Figure("bearing_life", "life of a rolling bearing", "s", ROLLING,
-               _one(ROLLING, lambda part, course: part.life(course)), LEAST, whole=True, power=ROLLER,
+               _one(ROLLING, lambda part, course: part.life(course)), LEAST, whole=True, power=ROLLER_EXPONENT,
                limit="rolling.life"),
         Figure("bearing_revolutions", "life of a rolling bearing in revolutions", "1", ROLLING,
-               _one(ROLLING, lambda part, course: part.revolutions(course)), LEAST, whole=True, power=ROLLER),
+               _one(ROLLING, lambda part, course: part.revolutions(course)), LEAST, whole=True, power=ROLLER_EXPONENT),
         Figure("bearing_static_safety", "static safety of a rolling bearing", "1", ROLLING,
                _one(ROLLING, lambda part, course: part.static_safety(course)), LEAST, whole=True,
                limit="rolling.safety"),

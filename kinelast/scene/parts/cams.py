@@ -271,7 +271,7 @@ def require_moved(scene: Scene) -> None:
 
 OfCam = Callable[["Cycle", str], Any]
 """Function from a cycle and the name of a cam to values at every position."""
-HALF = 0.5  # Hertzian line pressure grows with the square root of the load
+PRESSURE_EXPONENT = 0.5  # Hertzian line pressure grows with the square root of the load
 
 
 def _of_cams(values: OfCam, of: Kind = CAM) -> Callable[[Cycle], Largest]:
@@ -333,7 +333,7 @@ CAMS: Part[Cam] = Part(
         Figure("cam_lag", "lag of the drive behind its cam due to bending", _cam_units("rad", "m", CAM),
                CAM, _of_cams(cam_lag)),
         Figure("cam_pressure", "pressure between a cam and its follower", "Pa", PRESSED,
-               _of_cams(cam_pressure, PRESSED), power=HALF,
+               _of_cams(cam_pressure, PRESSED), power=PRESSURE_EXPONENT,
                limit="pressure"),
         Figure("cam_torque", "torque of a camshaft", "N m", CAM, _of_cams(cam_torque)),
     ),

@@ -69,34 +69,34 @@ class FatigueTable(LinkFatigueTable, frozen=True, kw_only=True):
 
 
 def _built(assembly: Assembly) -> dict[str, FatigueTask]:
-    return {name: _task(assembly, asked) for name, asked in FATIGUE.tables(assembly.table).items()}
+    return {name: _task(assembly, settings) for name, settings in FATIGUE.tables(assembly.table).items()}
 
 
-def _task(assembly: Assembly, asked: FatigueTable) -> FatigueTask:
+def _task(assembly: Assembly, settings: FatigueTable) -> FatigueTask:
     """Return the strengths and notch factors of all beams."""
     table, beams, made_of, materials = assembly.table, assembly.beams, assembly.made_of, assembly.materials
     if find_spec("rainflow") is None:
         raise fault("fatigue", "", 'needs the package rainflow: pip install "rainflow"')
     elastic = [body.link.name for body, _ in beams]
     points = {point for body, _ in beams for point in body.link.points}
-    for name, own in asked.links.items():
+    for name, own in settings.links.items():
         known_name("fatigue.links", name, name, dict.fromkeys(elastic), "link with beams")
         for point in own.notches:
             known_name(f"fatigue.links.{name}.notches", point, point, table.links[name].points, "point of the link")
-    for point in asked.notches:
+    for point in settings.notches:
         known_name("fatigue.notches", point, point, sorted(points), "point of a link with beams")
-    rows = [_strength(asked, body, k, made, materials) for (body, k), made in zip(beams, made_of, strict=True)]
+    rows = [_strength(settings, body, k, made, materials) for (body, k), made in zip(beams, made_of, strict=True)]
     notches = []
     for (body, k), made in zip(beams, made_of, strict=True):
         beam = body.link.beams[k]
-        of_link = asked.links.get(body.link.name, LinkFatigueTable()).notches
+        of_link = settings.links.get(body.link.name, LinkFatigueTable()).notches
         eyes = {
             point: _eye_notch(table, point, body, k, materials.get(made.material)) for point in (beam.start, beam.end)
         }
-        given = {**asked.notches, **{point: notch for point, notch in eyes.items() if notch is not None}, **of_link}
+        given = {**settings.notches, **{point: notch for point, notch in eyes.items() if notch is not None}, **of_link}
         notches.append((given.get(beam.start, 1.0), given.get(beam.end, 1.0)))
     strengths, factors = ((*column,) for column in (zip(*rows, strict=True) if rows else ((), ())))
-    return FatigueTask(strengths, asked.criterion, tuple(notches), factors)
+    return FatigueTask(strengths, settings.criterion, tuple(notches), factors)
 
 
 def _eye_notch(
@@ -120,24 +120,24 @@ def _eye_notch(
 
 
 def _strength(
-    asked: FatigueTable, body: LinkModel, number: int, made: SectionSource, materials: Mapping[str, MaterialTable]
+    settings: FatigueTable, body: LinkModel, number: int, made: SectionSource, materials: Mapping[str, MaterialTable]
 ) -> tuple[FatigueStrength, dict[str, Any]]:
     """Return the fatigue strength of a beam and the endurance factors; nan without a material."""
     if not made.material:
         return FatigueStrength(nan, nan, nan, nan, nan), {}
     stuff, where = materials[made.material], f"materials.{made.material}"
-    given = asked.links.get(body.link.name, asked)
+    given = settings.links.get(body.link.name, settings)
     for key in ("ultimate", "endurance"):
         if getattr(stuff, key) is None:
             raise fault(where, key, "the key is missing: [fatigue] needs it")
-    if asked.criterion == "soderberg" and stuff.yield_stress is None:
+    if settings.criterion == "soderberg" and stuff.yield_stress is None:
         raise fault(where, "yield", "the key is missing: the Soderberg criterion needs it")
-    surface = asked.surface if given.surface is None else given.surface
-    size = asked.size if given.size is None else given.size
+    surface = settings.surface if given.surface is None else given.surface
+    size = settings.size if given.size is None else given.size
     ultimate = real(stuff.ultimate)
     if isinstance(surface, str):
         require(SURFACE_RANGE.holds(real(stuff.E) / 1e9), "fatigue", "surface", _left(SURFACE_RANGE))
-    factors: dict[str, Any] = {"reliability": reliability_factor(asked.reliability)}
+    factors: dict[str, Any] = {"reliability": reliability_factor(settings.reliability)}
     factors["surface"] = surface_factor(surface, ultimate) if isinstance(surface, str) else surface or 1.0
     factors["size"] = _size_factor(body.sections[number].section, made) if size is None else size
     whole = factors["reliability"] * factors["surface"] * factors["size"]
