@@ -15,7 +15,8 @@ async function request(path, given, signal) {
     ? {}
     : { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(given) };
   try {
-    const response = await (window.kernel ? window.kernel(path, given) : fetch(path, { ...options, signal })); // in a widget by messages
+    // in a widget by messages
+    const response = await (window.kernel ? window.kernel(path, given) : fetch(path, { ...options, signal }));
     reach(true);
     return response;
   } catch (error) {

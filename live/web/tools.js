@@ -33,7 +33,8 @@ export const TOOLS = [
     "slot",
     "Slot",
     "s",
-    "Click a point to let it slide in the link under it, or on the ground along x; drag from it for another line; once more frees it",
+    "Click a point to let it slide in the link under it, or on the ground along x; drag from it for " +
+    "another line; once more frees it",
   ],
   ["weld", "Weld", "w", "Click a point to join its links rigidly; once more pins them"],
   ["spring", "Spring", "k", "Drag from a point to another"],
@@ -43,7 +44,8 @@ export const TOOLS = [
     "gear",
     "Gear",
     "r",
-    "Click the link that drives, then the one that follows: wheels that mesh from outside; a point in a slot is a rack; once more takes them away",
+    "Click the link that drives, then the one that follows: wheels that mesh from outside; a point in a " +
+    "slot is a rack; once more takes them away",
   ],
 ];
 const FIRST = 5; // tools that are needed first, before the others

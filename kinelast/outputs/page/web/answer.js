@@ -194,7 +194,8 @@ function placeWords(label, figure) {
     : `${figureWords(figure.along, 3)} from ${link.from}`;
 }
 
-// Error as a suffix of its figure, relative, or absolute if it exceeds the figure. As kinelast/outputs/words.py does it.
+// Error as a suffix of its figure, relative, or absolute if it exceeds the figure. As kinelast/outputs/words.py does
+// it.
 /** @param {any} figure */
 function errorWords(figure) {
   const { value, unit, error, error_unknown: unknown, error_measured: measured, unreliable } = figure ?? {};
@@ -410,7 +411,8 @@ function contributions() {
     soft(
       `At the moment of the largest error${
         summary.theory.name !== "quasi-static" ? ", including forces of vibration" : ""
-      }: contribution of each link's own flexibility. The contributions add up to the total; a negative one offsets others.`,
+      }: contribution of each link's own flexibility. The contributions add up to the total; a negative ` +
+        "one offsets others.",
     ),
     h(
       "ul",
@@ -443,7 +445,8 @@ function trustSection() {
     "Trust",
     "Can it be trusted?",
     soft(
-      "Effects that the theory neglects, with their size in this scene. The verdict on the machine is at the top of the page.",
+      "Effects that the theory neglects, with their size in this scene. The verdict on the machine is at " +
+        "the top of the page.",
     ),
     h(
       "ul",

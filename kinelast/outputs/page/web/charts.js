@@ -23,7 +23,8 @@ const abscissae = order.map((
 ) => (i === null ? (axis.values[order[k - 1]] + axis.values[order[k + 1]]) / 2 : axis.values[i]));
 const shownAt = (i) => i !== null && counted(i);
 
-// Curves with their styles: no two that are drawn at first have one colour or the same dashes. Drawn at first are those that
+// Curves with their styles: no two that are drawn at first have one colour or the same dashes. Drawn at first are
+// those that
 // say so, or the largest; a curve keeps the colour that it asks for, its link's, where that is free.
 function styled(curves, sizes) {
   const ranked = curves.map((_, k) => k).sort((a, b) => sizes[b] - sizes[a]);
@@ -422,7 +423,8 @@ const SAVES = {
   },
 };
 
-// Heights in their order, moved as far as it takes to keep them apart between two bounds; where there is no room, the first.
+// Heights in their order, moved as far as it takes to keep them apart between two bounds; where there is no room, the
+// first.
 function spread(found, apart, low, high) {
   const kept = found.slice(0, Math.floor((high - low) / apart) + 1);
   kept.forEach((each, k) => {

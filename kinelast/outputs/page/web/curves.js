@@ -9,7 +9,8 @@ function curvesSection() {
     "Curves",
     "Over the cycle",
     hint(
-      "Hover for values, drag sideways to zoom, double-click for all, click to go to that instant; click a name to show or hide its curve. The line marks the shown instant.",
+      "Hover for values, drag sideways to zoom, double-click for all, click to go to that instant; click a " +
+        "name to show or hide its curve. The line marks the shown instant.",
     ),
     grid,
   );
@@ -179,7 +180,8 @@ function beamSection() {
     "One link",
     "One link",
     soft(
-      "Fields chosen above: along the link at the shown instant (left), and largest along the link over the cycle (right).",
+      "Fields chosen above: along the link at the shown instant (left), and largest along the link over " +
+        "the cycle (right).",
     ),
     h("div", { class: "bar" }, h("label", { for: "beam" }, "Link"), beamPanel.pick),
     beamPanel.grid,

@@ -99,7 +99,8 @@ function tableSection() {
       kept.length < COUNT ? " within the ranges chosen above" : ""
     }, ${Math.min(shown, kept.length)} shown. Click a heading to sort, a number to choose the design.${
       full
-        ? " Figures are quasi-static; of a design that is answered in full, by the theory named, they stand under \u201cThe design chosen\u201d."
+        ? " Figures are quasi-static; of a design that is answered in full, by the theory named, they stand " +
+          "under \u201cThe design chosen\u201d."
         : ""
     }`;
   }

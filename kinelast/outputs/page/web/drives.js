@@ -211,7 +211,8 @@ function cloud(grid, name, given, speeds, torques) {
   figure.append(
     h("figcaption", {}, h("h3", {}, `Motor of ${name}: torque over speed`)),
     soft(
-      "Dots: all positions of the run. Inner lines: rated torque up to the rated speed. Outer lines: largest available torque.",
+      "Dots: all positions of the run. Inner lines: rated torque up to the rated speed. Outer lines: " +
+        "largest available torque.",
     ),
     canvas,
   );

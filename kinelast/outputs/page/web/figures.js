@@ -32,7 +32,8 @@ function extremesSection() {
     soft(
       "Value of largest magnitude along each link, ",
       summary.made_from.options.refine ? "searched between the positions too" : "at the positions of the run",
-      ". “where” gives the point, or the distance from the first point of the link, and the drive's coordinate. Displacements are relative to the rigid position; the ",
+      ". “where” gives the point, or the distance from the first point of the link, and the drive's " +
+        "coordinate. Displacements are relative to the rigid position; the ",
       jargon("chord", CHORD),
       " is the line through the ends of a link. Click a heading to sort.",
     ),
@@ -52,7 +53,9 @@ function strengthSection() {
     "Strength",
     "Strength and buckling",
     soft(
-      "Safety: yield stress over the largest von Mises stress. Stress range: largest swing of the normal stress at one place over the cycle. Load / critical: 100 % buckles. Slenderness: length over radius of gyration.",
+      "Safety: yield stress over the largest von Mises stress. Stress range: largest swing of the normal " +
+        "stress at one place over the cycle. Load / critical: 100 % buckles. Slenderness: length over radius " +
+        "of gyration.",
     ),
     table(rows, [
       { name: "Link", text: (each) => each.label },
@@ -129,7 +132,8 @@ function errorsSection() {
     "Output",
     "Error of the output",
     soft(
-      "Difference from rigid links. Points: displacement, and its parts off the path (left positive) and along it (ahead positive). Links: angle, at the point with the largest error.",
+      "Difference from rigid links. Points: displacement, and its parts off the path (left positive) and " +
+        "along it (ahead positive). Links: angle, at the point with the largest error.",
     ),
     table(points, [
       { name: "Point", text: (each) => each.name },
@@ -209,7 +213,8 @@ function checkSection() {
     "Check",
     "Finite elements",
     soft(
-      `${check.elements} elements a beam; largest difference from the closed form at any node and position, relative to the field's maximum over the cycle.`,
+      `${check.elements} elements a beam; largest difference from the closed form at any node and ` +
+        "position, relative to the field's maximum over the cycle.",
     ),
     table(rows, [
       { name: "Link", text: (each) => each.label },
@@ -310,6 +315,7 @@ function footer() {
     made.sha256 ? `, SHA-256 ${made.sha256}` : "",
     `; this file is of ${
       isNaN(written.getTime()) ? "an unknown date" : written.toLocaleString()
-    }. All figures with their units are in summary.json, those of every position in positions.csv. Curves by uPlot (MIT licence, © Leon Sorokin).`,
+    }. All figures with their units are in summary.json, those of every position in positions.csv. ` +
+      "Curves by uPlot (MIT licence, © Leon Sorokin).",
   );
 }

@@ -15,7 +15,8 @@ const columns = head.map((name) => {
     numeric,
   };
 });
-// One column says how a scene went: it failed, or its verdict, and how far to trust that; what says nothing is left out.
+// One column says how a scene went: it failed, or its verdict, and how far to trust that; what says nothing is left
+// out.
 const HIDDEN = ["state", "status", "grade"],
   [stateAt, verdictAt, gradeAt] = ["state", "verdict", "grade"].map((name) => head.indexOf(name));
 const wentWords = (cells) => (cells[stateAt] === "failed" ? "failed" : cells[verdictAt] || "no limits");

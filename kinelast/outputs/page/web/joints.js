@@ -47,7 +47,8 @@ function breaksFirst() {
     "Reserves",
     "What breaks first",
     soft(
-      "Reserve: load factor until a link yields, breaks, buckles or exceeds its limit. Below 1 it has failed. The red ring on the mechanism marks the first failure.",
+      "Reserve: load factor until a link yields, breaks, buckles or exceeds its limit. Below 1 it has " +
+        "failed. The red ring on the mechanism marks the first failure.",
     ),
     longTable(rows, [
       { name: "Link", text: (row) => row.link },
@@ -83,7 +84,8 @@ function lifeSection() {
     soft(
       `Safety against endurance by the ${life.criterion[0].toUpperCase()}${
         life.criterion.slice(1)
-      } criterion, for the largest cycle of the normal stress in either fibre, including notches. A cycle is a run of the scene. Below the endurance limit the life is endless.`,
+      } criterion, for the largest cycle of the normal stress in either fibre, including notches. A cycle ` +
+        "is a run of the scene. Below the endurance limit the life is endless.",
     ),
     table(rows, [
       { name: "Link", text: (each) => each.label },
@@ -158,8 +160,8 @@ function jointsSection() {
       },
       {
         name: "direction of the force",
-        means:
-          "in the axes of each link: a ring with a fixed direction has a point load, a ring with a rotating direction needs a tight fit",
+        means: "in the axes of each link: a ring with a fixed direction has a point load, a ring with a rotating " +
+          "direction needs a tight fit",
         text: rings,
       },
       { name: "contact lost at", wraps: true, text: (each) => contactWords(each.contact_lost) },

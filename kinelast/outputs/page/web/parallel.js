@@ -11,7 +11,8 @@ function parallelSection() {
     "Ranges",
     "All numbers and figures side by side",
     soft(
-      "Every line is a design, through its value on every axis. Drag along an axis to keep the designs within that range, everywhere on this page; or type the range.",
+      "Every line is a design, through its value on every axis. Drag along an axis to keep the designs " +
+        "within that range, everywhere on this page; or type the range.",
       shown.length < axes.length ? ` ${shown.length} of ${axes.length} columns are drawn.` : "",
     ),
   );

@@ -7,7 +7,8 @@ function scatterSection() {
     "Trade-off",
     "One against the other",
     soft(
-      "Every dot is a design. On the front, the line, none is better in one of both without being worse in the other. Hover for its values, click to choose it; ← and → go along the front.",
+      "Every dot is a design. On the front, the line, none is better in one of both without being worse in " +
+        "the other. Hover for its values, click to choose it; ← and → go along the front.",
     ),
   );
   const holder = h("div", { class: "stage plane" }),

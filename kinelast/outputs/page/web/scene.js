@@ -95,8 +95,8 @@ const MEANINGS = {
   u: "displacement along the link, from where a rigid link would be",
   w: "displacement across the link, from where a rigid link would be",
   phi: "by how much the link is turned there from a rigid one",
-  chord:
-    "how far the link bows out of the straight line through its own displaced ends: bending alone, without what carries the link about",
+  chord: "how far the link bows out of the straight line through its own displaced ends: bending alone, " +
+    "without what carries the link about",
   left: "normal stress of the outermost fibre on the left of the way from the first point to the second",
   right: "normal stress of the outermost fibre on the right",
   normal: "the larger of both outermost fibres; tension positive",
@@ -106,7 +106,8 @@ const MEANINGS = {
 };
 const OWN = {
   chord: (beam, i, xi) => {
-    const { first, last, begin, rise } = model.beams[beam].member; // ends of the member: beam, xi, sign across this beam
+    // ends of the member: beam, xi, sign across this beam
+    const { first, last, begin, rise } = model.beams[beam].member;
     const [from, to] = [first, last].map(([at, end, sign]) => sign * basic("w", at, i, end));
     return basic("w", beam, i, xi) - from - (to - from) * (begin + rise * xi);
   },
@@ -116,7 +117,8 @@ const OWN = {
   shear: stress((s) => s.shear),
 };
 
-// Every field of the registry by its key: name, symbol, unit, what it means, its value on a beam at a position and place.
+// Every field of the registry by its key: name, symbol, unit, what it means, its value on a beam at a position and
+// place.
 const FIELDS = Object.fromEntries(model.fields.map((field) => [field.key, { ...field, means: MEANINGS[field.key] }]));
 for (const [key, field] of Object.entries(FIELDS)) {
   if (field.greatest_of.length) {
@@ -139,7 +141,8 @@ const stressed = model.beams.some((_, beam) => known(beam));
 const fieldsShown = OFFERED.filter((field) => stressed || FIELDS[field].unit !== "Pa");
 const counted = (i) => arrays.counted.values[i] > 0;
 
-// Greatest magnitude of a field over all beams, stations and positions: what a diagram or map is drawn in proportion to.
+// Greatest magnitude of a field over all beams, stations and positions: what a diagram or map is drawn in proportion
+// to.
 const scales = {};
 function scaleOfField(field) {
   if (field in scales) return scales[field];

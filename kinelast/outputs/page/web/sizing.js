@@ -50,7 +50,10 @@ function sensitivitiesSection({ numbers, figures }) {
     "Sensitivities",
     "What a figure depends on",
     soft(
-      "Change of the quasi-static figure if a number of the file grows by a millimetre, a degree, its tolerance, or 1 %, with the other numbers fixed; orange: decrease. At a kink, two places have the same largest value, and the slopes on both sides differ. Derivatives and their errors are in sensitivities.csv.",
+      "Change of the quasi-static figure if a number of the file grows by a millimetre, a degree, its " +
+        "tolerance, or 1 %, with the other numbers fixed; orange: decrease. At a kink, two places have the " +
+        "same largest value, and the slopes on both sides differ. Derivatives and their errors are in " +
+        "sensitivities.csv.",
     ),
     chosenBars("sensitivity-of", figures, rowsOf),
   );
@@ -103,7 +106,8 @@ function tolerancesSection({ designs, numbers, figures, theory, limits_kept: kep
     })).filter(({ size }) => size > 0.001);
   const output = known.some(({ name }) => name === "geometric_error")
     ? soft(
-      "geometric_error: output error of rigid links against nominal ones; output_error: error by deflection; whole_error: both together. All are the largest over the cycle.",
+      "geometric_error: output error of rigid links against nominal ones; output_error: error by " +
+        "deflection; whole_error: both together. All are the largest over the cycle.",
     )
     : null;
   section(
@@ -162,7 +166,9 @@ function optimumSection({ words, variables, limits }) {
     changed,
     kept,
     soft(
-      "The best design is the scene optimum.toml, and this report is about it. The search is quasi-static; \u201cin full\u201d is the answer with vibration and errors. \u201cBefore\u201d is the original scene, which summary.json, sensitivities and tolerances describe.",
+      "The best design is the scene optimum.toml, and this report is about it. The search is quasi-static; " +
+        "\u201cin full\u201d is the answer with vibration and errors. \u201cBefore\u201d is the original " +
+        "scene, which summary.json, sensitivities and tolerances describe.",
     ),
   );
 }

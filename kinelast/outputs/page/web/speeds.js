@@ -23,7 +23,8 @@ function speedsSection() {
     "Speeds",
     "Against the speed of the drive",
     soft(
-      "Largest values along each link over the cycle, with and without vibration. 5×2 at a peak: the 5th harmonic of the cycle meets the 2nd natural mode. Click a name to hide its curve.",
+      "Largest values along each link over the cycle, with and without vibration. 5×2 at a peak: the 5th " +
+        "harmonic of the cycle meets the 2nd natural mode. Click a name to hide its curve.",
     ),
     grid,
   );

@@ -1,6 +1,7 @@
 // Tables that sort by any column, with one unit per column and a mark on the worst row.
 
-// Columns: {name, unit, means, figure: row -> figure or of: row -> number, words: row -> text, text: row -> text, worst, wraps: break lines at plain spaces only}
+// Columns: {name, unit, means, figure: row -> figure or of: row -> number, words: row -> text, text: row -> text,
+// worst, wraps: break lines at plain spaces only}
 const unbroken = (words) => words.replaceAll(" ", "\u00a0");
 function table(rows, columns, caption) {
   const shown = columns.map((given) => {

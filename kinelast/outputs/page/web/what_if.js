@@ -1,4 +1,5 @@
-// The scene's figures along the one number that a sweep varied: a slider from design to design, all computed beforehand.
+// The scene's figures along the one number that a sweep varied: a slider from design to design, all computed
+// beforehand.
 const WHAT_IF_CHARTS = 4;
 function whatIfSection() {
   const given = summary.what_if;
@@ -40,7 +41,8 @@ function whatIfSection() {
     "What if",
     `What if: ${path}`,
     soft(
-      `Quasi-static figures of the ${values.length} designs of the sweep, as in designs.csv. The report itself uses the scene's own theory.`,
+      `Quasi-static figures of the ${values.length} designs of the sweep, as in designs.csv. The report ` +
+        "itself uses the scene's own theory.",
     ),
     h("div", { class: "bar" }, h("label", { for: "what-if-value" }, path), slider, words),
     why,
