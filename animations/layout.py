@@ -15,6 +15,7 @@ from animations.shapes import Complexes
 from animations.style import Style
 from elastic import Deflection, sample
 from rigid import Reals, position_of
+from symbols import PIN_RADIUS
 
 MAX_ORDINATE = 0.17  # largest ordinate, relative to the mechanism's size
 MAX_DISPLACEMENT = 0.10  # largest displacement with automatic exaggeration, relative to the mechanism's size
@@ -47,6 +48,11 @@ class Scales:
     exaggeration: float
     pin: float
     size: float
+
+    @property
+    def symbol(self) -> float:
+        """Size of the symbols [m]."""
+        return self.pin / (2 * PIN_RADIUS)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ LIGHT = {"ink": "#22262e", "soft": "#4a515c", "fine": "#5d6675", "quiet": "#9aa1
 DARK = {"ink": "#e9ebef", "soft": "#bcc3cc", "fine": "#98a1ad", "quiet": "#79828e", "body": "#333a44",
         "metal": "#8b93a0", "iron": "#6b7380", "bent": "#4fd1a1", "accent": "#ff8a80", "positive": "#5aa9ee",
         "negative": "#f27a4d"}  # fmt: skip
+SYMBOL_PAINTS = {"load": "accent", "link": "ink", "shade": "quiet", "none": "paper"}  # colours of marks
 MAX_DARK_LUMINANCE = 0.45  # largest luminance of a dark background
 
 
@@ -30,7 +31,8 @@ def paints(background: str) -> Mapping[str, Colour]:
     """
     paper = colour(background)
     dark = 0.2126 * paper[0] + 0.7152 * paper[1] + 0.0722 * paper[2] < MAX_DARK_LUMINANCE
-    return {"paper": paper, **{name: colour(value) for name, value in (DARK if dark else LIGHT).items()}}
+    known = {"paper": paper, **{name: colour(value) for name, value in (DARK if dark else LIGHT).items()}}
+    return known | {name: known[same] for name, same in SYMBOL_PAINTS.items()}
 
 
 def colour(name: str) -> Colour:

@@ -7,7 +7,6 @@ from typing import Any, Self
 
 import numpy as np
 
-from animations.attachments import attachment_shapes
 from animations.canvas import Canvas, move
 from animations.diagrams import MOTION, SHAPE, Diagram, diagram_named
 from animations.extents import stack_of
@@ -15,7 +14,7 @@ from animations.labels import DOT_RADIUS, name_labels, peak_label
 from animations.layers import Stack
 from animations.layout import Scales, View, drawable, scales_of, seen_solid, turn_of, view_of
 from animations.legend import Words, drive_words, headings, legend
-from animations.marks import drive_shapes, path_shapes
+from animations.paths import path_shapes
 from animations.placing import Label, ink_of, without_overlaps
 from animations.shapes import (
     INK,
@@ -26,7 +25,6 @@ from animations.shapes import (
     diagram_shapes,
     link_shapes,
     outline_shapes,
-    stroke_shapes,
 )
 from animations.solid import SolidShape
 from animations.solid_mechanism import mechanism_bodies
@@ -35,10 +33,11 @@ from animations.symbols import symbol_shapes
 from elastic import Deflection
 from rigid import Reals
 from rigid.arrays import Integers
+from symbols import DRIVE, JOINTS, marks_of
 
 MAX_SAMPLES = 120  # largest number of positions used to choose the view and the labels
 MAX_SOLID_SAMPLES, MAX_LABEL_SAMPLES = 40, 12  # of these, the numbers used for solid bodies and for labels
-MIN_ARROW_SIZE = 0.016  # smallest size of a drive's arrow, relative to the mechanism's size
+MIN_SYMBOL_SIZE = 0.0145  # smallest symbol size of a drive's arrow, relative to the mechanism's size
 
 
 class Picture:
@@ -149,9 +148,9 @@ def shapes_of(deflection: Deflection, diagram: Diagram, scales: Scales, style: S
     """All flat shapes that move."""
     whole = diagram in (SHAPE, MOTION)
     moved = scales.exaggeration if whole or style.look == "solid" else 0.0
-    shapes = (
-        drive_shapes(deflection, max(scales.pin, MIN_ARROW_SIZE * scales.size), moved) if "drives" in style.show else []
-    )
+    marks = marks_of(deflection.motion, style.marks)
+    arrows = [mark for mark in marks if mark.kind == DRIVE] if "drives" in style.show else []
+    shapes = symbol_shapes(deflection, arrows, max(scales.symbol, MIN_SYMBOL_SIZE * scales.size), moved)
     if "paths" in style.show:
         shapes += path_shapes(deflection, drawable(deflection, diagram), moved)
     if style.look == "plain":
@@ -161,9 +160,9 @@ def shapes_of(deflection: Deflection, diagram: Diagram, scales: Scales, style: S
             shapes += diagram_shapes(deflection, diagram.field, scales.scale)
         if scales.exaggeration:
             shapes += deformed_shapes(deflection, scales.exaggeration)
-        shapes += symbol_shapes(deflection, scales.pin, moved)
-        shapes += stroke_shapes(deflection, style.strokes, moved)
-    shapes += attachment_shapes(deflection, scales.pin, moved)
+    bodies = () if style.look == "plain" else JOINTS
+    shown = [mark for mark in marks if mark.kind != DRIVE and mark.kind not in bodies]
+    shapes += symbol_shapes(deflection, shown, scales.symbol, moved)
     return [shape for shape in shapes if shape.faces or shape.lines]
 
 

@@ -186,18 +186,6 @@ def outline_shapes(deflection: Deflection, outlines: Mapping[str, Sequence[compl
     return shapes
 
 
-def stroke_shapes(
-    deflection: Deflection, strokes: Iterable[tuple[str, Sequence[complex]]], exaggeration: float
-) -> list[FlatShape]:
-    """Draw lines through points in the axes of links [m]."""
-    index = deflection.motion.mechanism.index
-    return [
-        FlatShape("pin", carried(deflection, index[link], np.array(points, complex), exaggeration),
-                  lines=(np.arange(len(points)),), width=1.8)
-        for link, points in strokes
-    ]  # fmt: skip
-
-
 def _moving_links(deflection: Deflection) -> Iterable[tuple[int, Link]]:
     return list(enumerate(deflection.motion.mechanism.links))[1:]
 

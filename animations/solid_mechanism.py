@@ -13,9 +13,10 @@ from animations.layout import Scales
 from animations.shapes import Complexes, carried, hull, moved_beams
 from animations.solid import CIRCLE_CORNERS, CrossSections, SolidShape, beam_bodies, cross_sections, prism
 from animations.style import Style
-from animations.symbols import BLOCK, PEDESTAL, moved_place, slide, under
+from animations.symbols import moved_place
 from elastic import Deflection, sample
 from rigid import Reals, Slider
+from symbols import BLOCK_CORNERS, PEDESTAL, travel
 
 CIRCLE = np.exp(2j * np.pi * np.arange(CIRCLE_CORNERS) / CIRCLE_CORNERS)
 DEFAULT_THICKNESS = 0.55  # thickness of links with unknown dimensions, relative to a pin's diameter
@@ -119,7 +120,7 @@ def _joints(deflection: Deflection, scales: Scales, stack: Stack) -> list[SolidS
                 prism(partial(_round, middle, AXLE_RADIUS * pin), CIRCLE_CORNERS, low, high, "soft", smooth=True)
             )
         if 0 in links:
-            corners = complex(motion.mechanism.links[0].points[name]) + pin * PEDESTAL
+            corners = complex(motion.mechanism.links[0].points[name]) + scales.symbol * PEDESTAL
             foot = _between(stack, {0}, 0.5, 0.5)
             bodies.append(prism(lambda _, still=corners: still, len(corners), *foot))  # type: ignore[misc]
     return bodies
@@ -146,8 +147,21 @@ def block(deflection: Deflection, slider: Slider, scales: Scales) -> Complexes:
     motion = deflection.motion
     along = motion.direction[motion.mechanism.index[slider.on]] * slider.direction
     middle = moved_place(deflection, slider.link, slider.point, scales.exaggeration)
-    corners: Complexes = middle[:, None] + scales.pin * along[:, None] * BLOCK
+    corners: Complexes = middle[:, None] + scales.symbol * along[:, None] * BLOCK_CORNERS
     return corners
+
+
+def slide(deflection: Deflection, slider: Slider, pin: float) -> tuple[complex, complex]:
+    """Ends of a slider's path, slightly extended, in the axes of its owner [m]."""
+    low, high = travel(deflection.motion, slider) or (0.0, 0.0)
+    start, end = (complex(slider.origin + slider.direction * way) for way in (low - 2.6 * pin, high + 2.6 * pin))
+    return start, end
+
+
+def under(way: complex) -> complex:
+    """Unit normal of a line on the ground: downwards, or left of a vertical line."""
+    side = 1j * way / abs(way)
+    return -side if (round(side.imag, 9), side.real) > (0.0, 0.0) else side
 
 
 def rail(deflection: Deflection, slider: Slider, pin: float) -> Complexes:

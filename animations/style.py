@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from animations.paints import colour
+from symbols import Mark
 
 LOOKS = ("plain", "solid")
 """Looks of the links: lines, or shaded bodies."""
@@ -40,8 +41,8 @@ class Style:
         Scale factor of displacements; None: a round number, so that the largest is about a tenth of the mechanism.
     outlines
         Corners of the links' bodies in the links' axes [m], complex, by link name.
-    strokes
-        Lines of further symbols: name of a link, and points in its axes [m], complex.
+    marks
+        Symbols of further parts, in addition to joints, springs, gears, loads and drives.
     """
 
     title: str = ""
@@ -53,7 +54,7 @@ class Style:
     scale: float | None = None
     exaggeration: float | None = None
     outlines: Mapping[str, Sequence[complex]] = field(default_factory=dict)
-    strokes: Sequence[tuple[str, Sequence[complex]]] = ()
+    marks: Sequence[Mark] = ()
 
     def __post_init__(self) -> None:
         """Raise ValueError for an invalid choice."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import math
 import struct
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -31,12 +30,11 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.figure import LEAST, Figure, items_of
 from kinelast.scene.limits import Limit, tolerance
 from kinelast.scene.parsing import is_chain, read_toml
-from kinelast.scene.part import Stroke
-from kinelast.scene.parts import strokes_of
 from kinelast.scene.text import beside
 from kinelast.scene.variables import numbers, place_of
 from live.drives import wheels
 from live.edit import BARE
+from live.marks import drawn_marks, mass_marks, point_marks, scene_marks
 from live.mistakes import mistakes_of
 from live.parts import cylinders_of, drawn, points_of
 from live.text import line_of, places
@@ -102,6 +100,8 @@ def quick_answer(
         answer["mistakes"] = mistakes_of(error, text, beside(folder))
     except Exception as error:  # the page continues with the next text
         answer["mistakes"] = [{"line": None, "message": f"the program failed, please report this: {error!r}"}]
+    if answer["sheet"] and not answer["picture"]:
+        answer["sheet"]["marks"] = drawn_marks(tables, answer["sheet"])
     return answer, data
 
 
@@ -145,7 +145,7 @@ def sheet(tables: Mapping[str, Any]) -> Answer:
     ]
     known: Answer = {kind: named(kind) for kind in ("links", "sliders", "cylinders")}
     known |= {kind: listed(kind) for kind in ("drives", "gears")}
-    return {
+    content: Answer = {
         "empty": not tables.get("points") and {link["name"] for link in links} <= {GROUND} and not known["sliders"],
         "points": {name: [place.real, place.imag] for name, place in drawn(tables).items()},
         "links": links,
@@ -165,6 +165,7 @@ def sheet(tables: Mapping[str, Any]) -> Answer:
         "title": str(tables.get("title", "")),
         "units": str(tables.get("units", "m")),
     }
+    return content | {"pins": point_marks(content), "discs": mass_marks(content)}
 
 
 def adjustable_numbers(document: Document, text: str) -> list[Answer]:
@@ -307,14 +308,6 @@ def _parts(of: Motion | Scene) -> list[list[str]]:
     return [[link.name, *link.points] for link in of.mechanism.links]
 
 
-def _segments(motion: Motion, stroke: Stroke, taken: slice) -> Iterator[Any]:
-    """Both ends of every segment of a stroke [m], complex, each of shape (positions,)."""
-    at = motion.mechanism.index[stroke.link]
-    for start, end in pairwise(stroke.points):
-        for point in (start, end):
-            yield np.broadcast_to(motion.origin[at] + motion.direction[at] * point, motion.columns)[taken]
-
-
 def _reach_words(scene: Scene, moved: Motion) -> str:
     """Describe where a motion stops and which joint opens."""
     try:
@@ -366,8 +359,9 @@ def picture(
     )
     points = _points(bent.motion)
     arrays["points"] = _pairs([place[taken] for place in points.values()])
-    if strokes := strokes_of(scene):
-        arrays["strokes"] = _pairs([place for stroke in strokes for place in _segments(bent.motion, stroke, taken)])
+    marks, more = scene_marks(scene, bent.motion)
+    arrays |= {name: _pairs(values)[:, taken] for name, values in more.items()}
+    arrays["rate"] = bent.motion.drive_rate[:, taken]
     if scene.labels:
         arrays |= _beams(bent, taken)
     store, data, at = {}, [], 0
@@ -382,6 +376,7 @@ def picture(
         "turn": scene.run.turn,
         "units": scene.told_in,
         "points": list(points),
+        **marks,
         "columns": [{"name": column.name, "unit": column.unit} for column in columns],
         "beams": [
             {"label": label, "link": scene.mechanism.links[at].name, "from": beam.start, "to": beam.end}

@@ -42,7 +42,7 @@ HOST = "127.0.0.1"
 FIRST_PORT, PORTS = 49152, 16000
 MAX_REQUEST = 4_000_000  # bytes
 MAX_REPORTS = 4  # reports kept in memory
-WEB = files("live") / "web"
+WEB, SHARED = files("live") / "web", files("kinelast.outputs.page") / "web"
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript"}
 SAFE = {
     "Cache-Control": "no-store",
@@ -129,11 +129,17 @@ def _file_of_page(live: Live, request: Request, given: Any) -> Response:
     return _web(str(request.path_params["name"]))
 
 
+def page_file(name: str) -> Any:
+    """File of the page by its name, its own or one shared with the report; None if there is none."""
+    folder = SHARED if name == "symbols.js" else WEB
+    return next((each for each in folder.iterdir() if each.name == name), None)
+
+
 def _web(name: str, ancestors: str = "") -> Response:
-    known = {each.name for each in WEB.iterdir()}
-    if name not in known:
+    file = page_file(name)
+    if file is None:
         return Response("there is no such file", 404)
-    content = (WEB / name).read_bytes()
+    content = file.read_bytes()
     kind = KINDS[name.rpartition(".")[2]]
     return Response(content, media_type=kind, headers={"Content-Security-Policy": PAGE_POLICY + ancestors})
 

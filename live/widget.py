@@ -5,9 +5,20 @@ from __future__ import annotations
 import threading
 from typing import Any
 
-from live.server import WEB, Live, response_to
+from live.server import WEB, Live, page_file, response_to
 
-PAGE = "page.html", "live.css", "text.js", "talk.js", "drawing.js", "share.js", "graph.js", "tools.js", "main.js"
+PAGE = (
+    "page.html",
+    "live.css",
+    "text.js",
+    "talk.js",
+    "symbols.js",
+    "drawing.js",
+    "share.js",
+    "graph.js",
+    "tools.js",
+    "main.js",
+)
 
 
 def widget_of(live: Live) -> Any:
@@ -29,7 +40,7 @@ def widget_of(live: Live) -> Any:
         name = traitlets.Unicode().tag(sync=True)
         address = traitlets.Unicode().tag(sync=True)
 
-    files = {name: (WEB / name).read_text(encoding="utf-8") for name in PAGE}
+    files = {name: page_file(name).read_text(encoding="utf-8") for name in PAGE}
     editor = EditorWidget(files=files, name=live.name, address=live.address)
 
     def answer(content: dict[str, Any]) -> None:

@@ -44,12 +44,13 @@ def type_faults(folder: Path) -> list[str]:
         lines = ['/// <reference path="./globals.d.ts" />']
         places = ["globals"]
         for part in parts:
-            own = (page.WEB / f"{part}.js").read_text(encoding="utf-8").splitlines()
+            own = page.script(part).splitlines()
             lines += own
             places += [f"{part}.js:{number}" for number, _ in enumerate(own, 1)]
         (folder / f"{name}.js").write_text("\n".join(lines), encoding="utf-8")
         origin[f"{name}.js"] = places
     shutil.copytree(EDITOR, folder / "live")
+    shutil.copy(page.WEB / "symbols.js", folder / "live")
     files = [*origin, "live/main.js", "live/widget.js"]
     done = deno("check", "--quiet", *files, cwd=folder)
     if not done.returncode:

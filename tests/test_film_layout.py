@@ -209,12 +209,15 @@ class TestNames:
         style = Style(size=(960, 540), look=look)
         with off_screen(), Picture(bent, "deflection", style) as picture:
             value, dot = picture._labels[0], picture.shapes[-1]
-            (arrow,) = (shape for shape in picture.shapes[:-1] if shape.level == "mark")
+            arrows = [shape for shape in picture.shapes[:-1] if shape.level == "mark"]
             view = picture.view
         covered = 0
         for position in range(0, 360, 5):
             left, right, low, high = box(Words(value.at(position), value.middle[position], value.height, 0))
-            spots, curve = view.flat(dot.place(position)), view.flat(arrow.place(position))
+            spots, curve = (
+                view.flat(dot.place(position)),
+                view.flat(np.concatenate([each.place(position) for each in arrows])),
+            )
             assert not np.any((left < spots.real) & (spots.real < right) & (low < spots.imag) & (spots.imag < high))
             covered += bool(
                 np.any((left < curve.real) & (curve.real < right) & (low < curve.imag) & (curve.imag < high))

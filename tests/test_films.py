@@ -10,21 +10,22 @@ from scene_texts import ARM
 from test_animations import SMALL, STEEL, bent_four_bar, cantilever, over, turned
 
 from animations import Picture, Style, movie, off_screen
-from animations.attachments import attachment_shapes
 from animations.diagrams import diagram_named
 from animations.extents import stack_of
 from animations.labels import name_labels, peak_label
 from animations.layout import FOOT, HEAD, MARGIN, drawable, scales_of, turn_of
-from animations.marks import drive_shapes, path_shapes
 from animations.paints import paints
+from animations.paths import path_shapes
 from animations.picture import shapes_of, view_for
 from animations.placing import Label, ink_of
 from animations.shapes import NEGATIVE, POSITIVE, FlatShape
 from animations.solid import beam_bodies, cross_sections, prism
 from animations.solid_mechanism import mechanism_bodies
+from animations.symbols import symbol_shapes
 from elastic import Section, circle, deflection, displacement_of, rectangle, section_of, tapered, tube
 from kinelast.cli.command import main
 from rigid import Gear, Link, Mechanism, PinDrive, Spring, motion
+from symbols import marks_of
 
 STATIONS = np.linspace(0.0, 1.0, 49)
 DEFLECTION = diagram_named("deflection")
@@ -122,17 +123,25 @@ class TestSolid:
         assert len(np.unique(first.reshape(-1, 3), axis=0)) > 300
 
 
+def symbols(bent, kind, size, exaggeration=0.0):
+    """Shapes of the marks of a kind."""
+    marks = [mark for mark in marks_of(bent.motion) if mark.kind == kind]
+    return symbol_shapes(bent, marks, size, exaggeration)
+
+
 class TestAround:
     """Arrows, paths, springs and wheels."""
 
     def test_an_arrow_goes_the_way_of_its_drive(self):
         for speed in (3.0, -3.0):
-            (arrow,) = drive_shapes(cantilever([0.0], speed), 0.1)
-            shaft = arrow.place(0)[:-3]
-            assert abs(shaft) == pytest.approx(0.2)
-            assert np.all(np.diff(np.angle(shaft)) * speed > 0)
+            (arrow,) = symbols(cantilever([0.0], speed), "drive", 0.1)
+            shaft = arrow.place(0)[arrow.lines[0]]
+            there = shaft[: len(shaft) // 2]
+            assert abs(shaft) == pytest.approx(0.22)
+            assert np.all(np.diff(np.unwrap(np.angle(there))) * speed > 0)
+            assert shaft == pytest.approx([*there, *there[::-1]])  # encloses no area
         bent = cantilever([0.0])
-        (still,) = drive_shapes(deflection(motion(bent.motion.mechanism, [0.0]), bent.sections), 0.1)
+        (still,) = symbols(deflection(motion(bent.motion.mechanism, [0.0]), bent.sections), "drive", 0.1)
         assert np.ptp(still.place(0)) == 0
 
     def test_paths_are_what_points_describe(self, four_bar):
@@ -155,13 +164,13 @@ class TestAround:
         spring = Spring("one", "A", "ground", "Q", 100.0)
         drawing = {"O": 0, "A": 0.1, "P": 0.3, "B": 0.4, "Q": 1j}
         mechanism = Mechanism(links, (PinDrive("one", "O"),), drawing, gears=(gear,), loads=(spring,))
-        zigzag, first, second = attachment_shapes(turned(mechanism, [STEEL] * 2), 0.01)
-        assert zigzag.place(0)[[0, -1]] == pytest.approx([0.1, 1j])
         bent = turned(mechanism, [STEEL] * 2)
-        stretched = attachment_shapes(bent, 0.01, 50.0)[0].place(0)[[0, -1]]
+        (zigzag,), (first, second) = symbols(bent, "spring", 0.01), symbols(bent, "wheel", 0.01)
+        assert zigzag.place(0)[[0, -1]] == pytest.approx([0.1, 1j])
+        stretched = symbols(bent, "spring", 0.01, 50.0)[0].place(0)[[0, -1]]
         assert stretched == pytest.approx([0.1 + 50.0 * displacement_of(bent, "one", "A")[0], 1j])
         assert abs(stretched[0] - 0.1) > 1e-6
-        radii = [abs(wheel.place(0)[:-1] - wheel.place(0)[-1]) for wheel in (first, second)]
+        radii = [abs(wheel.place(0)[:-2] - wheel.place(0)[-2]) for wheel in (first, second)]
         assert radii[0] == pytest.approx(0.2)  # the follower has twice the speed
         assert radii[1] == pytest.approx(0.1)
 
@@ -170,11 +179,11 @@ class TestAround:
         links = (Link("ground", {"O": 0.0}), steel_bar("arm", "O", "A", 2.0), steel_bar("end", "A", "B", 0.06))
         drives = PinDrive("arm", "O"), PinDrive("end", "A", "arm")
         mechanism = Mechanism(links, drives, {"O": 0, "A": 2, "B": 2.06})
-        short = deflection(motion(mechanism, np.zeros((2, 1))), [STEEL] * 2)
+        short = deflection(motion(mechanism, np.zeros((2, 1)), np.ones((2, 1))), [STEEL] * 2)
         assert scales_of(wide, DEFLECTION, SMALL).pin == pytest.approx(0.026 * 4.0)
         assert scales_of(short, DEFLECTION, SMALL).pin <= 0.5 * 0.06
-        arrow = shapes_of(short, DEFLECTION, scales_of(short, DEFLECTION, SMALL), Style(show=("drives",)))[0].place(0)
-        assert abs(arrow[:-3]) == pytest.approx(2 * 0.016 * 2.06)  # arrows stay visible
+        arrow = shapes_of(short, DEFLECTION, scales_of(short, DEFLECTION, SMALL), Style(show=("drives",)))[0]
+        assert abs(arrow.place(0)[arrow.lines[0]]) == pytest.approx(2.2 * 0.0145 * 2.06)  # arrows stay visible
 
 
 class TestWords:

@@ -21,7 +21,7 @@ HEAVY = {
     "jinja2",
     "msgspec",
 }
-OURS = ("rigid", "elastic", "machine", "fem_check", "animations", "exchange", "kinelast", "live")
+OURS = ("rigid", "elastic", "symbols", "machine", "fem_check", "animations", "exchange", "kinelast", "live")
 
 CANTILEVER = """
 from elastic import *
@@ -51,7 +51,7 @@ def imported(program):
         (CANTILEVER, {"numpy", "rigid", "elastic"}),
         ("import machine", {"numpy", "rigid", "machine"}),
         ("import fem_check", {"numpy", "rigid", "elastic", "fem_check"}),
-        ("import animations", {"numpy", "rigid", "elastic", "animations"}),
+        ("import animations", {"numpy", "rigid", "elastic", "symbols", "animations"}),
         ("import exchange", {"numpy", "exchange"}),
         ("import kinelast", {"kinelast"}),
         (HELP.format("--help"), {"kinelast", "argparse"}),

@@ -383,7 +383,7 @@ def test_a_cylinder_and_wheels_are_drawn_taken_and_typed(driver, tmp_path):
         maker.press(hand.at(0.1, 0.04))
         maker.click((0.35, 0.05))
         marks = (
-            "return ['barrel', 'rod', 'wheel', 'slot'].map((kind) => document.querySelectorAll(`svg .${kind}`).length)"
+            "return ['barrel', 'rod', 'wheel', 'rail'].map((kind) => document.querySelectorAll(`svg .${kind}`).length)"
         )
         assert hand.run(marks) == [1, 1, 2, 0]
         maker.choose("#number", "gears[1].ratio")
@@ -481,11 +481,11 @@ widget.render({ model, el: document.getElementById("cell") });
 @contextmanager
 def notebook_with_widget(scene, policy=None, answers=True):
     """Yield the address of a page with a widget: page requests replace messages, and no editor is served."""
-    from live.server import WEB, Live, response_to
+    from live.server import WEB, Live, page_file, response_to
     from live.widget import PAGE
 
     live = Live(SceneFile(scene), "mine", "secret", 0)
-    files = {name: (WEB / name).read_text() for name in PAGE}
+    files = {name: page_file(name).read_text() for name in PAGE}
 
     class Notebook(BaseHTTPRequestHandler):
         def respond(self, body, kind, status=200):
@@ -575,6 +575,7 @@ def test_the_drawing_stands_above_the_fold_and_nothing_is_cut_off(driver, scene,
         assert hand.run("return document.documentElement.scrollWidth") <= width
         scales = hand.run(
             "const [o, d] = ['O', 'D'].map((name) => document.querySelector(`#layer-pins [data-point=${name}]`)); "
-            "return [(d.getAttribute('cx') - o.getAttribute('cx')) / 0.35, live.view.scale]"
+            "const [x, y] = [o, d].map((each) => each.transform.baseVal[0].matrix.e); "
+            "return [(y - x) / 0.35, live.view.scale]"
         )
         assert scales[0] == pytest.approx(scales[1], rel=1e-3)  # the same scale in both directions

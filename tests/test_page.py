@@ -211,7 +211,7 @@ def test_the_crank_is_dragged(steel):
     spot = """
         const [k] = arguments, pins = document.querySelectorAll('.mechanism .pin'),
             box = document.querySelector('.mechanism').getBoundingClientRect();
-        const [x, y] = ['cx', 'cy'].map((name) => Number(pins[k].getAttribute(name)));
+        const { e: x, f: y } = pins[k].transform.baseVal[0].matrix;
         return [Math.round(box.left + x), Math.round(box.top + y)]"""
     names = steel.run("return Array.from(document.querySelectorAll('.mechanism .pin')).length")
     places = [steel.run(spot, k) for k in range(names)]
@@ -439,8 +439,9 @@ def test_joints_and_life_are_shown(driver, reports):
     assert first["governs"] in modes
     assert "rocker.2, at D, " in modes
     ring, pin = page.run(
-        "const at = (each) => [each.cx.baseVal.value, each.cy.baseVal.value]; "
-        "return ['.first', '.pin'].map((of) => Array.from(document.querySelectorAll(`.mechanism ${of}`), at))"
+        "const of = (each) => each.transform.baseVal[0].matrix; "
+        "const at = (each) => each.cx ? [each.cx.baseVal.value, each.cy.baseVal.value] : [of(each).e, of(each).f]; "
+        "return ['.first', '.pin'].map((kind) => Array.from(document.querySelectorAll(`.mechanism ${kind}`), at))"
     )
     assert min(abs(x - ring[0][0]) + abs(y - ring[0][1]) for x, y in pin) < 0.1, "the ring is where it breaks: at D"
     page.run("document.getElementById('show-spot').click()")
@@ -592,7 +593,8 @@ def test_gears_and_springs_are_drawn(driver, tmp_path):
     parts = {"wheel": 2, "belt": 1, "spring": 2}
     count = "return document.querySelectorAll(`.mechanism .${arguments[0]}`).length"
     assert {name: page.run(count, name) for name in parts} == parts
-    first, second = page.run("return kinelast.model.gears[0].map((end) => end.radius)")
+    wheels = "return kinelast.model.marks.filter(({ kind }) => kind === 'wheel').map(({ radius }) => radius[1])"
+    first, second = page.run(wheels)
     assert first + second == pytest.approx(0.3)  # the circles touch between their centres
     assert first / second == pytest.approx(0.5)
     shape = "return Array.from(document.querySelectorAll('.mechanism .spring'), (path) => path.getAttribute('d'))"

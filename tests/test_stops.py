@@ -15,10 +15,11 @@ from kinelast.figures.results import results_in_full
 from kinelast.figures.summary import summary
 from kinelast.scene.document import document_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.parts import strokes_of
+from kinelast.scene.parts import symbols_of
 from live.edit import EditError
 from live.edit import edited as changed
 from rigid import motion, position_of
+from symbols import anchor
 
 CRANK, COUPLER, ROCKER, FRAME = 0.1, abs(0.26 + 0.22j), abs(-0.04 + 0.22j), 0.4
 FOUR_BAR = """
@@ -169,12 +170,12 @@ def test_the_symbol_lies_along_the_link_at_its_stop(scene, text, link):
     built = scene_from_text(scene + text)
     figure = summary(results_in_full(built))["stops"]["end"]["figures"]["upper_stop_margin"]
     moved = motion(built.mechanism, [[figure["drive"]["crank"]["value"]]])
-    bar = strokes_of(built)[0]
-    at, on = (built.mechanism.index[name] for name in (link, bar.link))
-    stroke_points = [complex(np.ravel(moved.origin[on] + moved.direction[on] * point)[0]) for point in bar.points]
+    (bar,) = symbols_of(built)
+    at, on = (built.mechanism.index[name] for name in (link, bar.at.link))
+    bar_points = bar.placed(anchor(moved, bar.at)[0], bar.direction(moved)[0], 0.01)[bar.cells[0]]
     start, end = (complex(np.ravel(position_of(moved, link, point))[0]) for point in built.mechanism.links[at].points)
     pin, far = (start, end) if "D" in built.mechanism.links[on].points else (end, start)
-    ways = [(place - pin) * np.conj(far - pin) for place in stroke_points]
+    ways = [(place - pin) * np.conj(far - pin) for place in bar_points]
     assert all(abs(way.imag) <= 3e-4 * way.real for way in ways)
 
 
@@ -186,13 +187,14 @@ def test_bounds_without_unit_are_in_the_unit_of_the_joint():
 
 
 def test_page_editor_and_terminal_show_stops(tmp_path, capsys):
-    """The page has strokes, the editor adds and removes a stop, and the closing line has the verdict."""
+    """The page has the symbol, the editor adds and removes a stop, and the closing line has the verdict."""
     (tmp_path / "stopped.toml").write_text(SLIDER_CRANK + stop("most = 25\nmargin = 1", GUIDE), encoding="utf-8")
     assert main([str(tmp_path / "stopped.toml"), "--out", str(tmp_path / "out")]) == 1
     assert "margin of a joint below its upper stop (end) 0.3576 mm" in capsys.readouterr().out
     page = (tmp_path / "out" / "stopped" / "report.html").read_text(encoding="utf-8")
     model, _ = json.JSONDecoder().raw_decode(page[page.index('{"fields"') :])
-    assert [stroke["link"] for stroke in model["strokes"]] == [0, 0, 0, 0]
+    (bar,) = (mark for mark in model["marks"] if mark["kind"] == "stop")
+    assert (bar["at"]["link"], len(bar["lines"])) == (0, 4)
 
     text = changed(SLIDER_CRANK, {"do": "table", "kind": "stops", "of": ["sliders", "guide"]})
     assert scene_from_text(text).parts["stops"]["stop_1"].most == pytest.approx(0.01)
@@ -203,15 +205,14 @@ def test_page_editor_and_terminal_show_stops(tmp_path, capsys):
 
 @pytest.mark.slow
 def test_the_page_draws_the_bars(tmp_path):
-    """In a browser: one line per stroke, and no errors."""
+    """In a browser: a bar and three ticks, and no errors."""
     (tmp_path / "stopped.toml").write_text(FOUR_BAR + stop('most = "150 deg"'), encoding="utf-8")
     assert main([str(tmp_path / "stopped.toml"), "--out", str(tmp_path / "out")]) == 0
     driver = started()
     try:
         page = Page(driver, tmp_path / "out" / "stopped" / "report.html")
-        drawn = page.run("return [...document.querySelectorAll('path.stroke')].map((each) => each.getAttribute('d'))")
-        assert len(drawn) == 4
-        assert all(line.startswith("M") and "L" in line for line in drawn)
+        (drawn,) = page.run("return [...document.querySelectorAll('path.stop')].map((each) => each.getAttribute('d'))")
+        assert (drawn.count("M"), drawn.count("L")) == (4, 5)
         assert not [each for each in page.logs() if each["level"] == "SEVERE"]
     finally:
         driver.quit()

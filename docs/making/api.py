@@ -15,6 +15,7 @@ PACKAGES = {
     "kinelast": "Scenes, deflections, pictures and reports from Python",
     "rigid": "Mechanism to motion: positions, velocities, accelerations, inertia loads, joint forces",
     "elastic": "Motion to deflection: section forces, elastic lines, extremes, strength, vibration",
+    "symbols": "Symbols of a mechanism as one display list",
     "machine": "Sizing of drives and joints, fatigue life: formulas on arrays",
     "fem_check": "Independent check by finite elements",
     "animations": "Pictures and films of moving links",

@@ -7,7 +7,7 @@ from itertools import groupby
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("rigid", "elastic", "machine", "fem_check", "animations", "exchange", "kinelast", "live")
+PACKAGES = ("rigid", "elastic", "symbols", "machine", "fem_check", "animations", "exchange", "kinelast", "live")
 MARK = "<!-- rooms -->"
 
 

@@ -12,7 +12,7 @@ from kinelast.cli.command import main
 
 ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "build" / "runs"
-PACKAGES = ("rigid", "elastic", "machine", "fem_check", "animations", "exchange", "kinelast")
+PACKAGES = ("rigid", "elastic", "symbols", "machine", "fem_check", "animations", "exchange", "kinelast")
 
 
 _used: set[Path] = set()

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from kinelast.notebook import SceneDeflection
-from kinelast.scene.parts import strokes_of
+from kinelast.scene.parts import symbols_of
 
 SIZE = (960, 540)  # [pixels] of a picture or a film
 
@@ -96,5 +96,5 @@ def _require_deflection(bent: object) -> None:
 def _style(bent: SceneDeflection, asked: dict[str, Any]) -> Any:
     from animations import Style
 
-    drawn = {"outlines": bent.scene.outlines, "strokes": strokes_of(bent.scene)}
+    drawn = {"outlines": bent.scene.outlines, "marks": symbols_of(bent.scene)}
     return Style(**{"title": bent.scene.title, "size": SIZE, **drawn, **asked})

@@ -17,12 +17,13 @@ from elastic import sample
 from kinelast.figures.cycle import points_of
 from kinelast.figures.results import Results
 from kinelast.outputs.charts import INK, SOFT, STYLE, axis, cycle_charts, cycle_maps, line_charts, svg_of
+from kinelast.outputs.display import display_list, extent
 from kinelast.outputs.positions import PROFILE
 from kinelast.outputs.sheet import MechanismAxes
 from kinelast.scene.data import Scene
 from kinelast.scene.numbers import number as written
 from kinelast.scene.numbers import quantity, round_down
-from kinelast.scene.parts import strokes_of
+from kinelast.scene.parts import symbols_of
 from kinelast.scene.parts.cam_courses import cam_outline
 from kinelast.tasks.request import Request, RequestError
 from rigid import Posture, position_of
@@ -52,7 +53,7 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
-    low, high = _extent(results)
+    low, high = extent(results)
     factor = exaggeration(results, abs(high - low))
     sheet = _sheet(results, position, factor, (low, high))
     room = 5.0 * sheet.unit
@@ -74,7 +75,7 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
 
 def draw_mechanism(results: Results, axes: Axes, size: complex) -> None:
     """Draw the mechanism at its largest deflection, on axes of a size in inches."""
-    low, high = _extent(results)
+    low, high = extent(results)
     factor, position = exaggeration(results, abs(high - low)), position_of_largest(results)
     sheet = _sheet(results, position, factor, (low, high))
     wide, tall = (high - low).real + 10 * sheet.unit, (high - low).imag + 10 * sheet.unit
@@ -90,7 +91,7 @@ def _draw_all(results: Results, sheet: MechanismAxes, position: int, factor: flo
     """Draw paths, links, joints, and the scales at a corner [m]."""
     _draw_course(results, sheet.axes, position)
     _draw_bent(results, sheet.axes, sheet, position, factor)
-    sheet.draw_joints()
+    sheet.draw_symbols()
     left, right = sheet.axes.get_xlim()
     _draw_scale(sheet.axes, corner, right - left, factor if results.scene.labels and factor else None)
 
@@ -120,18 +121,6 @@ def _make_room(axes: Axes, scale: float) -> None:
     figure.set_size_inches(*((high - low) * scale))
 
 
-def _extent(results: Results) -> tuple[complex, complex]:
-    """Return the corners of the box around the mechanism's motion [m]."""
-    places = [position_of(results.motion, number, point) for point, number in points_of(results.mechanism)]
-    places += [np.array([complex(place)]) for place in results.mechanism.links[0].points.values()]
-    every = np.concatenate([np.ravel(place) for place in places])
-    every = every[np.isfinite(every)]
-    if not every.size:
-        return 0j, 1 + 1j
-    low, high = complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max())
-    return (low, high) if high != low else (low - 0.5 - 0.5j, low + 0.5 + 0.5j)
-
-
 def exaggeration(results: Results, size: float) -> float:
     """Return a round scale at which the largest displacement is well visible, 0 if it is unknown."""
     if results.buckles:
@@ -149,7 +138,8 @@ def _enlarged(values: Any, factor: float) -> Any:
 def _sheet(results: Results, position: int, factor: float, extent: tuple[complex, complex]) -> MechanismAxes:
     """Return the mechanism at a position with exaggerated displacements."""
     posture, places = _posture(results, position, factor), _displaced(results, position, factor)
-    return MechanismAxes(posture, places, extent, strokes_of(results.scene))
+    marks, motion = results.cycle.once(display_list), results.motion
+    return MechanismAxes(posture, places, extent, marks, lambda mark: mark.direction(motion)[position])
 
 
 def _posture(results: Results, position: int, factor: float) -> Posture:
@@ -359,4 +349,4 @@ def style_of(scene: Scene, request: Request) -> Style:
 
     asked = {name: getattr(request, name) for name in ("size", "exaggeration", "background", "show")}
     given = {name: value for name, value in asked.items() if value is not None}
-    return Style(title=scene.title, outlines=scene.outlines, strokes=strokes_of(scene), look=request.style, **given)
+    return Style(title=scene.title, outlines=scene.outlines, marks=symbols_of(scene), look=request.style, **given)

@@ -1,22 +1,30 @@
-"""Symbols of a mechanism on matplotlib axes: plates, bars, pins, supports, sliders, drives, names."""
+"""A mechanism on matplotlib axes: its display list, plates, bars and names."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigid import GROUND, Posture, Slider
+from rigid import GROUND, Posture
 from rigid.plane import cross
+from symbols import BLOCK, LEVELS, LINK, anchor, marks_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from symbols import Mark, Spot
+
 INK = "#1b1b1b"
 PAPER = "#ffffff"
 LINKS = ("#0b5fa5", "#b3541e", "#2e7d4f", "#7a3b8f", "#8a6d00", "#a02c4a", "#31717f", "#5d5d5d")
+COLORS = {"ink": INK, "paper": PAPER, "soft": "#5d6b7a", "accent": INK, "load": "#a8201a", "shade": "#5d6b7a2b",
+          "none": "none"}  # fmt: skip
+"""Colours of marks."""
+ZORDER = dict(zip(LEVELS, (1, 4, 5, 6, 7), strict=True))  # links are at 3
+DASHES = (6.0, 2.0, 1.3, 2.0)
 FLAT = 1e-6
 
 
@@ -29,8 +37,10 @@ class MechanismAxes:
         Places of points by link and point [m], if different from this posture.
     extent
         Corners of the drawing [m], which set the size of the symbols.
-    strokes
-        Lines of further symbols: name of a link, and points in link axes [m].
+    marks
+        Display list, if it shows more than this posture.
+    spin
+        From a mark to its x axis, for bodies that are not links.
     """
 
     axes: Axes
@@ -40,10 +50,11 @@ class MechanismAxes:
         here: Posture,
         places: Mapping[tuple[str, str], complex] | None = None,
         extent: tuple[complex, complex] | None = None,
-        strokes: Iterable[tuple[str, Sequence[Any]]] = (),
+        marks: Iterable[Mark] | None = None,
+        spin: Callable[[Mark], Any] | None = None,
     ) -> None:
         self.here = here
-        self.strokes = [*strokes]
+        self.spin = spin or (lambda _: 1.0)
         self.mechanism = here.mechanism
         self.places = {
             (link.name, point): complex(np.ravel(here.point(link.name, point))[0])
@@ -57,6 +68,7 @@ class MechanismAxes:
         self.unit = float(np.clip(0.4 * self._shortest(), 0.4 * large, large))
         self.letters = float(np.sqrt(self.unit / large))
         self.extent = float(x) + 12 * self.unit, float(y) + 12 * self.unit
+        self.marks = list(marks_of(here) if marks is None else marks)
         self.colors = {
             link.name: LINKS[number % len(LINKS)] for number, link in enumerate(self.mechanism.links[1:])
         } | {GROUND: INK}
@@ -82,20 +94,12 @@ class MechanismAxes:
         for name in sorted(self.colors, key=self._span, reverse=True):
             if name != GROUND:
                 self._link(name)
-        self.draw_joints()
+        self.draw_symbols()
 
-    def draw_joints(self) -> None:
-        """Draw joints, drives and names of points on top of the links."""
-        for slider in self.mechanism.sliders:
-            self._slider(slider)
-        for point, links in self.pins.items():
-            self._pin(point, links)
-        for drive in self.mechanism.drives:
-            self._drive(drive)
-        for link, points in self.strokes:
-            at = self.mechanism.index[link]
-            origin, way = (np.ravel(part[at])[0] for part in (self.here.origin, self.here.direction))
-            self._line([complex(origin + way * point) for point in points], color=INK, linewidth=1.4, zorder=7)
+    def draw_symbols(self) -> None:
+        """Draw the display list and the names of points."""
+        for mark in self.marks:
+            self._mark(mark)
         for owner, point in self.places:
             self._point_name(owner, point)
 
@@ -124,86 +128,37 @@ class MechanismAxes:
 
     def _block_line(self, point: str) -> complex | None:
         """Return the direction of the slider with its block at a point, to the right or up."""
-        for slider in self.mechanism.sliders:
-            if slider.point == point:
-                along = self._along(slider)
+        for mark in self.marks:
+            if mark.kind == BLOCK and mark.at.point == point:
+                along = complex(np.ravel(mark.direction(self.here))[0])
                 return along if (along.real, along.imag) > (FLAT, 0) or along.imag > 1 - FLAT else -along
         return None
 
-    def _along(self, slider: Slider) -> complex:
-        owner = self.mechanism.index[slider.on]
-        return complex(np.ravel(self.here.direction[owner] * slider.direction)[0])
+    def _mark(self, mark: Mark) -> None:
+        """Draw a mark of the display list."""
+        place, end = self._spot(mark.at), None if mark.to is None else self._spot(mark.to)
+        way = self.spin(mark) if mark.spin else mark.direction(self.here)
+        points = mark.placed(place, complex(np.ravel(way)[0]), self.unit, end)
+        colors = {**COLORS, LINK: self.colors[mark.at.link]}
+        dashes: Any = (0, DASHES) if mark.dashed else "-"
+        style = {"zorder": ZORDER[mark.level], "linewidth": mark.width, "linestyle": dashes}
+        for cell, line in zip(mark.cells, mark.outlines, strict=True):
+            if line.closed:
+                self._patch(points[cell].tolist(), facecolor=colors[mark.body], edgecolor=colors[mark.stroke], **style)
+            else:
+                self._line(points[cell].tolist(), color=colors[mark.stroke], **style)
 
-    def _pin(self, point: str, links: list[str]) -> None:
-        place = self.places[links[0], point]
-        if GROUND in links:
-            self._support(place)
-        if point in self.mechanism.welded_points:
-            corners = [place + 0.5 * self.unit * corner for corner in (1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j)]
-            self._patch(corners, facecolor=INK, edgecolor=INK, zorder=6)
-            return
-        self._circle(place, 0.55 * self.unit, facecolor=PAPER, edgecolor=INK, linewidth=1.5, zorder=6)
-
-    def _support(self, place: complex) -> None:
-        """Draw the triangle of a fixed pin with hatched ground."""
-        foot, half = -2.0j * self.unit, 1.3 * self.unit
-        corners = [place, place + foot - half, place + foot + half]
-        self._patch(corners, facecolor=PAPER, edgecolor=INK, linewidth=1.4, zorder=4)
-        self._hatched(place + foot, 1.0, 2.1 * self.unit)
-
-    def _hatched(self, middle: complex, along: complex, half: float) -> None:
-        """Draw a ground line with hatching on its right."""
-        from matplotlib.collections import LineCollection
-
-        ends = [middle - half * along, middle + half * along]
-        self._line(ends, color=INK, linewidth=1.4, zorder=4)
-        feet = middle + np.arange(-half, half * (1 + 1e-9), 0.6 * self.unit) * along
-        strokes = [(_xy(foot), _xy(foot + along * (-0.6 - 0.75j) * self.unit)) for foot in feet]
-        self.axes.add_collection(LineCollection(strokes, colors=INK, linewidths=0.8, zorder=4))
-
-    def _slider(self, slider: Slider) -> None:
-        """Draw the line and its block, with two hatched rails on the ground."""
-        place = self.places[slider.link, slider.point]
-        along = self._along(slider)
-        color = self.colors[slider.link]
-        half = 1.6 * self.unit
-        if slider.on == GROUND:
-            for side in (along, -along):
-                self._hatched(place - 1.05j * self.unit * side, side, 5 * self.unit)
-        else:
-            rail = 6 * self.unit * along
-            self._line([place - rail, place + rail], color=self.colors[slider.on], linewidth=1.4, zorder=1)
-        corners = [place + along * complex(x, y) for x, y in self._box(half, 0.62 * half)]
-        self._patch(corners, facecolor=PAPER, edgecolor=color, linewidth=1.8, zorder=5)
-
-    @staticmethod
-    def _box(half: float, high: float) -> tuple[tuple[float, float], ...]:
-        return (-half, -high), (half, -high), (half, high), (-half, high)
-
-    def _drive(self, drive: Any) -> None:
-        """Draw an arrow around a driven pin or along a driven slider."""
-        style = {"arrowstyle": "-|>", "color": INK, "linewidth": 1.3, "mutation_scale": 11, "zorder": 7}
-        if drive.turns:
-            place, radius = self.places[drive.link, drive.at], 2.1 * self.unit
-            angles = np.radians(np.linspace(-20, 215, 40))
-            arc = place + radius * np.exp(1j * angles)
-            self._line(list(arc[:-2]), color=INK, linewidth=1.3, zorder=7)
-            start, end, style["arrowstyle"] = arc[-3], arc[-1], "-|>"
-        else:
-            slider = self.mechanism.slider(drive.joint)
-            along = self._along(slider)
-            start = self.places[slider.link, slider.point] + (1.9 + 0j) * self.unit * along
-            end = start + 3.2 * self.unit * along
-        self.axes.annotate("", _xy(end), _xy(start), arrowprops={**style, "shrinkA": 0, "shrinkB": 0}, zorder=7)
+    def _spot(self, spot: Spot) -> complex:
+        if spot.point:
+            return self.places[spot.link, spot.point]
+        return complex(np.ravel(anchor(self.here, spot))[0])
 
     def _point_name(self, link: str, point: str) -> None:
-        """Draw the name of each joint once, and that of a traced point with a dot."""
+        """Draw the name of each point once."""
         shared = self.pins.get(point, [link])
         if shared[0] != link:
             return
         place = self.places[link, point]
-        if len(shared) == 1 and point not in self.mechanism.slider_points.values():
-            self._circle(place, 0.28 * self.unit, facecolor=INK, edgecolor=INK, zorder=6)
         block = self._block_line(point)
         if block is None:
             self._text(place + self._aside(point, place), point, color=INK, fontsize=11, fontweight="bold")
@@ -231,11 +186,6 @@ class MechanismAxes:
         from matplotlib.patches import Polygon
 
         self.axes.add_patch(Polygon([_xy(corner) for corner in corners], closed=True, **style))
-
-    def _circle(self, place: complex, radius: float, **style: Any) -> None:
-        from matplotlib.patches import Circle
-
-        self.axes.add_patch(Circle(_xy(place), radius, **style))
 
     def beside(self, place: complex, offset: complex, words: str, **style: Any) -> None:
         """Draw words at an offset from a place."""

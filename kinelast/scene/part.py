@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from msgspec import defstruct
 from msgspec import field as entry
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from kinelast.scene.limits import Output
     from kinelast.scene.links import LinkModel
     from kinelast.scene.sections import SectionSource
+    from symbols import Mark
 
 Built = TypeVar("Built")
 ALONE = ""  # name of a part with a single table in a scene
@@ -58,13 +59,6 @@ class Assembly:
     def sliders(self) -> dict[str, Slider]:
         """Sliders and slots by name."""
         return {slider.name: slider for slider in self.mechanism.sliders}
-
-
-class Stroke(NamedTuple):
-    """A line of a symbol: points in link axes [m]."""
-
-    link: str
-    points: Sequence[complex]
 
 
 @dataclass(frozen=True)
@@ -101,8 +95,8 @@ class Part(Generic[Built]):
         Inputs of its formulas, in words, that the stated errors do not cover.
     columns
         Columns of positions.csv with units, by name.
-    strokes
-        Function from a scene to the lines of the symbol.
+    symbols
+        Function from a scene to the marks of the part in the drawing.
     begin
         Function from the selection in the editor (its table and name) to the keys of a new part; None if the part needs
         another selection.
@@ -134,7 +128,7 @@ class Part(Generic[Built]):
     build: Callable[[Assembly], Mapping[str, Built]]
     figures: tuple[Figure, ...] = ()
     row: Callable[[Reader, str], Mapping[str, Any]] | None = None
-    strokes: Callable[[Scene], Iterable[Stroke]] = lambda _: ()
+    symbols: Callable[[Scene], Iterable[Mark]] = lambda _: ()
     begin: Callable[[str, str], Mapping[str, Any] | None] = lambda *_: {}
     menu: str = ""
     checks: tuple[RangeCheck, ...] = ()

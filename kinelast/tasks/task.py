@@ -125,7 +125,7 @@ FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
 """Exit statuses; the command returns the largest of all scenes."""
 DONE, FAILED, SKIPPED = "done", "failed", "skipped"
 MESSAGE = 1000  # characters of a line
-OURS = ("kinelast", "rigid", "elastic", "machine", "fem_check", "animations", "exchange")
+OURS = ("kinelast", "rigid", "elastic", "symbols", "machine", "fem_check", "animations", "exchange")
 TO_INSTALL = {  # distribution by imported name, if different
     "imageio_ffmpeg": "imageio[ffmpeg]",
     "shapely": "sectionproperties",

@@ -1,4 +1,5 @@
 // The drawing: parts as the text draws them, and the mechanism as it moves, bends and is stressed.
+import { isUnder, markAttributes } from "./symbols.js";
 /** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const svg = $("svg"), NS = "http://www.w3.org/2000/svg", STOPS = [[33, 102, 172], [217, 183, 74], [178, 24, 43]];
@@ -76,10 +77,7 @@ export const pointNow = (name) => {
 
 export function fit() {
   const places = Object.values(view.sheet?.points ?? {});
-  if (view.picture) {
-    const { values } = view.picture.arrays.points;
-    for (let k = 0; k < values.length; k += 2) places.push([values[k], values[k + 1]]);
-  }
+  if (view.picture) places.push(...view.picture.extent);
   if (!places.length) {
     Object.assign(view, { x: 0.2, y: 0.1, scale: view.width / 0.7 });
     return;
@@ -123,7 +121,22 @@ const px = (place) => {
   return `${x.toFixed(1)},${y.toFixed(1)}`;
 };
 const layers = Object.fromEntries(
-  ["grid", "trace", "paths", "chosen", "drawn", "rigid", "last", "bent", "symbols", "names", "sizes", "guides", "pins"]
+  [
+    "grid",
+    "trace",
+    "paths",
+    "under",
+    "chosen",
+    "drawn",
+    "rigid",
+    "last",
+    "bent",
+    "symbols",
+    "names",
+    "sizes",
+    "guides",
+    "pins",
+  ]
     .map((name) => {
       const layer = document.createElementNS(NS, "g");
       layer.setAttribute("class", name === "grid" ? "grid" : "");
@@ -163,33 +176,6 @@ const linkPath = (link, place) =>
 // A cylinder is drawn as one: its barrel, its rod and the point that fixes the line between them are no parts to take.
 const inCylinder = (link) => Object.values(view.sheet.cylinders).some(({ links }) => links.includes(link));
 const isMiddle = (point) => Object.values(view.sheet.cylinders).some(({ middle }) => middle === point);
-function cylinderMark({ from, to }, at) {
-  const [a, b, a0, b0] = [at(from), at(to), view.sheet.points[from], view.sheet.points[to]];
-  if (!a || !b || !a0 || !b0) return [];
-  const length = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1,
-    drawn = Math.hypot(b0[0] - a0[0], b0[1] - a0[1]) * view.scale,
-    [c, s] = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
-  const spot = (along, side) =>
-      `${(a[0] + c * along - s * side).toFixed(1)},${(a[1] + s * along + c * side).toFixed(1)}`,
-    barrel = 0.62 * drawn,
-    piston = length - 0.6 * drawn;
-  return [["path", {
-    class: "barrel",
-    d: `M${spot(0, 0)}L${spot(8, 0)}M${spot(8, -7)}L${spot(barrel, -7)}L${spot(barrel, 7)}L${spot(8, 7)}Z`,
-  }], ["path", { class: "rod", d: `M${spot(piston, -7)}L${spot(piston, 7)}M${spot(piston, 0)}L${spot(length, 0)}` }]];
-}
-
-// Pitch circles of two wheels: their radii are as their rates, and make up the distance of the pins.
-function wheelMarks({ pins, ratio }, place) {
-  const [p, q] = (pins ?? []).map(place);
-  if (!p || !q || !Number.isFinite(ratio) || !ratio || ratio === 1) return [];
-  const apart = Math.hypot(q[0] - p[0], q[1] - p[1]) * view.scale, radius = apart / Math.abs(1 - ratio);
-  return [[p, Math.abs(ratio) * radius], [q, radius]].map(([pin, r]) => {
-    const [cx, cy] = toScreen(pin);
-    return ["circle", { class: "wheel", cx: cx.toFixed(1), cy: cy.toFixed(1), r: r.toFixed(1) }];
-  });
-}
-
 export function drawGrid() {
   const step = gridStep(40), [left, top] = toPlane([0, 0]), [right, bottom] = toPlane([view.width, view.height]);
   let lines = "", axes = "";
@@ -322,122 +308,55 @@ function sizes(sheet, place) {
 
 const crosshair = (/** @type {number[]} */ [x, y]) => `M${x - 22},${y}h16m12,0h16M${x},${y - 22}v16m0,12v16`;
 
-// By how much a link is turned from the drawing: a slot in it turns with it.
-function turnOf(link, place) {
-  if (!link || link.name === "ground") return 0;
-  const [a, b] = link.points.map((name) => [view.sheet.points[name], place(name)]).filter((each) =>
-    each.every(Boolean)
-  );
-  if (!a || !b) return 0;
-  const [drawn, now] = [0, 1].map((k) => Math.atan2(b[k][1] - a[k][1], b[k][0] - a[k][0]));
-  return now - drawn;
-}
+const NEAR_UNIT = 8.5; // [pixels] size of a symbol
+const pair = (name, k, i) => {
+  const { values, shape } = view.picture.arrays[name], n = 2 * (k * shape[1] + i);
+  return [values[n], values[n + 1]];
+};
 
+// Marks of the moving scene, or of its tables as long as it does not move.
 function symbols(sheet, place, live, picture, i) {
-  const marks = [],
-    names = [],
-    pins = [],
-    at = (name) => {
-      const p = place(name);
-      return p && toScreen(p);
-    };
-  const grounded = sheet.links.find(({ name }) => name === "ground")?.points ?? [];
-  for (const name of grounded) {
-    const p = at(name);
-    if (p) {
-      marks.push(["path", {
-        class: "support",
-        d: `M${p[0]},${p[1]}l-9,14h18zm-13,14h26m-22,0l-4,5m10,-5l-4,5m10,-5l-4,5m10,-5l-4,5`,
-      }]);
-    }
-  }
-  const pushed = Object.values(sheet.cylinders).map(({ slider }) => slider);
-  for (const [name, slot] of Object.entries(sheet.slots)) {
-    const p = at(slot.point);
-    if (!p || pushed.includes(name)) continue;
-    const angle = Array.isArray(slot.direction)
-        ? Math.atan2(slot.direction[1], slot.direction[0])
-        : (parseFloat(slot.direction) * (/deg/.test(slot.direction) ? Math.PI / 180 : 1)) || 0,
-      turned = angle + turnOf(sheet.links.find(({ name }) => name === slot.on), place),
-      [c, s] = [Math.cos(turned), -Math.sin(turned)];
-    for (const side of [-8, 8]) {
-      marks.push(["path", {
-        class: "slot",
-        d: `M${p[0] - 45 * c - side * s},${p[1] - 45 * s + side * c}L${p[0] + 45 * c - side * s},${
-          p[1] + 45 * s + side * c
-        }`,
-      }]);
-    }
-  }
-  for (const spring of sheet.springs) {
-    const [a, b] = [at(spring.point), at(spring.anchor)];
-    if (!a || !b) continue;
-    const length = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1, [c, s] = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
-    let d = `M${a}`;
-    for (let k = 1; k < 12; k++) {
-      const along = (k / 12) * length, side = k === 1 || k === 11 ? 0 : k % 2 ? 6 : -6;
-      d += `L${a[0] + c * along - s * side},${a[1] + s * along + c * side}`;
-    }
-    marks.push(["path", { class: "spring", d: `${d}L${b}` }]);
-  }
-  for (const cylinder of Object.values(sheet.cylinders)) marks.push(...cylinderMark(cylinder, at));
-  for (const gear of sheet.gears) marks.push(...wheelMarks(gear, place));
-  for (const name of Object.keys(sheet.masses)) {
-    const p = at(name);
-    if (p) marks.push(["circle", { class: "mass", cx: p[0], cy: p[1], r: 11 }]);
-  }
-  for (const load of sheet.loads) {
-    const p = at(load.point),
-      force = (load.force ?? []).map((part) => parseFloat(part) || 0),
-      size = Math.hypot(...force);
-    if (!p || !size) continue;
-    const [c, s] = [force[0] / size, -force[1] / size], [x, y] = [p[0] + 60 * c, p[1] + 60 * s];
-    marks.push(["path", {
-      class: "load",
-      d: `M${p}L${x},${y}m${-9 * c - 5 * s},${-9 * s + 5 * c}L${x},${y}l${-9 * c + 5 * s},${-9 * s - 5 * c}`,
-    }]);
-  }
-  for (const drive of sheet.drives) {
-    const link = sheet.links.find(({ name }) => name === drive.link),
-      on = sheet.links.find(({ name }) => name === drive.on)?.points ?? grounded,
-      pin = drive.at ?? link?.points.find((name) => on.includes(name)),
-      p = pin && at(pin);
-    if (p) {
-      marks.push(["path", {
-        class: "drive",
-        d: `M${p[0] + 17},${p[1]}A17,17 0 1 0 ${p[0]},${p[1] + 17}m-6,-4l6,4l-5,5`,
-      }]);
-    }
-  }
-  for (const name of Object.keys(sheet.points)) {
-    const p = isMiddle(name) ? null : at(name);
-    if (!p) continue;
-    const picked = view.chosen?.kind === "point" && view.chosen.name === name;
-    pins.push(
-      sheet.welds.includes(name)
-        ? ["rect", {
-          class: `weld${picked ? " pin picked" : ""}`,
-          x: p[0] - 5,
-          y: p[1] - 5,
-          width: 10,
-          height: 10,
-          "data-point": name,
-        }]
-        : ["circle", { class: `pin${picked ? " picked" : ""}`, cx: p[0], cy: p[1], r: 5.5, "data-point": name }],
-    );
-    names.push(["text", { x: p[0] + 10, y: p[1] - 9 }, name]);
-  }
-  const strokes = live && picture.arrays.strokes;
-  for (let k = 0; strokes && k < strokes.shape[0]; k += 2) {
-    const [a, b] = [k, k + 1].map((end) => {
-      const at = 2 * (end * strokes.shape[1] + i);
-      return toScreen([strokes.values[at], strokes.values[at + 1]]);
-    });
-    marks.push(["path", { class: "stroke", d: `M${a}L${b}` }]);
-  }
-  fill("symbols", marks);
-  fill("names", names);
-  fill("pins", pins);
+  const local = ({ link, local: [x, y] }) => {
+    const [ox, oy] = pair("origin", link, i), [c, s] = pair("direction", link, i);
+    return [ox + c * x - s * y, oy + s * x + c * y];
+  };
+  const way = ({ spin, axis }) => {
+    if (live && spin !== null) return pair("spin", spin, i);
+    if (!axis) return [1, 0];
+    const [c, s] = live ? pair("direction", axis.link, i) : [1, 0], [x, y] = axis.way;
+    return [c * x - s * y, s * x + c * y];
+  };
+  const frame = {
+    scale: view.scale,
+    unit: NEAR_UNIT,
+    at: (spot) => {
+      const spotPlace = spot.point ? place(spot.point) : local(spot);
+      return spotPlace && toScreen(spotPlace);
+    },
+    way,
+    mirrored: (drive) => live && picture.arrays.rate.values[drive * picture.positions + i] < 0,
+    colour: () => "var(--ink)",
+  };
+  const path = (mark, more = {}) => ["path", { ...markAttributes(mark, frame), ...more }];
+  const marks = [...(live ? picture.marks : sheet.marks ?? []), ...sheet.discs];
+  fill("under", marks.filter(isUnder).map((mark) => path(mark)));
+  fill("symbols", marks.filter((mark) => !isUnder(mark)).map((mark) => path(mark)));
+  const pins = sheet.pins.filter(({ at }) => place(at.point)),
+    chosen = view.chosen?.kind === "point" && view.chosen.name;
+  fill(
+    "pins",
+    pins.map((mark) => {
+      const name = mark.at.point, kind = `mark ${mark.kind}${mark.kind === "pin" ? "" : " pin"}`;
+      return path(mark, { "data-point": name, class: name === chosen ? `${kind} picked` : kind });
+    }),
+  );
+  fill(
+    "names",
+    pins.map(({ at: { point } }) => {
+      const [x, y] = toScreen(place(point));
+      return ["text", { x: x + 10, y: y - 9 }, point];
+    }),
+  );
 }
 
 // The nearest point or link to a place on the screen, within some pixels.

@@ -1,5 +1,5 @@
 // The editor as a widget of a notebook: its page in a frame without an address, its questions as messages to the kernel.
-const ORDER = ["text.js", "talk.js", "drawing.js", "share.js", "graph.js", "tools.js", "main.js"], PATIENCE = 10_000; // ms until it is told that nothing comes
+const ORDER = ["text.js", "talk.js", "symbols.js", "drawing.js", "share.js", "graph.js", "tools.js", "main.js"], PATIENCE = 10_000; // ms until it is told that nothing comes
 
 function render({ model, el }) {
   const files = model.get("files"), addresses = {}, waiting = new Map(), mine = Math.random().toString(36).slice(2);

@@ -28,9 +28,9 @@ from kinelast.scene.numbers import SI, ToldIn
 from rigid.arrays import Integers, Reals
 
 WEB = Path(__file__).parent / "web"
-SCRIPTS = ("numbers", "dom", "fold", "theme", "arrays", "scene", "motion", "tables", "instants", "names", "mechanism",
-           "controls", "charts", "curves", "speeds", "what_if", "sizing", "maps", "answer", "figures", "drives",
-           "cams", "joints", "main")  # fmt: skip
+SCRIPTS = ("numbers", "dom", "fold", "theme", "arrays", "scene", "motion", "tables", "instants", "names", "symbols",
+           "view", "mechanism", "pointing", "controls", "charts", "curves", "speeds", "what_if", "sizing", "maps",
+           "answer", "figures", "drives", "cams", "joints", "main")  # fmt: skip
 
 
 def report_page(results: Results, report: Report) -> bytes:
@@ -90,8 +90,13 @@ def _pieces(body: str) -> list[bytes]:
 @cache
 def _script(names: tuple[str, ...]) -> bytes:
     """Return the concatenated scripts without comments and indents."""
-    whole = b"\n".join((WEB / f"{name}.js").read_bytes() for name in names)
+    whole = "\n".join(map(script, names)).encode()
     return re.sub(rb"(?m)^[ \t]*(//.*\n|/\*\*.*\*/\n)?", b"", whole)
+
+
+def script(name: str) -> str:
+    """Return a script for the common scope of a page: one that the editor imports as a module exports nothing here."""
+    return re.sub("(?m)^export ", "", (WEB / f"{name}.js").read_text(encoding="utf-8"))
 
 
 @cache

@@ -13,12 +13,12 @@ from elastic import FIELDS, coefficients
 from elastic.links import BeamRuns, members_of
 from kinelast.figures.cycle import EXTREME_FIELDS, Cycle, drive_words
 from kinelast.figures.results import Results
+from kinelast.outputs.display import display_list, extent
 from kinelast.scene.drive_values import of_drives
-from kinelast.scene.parts import strokes_of
 from kinelast.scene.parts.cam_courses import cam_flanks, cam_force, cam_outline, cam_pressure, cam_torque
 from kinelast.scene.parts.motors import motor_speed, motor_torque
-from rigid import Spring, TorsionSpring
 from rigid.arrays import Integers, Reals
+from symbols import plain_marks
 
 BUDGET = 2_400_000  # [bytes] of numbers, beyond which positions are thinned out
 STORED = ("N", "M", "u", "w")
@@ -27,13 +27,11 @@ FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of the stored fields, unle
 EVALUATED = ("chord", "axial", "left", "right", "shear")  # by formulas of scene.js
 OUTLINE = 360  # points of a cam
 CAM_ROWS: dict[str, Callable[[Cycle, str], Any]] = {  # values of each cam at each position
-    "cam_turn": lambda cycle, name: cam_flanks(cycle, name)[0].turn,
     "cam_pressure_angle": lambda cycle, name: cam_flanks(cycle, name)[0].pressure_angle,
     "cam_force": cam_force,
     "cam_torque": cam_torque,
     "cam_pressure": cam_pressure,
 }
-ROUND = 1e-6  # largest variation of a pitch radius, relative to it
 EPS = float(np.finfo(float).eps)
 REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")  # attributes of a field
 
@@ -115,6 +113,8 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
     for name, of_cam in CAM_ROWS.items():
         rows = [taken(of_cam(results.cycle, cam)) for cam in results.scene.cams]
         store.add(name, np.array(rows).reshape(-1, len(kept)))
+    spins = [taken(mark.direction(motion)) for mark in results.cycle.once(display_list) if mark.spin]
+    store.add("spin", np.array(spins, complex).reshape(-1, len(kept)))
     for name in ("origin", "direction", "velocity", "acceleration", "angular_velocity", "angular_acceleration"):
         store.add(name, taken(getattr(motion, name)[1:]))
     store.add("shift", taken(bent.shift[1:]))
@@ -135,8 +135,8 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
 
 
 def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
-    """Return links, beams, joints and drives of the arrays as plain data."""
-    mechanism, bent = results.mechanism, results.deflection
+    """Return links, beams, display list, joints and drives of the arrays as plain data."""
+    mechanism, bent, marks = results.mechanism, results.deflection, results.cycle.once(display_list)
     return {
         "fields": [{name: getattr(field, name) for name in REGISTERED} for field in FIELDS.values()],
         "units": results.scene.told_in,
@@ -152,36 +152,12 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
         "outlines": {name: [_pair(corner) for corner in corners] for name, corners in results.scene.outlines.items()},
         "beams": _beams(results),
         "pieces": bent.division.beam.tolist() if results.scene.labels else [],
-        "sliders": [
-            {
-                "name": slider.name,
-                "link": mechanism.index[slider.link],
-                "on": mechanism.index[slider.on],
-                "point": slider.point,
-                "origin": _pair(slider.origin),
-                "direction": _pair(slider.direction),
-            }
-            for slider in mechanism.sliders
-        ],
-        "welds": sorted(mechanism.welded_points),
-        "springs": list(_springs(results)),
-        "gears": list(_gears(results)),
+        "marks": plain_marks(marks, mechanism),
+        "extent": [_pair(corner) for corner in extent(results)],
         "cams": list(_cams(results)),
-        "strokes": [
-            {"link": mechanism.index[link], "points": [_pair(point) for point in points]}
-            for link, points in strokes_of(results.scene)
-        ],
         "drives": [
-            {
-                "name": name,
-                "coordinate": coordinate,
-                "unit": unit,
-                "effort": effort,
-                "link": mechanism.index[drive.links[0]] if drive.turns else None,
-                "at": drive.joint if drive.turns else None,
-                "slider": None if drive.turns else drive.joint,
-            }
-            for drive, (name, coordinate, unit, effort) in zip(mechanism.drives, drive_words(mechanism), strict=True)
+            {"name": name, "coordinate": coordinate, "unit": unit, "effort": effort}
+            for name, coordinate, unit, effort in drive_words(mechanism)
         ],
         "joints": [
             {"name": name, "on": link, "link": owner, "point": point}
@@ -205,38 +181,6 @@ def _cams(results: Results) -> Iterator[dict[str, Any]]:
             "pitch": [] if cam.roller is None else [_pair(place) for place in np.ravel(flanks[0].pitch)],
             "flanks": [[_pair(place) for place in np.ravel(flank.profile)] for flank in flanks],
         }
-
-
-def _springs(results: Results) -> Iterator[dict[str, Any]]:
-    """Yield the two ends of each spring, or the pin of a torsion spring."""
-    index = results.mechanism.index
-    for load in results.mechanism.loads:
-        if isinstance(load, Spring):
-            yield {"link": index[load.link], "point": load.point, "on": index[load.on], "anchor": load.anchor}
-        elif isinstance(load, TorsionSpring):
-            yield {"link": index[load.link], "point": load.at, "on": index[load.on], "anchor": None}
-
-
-def _gears(results: Results) -> Iterator[list[dict[str, Any]]]:
-    """Yield driver and follower of each gear: link, centre and pitch radius."""
-    for place in results.motion.places:
-        if place.joint.gear is None:
-            continue
-        driver, teeth = place.joint.gear.driver, place.teeth
-        ends = [(driver, driver.child, None), (place.joint, place.joint.child, None)]
-        if teeth is not None:
-            ends = [(driver, teeth.body, teeth.reach_body), (place.joint, teeth.wheel, teeth.reach)]
-        yield [
-            {"link": link, "point": joint.point(link), "radius": _radius(reach) if joint.turns else None}
-            for joint, link, reach in ends
-        ]
-
-
-def _radius(reach: Any) -> float | None:
-    """Return the length of an arm if it is constant [m]."""
-    sizes = np.abs(np.ravel(reach)) if reach is not None else np.zeros(0)
-    sizes = sizes[np.isfinite(sizes)]
-    return float(sizes[0]) if sizes.size and np.ptp(sizes) <= ROUND * sizes[0] else None
 
 
 def _joint_points(results: Results) -> Iterator[tuple[int, str]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from kinelast.scene.part import Part, Stroke
+from kinelast.scene.part import Part
 from kinelast.scene.parts.bearings import BEARINGS
 from kinelast.scene.parts.cams import CAMS
 from kinelast.scene.parts.cylinders import CYLINDERS
@@ -15,10 +15,11 @@ from kinelast.scene.parts.stops import STOPS
 
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene
+    from symbols import Mark
 
 PARTS: tuple[Part[Any], ...] = (FLYWHEELS, MOTORS, CYLINDERS, CAMS, BEARINGS, FATIGUE, STOPS)
 
 
-def strokes_of(scene: Scene) -> list[Stroke]:
-    """Lines of the symbols of all parts."""
-    return [stroke for part in PARTS for stroke in part.strokes(scene)]
+def symbols_of(scene: Scene) -> list[Mark]:
+    """Marks of all parts."""
+    return [mark for part in PARTS for mark in part.symbols(scene)]

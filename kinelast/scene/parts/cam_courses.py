@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic import displacement_of
-from kinelast.scene.drive_values import effort, rate
+from kinelast.scene.drive_values import effort
 from kinelast.scene.figure import DRIVE, NOISE, Kind, items_of
 from kinelast.scene.finding import CAUTION, POOR, Finding
 from kinelast.scene.numbers import quantity
 from kinelast.scene.reading import Reading, reading
 from machine.cams import BOTH, Cam, CamCourse, CamPush, cam_course, cut_depth, line_pressure
-from rigid import ConstantSpeed
+from rigid import ConstantSpeed, Motion
 from rigid.arrays import Flags, Reals
 from rigid.plane import dot
 
@@ -52,10 +52,14 @@ def cam_flanks(cycle: Cycle, name: str) -> list[CamCourse]:
 
 def _flanks(cycle: Cycle, name: str) -> list[CamCourse]:
     cam = cycle.scene.parts[KEY][name]
-    law, pace = cycle.scene.laws[cam.drive], np.ones(1)
-    if isinstance(law, ConstantSpeed):  # a search over speeds uses other speeds than that of the scene
-        pace = rate(cycle, cam.drive) / law.speed
+    pace = cam_pace(cycle.scene, cam, cycle.motion)
     return [cam_course(cycle.motion, cam, pace, outer) for outer in cam.flanks]
+
+
+def cam_pace(scene: Scene, cam: Cam, motion: Motion) -> Any:
+    """Speed of a motion / speed of the scene, shape that broadcasts to (..., positions)."""
+    law = scene.laws[cam.drive]
+    return motion.drive_rate[cam.drive] / law.speed if isinstance(law, ConstantSpeed) else np.ones(1)
 
 
 def cam_outline(scene: Scene, name: str, count: int) -> list[CamCourse]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import reduce
 from math import nan, pi
@@ -29,6 +29,8 @@ from kinelast.scene.parts.cam_courses import (
     cam_flanks,
     cam_force,
     cam_lag,
+    cam_outline,
+    cam_pace,
     cam_preload,
     cam_pressure,
     cam_row,
@@ -37,13 +39,14 @@ from kinelast.scene.parts.cam_courses import (
 from kinelast.scene.quantities import CamSpeed, PressureAngle, Size, Stress
 from kinelast.scene.tables import Place, StrictTable
 from machine.cams import HERTZ_RANGE, INNER, Cam, CamCourse, CamPush, cam_course, contact_modulus
-from rigid import GROUND, Load, Mechanism, MechanismError, motion
+from rigid import GROUND, Load, Mechanism, MechanismError, Motion, motion
 from rigid.kinematics import by_laws
 
 if TYPE_CHECKING:
     from elastic import Largest
     from kinelast.figures.cycle import Cycle
     from kinelast.scene.data import Scene
+    from symbols import Mark
 
 TESTED_AT = np.array([0.0, 0.137, 0.293, 0.471, 0.683])  # fractions of a run; a cam must move its follower at one
 MIN_INFLUENCE = 1e-9  # displacement of the contact / drive coordinate, relative to the distance from the camshaft
@@ -305,6 +308,30 @@ def _over_yield(scene: Scene, pressures: Any) -> Any:
     return pressures / np.array(yields)
 
 
+OUTLINE = 180  # points of a drawn cam
+RIM = 1.12  # radius of the rim of a ring or groove / largest radius of the cam
+
+
+def _symbols(scene: Scene) -> Iterator[Mark]:
+    """Body of each cam, turning with its shaft, and its roller."""
+    from symbols import LINK, SHADE, SOFT, UNDER, Line, Mark, Spot
+
+    for name, cam in CAMS.of(scene).items():
+        flanks = cam_outline(scene, name, OUTLINE)
+        profiles = [np.ravel(flank.profile) for flank in flanks]
+        reach = max(float(np.nanmax(np.abs(each))) for each in (*profiles, np.ravel(flanks[0].pitch)))
+        lines = tuple(Line(far=each[np.isfinite(each)], closed=True) for each in profiles)
+        at = Spot(GROUND, local=complex(np.ravel(cam.centre)[0]))
+
+        def turn(motion: Motion, cam: Cam = cam) -> Any:
+            return np.exp(1j * cam.speed * cam_pace(scene, cam, motion) * motion.time)
+
+        rim = (0.0, RIM * reach if True in cam.flanks else 0.0)
+        yield Mark("cam", at, lines, rim, spin=turn, stroke=SOFT, fill=SHADE, level=UNDER)
+        if cam.roller is not None and (radius := float(np.ravel(cam.radius)[0])):
+            yield Mark("roller", Spot(cam.follower, cam.points[0]), radius=(0.0, radius), stroke=LINK)
+
+
 CAMS: Part[Cam] = Part(
     KEY, "cams that move drives", CamTable, _built,
     (
@@ -344,5 +371,6 @@ CAMS: Part[Cam] = Part(
     columns=cam_columns,
     checks=(RangeCheck(HERTZ_RANGE, PRESSED, "cam_pressure", quantity=_over_yield),),
     loads=_loads,
+    symbols=_symbols,
     on_axis=True,
 )  # fmt: skip

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from kinelast.scene.drive_values import by_drive, effort, named_tables, of_drives, rate
+from kinelast.scene.drive_values import by_drive, effort, named_tables, numbered, of_drives, rate
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.figure import AVERAGE, LEAST, Figure, Kind, RangeCheck, averaged, each, least
 from kinelast.scene.numbers import real, require
@@ -12,9 +13,12 @@ from kinelast.scene.part import Part
 from kinelast.scene.quantities import FlowRate, Pressure, Size, Stress
 from kinelast.scene.tables import Factor, StrictTable
 from machine.drives import ROD_RANGE, Cylinder, buckling_safety, flow_rate, working_pressure
+from rigid import GROUND
 
 if TYPE_CHECKING:
+    from kinelast.scene.data import Scene
     from kinelast.scene.format import SceneTable
+    from symbols import Mark
 
 
 KEY = "cylinders"
@@ -46,6 +50,20 @@ def _cylinder(scene: SceneTable, number: int) -> Cylinder | None:
     return cylinder
 
 
+def _symbols(scene: Scene) -> Iterator[Mark]:
+    """Barrel and rod of each cylinder with a barrel of two points."""
+    from symbols import Spot, cylinder
+
+    mechanism = scene.mechanism
+    for number in numbered(scene, KEY):
+        slider = mechanism.slider(mechanism.drives[number].joint)
+        rod, barrel = (mechanism.links[mechanism.index[name]] for name in (slider.link, slider.on))
+        if barrel.name != GROUND and (len(barrel.points), len(rod.points)) == (2, 1):
+            foot = next(iter(barrel.points))
+            length = abs(complex(mechanism.drawing[slider.point]) - complex(mechanism.drawing[foot]))
+            yield from cylinder(Spot(barrel.name, foot), Spot(rod.name, slider.point), length, slider.name)
+
+
 CYLINDER = Kind("cylinder", lambda scene: scene.parts[KEY])
 CYLINDERS: Part[Cylinder] = Part(
     KEY, "hydraulic and pneumatic cylinders of drives", CylinderTable, by_drive(_cylinder),
@@ -62,6 +80,7 @@ CYLINDERS: Part[Cylinder] = Part(
                least(of_drives(KEY, lambda cycle, number, own: buckling_safety(own, effort(cycle, number)))), LEAST,
                limit="buckling_safety"),
     ),
+    symbols=_symbols,
     checks=(RangeCheck(ROD_RANGE, CYLINDER, "rod_slenderness"),),
     owned=named_tables(KEY, "cylinder"),
     drive_row="cylinder",

@@ -14,7 +14,7 @@ from kinelast.scene.error import fault
 from kinelast.scene.figure import LEAST, Figure, Kind
 from kinelast.scene.moved_joint import coordinate, moved_joint
 from kinelast.scene.numbers import require
-from kinelast.scene.part import Assembly, Part, Stroke
+from kinelast.scene.part import Assembly, Part
 from kinelast.scene.quantities import AngleOrLength
 from kinelast.scene.reading import reading
 from kinelast.scene.tables import JointNameTable
@@ -25,10 +25,11 @@ if TYPE_CHECKING:
     from kinelast.figures.cycle import Cycle
     from kinelast.figures.reader import Reader
     from kinelast.scene.data import Scene
+    from symbols import Mark, Spot
 
 TURN = 2.0 * np.pi
 INSIDE = 0.25 * TURN  # [rad] the angle at the start is within half a turn of a single stop plus this
-SIZE = 0.04  # half the length of a symbol, relative to the size of the drawing
+BAR = 4.0  # length of a bar, in symbol sizes
 
 
 class StopTable(JointNameTable, frozen=True, kw_only=True):
@@ -121,29 +122,31 @@ def _row(reader: Reader, name: str) -> dict[str, Any]:
     return {"joint": stop.joint.name, **{key: reading(np.ravel(end)[0], stop.unit) for key, end in ends.items()}}
 
 
-def _strokes(scene: Scene) -> Iterator[Stroke]:
+def _symbols(scene: Scene) -> Iterator[Mark]:
     """Yield bars with ticks on the forbidden side."""
-    places = [complex(place) for place in scene.mechanism.drawing.values()]
-    size = SIZE * max((abs(one - other) for one in places for other in places), default=1.0)
+    from symbols import Line, Mark
+
     for stop in STOPS.of(scene).values():
         for end, side in ((stop.least, -1.0), (stop.most, 1.0)):
             if end is not None:
-                on, foot, along = _bar(stop, float(np.ravel(end)[0]), size, scene.mechanism)
-                bar = [foot + size * part * along for part in (0.0, 1.0, 2.0)]
-                yield Stroke(on, bar)
-                yield from (Stroke(on, [tick, tick + 0.5 * size * (side * 1j - 1.0) * along]) for tick in bar)
+                at, along, start = _bar(stop, float(np.ravel(end)[0]), scene.mechanism)
+                bar = start + BAR * np.array([0.0, 0.5, 1.0])
+                ticks = (Line(np.array([foot, foot + 0.25 * BAR * (side * 1j - 1.0)])) for foot in bar)
+                yield Mark("stop", at, (Line(bar), *ticks), axis=(at.link, along))
 
 
-def _bar(stop: Stop, end: float, size: float, mechanism: Mechanism) -> tuple[str, complex, complex]:
-    """Return the link of a bar, its foot and direction: along the rotating link, or across the line of sliding."""
+def _bar(stop: Stop, end: float, mechanism: Mechanism) -> tuple[Spot, complex, float]:
+    """Return place and direction of a bar, and its start: along the rotating link, or across the line of sliding."""
+    from symbols import Spot
+
     if not isinstance(stop.joint, PinDrive):
         slider = mechanism.slider(stop.joint.slider)
-        along = -1j * complex(slider.direction)
-        return slider.on, complex(slider.origin) + end * complex(slider.direction) - size * along, along
+        way = complex(slider.direction)
+        return Spot(slider.on, local=complex(slider.origin) + end * way), -1j * way, -BAR / 2
     link, on = (mechanism.links[mechanism.index[name]].points for name in (stop.joint.link, stop.joint.on))
     arm = max((complex(place) - complex(link[stop.joint.at]) for place in link.values()), key=abs)
     along = cmath.exp(1j * end) * arm / (abs(arm) or 1.0)
-    return stop.joint.on, complex(on[stop.joint.at]) + 2.0 * size * along, along
+    return Spot(stop.joint.on, local=complex(on[stop.joint.at])), along, BAR
 
 
 def _begin(kind: str, name: str) -> dict[str, Any] | None:
@@ -162,5 +165,5 @@ STOPS: Part[Stop] = Part(
                _margins(UPPER, lambda stop, value: stop.most - value), LEAST, everywhere=True,
                limit="required_margin", rigid=True),
     ),
-    _row, _strokes, _begin, "end stops of the link or slider",
+    _row, _symbols, _begin, "end stops of the link or slider",
 )  # fmt: skip

@@ -21,7 +21,8 @@ function camsSection() {
     "Cams",
     "Cams",
     soft(
-      "From the motion of the followers as rigid links. Forces act along the contact normal, without friction; a negative force means that the cam would have to pull.",
+      "From the motion of the followers as rigid links. Forces act along the contact normal, without " +
+        "friction; a negative force means that the cam would have to pull.",
     ),
     table(rows, [
       { name: "Cam", text: (each) => each.name },
@@ -70,7 +71,8 @@ function camsSection() {
       column(
         "lag of the drive",
         "cam_lag",
-        "by which the follower, as it bends, is off on its cam: the cam holds the contact, the figures of the page hold the drive",
+        "by which the follower, as it bends, is off on its cam: the cam holds the contact, the figures of " +
+          "the page hold the drive",
         figureAngle,
       ),
       column("pressure", "cam_pressure", "of the contact, by Hertz"),
@@ -90,15 +92,23 @@ function camsSection() {
   }
 }
 
-// The cam as it stands at the instant, in the ground's axes about its shaft, with its follower and the normal.
+// Path through places in the axes of a cam, y downwards.
+const outlineOf = (places) => {
+  const known = places.filter(([x, y]) => x !== null && y !== null);
+  return `M${known.map(([x, y]) => `${x} ${-y}`).join("L")}Z`;
+};
+
+// The cam at the instant, in the ground's axes about its shaft, with its follower and the normal.
 function camPicture(cam) {
-  const reach = camReach(cam), most = Math.max(camRim(cam), reach + cam.radius) * 1.08, faceEnds = cam.face ?? [];
+  const body = model.marks.find(({ spin }) => spin === cam.k), sizes = cam.flanks.flat().map(size).filter(isFinite);
+  const reach = Math.max(...sizes, ...cam.pitch.map(size), 1e-12), faceEnds = cam.face ?? [];
+  const most = Math.max(body.radius[1], reach + cam.radius) * 1.08;
   const turning = s(
     "g",
     {},
-    s("path", { class: "body", "fill-rule": "evenodd", d: camBody(cam) }),
+    s("path", { class: "body", "fill-rule": "evenodd", d: markPath(body, 1, 0) }),
     cam.pitch.length ? s("path", { class: "pitch", d: outlineOf(cam.pitch) }) : null,
-    s("path", { class: "mark", d: `M0 0H${0.5 * Math.min(...cam.flanks.flat().map(size).filter(isFinite), reach)}` }),
+    s("path", { class: "mark", d: `M0 0H${0.5 * Math.min(...sizes, reach)}` }),
   );
   const roller = cam.roller ? s("circle", { class: "roller", r: Math.max(cam.radius, 0.008 * most) }) : null,
     face = cam.face ? s("path", { class: "roller" }) : null;
@@ -117,7 +127,7 @@ function camPicture(cam) {
   );
   const place = (local, i) => plus(placeOf(cam.link, local, i), scaled(-1, cam.centre));
   const update = (i) => {
-    turning.setAttribute("transform", camTurned(cam.k, i));
+    turning.setAttribute("transform", markTurn([0, 0], vector("spin", cam.k, i)));
     if (roller) {
       const [px, py] = place(cam.roller, i);
       roller.setAttribute("cx", px || 0);

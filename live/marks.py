@@ -1,0 +1,139 @@
+"""Marks of the editor: of a scene that moves, or of its tables as long as it does not."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from kinelast.scene.data import Scene
+from kinelast.scene.parts import symbols_of
+from live.parts import drawn, ground_points
+from rigid import GROUND, Motion
+from symbols import (
+    POINTS,
+    Mark,
+    Spot,
+    arrow,
+    cylinder,
+    extent_of,
+    marks_of,
+    mass,
+    pin,
+    plain_marks,
+    rails,
+    spring,
+    support,
+    turn_arrow,
+    weld,
+    wheels_of_pair,
+)
+
+Tables = Mapping[str, Any]
+
+
+def scene_marks(scene: Scene, motion: Motion) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Marks of a scene, without those of its points, and corners; arrays that place them, shape (items, positions).
+
+    The arrays are complex: `origin` and `direction` of the links, `spin` of bodies that are not links.
+    """
+    marks = [mark for mark in marks_of(motion, symbols_of(scene)) if mark.kind not in POINTS]
+    corners = [[place.real, place.imag] for place in extent_of(motion, marks) or ()]
+    spins = [mark.direction(motion) for mark in marks if mark.spin]
+    rows = {"origin": motion.origin, "direction": motion.direction, "spin": spins}
+    arrays = {name: np.reshape(np.asarray(values), (-1, len(motion.time))) for name, values in rows.items()}
+    return {"marks": plain_marks(marks, motion.mechanism), "extent": corners}, arrays
+
+
+def point_marks(sheet: Tables) -> list[dict[str, Any]]:
+    """Pin or weld at every point, for the hand; without the middles of cylinders."""
+    middles = {each["middle"] for each in sheet["cylinders"].values()}
+    names = [name for name in sheet["points"] if name not in middles]
+    return [(weld if name in sheet["welds"] else pin)(Spot("", name)).plain() for name in names]
+
+
+def mass_marks(sheet: Tables) -> list[dict[str, Any]]:
+    """Discs at point masses, which a mechanism no longer knows."""
+    return [mass(Spot("", name)).plain() for name in sheet["masses"]]
+
+
+def drawn_marks(tables: Tables, sheet: Tables) -> list[dict[str, Any]]:
+    """Marks of parts as drawn; invalid ones are left out."""
+    makers = (_supports, _slides, _springs, _cylinders, _gears, _loads, _drives)
+    plain = [mark.plain() for maker in makers for mark in _valid(maker, tables, sheet)]
+    return [each for each in plain if each["at"]["point"] in sheet["points"]]
+
+
+def _valid(maker: Callable[[Tables, Tables], Iterator[Mark]], tables: Tables, sheet: Tables) -> Iterator[Mark]:
+    """Marks up to the first invalid table, which has a message elsewhere."""
+    with suppress(AttributeError, KeyError, TypeError, ValueError, IndexError, ZeroDivisionError):
+        yield from maker(tables, sheet)
+
+
+def _supports(tables: Tables, sheet: Tables) -> Iterator[Mark]:
+    for name in ground_points(tables):
+        yield from support(Spot(GROUND, name))
+
+
+def _slides(tables: Tables, sheet: Tables) -> Iterator[Mark]:
+    pushed = {each["slider"] for each in sheet["cylinders"].values()}
+    for name, slot in sheet["slots"].items():
+        if name not in pushed:
+            yield rails(Spot("", slot["point"]), str(slot.get("on", GROUND)), _way(slot["direction"]))
+
+
+def _way(direction: Any) -> complex:
+    """Unit vector of a slot's direction: a vector, or an angle in radians or degrees."""
+    if isinstance(direction, list):
+        way = complex(*direction)
+        return way / abs(way)
+    angle = _number(direction) * (math.pi / 180 if "deg" in str(direction) else 1.0)
+    return complex(math.cos(angle), math.sin(angle))
+
+
+def _number(value: Any) -> float:
+    """Leading number of a quantity."""
+    found = re.match(r"\s*[-+]?[\d.]+(e[-+]?\d+)?", str(value), re.IGNORECASE)
+    return float(found[0]) if found else 0.0
+
+
+def _springs(tables: Tables, sheet: Tables) -> Iterator[Mark]:
+    for each in sheet["springs"]:
+        if "anchor" in each:
+            yield spring(Spot("", each["point"]), Spot("", each["anchor"]))
+
+
+def _cylinders(tables: Tables, sheet: Tables) -> Iterator[Mark]:
+    places = drawn(tables)
+    for parts in sheet["cylinders"].values():
+        length = abs(places[parts["to"]] - places[parts["from"]])
+        yield from cylinder(Spot("", parts["from"]), Spot("", parts["to"]), length, parts["slider"])
+
+
+def _gears(tables: Tables, sheet: Tables) -> Iterator[Mark]:
+    places = drawn(tables)
+    for each in sheet["gears"]:
+        if each["pins"] and each["ratio"] not in (None, 0, 1):
+            one, other = each["pins"]
+            pins, links = (Spot("", one), Spot("", other)), (GROUND, GROUND)
+            yield from wheels_of_pair(pins, links, places[other] - places[one], float(each["ratio"]))
+
+
+def _loads(tables: Tables, sheet: Tables) -> Iterator[Mark]:
+    for each in sheet["loads"]:
+        force = complex(*map(_number, each.get("force", (0, 0))))
+        if force:
+            yield arrow(Spot("", each["point"]), (GROUND, force / abs(force)))
+
+
+def _drives(tables: Tables, sheet: Tables) -> Iterator[Mark]:
+    points = {link["name"]: link["points"] for link in sheet["links"]}
+    for each in sheet["drives"]:
+        on = points.get(each.get("on", GROUND), ())
+        pins = [each["at"]] if "at" in each else [name for name in points.get(each.get("link"), ()) if name in on]
+        if pins:
+            yield turn_arrow(Spot("", pins[0]), None)

@@ -1,0 +1,56 @@
+"""Symbols of a mechanism as one display list, which every renderer reads: films, paper, report page and editor."""
+
+from symbols.joints import (
+    BLOCK,
+    BLOCK_CORNERS,
+    JOINTS,
+    PEDESTAL,
+    PIN_RADIUS,
+    POINTS,
+    pin,
+    rails,
+    spot,
+    support,
+    travel,
+    weld,
+)
+from symbols.marks import INK, LEVELS, LINK, NONE, SHADE, SOFT, UNDER, Line, Mark, Spot, anchor
+from symbols.mechanism import extent_of, marks_of, plain_marks
+from symbols.parts import DRIVE, arrow, cylinder, mass, spring, torsion_spring, turn_arrow, wheels_of_pair
+
+__all__ = [
+    "BLOCK",
+    "BLOCK_CORNERS",
+    "DRIVE",
+    "INK",
+    "JOINTS",
+    "LEVELS",
+    "LINK",
+    "NONE",
+    "PEDESTAL",
+    "PIN_RADIUS",
+    "POINTS",
+    "SHADE",
+    "SOFT",
+    "UNDER",
+    "Line",
+    "Mark",
+    "Spot",
+    "anchor",
+    "arrow",
+    "cylinder",
+    "extent_of",
+    "marks_of",
+    "mass",
+    "pin",
+    "plain_marks",
+    "rails",
+    "spot",
+    "spring",
+    "support",
+    "torsion_spring",
+    "travel",
+    "turn_arrow",
+    "weld",
+    "wheels_of_pair",
+]

@@ -1,0 +1,117 @@
+"""Symbols of joints and supports: the only place that defines them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from rigid import GROUND, Slider
+from rigid.joints import Placed
+from symbols.marks import BLOCK_LEVEL, GROUND_LEVEL, INK, LINK, PAPER, UNDER, Complexes, Line, Mark, Spot, anchor
+
+BLOCK = "block"
+"""Kind of the marks of sliding blocks."""
+POINTS = ("pin", "weld", "spot")
+JOINTS = (*POINTS, "support", "ground", BLOCK, "rail")
+"""Kinds of the marks in this file; those of points are apart."""
+PIN_RADIUS, SPOT_RADIUS = 0.55, 0.3  # radii; all lengths here are in symbol sizes
+PEDESTAL = np.array([0.0, -1.3 - 2.0j, 1.3 - 2.0j])  # triangle under a fixed pin
+SQUARE = np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
+BLOCK_CORNERS = 1.6 * np.array([-1 - 0.62j, 1 - 0.62j, 1 + 0.62j, -1 + 0.62j])  # block of a slider
+BASE = 2.1  # half width of the ground under a pin
+STROKE, STROKE_GAP = -0.6 - 0.75j, 0.85  # stroke of a hatching, and largest distance of its strokes
+RAIL_ASIDE, RAIL_MORE, SHORT_RAIL = 1.15, 3.0, 5.0  # of a slide: distance, excess over the travel, half length
+
+NOWHERE = np.zeros(2, complex)  # ends without a part in metres
+
+
+def pin(at: Spot) -> Mark:
+    """A circle."""
+    return Mark("pin", at, radius=(PIN_RADIUS, 0.0), fill=PAPER, width=1.5)
+
+
+def weld(at: Spot) -> Mark:
+    """A filled square."""
+    return Mark("weld", at, (Line(0.45 * SQUARE, closed=True),), fill=INK)
+
+
+def spot(at: Spot) -> Mark:
+    """A dot at a point without a joint."""
+    return Mark("spot", at, radius=(SPOT_RADIUS, 0.0), fill=INK, width=0.5)
+
+
+def support(at: Spot) -> list[Mark]:
+    """A triangle on hatched ground."""
+    triangle = Mark("support", at, (Line(PEDESTAL, closed=True),), fill=PAPER, width=1.2, level=GROUND_LEVEL)
+    base = hatched(np.array([-BASE, BASE]) - 2.0j, 2 * BASE, NOWHERE)
+    return [triangle, Mark("ground", at, (base,), width=1.2, level=GROUND_LEVEL)]
+
+
+def hatched(ends: Complexes, sizes: float, far: Complexes) -> Line:
+    """A line along the x axis with strokes on its right, drawn in one go: each stroke out and back.
+
+    Parameters
+    ----------
+    ends, far
+        Both ends: parts in symbol sizes and in metres.
+    sizes
+        Approximate length, which sets the number of strokes.
+    """
+    count = max(3, round(sizes / STROKE_GAP))
+    share = np.concatenate([[0.0], np.repeat((np.arange(count) + 0.7) / count, 3), [1.0]])
+    is_tip = np.arange(len(share)) % 3 == 2
+    strokes = np.sign((ends[1] - ends[0]).real) * STROKE * is_tip
+    return Line(ends[0] + share * (ends[1] - ends[0]) + strokes, far[0] + share * (far[1] - far[0]))
+
+
+def slider_marks(placed: Placed, slider: Slider, reach: tuple[float, float] | None, size: float) -> Iterator[Mark]:
+    """A block at the slider's point, and rails on the ground or a line on a moving link.
+
+    Parameters
+    ----------
+    reach
+        First and last slide [m]; None if only one position is known.
+    size
+        Approximate symbol size [m].
+    """
+    at = Spot(slider.link, slider.point)
+    direction = complex(slider.direction)
+    if reach is None:
+        yield rails(at, slider.on, direction)
+    else:
+        ends = complex(slider.origin) + direction * np.array(reach)
+        yield rails(Spot(slider.on), slider.on, direction, ends / direction, (reach[1] - reach[0]) / size)
+    yield Mark(BLOCK, at, (Line(BLOCK_CORNERS, closed=True),), axis=(slider.on, direction), stroke=LINK, fill=PAPER,
+               width=2.0, level=BLOCK_LEVEL)  # fmt: skip
+
+
+def rails(at: Spot, on: str, direction: complex, far: Complexes = NOWHERE, sizes: float = 0.0) -> Mark:
+    """Two hatched rails on the ground, or a line on a moving link.
+
+    Parameters
+    ----------
+    at, on, direction
+        Place, and direction of the slide in the axes of the link `on`.
+    far
+        Both ends of the travel from the place along the slide [m].
+    sizes
+        Approximate travel in symbol sizes; 0 for a short rail about the place.
+    """
+    half = RAIL_MORE if sizes else SHORT_RAIL
+    ends = np.array([-half, half], complex)
+    if on != GROUND:
+        return Mark("rail", at, (Line(ends, far),), axis=(on, direction), width=1.2, level=UNDER)
+    lower = hatched(ends - RAIL_ASIDE * 1j, sizes + 2 * half, far)
+    upper = hatched(ends[::-1] + RAIL_ASIDE * 1j, sizes + 2 * half, far[::-1])
+    return Mark("rail", at, (lower, upper), axis=(on, direction), width=1.2, level=GROUND_LEVEL)
+
+
+def travel(placed: Placed, slider: Slider) -> tuple[float, float] | None:
+    """First and last slide over the positions [m]; None if there is one position, or none is known."""
+    number = placed.mechanism.index[slider.on]
+    place = anchor(placed, Spot(slider.link, slider.point))
+    local = np.conj(placed.direction[number]) * (place - placed.origin[number])
+    slides = np.ravel((np.conj(slider.direction) * (local - slider.origin)).real)
+    slides = slides[np.isfinite(slides)]
+    return (float(slides.min()), float(slides.max())) if slides.size > 1 else None

@@ -1,0 +1,191 @@
+"""Marks: lines and circles in axes that move with links, as plain data.
+
+A mark has a place, often a second place, and axes. Renderers know the links' positions: they scale the mark and put it
+at its place. So a display list stays valid as the mechanism moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid import Reals
+from rigid.joints import Placed
+
+Complexes = NDArray[np.complexfloating[Any, Any]]
+
+INK, PAPER, SOFT, ACCENT, LOAD, LINK, SHADE, NONE = "ink", "paper", "soft", "accent", "load", "link", "shade", "none"
+"""Colour names. `LINK`: the colour of the link at the mark's place."""
+UNDER, GROUND_LEVEL, BLOCK_LEVEL, JOINT, OVER = "guide", "ground", "block", "pin", "mark"
+LEVELS = (UNDER, GROUND_LEVEL, BLOCK_LEVEL, JOINT, OVER)
+"""Levels from back to front. Links are between the second and the third."""
+CORNERS = 60  # of a circle as a polygon
+DECIMALS = 9  # of coordinates in JSON
+
+
+class Spot(NamedTuple):
+    """A place on a link: a named point, or `local` in the link's axes [m]."""
+
+    link: str
+    point: str = ""
+    local: complex = 0j
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A polyline or, if `closed`, a filled polygon.
+
+    Every vertex is a sum: `size` [symbol sizes] and `far` [m] in the axes of the mark, both complex, and `share` of the
+    way to the mark's second place.
+    """
+
+    size: Any = 0j
+    far: Any = 0j
+    share: Any = 0.0
+    closed: bool = False
+
+    @cached_property
+    def vertices(self) -> tuple[Complexes, Complexes, Reals]:
+        """Arrays of `size`, `far` and `share`, all of shape (vertices,)."""
+        size, far, share = np.broadcast_arrays(
+            np.atleast_1d(np.asarray(self.size, complex)), np.asarray(self.far, complex), np.asarray(self.share, float)
+        )
+        return size, far, share
+
+
+@dataclass(frozen=True, eq=False)
+class Mark:
+    """One symbol, or a part of it with the same colours.
+
+    Attributes
+    ----------
+    kind
+        What it shows, as `pin`.
+    at, to
+        Its place, and its second place. With a second place the x axis points there.
+    axis
+        Link with which the axes turn, and the x axis in the axes of this link; None for upright axes.
+    lines
+        Polylines and polygons.
+    radius
+        Radius of a circle about the place: a part in symbol sizes and a part in metres.
+    stroke, fill, width, dashed
+        Colours, and line width [pixels] on a page.
+    level
+        One of `LEVELS`.
+    drive
+        Number of a drive. The mark is mirrored at its y axis while the drive's rate is negative.
+    spin
+        From a motion to the x axis at each position, for a body that is not a link.
+    replaces
+        Name of the slider that needs no other symbol.
+    """
+
+    kind: str
+    at: Spot
+    lines: tuple[Line, ...] = ()
+    radius: tuple[float, float] = (0.0, 0.0)
+    to: Spot | None = None
+    axis: tuple[str, complex] | None = None
+    stroke: str = INK
+    fill: str = NONE
+    width: float = 1.4
+    dashed: bool = False
+    level: str = JOINT
+    drive: int | None = None
+    spin: Callable[[Any], Any] | None = None
+    replaces: str = ""
+
+    @cached_property
+    def outlines(self) -> tuple[Line, ...]:
+        """Its lines, and its circle as a polygon."""
+        if not any(self.radius):
+            return self.lines
+        circle = np.exp(2j * np.pi * np.arange(CORNERS) / CORNERS)
+        return (Line(self.radius[0] * circle, self.radius[1] * circle, closed=True), *self.lines)
+
+    @cached_property
+    def vertices(self) -> tuple[Complexes, Complexes, Reals]:
+        """Vertices of all outlines, see `Line.vertices`."""
+        sizes, fars, shares = zip(*(line.vertices for line in self.outlines), strict=True)
+        return np.concatenate(sizes), np.concatenate(fars), np.concatenate(shares)
+
+    @property
+    def body(self) -> str:
+        """Colour of its polygon; `NONE` if it has none, or several, which may be holes."""
+        return self.fill if sum(line.closed for line in self.outlines) == 1 else NONE
+
+    @property
+    def cells(self) -> list[Any]:
+        """Vertex numbers of each outline."""
+        ends = np.cumsum([len(line.vertices[0]) for line in self.outlines])
+        return [*np.split(np.arange(ends[-1]), ends[:-1])]
+
+    def placed(self, place: Any, x_axis: Any, size: float, end: Any = None, mirrored: bool = False) -> Complexes:
+        """Vertices in the plane of motion [m], shape (vertices,).
+
+        Parameters
+        ----------
+        place, end
+            First and second place [m].
+        x_axis
+            Unit vector; replaced by the direction from `place` to `end`.
+        size
+            Symbol size [m].
+        """
+        sizes, fars, shares = self.vertices
+        local = size * sizes + fars
+        apart = 0j if end is None else end - place
+        direction = x_axis if end is None else apart / max(abs(apart), 1e-300)
+        points: Complexes = place + direction * (-np.conj(local) if mirrored else local) + apart * shares
+        return points
+
+    def direction(self, placed: Placed) -> Any:
+        """Unit vector of the x axis, shape (...)."""
+        if self.spin is not None:
+            return self.spin(placed)
+        if self.axis is None:
+            return 1.0
+        link, way = self.axis
+        return np.asarray(placed.direction[placed.mechanism.index[link]]) * way
+
+    def plain(self, links: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Its content for JSON, with links by number, or by name without `links`."""
+
+        def link(name: str) -> Any:
+            return name if links is None else links[name]
+
+        def spot(each: Spot) -> dict[str, Any]:
+            return {"link": link(each.link), "point": each.point or None, "local": _pair(each.local)}
+
+        lines = []
+        for line in self.lines:
+            size, far, share = line.vertices
+            content = {"size": _plain(size), "far": _plain(far), "share": _plain(share), "closed": line.closed}
+            lines.append({key: value for key, value in content.items() if value})
+        style = {"stroke": self.stroke, "fill": self.fill, "width": self.width, "dashed": self.dashed}
+        axis = self.axis and {"link": link(self.axis[0]), "way": _pair(self.axis[1])}
+        more = {"to": self.to and spot(self.to), "axis": axis, "drive": self.drive, "radius": self.radius, "spin": None}
+        return {"kind": self.kind, "level": self.level, "at": spot(self.at), "lines": lines, **style, **more}
+
+
+def anchor(placed: Placed, at: Spot) -> Complexes:
+    """Position of a spot without displacement [m], shape (...)."""
+    number = placed.mechanism.index[at.link]
+    local = placed.mechanism.links[number].points[at.point] if at.point else at.local
+    return np.asarray(placed.origin[number] + placed.direction[number] * local)
+
+
+def _pair(place: complex) -> list[float]:
+    return [round(complex(place).real, DECIMALS), round(complex(place).imag, DECIMALS)]
+
+
+def _plain(values: Any) -> Any:
+    """Numbers, or pairs of complex ones; None if all are zero."""
+    parts = np.stack([values.real, values.imag], axis=-1) if np.iscomplexobj(values) else values
+    return np.round(parts, DECIMALS).tolist() if values.any() else None
