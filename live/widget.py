@@ -7,18 +7,10 @@ from typing import Any
 
 from live.server import WEB, Live, page_file, response_to
 
-PAGE = (
-    "page.html",
-    "live.css",
-    "text.js",
-    "talk.js",
-    "symbols.js",
-    "drawing.js",
-    "share.js",
-    "graph.js",
-    "tools.js",
-    "main.js",
-)
+MODULES = ("text", "talk", "symbols", "drawing", "share", "graph", "tools", "state", "notices", "shown", "requests",
+           "parts", "entries", "inspector", "numbers", "choosing", "file", "handing", "main")  # fmt: skip
+"""Scripts of the page, each after those that it imports."""
+PAGE = "page.html", "live.css", *(f"{name}.js" for name in MODULES)
 
 
 def widget_of(live: Live) -> Any:

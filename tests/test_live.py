@@ -35,8 +35,10 @@ from live.file import ChangedError, SceneFile
 from live.full import whole_answer
 from live.mistakes import NEXT
 from live.parts import EditError
+from live.server import WEB, page_file
 from live.share import MARK, fragment, linked
 from live.text import as_toml, places, with_value, without
+from live.widget import PAGE
 
 server = pytest.importorskip("live.server", reason="the extra live is not installed")
 
@@ -800,9 +802,8 @@ class TestServer:
             page = client.get("/secret/")
             assert page.status == 200
             assert "default-src 'none'" in page.headers["content-security-policy"]
-            names = ("live.css", "main.js", "talk.js", "text.js", "drawing.js", "tools.js")
             whole = page.content.decode() + "".join(
-                client.get(f"/secret/web/{name}").content.decode() for name in names
+                client.get(f"/secret/web/{name}").content.decode() for name in PAGE[1:]
             )
             assert "https://" not in whole
             assert [each for each in whole.split("http://")[1:] if not each.startswith("www.w3.org/2000/svg")] == []
@@ -902,6 +903,15 @@ class TestNotebook:
             view.close()
         with pytest.raises(OSError, match="refused"):
             client.get(f"/{token}/")
+
+    def test_a_script_imports_only_scripts_before_it(self):
+        """Claim: the widget can give every script the addresses of those that it imports."""
+        known = set()
+        for name in PAGE[2:]:
+            script = page_file(name).read_text(encoding="utf-8")
+            assert set(re.findall(r'from "\./(\w+\.js)"', script)) <= known, name
+            known.add(name)
+        assert known == {each.name for each in WEB.glob("*.js")} - {"widget.js"} | {"symbols.js"}
 
     def test_the_widget_answers_what_its_page_asks_by_messages(self, monkeypatch):
         """Stand-ins for the widget packages exchange the messages."""

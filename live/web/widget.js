@@ -1,10 +1,11 @@
-// The editor as a widget of a notebook: its page in a frame without an address, its questions as messages to the kernel.
-const ORDER = ["text.js", "talk.js", "symbols.js", "drawing.js", "share.js", "graph.js", "tools.js", "main.js"], PATIENCE = 10_000; // ms until it is told that nothing comes
+// The editor as a widget of a notebook: its page in a frame without an address, its requests as messages.
+const PATIENCE = 10_000; // ms until it is told that nothing comes
 
 function render({ model, el }) {
   const files = model.get("files"), addresses = {}, waiting = new Map(), mine = Math.random().toString(36).slice(2);
   let number = 0;
-  for (const name of ORDER) {
+  // every script after those that it imports
+  for (const name of Object.keys(files).filter((each) => each.endsWith(".js"))) {
     const code = files[name].replace(/from "\.\/(\w+\.js)"/g, (_, other) => `from "${addresses[other]}"`);
     addresses[name] = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
   }
@@ -50,7 +51,8 @@ function render({ model, el }) {
       clearInterval(look);
     } else if (!words.textContent && Date.now() - began > PATIENCE) {
       words.textContent =
-        `The kernel does not answer: the editor begins when the cell that runs has ended; if that kernel is gone, run its cell again, or ${elsewhere}.`;
+        "The kernel does not answer: the editor begins when the cell that runs has ended; if that kernel is " +
+        `gone, run its cell again, or ${elsewhere}.`;
     }
   }, 500);
   el.append(frame, words);

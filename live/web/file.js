@@ -1,0 +1,65 @@
+// The file of the scene: save, download, follow changes on disk.
+import * as talk from "./talk.js";
+import * as text from "./text.js";
+import { hush, keepInBrowser, notice } from "./notices.js";
+import { changed } from "./requests.js";
+import { state } from "./state.js";
+
+export async function save() {
+  const whole = text.text();
+  if (state.path === null) return download();
+  try {
+    const told = await talk.save(whole, state.digest);
+    if (!told.ok) {
+      return notice(told.problem, false, ["Take the file's text", () => follow(true)], ["Download mine", download]);
+    }
+    Object.assign(state, { digest: told.digest, saved: whole });
+    hush(true);
+    keepInBrowser();
+  } catch {
+    keepInBrowser();
+  }
+}
+
+export function download() {
+  const link = Object.assign(document.createElement("a"), {
+    href: URL.createObjectURL(new Blob([text.text()], { type: "text/plain" })),
+    download: `${state.name}.toml`,
+  });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
+// The file's text as it is now: taken where nothing here would be lost, or where that is asked for.
+export async function follow(forced = false) {
+  const told = await talk.scene();
+  if (told.problem) return notice(told.problem);
+  const before = text.text(), mine = before !== state.saved;
+  if (told.digest === "missing" && state.digest !== "missing") {
+    state.saved = null;
+    keepInBrowser();
+    return notice("The file is gone from the disk; its text is still here, and Save writes it again.");
+  }
+  if (mine && !forced && told.text !== before) {
+    return notice("The file has changed on disk, and the text here is not saved.", false, [
+      "Take the file's text",
+      () => follow(true),
+    ], ["Keep mine", () => hush(true)]);
+  }
+  Object.assign(state, { digest: told.digest, saved: told.text });
+  if (told.text === before) return keepInBrowser();
+  await changed(told.text);
+  text.keep(before);
+  hush(true);
+}
+
+export async function watch() {
+  try {
+    const { digest } = await talk.state();
+    if (digest !== state.digest && digest !== state.told && state.dragging === null) {
+      state.told = digest;
+      await follow();
+    }
+  } catch { /* told by onReach */ }
+  setTimeout(watch, window.kernel ? 5000 : 1000);
+}

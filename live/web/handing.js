@@ -1,0 +1,71 @@
+// Scenes from elsewhere, and links that carry this one.
+import * as share from "./share.js";
+import * as text from "./text.js";
+import { fit, view } from "./drawing.js";
+import { hush, notice } from "./notices.js";
+import { changed } from "./requests.js";
+import { show } from "./shown.js";
+import { $, state } from "./state.js";
+
+export async function copyLink() {
+  const link = state.opens + (await share.fragment(text.text()));
+  const told = "opens in an editor: with deflection-report --live by a click, in any other by pasting it on its page";
+  try {
+    await navigator.clipboard.writeText(link);
+    notice(`The link is copied. It ${told}.`, true);
+  } catch {
+    const field = Object.assign(document.createElement("input"), {
+      type: "text",
+      value: link,
+      readOnly: true,
+      size: 30,
+    });
+    field.setAttribute("aria-label", "Link to this scene");
+    notice(`Copy this link. It ${told}. `, true);
+    $("notice").append(field);
+    field.select();
+  }
+}
+
+// A scene that comes from outside is taken at once where nothing is drawn, else when it is asked for.
+export async function offer(found) {
+  try {
+    const whole = await found, before = text.text();
+    if (whole === null || whole === before) return;
+    const get = () => replaceBy(whole, before);
+    if (view.sheet?.empty) return await get();
+    notice("A scene was handed to this page.", false, ["Take it", get], ["Leave it", () => hush(true)]);
+  } catch (error) {
+    notice(`No scene could be read there: ${error.message}.`, true);
+  }
+}
+export async function replaceBy(whole, before = text.text()) {
+  Object.assign(view, { picture: null, position: 0 });
+  await changed(whole);
+  text.keep(before);
+  fit();
+  show();
+}
+export function takeFragment() {
+  if (!location.hash) return;
+  const { hash, pathname } = location;
+  history.replaceState(null, "", pathname);
+  offer(share.linked(hash));
+}
+export function wireShare() {
+  $("share").onclick = copyLink;
+  window.addEventListener("hashchange", takeFragment);
+  document.addEventListener("paste", (event) => {
+    const link = event.clipboardData?.getData("text") ?? "";
+    if (!link.includes("#scene=")) return;
+    event.preventDefault();
+    offer(share.linked(link));
+  });
+  document.addEventListener("dragover", (event) => event.preventDefault());
+  document.addEventListener("drop", (event) => {
+    const file = event.dataTransfer?.files[0];
+    if (!file) return;
+    event.preventDefault();
+    offer(file.text().then((content) => share.carried(content, file.name)));
+  });
+}

@@ -1,0 +1,139 @@
+// Fields of the chosen link or drive.
+import { quantity, view } from "./drawing.js";
+import { edit } from "./requests.js";
+import { $, hold, state } from "./state.js";
+import { listEntries } from "./entries.js";
+
+export function inspect() {
+  listEntries();
+  const box = $("inspector"), held = [...box.querySelectorAll("input, select")].indexOf(document.activeElement);
+  box.replaceChildren();
+  fillInspector(box);
+  // who goes from field to field goes on
+  if (held >= 0) /** @type {NodeListOf<HTMLElement>} */ (box.querySelectorAll("input, select"))[held]?.focus();
+}
+export function fillInspector(box) {
+  const { chosen, sheet } = view;
+  const link = chosen?.kind === "link" && sheet.links.find(({ name }) => name === chosen.name);
+  $("delete").disabled = !chosen;
+  if (chosen?.kind === "drive") return inspectDrive(Number(chosen.name), box);
+  if (!link || link.name === "ground") return;
+  for (const key of ["section", "material"]) {
+    const label = document.createElement("label"), input = document.createElement("input");
+    input.setAttribute("list", `${key}s`);
+    hold(input, link[key] ?? "");
+    input.size = key === "section" ? 12 : 9;
+    input.onchange = () => edit({ do: "put", path: ["links", link.name, key], value: input.value });
+    label.append(key === "section" ? "Section " : "Material ", input);
+    box.append(label);
+  }
+}
+
+// The motion of a drive: constant speed, or one curve over some way in some time, and back where that is wished.
+export const CONSTANT = "constant speed", SPLINE = "spline through points";
+export const opposite = (by) => (String(by).startsWith("-") ? String(by).slice(1) : `-${by}`);
+export function inspectDrive(at, box) {
+  const { law, speed, slider, effort, motion } = view.sheet.drives[at], [first, second] = law ?? [];
+  if (
+    effort !== undefined ||
+    (law &&
+      (law.length > 2 || !state.motions.includes(first.curve) || typeof first.by !== "string" ||
+        (second &&
+          (second.curve !== first.curve || second.duration !== first.duration ||
+            String(second.by) !== opposite(first.by)))))
+  ) {
+    box.append("Motion: as the text says");
+    return;
+  }
+  const curve = document.createElement("select"),
+    field = (value, size) => Object.assign(hold(document.createElement("input"), value), { size }),
+    labelled = (words, input) => {
+      const label = document.createElement("label");
+      label.append(words, input);
+      return label;
+    };
+  curve.append(...state.motions.map((name) => new Option(name, name)));
+  curve.value = motion ? SPLINE : law ? first.curve : CONSTANT;
+  if (motion || box.dataset.spline === String(at)) return inspectSpline(at, box, curve, labelled);
+  const rate = field(speed ?? (slider ? "0.1 m/s" : "60 rpm"), 8),
+    by = field(first?.by ?? (slider ? "50 mm" : "90 deg"), 7),
+    time = field(first?.duration ?? "1 s", 6),
+    back = Object.assign(document.createElement("input"), { type: "checkbox", checked: !law || Boolean(second) });
+  const tell = () =>
+    edit({
+      do: "law",
+      drive: at,
+      curve: curve.value,
+      speed: rate.value,
+      by: by.value,
+      duration: time.value,
+      back: back.checked,
+    });
+  for (const each of [rate, by, time, back]) each.onchange = tell;
+  curve.onchange = () => {
+    if (curve.value !== SPLINE) return tell();
+    box.dataset.spline = at;
+    inspect();
+  };
+  box.append(
+    labelled("Motion ", curve),
+    ...(law ? [labelled("By ", by), labelled("In ", time), labelled("And back ", back)] : [labelled("Speed ", rate)]),
+    peakWords(at),
+  );
+}
+// Times and coordinates as a CSV file has them: typed, or taken from one.
+export function inspectSpline(at, box, curve, labelled) {
+  const { motion, slider } = view.sheet.drives[at],
+    area = hold(
+      Object.assign(document.createElement("textarea"), { className: "points", rows: 5 }),
+      Array.isArray(motion)
+        ? motion.map((row) => row.join(", ")).join("\n")
+        : `time [s], ${slider ? "way [mm]" : "angle [deg]"}\n0, 0\n0.25, 30\n0.5, 0\n0.75, -30\n1, 0`,
+    ),
+    file = Object.assign(document.createElement("input"), { type: "file", accept: ".csv,text/csv,text/plain" });
+  const tell = () => edit({ do: "law", drive: at, curve: SPLINE, points: area.value });
+  curve.value = SPLINE;
+  const beside = typeof motion === "string";
+  curve.onchange = () => {
+    delete box.dataset.spline;
+    if (curve.value !== SPLINE) {
+      edit({
+        do: "law",
+        drive: at,
+        curve: curve.value,
+        speed: slider ? "0.1 m/s" : "60 rpm",
+        by: slider ? "50 mm" : "90 deg",
+        duration: "1 s",
+        back: true,
+      });
+    }
+  };
+  area.onchange = tell;
+  file.onchange = async () => {
+    if (file.files[0]) {
+      area.value = await file.files[0].text();
+      tell();
+    }
+  };
+  box.append(
+    labelled("Motion ", curve),
+    ...(beside ? [`in ${motion}, beside the scene`] : [labelled("Times and coordinates ", area)]),
+    labelled(beside ? "or here, of a CSV file " : "or of a CSV file ", file),
+    peakWords(at),
+  );
+  if (!motion) {
+    delete box.dataset.spline;
+    tell();
+  }
+}
+// The greatest rate, acceleration and jerk of a drive's law.
+export function peakWords(at) {
+  const { peaks, unit } = view.picture?.drives[at] ?? {}, words = document.createElement("span");
+  words.className = "soft";
+  if (peaks) {
+    words.textContent = `up to ${quantity(peaks[0], `${unit}/s`)}, ${quantity(peaks[1], `${unit}/s²`)}, jerk ${
+      peaks[2] === null ? "infinite: the acceleration steps" : quantity(peaks[2], `${unit}/s³`)
+    }`;
+  }
+  return words;
+}

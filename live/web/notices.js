@@ -1,0 +1,42 @@
+// Notices to the reader, and the text that the browser keeps.
+import * as talk from "./talk.js";
+import * as text from "./text.js";
+import { $, state } from "./state.js";
+
+export const KEY = () => `live ${state.path ?? state.name}`;
+export function notice(words, passing = false, ...buttons) {
+  const box = $("notice");
+  box.replaceChildren(
+    words,
+    ...buttons.map(([label, act]) =>
+      Object.assign(document.createElement("button"), {
+        textContent: label,
+        onclick: () => {
+          hush(true);
+          act();
+        },
+      })
+    ),
+  );
+  box.hidden = false;
+  box.dataset.passing = String(passing);
+}
+export function hush(all = false) {
+  if (all || $("notice").dataset.passing === "true") $("notice").hidden = true;
+}
+
+export function keepInBrowser() {
+  const dirty = text.text() !== state.saved;
+  $("saved").textContent = !talk.reached
+    ? "no server any more"
+    : state.path === null
+    ? "no file: download to keep"
+    : dirty
+    ? "not saved"
+    : "saved";
+  document.title = `${dirty ? "● " : ""}${state.name}`;
+  try {
+    if (dirty) localStorage.setItem(KEY(), text.text());
+    else localStorage.removeItem(KEY());
+  } catch { /* a browser that keeps nothing */ }
+}

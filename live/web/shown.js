@@ -1,0 +1,113 @@
+// The drawing, its graph and the figures at a position; and the course over all positions.
+import { draw, drawGrid, quantity, view } from "./drawing.js";
+import { drawGraph, listFigures } from "./graph.js";
+import { $, state } from "./state.js";
+
+export const stopWords = (words) =>
+  `${words[0].toUpperCase()}${words.slice(1)}. Dashed: the last position that closes; figures are of those up to it.`;
+
+export function show() {
+  const { picture, stale } = view;
+  drawGrid();
+  draw();
+  listFigures();
+  drawGraph();
+  const bar = $("position");
+  bar.max = Math.max(0, (picture?.positions ?? 1) - 1);
+  bar.value = view.position;
+  $("instant").textContent = picture ? instant() : "";
+  const notClosing = picture && !stale && !picture.closes.all;
+  const buckles = picture && !stale && picture.buckles;
+  $("closes").hidden = !(notClosing || stale || buckles);
+  if (buckles) $("closes").textContent = `Not acceptable: ${buckles}.`;
+  else if (notClosing) $("closes").textContent = stopWords(picture.closes.words);
+  else if (stale) $("closes").textContent = "The text does not move as it stands: pale is the last mechanism that did.";
+  if (!picture) {
+    $("tiles").replaceChildren();
+    $("theory").textContent = "";
+    $("colours").textContent = "";
+    return;
+  }
+  $("theory").textContent = theoryWords(picture);
+  $("colours").replaceChildren(
+    ...(view.most
+      ? [
+        "von Mises stress 0",
+        document.createElement("i"),
+        `${quantity(view.most, "Pa")}, displacements × ${view.factor}`,
+      ]
+      : []),
+  );
+  $("tiles").replaceChildren(...picture.limits.map(limitTile), ...picture.figures.map(figureTile));
+}
+
+export function tile(kind, name, value, more) {
+  const box = document.createElement("div"), figure = document.createElement("b");
+  box.className = `tile ${kind}`;
+  figure.textContent = value;
+  box.append(name, figure, more);
+  return box;
+}
+export const NO_ERROR = 1e-6; // of a value, an error that is not told
+export const figureTile = ({ key, name, value, unit, on, error }) => {
+  const box = tile(
+    "",
+    name,
+    quantity(value, unit),
+    [error === null || error <= NO_ERROR * Math.abs(value) ? "" : `± ${quantity(error, unit, 2)}`, on ?? ""].filter(
+      Boolean,
+    ).join(", "),
+  );
+  box.dataset.figure = key;
+  box.dataset.value = value;
+  return box;
+};
+export const limitTile = ({ name, on, bound, value, unit, kept, outcome }) =>
+  tile(
+    kept ? "kept" : "broken",
+    `limit: ${name}${on ? ` of ${on}` : ""}`,
+    outcome ?? (kept ? "kept" : "not kept"),
+    `${quantity(value, unit)}, allowed ${quantity(bound, unit)}`,
+  );
+
+export function instant() {
+  const { picture, position } = view, { time, drive, effort } = picture.arrays, count = picture.positions;
+  const drives = picture.drives.map(({ name, unit, effort: of }, k) =>
+    `${name} ${quantity(drive.values[k * count + position], unit)}, ${
+      quantity(effort.values[k * count + position], of)
+    }`
+  );
+  return [quantity(time.values[position], "s"), ...drives].join("; ");
+}
+
+export function position(k) {
+  const count = view.picture?.positions ?? 1;
+  view.position = view.picture?.turn ? ((k % count) + count) % count : Math.max(0, Math.min(count - 1, k));
+  $("position").value = view.position;
+  $("instant").textContent = view.picture ? instant() : "";
+  draw();
+  drawGraph();
+}
+
+export function play(on = state.playing === null) {
+  clearInterval(state.playing);
+  state.playing = on && view.picture
+    ? setInterval(
+      () => position(view.picture.turn || view.position + 1 < view.picture.positions ? view.position + 1 : 0),
+      2500 / view.picture.positions,
+    )
+    : null;
+  $("play").textContent = state.playing === null ? "Play" : "Pause";
+  $("play").setAttribute("aria-pressed", String(state.playing !== null));
+}
+
+export const theoryWords = ({ theory, quick, error, problem }) =>
+  `${theory}${
+    quick
+      ? ` (quick: ${view.picture.positions} positions, error not told)`
+      : error !== null && error !== undefined
+      ? `, within ${Number((100 * error).toPrecision(2))} %`
+      : problem
+      ? `, error unknown: ${problem}`
+      : ""
+  }`;
