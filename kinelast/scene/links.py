@@ -229,19 +229,19 @@ def _ground(table: LinkTable, points: Points) -> LinkModel:
 
 def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, dict[str, Real]]:
     """Return point masses per link: of the link, and of [masses] for the first moving link with the point."""
-    found: dict[str, dict[str, Real]] = {}
+    by_link: dict[str, dict[str, Real]] = {}
     for name, table in scene.links.items():
         for point, mass in table.masses.items():
             known_point(f"links.{name}", "masses", point, points[name], name)
-            found.setdefault(name, {})[point] = real(mass)
+            by_link.setdefault(name, {})[point] = real(mass)
     for point, mass in scene.masses.items():
         owner = next((name for name, own in points.items() if name != GROUND and point in own), None)
         if owner is None:
             choices = {point for name, own in points.items() if name != GROUND for point in own}
             raise fault("masses", point, f"no moving link has this point{likely(point, sorted(choices))}")
-        masses = found.setdefault(owner, {})
+        masses = by_link.setdefault(owner, {})
         masses[point] = masses.get(point, 0.0) + real(mass)
-    return found
+    return by_link
 
 
 def _moving_body(
