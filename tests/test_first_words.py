@@ -1,5 +1,6 @@
 """The first words of an answer, on the terminal and on the page, agree with its figures."""
 
+import csv
 import json
 from pathlib import Path
 from types import SimpleNamespace
@@ -99,8 +100,15 @@ def test_an_error_beyond_its_figure_is_absolute():
 def test_a_limit_kept_within_twice_its_error_says_so_instead_of_unreliable(tmp_path, capsys):
     """Its figure is known to 36 % and is kept: "acceptable" stands beside no figure that decides and is unreliable."""
     gallery = Path(__file__).parents[1] / "docs" / "gallery"
-    assert main([str(gallery / "toggle_press.toml"), "--quiet", "-o", str(tmp_path)]) == 0
+    assert main([str(gallery / "toggle_press.toml"), "five_points", "--quiet", "-o", str(tmp_path)]) == 0
     summary = json.loads((tmp_path / "toggle_press" / "summary.json").read_text())
+    marked = {
+        row["scene"]: row["unreliable"] for row in csv.DictReader((tmp_path / "summary.csv").read_text().splitlines())
+    }
+    assert marked == {
+        "toggle_press": "largest_deflection, largest_chord, largest_stress, safety, output_error",
+        "five_points": "",
+    }
     words = verdict_words(report_from(summary))
     assert "± 36 % (limit 0.1 mm, kept within twice this error)" in words
     assert "unreliable" not in words

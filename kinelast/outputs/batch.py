@@ -30,6 +30,19 @@ def _safety(report: Report) -> float | None:
     return report.strength[stress.label].safety_factor.value if stress else None
 
 
+def _unreliable(report: Report) -> str:
+    """Return the names of the figures of a row with an error beyond `UNRELIABLE`."""
+    stress = report.largest_stress
+    shown = {
+        "largest_deflection": report.largest_deflection,
+        "largest_chord": report.largest_chord,
+        "largest_stress": stress,
+        "safety": report.strength[stress.label].safety_factor if stress else None,
+        "output_error": report.output,
+    }
+    return ", ".join(name for name, found in shown.items() if found and found.unreliable)
+
+
 def _check(report: Report) -> str:
     passed = report.check.passed if report.check else None
     return "" if passed is None else "agrees" if passed else "differs"
@@ -59,6 +72,7 @@ COLUMNS: tuple[tuple[str, str, Callable[[Report], Any]], ...] = (  # name, unit 
     ("output", "", lambda report: report.output and report.output.name),
     ("condition", "1", lambda report: report.run.largest_condition.value),
     ("grade", "", lambda report: report.reliability.level),
+    ("unreliable", "", _unreliable),
     ("check", "", _check),
 )
 HEAD = (("scene", ""), ("state", ""), ("status", ""), *((name, unit) for name, unit, _ in COLUMNS), ("message", ""))
