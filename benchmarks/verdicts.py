@@ -9,7 +9,7 @@ elastic links, constant speeds or laws, springs, friction, loads and gravity, an
 
 The reference uses elastodynamic theory for a quasi-static answer and geometrically exact theory for an elastodynamic
 one. For a geometrically exact answer it asks for an accuracy of 0.5 %. It contradicts "acceptable" if its own verdict,
-with its own error, is "not acceptable".
+with its own error, is "not acceptable". Beside the file of rows, FILE-summary.csv has the counts.
 """
 
 from __future__ import annotations
@@ -418,7 +418,12 @@ def main() -> None:
                 rows.append(dict.fromkeys(HEAD, "") | row_of(int(seed), number))
             writer.writerow(rows[-1])
             stream.flush()
-    print(measuring.as_text(totals(rows)))
+    table = totals(rows)
+    with target.with_stem(f"{target.stem}-summary").open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, table[0])
+        writer.writeheader()
+        writer.writerows(table)
+    print(measuring.as_text(table))
     print(Counter(row["verdict"] for row in rows), Counter(row["reference"] for row in rows))
 
 

@@ -270,7 +270,8 @@ class Cycle:
     def pressed(self) -> Largest:
         """Load over critical load of every beam's link, the largest over the positions, shape (beams, ...).
 
-        Of the forces without vibration. Of many designs or speeds it is a safe bound: never too low.
+        Of the forces without vibration. Of many designs or speeds the largest is a safe bound, never too low; those of
+        other links are estimates by their own spans.
         """
         return self.still.pressed if self.still else self.once(_pressed)[0]
 
