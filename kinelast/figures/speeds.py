@@ -24,7 +24,7 @@ from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.report import LinkReserves
 from kinelast.figures.reserves import reserve_of, reserves_of
 from kinelast.figures.results import Results
-from kinelast.figures.theory import damping_of, resolved_error
+from kinelast.figures.theory import BOUND_OVER_ERROR, JUDGED, RESOLVED, damping_of
 from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import BEAM, LEAST, Figure, items_of
@@ -186,7 +186,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
             still=partial(_largest, scene, still),
             errors=partial(_errors, scene, figures),
             on_speed=answering,
-            resolved=resolved_error(scene, scene.theory.accuracy or ACCURACY),
+            resolved=JUDGED * RESOLVED * (scene.theory.accuracy or ACCURACY),
         )
         answers.find(ratios)
         looking = _Looking(scene.name, progress)
@@ -345,7 +345,9 @@ def _errors(
     answer, bodies = (Cycle(scene, each.motion, each, sampled=True) for each in (bent, beyond_beam_theory(bent)))
     corrected = {TIME: finer, LARGE: displaced}
     stages = {name: Cycle(scene, each.motion, each, sampled=True) for name, each in corrected.items() if each}
-    shares = {LARGE if displaced is None else HIGHER_ORDERS: left} | ({} if finer else {TIME: settled})
+    shares = {LARGE if displaced is None else HIGHER_ORDERS: left}
+    if finer is None:
+        shares[TIME] = settled / BOUND_OVER_ERROR
     by_key = figure_errors(answer, figures, Estimate(stages, bodies, shares, forces=forces))
     sizes = magnitudes(answer, figures)
     stiff = stiffness_error(sizes["deflection"], by_key["deflection"])

@@ -348,6 +348,10 @@ class _Rungs:
         opened = self._open(exact, tolerance, wanted, *known)
         yield self._answer(GEOMETRICALLY_EXACT, self._cycle(exact.deflection), exact, *opened)
 
+    @cached_property
+    def _share_of_bounds(self) -> float:
+        return JUDGED if limits_of(self.scene) else 1.0
+
     def _far(self, plain: Cycle, vibrating: Cycle, wanted: float) -> bool:
         """Return True if vibration changes the deflection too much for the quasi-static answer to be tried."""
         headline = [figure for figure in self.figures if figure.key == HEADLINE[0]]
@@ -381,7 +385,8 @@ class _Rungs:
         bound = max(answer.time_error + answer.reduction_error, answer.force_error)
         if answer.vibration is not None and not answer.vibration.cyclic:
             bound = math.inf
-        return bound > resolved_error(self.scene, wanted) and worth_halving(self.scene.mechanism, answer.elements)
+        limit = RESOLVED * self._share_of_bounds * wanted
+        return bound > limit and worth_halving(self.scene.mechanism, answer.elements)
 
     def _large_displacement(
         self, linear: Elastodynamic, finer: Vibration | None, wanted: float
@@ -391,7 +396,7 @@ class _Rungs:
         It uses the finer discretization if there is one: that of the linear answer may be too coarse for it.
         """
         rotation = float(np.nanmax(cycle_maxima(linear.deflection, ["phi"])["phi"].value, initial=0.0))
-        if self.theory.name is None and rotation <= SMALL_ROTATION * _share_of_bounds(self.scene) * wanted:
+        if self.theory.name is None and rotation <= SMALL_ROTATION * self._share_of_bounds * wanted:
             return linear, {}, {LARGE: rotation}
         self._tell(2, "large displacement")
         try:
@@ -572,15 +577,6 @@ def _held(scene: Scene, motion: Motion) -> tuple[MotionAt, float]:
         return replace(scene.course.at(np.repeat(motion.time[:1], len(times))), time=np.asarray(times))
 
     return held, max(float(np.ptp(motion.time)), 1.0)
-
-
-def resolved_error(scene: Scene, accuracy: float) -> float:
-    """Return the bound of the discretization error below which no finer discretization measures it."""
-    return RESOLVED * _share_of_bounds(scene) * accuracy
-
-
-def _share_of_bounds(scene: Scene) -> float:
-    return JUDGED if limits_of(scene) else 1.0
 
 
 def damping_of(scene: Scene) -> Damping:
