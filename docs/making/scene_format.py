@@ -87,7 +87,7 @@ def rows(struct: type[Struct]) -> list[str]:
             continue  # a section of the page describes it
         default = special or _default(field)
         key = f"**`{field.encode_name}`**" if field.required else f"`{field.encode_name}`"
-        cells.append([key, meaning, f"{value} ({default})" if default not in {"", "none"} else value])
+        cells.append([key, meaning, f"{value} ({default})" if default not in {"", "none", "no limit"} else value])
     return [*map(row, cells)]
 
 

@@ -298,8 +298,8 @@ class RunTable(StrictTable, frozen=True, kw_only=True):
     #: duration of the run; the last position is at its end, except for one full cycle [one cycle]
     duration: Duration | None = None
     gravity: tuple[Acceleration, Acceleration] | None = None  #: gravitational acceleration, `[x, y]` [none]
-    #: beam theory: `"timoshenko"` needs the shear rigidity of every section, `"euler-bernoulli"` neglects shear and
-    #: rotary inertia [shear of every section with a shear rigidity]
+    #: `"timoshenko"`: refuse sections without shear rigidity; `"euler-bernoulli"`: neglect shear and rotary inertia
+    #: [shear if the section has it]
     beams: Literal["euler-bernoulli", "timoshenko"] | None = None
     #: theory of motion: without vibration, with small vibration, or with vibration and large displacement [chosen by
     #: `accuracy`]
@@ -310,15 +310,14 @@ class RunTable(StrictTable, frozen=True, kw_only=True):
     damping_ratio: Annotated[float, Meta(gt=0, lt=1)] | None = None
     #: relative tolerance of a step, if the motion is integrated
     tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
-    #: largest number of steps of an integration; it also stops after twenty steps if it would need a thousand times as
-    #: many; a step takes about 1.5 ms with one drive, 8 ms with several
+    #: largest number of such steps; a step takes about 1.5 ms with one drive, 8 ms with several
     steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 1000
     #: output of the machine: a point or an angle, as in `"C"` or `"rocker.angle"` [chosen by the program]
     output: str = ""
     #: distance of the output from its rest position at which it counts as settled [2 % of the residual amplitude]
     settled: Allowance | None = None
-    #: units of the page and of `positions.csv`: `"SI"` with suitable prefixes, `"mm"` (mm, N, MPa), `"in"` (in, lbf,
-    #: psi, lb) [`"mm"` or `"in"` for a file with these `units`, otherwise `"SI"`]
+    #: units of the page and `positions.csv`: `"mm"` (mm, N, MPa), `"in"` (in, lbf, psi, lb) [as `units` if mm or in,
+    #: else SI]
     report_units: Literal["SI", "mm", "in"] | None = None
 
 

@@ -74,12 +74,11 @@ class JointTable(StrictTable, frozen=True, kw_only=True):
 
     compliance: Compliance | None = None  #: displacement per force [0]
     rotation: TurnCompliance | None = None  #: rotation per moment of a driven pin, weld or slider [0]
-    #: initial offset between the two pin centers of an unloaded joint, in drawing axes: pin center of the later
-    #: link minus pin center of the other [no offset]
+    #: offset of the pin centres without load, in drawing axes: later link minus earlier link [no offset]
     gap: Place | None = None
     turn: PlaneAngle | None = None  #: initial angular offset of a driven pin, weld or slider, in the same sense [0]
-    #: Coulomb friction coefficient; the friction moment of a pin is coefficient x `radius` x joint force, the friction
-    #: force of a slider is coefficient x normal force [0]
+    #: Coulomb coefficient; moment of a pin: coefficient x `radius` x joint force; force of a slider: coefficient x
+    #: normal force [0]
     friction: Annotated[float, Meta(ge=0, le=10)] | None = None
     viscosity: DampingConstant | None = None  #: viscous friction, added [0]
     radius: Size | None = None  #: pin radius, needed for its `friction`
@@ -130,18 +129,14 @@ class JointNameTable(AgainstTable, frozen=True, kw_only=True):
 class DriveTable(JointNameTable, frozen=True, kw_only=True):
     """A drive of a pin or slider: constant speed, motion law, motion table, or given effort."""
 
-    #: coordinate at the start: angle of the link axes from the axes of `on` (the x axis for the ground), or travel from
-    #: the drawn place along the line [as drawn]
+    #: coordinate at the start: angle of the link axes from those of `on`, or travel from the drawn place [as drawn]
     start: AngleOrLength | None = None
     speed: Speed | None = None  #: constant speed; with an `effort`, the speed at the start
     law: Annotated[list[SegmentTable], Meta(min_length=1)] | None = None  #: segments of the motion, instead of `speed`
-    #: times from 0 and coordinates, interpolated by a cubic spline, instead of `speed`; or the name of a CSV file next
-    #: to the scene
+    #: times from 0 and coordinates of a cubic spline, instead of `speed`; or a CSV file next to the scene
     motion: Annotated[list[tuple[Time, AngleOrLength]], Meta(min_length=4)] | str | None = None
-    #: `true`: repeat the law or motion; each repetition starts at the end of the previous one
-    repeat: bool = False
-    #: moment or force along the coordinate, instead of a motion; the motion is then computed
-    effort: ForceOrMoment | None = None
+    repeat: bool = False  #: `true`: repeat the law or motion from its end
+    effort: ForceOrMoment | None = None  #: moment or force along the coordinate; the motion is then computed
     #: factor of the effort over time, an angle or a travel [constant 1]
     table: Annotated[list[tuple[Abscissa, float]], Meta(min_length=2)] | None = None
     against: AgainstTable | None = None  #: independent variable of the table [time]
@@ -150,8 +145,7 @@ class DriveTable(JointNameTable, frozen=True, kw_only=True):
     extend: Literal["hold"] | None = None
     motor: Name | None = None  #: name of its motor under `[motors]` [none]
     cylinder: Name | None = None  #: name of the cylinder of a slider under `[cylinders]` [none]
-    #: allowed speed fluctuation, (largest - smallest) / constant speed; the report gives the flywheel [no limit]
-    unevenness: Share | None = None
+    unevenness: Share | None = None  #: allowed (largest - smallest) / constant speed; sizes the flywheel [no limit]
 
 
 Factor = Annotated[float, Meta(gt=0)]
@@ -211,12 +205,10 @@ class SpringTable(StrictTable, frozen=True, kw_only=True):
 class LinkLimitsTable(StrictTable, frozen=True, kw_only=True):
     """Limits of a link. Deflections and buckling are upper limits; safety, endurance and life are lower limits."""
 
-    deflection: Size | None = None  #: displacement of a link across its axis, from the rigid position [no limit]
-    #: deflection of a link from the line through its displaced ends (bending only) [no limit]
-    chord: Size | None = None
+    deflection: Size | None = None  #: displacement across the axis, from the rigid position [no limit]
+    chord: Size | None = None  #: deflection from the line through the displaced ends [no limit]
     safety: Factor | None = None  #: yield stress / von Mises stress [no limit]
-    #: load / critical load of the whole mechanism; it buckles at 1 [no limit]
-    buckling: Factor | None = None
+    buckling: Factor | None = None  #: load / critical load of the whole mechanism [no limit]
     endurance: Factor | None = None  #: safety factor against the endurance limit, needs `[fatigue]` [no limit]
     life: Duration | None = None  #: fatigue life of a link, needs `[fatigue]` [no limit]
 
@@ -238,13 +230,13 @@ class LimitsTable(LinkLimitsTable, frozen=True, kw_only=True):
     """Limits of all links, of single links, and of the output."""
 
     output: Allowance | None = None  #: output error [no limit]
-    #: residual vibration: distance of the output from its final place after the drives have stopped [no limit]
+    #: distance of the output from its final place after the drives have stopped [no limit]
     residual: Allowance | None = None
     #: time from the stop of the drives until the output has settled, see `settled` under `[run]` [no limit]
     settling: Duration | None = None
     #: limits of single links, in addition to the general limits
     links: dict[str, LinkLimitsTable] = field(default_factory=dict)
-    #: limits of any figure by its name, such as `"joint_force.A"`: an upper limit, or a table of `most` and `least`
+    #: limits of any figure, such as `"joint_force.A"`: an upper limit, or `most` and `least`
     figures: dict[str, Amount | BoundTable] = field(default_factory=dict)
 
 

@@ -46,13 +46,11 @@ class MotorTable(StrictTable, frozen=True, kw_only=True):
     rated_speed: TurningSpeed | None = None  #: rated speed; limit of the mean speed [no limit]
     top_speed: TurningSpeed | None = None  #: top speed; limit of the largest speed [no limit]
     rotor_inertia: Inertia | None = None  #: inertia of the rotor, added to the load of the drive [0]
-    #: inertia of the gearbox at the motor shaft, as in catalogues; added to the load of the drive [0]
-    gear_inertia: Inertia | None = None
-    #: motor angle / drive angle; for a sliding drive motor angle / travel, or a lead [1]
+    gear_inertia: Inertia | None = None  #: inertia of the gearbox at the motor shaft, added to the load [0]
+    #: motor angle / drive angle; of a sliding drive motor angle / travel, or a lead [1]
     gear_ratio: GearRatio | None = None
     efficiency: Share | None = None  #: efficiency of the gearbox, in both directions [1]
-    #: limit of load inertia / (motor + gearbox inertia), at the same shaft [no limit]
-    inertia_ratio: Factor | None = None
+    inertia_ratio: Factor | None = None  #: limit of load inertia / (motor + gearbox inertia) [no limit]
 
     @property
     def full_use(self) -> float | None:
