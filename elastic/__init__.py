@@ -11,7 +11,7 @@ from elastic.chunks import deflection_in_chunks
 from elastic.cycle_maxima import cycle_maxima
 from elastic.derived import coefficients
 from elastic.extreme_values import Extreme, extremes
-from elastic.fields import FIELDS, PRIMARY, Field, Kind
+from elastic.fields import FIELDS, PRIMARY, Field, FieldKind
 from elastic.largest import Largest, largest, largest_row, peak_gain
 from elastic.sampling import displacement_of, reference_deflection, rotation_of, sample
 from elastic.solution import Deflection, deflection, marked
@@ -24,8 +24,8 @@ __all__ = [
     "Deflection",
     "Extreme",
     "Field",
+    "FieldKind",
     "JointCompliance",
-    "Kind",
     "Largest",
     "Section",
     "Shape",

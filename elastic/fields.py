@@ -12,7 +12,7 @@ from enum import Enum
 from types import MappingProxyType
 
 
-class Kind(Enum):
+class FieldKind(Enum):
     """Kind of a field's quantity."""
 
     LOAD = "load"
@@ -49,7 +49,7 @@ class Field:
     symbol: str
     name: str
     unit: str
-    kind: Kind
+    kind: FieldKind
     integral_of: str | None = None
     greatest_of: tuple[str, ...] = ()
     root_of: tuple[tuple[float, str], ...] = ()
@@ -68,31 +68,33 @@ class Field:
 
 
 _ALL = (
-    Field("q_x", "q_x", "longitudinal load", "N/m", Kind.LOAD),
-    Field("q_y", "q_y", "transverse load", "N/m", Kind.LOAD),
-    Field("N", "N", "axial force", "N", Kind.FORCE, integral_of="q_x"),
-    Field("V", "V", "shear force", "N", Kind.FORCE, integral_of="q_y"),
-    Field("M", "M", "bending moment", "N m", Kind.FORCE, integral_of="V"),
-    Field("u", "u", "longitudinal displacement", "m", Kind.DISPLACEMENT, integral_of="N"),
-    Field("w", "w", "deflection", "m", Kind.DISPLACEMENT, integral_of="phi"),
-    Field("phi", "φ", "slope", "rad", Kind.DISPLACEMENT, integral_of="M"),
-    Field("chord", "w", "chord deflection", "m", Kind.DISPLACEMENT),
-    Field("axial", "σ", "axial stress", "Pa", Kind.STRESS, main=False),
-    Field("left", "σ", "left fibre stress", "Pa", Kind.STRESS, main=False),
-    Field("right", "σ", "right fibre stress", "Pa", Kind.STRESS, main=False),
-    Field("normal", "σ", "normal stress", "Pa", Kind.STRESS, greatest_of=("left", "right")),
-    Field("shear", "τ", "shear stress", "Pa", Kind.STRESS),
+    Field("q_x", "q_x", "longitudinal load", "N/m", FieldKind.LOAD),
+    Field("q_y", "q_y", "transverse load", "N/m", FieldKind.LOAD),
+    Field("N", "N", "axial force", "N", FieldKind.FORCE, integral_of="q_x"),
+    Field("V", "V", "shear force", "N", FieldKind.FORCE, integral_of="q_y"),
+    Field("M", "M", "bending moment", "N m", FieldKind.FORCE, integral_of="V"),
+    Field("u", "u", "longitudinal displacement", "m", FieldKind.DISPLACEMENT, integral_of="N"),
+    Field("w", "w", "deflection", "m", FieldKind.DISPLACEMENT, integral_of="phi"),
+    Field("phi", "φ", "slope", "rad", FieldKind.DISPLACEMENT, integral_of="M"),
+    Field("chord", "w", "chord deflection", "m", FieldKind.DISPLACEMENT),
+    Field("axial", "σ", "axial stress", "Pa", FieldKind.STRESS, main=False),
+    Field("left", "σ", "left fibre stress", "Pa", FieldKind.STRESS, main=False),
+    Field("right", "σ", "right fibre stress", "Pa", FieldKind.STRESS, main=False),
+    Field("normal", "σ", "normal stress", "Pa", FieldKind.STRESS, greatest_of=("left", "right")),
+    Field("shear", "τ", "shear stress", "Pa", FieldKind.STRESS),
     Field(
         "axis",
         "σ_v",
         "von Mises stress at the axis",
         "Pa",
-        Kind.STRESS,
+        FieldKind.STRESS,
         root_of=((1.0, "axial"), (3.0, "shear")),
         signed=False,
         main=False,
     ),
-    Field("mises", "σ_v", "von Mises stress", "Pa", Kind.STRESS, greatest_of=("left", "right", "axis"), signed=False),
+    Field(
+        "mises", "σ_v", "von Mises stress", "Pa", FieldKind.STRESS, greatest_of=("left", "right", "axis"), signed=False
+    ),
 )
 
 FIELDS: Mapping[str, Field] = MappingProxyType({field.key: field for field in _ALL})
@@ -125,4 +127,4 @@ def chains() -> tuple[tuple[str, ...], ...]:
     def chain(key: str) -> tuple[str, ...]:
         return (key, *chain(after[key])) if key in after else (key,)
 
-    return tuple(chain(field.key) for field in _ALL if field.kind is Kind.LOAD)
+    return tuple(chain(field.key) for field in _ALL if field.kind is FieldKind.LOAD)

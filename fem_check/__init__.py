@@ -4,7 +4,7 @@ The check reuses motion, masses, loads and sections of a mechanism; it recompute
 displacements. `fem_check.nonlinear` also recomputes the motion.
 """
 
-from fem_check.balance import Balance, balance
+from fem_check.balance import MomentumBalance, balance
 from fem_check.linear.comparison import TOLERANCE, Comparison, Worst, compare
 from fem_check.linear.solution import Solution, TieForce, solve
 from fem_check.solid.comparison import SolidComparison, compare_solid
@@ -14,8 +14,8 @@ from fem_check.vtu import write_vtu_series
 
 __all__ = [
     "TOLERANCE",
-    "Balance",
     "Comparison",
+    "MomentumBalance",
     "SolidComparison",
     "SolidSolution",
     "Solution",

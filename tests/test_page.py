@@ -10,7 +10,7 @@ from browser import Page, accessibility_faults
 from scene_texts import PUSHED
 from tiers import in_tiers
 
-from elastic import FIELDS, Field, Kind, coefficients, displacement_of, sample
+from elastic import FIELDS, Field, FieldKind, coefficients, displacement_of, sample
 from kinelast.cli.command import main
 from kinelast.outputs.page import data
 from kinelast.runs import computed
@@ -109,7 +109,7 @@ def close(found, ours):
 def test_a_field_that_the_script_has_no_formula_for_is_stored(monkeypatch):
     """A new entry of the registry needs no code in the page."""
     results = computed(read_scene(shipped_scenes()["steel_four_bar"]), Request(positions=3, theory="elastodynamic"))
-    fields = {**FIELDS, "work": Field("work", "U'", "bending work", "J/m", Kind.FORCE)}
+    fields = {**FIELDS, "work": Field("work", "U'", "bending work", "J/m", FieldKind.FORCE)}
     monkeypatch.setattr(data, "FIELDS", fields)
     monkeypatch.setattr(
         data, "coefficients", lambda bent, field: field if field == "work" else coefficients(bent, field)

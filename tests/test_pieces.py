@@ -193,7 +193,7 @@ class TestRegistry:
         known = marked(bent, lost)
         for key, field in FIELDS.items():
             before, after = sample(bent, key, XI), sample(known, key, XI)
-            if field.kind is not elastic.Kind.LOAD:
+            if field.kind is not elastic.FieldKind.LOAD:
                 assert np.isnan(after[:, 5]).all()
             np.testing.assert_array_equal(after[:, ~lost], before[:, ~lost])
         np.testing.assert_array_equal(known.condition, bent.condition)

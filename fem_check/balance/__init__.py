@@ -1,5 +1,5 @@
 """Check of Newton's and Euler's laws for the whole mechanism by finite differences."""
 
-from fem_check.balance.balance import Balance, balance
+from fem_check.balance.balance import MomentumBalance, balance
 
-__all__ = ["Balance", "balance"]
+__all__ = ["MomentumBalance", "balance"]

@@ -24,7 +24,7 @@ from rigid.plane import cross
 
 
 @dataclass(frozen=True)
-class Balance:
+class MomentumBalance:
     """Relative residuals of the joints and of Newton's and Euler's laws.
 
     Each is relative to the largest contribution over the positions.
@@ -70,7 +70,7 @@ def balance(
     granted: float = GRANTED,
     exact: bool = False,
     transient: Transient | None = None,
-) -> Balance:
+) -> MomentumBalance:
     """Compare the rate of momentum of all masses with the forces of an answer.
 
     Parameters
@@ -116,7 +116,7 @@ def balance(
         known = rates.known & np.isfinite(out_of_force) & np.isfinite(out_of_moment)
         forces = np.abs(inertia).sum(axis=0) + np.abs(force)
         moments = (np.abs(arm * inertia) + np.abs(rotary)).sum(axis=0) + np.abs(moment)
-        return Balance(
+        return MomentumBalance(
             _share(openings(motion), size_of(motion, known), known),
             _share(rates.velocity - velocities(motion, masses), _largest(rates.velocity, known), known),
             _share(out_of_force, _largest(forces, known), known),

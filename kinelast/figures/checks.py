@@ -32,7 +32,7 @@ from kinelast.scene.limits import OUTPUT_ERROR
 from kinelast.scene.numbers import percent
 
 if TYPE_CHECKING:
-    from fem_check import Balance
+    from fem_check import MomentumBalance
     from fem_check.nonlinear import RefinedDeflection
     from fem_check.solid import SolidComparison
     from kinelast.figures.results import Results
@@ -233,7 +233,7 @@ def _hollow(results: Results) -> bool:
     return bool(parts) and results.scene.sections[int(np.argmax(parts))].thin_walled
 
 
-def momentum_balances(results: Results) -> dict[str, Balance]:
+def momentum_balances(results: Results) -> dict[str, MomentumBalance]:
     """Return the momentum balances of the whole machine, quasi-static and with vibration, by theory.
 
     The allowed difference of vibrating links is the error of the answer in time, coordinates and large displacement,

@@ -13,7 +13,7 @@ from elastic import (
     FIELDS,
     Deflection,
     Extreme,
-    Kind,
+    FieldKind,
     Largest,
     cycle_maxima,
     extremes,
@@ -36,7 +36,7 @@ from rigid.arrays import Flags, Numbers
 
 __all__ = ["NOISE", "drive_words", "joint_words", "points_of"]
 Result = TypeVar("Result")
-EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not Kind.LOAD)
+EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not FieldKind.LOAD)
 WELL = 1e6  # largest condition number of a position that counts in largest values
 STATIONS = 21  # stations along a beam for differences between answers
 AT_STATIONS = np.linspace(0.0, 1.0, STATIONS)

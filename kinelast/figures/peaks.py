@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS, Kind, Largest
+from elastic import FIELDS, FieldKind, Largest
 from elastic.assessment import stress_ends
 from kinelast.figures.cycle import EXTREME_FIELDS, NOISE, WELL, Cycle
 from kinelast.figures.errors import LITTLE, FigureError
@@ -144,7 +144,7 @@ class RunFigures:
 
         force = greatest(("joint_force", "shaking_force", "N", "V"))
         power = greatest(("drive_power", "friction_power"))
-        stresses = (NAMES.get(key, key) for key in EXTREME_FIELDS if FIELDS[key].kind is Kind.STRESS)
+        stresses = (NAMES.get(key, key) for key in EXTREME_FIELDS if FIELDS[key].kind is FieldKind.STRESS)
         turning = [abs(peak.value) for peak, unit in zip(self.peaks["drive_effort"], self.efforts, strict=True)
                    if unit == "N m" and math.isfinite(peak.value)]  # fmt: skip
         return {

@@ -145,7 +145,7 @@ class FrictionReport(Record, frozen=True):
 
 
 class MomentumReport(Record, frozen=True):
-    """Balance of momentum by one theory, see `fem_check.Balance`."""
+    """Balance of momentum by one theory, see `fem_check.MomentumBalance`."""
 
     opening: float | None
     velocity: float | None

@@ -28,7 +28,7 @@ from rigid import ConstantSpeed, Mechanism, Motion, Reals
 from rigid.arrays import Flags
 
 if TYPE_CHECKING:
-    from fem_check import Balance, Comparison
+    from fem_check import Comparison, MomentumBalance
     from fem_check.solid import SolidComparison
     from kinelast.figures.theory import Answer
 
@@ -63,7 +63,7 @@ class Results:
     left_out: int = 0
     run: RunFigures | None = None
     answer: Answer | None = None
-    balances: Mapping[str, Balance] = field(default_factory=dict)
+    balances: Mapping[str, MomentumBalance] = field(default_factory=dict)
     nonlinear: NonlinearCheck | NotMade | None = None
     solid: SolidComparison | NotMade | None = None
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elastic import FIELDS, Field, Kind, sample
+from elastic import FIELDS, Field, FieldKind, sample
 from kinelast.figures.cycle import drive_words
 from kinelast.figures.results import Results
 from kinelast.outputs.sheet import LINKS as COLOURS
@@ -200,7 +200,7 @@ def mosaic(fields: Sequence[Any]) -> Any:
     return picture.reshape(beams * (stations + below), -1, 4)
 
 
-MAPPED = ((Kind.LOAD, Kind.FORCE), (Kind.DISPLACEMENT,), (Kind.STRESS,))  # a row of maps each
+MAPPED = ((FieldKind.LOAD, FieldKind.FORCE), (FieldKind.DISPLACEMENT,), (FieldKind.STRESS,))  # a row of maps each
 MOST_MAPPED, MOST_CURVES = 16, 6
 ANGLE_STEPS = (1, 2, 5, 10, 15, 30, 60, 90, 180, 360)
 
