@@ -1,6 +1,7 @@
 """The deflection-report command: scenes in, computed in parallel processes, a folder of results for each out.
 
-Imports are lazy, so that `--help` answers at once.
+Imports are lazy, so that `--help` answers at once. The file is longer than others, because each option that replaces
+the report, such as `--list` and `--new`, is a function here.
 """
 
 from __future__ import annotations
