@@ -1,15 +1,42 @@
 """Files of other programs: mechanisms, read and written as a scene with its assumptions marked; columns of CSV."""
 
 from exchange.columns import Columns, columns_of
-from exchange.drawing import Body, Drawing, Drive, ExchangeError, Gear, Load, Slide, Slot, to_and_fro
+from exchange.drawing import (
+    Drive,
+    ExchangeError,
+    ForeignGear,
+    ForeignLink,
+    ForeignLoad,
+    ForeignMechanism,
+    ForeignSlider,
+    Slot,
+    to_and_fro,
+)
 from exchange.dxf import DrawnLink, dxf_text, section_of_dxf
 from exchange.reading import FORMATS, read, written
 from exchange.scene import scene_text
 from exchange.svg import svg_text
 
 __all__ = [
-    "FORMATS", "Body", "Columns", "Drawing", "DrawnLink", "Drive", "ExchangeError", "Gear", "Load", "Slide", "Slot",
-    "columns_of", "dxf_text", "read", "scene_text", "section_of_dxf", "svg_text", "to_and_fro", "written",
+    "FORMATS",
+    "Columns",
+    "DrawnLink",
+    "Drive",
+    "ExchangeError",
+    "ForeignGear",
+    "ForeignLink",
+    "ForeignLoad",
+    "ForeignMechanism",
+    "ForeignSlider",
+    "Slot",
+    "columns_of",
+    "dxf_text",
+    "read",
+    "scene_text",
+    "section_of_dxf",
+    "svg_text",
+    "to_and_fro",
+    "written",
 ]  # fmt: skip
 
 

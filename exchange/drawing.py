@@ -14,7 +14,7 @@ class ExchangeError(ValueError):
 
 
 @dataclass(frozen=True)
-class Body:
+class ForeignLink:
     """A link.
 
     Attributes
@@ -40,7 +40,7 @@ class Body:
     rigid: bool = False
     braces: tuple[tuple[str, str], ...] = ()
 
-    def with_beam(self, start: str, end: str) -> Body:
+    def with_beam(self, start: str, end: str) -> ForeignLink:
         """The same link with a beam between two of its points, so that a slot can load it."""
         neighbours = abs(self.points.index(start) - self.points.index(end)) == 1
         known = neighbours or {(start, end), (end, start)} & {*self.braces}
@@ -62,7 +62,7 @@ class Slot:
 
 
 @dataclass(frozen=True)
-class Slide:
+class ForeignSlider:
     """`link` slides on `on` along a line through `through` in `direction`, without turning; for `travel` see `Slot`."""
 
     link: str
@@ -95,7 +95,7 @@ class Drive:
 
 
 @dataclass(frozen=True)
-class Gear:
+class ForeignGear:
     """Two wheels by their joints, the ratio of the second's angle to the first's, and whether teeth mesh."""
 
     driver: Mapping[str, str]
@@ -105,7 +105,7 @@ class Gear:
 
 
 @dataclass(frozen=True)
-class Load:
+class ForeignLoad:
     """A force [N] at a point of a link; a turning one keeps its direction to the link."""
 
     link: str
@@ -115,7 +115,7 @@ class Load:
 
 
 @dataclass(frozen=True)
-class Drawing:
+class ForeignMechanism:
     """A mechanism by its drawing.
 
     Attributes
@@ -147,14 +147,14 @@ class Drawing:
     unit: str
     points: Mapping[str, complex]
     ground: tuple[str, ...]
-    links: Mapping[str, Body]
+    links: Mapping[str, ForeignLink]
     slots: Mapping[str, Slot] = field(default_factory=dict)
-    slides: Mapping[str, Slide] = field(default_factory=dict)
+    slides: Mapping[str, ForeignSlider] = field(default_factory=dict)
     drives: tuple[Drive, ...] = ()
-    gears: tuple[Gear, ...] = ()
+    gears: tuple[ForeignGear, ...] = ()
     traced: str = ""
     masses: Mapping[str, float] = field(default_factory=dict)
-    loads: tuple[Load, ...] = ()
+    loads: tuple[ForeignLoad, ...] = ()
     gravity: bool = False
     notes: tuple[str, ...] = ()
 
@@ -179,7 +179,7 @@ class Names:
         return self._names[known]
 
 
-def link_with(links: Mapping[str, Body], *points: str) -> str | None:
+def link_with(links: Mapping[str, ForeignLink], *points: str) -> str | None:
     """Return the first link that has all the points, or None."""
     return next((name for name, body in links.items() if {*points} <= {*body.points}), None)
 

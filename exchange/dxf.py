@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from exchange.drawing import GROUND, Body, Drawing, Drive, ExchangeError, Names
+from exchange.drawing import GROUND, Drive, ExchangeError, ForeignLink, ForeignMechanism, Names
 
 SOURCE = "DXF"
 UNITS = {1: "in", 4: "mm", 5: "cm", 6: "m"}  # $INSUNITS
@@ -126,7 +126,7 @@ def _xy(place: complex) -> tuple[float, float]:
     return place.real, place.imag
 
 
-def of_dxf(path: Path, title: str) -> Drawing:
+def of_dxf(path: Path, title: str) -> ForeignMechanism:
     """Return the mechanism in a drawing: every line is a link, every polyline a link of all its corners.
 
     Blocks are taken apart. Ends at one place are pinned together. Ends on a layer whose name has "ground", "fixed" or
@@ -184,7 +184,7 @@ class _SortedOut:
             self.left[kind.lower()] += 1
 
 
-def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) -> Drawing:
+def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) -> ForeignMechanism:
     """Links of the chains of a drawing; `axes` are their names in drawings of kinelast."""
     if not entities.chains:
         raise ExchangeError(f"there is no line in it{_listed(entities.left, ', only ')}")
@@ -209,7 +209,7 @@ def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) ->
     names, called = Names(), Names([GROUND])
     point = {n: names(n, _letter(n)) for n in range(len(points))}
     links = {
-        called(n, axes[n] if axes else f"link_{n + 1}"): Body(tuple(point[c] for c in chain))
+        called(n, axes[n] if axes else f"link_{n + 1}"): ForeignLink(tuple(point[c] for c in chain))
         for n, chain in enumerate(ends)
         if set(chain) - fixed
     }
@@ -218,7 +218,7 @@ def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) ->
     drives = tuple(Drive({"link": name, "at": at}, TURN) for name, at in cranks or grounded[:1])
     notes += [f"{drive.joint['link']} turns at {TURN}: assumed" for drive in drives]
     places = {point[n]: place for n, place in enumerate(points)}
-    return Drawing(
+    return ForeignMechanism(
         title, SOURCE, unit, places, tuple(point[n] for n in sorted(fixed)), links, drives=drives, notes=tuple(notes)
     )
 

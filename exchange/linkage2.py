@@ -10,13 +10,13 @@ from xml.etree import ElementTree
 
 from exchange.drawing import (
     GROUND,
-    Body,
-    Drawing,
     Drive,
     ExchangeError,
-    Gear,
+    ForeignGear,
+    ForeignLink,
+    ForeignMechanism,
+    ForeignSlider,
     Names,
-    Slide,
     Slot,
     link_with,
     to_and_fro,
@@ -61,13 +61,13 @@ class _LinkageReading:
     link_of: dict[str, str] = field(default_factory=dict)
     points: dict[str, complex] = field(default_factory=dict)
     fixed: list[str] = field(default_factory=list)
-    links: dict[str, Body] = field(default_factory=dict)
+    links: dict[str, ForeignLink] = field(default_factory=dict)
     slots: dict[str, Slot] = field(default_factory=dict)
-    slides: dict[str, Slide] = field(default_factory=dict)
+    slides: dict[str, ForeignSlider] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
 
-def of_linkage2(text: str, title: str) -> Drawing:
+def of_linkage2(text: str, title: str) -> ForeignMechanism:
     """Return the mechanism in a file of Linkage.
 
     Raises
@@ -93,7 +93,7 @@ def _unreadable(error: ValueError) -> ExchangeError:
     return ExchangeError(f"a number in this file of Linkage cannot be read: {error}")
 
 
-def _drawing(root: ElementTree.Element, title: str) -> Drawing:
+def _drawing(root: ElementTree.Element, title: str) -> ForeignMechanism:
     program = root.find("program")
     names = Names()
     read = _LinkageReading(
@@ -113,7 +113,7 @@ def _drawing(root: ElementTree.Element, title: str) -> Drawing:
         (each.name for each in read.connectors.values() if each.traced and each.name in used and not each.fixed), ""
     )
     places = {name: place for name, place in read.points.items() if name in used}
-    return Drawing(
+    return ForeignMechanism(
         title, SOURCE, read.unit, places, tuple(read.fixed), read.links, read.slots, read.slides, tuple(drives), gears,
         traced, notes=tuple(read.notes),
     )  # fmt: skip
@@ -160,7 +160,7 @@ def _read_links(read: _LinkageReading, root: ElementTree.Element, wheels: set[st
         first = elements[keys[0]]
         name = read.called(keys[0], (first.get("name") or "").strip() or f"link_{first.get('id')}")
         read.link_of |= dict.fromkeys(keys, name)
-        read.links[name] = Body(tuple(read.connectors[c].name for c in connectors))
+        read.links[name] = ForeignLink(tuple(read.connectors[c].name for c in connectors))
     return actuators
 
 
@@ -255,7 +255,7 @@ def _read_arc(read: _LinkageReading, pin: Connector, start: Connector, end: Conn
         else:
             body = read.links[on]
             read.links[on] = replace(body, points=(*body.points, name))
-    read.links[read.called(f"arc {pin.name}", f"arc_{pin.name}")] = Body((name, pin.name), LIGHT, None, 0.0)
+    read.links[read.called(f"arc {pin.name}", f"arc_{pin.name}")] = ForeignLink((name, pin.name), LIGHT, None, 0.0)
     read.notes.append(f"the curved slot of {pin.name} is a link from the arc's centre here, with the same motion")
 
 
@@ -291,9 +291,9 @@ def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Dri
     read.points[head] = first.place + 0.6 * (last.place - first.place)
     read.points[tip] = first.place + 0.4 * (last.place - first.place)
     rod = read.called(f"{key} rod", f"{name}_rod")
-    read.links[name] = Body((first.name, head), rigid=True)
-    read.links[rod] = Body((last.name, tip))
-    read.slides[f"{name}_slide"] = Slide(rod, name, last.name, last.place - first.place)
+    read.links[name] = ForeignLink((first.name, head), rigid=True)
+    read.links[rod] = ForeignLink((last.name, tip))
+    read.slides[f"{name}_slide"] = ForeignSlider(rod, name, last.name, last.place - first.place)
     cycles, throw = float(each.get("cpm") or 0) or TURNS, float(each.get("throw") or 0)
     ways = _strokes(throw if cycles > 0 else -throw, float(each.get("startoffset") or 0))
     verb = "extends" if cycles > 0 else "retracts"
@@ -302,7 +302,7 @@ def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Dri
     return Drive({"slider": f"{name}_slide"}, law=to_and_fro(ways, speed, read.unit))
 
 
-def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[Gear]:
+def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[ForeignGear]:
     """Wheels by the ratio of their sizes, turning on the link that carries both, or on the ground."""
     for ratio in root.iterfind("ratios/ratio"):
         wheels = [_wheel(read, each) for each in ratio.findall("link")]
@@ -323,10 +323,10 @@ def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[Gear]:
             driver = {"link": carrier or "", "at": pins[0].name}
         sign = -1 if teeth != standing else 1
         follower = {"link": second, **on, "at": pins[1].name}
-        yield Gear(driver, follower, sign * size / other_size, teeth and not standing)
+        yield ForeignGear(driver, follower, sign * size / other_size, teeth and not standing)
 
 
-def _driven_first(gears: list[Gear], driven: Sequence[Mapping[str, str]]) -> tuple[Gear, ...]:
+def _driven_first(gears: list[ForeignGear], driven: Sequence[Mapping[str, str]]) -> tuple[ForeignGear, ...]:
     """Turn gears so that their motion comes from the driven joints."""
     moved, left, ordered = [dict(joint) for joint in driven], gears, []
     while left:
@@ -334,7 +334,7 @@ def _driven_first(gears: list[Gear], driven: Sequence[Mapping[str, str]]) -> tup
         gear = next((gear for gear, known in pairs if known), left[0])
         left = [each for each in left if each is not gear]
         if dict(gear.follower) in moved and dict(gear.driver) not in moved:
-            gear = Gear(gear.follower, gear.driver, 1 / gear.ratio, gear.teeth)
+            gear = ForeignGear(gear.follower, gear.driver, 1 / gear.ratio, gear.teeth)
         moved.append(dict(gear.follower))
         ordered.append(gear)
     return tuple(ordered)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from xml.etree import ElementTree
 
-from exchange.drawing import GROUND, Drawing, ExchangeError, Gear, Slot
+from exchange.drawing import GROUND, ExchangeError, ForeignGear, ForeignMechanism, Slot
 from exchange.linkage2 import SOURCE
 
 WRITTEN = {"mm": ("Millimeters", 1.0), "cm": ("Millimeters", 10.0), "m": ("Millimeters", 1e3), "in": ("Inches", 1.0)}
 MARGIN = 0.05  # extra length of a slot at either end / travel of its pin
 
 
-def linkage2_text(drawing: Drawing) -> str:
+def linkage2_text(drawing: ForeignMechanism) -> str:
     """Return the mechanism as a file of Linkage: connectors, links, slots between two connectors, inputs, ratios.
 
     Raises
@@ -62,7 +62,7 @@ def _decimal(value: float) -> str:
 
 
 def _slot_limits(
-    drawing: Drawing, members: dict[str, list[str]], places: dict[str, complex], fixed: set[str]
+    drawing: ForeignMechanism, members: dict[str, list[str]], places: dict[str, complex], fixed: set[str]
 ) -> dict[str, list[str]]:
     """The two ends of every slot by its pin; adds them to the members, places and fixed points."""
     limits: dict[str, list[str]] = {}
@@ -78,7 +78,7 @@ def _slot_limits(
     return limits
 
 
-def _slot_ends(drawing: Drawing, slot: Slot) -> tuple[complex, complex]:
+def _slot_ends(drawing: ForeignMechanism, slot: Slot) -> tuple[complex, complex]:
     """Drawn places of the two ends of a slot: a little beyond the travel of its pin."""
     low, high = slot.travel
     if low == high:
@@ -89,7 +89,7 @@ def _slot_ends(drawing: Drawing, slot: Slot) -> tuple[complex, complex]:
     return here + (low - beyond) * along, here + (high + beyond) * along
 
 
-def _write_gear(ratios: ElementTree.Element, gear: Gear, key_of: Mapping[str, str]) -> None:
+def _write_gear(ratios: ElementTree.Element, gear: ForeignGear, key_of: Mapping[str, str]) -> None:
     names = gear.driver.get("link", ""), gear.follower.get("link", "")
     if not {*names} <= key_of.keys() or (gear.ratio < 0) != gear.teeth:
         raise ExchangeError(f"{SOURCE} has no place for a rack, or for teeth that mesh from within")
@@ -98,7 +98,7 @@ def _write_gear(ratios: ElementTree.Element, gear: Gear, key_of: Mapping[str, st
         ElementTree.SubElement(ratio, "link", {"id": key_of[name], "size": f"{size:.12g}"})
 
 
-def _turns(drawing: Drawing) -> list[tuple[str, str, float]]:
+def _turns(drawing: ForeignMechanism) -> list[tuple[str, str, float]]:
     """Link, pin and counter-clockwise speed [rpm] of every drive; Linkage knows steady turns about fixed pins alone."""
     if not drawing.drives:
         raise ExchangeError(f"{SOURCE} wants a drive")

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from exchange.drawing import GROUND, Body, Drawing, Drive, ExchangeError, Names, Slide
+from exchange.drawing import GROUND, Drive, ExchangeError, ForeignLink, ForeignMechanism, ForeignSlider, Names
 
 SOURCE = "linkage_sim"
 TURN = "60 rpm"
@@ -36,7 +36,7 @@ class JointPair:
     turn: float | None
 
 
-def of_linkage_sim(data: Mapping[str, Any], title: str) -> Drawing:
+def of_linkage_sim(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     """Return the mechanism in a JSON object of linkage_sim.
 
     Raises
@@ -58,7 +58,7 @@ def _unreadable(error: ValueError) -> ExchangeError:
     return ExchangeError(f"a number in this file of linkage_sim cannot be read: {error}")
 
 
-def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
+def _drawing(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     bodies, notes = data["bodies"], []
     local = {name: _points(body) for name, body in bodies.items()}
     joints = {key: each for key, each in data["joints"].items() if each["type"] in READ}
@@ -88,7 +88,7 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
             if name not in members[host[body]]:
                 members[host[body]].append(name)
     links = {
-        called(body): Body(
+        called(body): ForeignLink(
             tuple(carried), *_mass([(bodies[part], where[part]) for part in local if host[part] == body])
         )
         for body, carried in members.items()
@@ -99,7 +99,7 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
         return GROUND if host[body] == GROUND else called(host[body])
 
     slides = {
-        f"slide_{key}".replace(" ", "_"): Slide(
+        f"slide_{key}".replace(" ", "_"): ForeignSlider(
             link(pair.second), link(pair.first),
             names(same.get((pair.second, joints[key]["point_j"]), f"{pair.second} {joints[key]['point_j']}")),
             pair.axis * cmath.exp(1j * where[pair.first][1]),
@@ -120,8 +120,10 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
             raise ExchangeError("this file of linkage_sim has no driver, and no link that turns on the ground")
         drives = (Drive({"link": link(turning)}, TURN),)
     weighed = any(body.mass for body in links.values())
-    return Drawing(title, SOURCE, "m", points, tuple(members.get(GROUND, ())), links, slides=slides, drives=drives,
-                   gravity=weighed, notes=tuple(notes))  # fmt: skip
+    ground = tuple(members.get(GROUND, ()))
+    return ForeignMechanism(
+        title, SOURCE, "m", points, ground, links, slides=slides, drives=drives, gravity=weighed, notes=tuple(notes)
+    )
 
 
 def _points(body: Mapping[str, Any]) -> dict[str, complex]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names, Slide, Slot
+from exchange.drawing import Drive, ExchangeError, ForeignLink, ForeignMechanism, ForeignSlider, Names, Slot
 
 SOURCE = "mec2"
 CURVES = {
@@ -15,7 +15,7 @@ CURVES = {
 }  # fmt: skip
 
 
-def of_mec2(data: Mapping[str, Any], title: str) -> Drawing:
+def of_mec2(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     """Return the mechanism in a JSON object of mec2.
 
     Raises
@@ -33,7 +33,7 @@ def of_mec2(data: Mapping[str, Any], title: str) -> Drawing:
         raise ExchangeError(f"a number in this file of mec2 cannot be read: {error}") from None
 
 
-def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
+def _drawing(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     names, called = Names(), Names(["ground"])
     notes = ["mec2 draws in pixels: each is taken as a millimetre"]
     nodes = {str(each["id"]): each for each in data["nodes"]}
@@ -43,7 +43,7 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
     members: dict[str, list[str]] = {}
     host: dict[str, str] = {}
     slots: dict[str, Slot] = {}
-    slides: dict[str, Slide] = {}
+    slides: dict[str, ForeignSlider] = {}
     drives = []
     for key, each in constraints.items():
         if lost := [str(each[end]) for end in ("p1", "p2") if str(each[end]) not in nodes]:
@@ -70,13 +70,15 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
         elif length["type"] in ("free", "drive") and angle["type"] == "const" and start in still:
             slots[called(f"{key} slot", f"slot_{key}")] = Slot(end, "", "ground", points[end] - points[start])
             if length["type"] == "drive":
-                slides[called(f"{key} slide", f"slide_{key}")] = Slide("", "ground", end, points[end] - points[start])
+                slides[called(f"{key} slide", f"slide_{key}")] = ForeignSlider(
+                    "", "ground", end, points[end] - points[start]
+                )
                 drives.append(_drive(length, {"slider": f"slide_{key}"}, 100.0, "mm"))
         else:
             notes.append(
                 f"constraint {key} is of a kind that is left out ({length['type']} length, {angle['type']} angle)"
             )
-    links = {name: Body(tuple(own)) for name, own in members.items() if not set(own) <= still}
+    links = {name: ForeignLink(tuple(own)) for name, own in members.items() if not set(own) <= still}
     if data.get("loads"):
         notes.append("loads of mec2 are left out: put them under [[loads]]")
     if data.get("gravity"):
@@ -89,22 +91,22 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
     used = {name for body in links.values() for name in body.points} | still
     points = {name: place for name, place in points.items() if name in used}
     fixed = tuple(name for name in points if name in still)
-    return Drawing(
+    return ForeignMechanism(
         str(data.get("title") or data.get("id") or title), SOURCE, "mm", points, fixed, links, slots, slides,
         tuple(drives), traced=traced, notes=tuple(notes),
     )  # fmt: skip
 
 
 def _with_blocks(
-    slides: Mapping[str, Slide], slots: Mapping[str, Slot], links: dict[str, Body], called: Names
-) -> tuple[dict[str, Slide], dict[str, Slot]]:
+    slides: Mapping[str, ForeignSlider], slots: Mapping[str, Slot], links: dict[str, ForeignLink], called: Names
+) -> tuple[dict[str, ForeignSlider], dict[str, Slot]]:
     """Add a block to every slide, and to every slot the first link at its pin."""
     driven = {slide.through for slide in slides.values()}
     blocks = {}
     for name, slide in slides.items():
         block = called(f"block {slide.through}", f"block_{slide.through}")
-        links[block] = Body((slide.through,))
-        blocks[name] = Slide(block, slide.on, slide.through, slide.direction)
+        links[block] = ForeignLink((slide.through,))
+        blocks[name] = ForeignSlider(block, slide.on, slide.through, slide.direction)
     pins = {
         name: Slot(slot.point, holder, slot.on, slot.direction)
         for name, slot in slots.items()
@@ -113,7 +115,7 @@ def _with_blocks(
     return blocks, pins
 
 
-def _holder(slot: Slot, slides: Mapping[str, Slide], links: Mapping[str, Body]) -> str | None:
+def _holder(slot: Slot, slides: Mapping[str, ForeignSlider], links: Mapping[str, ForeignLink]) -> str | None:
     """Return the first link at a slot's point, else the slide that drives it, else None."""
     sliding = (name for name, slide in slides.items() if slide.through == slot.point)
     return next((name for name, body in links.items() if slot.point in body.points), next(sliding, None))

@@ -6,7 +6,17 @@ import cmath
 from collections.abc import Mapping
 from urllib.parse import parse_qs, urlsplit
 
-from exchange.drawing import GROUND, Body, Drawing, Drive, ExchangeError, Load, Names, Slide, Slot
+from exchange.drawing import (
+    GROUND,
+    Drive,
+    ExchangeError,
+    ForeignLink,
+    ForeignLoad,
+    ForeignMechanism,
+    ForeignSlider,
+    Names,
+    Slot,
+)
 from exchange.pmks_code import (
     DRIVEN,
     FIXED,
@@ -32,7 +42,7 @@ MAX_OFFSET = 0.005  # distance of a pin from its slot / length of the slot
 BODY_DOCUMENT = "pmks2:"  # begins the files of its editor of bodies
 
 
-def of_pmks(text: str, title: str) -> Drawing:
+def of_pmks(text: str, title: str) -> ForeignMechanism:
     """Return the mechanism in a link or file of PMKS+: version 1, version 2, or that of today.
 
     Raises
@@ -90,12 +100,12 @@ class _PmksReading:
         self.places = {self.point[joint.key]: joint.place for joint in saved.joints}
         self.names = names
         self.link_of: dict[str, str] = {}  # links of the file, and parts of welded ones, by key
-        self.links: dict[str, Body] = {}
+        self.links: dict[str, ForeignLink] = {}
         for part in saved.parts:
             if part.whole:
                 self._add_link(part, called)
         self.slots: dict[str, Slot] = {}
-        self.slides: dict[str, Slide] = {}
+        self.slides: dict[str, ForeignSlider] = {}
         for joint in saved.joints:
             if joint.has(SLIDES):
                 self._add_slot(joint)
@@ -105,7 +115,9 @@ class _PmksReading:
         name = GROUND if frame else called(part.key, part.name)
         self.link_of |= dict.fromkeys((part.key, *part.parts), name)
         if not frame:
-            self.links[name] = Body(tuple(dict.fromkeys(self.point[key] for key in part.joints)), *self._masses(part))
+            self.links[name] = ForeignLink(
+                tuple(dict.fromkeys(self.point[key] for key in part.joints)), *self._masses(part)
+            )
 
     def _masses(self, part: PmksPart) -> tuple[float | None, complex | None, float | None]:
         """Mass [kg], centre and inertia [kg m^2] of a link; those of a new link of PMKS+ are nobody's choice."""
@@ -141,7 +153,7 @@ class _PmksReading:
             if on != GROUND:
                 self.links[on] = self.links[on].with_beam(*ends)
         if joint.has(WELDED | SEALED):
-            self.slides[f"slide_{point}"] = Slide(riders[0], on, point, direction, travel)
+            self.slides[f"slide_{point}"] = ForeignSlider(riders[0], on, point, direction, travel)
         else:
             self.slots[f"slot_{point}"] = Slot(point, riders[0], on, direction, travel)
 
@@ -161,7 +173,7 @@ class _PmksReading:
             raise ExchangeError(f'the driven joint "{joint.name}" of PMKS+ joins no two links')
         return Drive({"link": links[1], "on": links[0], "at": point}, speed)
 
-    def _loads(self) -> tuple[Load, ...]:
+    def _loads(self) -> tuple[ForeignLoad, ...]:
         """Forces at points of links; a place that is no joint becomes a point."""
         loads, unit = [], self.saved.unit
         for force in self.saved.forces:
@@ -171,7 +183,7 @@ class _PmksReading:
                 continue
             along = (force.end - force.start) / abs(force.end - force.start) * (1 if force.outward else -1)
             point = self._point_at(link, force)
-            loads.append(Load(link, point, force.size * FORCE[unit] * along, force.local))
+            loads.append(ForeignLoad(link, point, force.size * FORCE[unit] * along, force.local))
         return tuple(loads)
 
     def _point_at(self, link: str, force: PmksForce) -> str:
@@ -182,10 +194,10 @@ class _PmksReading:
         name = self.names(f"force {force.name}", force.name)
         self.places[name] = force.start
         body = self.links[link]
-        self.links[link] = Body((*points, name), body.mass, body.center, body.inertia, body.rigid, body.braces)
+        self.links[link] = ForeignLink((*points, name), body.mass, body.center, body.inertia, body.rigid, body.braces)
         return name
 
-    def drawing(self) -> Drawing:
+    def drawing(self) -> ForeignMechanism:
         saved, loads = self.saved, self._loads()
         drives = tuple(self._drive(joint) for joint in saved.joints if joint.has(DRIVEN))
         masses = {
@@ -201,7 +213,7 @@ class _PmksReading:
         used = {point for body in self.links.values() for point in body.points}
         fixed = tuple(self.point[joint.key] for joint in saved.joints if joint.has(FIXED) and not joint.has(SLIDES))
         watched = (self.point[joint.key] for joint in saved.joints if joint.has(TRACED) and not joint.has(FIXED))
-        return Drawing(
+        return ForeignMechanism(
             self.title, SOURCE, saved.unit, _kept(self.places, used | {*fixed}), fixed, self.links, self.slots,
             self.slides, drives, traced=next((point for point in watched if point in used), ""), masses=masses,
             loads=loads, gravity=saved.gravity and weighed, notes=tuple(self.notes),

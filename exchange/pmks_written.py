@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 from dataclasses import replace
 
-from exchange.drawing import GROUND, Body, Drawing, ExchangeError, Names, Slide, Slot
+from exchange.drawing import GROUND, ExchangeError, ForeignLink, ForeignMechanism, ForeignSlider, Names, Slot
 from exchange.pmks import FORCE, INERTIA, MASS, SOURCE
 from exchange.pmks_code import DRIVEN, FIXED, SLIDES, TRACED, WELDED, PmksForce, PmksJoint, PmksPart, Saved, encoded
 
@@ -15,7 +15,7 @@ ON_LINE = 1e-6  # distance of a point from a slot's line / size of the drawing, 
 SPARE = 0.1  # length of a slot beyond the pin's place / size of the drawing
 
 
-def pmks_text(drawing: Drawing) -> str:
+def pmks_text(drawing: ForeignMechanism) -> str:
     """Return the mechanism as PMKS+ saves it today: the query of a link, or a whole file.
 
     PMKS+ rounds lengths to 0.001 cm or in, directions to a milliradian, speeds to 0.001 rpm.
@@ -31,7 +31,7 @@ def pmks_text(drawing: Drawing) -> str:
 class _Writing:
     """A drawing on its way to the records of PMKS+."""
 
-    def __init__(self, drawing: Drawing) -> None:
+    def __init__(self, drawing: ForeignMechanism) -> None:
         if drawing.gears:
             raise ExchangeError(f"{SOURCE} has no place for gears")
         if not drawing.drives:
@@ -42,7 +42,7 @@ class _Writing:
         self.members = {name: list(body.points) for name, body in drawing.links.items() if len(body.points) > 1}
         spans = [abs(one - other) for one in self.places.values() for other in self.places.values()]
         self.size = max(spans, default=1.0) or 1.0
-        self.slots: dict[str, Slot | Slide] = {}  # by the pin
+        self.slots: dict[str, Slot | ForeignSlider] = {}  # by the pin
         self.slot_ends: dict[str, tuple[str, str]] = {}
         for name, slot in drawing.slots.items():
             self._add_slot(name, slot)
@@ -55,7 +55,7 @@ class _Writing:
         self.link_key = {name: "".join(self.key[point] for point in points) for name, points in self.members.items()}
         self.drives = self._drives()
 
-    def _add_slot(self, name: str, slot: Slot | Slide) -> None:
+    def _add_slot(self, name: str, slot: Slot | ForeignSlider) -> None:
         """Store a slot by its pin; a moving slot needs two joints of its link on its line."""
         pin = slot.point if isinstance(slot, Slot) else self._own_pin(name, slot)
         if pin in self.slots:
@@ -80,7 +80,7 @@ class _Writing:
         first, *_, last = sorted(on_line, key=lambda point: ((self.places[point] - here) * along.conjugate()).real)
         self.slot_ends[pin] = first, last
 
-    def _own_pin(self, name: str, slide: Slide) -> str:
+    def _own_pin(self, name: str, slide: ForeignSlider) -> str:
         """Return the point of a slide, or a new point on its line if other links share it."""
         if slide.link not in self.members:
             raise ExchangeError(f'{SOURCE} has no place for the block "{slide.link}", which has one point')
@@ -138,7 +138,7 @@ class _Writing:
         joint = PmksJoint(self.key[name], called(name), self.scale * self.places[name], marks=marks, speed=speed)
         if slot is None:
             return joint
-        marks = marks & ~FIXED | SLIDES | (WELDED if isinstance(slot, Slide) else 0)
+        marks = marks & ~FIXED | SLIDES | (WELDED if isinstance(slot, ForeignSlider) else 0)
         mass = drawing.masses.get(name, 0.0) / MASS[self.unit]
         if slot.on == GROUND:
             return replace(joint, angle=cmath.phase(slot.direction), marks=marks | FIXED, mass=mass)
@@ -147,7 +147,7 @@ class _Writing:
         return replace(joint, marks=marks, carrier=self.link_key[slot.on], slot=ends, mass=mass)
 
     def _part(self, name: str, called: Names) -> PmksPart:
-        body: Body = self.drawing.links[name]
+        body: ForeignLink = self.drawing.links[name]
         points = self.members[name]
         middle = sum(self.places[point] for point in points) / len(points)
         center = self.scale * (middle if body.center is None else body.center)

@@ -6,13 +6,13 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from exchange.drawing import Body, Drawing, Drive, ExchangeError, Names, Slot, link_with
+from exchange.drawing import Drive, ExchangeError, ForeignLink, ForeignMechanism, Names, Slot, link_with
 
 SOURCE = "pylinkage"
 TURN = "60 rpm"  # pylinkage saves angles per step, without the duration of a step
 
 
-def of_pylinkage(data: Mapping[str, Any], title: str) -> Drawing:
+def of_pylinkage(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     """Return the mechanism in a JSON object of pylinkage.
 
     Raises
@@ -30,12 +30,12 @@ def of_pylinkage(data: Mapping[str, Any], title: str) -> Drawing:
         raise ExchangeError(f"a number in this file of pylinkage cannot be read: {error}") from None
 
 
-def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
+def _drawing(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     names, called, notes = Names(), Names(["ground"]), ["pylinkage has no unit of length: millimetres are assumed"]
     joints = {str(each["id"]): each for each in data["joints"]}
     points = {names(key, each.get("name", "")): complex(*map(float, each["position"])) for key, each in joints.items()}
     still = {key for key, each in joints.items() if each["type"] == "ground"}
-    links: dict[str, Body] = {}
+    links: dict[str, ForeignLink] = {}
     drives = []
     for each in data["links"]:
         shared = tuple(map(str, each["joints"]))
@@ -43,7 +43,7 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
             still |= set(shared)
             continue
         link = called(each["id"], each.get("name", ""))
-        links[link] = Body(tuple(names(key) for key in shared))
+        links[link] = ForeignLink(tuple(names(key) for key in shared))
         if each["type"] in ("driver", "arc_driver"):
             at = str(each.get("motor_joint") or next(key for key in shared if key in still))
             still.add(at)
@@ -55,7 +55,7 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
                 notes.append(f"the tracker {names(key)} is on no link, and left out")
                 points.pop(names(key))
             elif names(key) not in links[host].points:
-                links[host] = Body((*links[host].points, names(key)))
+                links[host] = ForeignLink((*links[host].points, names(key)))
     slots = {}
     for key, each in joints.items():
         if each["type"] == "prismatic":
@@ -66,7 +66,7 @@ def _drawing(data: Mapping[str, Any], title: str) -> Drawing:
                 slots[f"slot_{names(key)}"] = Slot(names(key), host, "ground", complex(*map(float, each["axis"])))
     fixed = tuple(names(key) for key in joints if key in still)
     links = {name: body for name, body in links.items() if not set(body.points) <= set(fixed)}
-    return Drawing(
+    return ForeignMechanism(
         str(data.get("name") or title), SOURCE, "mm", points, fixed, links, slots, {}, tuple(drives), notes=tuple(notes)
     )
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from exchange.drawing import Drawing, ExchangeError
+from exchange.drawing import ExchangeError, ForeignMechanism
 from exchange.linkage2 import of_linkage2
 from exchange.linkage2_written import linkage2_text
 from exchange.linkage_sim import of_linkage_sim
@@ -21,11 +21,11 @@ FORMATS = "PMKS+ (.pmks or a link), Linkage (.linkage2), pylinkage, mec2 and lin
 """Programs and files that are read, in words."""
 WRITTEN = "PMKS+ (.pmks) and Linkage (.linkage2)"
 """Programs and files that are written, in words."""
-WRITERS: Mapping[str, Callable[[Drawing], str]] = {".pmks": pmks_text, ".linkage2": linkage2_text}
+WRITERS: Mapping[str, Callable[[ForeignMechanism], str]] = {".pmks": pmks_text, ".linkage2": linkage2_text}
 MAX_SIZE = 20_000_000  # bytes
 
 
-def written(drawing: Drawing, kind: str) -> str:
+def written(drawing: ForeignMechanism, kind: str) -> str:
     """Return the text of a file for another program, chosen by the file extension.
 
     Raises
@@ -38,7 +38,7 @@ def written(drawing: Drawing, kind: str) -> str:
     return WRITERS[kind.lower()](drawing)
 
 
-def read(source: str) -> Drawing:
+def read(source: str) -> ForeignMechanism:
     """Return the mechanism in a file of another program, or in a link of PMKS+.
 
     Raises
@@ -68,7 +68,7 @@ def _text(path: Path) -> str:
         raise ExchangeError(f"{path}: not a text in UTF-8") from None
 
 
-def of_text(text: str, title: str) -> Drawing:
+def of_text(text: str, title: str) -> ForeignMechanism:
     """Return the mechanism in the text of a file."""
     if "<linkage2" in text:
         return of_linkage2(text[text.index("<linkage2") :], title)
@@ -78,7 +78,7 @@ def of_text(text: str, title: str) -> Drawing:
     return of_pmks(text, title)
 
 
-def _of_json(text: str, title: str) -> Drawing:
+def _of_json(text: str, title: str) -> ForeignMechanism:
     try:
         data: Any = json.loads(text)
     except (ValueError, RecursionError) as error:

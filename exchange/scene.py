@@ -7,7 +7,7 @@ from itertools import pairwise
 from math import isfinite, sqrt
 from typing import Any
 
-from exchange.drawing import GROUND, Body, Drawing, ExchangeError, Names
+from exchange.drawing import GROUND, ExchangeError, ForeignLink, ForeignMechanism, Names
 
 SLENDERNESS = 20  # length of the longest link / depth of the assumed section
 MATERIAL, DENSITY = "S235", 7850.0  # [kg/m^3]
@@ -18,7 +18,7 @@ MAX_OFFSET, MAX_EXCESS = 0.02, 0.05  # from a uniform bar: centre / length, iner
 POSITIONS = 180
 
 
-def scene_text(drawing: Drawing) -> str:
+def scene_text(drawing: ForeignMechanism) -> str:
     """Return the text of a scene with this mechanism; every assumption has a comment.
 
     Raises
@@ -68,7 +68,7 @@ def scene_text(drawing: Drawing) -> str:
 class _Link:
     """A link of the scene: a beam of the assumed section, a beam of the file's mass, or a rigid link."""
 
-    def __init__(self, drawing: Drawing, name: str, body: Body) -> None:
+    def __init__(self, drawing: ForeignMechanism, name: str, body: ForeignLink) -> None:
         self.drawing, self.name, self.body, self.points = drawing, name, body, drawing.points
         self.scale = METRES[drawing.unit]
         self.mass = body.mass or 0.0
@@ -127,13 +127,13 @@ class _Link:
         table["inertia"] = f"{self.body.inertia if self.body.inertia is not None else inertia:.12g} kg m^2"
 
 
-def _own_axis(drawing: Drawing, body: Body) -> complex:
+def _own_axis(drawing: ForeignMechanism, body: ForeignLink) -> complex:
     """Direction of a link's x' axis: from its first to its second point."""
     along = drawing.points[body.points[1]] - drawing.points[body.points[0]]
     return along / (abs(along) or 1.0)
 
 
-def _longest(drawing: Drawing) -> float:
+def _longest(drawing: ForeignMechanism) -> float:
     """Longest beam of the drawing."""
     spans = [
         abs(drawing.points[a] - drawing.points[b]) for body in drawing.links.values() for a, b in pairwise(body.points)
@@ -141,7 +141,7 @@ def _longest(drawing: Drawing) -> float:
     return max(spans, default=0.0) or 1.0
 
 
-def _section(drawing: Drawing, depth: float, why: str) -> Any:
+def _section(drawing: ForeignMechanism, depth: float, why: str) -> Any:
     """A rectangle of this depth and half that width."""
     import tomlkit
 
@@ -158,7 +158,7 @@ def _place(place: complex) -> list[float]:
     return [round(place.real, 9) + 0.0, round(place.imag, 9) + 0.0]
 
 
-def _add_joints(document: Any, drawing: Drawing) -> None:
+def _add_joints(document: Any, drawing: ForeignMechanism) -> None:
     import tomlkit
 
     tables: dict[str, dict[str, dict[str, Any]]] = {
@@ -200,7 +200,7 @@ def _add_joints(document: Any, drawing: Drawing) -> None:
         document["gears"] = gears
 
 
-def _add_loads(document: Any, drawing: Drawing) -> None:
+def _add_loads(document: Any, drawing: ForeignMechanism) -> None:
     import tomlkit
 
     if drawing.masses:

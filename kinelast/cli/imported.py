@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from exchange import Drawing, Drive, scene_text, to_and_fro
+from exchange import Drive, ForeignMechanism, scene_text, to_and_fro
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError, plain
@@ -45,7 +45,7 @@ class Imported:
         return f"it moves, {self.cycle:.4g} s a cycle{rigid}; sections and materials are assumed: put in yours"
 
 
-def imported(drawing: Drawing) -> Imported:
+def imported(drawing: ForeignMechanism) -> Imported:
     """Run a drawing once.
 
     Raises
@@ -77,7 +77,7 @@ def _resting(drive: Drive) -> Drive:
     return replace(drive, speed=None, law=to_and_fro((1e-9, -1e-9), 1e-9, unit))
 
 
-def _within_limits(drawing: Drawing, mechanism: Mechanism, starts: np.ndarray) -> Drawing:
+def _within_limits(drawing: ForeignMechanism, mechanism: Mechanism, starts: np.ndarray) -> ForeignMechanism:
     """Return the drawing with an oscillating law for each drive at constant speed that cannot turn fully."""
     drives, notes = list(drawing.drives), list(drawing.notes)
     metre = PER_LENGTH[drawing.unit]

@@ -12,19 +12,19 @@ from rigid import ConstantSpeed, Link, Mechanism, Motion, PinDrive, PointLoad, S
 from rigid.constants import mass_moments
 
 if TYPE_CHECKING:
-    from exchange import Drawing, Drive, Gear, Load, Slide, Slot
-    from rigid import Gear as Wheels
+    from exchange import Drive, ForeignGear, ForeignLoad, ForeignMechanism, ForeignSlider, Slot
+    from rigid import Gear
 
 POSITIONS = 360  # of a cycle, for the travel of pins in slots
 
 
-def exchanged(scene: Scene) -> Drawing:
+def exchanged(scene: Scene) -> ForeignMechanism:
     """Return the mechanism of a scene at its start in the form of other programs, in mm or inches.
 
     Welded links become one link with their masses. A block with a pin becomes a slot with its mass at the pin.
     Sections, springs and varying loads are omitted.
     """
-    from exchange import Body, Drawing
+    from exchange import ForeignLink, ForeignMechanism
 
     unit, scale = ("in", 1 / 0.0254) if scene.report_units == "in" else ("mm", 1e3)
     motion = scene_motion(scene, POSITIONS)
@@ -50,9 +50,10 @@ def exchanged(scene: Scene) -> Drawing:
     )
     inertias = _inertias(motion, called, scale)
     masses = {slot.point: inertias[name][0] for name, slot in _blocks_of(mechanism, slots) if inertias[name][0]}
-    return Drawing(
+    own_links = {name: ForeignLink(tuple(members[name]), *inertias[name]) for name in links}
+    return ForeignMechanism(
         scene.title, "kinelast", unit, {name: complex(np.ravel(places)[0]) for name, places in points.items()},
-        tuple(members[ground]), {name: Body(tuple(members[name]), *inertias[name]) for name in links}, slots, slides,
+        tuple(members[ground]), own_links, slots, slides,
         drives, tuple(_wheels(gear, called) for gear in mechanism.gears), scene.output.point if scene.output else "",
         masses, _steady_loads(motion, called), bool(complex(mechanism.gravity)),
     )  # fmt: skip
@@ -81,15 +82,15 @@ def _blocks_of(mechanism: Mechanism, slots: Mapping[str, Slot]) -> Iterator[tupl
     return ((slider.link, slots[slider.name]) for slider in mechanism.sliders if slider.name in slots)
 
 
-def _steady_loads(motion: Motion, called: Mapping[str, str]) -> tuple[Load, ...]:
+def _steady_loads(motion: Motion, called: Mapping[str, str]) -> tuple[ForeignLoad, ...]:
     """Return constant forces at points of moving links, in the axes of the drawing."""
-    from exchange import Load
+    from exchange import ForeignLoad
 
     loads = []
     for load in motion.mechanism.loads:
         if isinstance(load, PointLoad) and load.law is None and complex(load.force):
             turn = motion.direction[motion.mechanism.index[load.link]][0] if load.turning else 1.0
-            loads.append(Load(called[load.link], load.point, complex(load.force * turn), load.turning))
+            loads.append(ForeignLoad(called[load.link], load.point, complex(load.force * turn), load.turning))
     return tuple(loads)
 
 
@@ -99,9 +100,9 @@ def _link(mechanism: Mechanism, name: str) -> Link:
 
 def _sliding(
     motion: Motion, members: Mapping[str, Any], called: Mapping[str, str], blocks: Collection[str], scale: float
-) -> tuple[dict[str, Slot], dict[str, Slide]]:
+) -> tuple[dict[str, Slot], dict[str, ForeignSlider]]:
     """Return slots of pins and links that slide without turning, by name of their sliders."""
-    from exchange import Slide, Slot
+    from exchange import ForeignSlider, Slot
 
     slots, slides = {}, {}
     mechanism = motion.mechanism
@@ -117,7 +118,7 @@ def _sliding(
             slots[slider.name] = Slot(pin, others[0], called[slider.on], complex(along[0]), reach)
         else:
             names = called[slider.link], called[slider.on]
-            slides[slider.name] = Slide(*names, slider.point, complex(along[0]))
+            slides[slider.name] = ForeignSlider(*names, slider.point, complex(along[0]))
     return slots, slides
 
 
@@ -138,8 +139,8 @@ def _steady(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str], 
     return Drive(_joint(drive, called), words)
 
 
-def _wheels(gear: Wheels, called: Mapping[str, str]) -> Gear:
-    from exchange import Gear
+def _wheels(gear: Gear, called: Mapping[str, str]) -> ForeignGear:
+    from exchange import ForeignGear
 
     ends = _joint(gear.driver, called), _joint(gear.follower, called)
-    return Gear(*ends, float(gear.ratio), gear.pressure_angle is not None)
+    return ForeignGear(*ends, float(gear.ratio), gear.pressure_angle is not None)
