@@ -124,7 +124,7 @@ class AnsweredDrive:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Answer:
+class SceneAnswer:
     """Answer to a scene: its parts by name, and its figures with their errors.
 
     Attributes
@@ -245,7 +245,7 @@ def answer(
     theory: str | None = None,
     accuracy: float | str | None = None,
     positions: int | None = None,
-) -> Answer:
+) -> SceneAnswer:
     """Return the answer to a scene.
 
     Parameters
@@ -267,11 +267,11 @@ def answer(
     return _answer(scene, theory=theory, accuracy=accuracy, positions=positions)
 
 
-def _answer(scene: Scene | Document, **asked: Any) -> Answer:
+def _answer(scene: Scene | Document, **asked: Any) -> SceneAnswer:
     given, request = scene_of(scene), request_of(**asked)
     if request.theory is not None and request.accuracy is not None:
         raise ValueError("accuracy chooses the theory: leave out accuracy, or theory")
-    return Answer(computed(given, request), request)
+    return SceneAnswer(computed(given, request), request)
 
 
 @dataclass(frozen=True)
