@@ -42,13 +42,13 @@ class Buckling:
     Attributes
     ----------
     ratio
-        Largest over the positions for each link, shape (links,): of modes in which the forces of this link work, times
-        this work over that of the link that works most; 0 without such a mode, nan if unknown.
+        Largest ratio over the positions for each link, shape (links,). The ratio of a mode is multiplied by the work of
+        the link's forces / work of the link with the most work; 0 without such a mode, nan if unknown.
     position
         Position of the largest ratio, shape (links,).
     beside
-        How much larger the ratio may be between this position and those beside it, shape (links,): the larger drop to
-        them, which also bounds a corner where another link begins to work most.
+        Bound of the increase between this position and its neighbours, shape (links,): the larger drop to a neighbour.
+        It also covers a corner at which another link begins to do the most work.
     """
 
     ratio: Reals
@@ -242,9 +242,9 @@ class _BucklingModes:
         return np.take_along_axis(values, order, -1), back @ modes
 
     def _shares(self, felt: GeometricStiffness, moved: Displacements, modes: Reals) -> Reals:
-        """Work of each link's forces over that of the link that works most, shape (links, positions, modes).
+        """Work of each link's forces / largest work of a link, shape (links, positions, modes).
 
-        As shares, they do not jump where another link works most at the next position.
+        These shares are continuous if another link does the most work at the next position.
         """
         mechanism = self.motion.mechanism
         work = np.zeros((len(mechanism.links), len(modes), modes.shape[-1]))

@@ -78,10 +78,10 @@ class Part(Generic[Built]):
     figures
         Figures of the part. `Figure.limit` is the key of the table with its limit, such as `rolling.life`.
     row
-        From the readings of a run and the name of a part to its row in the summary, besides its figures. None without
-        such rows.
+        Function from the readings of a run and the name of a part to a row of the summary without the figures. None
+        without such rows.
     section
-        Key of its rows in the summary, if it is not `key`.
+        Key of the part's rows in the summary, if different from `key`.
     of_output
         Figures that depend on the output of the machine.
     joint_row
@@ -92,7 +92,7 @@ class Part(Generic[Built]):
         From a scene and values of all items of the figures `needs` to reasons why its parts do not work, each with a
         flag of shape (...): then no limit can be judged.
     formulas
-        Inputs of its formulas, in words, that the stated errors do not cover.
+        Inputs of the formulas, in words; the stated errors do not include their uncertainty.
     columns
         Columns of positions.csv with units, by name.
     symbols
@@ -161,7 +161,7 @@ class Part(Generic[Built]):
         return scene.parts[self.key]
 
     def rows(self, reader: Reader) -> dict[str, Any]:
-        """Its section of the summary, by key; empty if it has none."""
+        """Return the part's section of the summary, by key; empty without rows."""
         if self.row is None:
             return {}
         keys = [figure.key for figure in self.figures]

@@ -229,7 +229,7 @@ def _knocks(cycle: Cycle) -> list[Any]:
 
 
 def clearance_figures(output: Output | None) -> tuple[Figure, ...]:
-    """Return figures of the output displacement by clearance; none without an output."""
+    """Return figures of the output displacement due to clearance; empty without an output."""
     if output is None:
         return ()
 
@@ -264,7 +264,7 @@ SENSES = {1: "turns counter-clockwise", -1: "turns clockwise", 0: "swings"}
 
 
 def _joint_row(reader: Reader, number: int) -> dict[str, Any]:
-    """Motion of a joint with bearings, turns of its force, positions of lost contact, and figures of its parts."""
+    """Return motion, turns of the force, positions of lost contact and figures of the parts of a joint."""
     scene, course = reader.scene, reader.cycle.joint(number)
     parent = reader.results.motion.structure.joints[number].parent
     figures = {}
