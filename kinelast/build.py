@@ -1,7 +1,7 @@
 """Mechanisms from Python: typed parts that write the tables of a scene file.
 
-Every class except `Part`, `Point` and `PointMass` is a table of the format; its fields are the keys of the table. A
-field accepts a point, link or section object instead of its name. The classes are made from the tables of
+Every class except `TypedPart`, `Point` and `PointMass` is a table of the format; its fields are the keys of the table.
+A field accepts a point, link or section object instead of its name. The classes are made from the tables of
 `kinelast.scene` at import. A wheel also has a stub with all classes, for type checkers and editors.
 """
 
@@ -26,7 +26,7 @@ Rows = Sequence[Sequence[Quantity]] | NDArray[Any]  # of two columns
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Part:
+class TypedPart:
     """A part of a mechanism; each field with a value is a key of its table.
 
     `under` is the top-level table of the part, or "" for a part inside another. `spelled` has the keys that are not
@@ -47,17 +47,17 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Named(Part):
+class NamedPart(TypedPart):
     """A part with a name; joints, welds and bearings have the name of their point or slider."""
 
-    name: Part | str
+    name: TypedPart | str
 
     def __repr__(self) -> str:
         return f'{type(self).__name__}("{_name(self)}")'
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Section(Named):
+class SectionPart(NamedPart):
     """A cross-section of beams."""
 
     under: ClassVar[str] = "sections"
@@ -68,12 +68,12 @@ class Section(Named):
         return {"shape": self.shape, **super().keys()}
 
 
-class Listed(Part):
+class ListedPart(TypedPart):
     """A part without a name, in a list of such parts."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Point(Named):
+class Point(NamedPart):
     """A point of the drawing, near the start of the motion."""
 
     under: ClassVar[str] = "points"
@@ -82,7 +82,7 @@ class Point(Named):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PointMass(Named):
+class PointMass(NamedPart):
     """A point mass on the first moving link with the point."""
 
     under: ClassVar[str] = "masses"
@@ -90,7 +90,7 @@ class PointMass(Named):
 
 
 def mechanism(
-    *parts: Part,
+    *parts: TypedPart,
     name: str = "scene",
     title: str | None = None,
     source: str | None = None,
@@ -133,9 +133,9 @@ def mechanism(
     return document_from_text(text, name)
 
 
-def _with_references(value: Any) -> Iterator[Part]:
+def _with_references(value: Any) -> Iterator[TypedPart]:
     """Yield the parts that a part refers to, then the part itself."""
-    if not isinstance(value, Part):
+    if not isinstance(value, TypedPart):
         raise TypeError(f"a mechanism is made of parts, as Link(...) or Drive(...), not of {value!r}")
     for each in (getattr(value, "name", None), *value.keys().values()):
         for part in _parts_in(each):
@@ -143,8 +143,8 @@ def _with_references(value: Any) -> Iterator[Part]:
     yield value
 
 
-def _parts_in(value: Any) -> Iterator[Part]:
-    if isinstance(value, Part):
+def _parts_in(value: Any) -> Iterator[TypedPart]:
+    if isinstance(value, TypedPart):
         yield value
     elif isinstance(value, Mapping):
         yield from (part for each in (*value, *value.values()) for part in _parts_in(each))
@@ -152,36 +152,38 @@ def _parts_in(value: Any) -> Iterator[Part]:
         yield from (part for each in value for part in _parts_in(each))
 
 
-def _put(tables: dict[str, Any], part: Part) -> None:
+def _put(tables: dict[str, Any], part: TypedPart) -> None:
     """Add the table of a part to the tables of a file."""
     content = _written(part.keys())
-    if isinstance(part, Listed):
+    if isinstance(part, ListedPart):
         tables.setdefault(part.under, []).append(content)
         return
     if isinstance(part, Point | PointMass):
         content = [_written(each) for each in (part.x, part.y)] if isinstance(part, Point) else _written(part.mass)
         if content is None or (isinstance(content, list) and None in content):
             raise ValueError(f'the {type(part).__name__} "{_name(part)}" has no number for {_missing(part)}')
-    there, name = (tables.setdefault(part.under, {}), _name(part)) if isinstance(part, Named) else (tables, part.under)
+    there, name = (
+        (tables.setdefault(part.under, {}), _name(part)) if isinstance(part, NamedPart) else (tables, part.under)
+    )
     if there.setdefault(name, content) != content:
         raise ValueError(f'there are two "{name}" under [{part.under}], with different keys')
 
 
-def _missing(part: Part) -> str:
+def _missing(part: TypedPart) -> str:
     """Return the first field of a part without a value."""
     return next(each.name for each in fields(part) if getattr(part, each.name) is None)
 
 
-def _name(part: Part | str) -> str:
+def _name(part: TypedPart | str) -> str:
     """Return the name of a part in a file."""
-    return _name(part.name) if isinstance(part, Named) else str(part)
+    return _name(part.name) if isinstance(part, NamedPart) else str(part)
 
 
 def _written(value: Any) -> Any:
     """Return a value as in the tables of a file: names of parts, lists, plain numbers."""
-    if isinstance(value, Named):
+    if isinstance(value, NamedPart):
         return _name(value)
-    if isinstance(value, Part):
+    if isinstance(value, TypedPart):
         return _written(value.keys())
     if isinstance(value, Mapping):
         return {_name(key): _written(each) for key, each in value.items()}
@@ -222,7 +224,7 @@ def stub_text() -> str:
 
 _TABLES = {table.name: _made(table) for table in table_classes()}
 globals().update(_TABLES)
-__all__ = ["Part", "Point", "PointMass", "mechanism"]
+__all__ = ["Point", "PointMass", "TypedPart", "mechanism"]
 __all__.extend(_TABLES)
 
 

@@ -19,7 +19,7 @@ NAMED = {  # keys that accept an object of a class instead of its name
     "link": "Link", "on": "Link", "links": "Link", "point": "Point", "points": "Point", "through": "Point",
     "anchor": "Point", "at": "Point", "start": "Point", "end": "Point", "center": "Point", "beam": "Point",
     "beams": "Point", "outline": "Point", "slider": "Slider | Slot", "motor": "Motor", "cylinder": "Cylinder",
-    "material": "Material", "section": "Section",
+    "material": "Material", "section": "SectionPart",
 }  # fmt: skip
 QUANTITIES: tuple[tuple[type, str], ...] = (
     (Sizes, "Quantity | Sequence[Quantity]"),
@@ -56,14 +56,14 @@ def table_classes() -> Iterator[TableClass]:
     """Yield the classes of all tables of a scene."""
     places: dict[type[Struct], tuple[str, str]] = {}
     for entry in fields(SceneTable):
-        base = {dict: "Named", list: "Listed"}.get(_origin(entry.type), "Part")
+        base = {dict: "NamedPart", list: "ListedPart"}.get(_origin(entry.type), "TypedPart")
         for table in _inside(entry.type):
             section = entry.encode_name == "sections" or issubclass(table, Dimensioned)
-            places[table] = entry.encode_name, "Section" if section else base
+            places[table] = entry.encode_name, "SectionPart" if section else base
     for table in (waiting := [*places]):
         for inner in (inner for each in fields(table) for inner in _inside(each.type)):
             if inner not in places:
-                places[inner] = "", "Part"
+                places[inner] = "", "TypedPart"
                 waiting.append(inner)
     return (_class_of(table, *where) for table, where in places.items())
 
