@@ -3,6 +3,7 @@
 import ast
 import importlib
 import re
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -35,6 +36,14 @@ def test_the_site_lists_every_file(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "docs" / "making")
     listed = importlib.import_module("rooms").with_rooms(PAGE.read_text(encoding="utf-8"))
     assert listed.count("\n- `") >= sum(path.stem not in {"__init__", "__main__"} for path in files())
+
+
+def test_class_names_are_unique():
+    classes = [
+        (node.name, path) for path in files() for node in ast.walk(tree_of(path)) if isinstance(node, ast.ClassDef)
+    ]
+    count = Counter(name for name, _ in classes)
+    assert not [f"{name}: {path.relative_to(ROOT)}" for name, path in classes if count[name] > 1]
 
 
 KINDS = {"PinDrive", "SliderDrive", "Slider", "Weld", "PinJoint", "SliderJoint", "WeldJoint"}

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_check.linear.lines import Line
+from fem_check.linear.lines import ElementRow
 from fem_check.linear.unit_beam import UnitBeam
 from rigid.arrays import Reals
 
@@ -32,7 +32,7 @@ class Divided:
         Displacement of the block per displacement of the element's ends, shape (..., m, 2 m).
     """
 
-    def __init__(self, line: Line, xi: Any) -> None:
+    def __init__(self, line: ElementRow, xi: Any) -> None:
         self.line, m, columns = line, line.kind.nodal, np.shape(xi)
         xi = np.where(np.isfinite(xi), xi, 0.5)
         self.number = np.clip(np.floor(xi * line.elements), 0, line.elements - 1).astype(int)

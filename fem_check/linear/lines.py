@@ -25,7 +25,7 @@ REFINEMENTS = 3  # rounds of refinement; each gains the digits left by the facto
 EXACT_BITS = 44  # bits of a nodal value: 53 minus those of a stiffness and of a row sum
 
 
-class Line:
+class ElementRow:
     """Row of equal elements of length 1, clamped at the first node.
 
     Parameters

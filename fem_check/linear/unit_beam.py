@@ -10,7 +10,7 @@ import numpy as np
 
 from elastic import Taper
 from fem_check.linear.elements import hermite, quadratic
-from fem_check.linear.lines import Line
+from fem_check.linear.lines import ElementRow
 from rigid import Reals
 
 DEGREE = 3  # smallest degree of distributed loads: inertia for a mass per length of degree 2
@@ -56,9 +56,9 @@ class UnitBeam:
     u: Reals
     N: Reals
     slide: Reals
-    bending: Line
-    stretching: Line
-    sliding: Line
+    bending: ElementRow
+    stretching: ElementRow
+    sliding: ElementRow
 
     def load_at(self, xi: Reals) -> Reals:
         """Unit loads at places along the beam, shape (stations, ...)."""
@@ -100,14 +100,14 @@ def _unit_beam(elements: int, degree: int, tapers: Key) -> UnitBeam:
     n = float(elements)
     EA, EI, kGA = tapers
     stations = stations_of(degree)
-    bending, stretching = Line(hermite(), elements, EI), Line(quadratic(), elements, EA)
+    bending, stretching = ElementRow(hermite(), elements, EI), ElementRow(quadratic(), elements, EA)
     loads = np.array([_lagrange(stations, k, bending.xi) for k in range(degree + 1)])
     tip = np.zeros((bending.size, 2))
     tip[bending.dofs[-1, 2:4]] = np.diag((n**-3, n**-2))
     spread = np.concatenate((bending.spread(loads) / n**4, bending.spread(loads, couples=True) / n**3))
     (w, phi), (V, minus_M, minus_V, M) = bending.respond(spread, tip)
     u, N = _along(stretching, loads)
-    sliding = stretching if kGA == EA else Line(quadratic(), elements, kGA)
+    sliding = stretching if kGA == EA else ElementRow(quadratic(), elements, kGA)
     slide = u if sliding is stretching else _along(sliding, loads)[0]
     slide = np.insert(slide, [degree + 1] * (degree + 1), 0.0, axis=0)
     return UnitBeam(
@@ -126,7 +126,7 @@ def _unit_beam(elements: int, degree: int, tapers: Key) -> UnitBeam:
     )
 
 
-def _along(line: Line, loads: Reals) -> tuple[Reals, Reals]:
+def _along(line: ElementRow, loads: Reals) -> tuple[Reals, Reals]:
     """Nodal displacements and forces in tension under distributed loads and an end force."""
     n = float(line.elements)
     tip = np.zeros((line.size, 1))

@@ -14,7 +14,7 @@ import numpy as np
 
 from elastic import Section, Taper
 from fem_check.linear.elements import ElementKind, hermite, quadratic
-from fem_check.linear.lines import Line
+from fem_check.linear.lines import ElementRow
 from rigid import Beam, Reals
 
 MIN_NODE_DISTANCE = 0.02  # smallest distance between a block's node and the next, relative to equal elements
@@ -164,7 +164,7 @@ def _fields(kinds: list[ElementKind], rigidities: list[float], nodes: Reals, ele
 
     The shear part is zero at the start, because the bending part moves the beam's start.
     """
-    lines = [Line(kind, nodes.shape[1] - 1) for kind in kinds]
+    lines = [ElementRow(kind, nodes.shape[1] - 1) for kind in kinds]
     parts = []
     for number, (line, rigidity) in enumerate(zip(lines, rigidities, strict=True)):
         if np.isfinite(rigidity):
