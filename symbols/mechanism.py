@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid import GROUND, Mechanism, Motion, PinDrive, PointLoad, SliderDrive, Spring, TorsionSpring
+from rigid import GROUND, Mechanism, PinDrive, PointLoad, SliderDrive, Spring, TorsionSpring
 from rigid.joints import Placed
 from symbols.joints import pin, slider_marks, spot, support, travel, weld
 from symbols.marks import LEVELS, Mark, Spot, anchor
@@ -113,16 +113,16 @@ def plain_marks(marks: Iterable[Mark], mechanism: Mechanism) -> list[dict[str, A
     return [{**mark.plain(mechanism.index), "spin": next(counter) if mark.spin else None} for mark in marks]
 
 
-def extent_of(motion: Motion, marks: Iterable[Mark]) -> tuple[complex, complex] | None:
-    """Corners of the box around all points of links and marks over a motion [m]; None if no position is known."""
-    places = [
-        np.ravel(anchor(motion, Spot(link.name, point))) for link in motion.mechanism.links for point in link.points
-    ]
+def extent_of(placed: Placed, marks: Iterable[Mark]) -> tuple[complex, complex] | None:
+    """Corners of the box around all points of links and marks [m]; None if no position is known."""
+    links = placed.mechanism.links
+    places = [np.ravel(anchor(placed, Spot(link.name, point))) for link in links for point in link.points]
     for mark in marks:
         far = mark.vertices[1]
         if mark.to is None and far.any():
-            way = np.broadcast_to(mark.direction(motion), motion.columns)
-            places.append(np.ravel(anchor(motion, mark.at)[..., None] + way[..., None] * far))
+            place = anchor(placed, mark.at)
+            x_axis = np.broadcast_to(mark.direction(placed), place.shape)
+            places.append(np.ravel(place[..., None] + x_axis[..., None] * far))
     every = np.concatenate(places)
     every = every[np.isfinite(every)]
     if not every.size:

@@ -10,7 +10,7 @@ import numpy as np
 
 from rigid import GROUND, Posture
 from rigid.plane import cross
-from symbols import BLOCK, LEVELS, LINK, anchor, marks_of
+from symbols import BLOCK, LEVELS, LINK, anchor, extent_of, marks_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,13 +62,13 @@ class MechanismAxes:
             for point in link.points
         } | dict(places or {})
         self.pins = self._pins()
-        everywhere = np.array(extent or [*self.places.values()])
+        self.marks = list(marks_of(here) if marks is None else marks)
+        everywhere = np.array(extent or extent_of(here, self.marks) or [0j, 1 + 1j])
         x, y = np.ptp(everywhere.real), np.ptp(everywhere.imag)
         large = float(max(x, y, 1e-9)) / 45
         self.unit = float(np.clip(0.4 * self._shortest(), 0.4 * large, large))
         self.letters = float(np.sqrt(self.unit / large))
         self.extent = float(x) + 12 * self.unit, float(y) + 12 * self.unit
-        self.marks = list(marks_of(here) if marks is None else marks)
         self.colors = {
             link.name: LINKS[number % len(LINKS)] for number, link in enumerate(self.mechanism.links[1:])
         } | {GROUND: INK}
