@@ -188,3 +188,5 @@ function camDrawing(cam, most) {
   );
   return new XMLSerializer().serializeToString(picture);
 }
+
+partSections.push(camsSection);

@@ -21,6 +21,8 @@ function download(name, type, content) {
   setTimeout(() => URL.revokeObjectURL(address), 1000);
 }
 
+const partSections = []; // of parts of a machine: each part's script adds its own
+
 function section(id, short, heading, ...children) {
   $("contents").append(h("li", {}, h("a", { href: `#${id}` }, short)));
   const part = h(

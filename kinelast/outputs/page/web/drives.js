@@ -1,5 +1,4 @@
-// Efforts, powers and energies of the drives, motors and cylinders, and motion of the output.
-const rpmWords = (figure) => (figure.value === null ? "–" : `${number((figure.value * 30) / Math.PI)} rpm`);
+// Efforts, powers and energies of the drives, and motion of the output.
 const speedWords = (figure) => (figure.unit === "rad/s" ? rpmWords(figure) : figureWords(figure));
 
 function drivesSection() {
@@ -81,34 +80,6 @@ function lawTable(rows) {
     : null;
 }
 
-function motorTable(motored) {
-  const rows = motored.map(({ name, drive }) => ({ name, drive: drive.motor }));
-  const beside = (name, key, bound, words = figureWords) => ({
-    name,
-    text: ({ drive }) => {
-      const allowed = drive.given[bound];
-      return words(drive[key]) + errorWords(drive[key]) +
-        (allowed === null || allowed === undefined ? "" : ` of ${words({ value: allowed, unit: drive[key].unit })}`);
-    },
-  });
-  const ratio = (name, key, means) => ({ name, means, text: ({ drive }) => `${figureWords(drive[key])}` });
-  return table(rows, [
-    { name: "Motor of", text: (each) => each.name },
-    beside("torque, root mean square", "motor_rms", "rated_torque"),
-    beside("largest torque", "motor_torque", "peak_torque"),
-    beside("mean speed", "motor_mean_speed", "rated_speed", rpmWords),
-    beside("largest speed", "motor_speed", "top_speed", rpmWords),
-    beside("load's inertia over its own", "inertia_ratio", "inertia_ratio"),
-    { name: "gear ratio", text: ({ drive }) => number(drive.given.gear_ratio) },
-    ratio(
-      "ratio of least torque",
-      "least_ratio",
-      "for which the root mean square of the torque is least, as far as the motor's speed allows",
-    ),
-    ratio("ratio that matches inertias", "matched_ratio", "root of the load's mean inertia over the motor's"),
-  ], "Motors");
-}
-
 function outputTable() {
   const moves = summary.output?.motion;
   if (!moves) return null;
@@ -171,101 +142,4 @@ function balanceTable() {
       { name: "remaining mean square", text: (each) => share(each.left) },
     ], "Balancing")
     : null;
-}
-
-// Torque over speed at all positions, and the quadrants of the motor: rated, and the most that is there at a speed.
-function cloud(grid, name, given, speeds, torques) {
-  const turns = (value) => (value * 30) / Math.PI,
-    known = speeds.length ? Array.from(speeds, (_, i) => i).filter((i) => isFinite(torques[i]) && counted(i)) : [];
-  const widest = Math.max(given.top_speed ?? 0, given.rated_speed ?? 0, ...known.map((i) => 1.1 * Math.abs(speeds[i])));
-  const most = (x) =>
-    Math.min(
-      given.peak_torque ?? Infinity,
-      given.stall_torque && given.top_speed
-        ? given.stall_torque * Math.max(0, 1 - Math.abs(x) / given.top_speed)
-        : Infinity,
-    );
-  const rated = (
-    x,
-  ) => (given.rated_torque && Math.abs(x) <= (given.rated_speed ?? given.top_speed ?? Infinity)
-    ? given.rated_torque
-    : NaN);
-  const lines = Array.from({ length: 201 }, (_, k) => ({ x: ((k - 100) / 100) * widest, line: true }));
-  /** @type {{ x: number, y?: number, line?: boolean }[]} */
-  const all = [...lines, ...known.map((i) => ({ x: speeds[i], y: torques[i] }))].sort((one, other) => one.x - other.x);
-  const only = (of) =>
-    all.map((each) => {
-      const value = each.line ? of(each.x) : NaN;
-      return isFinite(value) ? value : null;
-    });
-  const data = [
-    all.map(({ x }) => turns(x)),
-    all.map(({ y }) => y ?? null),
-    only(rated),
-    only((x) => -rated(x)),
-    only(most),
-    only((x) => -most(x)),
-  ];
-  const figure = h("figure", { class: "chart", "aria-label": `Torque over speed of the motor of ${name}` }),
-    canvas = h("div", { class: "plot" });
-  figure.append(
-    h("figcaption", {}, h("h3", {}, `Motor of ${name}: torque over speed`)),
-    soft(
-      "Dots: all positions of the run. Inner lines: rated torque up to the rated speed. Outer lines: " +
-        "largest available torque.",
-    ),
-    canvas,
-  );
-  grid.append(figure);
-  const made = {
-    heading: name,
-    follow: () => {},
-    tell: () => {},
-    remove: () => {
-      made.plot?.destroy();
-      charts.splice(charts.indexOf(made), 1);
-      figure.remove();
-    },
-  };
-  made.resize = () => made.plot?.setSize({ width: Math.max(240, canvas.clientWidth), height: CHART_HEIGHT + 60 });
-  made.build = () => {
-    made.plot?.destroy();
-    const ink = variable("--soft"),
-      axes = {
-        stroke: ink,
-        font: "11px system-ui, sans-serif",
-        labelFont: "11px system-ui, sans-serif",
-        grid: { stroke: variable("--rule"), width: 1 },
-        ticks: { show: false },
-      };
-    const edge = (stroke, dash) => ({ stroke, width: 1.4, dash, spanGaps: true, points: { show: false } });
-    made.plot = new uPlot(
-      {
-        width: Math.max(240, canvas.clientWidth),
-        height: CHART_HEIGHT + 60,
-        legend: { show: false },
-        cursor: { show: false },
-        scales: { x: { time: false } },
-        axes: [{ ...axes, size: 34, label: "speed [rpm]", labelSize: 16 }, {
-          ...axes,
-          size: 58,
-          label: "[N·m]",
-          labelSize: 16,
-        }],
-        series: [
-          {},
-          { stroke: colour(0), paths: () => null, points: { show: true, size: 4, fill: colour(0) } },
-          edge(variable("--ink"), [5, 4]),
-          edge(variable("--ink"), [5, 4]),
-          edge(variable("--red"), []),
-          edge(variable("--red"), []),
-        ],
-      },
-      data,
-      canvas,
-    );
-    canvas.querySelector("canvas").setAttribute("aria-hidden", "true");
-  };
-  charts.push(made);
-  made.build();
 }

@@ -1,0 +1,68 @@
+// Reserves of the links: how each would fail, and the first failure.
+const MODES = {
+  yield: "yield",
+  endurance: "endurance",
+  buckling: "buckling",
+  deflection: "deflection",
+  chord: "deflection from chord",
+  life: "life",
+  "limit speed": "limit speed",
+};
+const MOST = 1000; // largest printed reserve
+const reserveWords = (
+  reserve,
+) => (reserve ? (reserve.value > MOST ? `more than ${MOST}` : number(reserve.value, 3) + errorWords(reserve)) : "");
+
+// Place of a failure: label of the beam, position along it (missing for a whole beam), and instant.
+function spotOf(mode, reserve) {
+  const { label } = reserve,
+    known = {
+      yield: () => summary.strength[label]?.safety_factor,
+      deflection: () => summary.peaks[label]?.w,
+      chord: () => summary.peaks[label]?.chord,
+      endurance: () => summary.life?.links[label],
+      life: () => summary.life?.links[label],
+    };
+  return { label, along: known[mode]?.()?.along ?? null, at: reserve };
+}
+
+// Place of the first failure of the machine; null if there is none, or for a whole beam.
+function firstSpot() {
+  const row = summary.breaks_first?.[0],
+    spot = row && spotOf(row.governs, row.reserve),
+    beam = spot?.along ? summary.links.findIndex((each) => each.label === spot.label) : -1;
+  return beam < 0 ? null : {
+    beam,
+    part: spot.along.value / summary.links[beam].length.value,
+    words: `breaks first: ${row.link} by ${MODES[row.governs]}, reserve ${reserveWords(row.reserve)}`,
+  };
+}
+
+function breaksFirst() {
+  const rows = summary.breaks_first;
+  if (!rows.length) return;
+  const modes = Object.keys(MODES).filter((mode) => rows.some((row) => row.reserves[mode]));
+  section(
+    "breaks-first",
+    "Reserves",
+    "What breaks first",
+    soft(
+      "Reserve: load factor until a link yields, breaks, buckles or exceeds its limit. Below 1 it has " +
+        "failed. The red ring on the mechanism marks the first failure.",
+    ),
+    longTable(rows, [
+      { name: "Link", text: (row) => row.link },
+      { name: "governs", text: (row) => MODES[row.governs] },
+      { name: "reserve", of: (row) => row.reserve.value, words: (row) => reserveWords(row.reserve), worst: "least" },
+      { name: "where", text: (row) => whereWords(spotOf(row.governs, row.reserve)) },
+      ...modes.map((mode) => ({
+        name: MODES[mode],
+        of: (row) => row.reserves[mode]?.value ?? NaN,
+        words: (row) => reserveWords(row.reserves[mode]),
+      })),
+    ], "Reserves of the links"),
+  );
+}
+
+const whereWords = ({ label, along, at }) =>
+  [label, placeWords(label, { along }), at.drive ? atWords(at) : ""].filter(Boolean).join(", ");
