@@ -1,5 +1,6 @@
 // The chosen part: choose, add, copy and remove.
-import { draw, fit, toScreen, view } from "./drawing.js";
+import { draw } from "./drawing.js";
+import { fit, toScreen, view } from "./view.js";
 import { inspect } from "./inspector.js";
 import { listNumbers, number } from "./numbers.js";
 import { BESIDE, NUMBERED, partName, parts, placeOfChosen, tableAt, TABLES } from "./parts.js";

@@ -1,5 +1,5 @@
 // Entries of the chosen part as the file has them, and those that it may have in addition.
-import { view } from "./drawing.js";
+import { view } from "./view.js";
 import { edit } from "./requests.js";
 import { $, hold, state } from "./state.js";
 import { placeOfChosen, tableAt } from "./parts.js";

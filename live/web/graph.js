@@ -1,5 +1,5 @@
 // A graph of one figure over the positions, beside the drawing; and lists that can be searched.
-import { quantity, view } from "./drawing.js";
+import { quantity, view } from "./view.js";
 /** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const SHORT = 12; // entries of a list that needs no search

@@ -1,7 +1,7 @@
 // Scenes from elsewhere, and links that carry this one.
 import * as share from "./share.js";
 import * as text from "./text.js";
-import { fit, view } from "./drawing.js";
+import { fit, view } from "./view.js";
 import { hush, notice } from "./notices.js";
 import { changed } from "./requests.js";
 import { show } from "./shown.js";

@@ -1,5 +1,5 @@
 // Fields of the chosen link or drive.
-import { quantity, view } from "./drawing.js";
+import { quantity, view } from "./view.js";
 import { edit } from "./requests.js";
 import { $, hold, state } from "./state.js";
 import { listEntries } from "./entries.js";

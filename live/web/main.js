@@ -2,7 +2,8 @@
 import * as talk from "./talk.js";
 import * as text from "./text.js";
 import * as tools from "./tools.js";
-import { draw, drawGrid, fit, measure, view } from "./drawing.js";
+import { draw, drawGrid } from "./drawing.js";
+import { fit, measure, view } from "./view.js";
 import { add, ADDED, choose, chooseNew, copy, listParts, remove } from "./choosing.js";
 import { enter, showEntry } from "./entries.js";
 import { download, save, watch } from "./file.js";

@@ -1,7 +1,7 @@
 // Numbers of the scene: the list, the slider, and dragging.
 import * as talk from "./talk.js";
 import * as text from "./text.js";
-import { quantity, view } from "./drawing.js";
+import { quantity, view } from "./view.js";
 import { figure } from "./graph.js";
 import { NUMBERED, PATHS } from "./parts.js";
 import { ask, changed } from "./requests.js";

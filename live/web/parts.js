@@ -1,5 +1,5 @@
 // Parts of the scene by kind and name, and their tables in the file.
-import { view } from "./drawing.js";
+import { view } from "./view.js";
 import { state } from "./state.js";
 
 export const PATHS = {

@@ -1,7 +1,7 @@
 // Requests of answers to the text: quick ones, edits one after the other, and the whole answer.
 import * as talk from "./talk.js";
 import * as text from "./text.js";
-import { rescale, view } from "./drawing.js";
+import { rescale, view } from "./view.js";
 import { hush, keepInBrowser, notice } from "./notices.js";
 import { show, theoryWords } from "./shown.js";
 import { $, state } from "./state.js";

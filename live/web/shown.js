@@ -1,5 +1,6 @@
 // The drawing, its graph and the figures at a position; and the course over all positions.
-import { draw, drawGrid, quantity, view } from "./drawing.js";
+import { draw, drawGrid } from "./drawing.js";
+import { quantity, view } from "./view.js";
 import { drawGraph, listFigures } from "./graph.js";
 import { $, state } from "./state.js";
 

@@ -1,18 +1,7 @@
 // Tools on the drawing: pointer and keys become edits of the scene.
-import {
-  draw,
-  drawGrid,
-  gridStep,
-  handle,
-  linkUnder,
-  nearestPosition,
-  pointNow,
-  pointUnder,
-  quantity,
-  toPlane,
-  toScreen,
-  view,
-} from "./drawing.js";
+import { draw, drawGrid } from "./drawing.js";
+import { linkUnder, nearestPosition, pointUnder } from "./links.js";
+import { gridStep, handle, pointNow, quantity, toPlane, toScreen, view } from "./view.js";
 /** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const svg = $("svg");

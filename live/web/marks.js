@@ -1,0 +1,55 @@
+// Symbols of the sheet or of the moving scene, points and their names.
+import { isUnder, markAttributes } from "./symbols.js";
+import { fill } from "./layers.js";
+import { toScreen, view } from "./view.js";
+
+const NEAR_UNIT = 8.5; // [pixels] size of a symbol
+const pair = (name, k, i) => {
+  const { values, shape } = view.picture.arrays[name], n = 2 * (k * shape[1] + i);
+  return [values[n], values[n + 1]];
+};
+
+// Marks of the moving scene, or of its tables as long as it does not move.
+export function symbols(sheet, place, live, picture, i) {
+  const local = ({ link, local: [x, y] }) => {
+    const [ox, oy] = pair("origin", link, i), [c, s] = pair("direction", link, i);
+    return [ox + c * x - s * y, oy + s * x + c * y];
+  };
+  const way = ({ spin, axis }) => {
+    if (live && spin !== null) return pair("spin", spin, i);
+    if (!axis) return [1, 0];
+    const [c, s] = live ? pair("direction", axis.link, i) : [1, 0], [x, y] = axis.way;
+    return [c * x - s * y, s * x + c * y];
+  };
+  const frame = {
+    scale: view.scale,
+    unit: NEAR_UNIT,
+    at: (spot) => {
+      const spotPlace = spot.point ? place(spot.point) : local(spot);
+      return spotPlace && toScreen(spotPlace);
+    },
+    way,
+    mirrored: (drive) => live && picture.arrays.rate.values[drive * picture.positions + i] < 0,
+    colour: () => "var(--ink)",
+  };
+  const path = (mark, more = {}) => ["path", { ...markAttributes(mark, frame), ...more }];
+  const marks = [...(live ? picture.marks : sheet.marks ?? []), ...sheet.discs];
+  fill("under", marks.filter(isUnder).map((mark) => path(mark)));
+  fill("symbols", marks.filter((mark) => !isUnder(mark)).map((mark) => path(mark)));
+  const pins = sheet.pins.filter(({ at }) => place(at.point)),
+    chosen = view.chosen?.kind === "point" && view.chosen.name;
+  fill(
+    "pins",
+    pins.map((mark) => {
+      const name = mark.at.point, kind = `mark ${mark.kind}${mark.kind === "pin" ? "" : " pin"}`;
+      return path(mark, { "data-point": name, class: name === chosen ? `${kind} picked` : kind });
+    }),
+  );
+  fill(
+    "names",
+    pins.map(({ at: { point } }) => {
+      const [x, y] = toScreen(place(point));
+      return ["text", { x: x + 10, y: y - 9 }, point];
+    }),
+  );
+}

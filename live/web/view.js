@@ -1,0 +1,109 @@
+// The view: what is drawn at which scale, and places on the screen and in the plane.
+const svg = document.getElementById("svg");
+/** @type {Record<string, any>} */
+export const view = {
+  x: 0,
+  y: 0,
+  scale: 400,
+  factor: 1,
+  most: 0,
+  position: 0,
+  sheet: null,
+  picture: null,
+  stale: false,
+  chosen: null,
+  preview: null,
+  guides: [],
+  cursor: null,
+  paths: true,
+  sizes: false,
+  trace: null,
+  width: 1,
+  height: 1,
+};
+
+// The stage's size, read once: reading it while marks change would lay the page out anew each time.
+export function measure() {
+  [view.width, view.height] = [svg.clientWidth || 1, svg.clientHeight || 1];
+}
+measure();
+
+export function quantity(value, unit, digits = 3) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  if (unit === "rad") return `${Number(((value * 180) / Math.PI).toPrecision(digits + 1))}°`;
+  if (unit === "1" || unit === "") return String(Number(value.toPrecision(digits)));
+  const told = view.picture?.units[unit]; // the unit of the scene
+  if (told) return `${Number((value * told[0]).toPrecision(digits))} ${told[1]}`;
+  const prefixes = unit === "m"
+    ? [[1, "m"], [1e-3, "mm"], [1e-6, "µm"]]
+    : /^(N|Pa|W|N m)$/.test(unit)
+    ? [[1e9, `G${unit}`], [1e6, `M${unit}`], [1e3, `k${unit}`], [1, unit], [1e-3, `m${unit}`]]
+    : [[1, unit]];
+  const [factor, name] = prefixes.find(([each]) => (Math.abs(value) || 1) >= 0.9995 * each) ?? prefixes.at(-1);
+  return `${Number((value / factor).toPrecision(digits))} ${name}`;
+}
+
+/** @type {(place: number[]) => [number, number]} */
+export const toScreen = (
+  [x, y],
+) => [view.width / 2 + (x - view.x) * view.scale, view.height / 2 - (y - view.y) * view.scale];
+/** @type {(place: number[]) => [number, number]} */
+export const toPlane = (
+  [x, y],
+) => [view.x + (x - view.width / 2) / view.scale, view.y - (y - view.height / 2) / view.scale];
+
+// Grid steps are 1, 2 or 5 times a power of ten, and no closer than some pixels.
+export function gridStep(least = 12) {
+  const raw = least / view.scale, power = 10 ** Math.floor(Math.log10(raw));
+  return power * ([1, 2, 5, 10].find((each) => each * power >= raw));
+}
+
+// A point where it can be taken: at the start of the motion, or as drawn where nothing moves.
+export function handle(name) {
+  const { picture, sheet, stale } = view, at = picture && !stale ? picture.points.indexOf(name) : -1;
+  return at < 0 ? sheet?.points[name] ?? null : pointAt(at, 0);
+}
+export function pointAt(at, position) {
+  const { values, shape } = view.picture.arrays.points, k = 2 * (at * shape[1] + position);
+  return [values[k], values[k + 1]];
+}
+export const pointNow = (name) => {
+  const at = view.picture?.points.indexOf(name) ?? -1;
+  return at < 0 ? view.sheet?.points[name] ?? null : pointAt(at, view.position);
+};
+
+export function fit() {
+  const places = Object.values(view.sheet?.points ?? {});
+  if (view.picture) places.push(...view.picture.extent);
+  if (!places.length) {
+    Object.assign(view, { x: 0.2, y: 0.1, scale: view.width / 0.7 });
+    return;
+  }
+  const span = (k) => [Math.min(...places.map((p) => p[k])), Math.max(...places.map((p) => p[k]))],
+    [[l, r], [b, t]] = [span(0), span(1)];
+  Object.assign(view, {
+    x: (l + r) / 2,
+    y: (b + t) / 2,
+    scale: Math.min((view.width - 90) / Math.max(r - l, 1e-3), (view.height - 90) / Math.max(t - b, 1e-3)),
+  });
+}
+
+// The factor by which displacements are drawn, and the stress of the last colour: kept while something is dragged.
+export function rescale() {
+  const { picture } = view;
+  if (!picture?.arrays.bent) return;
+  let largest = 0, most = 0, extent = 0;
+  const { bent, stress, points } = picture.arrays;
+  for (const value of bent.values) if (Math.abs(value) > largest) largest = Math.abs(value);
+  for (const value of stress.values) if (value > most) most = value;
+  for (const value of points.values) {
+    if (Math.abs(value - points.values[0]) > extent) extent = Math.abs(value - points.values[0]);
+  }
+  view.most = most;
+  if (!largest) {
+    view.factor = 1;
+    return;
+  }
+  const raw = (0.06 * extent) / largest, power = 10 ** Math.floor(Math.log10(raw));
+  view.factor = Math.max(1, power * [5, 2, 1].find((each) => each * power <= raw));
+}
