@@ -120,3 +120,12 @@ def test_the_share_of_accepted_machines_by_hand():
     assert binom.cdf(many, 2001, found.high) == pytest.approx(0.025, rel=1e-6)
     judged[1] = Judgement(limits[1], "cannot be judged", 0, 2.9, math.nan, "")
     assert math.isnan(kept_share(figures, judged, full).in_full)
+
+
+def test_a_machine_of_which_a_link_yields_keeps_no_limit():
+    """A quarter of them yields, and all keep the limit of the deflection by half of it."""
+    safety, deflection = np.array([0.9, 1.2, 1.3, 1.4]), np.full(4, 0.5)
+    full = {"safety": FullColumn(safety, 0.0, 0.0), "deflection": FullColumn(deflection, 0.0, 0.0)}
+    judged = [Judgement(Limit("deflection", 1.0), "kept", 0, 0.5, 0.0, "")]
+    found = kept_share({"safety": safety, "deflection": deflection}, judged, full)
+    assert (found.plain, found.in_full) == (0.75, 0.75)

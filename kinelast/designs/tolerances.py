@@ -17,6 +17,7 @@ from kinelast.designs.full_sample import FullColumn, kept_by
 from kinelast.designs.sensitivities import FigureColumns, FiguresOf, Sensitivities
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.limits import UNKNOWN, FullAnswer, Judgement
+from kinelast.figures.ranges import STRENGTH
 from kinelast.scene.figure import FIXED, SCENE, Figure, fixed, largest_of, whole
 from kinelast.scene.limits import OUTPUT_ERROR, Output
 from kinelast.scene.variables import Variable
@@ -191,7 +192,7 @@ class KeptShare:
 def kept_share(
     columns: Mapping[str, Reals], judgements: Sequence[Judgement], full: Mapping[str, FullColumn], output: str = ""
 ) -> KeptShare:
-    """Estimate the share of machines that keep all limits.
+    """Estimate the share of machines that keep all limits; a machine of which a link yields keeps none.
 
     Parameters
     ----------
@@ -204,13 +205,16 @@ def kept_share(
     output
         Name of the column with the total output error.
     """
-    plain = np.logical_and.reduce([each.limit.kept(columns[each.limit.figure]) for each in judgements])
+    limits = [each.limit for each in judgements]
+    if STRENGTH.figure in columns and STRENGTH.figure in full:
+        limits.append(STRENGTH)
+    plain = np.logical_and.reduce([limit.kept(columns[limit.figure]) for limit in limits])
     bound = next((each.limit for each in judgements if each.limit.figure == OUTPUT_ERROR), None)
     beyond = math.nan if bound is None or output not in columns else float(np.mean(~bound.kept(columns[output])))
-    known = all(np.isfinite(full[each.limit.figure].value).all() for each in judgements)
+    known = all(np.isfinite(full[limit.figure].value).all() for limit in limits)
     if not known or any(each.outcome == UNKNOWN for each in judgements):
         return KeptShare(float(plain.mean()), math.nan, math.nan, math.nan, beyond)
-    rows = [(each.limit.kept, each.limit.least, full[each.limit.figure]) for each in judgements]
+    rows = [(limit.kept, limit.least, full[limit.figure]) for limit in limits]
     few, kept, many = (kept_by(rows, side) for side in (1.0, 0.0, -1.0))
     low, high = (binomtest(int(np.count_nonzero(each)), len(each)).proportion_ci(0.95, "exact") for each in (few, many))
     return KeptShare(float(plain.mean()), float(kept.mean()), float(low.low), float(high.high), beyond)
