@@ -19,7 +19,8 @@ from elastic.elastodynamics.time_grid import Grid, scheme
 from rigid.arrays import Flags, Numbers, Reals
 
 RESOLVED = 2.0  # largest exponent of growth in an element that the method follows
-TOGETHER = 256  # elements solved at once, to limit memory
+KEPT = 256  # elements of a grid whose matrices are kept
+TOGETHER = 500_000  # numbers of the matrices of elements that are solved at once, to limit memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,9 +92,10 @@ class Propagation:
         for part, steps, equations in _parts(self.grid, self.equations):
             x2: Any
             if often and self.inverse is not None:
-                x2 = self.inverse @ right[part]
+                x2 = self.inverse[part] @ right[part]
             else:
-                x2 = np.linalg.solve(_matrix(steps, equations) if self.matrix is None else self.matrix, right[part])
+                matrix = _matrix(steps, equations) if self.matrix is None else self.matrix[part]
+                x2 = np.linalg.solve(matrix, right[part])
             x2 = x2.reshape(len(steps), self.grid.stages, -1)
             h = steps[:, None]
             accelerations[part, ..., -1] = x2
@@ -124,11 +126,13 @@ def propagation(grid: Grid, equations: Equations) -> Propagation:
     """Solve all elements at once, for unit initial states and for the load."""
     count, r = len(grid.steps), equations.load.shape[-1]
     states, accelerations = np.empty((count, 2 * r, 2 * r + 1)), np.empty((count, grid.stages, r, 2 * r + 1))
-    matrix: Any = None
+    kept = np.empty((count, grid.stages * r, grid.stages * r)) if count <= KEPT else None
     for part, steps, own in _parts(grid, equations):
         matrix = _matrix(steps, own)
         states[part], accelerations[part] = _elements(matrix, steps, own)
-    return Propagation(grid, equations, states, accelerations, matrix if count <= TOGETHER else None)
+        if kept is not None:
+            kept[part] = matrix
+    return Propagation(grid, equations, states, accelerations, kept)
 
 
 def periodic_amplitudes(grid: Grid, equations: Equations) -> tuple[Numbers, Reals]:
@@ -188,8 +192,10 @@ def outgrown(steps: Reals, equations: Equations) -> Flags:
 
 def _parts(grid: Grid, equations: Equations) -> Iterator[tuple[slice, Any, Equations]]:
     """Yield batches of elements: slice, durations, equations."""
-    for first in range(0, len(grid.steps), TOGETHER):
-        part = slice(first, first + TOGETHER)
+    size = max(1, grid.stages * equations.load.shape[-1])
+    count = max(1, TOGETHER // size**2)
+    for first in range(0, len(grid.steps), count):
+        part = slice(first, first + count)
         points = slice(part.start * grid.stages, part.stop * grid.stages)
         yield part, grid.steps[part], Equations(*(values[points] for values in vars(equations).values()))
 
