@@ -57,12 +57,15 @@ class Base:
         For each number, True if it can be an array; designs that differ in another number are computed separately.
     measures
         Requested figures.
+    by_position
+        True if a figure has data for each position, such as places of a path: then there are no instants between them.
     """
 
     document: Document
     places: tuple[Place, ...]
     on_axis: tuple[bool, ...]
     measures: tuple[Measure, ...]
+    by_position: bool = False
 
     @property
     def table(self) -> SceneTable:
@@ -88,7 +91,7 @@ class Base:
         With designs on an axis, the breaks are those of the nominal mechanism under the laws of these designs.
         """
         course, times = scene.course, scene.course.times()
-        if times.ndim > 1:
+        if times.ndim > 1 or self.by_position:
             return times
         if any(self.on_axis):
             nominal = self.scene.course
@@ -117,7 +120,8 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | Fi
     default = [name for name, each in known.items() if each.figure.told and each.items is None]
     names: Sequence[str | Figure] = default if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
-    return Base(document, places, on_axis, tuple(chosen(known, names)))
+    by_position = not all(isinstance(name, str) for name in names)  # places of a path, or of the nominal output
+    return Base(document, places, on_axis, tuple(chosen(known, names)), by_position)
 
 
 def design_measures(scene: Scene, output: Output | None) -> dict[str, Measure]:
