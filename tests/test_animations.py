@@ -261,7 +261,7 @@ class TestRendering:
 class TestFiles:
     """Files of stills and films are complete or absent."""
 
-    def test_film(self, four_bar, tmp_path):
+    def test_a_film_has_all_frames(self, four_bar, tmp_path):
         from imageio_ffmpeg import get_ffmpeg_exe
 
         calls = []
@@ -275,7 +275,7 @@ class TestFiles:
         assert calls == [(k, 6) for k in range(1, 7)]
         assert list(tmp_path.iterdir()) == [path]
 
-    def test_gif(self, inverted, tmp_path):
+    def test_a_gif_has_all_frames_and_colours(self, inverted, tmp_path):
         from PIL import Image
 
         (path,) = movie(inverted, "bending-moment", tmp_path / "film.gif", 5, SMALL)
@@ -286,7 +286,7 @@ class TestFiles:
         for wanted in (over("white"), over("white", POSITIVE), over("white", NEGATIVE)):
             assert min(np.abs(np.array(colour) - 255 * wanted).max() for colour in colours) <= 2
 
-    def test_numbered_stills(self, slider_crank, tmp_path):
+    def test_stills_are_numbered_by_position(self, slider_crank, tmp_path):
         from PIL import Image
 
         written = movie(slider_crank, "shape", tmp_path / "still.png", 3, SMALL)
@@ -339,11 +339,11 @@ class TestFiles:
             ({"style": Style(outlines={"crank": [0, 1]})}, '"crank" has 2 corners'),
         ],
     )
-    def test_mistakes(self, change, message, four_bar, tmp_path):
-        asked = {"diagram": "slope", "path": "film.mp4"} | change
-        asked["path"] = tmp_path / asked["path"]
+    def test_wrong_arguments_write_no_file(self, change, message, four_bar, tmp_path):
+        arguments = {"diagram": "slope", "path": "film.mp4"} | change
+        arguments["path"] = tmp_path / arguments["path"]
         with pytest.raises(ValueError, match=message):
-            movie(four_bar, **asked)
+            movie(four_bar, **arguments)
         assert list(tmp_path.iterdir()) == []
 
     def test_an_unknown_position_is_an_error(self, four_bar, tmp_path):
@@ -370,7 +370,7 @@ class TestFiles:
             ({"background": "blau"}, 'no colour "blau"'),
         ],
     )
-    def test_invalid_styles(self, change, message):
+    def test_invalid_styles_are_errors(self, change, message):
         with pytest.raises(ValueError, match=message):
             Style(**change)
 
@@ -461,5 +461,5 @@ def test_quantities_have_prefixes():
     assert [quantity(*value) for value in values] == ["1 mm", "1 mm", "1 kN", "0 rad", "0.2 pm", "-42 kN/m"]
 
 
-def test_round_numbers():
+def test_scales_are_round_numbers_below_a_value():
     assert [round_below(value) for value in (0.99, 1.0, 4.99, 5.0, 7e-5, 0.003)] == [0.5, 1.0, 2.0, 5.0, 5e-5, 0.002]

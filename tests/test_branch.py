@@ -169,9 +169,9 @@ def test_a_kite_passes_its_folded_position(angle):
         drawn_bar("rocker", "D", "B", {"D": 0, "B": side}),
     )
     drawing = {"O": 0, "D": 0.1, "A": 0.1 * np.exp(1j * start), "B": fold(start)}
-    asked = np.array([start, angle, angle + 0.5])
-    found = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), asked)
-    np.testing.assert_allclose(found.direction[3], (fold(asked) - 0.1) / side, rtol=0, atol=1e-7)
+    angles = np.array([start, angle, angle + 0.5])
+    found = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), angles)
+    np.testing.assert_allclose(found.direction[3], (fold(angles) - 0.1) / side, rtol=0, atol=1e-7)
     assert not found.condition[1] <= 1e12
 
 

@@ -153,9 +153,9 @@ def four_bar(rocker="250 mm"):
 def test_a_built_mechanism_and_its_file_give_the_same_bits(theory, tmp_path):
     built = four_bar()
     (tmp_path / "again.toml").write_text(built.text())
-    asked = {"theory": theory, "positions": 48}
-    result = answer(load("steel_four_bar"), **asked)
-    for mine in (answer(load(tmp_path / "again.toml"), **asked), answer(built, **asked)):
+    options = {"theory": theory, "positions": 48}
+    result = answer(load("steel_four_bar"), **options)
+    for mine in (answer(load(tmp_path / "again.toml"), **options), answer(built, **options)):
         for name in result.beams:
             assert mine.beams[name].w.tobytes() == result.beams[name].w.tobytes()
         assert mine.drives.crank.effort.tobytes() == result.drives.crank.effort.tobytes()
@@ -264,17 +264,17 @@ class TestWrongArguments:
     """Wrong arguments raise Python's usual errors with one sentence."""
 
     @pytest.mark.parametrize("ask", [motion, deflection, report, answer])
-    def test_no_scene(self, ask):
+    def test_a_name_is_not_a_scene(self, ask):
         with pytest.raises(TypeError, match=r"expected a scene, .*, got 'steel_four_bar'; load\('steel_four_bar'\)"):
             ask("steel_four_bar")
 
     @pytest.mark.parametrize("ask", [picture, to_pandas])
-    def test_no_result(self, ask):
+    def test_a_scene_is_not_a_result(self, ask):
         with pytest.raises(TypeError, match=r"expected a .*deflection"):
             ask(load("steel_four_bar"))
 
     @pytest.mark.parametrize(
-        ("asked", "words"),
+        ("options", "words"),
         [
             ({"theory": "elastodynamics"}, 'expected one of quasi-static, .*; did you mean "elastodynamic"'),
             ({"accuracy": 5}, "accuracy: expected a share"),
@@ -283,9 +283,9 @@ class TestWrongArguments:
             ({"positions": 1.5}, "positions: expected a whole number"),
         ],
     )
-    def test_no_such_option(self, asked, words):
+    def test_no_such_option(self, options, words):
         with pytest.raises(ValueError, match=words):
-            answer(four_bar(), **asked)
+            answer(four_bar(), **options)
 
     @pytest.mark.parametrize("name", ["nowhere.toml", "nowhere"])
     def test_a_missing_file(self, name, tmp_path, monkeypatch):

@@ -123,7 +123,7 @@ class TestTranslatingFollower:
     """R. L. Norton, Cam Design and Manufacturing Handbook, chapter 7; the plate cam turns in either sense."""
 
     @pytest.mark.parametrize("speed", ["600 rpm", "-600 rpm"])
-    def test_roller(self, speed):
+    def test_a_roller_follower_agrees_with_the_handbook(self, speed):
         cycle = cycle_of(with_cam(TAPPET, speed=speed))
         (flank,) = cam_flanks(cycle, "plate")
         w = cycle.scene.cams["plate"].speed
@@ -422,8 +422,8 @@ class TestFigures:
         given["loads"] = [{"link": "tappet", "point": "A", "force": [0, -40]}]
         from kinelast.figures.summary import summary
 
-        told = summary(computed(scene_from_dict(given), Request()))
-        outcomes = {row["kind"]: row["outcome"] for row in told["acceptance"]["limits"]}
+        summarized = summary(computed(scene_from_dict(given), Request()))
+        outcomes = {row["kind"]: row["outcome"] for row in summarized["acceptance"]["limits"]}
         expected = {"cam_pressure": "kept", "cam_pressure_angle": "not kept", "cam_radius": "kept"}
         assert expected.items() <= outcomes.items()
 
@@ -463,10 +463,10 @@ class TestMistakes:
             ),
         ],
     )
-    def test_messages(self, keys, message):
-        told = scene_error(with_cam(TAPPET, **keys))
-        assert message in told
-        assert told.startswith("scene.toml: [cams.plate]")
+    def test_the_message_names_the_cam(self, keys, message):
+        error = scene_error(with_cam(TAPPET, **keys))
+        assert message in error
+        assert error.startswith("scene.toml: [cams.plate]")
 
     def test_a_law_that_does_not_return(self):
         given = tables(TAPPET)
@@ -492,8 +492,8 @@ class TestMistakes:
     def test_a_second_cam_of_a_drive(self):
         given = tables(TAPPET)
         given["cams"]["second"] = given["cams"]["plate"]
-        told = scene_error(given)
-        assert '[cams.second] drive: the drive "guide" has its motion from the cam "plate" already' in told
+        error = scene_error(given)
+        assert '[cams.second] drive: the drive "guide" has its motion from the cam "plate" already' in error
 
     def test_the_drive_must_be_named_if_there_are_several(self):
         given = with_cam(EQUIVALENT)
@@ -550,8 +550,8 @@ def folder(tmp_path_factory):
     out = tmp_path_factory.mktemp("cams")
     scene = out / "groove.toml"
     scene.write_text(TAPPET.replace("width = 8", 'width = 8, flank = "both"'), encoding="utf-8")
-    asked = ("--quiet", "--dxf", "--positions", "60", "--theory", "quasi-static")
-    assert main([str(scene), *asked, "-o", str(out)]) == 0
+    options = ("--quiet", "--dxf", "--positions", "60", "--theory", "quasi-static")
+    assert main([str(scene), *options, "-o", str(out)]) == 0
     return out / "groove"
 
 
@@ -656,9 +656,9 @@ def test_a_machine_with_a_failing_cam_is_not_acceptable(given, pressed, level, w
     scene["loads"] = [{"link": "tappet", "point": "A", "force": [0, -pressed]}]
     scene["limits"] = {"figures": {"shaking_force": "1 MN"}}
     results = computed(scene_from_dict(scene), Request())
-    told = summary(results)["acceptance"]
-    assert told["verdict"] == ("cannot be judged" if why else "acceptable")
-    assert told["problem"].startswith(why)
+    acceptance = summary(results)["acceptance"]
+    assert acceptance["verdict"] == ("cannot be judged" if why else "acceptable")
+    assert acceptance["problem"].startswith(why)
     cams = [each for each in findings(results) if each.heading == "Cams"]
     assert [each.level for each in cams][:1] == [level] * bool(level)
     assert not words or words in cams[0].text

@@ -156,11 +156,11 @@ def test_a_report_has_a_slider_for_a_single_varied_number(scene, driver):
         "const slider = document.getElementById('what-if-value'); slider.value = 0; "
         "slider.dispatchEvent(new Event('input'))"
     )
-    told = page.run(
+    shown = page.run(
         "return [...document.querySelectorAll('#what-if tbody tr')].map((row) => row.children[3].textContent)"
     )
     mass = [figure["name"] for figure in given["figures"]].index("mass")
     here = given["figures"][mass]["values"]
-    assert told[mass][1:] == f"{100 * (1 - here[0] / here[given['here']]):.3g} %"
+    assert shown[mass][1:] == f"{100 * (1 - here[0] / here[given['here']]):.3g} %"
     assert page.run("return document.querySelectorAll('#what-if .chart').length") == 4
     assert page.logs() == []

@@ -52,24 +52,24 @@ def blocks(page):
     end = 0
     for block in BLOCK.finditer(text):
         notes, kind, code = block.groups()
-        told = NOTE.findall(text[end : block.start()] + notes)
+        remarks = NOTE.findall(text[end : block.start()] + notes)
         saved = SAVED.findall(text[end : block.start()])
         end = block.end()
-        into = [words for note, words in told if note == "into"]
-        if kind in RUN and not any(note == "not run" for note, _ in told):
-            steps = [words for note, words in told if note == "step"]
+        into = [words for note, words in remarks if note == "into"]
+        if kind in RUN and not any(note == "not run" for note, _ in remarks):
+            steps = [words for note, words in remarks if note == "step"]
             yield Block(kind, code, text[: block.start(3)].count("\n"), [*saved, *into, ""][0], steps)
 
 
 def commands(text):
     """Yield the commands of a block, each with its expected lines."""
-    told = []
+    calls = []
     for line in text.splitlines():
         if call := COMMAND.match(line):
-            told.append((call[1], []))
-        elif told and line:
-            told[-1][1].append(line)
-    return told
+            calls.append((call[1], []))
+        elif calls and line:
+            calls[-1][1].append(line)
+    return calls
 
 
 PAGES = [page for page in pages() if any(blocks(page))]

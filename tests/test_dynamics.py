@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mechanisms import ALL, Case, bar, four_bar, motion_of, replaced, slider_crank, three_cranks, turn
+from mechanisms import ALL, Case, bar, four_bar, motion_of, replaced, slider_crank, three_cranks, turn, with_lump
 from test_gears import geared_four_bar
 
 from rigid import (
@@ -431,14 +431,7 @@ class TestRotors:
 
     @staticmethod
     def with_disc(mechanism, inertia):
-        name = mechanism.drives[0].link
-        links = [
-            Link(link.name, link.points, link.beams, (*link.lumps, Lump("O", 0.0, inertia)))
-            if link.name == name
-            else link
-            for link in mechanism.links
-        ]
-        return replaced(mechanism, links=tuple(links))
+        return with_lump(mechanism, mechanism.drives[0].link, Lump("O", 0.0, inertia))
 
     def test_its_effort_energy_and_equation_of_motion(self):
         mechanism, inertia = four_bar().mechanism, 0.7

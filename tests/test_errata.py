@@ -273,7 +273,7 @@ class TestErratum1:
     """(2), integrand: the third bracket ends with the cube."""
 
     @pytest.mark.parametrize("k", range(3))
-    def test_integrand(self, k):
+    def test_the_integrand_interpolates_the_moment(self, k):
         third = np.array([0.2, 0.5, 0.9])
         exact = np.array([moment(k, x * LENGTH[k]) for x in third])
 
@@ -306,7 +306,7 @@ class TestErratum2:
         assert corrected == pytest.approx(elongation, rel=1e-4)
         assert abs(printed / elongation) > 1e4
 
-    def test_end_displacement(self):
+    def test_the_end_displacement_divides_by_EA(self):
         N1, N2, N3 = nodal_pulls(2)
         corrected = -LENGTH[2] / EA[2] * (N1 / 6 + 2 * N2 / 3 + N3 / 6)
         printed = -LENGTH[2] / EI[2] * (N1 / 6 + 2 * N2 / 3 + N3 / 6)
@@ -318,7 +318,7 @@ class TestErratum3:
     """(5): the N_k1 term occurs once."""
 
     @pytest.mark.parametrize("k", range(3))
-    def test_longitudinal_displacement(self, k):
+    def test_the_longitudinal_displacement_is_right_with_one_term(self, k):
         x = 0.6 * LENGTH[k]
         exact = stretched(k, x)
         assert bracket_5(k, x) == pytest.approx(exact, rel=1e-12)
@@ -350,7 +350,7 @@ class TestErratum4:
 class TestErratum5:
     """Second equation after (9): uy1l is multiplied by cos(theta_1)."""
 
-    def test_both_sides(self):
+    def test_both_sides_of_the_equation_are_equal(self):
         left = REFERENCE["ux20"] * sin(THETA[1]) + REFERENCE["uy20"] * cos(THETA[1])
         corrected = REFERENCE["ux1l"] * sin(THETA[0]) + REFERENCE["uy1l"] * cos(THETA[0])
         printed = REFERENCE["ux1l"] * sin(THETA[0]) + REFERENCE["uy1l"] * cos(THETA[1])
@@ -361,7 +361,7 @@ class TestErratum5:
 class TestErratum6:
     """(11): the subtracted bracket is that of (10)."""
 
-    def test_transverse_displacement(self):
+    def test_the_transverse_displacement_subtracts_the_bracket_of_10(self):
         (s1, c1), (s2, c2) = ((sin(angle), cos(angle)) for angle in THETA[:2])
         along, across = REFERENCE["ux1l"] * c1 - REFERENCE["uy1l"] * s1, REFERENCE["ux1l"] * s1 + REFERENCE["uy1l"] * c1
         assert passes(along * c2 + across * s2, "ux20")
@@ -372,7 +372,7 @@ class TestErratum6:
 class TestErratum7:
     """theta_3' is along C to D, not B to C."""
 
-    def test_angle(self):
+    def test_the_angle_is_from_C_to_D(self):
         corrected = atan2((D - C).imag, (D - C).real)
         printed = atan2((C - B).imag, (C - B).real)
         assert corrected == pytest.approx(THETA[2], rel=1e-15)
@@ -414,7 +414,7 @@ class TestErratum9:
         assert passes(self.printed(THETA[2]), "uy2l")
         assert wrong_by(self.printed(THETA[2] + tau / 2), "uy2l") > 0.5
 
-    def test_compact_forms(self):
+    def test_the_compact_forms_are_right(self):
         between = THETA[1] - THETA[2]
         ux2l, ux3l = REFERENCE["ux2l"], REFERENCE["ux3l"]
         assert passes((ux2l * cos(between) - ux3l) / sin(between), "uy2l")

@@ -18,6 +18,7 @@ from mechanisms import (
     slider_crank,
     stiff_plate,
     triad,
+    with_link,
 )
 
 from elastic import PRIMARY, Section, deflection, sample
@@ -186,8 +187,7 @@ def test_several_designs_equal_single_ones():
     together = four_bar()
     coupler = together.mechanism.links[together.mechanism.index["coupler"]]
     many = replace(coupler, points={"A": 0.0, "B": np.array(lengths)[:, None]})
-    links = tuple(many if link.name == "coupler" else link for link in together.mechanism.links)
-    case = together.with_(links=links)
+    case = replace(together, mechanism=with_link(together.mechanism, many))
     sections = (case.sections[0], Section(1e5, np.array(rigidities)[:, None]), case.sections[2])
     found = solve(motion_of(case), sections, 4)
     assert found.w.shape == (3, 3, 24, 5)

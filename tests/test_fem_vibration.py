@@ -146,7 +146,7 @@ class TestMechanisms:
         np.testing.assert_allclose(found[[0, 2]], [bare, tipped], rtol=1e-3)
         assert bare > found[1] > tipped
 
-    def test_several_designs(self):
+    def test_frequencies_of_designs_go_with_the_root_of_stiffness(self):
         case, factors = four_bar(), np.array([[1.0], [2.0], [5.0]])
         sections = [replace(s, EA=s.EA * factors, EI=s.EI * factors) for s in case.sections]
         found = natural_frequencies(motion_of(case), sections, 2, 2, [0, 7])

@@ -74,8 +74,8 @@ class TestAround:
         diagram = diagram_named("bending-moment")
         words = drive_words(four_bar)
         drive, *lines = headings(diagram, scales_of(four_bar, diagram, style), style, len(words(5)))
-        told = Words(words(5), drive.at, drive.height, drive.side)
-        boxes = [box(each) for each in (told, *lines)]
+        placed = Words(words(5), drive.at, drive.height, drive.side)
+        boxes = [box(each) for each in (placed, *lines)]
         assert min(each[0] for each in boxes) > 0
         assert max(each[1] for each in boxes) < size[0]
         assert max(each[3] for each in boxes) < size[1]
@@ -108,14 +108,14 @@ class TestNames:
         assert len(labels) == 1 + 16 + 10
         seen = np.zeros(len(labels))
         for position in range(0, 360, 5):
-            told = [(at, Words(label.at(position), label.middle[position], label.height, 0))
+            placed = [(at, Words(label.at(position), label.middle[position], label.height, 0))
                     for at, label in enumerate(labels) if label.at(position)]  # fmt: skip
-            boxes = [box(words) for _, words in told]
+            boxes = [box(words) for _, words in placed]
             assert not any(over(one, other) for one, other in combinations(boxes, 2))
             for left, right, low, high in boxes:
                 assert 0 < left < right < size[0]
                 assert FOOT * style.unit < low < high < size[1] - HEAD * style.unit
-            seen[[at for at, _ in told]] += 1 / 72
+            seen[[at for at, _ in placed]] += 1 / 72
         assert seen[0] == pytest.approx(1.0)  # the value
         assert np.mean(seen[1:17]) > 0.7  # names of points have priority
         assert min(seen[1:17]) > 0.3

@@ -181,9 +181,9 @@ def test_the_index_shows_one_verdict_and_one_limit_per_scene(driver, out):
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completions_list_all_options(shell, capsys):
     assert main(["--completion", shell]) == 0
-    told = capsys.readouterr().out
+    output = capsys.readouterr().out
     for word in ("theory", "geometrically-exact", "print", "kinelast", *shipped_scenes()):
-        assert word in told
+        assert word in output
 
 
 @pytest.mark.parametrize("width", [360, 1100, 1280])

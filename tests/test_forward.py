@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from mechanisms import ALL, bar, double_rocker, replaced, require_closed_loops, three_cranks, with_link
+from mechanisms import ALL, bar, double_rocker, replaced, require_closed_loops, three_cranks, with_link, with_lump
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 from tiers import in_tiers
@@ -376,13 +376,7 @@ class TestToggles:
         """Meanwhile another joint leads the inertia of the rotor."""
         (crank, *_), inertia = double_rocker(0.3).drives, 0.02
         geared = replaced(double_rocker(0.3), drives=(PinDrive(crank.link, crank.at, crank.on, inertia),))
-        links = [
-            Link(link.name, link.points, link.beams, (*link.lumps, Lump(crank.at, 0.0, inertia)))
-            if link.name == crank.link
-            else link
-            for link in double_rocker(0.3).links
-        ]
-        disc = replaced(double_rocker(0.3), links=tuple(links))
+        disc = with_lump(double_rocker(0.3), crank.link, Lump(crank.at, 0.0, inertia))
         time = np.linspace(0.0, 0.3, 31)
         courses = [forward(each, [Effort(5.0)], 0.3, 0.0, 0.3, 1e-10) for each in (geared, disc)]
         one, other = (motion_during(course, time) for course in courses)
@@ -416,7 +410,7 @@ class TestErrors:
         with pytest.raises(MechanismError, match="cannot be assembled at the start"):
             forward(mechanism, [FREE], 3.0, 0.0, 1.0)
 
-    def test_several_designs(self):
+    def test_several_designs_are_an_error(self):
         links = (
             Link("ground", {"O": 0.0}),
             Link("arm", {"O": 0.0, "A": np.array([[1.0], [2.0]])}, lumps=(Lump("A", 1.0),)),

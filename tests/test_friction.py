@@ -196,7 +196,7 @@ class TestLaws:
         assert compared.passed, compared
 
     @pytest.mark.parametrize("train", [geared.pair, geared.planetary, geared.rack, geared.idler_chain])
-    def test_with_gears(self, train):
+    def test_friction_in_geared_trains_agrees_with_multipliers(self, train):
         made = train(3)
         course = motion(rubbed(made.mechanism), made.drive, made.rate, made.rate2)
         found, other = reactions(course), multiplier_forces(course)
@@ -343,7 +343,7 @@ WRONG = {
 
 
 class TestScenes:
-    def test_of_friction(self):
+    def test_a_scene_gives_friction_of_joints(self):
         text = in_scene(
             SLIDER_CRANK, '[joints.A]\nfriction = 0.1\nradius = "5 mm"',
             '[joints.guide]\nfriction = 0.2\nlength = 0.08',
@@ -393,6 +393,6 @@ class TestErrors:
         ({"A": Friction(-0.1, 0.1)}, "expected none below 0"),
         ({"A": Friction(0.1, 0.1, length=0.1)}, "a length belongs to a slider"),
     ])  # fmt: skip
-    def test_invalid_friction(self, wrong):
+    def test_invalid_friction_is_an_error(self, wrong):
         with pytest.raises(MechanismError, match=wrong[1]):
             replace(four_bar().mechanism, friction=wrong[0])

@@ -76,12 +76,12 @@ def test_a_scene_is_acceptable_and_has_the_documented_figures(name, tmp_path):
     summary = json.loads((tmp_path / name / "summary.json").read_text(encoding="utf-8"))
     assert scene not in SCENES or summary["acceptance"]["verdict"] == "acceptable"
     assert summary["reliability"]["level"] != "poor"
-    for told, unit, path, *below in DOCUMENTED[name]:
-        assert told in section(name)
-        digits = told.split()[0]
+    for printed, unit, path, *below in DOCUMENTED[name]:
+        assert printed in section(name)
+        digits = printed.split()[0]
         half = 0.5 * 10.0 ** -len(digits.partition(".")[2])
         value, said = figure(summary, path) / unit, float(digits)
-        assert value < said if below else abs(value - said) <= 1.001 * half, (told, value)
+        assert value < said if below else abs(value - said) <= 1.001 * half, (printed, value)
 
 
 def test_every_scene_of_the_gallery_is_documented():

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from geared import GRAVITY, TRAINS, free_bodies
+from mechanisms import motion_of
 from tiers import in_tiers
 
 import fem_check
@@ -43,16 +44,11 @@ def near(found, expected, size):
     np.testing.assert_allclose(found, expected, rtol=0, atol=ROUND_OFF * size)
 
 
-def moved(train):
-    """Return the motion of a train."""
-    return motion(train.mechanism, train.drive, train.rate, train.rate2)
-
-
 @pytest.mark.parametrize(("name", "seed"), CASES)
 class TestFreeBodies:
     def test_pins_guides_and_drives_agree_with_free_bodies(self, name, seed):
         train = TRAINS[name](seed)
-        course, free = moved(train), free_bodies(train)
+        course, free = motion_of(train), free_bodies(train)
         forces = reactions(course)
         size = np.abs(free.pins).max()
         links = course.mechanism.links
@@ -69,15 +65,15 @@ class TestFreeBodies:
     def test_the_shaking_force_is_that_of_the_whole(self, name, seed):
         """It follows from weights, loads and inertia of all bodies, for any joints."""
         train = TRAINS[name](seed)
-        forces = reactions(moved(train))
+        forces = reactions(motion_of(train))
         force = sum(body.load for body in train.bodies)
         moment = sum(cross(body.center, body.load) + body.couple for body in train.bodies)
         size = np.abs(free_bodies(train).pins).max()
         near(forces.ground_force, force, size)
         near(forces.ground_moment, moment, size)
 
-    def test_multipliers_agree(self, name, seed):
-        course = moved(TRAINS[name](seed))
+    def test_multipliers_agree_with_free_bodies(self, name, seed):
+        course = motion_of(TRAINS[name](seed))
         one, other = multiplier_forces(course), reactions(course)
         for found, expected in ((one.force, other.force), (one.moment, other.moment)):
             size = np.abs(np.array(other.force, complex)).max()
@@ -90,7 +86,7 @@ class TestFreeBodies:
         """Tooth forces do no work: belts of the same ratios have the same efforts, and so does virtual work."""
         train = TRAINS[name](seed)
         belts = tuple(replace(gear, pressure_angle=None) for gear in train.mechanism.gears)
-        course, other = moved(train), moved(replace(train, mechanism=replace(train.mechanism, gears=belts)))
+        course, other = motion_of(train), motion_of(replace(train, mechanism=replace(train.mechanism, gears=belts)))
         efforts = drive_efforts(course, reactions(course))
         near(efforts, drive_efforts(other, reactions(other)), np.abs(efforts).max())
         near(efforts, virtual_work_efforts(course), np.abs(efforts).max())
@@ -101,7 +97,7 @@ class TestFreeBodies:
 
     def test_inner_forces_have_the_power_of_the_drives(self, name, seed):
         train = TRAINS[name](seed)
-        course = moved(train)
+        course = motion_of(train)
         forces = reactions(course)
         power = 0.0
 

@@ -179,9 +179,9 @@ def test_gears_that_drive_each_other_within_a_loop_are_an_error():
     course = four_bar()
     links = (*course.links, Link("planet", {"A": 0.0}))
     gears = (Gear(PinDrive("planet", "A", "coupler"), PinDrive("wheel", "W"), -0.5),)
-    asked = replace(course, links=links, drives=(PinDrive("planet", "A", "wheel"),), gears=gears)
+    geared = replace(course, links=links, drives=(PinDrive("planet", "A", "wheel"),), gears=gears)
     with pytest.raises(MechanismError, match=r"are moved by gears .*: drive one of them instead"):
-        motion(asked, [0.0], 1.0)
+        motion(geared, [0.0], 1.0)
 
 
 def test_a_rack_on_a_moving_link_is_an_error():

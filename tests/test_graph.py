@@ -84,7 +84,7 @@ class TestFlapMechanismOfSource:
         with pytest.raises(MechanismError, match='branch "9" leaves 2'):
             graph_from_incidence(printed)
 
-    def test_fundamental_loops(self):
+    def test_fundamental_loops_are_those_of_the_source(self):
         graph = numbered(BARS, 10)
         assert cyclomatic_number(graph) == 6
         np.testing.assert_array_equal(fundamental_loops(graph, FLAP_TREE), signed(FLAP_LOOPS, 15))
@@ -137,12 +137,12 @@ class TestFlapMechanismOfSource:
 
 
 class TestExamplesOfSource:
-    def test_four_bar(self):
+    def test_a_four_bar_has_one_loop(self):
         graph = numbered([(1, 2), (2, 3), (3, 4), (4, 1)], 4)
         np.testing.assert_array_equal(incidence(graph), [[1, 0, 0, -1], [-1, 1, 0, 0], [0, -1, 1, 0], [0, 0, -1, 1]])
         np.testing.assert_array_equal(fundamental_loops(graph), [[1, 1, 1, 1]])
 
-    def test_three_loops(self):
+    def test_a_graph_with_three_loops(self):
         matrix = np.array(
             [
                 [1, 0, 0, -1, 0, 0, 0, 0, 0],
@@ -256,7 +256,7 @@ class TestGraphsOfMechanism:
 
 class TestCounts:
     @pytest.mark.parametrize(("joints", "links", "loops"), [(8, 6, 3), (13, 11, 3), (6, 5, 2)])
-    def test_cyclomatic_number(self, joints, links, loops):
+    def test_each_chord_adds_a_loop(self, joints, links, loops):
         ring = [(number, number % links + 1) for number in range(1, links + 1)]
         chords = [(1, 3), (2, 4), (3, 5)][: joints - links]
         assert cyclomatic_number(numbered(ring + chords, links)) == loops
@@ -271,7 +271,7 @@ class TestCounts:
     @pytest.mark.parametrize(
         ("count", "links", "one", "two"), [(1, 4, 4, 0), (1, 6, 7, 0), (-1, 4, 5, 0), (0, 3, 3, 0), (1, 3, 2, 1)]
     )
-    def test_kutzbach(self, count, links, one, two):
+    def test_kutzbachs_count_of_known_mechanisms(self, count, links, one, two):
         assert kutzbach(links, one, two) == count
 
     def test_count_of_a_mechanism_takes_multiple_pins_sliders_and_contacts(self):

@@ -75,8 +75,8 @@ def deciding_files():
 
 def test_the_list_of_files_that_distinguish_joints_is_right():
     table = PAGE.read_text(encoding="utf-8").split(JOINTS)[1].split("\n\n")[0]
-    told = set(re.findall(r"`([a-z_/]+)`", table.replace(" ", "")))
-    assert told == set(deciding_files())
+    documented = set(re.findall(r"`([a-z_/]+)`", table.replace(" ", "")))
+    assert documented == set(deciding_files())
 
 
 def first_lines(path):
@@ -108,8 +108,8 @@ def unknown_parameters(path):
         section = SECTION.search(ast.get_docstring(node) or "") if isinstance(node, ast.FunctionDef) else None
         if section:
             lines = [line for line in section[1].splitlines() if line]
-            told = {name.strip(" *") for line in lines if line[0] != " " for name in line.split(",")}
-            if lines[0][0] == " " or told - {each.arg for each in ast.walk(node.args) if isinstance(each, ast.arg)}:
+            named = {name.strip(" *") for line in lines if line[0] != " " for name in line.split(",")}
+            if lines[0][0] == " " or named - {each.arg for each in ast.walk(node.args) if isinstance(each, ast.arg)}:
                 yield f"{path.relative_to(ROOT)}: {node.name}"
 
 

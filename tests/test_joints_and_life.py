@@ -269,7 +269,7 @@ def test_the_error_of_a_life_is_three_times_that_of_the_load():
         ("safety = 2\nleast_load", "least_overlap = 1\nleast_load", "elements: the key is missing"),
     ],
 )
-def test_mistakes(old, new, words):
+def test_mistakes_of_joints_and_fatigue_are_named(old, new, words):
     text = ARM + FATIGUE + PARTS
     assert old in text
     if words is None:

@@ -106,7 +106,7 @@ def test_a_polynomial_continues_a_constant_speed():
     assert_consistent(law, np.linspace(0.01, 1.89, 90), 1e-7)
 
 
-def test_constant_speed():
+def test_a_constant_speed_has_no_acceleration():
     value, rate, acceleration = ConstantSpeed(0.5, -3.0)([0.0, 2.0])
     assert value.tolist() == [0.5, -5.5]
     assert rate.tolist() == [-3.0, -3.0]

@@ -138,10 +138,10 @@ class TestMechanisms:
         for body in bodies:
             if len(body.place(0)[0]) > 6 * 24:  # more corners than a round eye
                 fills[round(float(body.place(0)[0][:, 2].mean()), 9)].add(body.fill)
-        told = [fill for _, fill in sorted(fills.items()) if fill]
-        assert all(len(fill) == 1 for fill in told)
-        assert len(told) >= 3
-        assert all(one != other for one, other in pairwise(told))
+        filled = [fill for _, fill in sorted(fills.items()) if fill]
+        assert all(len(fill) == 1 for fill in filled)
+        assert len(filled) >= 3
+        assert all(one != other for one, other in pairwise(filled))
 
     def test_an_axle_spans_exactly_the_links_it_joins(self):
         """Crank, rod and piston: the bodies at pin A are the axle and the eyes of crank and rod."""

@@ -6,7 +6,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from mechanisms import four_bar, replaced, slider_crank, turn
+from mechanisms import four_bar, replaced, slider_crank, turn, with_lump
 
 from kinelast import scene_from_dict, shipped_scenes
 from kinelast.cli.command import main
@@ -181,12 +181,9 @@ def any_four_bar():
 
 def with_counterweights(mechanism, moments, pins):
     """Return links with additional masses of 1 kg that have the given first moments about their pins."""
-    links = list(mechanism.links)
     for number, moment in moments.items():
-        link = links[number]
-        lump = Lump(pins[number], 1.0, 0.0, moment)
-        links[number] = Link(link.name, link.points, link.beams, (*link.lumps, lump))
-    return replaced(mechanism, links=tuple(links))
+        mechanism = with_lump(mechanism, mechanism.links[number].name, Lump(pins[number], 1.0, 0.0, moment))
+    return mechanism
 
 
 class TestBalance:
@@ -364,7 +361,7 @@ class TestScene:
             ('speed = "120 rpm"', 'law = [{curve = "cycloidal", duration = "1 s", by = "90 deg"}]', "constant speed"),
         ],
     )
-    def test_mistakes(self, tmp_path, capsys, old, new, message):
+    def test_mistakes_of_drives_are_named(self, tmp_path, capsys, old, new, message):
         scene = tmp_path / "scene.toml"
         scene.write_text(PUSHED.replace(old, new))
         assert main([str(scene), "-o", str(tmp_path / "out")]) == 2

@@ -374,14 +374,14 @@ def test_invalid_periods_and_options_are_errors():
 
 
 def test_progress_is_reported():
-    told = []
+    reports = []
     mechanism, sections = steel_four_bar_of_known_area()
     nonlinear_steady_state(mechanism, sections, [ConstantSpeed(0.0, 9.0)], 2 * math.pi / 9, 16, 2,
-                           progress=lambda share, words: told.append((share, words)))  # fmt: skip
-    shares = [share for share, _ in told]
+                           progress=lambda share, words: reports.append((share, words)))  # fmt: skip
+    shares = [share for share, _ in reports]
     assert shares == sorted(shares)
     assert 0 < shares[-1] <= 1
-    assert all("Newton" in words for _, words in told)
+    assert all("Newton" in words for _, words in reports)
 
 
 # To a tolerance

@@ -12,6 +12,7 @@ from elastic import JointCompliance, Section, Taper, deflection, sample, with_ro
 from fem_check.nonlinear import DoesNotCloseError, NotCheckedError, nonlinear_equilibrium
 from rigid import (
     Beam,
+    ConstantSpeed,
     Gear,
     LineLoad,
     Link,
@@ -33,9 +34,7 @@ RAMP = law_of_time(lambda time: time)
 GROUND = Link("ground", {"O": 0})
 
 
-def still(time):
-    """Return the law of a drive at rest."""
-    return 0.0 * time, 0.0 * time, 0.0 * time
+AT_REST = ConstantSpeed(0.0, 0.0)
 
 
 def cantilever(length, *loads, turn=1.0, taper=(1.0,), mass=0.0, gravity=0.0):
@@ -46,7 +45,7 @@ def cantilever(length, *loads, turn=1.0, taper=(1.0,), mass=0.0, gravity=0.0):
 
 
 def held(mechanism, section, elements, steps=8, joints=None):
-    return nonlinear_equilibrium(mechanism, [section], [still], np.linspace(0, 1, steps), elements, joints)
+    return nonlinear_equilibrium(mechanism, [section], [AT_REST], np.linspace(0, 1, steps), elements, joints)
 
 
 BATISTA = {
@@ -168,12 +167,12 @@ def test_soft_joints():
     arm = Mechanism((GROUND, Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A"),))), (PinDrive("arm", "O"),),
                     {"O": 0, "A": 1.0}, loads=(PointLoad("arm", "A", 3e-3j),))  # fmt: skip
     stiff = Section(EI=math.inf, EA=1e3)
-    soft = nonlinear_equilibrium(arm, [stiff], [still], [0.0, 1.0], joints={"O": JointCompliance(2e-3, 4e-2)})
+    soft = nonlinear_equilibrium(arm, [stiff], [AT_REST], [0.0, 1.0], joints={"O": JointCompliance(2e-3, 4e-2)})
     assert soft.w[0, -1, 0] == pytest.approx(3e-3 * 2e-3, rel=1e-5)
     assert soft.phi[0, -1, 0] == pytest.approx(3e-3 * 4e-2, rel=1e-5)
     assert soft.efforts[0, -1] == pytest.approx(-3e-3, rel=1e-5)
     assert soft.joints[0].force[-1] == pytest.approx(-3e-3j, rel=1e-5)
-    ajar = nonlinear_equilibrium(arm, [stiff], [still], [0.0, 1.0], joints={"O": JointCompliance(gap=0.1 - 0.2j)})
+    ajar = nonlinear_equilibrium(arm, [stiff], [AT_REST], [0.0, 1.0], joints={"O": JointCompliance(gap=0.1 - 0.2j)})
     assert [ajar.u[0, -1, 0], ajar.w[0, -1, 0]] == pytest.approx([0.1, -0.2])
 
 
@@ -359,7 +358,7 @@ def test_unsupported_features_are_named():
         (GROUND, rail, block), (PinDrive("rail", "O"), SliderDrive("slot")), {"O": 0, "A": 1}, (slider,)
     )
     with pytest.raises(NotCheckedError, match='"slot" moves along the elastic link "rail"'):
-        nonlinear_equilibrium(sliding, [Section(1.0, 1.0)], [still, still], [0.0, 1.0])
+        nonlinear_equilibrium(sliding, [Section(1.0, 1.0)], [AT_REST, AT_REST], [0.0, 1.0])
     with pytest.raises(NotCheckedError, match="several designs"):
         held(cantilever(np.array([[1.0], [2.0]])), Section(1.0, 1.0), 2)
     with pytest.raises(NotCheckedError, match='"X"'):
@@ -369,7 +368,7 @@ def test_unsupported_features_are_named():
     with pytest.raises(NotCheckedError, match='no beam reaches the point "B"'):
         held(heavy, Section(1.0, 1.0), 2)
     with pytest.raises(ValueError, match="2 sections for 1 beams"):
-        nonlinear_equilibrium(cantilever(1.0), [Section(), Section()], [still], [0.0, 1.0])
+        nonlinear_equilibrium(cantilever(1.0), [Section(), Section()], [AT_REST], [0.0, 1.0])
     loose = Mechanism((GROUND, Link("bar", {"O": 0}, (), (Lump("O", 1.0),))), (), {"O": 0},
                       loads=(PointLoad("bar", "O", moment=1.0),))  # fmt: skip
     with pytest.raises(DoesNotCloseError, match="no balance found at 0 s"):

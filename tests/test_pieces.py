@@ -207,9 +207,9 @@ def test_dir_lists_only_public_names(package):
 def test_repr_of_results_is_one_line():
     case = elastic_guide()
     solved = deflection(motion(case.mechanism, case.drive, case.rate), case.sections)
-    for told in (solved, extremes(solved)["w"], case.sections[0], Section(np.ones((5000, 1)), 1.0)):
-        assert len(repr(told)) < 100
-        assert "\n" not in repr(told)
+    for result in (solved, extremes(solved)["w"], case.sections[0], Section(np.ones((5000, 1)), 1.0)):
+        assert len(repr(result)) < 100
+        assert "\n" not in repr(result)
     assert repr(Section(2e6, np.array([[1.0], [2.0]]), taper=STEEP)) == "Section(EA=2e+06, EI=of 2 designs, tapered)"
 
 

@@ -211,14 +211,11 @@ def test_newton_agrees_with_the_closed_form(name, monkeypatch):
 def test_designs_of_a_general_group_equal_single_ones():
     """One bar of the triad has three lengths."""
     case = ALL["triad"]()
-    at = case.mechanism.index["left"]
-    length = case.mechanism.links[at].points["P"]
+    length = case.mechanism.links[case.mechanism.index["left"]].points["P"]
     sizes = np.array([[0.99], [1.0], [1.01]]) * length
 
     def moving(value):
-        links = list(case.mechanism.links)
-        links[at] = bar("left", "A", "P", value)
-        return motion(replaced(case.mechanism, links=tuple(links)), case.drive, 7.0, -3.0)
+        return motion(with_link(case.mechanism, bar("left", "A", "P", value)), case.drive, 7.0, -3.0)
 
     together = moving(sizes)
     assert together.columns == (3, 24)
@@ -354,7 +351,7 @@ class TestReach:
         assert np.isnan(going.origin[3, 1]) or np.isnan(going.direction[3, 1])
         assert np.isnan(going.condition[1])
 
-    def test_never_assembled(self):
+    def test_a_mechanism_that_is_never_assembled_names_the_joint(self):
         never = with_link(four_bar(coupler=0.6, rocker=0.5, loads=()).mechanism, bar("rocker", "D", "B", 0.05))
         with pytest.raises(ReachError, match=r'cannot be assembled: the joint "B" is out of reach at every position'):
             require_reach(motion(never, turn(12)))
@@ -411,7 +408,7 @@ class TestMistakes:
             ('drive of slider "rail": there is no such slider', {"drives": (SliderDrive("rail"),)}),
         ],
     )
-    def test_message(self, words, change):
+    def test_each_mistake_has_its_message(self, words, change):
         with pytest.raises(MechanismError, match=re.escape(words)):
             self.of(**change)
 
@@ -455,7 +452,7 @@ class TestMistakes:
 class TestDesigns:
     """An axis of designs equals a loop over designs."""
 
-    def test_lengths(self):
+    def test_several_crank_lengths_equal_single_ones(self):
         lengths = np.array([[0.09], [0.1], [0.115]])
         base = four_bar(loads=()).mechanism
         crank = Link("crank", {"O": 0.0, "A": lengths}, base.links[1].beams)

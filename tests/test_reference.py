@@ -42,7 +42,7 @@ class TestSteelFourBar:
         assert steel.motion.mechanism.beams[0][1].mass_per_length == pytest.approx(scene["density"] * area, rel=1e-15)
 
     @pytest.mark.parametrize("row", TABLE["rows"], ids=lambda row: f"{row['crank_deg']} deg")
-    def test_motion(self, steel, row):
+    def test_the_motion_has_the_reference_digits(self, steel, row):
         position, course = row["crank_deg"], steel.motion
         assert position_of(course, "rocker", "B")[position] == pytest.approx(complex(*row["B"]), rel=1e-14)
         np.testing.assert_allclose(course.angular_velocity[2:, position], row["omega"], rtol=1e-13)
@@ -50,7 +50,7 @@ class TestSteelFourBar:
 
     @pytest.mark.parametrize("field", PRIMARY)
     @pytest.mark.parametrize("row", TABLE["rows"], ids=lambda row: f"{row['crank_deg']} deg")
-    def test_fields(self, steel, row, field):
+    def test_every_field_has_the_reference_digits(self, steel, row, field):
         got = sample(steel, field, list(STATIONS.values()))
         for number, name in enumerate(BARS):
             expected = [row[name][station][field] for station in STATIONS]

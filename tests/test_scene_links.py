@@ -67,7 +67,7 @@ class TestUnits:
             (MassPerLength, "3 g/mm", 3.0),
         ],
     )
-    def test_units(self, kind, text, value):
+    def test_texts_with_units_are_converted(self, kind, text, value):
         assert kind.read(text) == pytest.approx(value, rel=1e-13)
 
     def test_numbers_are_si(self):
@@ -127,7 +127,7 @@ class TestLinks:
             ('shape = "properties"\nA = "60 mm^2"\nI = "180 mm^4"\nc = "3 mm"', 6e-5, 1.8e-10, 0.003),
         ],
     )
-    def test_shapes(self, shape, A, I, c):  # noqa: E741
+    def test_shapes_of_sections_have_their_area_and_inertia(self, shape, A, I, c):  # noqa: E741
         drawn = 'shape = "rectangle"\ndepth = "6 mm"\nwidth = "10 mm"'
         section = scene_from_text(edited(FOUR_BAR, (drawn, shape))).sections[0]
         assert (section.area, section.inertia, section.fibre) == (pytest.approx(A), pytest.approx(I), pytest.approx(c))

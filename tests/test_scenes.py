@@ -189,7 +189,7 @@ def schema_errors(schema, tables):
     """Yield the places in tables that a JSON Schema (draft 7) rejects, for the keywords used by this project."""
     whole = scene_schema(schema)
 
-    def wrong(told, value, place):
+    def wrong(schema, value, place):
         held = {
             "$ref": lambda name: wrong(whole["$defs"][name.rpartition("/")[2]], value, place),
             "allOf": lambda every: (each for one in every for each in wrong(one, value, place)),
@@ -200,7 +200,7 @@ def schema_errors(schema, tables):
             "required": lambda keys: [place] * bool(isinstance(value, dict) and {*keys} - value.keys()),
             "additionalProperties": lambda more: [
                 each for key, entry in (value if isinstance(value, dict) else {}).items()
-                if key not in told.get("properties", ())
+                if key not in schema.get("properties", ())
                 for each in ([place] if more is False else wrong(more, entry, f"{place}.{key}"))
             ],
             "properties": lambda known: [each for key, entry in (value if isinstance(value, dict) else {}).items()
@@ -216,7 +216,7 @@ def schema_errors(schema, tables):
             "exclusiveMinimum": lambda bound: [place] * (isinstance(value, int | float) and value <= bound),
             "exclusiveMaximum": lambda bound: [place] * (isinstance(value, int | float) and value >= bound),
         }  # fmt: skip
-        for key, given in told.items():
+        for key, given in schema.items():
             if key not in IGNORED:
                 yield from held[key](given)
 

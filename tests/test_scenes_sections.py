@@ -58,11 +58,11 @@ class TestSections:
     def test_a_slender_arm(self):
         assert tip(LOADED_ARM) == pytest.approx(-1j * P * L**3 / (3 * E * I), rel=1e-12)
 
-    @pytest.mark.parametrize("asked", ["", 'beams = "timoshenko"'])
+    @pytest.mark.parametrize("theory", ["", 'beams = "timoshenko"'])
     @pytest.mark.parametrize("given", ["poisson = 0.25", 'G = "80 GPa"'])
-    def test_shear_counts_by_default(self, given, asked):
+    def test_shear_counts_by_default(self, given, theory):
         # Cowper: k = 10 (1 + nu)/(12 + 11 nu) for a rectangle; G = E/(2 (1 + nu)) = 80 GPa.
-        text = edited(LOADED_ARM, ('beams = "euler-bernoulli"', asked), ("poisson = 0.25", given))
+        text = edited(LOADED_ARM, ('beams = "euler-bernoulli"', theory), ("poisson = 0.25", given))
         k = 10 * 1.25 / (12 + 11 * 0.25)
         assert tip(text) == pytest.approx(-1j * (P * L**3 / (3 * E * I) + P * L / (k * 80e9 * A)), rel=1e-10)
 
@@ -380,10 +380,10 @@ class TestLibrary:
     def test_every_material_is_read_and_has_a_source(self):
         entries = library_entries("materials")
         assert len(entries) >= 10
-        for name, told in entries:
+        for name, source in entries:
             assert named_material(name).E > 1e9
-            assert re.search(r"\b(EN|ASTM|ISO|1980)\b", told.partition("(")[2]), name
-            assert not re.search(r"\d{6}\.0|\de\+", told), name
+            assert re.search(r"\b(EN|ASTM|ISO|1980)\b", source.partition("(")[2]), name
+            assert not re.search(r"\d{6}\.0|\de\+", source), name
 
     def test_the_command_lists_sections(self, capsys):
         assert main(["--list", "sections", "IPE", "80"]) == 0

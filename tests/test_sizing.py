@@ -116,10 +116,10 @@ class TestSensitivities:
         assert steps[0].size == pytest.approx(step, rel=1e-12)
         slope = np.array([[-2.5]])
         result = Sensitivities(("mass",), np.ones(1), np.array([0.5]), *[slope] * 4, slope > 0, abs(slope))
-        told = ToldSensitivities(result, numbers, {"mass": "kg"}, steps, document.scene.told_in)
-        assert told.change[0, 0] == pytest.approx(-2.5 * step, rel=1e-12)
-        assert told.sentence(0, 0).startswith(f"{words} {path}")
-        assert told.sentence(0, 0).endswith(" %) mass")
+        sensitivities = ToldSensitivities(result, numbers, {"mass": "kg"}, steps, document.scene.told_in)
+        assert sensitivities.change[0, 0] == pytest.approx(-2.5 * step, rel=1e-12)
+        assert sensitivities.sentence(0, 0).startswith(f"{words} {path}")
+        assert sensitivities.sentence(0, 0).endswith(" %) mass")
 
     @pytest.mark.slow
     @pytest.mark.parametrize("path", ["links.crank.length", "links.coupler.length"])
@@ -278,8 +278,8 @@ minimize = "mass"
             def __call__(self, *stage):
                 heard.append(stage)
 
-        told = "does not depend on the variables: drive_speed.arm is .*, at most 1 rad/s is allowed: add variables"
-        with pytest.raises(SceneError, match=told):
+        message = "does not depend on the variables: drive_speed.arm is .*, at most 1 rad/s is allowed: add variables"
+        with pytest.raises(SceneError, match=message):
             optimum_study(parse_toml(ARM + more), Heard())
         assert heard == []
 
@@ -295,10 +295,10 @@ minimize = "mass"
             "A = [0.3, 0]", "P=[0.1,0]\nQ=[0.2,0]\nA=[0.3,0]"
         )
         variables = "\n".join(f'"sections.s{k}.depth" = ["2 mm", "40 mm"]' for k in (1, 2, 3))
-        asked = (
+        study = (
             f'[optimize]\nminimize = "mass"\n[optimize.limits]\nstress = "60 MPa"\n[optimize.variables]\n{variables}\n'
         )
-        solved = optimum_study(parse_toml("\n".join([head, *pieces, FORCE, asked])))
+        solved = optimum_study(parse_toml("\n".join([head, *pieces, FORCE, study])))
         assert np.array(solved.held_to) == pytest.approx(60e6, rel=0.01)  # minus an allowance for errors
         rows = zip((0.3, 0.2, 0.1), solved.held_to, strict=True)
         exact_depths = [np.sqrt(6 * 50 * arm / (WIDTH * stress)) for arm, stress in rows]
@@ -313,7 +313,7 @@ minimize = "mass"
     def test_a_tapered_arm_of_equal_stress(self):
         """Linear taper under a tip force: three times as deep at the root, with the largest stress in the middle."""
         text = SLOW_ARM.replace("masses = { A = 0.2 }", "").replace('depth = "20 mm"', 'depth = ["24 mm", "12 mm"]')
-        asked = """
+        study = """
 [optimize]
 minimize = "mass"
 [optimize.limits]
@@ -322,7 +322,7 @@ stress = "60 MPa"
 "sections.bar.depth[1]" = ["5 mm", "40 mm"]
 "sections.bar.depth[2]" = ["2 mm", "40 mm"]
 """
-        problem = problem_of(parse_toml(text + FORCE + asked)).problem
+        problem = problem_of(parse_toml(text + FORCE + study)).problem
         # one search, since designs of a taper are computed one by one
         (found,) = local_searches(problem, [np.array([0.5, 0.5])])
         tip = np.sqrt(6 * 50 / (4 * WIDTH * 60e6) * L / 2)

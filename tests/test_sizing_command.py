@@ -99,17 +99,17 @@ def test_all_studies_of_a_scene(scene, tmp_path, capsys):
         assert {len(row) for row in rows} == {len(rows[0])}
     for name in ("sensitivities.svg", "tolerances.svg"):
         assert ET.fromstring((folder / name).read_text(encoding="utf-8")).tag.endswith("svg")
-    told = capsys.readouterr().out
-    assert "active limit deflection" in told
-    assert f"four: {summary['sensitivities']['figures'][0]['words'][0]}\n" in told
+    output = capsys.readouterr().out
+    assert "active limit deflection" in output
+    assert f"four: {summary['sensitivities']['figures'][0]['words'][0]}\n" in output
     low, median, high = (quantity(ranges["whole_error"]["sampled"][key], "rad") for key in ("low", "median", "high"))
-    assert f"four: whole_error of 95 % of machines: {low} to {high}, median {median}\n" in told
+    assert f"four: whole_error of 95 % of machines: {low} to {high}, median {median}\n" in output
     text = (folder / "optimum.toml").read_text(encoding="utf-8")
     assert 'mm"     # in the plane' in text  # comments and units are kept
     # The optimum leaves room for the error, so the report of the new scene accepts it with the same verdict.
     assert best["verdict"] == "acceptable"
-    assert "four: mass: " in told
-    assert "kg; acceptable\n" in told
+    assert "four: mass: " in output
+    assert "kg; acceptable\n" in output
     assert main([str(folder / "optimum.toml"), "-o", str(tmp_path / "out")]) == 0
     capsys.readouterr()
     reported = json.loads((tmp_path / "out" / "optimum" / "summary.json").read_text(encoding="utf-8"))
@@ -135,9 +135,9 @@ def test_an_infeasible_optimum_fails(scene, tmp_path, capsys):
     value = quantity(row["value"], "m")
     assert row["value"] > 1e-6
     assert row["margin"] == pytest.approx(1 - row["value"] / 1e-6, rel=1e-6)
-    told = capsys.readouterr().out
-    assert f"NO design keeps all limits: at best deflection.rocker is {value}, " in told
-    assert " % above 1 µm" in told
+    output = capsys.readouterr().out
+    assert f"NO design keeps all limits: at best deflection.rocker is {value}, " in output
+    assert " % above 1 µm" in output
 
 
 @pytest.mark.slow
@@ -206,9 +206,9 @@ def test_an_optimum_is_reproducible(scene, tmp_path):
 )  # fmt: skip
 def test_errors_name_the_file_and_the_problem(option, old, new, said, scene, tmp_path, capsys):
     assert main([str(scene(**{old: new})), option, "-o", str(tmp_path / "out")]) == 2
-    told = capsys.readouterr().err
-    assert said in told
-    assert "four.toml" in told
+    errors = capsys.readouterr().err
+    assert said in errors
+    assert "four.toml" in errors
     assert not (tmp_path / "out" / "four").exists()
 
 
@@ -220,8 +220,8 @@ def test_a_study_parses_its_scene_once(option, scene, tmp_path, monkeypatch):
     monkeypatch.setattr(parsing.tomllib, "loads", lambda text: calls["parse"].append("text") or toml(text))
     monkeypatch.setattr(parsing, "_parsed", lambda *given: calls["parse"].append("tables") or parsed(*given))
     monkeypatch.setattr("kinelast.scene.document.built", lambda *given: calls["built"].append(given) or built(*given))
-    asked = [option, "--theory", "quasi-static", *(["--samples", "64"] if option == "--tolerances" else [])]
-    assert main([str(scene()), *asked, "-o", str(tmp_path / "out"), "--quiet"]) in (0, 1)
+    options = [option, "--theory", "quasi-static", *(["--samples", "64"] if option == "--tolerances" else [])]
+    assert main([str(scene()), *options, "-o", str(tmp_path / "out"), "--quiet"]) in (0, 1)
     assert calls["parse"] == ["text", "tables"]
     tables = [given[0] for given in calls["built"]]
     assert all(tables.count(table) == 1 for table in tables)
@@ -352,9 +352,9 @@ class TestBareLengths:
         assert tolerance_task(document).tolerances[0].half == pytest.approx(0.1 * metres)
         scene = scene_from_text(text)
         units = {"mass": "kg", "chord": "m", "output_error": "m", **dict.fromkeys(deflections(scene), "m")}
-        asked = optimization_task(document, units)
-        assert [asked.low[0], asked.high[0]] == pytest.approx([30 * metres, 50 * metres])
-        bounds = {limit.figure: limit.bound for limit in asked.limits}
+        task = optimization_task(document, units)
+        assert [task.low[0], task.high[0]] == pytest.approx([30 * metres, 50 * metres])
+        bounds = {limit.figure: limit.bound for limit in task.limits}
         own = dict.fromkeys(deflections(scene), 3 * metres)
         assert bounds == pytest.approx({**own, "output_error": 2 * metres, "chord": 4 * metres})
         limits = {limit.kind: (limit.bound, limit.unit) for limit in scene_from_text(text).limits}
@@ -369,10 +369,10 @@ class TestBareLengths:
 
 class TestBatched:
     def test_each_call_answers_the_questions_of_all_running_jobs(self):
-        asked = []
+        batches = []
 
         def answers(questions):
-            asked.append(list(questions))
+            batches.append(list(questions))
             return [2 * question for question in questions]
 
         def job(start, times):
@@ -385,7 +385,7 @@ class TestBatched:
             return run
 
         assert batched([job(1, 3), job(10, 1), job(5, 2)], answers) == [8, 20, 20]
-        assert asked == [[1, 10, 5], [2, 10], [4]]
+        assert batches == [[1, 10, 5], [2, 10], [4]]
 
     def test_an_exception_of_a_job_or_an_answer_ends_all_jobs(self):
         def fails(ask):
@@ -404,7 +404,7 @@ class TestBatched:
         with pytest.raises(KeyError, match="the answers"):
             batched([asks, asks], broken)
 
-    def test_no_jobs(self):
+    def test_no_jobs_give_no_answers(self):
         assert batched([], lambda questions: questions) == []
 
 

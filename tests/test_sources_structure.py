@@ -65,7 +65,7 @@ def test_screw_and_nut():
     assert velocity_law(chain, ["P"], ["G"])[0, 0] == pytest.approx(1e-3, rel=1e-12)
 
 
-def test_gear_shaft():
+def test_a_gear_shaft_transmits_the_printed_ratio():
     # r_s = 5, m = 1, h = 1; with D below the shaft F_m R = F_r r (printed with a sine instead of the cosine).
     scene = structure("gear_shaft")
     chain = spatial_chain(scene.joints, scene.fixed)
@@ -81,13 +81,13 @@ def test_gear_shaft():
 @pytest.mark.parametrize("name", sorted(shipped_structures()))
 def test_the_command_reports_their_structure(name, tmp_path, capsys):
     assert main([name, "--structure", "-o", str(tmp_path)]) == 0
-    told = capsys.readouterr().out
+    output = capsys.readouterr().out
     scene = structure(name)
-    assert scene.title in told
-    assert "mobility m = " in told
+    assert scene.title in output
+    assert "mobility m = " in output
     files = {entry.name for entry in (tmp_path / name).iterdir()}
     assert files == {"structure.txt", "summary.json"} | ({"skeleton.svg"} if scene.mechanism else set())
-    assert (tmp_path / name / "structure.txt").read_text() in told
+    assert (tmp_path / name / "structure.txt").read_text() in output
 
 
 @pytest.mark.parametrize("name", sorted(shipped_structures()))

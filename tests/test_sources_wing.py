@@ -29,14 +29,14 @@ class TestFlappingWing:
         turn = np.degrees([low.value, high.value]) + beyond
         return (*((turn + 180) % 360 - 180), *(np.degrees([low.drive[0], high.drive[0]]) % 360))
 
-    def test_transmission_angle(self, course):
+    def test_the_smallest_transmission_angle(self, course):
         found = {each.joint: np.degrees(each.angle.min()) for each in transmission_angles(course)}
         assert found["C"] == pytest.approx(48.6414, abs=5e-5)
         assert round(found["C"], 1) == 48.6  # as printed
         # (6): crank and frame in line.
         assert found["C"] == pytest.approx(np.degrees(np.arccos((39**2 + 50**2 - (59 - 21) ** 2) / (2 * 39 * 50))))
 
-    def test_inner_wing(self, course):
+    def test_the_amplitude_of_the_inner_wing(self, course):
         low, high, at_low, at_high = self.limits(course, "inner_wing", 0)
         assert (high, low) == (pytest.approx(44.4988, abs=5e-5), pytest.approx(-5.1991, abs=5e-5))
         assert high - low == pytest.approx(49.6979, abs=5e-5)
@@ -47,12 +47,12 @@ class TestFlappingWing:
         # Printed: 45, -5 and 50 deg are nominal values; the crank angles of 268 and 84 deg are not reproduced.
         assert (at_high, at_low) != (pytest.approx(268, abs=10), pytest.approx(84, abs=10))
 
-    def test_time_ratio(self, course):
+    def test_the_time_ratio_of_the_inner_wing(self, course):
         ratio = time_ratio(course, LinkAngle("inner_wing"))
         assert ratio == pytest.approx(1.0271, abs=5e-5)  # printed 1.05
         assert 180 * (ratio - 1) / (ratio + 1) == pytest.approx(2.4095, abs=5e-5)  # printed 4 deg
 
-    def test_outer_wing(self, course):
+    def test_the_amplitude_of_the_outer_wing(self, course):
         # Its local axis is along GF; GH is 75 deg further.
         low, high, *_ = self.limits(course, "outer_wing", 75)
         assert (high, low) == (pytest.approx(46.4856, abs=5e-5), pytest.approx(-18.7120, abs=5e-5))

@@ -131,7 +131,7 @@ class TestTable:
 
 
 class TestScrewAndNut:
-    def test_ranks(self):
+    def test_mobility_and_hyperstaticity(self):
         found = mobility(helical_nut(0.002))
         assert (found.kinematic_unknowns, found.kinematic_equations, int(found.kinematic_rank)) == (3, 6, 2)
         assert (int(found.mobility), int(found.hyperstaticity), found.loops) == (1, 4, 1)
@@ -144,7 +144,7 @@ class TestScrewAndNut:
 
     @pytest.mark.parametrize("pitch", [0.002, -0.002, 1.5, 1e-5])
     @pytest.mark.parametrize("size", [1.0, 1e-3, 0.0])
-    def test_law(self, pitch, size):
+    def test_the_nut_advances_by_the_pitch(self, pitch, size):
         nut = helical_nut(pitch, size)
         np.testing.assert_allclose(velocity_law(nut, ["P"], ["G"]), [[-pitch]], rtol=1e-9)
         np.testing.assert_allclose(velocity_law(nut, ["P"], ["H"]), [[1]], rtol=1e-12)
@@ -176,7 +176,7 @@ class TestScrewAndNut:
 
 
 class TestGearShaft:
-    def test_ranks(self):
+    def test_mobility_and_hyperstaticity(self):
         found = mobility(gear_shaft())
         assert (found.static_unknowns, found.static_equations, int(found.static_rank)) == (6, 6, 5)
         assert (int(found.mobility), int(found.hyperstaticity)) == (1, 1)
@@ -192,7 +192,7 @@ class TestGearShaft:
         assert stressed_joints(gear_shaft()) == (0, 1)
 
     @given(*[st.floats(0.02, 0.5)] * 4, st.floats(0.1, 0.7))
-    def test_law(self, c, d, R, r, beta):
+    def test_the_torque_ratio_is_that_of_the_radii(self, c, d, R, r, beta):
         law = force_law(gear_shaft(), teeth(c, d, R, r, beta), ["receiver"], ["motor"])
         np.testing.assert_allclose(law, [[r / R]], rtol=1e-9)
         printed = r * np.sin(beta) / (R * np.cos(beta))
@@ -341,7 +341,7 @@ ERRORS = [
 
 
 @pytest.mark.parametrize(("call", "message"), ERRORS)
-def test_errors(call, message):
+def test_wrong_joints_are_errors(call, message):
     with pytest.raises(MechanismError, match=message):
         call()
 

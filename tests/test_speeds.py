@@ -52,7 +52,10 @@ TWO_CRANKS = (
     shipped_scenes()["steel_four_bar"].read_text().replace('points = ["D", "B"]', 'points = ["C", "B"]')
     .replace('speed = "100 rad/s"', "speed = {}").replace("D = [0.35, 0.0]", "D = [0.35, 0.0]\nC = [0.4, 0.0]")
     + """
-links.second = {points = ["D", "C"], section = "bar", material = "steel"}
+[links.second]
+points = ["D", "C"]
+section = "bar"
+material = "steel"
 [[drives]]
 link = "second"
 speed = {}
@@ -76,13 +79,13 @@ def answers_of(scene):
 
 class TestLimitSpeed:
     @pytest.mark.slow
-    @pytest.mark.parametrize("asked", [(430.0, 470.0, 2), (440.0, 480.0, 4)])
-    def test_the_limit_speed_does_not_depend_on_the_requested_speeds(self, asked):
+    @pytest.mark.parametrize("requested", [(430.0, 470.0, 2), (440.0, 480.0, 4)])
+    def test_the_limit_speed_does_not_depend_on_the_requested_speeds(self, requested):
         """Single answers, with their errors, keep the limit at 454.3 and break it at 454.9 rad/s, and keep it again."""
-        found = speeds(scene_from_text(LIGHTLY_DAMPED + CHORD), asked)
+        found = speeds(scene_from_text(LIGHTLY_DAMPED + CHORD), requested)
         assert 452.5 < found.highest < found.limit.above < 454.9
         assert found.limit.above / found.highest - 1 <= 2 * KNOWN_TO
-        assert found.asked.sum() == asked[2]
+        assert found.asked.sum() == requested[2]
         assert found.map.values[:, 1].max() > 0.038, "the peak beyond the limit is known too"
         _, chord, error = found.figures["chord"]
         beside = np.searchsorted(found.speed, [found.highest, found.limit.above])
@@ -198,26 +201,28 @@ class TestUnstableRanges:
         assert [single.stable(ratio) for ratio in (below, low)] == [True, False]
 
 
-@pytest.mark.parametrize("asked", [(100.0, 700.0, 10), pytest.param((400.0, 480.0, 3), id="part")])
+@pytest.mark.parametrize("requested", [(100.0, 700.0, 10), pytest.param((400.0, 480.0, 3), id="part")])
 @pytest.mark.slow
-def test_all_peaks_of_a_dense_scan_are_found(asked):
+def test_all_peaks_of_a_dense_scan_are_found(requested):
     """Each peak of each link at speeds a third of its half width apart is known to 2 %."""
     scene = scene_from_text(LIGHTLY_DAMPED)
     nominal = scene.laws[0].speed
     found, curves = answers_of(scene)
-    found.find(np.linspace(*asked) / nominal)
+    found.find(np.linspace(*requested) / nominal)
     search = SpeedSearch(found, curves)
     search.find_peaks()
     brute, _ = answers_of(scene)
-    brute.find(np.geomspace(*asked[:2], math.ceil(math.log(asked[1] / asked[0]) / (search.width / 1.5))) / nominal)
+    brute.find(
+        np.geomspace(*requested[:2], math.ceil(math.log(requested[1] / requested[0]) / (search.width / 1.5))) / nominal
+    )
     known, dense = found.map(), brute.map()
     seen = 0
     for ours, theirs in zip(curves(known).reshape(9, -1), curves(dense).reshape(9, -1), strict=True):
         for at, share in prominences(theirs):
             if share > 0.02:
                 near = np.abs(np.log(known.ratio / dense.ratio[at])) < 2 * search.width
-                told = max(np.interp(dense.ratio[at], known.ratio, ours), ours[near].max(initial=0.0))
-                assert told > (0.95 if dense.ratio[at] * nominal > 650 else 0.98) * theirs[at], (
+                shown = max(np.interp(dense.ratio[at], known.ratio, ours), ours[near].max(initial=0.0))
+                assert shown > (0.95 if dense.ratio[at] * nominal > 650 else 0.98) * theirs[at], (
                     dense.ratio[at] * nominal
                 )
                 seen += 1
@@ -301,18 +306,18 @@ def test_speeds_on_a_fine_grid_are_scanned_in_batches(monkeypatch):
 
 
 def test_a_search_of_minutes_is_announced(monkeypatch):
-    told = []
+    sentences = []
 
     class Recorder(Progress):
         def tell(self, sentence):
-            told.append(sentence)
+            sentences.append(sentence)
 
     clock = iter([0.0, 0.0, 5.0, 10.0])
     monkeypatch.setattr("kinelast.figures.speeds.time.monotonic", lambda: next(clock))
     looking = _Looking("arm", Recorder())
     for done in (0, 10, 20):
         looking(done, 2010)
-    [sentence] = told
+    [sentence] = sentences
     assert "the search at 2010 speeds takes about 16.7 minutes; give a narrower range" in sentence
 
 

@@ -58,7 +58,7 @@ class TestDeadPoints:
     """s goes with the root of the distance: 1e-12 rad before the stop the condition is 3e11, and the bound holds."""
 
     @pytest.mark.parametrize("distance", in_tiers(TO_DEAD_POINT[::-1], 4, 4))
-    def test_stretched_dyad(self, distance):
+    def test_the_error_of_a_stretched_dyad_is_bounded_by_its_condition(self, distance):
         stop = stop_of(0.25, 0.2, 0.2, 0.3)
         worst, condition, motions = error(FourBar((0.25, 0.2, 0.2), 0.3, stop - 0.3), stop - distance)
         assert motions == pytest.approx(0.267 / distance, rel=0.3) or distance == 0.1
@@ -169,7 +169,7 @@ class TestChangePoints:
 
     @pytest.mark.parametrize("distance", TO_CHANGE_POINT)
     @pytest.mark.parametrize(("name", "case"), CASES)
-    def test_before(self, name, case, distance):
+    def test_the_error_before_a_change_point_is_bounded(self, name, case, distance):
         self.check(distance, *error(case, np.pi - distance))
 
     @pytest.mark.parametrize("distance", TO_CHANGE_POINT)
@@ -266,7 +266,7 @@ class TestSizes:
         assert worst < BOUND * condition
 
     @pytest.mark.parametrize("slenderness", [1.0, 1e2, 1e4, 1e6])
-    def test_slenderness(self, slenderness):
+    def test_slenderness_does_not_matter(self, slenderness):
         case = plain()
         case.sections = [Section(EA=2.1e7, EI=2.1e7 * (0.3 / slenderness) ** 2)] * 3
         self.check(case)
@@ -278,16 +278,16 @@ class TestSizes:
         self.check(case)
 
     @pytest.mark.parametrize("size", [1e-6, 1e-3, 1.0, 1e4])
-    def test_size(self, size):
+    def test_size_does_not_matter(self, size):
         self.check(plain(lengths=(0.1 * size, 0.3 * size, 0.25 * size), base=0.35 * size))
 
     @pytest.mark.parametrize("speed", [1e-6, 1e-3, 1.0, 1e3, 1e6])
     @pytest.mark.parametrize("gravity", [0.0, -9.81j])
-    def test_speed(self, speed, gravity):
+    def test_speed_does_not_matter(self, speed, gravity):
         self.check(plain(gravity=gravity), rate=speed, rate2=speed**2 / 3)
 
     @pytest.mark.parametrize("ratio", [1e-12, 1e-6, 1e6, 1e12])
-    def test_masses(self, ratio):
+    def test_mass_ratios_do_not_matter(self, ratio):
         self.check(plain(masses=(0.5, 0.5 * ratio, 0.5)))
 
     @pytest.mark.parametrize("ratio", [1e2, 1e4, 1e6])
@@ -297,11 +297,11 @@ class TestSizes:
         assert worst < BOUND * condition * ratio
 
     @pytest.mark.parametrize("crank", [1e-8, 1e-6, 1e-4, 1e-2])
-    def test_short_crank(self, crank):
+    def test_a_short_crank_does_not_matter(self, crank):
         self.check(plain(lengths=(crank, 0.3, 0.25)))
 
     @pytest.mark.parametrize("turns", [1, 1_000, 1_000_000])
-    def test_turns(self, turns):
+    def test_the_number_of_turns_does_not_matter(self, turns):
         self.check(plain(), drive=1.0 + 2 * np.pi * turns)
 
 
@@ -375,7 +375,7 @@ class TestChainOfAHundredDyads:
         return here, first, second
 
     @pytest.mark.slow
-    def test_motion(self, course):
+    def test_errors_of_the_motion_are_bounded(self, course):
         with mpmath.workdps(110):
             places, first, second = self.differentiated(course.mechanism)
             speed = [complex(v * mpf(self.RATE)) for v in first]

@@ -228,7 +228,7 @@ class TestStress:
         )
         assert sample(solved, "mises", [0.0])[0, 0, 0] == pytest.approx(pull + bending, rel=1e-13)
 
-    def test_safety(self):
+    def test_the_safety_factor_is_yield_stress_by_stress(self):
         solved = bent(self.section, PointLoad("beam", "B", -50j))
         assert safety_factor(solved)[0, 0] == pytest.approx(300e6 / (50 * 0.6 / (0.01 * 0.02**2 / 6)), rel=1e-13)
         assert safety_factor(bent(self.section))[0, 0] == math.inf
@@ -390,7 +390,7 @@ class TestBuckling:
         expected = scipy.optimize.brentq(far_end, 0.2 * prismatic, 0.7 * prismatic, rtol=1e-12)
         assert euler_loads(self.pressed(1.0, section))[0, 0] == pytest.approx(expected, rel=1e-9)
 
-    def test_slenderness(self):
+    def test_slenderness_is_length_by_least_radius_of_gyration(self):
         assert slenderness(self.pressed(1.0))[0, 0] == pytest.approx(0.8 / (0.01 / math.sqrt(12)), rel=1e-13)
         taper, _ = tapered(circle, (0.02,), (0.01,))
         cone = self.pressed(1.0, section_of(circle(0.02), E, taper=taper))
@@ -460,7 +460,7 @@ class TestCautions:
     @pytest.mark.parametrize(
         ("share", "expected"), [(0.009, set()), (0.011, {("deflection", False)}), (0.2, {("deflection", True)})]
     )
-    def test_deflection(self, share, expected):
+    def test_a_large_deflection_is_reported(self, share, expected):
         load = share * 3 * 50.0 / 0.36
         solved = bent(Section(1e7, 50.0), PointLoad("beam", "B", -1j * load))
         assert self.kinds(solved, kinds=["deflection"]) == expected
@@ -470,14 +470,14 @@ class TestCautions:
     @pytest.mark.parametrize(
         ("share", "expected"), [(0.09, set()), (0.11, {("axial force", False)}), (1.1, {("axial force", True)})]
     )
-    def test_axial_force(self, share, expected):
+    def test_a_large_axial_force_is_reported(self, share, expected):
         section = section_of(rectangle(0.01, 0.02), E)
         load = share * math.pi**2 * section.EI / 0.36
         solved = deflection(still(supported({"A": 0, "B": 0.6}, loads=(PointLoad("beam", "B", -load),))), [section])
         assert self.kinds(solved, kinds=["axial force"]) == expected
 
     @pytest.mark.parametrize(("share", "expected"), [(0.6, set()), (0.7, {("yield", False)}), (1.1, {("yield", True)})])
-    def test_yield(self, share, expected):
+    def test_stress_above_yield_is_reported(self, share, expected):
         section = section_of(rectangle(0.02, 0.01), E, yield_stress=300e6)
         load = share * 300e6 * (0.01 * 0.02**2 / 6) / 0.6
         assert self.kinds(bent(section, PointLoad("beam", "B", -1j * load)), kinds=["yield"]) == expected

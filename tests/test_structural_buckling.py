@@ -102,7 +102,7 @@ class TestRigidLinks:
         bent = deflection(still(mechanism), [], {"O": JointCompliance(rotation=1.0)})
         assert buckling_factor(bent)[0] == math.inf
 
-    def test_rigid_mechanisms(self):
+    def test_rigid_mechanisms_do_not_buckle(self):
         arm = Link("arm", {"O": 0.0, "A": 1.0}, (Beam("O", "A", 1.0),))
         mechanism = Mechanism((Link("ground", {"O": 0.0}), arm), (PinDrive("arm", "O"),), {"O": 0.0, "A": 1.0})
         assert buckling_factor(deflection(still(mechanism), [Section()]))[0] == math.inf

@@ -162,7 +162,7 @@ def trusses(draw):
 class TestTrusses:
     @settings(max_examples=60, deadline=None)
     @given(trusses())
-    def test_maxwell_counts(self, truss):
+    def test_maxwells_count_holds(self, truss):
         mechanism, free, surplus = truss
         here = assembled(mechanism)
         chain = planar_chain(here)

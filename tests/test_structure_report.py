@@ -21,7 +21,7 @@ def section(text, name):
 
 
 class TestText:
-    def test_four_bar(self):
+    def test_the_counts_of_a_four_bar(self):
         text = structure_text(four_bar_linkage())
         assert "Kutzbach count: 3 (4 - 1) - 2 * 4 - 0 = 1" in text
         assert "mobility m = 1, hyperstaticity h = 0, mobility index m - h = 1" in text

@@ -129,8 +129,8 @@ smallest = "deflection.rocker"
 @pytest.mark.slow
 def test_the_command_writes_a_row_per_design_and_reports_the_best(tmp_path, capsys):
     assert swept(tmp_path, SWEEP, "--sweep", "--pages", "0") == 0
-    line, told = capsys.readouterr()
-    assert told == "bars: the designs are computed without vibration, whatever the scene's theory or accuracy\n"
+    line, message = capsys.readouterr()
+    assert message == "bars: the designs are computed without vibration, whatever the scene's theory or accuracy\n"
     with (tmp_path / "out" / "bars" / "designs.csv").open(newline="") as file:
         head, *rows = list(csv.reader(file))
     assert head == [
@@ -154,9 +154,11 @@ def test_the_command_writes_a_row_per_design_and_reports_the_best(tmp_path, caps
     assert swept(tmp_path, SWEEP, "--design", best[0]) == 0
     one = toml_tables(file_text(tmp_path / "out" / "bars_design_10.toml"), "")
     in_full = summary_of(computed(scene_from_dict(one), Request()))
-    told = in_full["figures"]["deflection"]["value"], in_full["peaks"]["rocker"]["w"]
+    expected = in_full["figures"]["deflection"]["value"], in_full["peaks"]["rocker"]["w"]
     assert in_full["theory"]["name"] == "elastodynamic"
-    assert [float(cell) for cell in rows[10][7:9]] == pytest.approx([abs(told[1]["value"]), told[1]["error"]], rel=1e-6)
+    assert [float(cell) for cell in rows[10][7:9]] == pytest.approx(
+        [abs(expected[1]["value"]), expected[1]["error"]], rel=1e-6
+    )
     assert rows[10][9:11] == ["elastodynamic", "acceptable"]
     others = [row for row in rows if row[9] == "quasi-static"]
     assert [row[7:11] for row in others] == [["", "", "quasi-static", ""]] * (6 - len(summary["answered"]))
@@ -176,14 +178,14 @@ def answered_by(monkeypatch, limits, aim, change):
     document = document_from_dict(tables)
     rigidities = np.array([document.with_values({DEPTH: depth}).scene.sections[0].EA for depth in depths])
 
-    def full(scene, asked, names):
+    def full(scene, limits, names):
         number = int(np.abs(rigidities - scene.sections[0].EA).argmin())
-        names = dict.fromkeys([*(limit.figure for limit in asked), *names])
+        names = dict.fromkeys([*(limit.figure for limit in limits), *names])
         columns = evaluate(document, [DEPTH], depths[[number], None], [*names]).columns
         told = {name: (factor := change(number) * float(columns[name][0]), 0.01 * factor) for name in names}
-        outcomes = [SEVERITY[int(severity(limit, *told[limit.figure]))] for limit in asked]
+        outcomes = [SEVERITY[int(severity(limit, *told[limit.figure]))] for limit in limits]
         judged = (
-            Judgement(limit, each, 0, *told[limit.figure], "") for limit, each in zip(asked, outcomes, strict=True)
+            Judgement(limit, each, 0, *told[limit.figure], "") for limit, each in zip(limits, outcomes, strict=True)
         )
         return FullAnswer("elastodynamic", tuple(judged), told)
 
@@ -270,8 +272,8 @@ def test_the_three_steps_on_the_page_of_designs(tmp_path, capsys, monkeypatch):
     for command, line in steps:
         assert main(command.split()) == 0
         assert capsys.readouterr().out.splitlines()[-1] == line
-    (told,) = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
-    assert tomllib.loads(told)["sweep"] == toml_tables(file_text(shipped_scenes()["press_sweep"]), "")["sweep"]
+    (example,) = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
+    assert tomllib.loads(example)["sweep"] == toml_tables(file_text(shipped_scenes()["press_sweep"]), "")["sweep"]
 
 
 def test_the_python_on_the_page_of_designs_agrees_with_single_runs(capsys):
@@ -288,8 +290,8 @@ def test_the_python_on_the_page_of_designs_agrees_with_single_runs(capsys):
 
 
 def test_the_page_of_designs_lists_all_figures():
-    told = re.search(r"\*\*Figures\*\*: (.*?)\n\n", PAGE, re.DOTALL)[1]
-    names = re.findall(r"`([\w.]+)`", told)
+    listed = re.search(r"\*\*Figures\*\*: (.*?)\n\n", PAGE, re.DOTALL)[1]
+    names = re.findall(r"`([\w.]+)`", listed)
     tables = toml_tables(file_text(shipped_scenes()["press_sweep"]), "")
     tables["run"]["output"] = "B"
     tables["joints"] = {"A": {"friction": 0.1, "radius": "5 mm"}}

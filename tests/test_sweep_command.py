@@ -107,8 +107,8 @@ def test_the_command_reports_a_full_disk(scene, tmp_path, monkeypatch, capsys):
     with monkeypatch.context() as patch:
         patch.setattr("kinelast.outputs.outbox.sync", full_disk)
         assert swept(scene, tmp_path / "out") == 2
-    told = capsys.readouterr().err
-    assert "no space left on device; 0 of 90 designs are kept; --resume goes on from there" in told
+    errors = capsys.readouterr().err
+    assert "no space left on device; 0 of 90 designs are kept; --resume goes on from there" in errors
     assert swept(scene, tmp_path / "out", "--resume") == 0
 
 

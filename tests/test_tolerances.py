@@ -60,7 +60,7 @@ def test_a_product_of_normals_has_its_closed_form():
     assert linear.deviation[0] == pytest.approx(np.sqrt(variance - 0.04), rel=1e-10)  # without the product of both
 
 
-def test_normal_quantiles():
+def test_quantiles_of_a_normal_distribution():
     spread = [Tolerance(0.9, normal=True)]
     sampled = scatter(lambda values: Table({"f": np.exp(values[:, 0])}), spread, np.zeros(1), 16_384)
     exact = np.exp(0.3 * norm.ppf([0.025, 0.5, 0.975]))

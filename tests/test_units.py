@@ -135,16 +135,16 @@ class TestUnitsOfTheScene:
         assert "crank.w_max [mm]" in heads
 
     def test_speeds_of_a_sweep(self, tmp_path, capsys):
-        told = self.lines(tmp_path, capsys, WRITTEN, "--sweep")
-        assert "drives.crank.speed 600 rpm" in told
+        output = self.lines(tmp_path, capsys, WRITTEN, "--sweep")
+        assert "drives.crank.speed 600 rpm" in output
 
     def test_of_a_file_in_si_units(self, tmp_path, capsys):
         plain = WRITTEN.replace('units = "mm"', "").replace('"900 rpm"', "94.2").replace('"0.05 deg"', '"0.9 mrad"')
         plain = plain.replace("depth = 6", 'depth = "6 mm"').replace("width = 10", 'width = "10 mm"')
         plain = re.sub(r"= \[(\d+), (\d+)\]", lambda row: f"= [{int(row[1]) / 1e3}, {int(row[2]) / 1e3}]", plain)
-        told = self.lines(tmp_path, capsys, plain)
-        assert "(limit 0.9 mrad)" in told
-        assert re.search(r"largest deflection 1\d\d\.?\d* µm", told)
+        output = self.lines(tmp_path, capsys, plain)
+        assert "(limit 0.9 mrad)" in output
+        assert re.search(r"largest deflection 1\d\d\.?\d* µm", output)
 
     def test_the_most_frequent_unit_is_used(self):
         scene = scene_from_text(WRITTEN.replace('speed = "900 rpm"', 'speed = "15 rev/s"\nstart = "1 rad"'))
@@ -155,8 +155,8 @@ class TestUnitsOfTheScene:
     def test_printed_quantities_are_read_back(self, unit):
         """A prefix before a square or a cube is squared or cubed too."""
         for size in 1.25 * 10.0 ** np.arange(-10, 10):
-            told = re.sub(r"·10([⁻⁰¹²³⁴-⁹]+)", lambda raised: "e" + raised[1].translate(LOWERED), quantity(size, unit))
-            assert Quantity.of_unit(unit, told) == pytest.approx(size, rel=1e-9)
+            text = re.sub(r"·10([⁻⁰¹²³⁴-⁹]+)", lambda raised: "e" + raised[1].translate(LOWERED), quantity(size, unit))
+            assert Quantity.of_unit(unit, text) == pytest.approx(size, rel=1e-9)
 
     def test_slides_and_gaps_use_the_length_unit_of_the_scene(self):
         """A and C are 60 and 250 mm from O at a right angle; the rocker is (50, 180) mm long, the rod 1 mm."""

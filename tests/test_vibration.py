@@ -15,7 +15,18 @@ import pytest
 import scipy.integrate
 import scipy.linalg
 import scipy.optimize
-from mechanisms import ALL, bar, cantilever, motion_of, propped, rigid_sections, steel_four_bar, still, supported
+from mechanisms import (
+    ALL,
+    bar,
+    cantilever,
+    motion_of,
+    propped,
+    rigid_sections,
+    steel_four_bar,
+    still,
+    supported,
+    with_link,
+)
 
 import fem_check
 from elastic import RIGID, JointCompliance, Section, deflection, rectangle, section_of, tapered, with_rotary_inertia
@@ -305,9 +316,8 @@ class TestMechanism:
 
         def with_coupler(length):
             case = steel_four_bar(6)
-            links = list(case.mechanism.links)
-            links[2] = bar("coupler", "A", "B", length, links[2].beams[0].mass_per_length)
-            return Mechanism(tuple(links), case.mechanism.drives, case.mechanism.drawing), case
+            mass = case.mechanism.links[2].beams[0].mass_per_length
+            return with_link(case.mechanism, bar("coupler", "A", "B", length, mass)), case
 
         mechanism, case = with_coupler(lengths)
         both = natural_frequencies(motion(mechanism, case.drive), case.sections).omega
@@ -328,8 +338,7 @@ class TestMechanism:
     def test_singular_positions_are_nan(self):
         case = steel_four_bar(4)
         out_of_reach = replace(case.mechanism.links[2], points={"A": 0.0, "B": 0.05})
-        links = tuple(out_of_reach if link.name == "coupler" else link for link in case.mechanism.links)
-        course = motion(Mechanism(links, case.mechanism.drives, case.mechanism.drawing), case.drive)
+        course = motion(with_link(case.mechanism, out_of_reach), case.drive)
         found = natural_frequencies(course, case.sections)
         assert np.isnan(found.omega).any()
         assert np.isnan(found.omega[0]).tolist() == (~np.isfinite(course.condition)).tolist()

@@ -124,7 +124,7 @@ class TestCoupler:
         for pair in (*zip(one.force, other.force, strict=True), *zip(one.moment, other.moment, strict=True)):
             assert np.abs(np.subtract(*pair)).max() < 1e-12 * max(np.abs(force).max() for force in one.force)
 
-    def test_frequencies(self):
+    def test_natural_frequencies_are_equal(self):
         found, expected = (
             natural_frequencies(motion(each, ANGLES), [SECTION] * 4, 3, 4).omega
             for each in (FOUR_BARS["welded"], four_bar(WHOLE))
@@ -136,7 +136,7 @@ class TestCoupler:
         ours = natural_frequencies(moved, [SECTION] * 4, 2, 2, settled=1e-6).omega
         assert near(natural_frequencies_by_fem(moved, [SECTION] * 4, 8, 2), ours, 1e-3)
 
-    def test_vibrating(self):
+    def test_vibrations_are_equal(self):
         def steady(mechanism):
             period, motion_at = 2 * np.pi / 30.0, at_speed(mechanism, 30.0, np.pi / 2)
             return elastodynamic(motion_at(np.arange(8) * period / 8), motion_at, period, [SECTION] * 4, damping=1e-4)
@@ -152,7 +152,7 @@ class TestCoupler:
         moments = [tie.moment for tie in solution.ties if tie.name == "K" and np.ndim(tie.moment)]
         assert any(near(np.abs(moment), np.abs(forces_by_name(bent)["K"][1]), 1e-7) for moment in moments)
 
-    def test_mobility(self):
+    def test_the_mobility_is_one(self):
         assert mobility_count(FOUR_BARS["welded"]) == 1
         found = mechanism_mobility(FOUR_BARS["welded"])
         assert (int(found.mobility), int(found.hyperstaticity)) == (1, 0)
@@ -270,13 +270,10 @@ def test_large_displacements_of_welded_beams():
             (Link("ground", {"O": 0}), *links), (PinDrive("base", "O"),), drawing, loads=(load,), welds=welds
         )
 
-    def still(time):
-        return 0.0 * time, 0.0 * time, 0.0 * time
-
     whole = arm(bars("base", {"O": 0, "K": 0.5, "T": 1.0}, ("O", "K"), ("K", "T")))
     halves = bars("base", {"O": 0, "K": 0.5}, ("O", "K")), bars("tip", {"K": 0, "T": 0.5j}, ("K", "T"))
     found, expected = (
-        nonlinear_equilibrium(each, [SECTION] * 2, [still], np.linspace(0, 1, 5), 4)
+        nonlinear_equilibrium(each, [SECTION] * 2, [lambda time: (0 * time,) * 3], np.linspace(0, 1, 5), 4)
         for each in (arm(*halves, welds=(Weld("K", "tip", "base", -1j),)), whole)
     )
     assert near(found.w[-1], expected.w[-1], 1e-9)
@@ -294,7 +291,7 @@ class TestFaults:
             (Weld("K", "tip", "base", 2.0), "its turn is no unit vector"),
         ],
     )
-    def test_names(self, weld, words):
+    def test_wrong_names_are_errors(self, weld, words):
         with pytest.raises(MechanismError, match=words):
             frame(*self.PARTS, welds=(weld,))
 
@@ -385,7 +382,7 @@ class TestScene:
             ("[welds.D]\n[joints.D]\nfriction = 0.1\nradius = 0.01", "welded here: no friction"),
         ],
     )
-    def test_faults(self, table, words):
+    def test_wrong_welds_are_errors(self, table, words):
         with pytest.raises(SceneError, match=words):
             scene(WELDED + "", table)
 

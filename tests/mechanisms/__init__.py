@@ -17,6 +17,7 @@ from .building import (
     steel_bar,
     turn,
     with_link,
+    with_lump,
 )
 from .drawn import drawn_bar, four_bar_linkage, linkage, slider_crank_linkage, three_cranks
 from .dyads import bush, elastic_guide, four_bar, inverted_slider_crank, pressed, scotch_yoke, slider_crank, tangent

@@ -58,6 +58,12 @@ def with_link(mechanism, *links):
     return replaced(mechanism, links=tuple(new.get(link.name, link) for link in mechanism.links))
 
 
+def with_lump(mechanism, link, *lumps):
+    """Return the mechanism with further lumps on a link."""
+    old = mechanism.links[mechanism.index[link]]
+    return with_link(mechanism, replace(old, lumps=(*old.lumps, *lumps)))
+
+
 def scaled(mechanism, size):
     """Return the mechanism enlarged `size` times, without mass and loads."""
     links = tuple(
