@@ -11,12 +11,13 @@ import numpy as np
 from animations.diagrams import STATIONS
 from animations.layers import Stack, layers, reach, stacked
 from animations.layout import Scales
-from animations.shapes import Complexes, carried, hull, moved_beams
+from animations.shapes import Complexes, carried, moved_beams
 from animations.solid_mechanism import AXLE_RADIUS, EYE_RADIUS, block, rail, sections_of, thicknesses
 from animations.style import Style
 from animations.symbols import moved_place
 from elastic import Deflection
 from rigid import Reals
+from symbols import hull
 
 PARTS = 6  # number of convex pieces that approximate a bent beam
 

@@ -16,6 +16,7 @@ from animations.diagrams import STATIONS
 from elastic import Deflection, sample
 from rigid import Link, Reals, position_of
 from rigid.kinetostatics import beam_directions
+from symbols import hull
 
 Complexes = NDArray[np.complexfloating[Any, Any]]
 Cells = tuple[Any, ...]  # arrays of point numbers, one per polygon or polyline
@@ -216,18 +217,3 @@ def _closed(
 def _circle(corners: int) -> Complexes:
     turns: Complexes = np.exp(2j * np.pi * np.arange(corners) / corners)
     return turns
-
-
-def hull(points: Complexes) -> Complexes:
-    """Convex hull, counter-clockwise, by the monotone chain algorithm."""
-    ordered = sorted({(float(z.real), float(z.imag)) for z in points})
-    chains = []
-    for way in (ordered, ordered[::-1]):
-        chain: list[complex] = []
-        for x, y in way:
-            z = complex(x, y)
-            while len(chain) > 1 and ((chain[-1] - chain[-2]).conjugate() * (z - chain[-1])).imag <= 0:
-                chain.pop()
-            chain.append(z)
-        chains.append(chain[:-1])
-    return np.array(chains[0] + chains[1])

@@ -10,13 +10,13 @@ import numpy as np
 from animations.diagrams import STATIONS, Diagram
 from animations.layers import Stack
 from animations.layout import Scales
-from animations.shapes import Complexes, carried, hull, moved_beams
+from animations.shapes import Complexes, carried, moved_beams
 from animations.solid import CIRCLE_CORNERS, CrossSections, SolidShape, beam_bodies, cross_sections, prism
 from animations.style import Style
 from animations.symbols import moved_place
 from elastic import Deflection, sample
 from rigid import Reals, Slider
-from symbols import BLOCK_CORNERS, PEDESTAL, travel
+from symbols import BLOCK_CORNERS, PEDESTAL, hull, travel
 
 CIRCLE = np.exp(2j * np.pi * np.arange(CIRCLE_CORNERS) / CIRCLE_CORNERS)
 DEFAULT_THICKNESS = 0.55  # thickness of links with unknown dimensions, relative to a pin's diameter

@@ -28,6 +28,7 @@ from symbols import (
     rails,
     spring,
     support,
+    torsion_spring,
     turn_arrow,
     weld,
     wheels_of_pair,
@@ -105,6 +106,8 @@ def _springs(tables: Tables, sheet: Tables) -> Iterator[Mark]:
     for each in sheet["springs"]:
         if "anchor" in each:
             yield spring(Spot("", each["point"]), Spot("", each["anchor"]))
+        elif "at" in each:
+            yield torsion_spring(Spot("", each["at"]))
 
 
 def _cylinders(tables: Tables, sheet: Tables) -> Iterator[Mark]:

@@ -1,5 +1,6 @@
 """Symbols of a mechanism as one display list, which every renderer reads: films, paper, report page and editor."""
 
+from symbols.hulls import hull
 from symbols.joints import (
     BLOCK,
     BLOCK_CORNERS,
@@ -40,6 +41,7 @@ __all__ = [
     "arrow",
     "cylinder",
     "extent_of",
+    "hull",
     "marks_of",
     "mass",
     "pin",

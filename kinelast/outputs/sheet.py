@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigid import GROUND, Posture
-from rigid.plane import cross
-from symbols import BLOCK, LEVELS, LINK, anchor, extent_of, marks_of
+from symbols import BLOCK, LEVELS, LINK, anchor, extent_of, hull, marks_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -112,16 +111,16 @@ class MechanismAxes:
         """Draw a line through the points of a link, or the convex outline of a plate."""
         color = self.colors[name]
         spots = [place for (link, _), place in self.places.items() if link == name]
-        hull = _hull(spots)
-        if len(hull) > 2:
-            self._patch(hull, facecolor=color, alpha=0.16, zorder=2)
-            self._line([*hull, hull[0]], color=color, linewidth=1.8, zorder=3)
-            self._text(complex(np.mean(hull)), name, color=color, fontsize=10)
-        elif len(hull) == 2:
-            self._line(hull, color=color, linewidth=3.2, zorder=3, solid_capstyle="round")
-            way = (hull[1] - hull[0]) / abs(hull[1] - hull[0])
+        corners = hull(spots, FLAT).tolist()
+        if len(corners) > 2:
+            self._patch(corners, facecolor=color, alpha=0.16, zorder=2)
+            self._line([*corners, corners[0]], color=color, linewidth=1.8, zorder=3)
+            self._text(complex(np.mean(corners)), name, color=color, fontsize=10)
+        elif len(corners) == 2:
+            self._line(corners, color=color, linewidth=3.2, zorder=3, solid_capstyle="round")
+            way = (corners[1] - corners[0]) / abs(corners[1] - corners[0])
             across = 1j * way * (1 if way.real >= 0 else -1)
-            self.beside((hull[0] + hull[1]) / 2, across * self.unit, name, color=color, fontsize=10)
+            self.beside((corners[0] + corners[1]) / 2, across * self.unit, name, color=color, fontsize=10)
         else:
             block = self._block_line(next(point for link, point in self.places if link == name))
             self.beside(spots[0], -2.5j * self.unit * (block or 1.0), name, color=color, fontsize=10)
@@ -201,21 +200,3 @@ class MechanismAxes:
 
 def _xy(place: complex) -> tuple[float, float]:
     return float(place.real), float(place.imag)
-
-
-def _hull(places: list[complex]) -> list[complex]:
-    """Return the corners of the convex outline counter-clockwise, or the two ends of collinear points."""
-    spots = sorted(set(places), key=lambda place: (place.real, place.imag))
-    if len(spots) < 3:
-        return spots
-    flat = FLAT * abs(spots[-1] - spots[0]) ** 2
-
-    def chain(ordered: list[complex]) -> list[complex]:
-        kept: list[complex] = []
-        for spot in ordered:
-            while len(kept) > 1 and cross(kept[-1] - kept[-2], spot - kept[-1]) <= flat:
-                kept.pop()
-            kept.append(spot)
-        return kept[:-1]
-
-    return chain(spots) + chain(spots[::-1])

@@ -1,0 +1,33 @@
+"""Convex outlines of links without beams."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from symbols.marks import Complexes
+
+
+def hull(points: Iterable[Any], flat: float = 0.0) -> Complexes:
+    """Corners of the convex hull, counter-clockwise, by the monotone chain algorithm; both ends of collinear points.
+
+    Parameters
+    ----------
+    flat
+        Largest area of a corner that is left out, relative to the square of the extent.
+    """
+    ordered = sorted({complex(point) for point in points}, key=lambda place: (place.real, place.imag))
+    if len(ordered) < 3:
+        return np.array(ordered)
+    corners: list[complex] = []
+    least = flat * abs(ordered[-1] - ordered[0]) ** 2
+    for places in (ordered, ordered[::-1]):
+        chain: list[complex] = []
+        for place in places:
+            while len(chain) > 1 and ((chain[-1] - chain[-2]).conjugate() * (place - chain[-1])).imag <= least:
+                chain.pop()
+            chain.append(place)
+        corners += chain[:-1]
+    return np.array(corners)
