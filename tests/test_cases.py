@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kinelast.figures.joints import clearance_figures
+from kinelast.scene.parts.bearings import clearance_figures
 from tiers import in_tiers
 
 from elastic.elastodynamics import Damping, elastodynamic, stable_below

@@ -93,7 +93,7 @@ def test_the_command_reports_their_structure(name, tmp_path, capsys):
 @pytest.mark.parametrize("name", sorted(shipped_structures()))
 def test_they_name_their_source_and_are_not_accepted_as_machines(name, tmp_path, capsys):
     assert "Course chapter" in structure(name).source
-    with pytest.raises(SceneError, match="ask for it with --structure"):
+    with pytest.raises(SceneError, match="use --structure"):
         read_scene(shipped_structures()[name])
     assert main([name, "-o", str(tmp_path)]) == 2
     assert "--structure" in capsys.readouterr().err

@@ -33,6 +33,7 @@ RECIPROCAL = "safety", "endurance"  # figures that are a strength over a stress:
 HEADLINE = NAMES["w"], NAMES["mises"]  # main figures of every report
 LITTLE = 0.01  # smallest base of relative errors, relative to the largest figure of the unit
 COURSES, JOINT_FORCES = ("u", "w", "chord", "N", "M"), "joint forces"
+FORCES = "N", "M", JOINT_FORCES  # courses of forces
 LITTLE_PRESSED, KNOWN_TO = (
     0.2,
     0.02,
@@ -310,7 +311,7 @@ def _of_items(
     if TIME in off.shares:
         units = figure.units(answer.scene)
         moved = [scales.get(unit, 0.0) if unit in DISPLACEMENTS else 0.0 for unit in units]
-        forces = [off.forces if unit == "N" else 0.0 for unit in units]
+        forces = [off.forces if unit in ("N", "N m") else 0.0 for unit in units]
         parts[TIME] = np.maximum.reduce([parts[TIME], off.shares[TIME] * np.array(moved), np.array(forces) * wide])
     if figure.remains_of and off.settled:
         whole = np.max(answer.of(figure.remains_of).value, initial=0.0)
@@ -389,16 +390,18 @@ def course_errors(answer: Cycle, off: Estimate) -> dict[str, float]:
     Each as a share of the largest value of the member or joint, or of `SMALL` of the largest of all where that is more.
     """
     shares, errors = math.fsum(off.shares.values()), {}
+    of_forces = shares + max(off.forces - off.shares.get(TIME, 0.0), 0.0)  # they converge later than displacements
+    known = {name: of_forces if name in FORCES else shares for name in (*COURSES, JOINT_FORCES)}
     if not off.stages:
-        return dict.fromkeys((*COURSES, JOINT_FORCES), shares)
+        return known
     bent, final = answer.deflection, [*off.stages.values()][-1].deflection
     for name in COURSES:
         values = sample(bent, name, AT)
         base = _greatest_of_members(answer, values)
-        errors[name] = shares + _greatest_share(values, sample(final, name, AT), _not_small(base))
+        errors[name] = known[name] + _greatest_share(values, sample(final, name, AT), _not_small(base))
     forces, others = (_joint_forces(each) for each in (bent, final))
     base = np.nan_to_num(np.abs(forces)).max(axis=1, initial=0.0)
-    return {**errors, JOINT_FORCES: shares + _greatest_share(forces, others, _not_small(base))}
+    return {**errors, JOINT_FORCES: known[JOINT_FORCES] + _greatest_share(forces, others, _not_small(base))}
 
 
 def _greatest_of_members(answer: Cycle, values: Reals) -> Reals:
