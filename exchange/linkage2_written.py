@@ -29,6 +29,10 @@ def linkage2_text(drawing: ForeignMechanism) -> str:
     ElementTree.SubElement(root, "program", look)
     members = {name: list(body.points) for name, body in drawing.links.items()}
     places, fixed = dict(drawing.points), {*drawing.ground}
+    for joint in (joint for gear in drawing.gears for joint in (gear.driver, gear.follower)):
+        axle, points = joint.get("at", ""), members.get(joint.get("link", ""), [])
+        if axle in points:  # a wheel of Linkage turns about its first connector
+            members[joint["link"]] = [axle, *(point for point in points if point != axle)]
     limits = _slot_limits(drawing, members, places, fixed)
     used = [name for name in places if any(name in points for points in members.values())]
     number = {name: str(at) for at, name in enumerate(used)}

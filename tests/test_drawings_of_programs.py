@@ -211,6 +211,8 @@ def on_arc(at, point, a, b, radius):
 def check_drive(at, time, drive):
     """A drive has the speed of its file, or its mean speed between limits."""
     arms, here, ends, speed = drive
+    if isinstance(arms, list) and not {point for arm in arms for point in arm} <= at.keys():
+        return  # a link that is fastened to the frame
     if arms == "throw":
         length = abs(at[here[-1]] - at[here[0]])
         assert length[np.argmax(abs(length - length[0]))] - length[0] == pytest.approx(ends, rel=2e-3)

@@ -289,6 +289,20 @@ def test_a_pin_at_which_one_link_is_driven_and_one_is_free_is_not_written_for_li
         written(of_text(text, "mine"), ".linkage2")
 
 
+def test_a_wheel_that_is_more_than_a_wheel_turns_about_its_axle_when_read_back():
+    text = linkage(
+        '<connector id="0" x="0" y="0" anchor="true" input="true" rpm="30"/><connector id="1" x="20" y="0"/>'
+        '<connector id="2" x="60" y="0" anchor="true"/><connector id="3" x="60" y="9"/>',
+        members(0, 0, more=' gear="true"') + members(1, 1, 0)
+        + members(2, 2, more=' gear="true" fastenlink="3"') + members(3, 3, 2),
+        '<ratios><ratio type="gears"><link id="0" size="20"/><link id="2" size="40"/></ratio></ratios>',
+    )  # fmt: skip
+    scene = kinelast.scene_from_text(imported(of_text(text, "mine")).text)
+    back = kinelast.scene_from_text(imported(of_text(written(exchanged(scene), ".linkage2"), "mine")).text)
+    ends = [kinelast.scene_motion(each).angular_velocity[each.mechanism.index["link_3"]] for each in (scene, back)]
+    np.testing.assert_allclose(ends, np.pi / 2, atol=1e-9)
+
+
 @pytest.mark.parametrize(("kind", "turns"), [("gears", 2.0), ("chain", 0.0)])
 def test_a_wheel_of_linkage_that_rolls_on_a_fastened_one(kind, turns):
     """Willis: a planet as large as the fixed sun turns twice as fast as its carrier, on a chain not at all."""
