@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kinelast.scene.parts.bearings import clearance_figures
 from tiers import in_tiers
 
 from elastic.elastodynamics import Damping, elastodynamic, stable_below
@@ -20,6 +19,7 @@ from kinelast.cli.command import main
 from kinelast.figures.cycle import Cycle
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
+from kinelast.scene.parts.bearings import clearance_figures
 
 CASES = Path(__file__).parent / "data" / "cases"
 

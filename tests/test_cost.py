@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from scene_texts import ARM, FALLING, FOUR_BAR, QUICK_RETURN, edited
 
 from elastic import Section, sample
 from elastic.elastodynamics import elastodynamic, solution
+from elastic.elastodynamics.vibration_settings import VIBRATION
 from elastic.vibration import natural_frequencies
 from kinelast.cli.command import main
 from kinelast.designs.studies import sensitivity_study
@@ -69,7 +71,7 @@ def test_refinement_respects_the_memory_limit(monkeypatch):
     monkeypatch.setattr(
         solution, "first_discretization", lambda model, tolerance: solution.Discretization(model, 1, 1.0, tolerance)
     )
-    monkeypatch.setattr(solution, "MOST_NUMBERS", 0)
+    monkeypatch.setattr(solution, "VIBRATION", replace(VIBRATION, max_numbers=0))
     rough = elastodynamic(instants, turning, 2 * np.pi / 60.0, sections, tolerance=1e-5)
     assert len(tried) == 1
     assert rough.reduction_error > 1e-5  # the error is reported

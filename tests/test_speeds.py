@@ -11,7 +11,7 @@ from tiers import in_tiers
 
 from elastic.elastodynamics import Resonance, SpeedAnswers, SpeedSearch, prominences
 from elastic.elastodynamics.speed_scan import Scan
-from elastic.elastodynamics.speed_search import KNOWN_TO
+from elastic.elastodynamics.speed_settings import SPEEDS
 from elastic.elastodynamics.time_elements import Equations, periodic_amplitudes, propagation
 from elastic.elastodynamics.time_grid import Grid
 from kinelast.figures.cycle import Cycle
@@ -84,7 +84,7 @@ class TestLimitSpeed:
         """Single answers, with their errors, keep the limit at 454.3 and break it at 454.9 rad/s, and keep it again."""
         found = speeds(scene_from_text(LIGHTLY_DAMPED + CHORD), requested)
         assert 452.5 < found.highest < found.limit.above < 454.9
-        assert found.limit.above / found.highest - 1 <= 2 * KNOWN_TO
+        assert found.limit.above / found.highest - 1 <= 2 * SPEEDS.border_accuracy
         assert found.asked.sum() == requested[2]
         assert found.map.values[:, 1].max() > 0.038, "the peak beyond the limit is known too"
         _, chord, error = found.figures["chord"]
@@ -193,7 +193,7 @@ class TestUnstableRanges:
         ((low, high),) = SpeedSearch(found, curves).find_borders()
         known = found.map()
         below = known.ratio[known.ratio < low].max()
-        assert low / below - 1 < 2 * KNOWN_TO
+        assert low / below - 1 < 2 * SPEEDS.border_accuracy
         assert high == 6.7
         assert np.isnan(known.values[known.ratio >= low]).all()
         single, _ = answers_of(scene)
@@ -299,7 +299,7 @@ def test_speeds_on_a_fine_grid_are_scanned_in_batches(monkeypatch):
     found.find(ratios)
     model = SpeedSearch(found, curves).model
     together, heard = model.at(ratios), []
-    monkeypatch.setattr("elastic.elastodynamics.speed_scan.MOST_POINTS", 1)
+    monkeypatch.setattr("elastic.elastodynamics.speed_scan.SPEEDS", replace(SPEEDS, max_points=1))
     one_by_one = model.at(ratios, lambda done, of: heard.append((done, of)))
     assert heard == [(0, 3), (1, 3), (2, 3)]
     np.testing.assert_allclose(one_by_one.largest, together.largest, rtol=1e-9)

@@ -18,14 +18,12 @@ from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.samples import along_beams
 from elastic.elastodynamics.strains import given_forces, rigidities, strain_rows
 from elastic.elastodynamics.vibration_loads import ResidualResponse
+from elastic.elastodynamics.vibration_settings import VIBRATION
 from elastic.sampling import displacement_of, rotation_of
 from elastic.solution import Deflection
 from elastic.vibration.beam_matrices import rigidity
 from rigid.arrays import Reals
 from rigid.kinetostatics import beam_directions
-
-CORRECTIONS = 8  # largest number of corrections
-FALL = 0.5  # a correction must reduce the error to this share; otherwise more coordinates are cheaper
 
 
 def corrected(answer: Vibration, tolerance: float) -> tuple[Vibration, float]:
@@ -39,7 +37,7 @@ def corrected(answer: Vibration, tolerance: float) -> tuple[Vibration, float]:
     greatest = np.abs(answer.displacements).max() if kinds.structure.weights.size else 0.0
     if not greatest:
         return answer, 0.0
-    for _ in range(CORRECTIONS):
+    for _ in range(VIBRATION.max_corrections):
         missed = _left_out(answer)
         change = missed if answer.residual is None else missed - answer.residual
         more = answer.under(inertia_load(answer, change))
@@ -47,7 +45,7 @@ def corrected(answer: Vibration, tolerance: float) -> tuple[Vibration, float]:
         before = least
         if error < least:
             best, least = answer, error
-        if error <= tolerance or not error <= FALL * before:
+        if error <= tolerance or not error <= VIBRATION.max_correction_ratio * before:
             break
         x, x1, x2 = (part + added for part, added in zip(answer.history, more, strict=True))
         answer = replace(answer, history=(x, x1, x2), residual=missed)

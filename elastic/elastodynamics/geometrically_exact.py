@@ -15,8 +15,6 @@ from elastic.elastodynamics.newton import newly_shortened, settled_by_newton
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.settled import Settled
 from elastic.elastodynamics.solution import (
-    MOST_NUMBERS,
-    ROUNDS,
     TOLERANCE,
     Discretization,
     Elastodynamic,
@@ -27,14 +25,8 @@ from elastic.elastodynamics.solution import (
     time_error,
     vibration_in,
 )
+from elastic.elastodynamics.vibration_settings import VIBRATION
 from elastic.solution import Deflection
-
-BESIDE = 4.0  # largest time error of the residual response, relative to that of the coordinates
-
-FALL = 0.7  # a wider basis must cut the residual to this share, or the basis was wide enough
-MAX_COMPLETE = 60  # largest number of coordinates of which all are used if a part of them does not converge
-REFINE_AGAIN = 10.0  # time error relative to its tolerance above which a grid that was refined once is refined again
-LOST = 0.1  # larger residuals do not converge on finer grids, relative to the displacements
 
 
 def with_large_displacement(linear: Elastodynamic, finer: Vibration | None = None) -> tuple[Elastodynamic, float]:
@@ -161,28 +153,28 @@ def geometrically_exact(
     best: Any = None
     made_finer = refined = False
     now, before, made = begun.displaced if begun else None, math.inf, begun.steps if begun else 0
-    for _ in range(ROUNDS):
+    for _ in range(VIBRATION.max_refinements):
         exact = settled_links(vibration, tolerance, discretization.fastest, begun=now)
         exact = replace(exact, steps=(made := made + exact.steps))
         moving = replace(vibration, history=exact.displaced.history)
         in_elements, finer = time_error(moving, discretization.resolved)
-        if refined and in_elements <= REFINE_AGAIN * discretization.resolved:
+        if refined and in_elements <= VIBRATION.min_refined_ratio * discretization.resolved:
             finer = None
         answer_now = _settled(linear, exact, vibration, discretization, in_elements)
         best = answer_now if best is None or _off(answer_now) < _off(best) else best
-        few = tolerance < exact.open < FALL * before
+        few = tolerance < exact.open < VIBRATION.max_residual_fall * before
         coarse, grid = discretization, finer or vibration.problem.terms.grid
-        lost = exact.open > LOST
+        lost = exact.open > VIBRATION.max_open_residual
         carried = now is not None and now.shortened is not None
         if (lost and (made_finer or carried)) or best is not answer_now:
             break
         if lost:
             discretization, grid = halved(discretization, vibration.problem.terms.grid)
-            discretization, made_finer = discretization.complete(MAX_COMPLETE), True
+            discretization, made_finer = discretization.complete(VIBRATION.max_complete), True
         elif few:
             discretization = discretization.wider()
         before = exact.open
-        if not (few or finer or lost) or numbers_of(discretization, grid) > MOST_NUMBERS:
+        if not (few or finer or lost) or numbers_of(discretization, grid) > VIBRATION.max_numbers:
             break
         refined = finer is not None
         vibration = resolved_in_time(discretization, grid, tolerance)[0]
@@ -199,7 +191,7 @@ def _settled(
         linear,
         coordinates=vibration.history[0].shape[1],
         elements=len(vibration.problem.terms.grid.steps),
-        time_error=BESIDE * in_elements,
+        time_error=VIBRATION.residual_time_ratio * in_elements,
         reduction_error=exact.open,
         vibration=vibration,
         discretization=discretization,

@@ -13,14 +13,12 @@ from elastic.elastodynamics.equations_of_motion import MotionTerms, Problem, pro
 from elastic.elastodynamics.strains import rigidities, strain_rows
 from elastic.elastodynamics.time_elements import Propagation, propagation
 from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled, vibration_loads
+from elastic.elastodynamics.vibration_settings import VIBRATION
 from elastic.links.added_loads import AddedLoads
 from elastic.solution import Deflection, deflection
 from rigid import Motion
 from rigid.arrays import Complexes, Numbers, Reals
 from rigid.kinetostatics import beam_directions
-
-AXIAL = 0.005  # weight of unresolved axial forces, relative to displacements
-LITTLE = 0.01  # smallest reference of axial forces, relative to the largest moment over the largest length
 
 Start = Callable[[Propagation, Problem, Deflection], Any]
 
@@ -91,7 +89,7 @@ class Vibration:
         by_inertia = self.places(bent[..., 0] if bent.ndim == 3 else bent.T)
         greatest = np.abs(moved).max()
         tails = [terms.grid.tail(values, greatest) for values in (moved, by_inertia)]
-        unresolved: Reals = np.maximum.reduce([*tails, AXIAL * self.unresolved_axial])
+        unresolved: Reals = np.maximum.reduce([*tails, VIBRATION.axial_weight * self.unresolved_axial])
         return unresolved
 
     @property
@@ -111,7 +109,7 @@ class Vibration:
         forces: Reals = stiff * (strains @ self.history[0][..., None])[..., 0]
         longest = structure.weights.sum(axis=-1).max(initial=0.0)
         bending = float(np.abs(forces[:, count:]).max(initial=0.0))
-        return forces[:, :count], LITTLE * bending / longest if longest else 0.0
+        return forces[:, :count], VIBRATION.min_axial_reference * bending / longest if longest else 0.0
 
     def places(self, amounts: Reals) -> Numbers:
         """Displacements for given amounts of all kinds."""

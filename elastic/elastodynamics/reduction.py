@@ -16,15 +16,10 @@ from elastic.elastodynamics.elastic_structure import ElasticStructure
 from elastic.elastodynamics.equations_of_motion import Kinematics, kinematics, masses
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.strains import given_forces, strain_rows
+from elastic.elastodynamics.vibration_settings import VIBRATION
 from elastic.solution import Deflection
 from rigid import Motion
 from rigid.arrays import Reals
-
-NEAR = 8.0  # modes up to this multiple of the lowest frequency have their own coordinates
-LEAST = 3  # smallest number of modes
-LOADED = 3.0  # accuracy of the shapes of loads, relative to that of modes
-CLOSELY = 90.0  # the same in finer discretizations: axial shapes of slender beams are small next to bending
-MASSLESS = 1e-13  # modes with less mass per stiffness have no mass, relative to the largest
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,13 +72,13 @@ def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Defle
     values = values[::-1]
     greatest = np.linalg.eigvalsh(reduced_mass)[:, -1]
     with np.errstate(divide="ignore"):
-        omega = np.where(greatest > MASSLESS * values[0], 1.0 / np.sqrt(np.maximum(greatest, 0.0)), np.inf)
+        omega = np.where(greatest > VIBRATION.massless * values[0], 1.0 / np.sqrt(np.maximum(greatest, 0.0)), np.inf)
     strains = strain_rows(structure, kinds.basis).swapaxes(-1, -2)
     bent = [(strains @ given_forces(structure, one)[..., None])[..., 0].T for one in loaded]
     return CycleModes(unstrained, reduced_mass, omega, values, modes[:, ::-1], np.concatenate(bent, axis=1))
 
 
-def reduced_basis(cycle: CycleModes, modes: int, besides: float, closer: float = LOADED) -> Reals:
+def reduced_basis(cycle: CycleModes, modes: int, besides: float, closer: float = VIBRATION.load_accuracy) -> Reals:
     """Basis of modes and of the bending by their inertia, shape (n, r), with unit mean mass.
 
     Parameters
@@ -101,7 +96,7 @@ def reduced_basis(cycle: CycleModes, modes: int, besides: float, closer: float =
     if loaded.any():
         basis = _with_more(basis, cycle.bent / loaded.max(), besides / closer)
     scale, turned = np.linalg.eigh(basis.T @ cycle.masses.mean(axis=0) @ basis)
-    size = np.sqrt(np.maximum(scale, MASSLESS * scale[-1]))
+    size = np.sqrt(np.maximum(scale, VIBRATION.massless * scale[-1]))
     reduced: Reals = cycle.unstrained @ (basis @ (turned / size)[:, ::-1])
     return reduced
 
@@ -116,6 +111,6 @@ def _with_more(basis: Reals, others: Reals, least: float) -> Reals:
 
 def near_modes(cycle: CycleModes) -> int:
     """Number of modes near the lowest one."""
-    moving = cycle.values > MASSLESS * cycle.values[0]
-    near = int((cycle.values > cycle.values[0] / NEAR**2).sum())
-    return min(max(near, LEAST), int(moving.sum()))
+    moving = cycle.values > VIBRATION.massless * cycle.values[0]
+    near = int((cycle.values > cycle.values[0] / VIBRATION.near_frequencies**2).sum())
+    return min(max(near, VIBRATION.min_modes), int(moving.sum()))

@@ -19,11 +19,12 @@ from elastic.elastodynamics.exact_residual import loaded
 from elastic.elastodynamics.exact_steps import exact_deflection, has_dry_friction, with_friction
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
-from elastic.elastodynamics.reduction import CLOSELY, LOADED, CycleModes, cycle_of, near_modes, reduced_basis
+from elastic.elastodynamics.reduction import CycleModes, cycle_of, near_modes, reduced_basis
 from elastic.elastodynamics.settled import Settled, Sliding
 from elastic.elastodynamics.strains import Damping, given_forces
 from elastic.elastodynamics.time_grid import Grid, jumps
 from elastic.elastodynamics.vibration_loads import resampled
+from elastic.elastodynamics.vibration_settings import VIBRATION
 from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import trees_of
 from elastic.links.sliding_blocks import block_places
@@ -35,29 +36,6 @@ MotionAt = Callable[[Any], Motion]
 
 SMOOTH = (PointLoad, LineLoad, Spring, TorsionSpring)  # loads without jumps, unless a law changes them
 TOLERANCE = 1e-4
-ELEMENTS = 12  # initial number of time elements
-INNER = 4
-LOOKED_AT = 16  # positions at which modes are computed
-MOST_LOOKED_AT = 40_000_000  # mass displacements per coordinate at these positions; more coordinates are not added
-MOST_ELEMENTS = 2048  # time elements
-MOST_HALVED = 256  # time elements; halving more takes seconds, and their error is then estimated from series
-ORDER = 5  # lowest order of convergence in time, for the next element length
-SHORTEST = 1e-4  # shortest element, relative to the whole duration
-EDGE = 1e-8  # a break this close to the end counts as the end, relative to the duration
-MOST_PARTS = 4  # parts into which an element is divided at once
-GROWS = 2.0  # largest ratio of an element's length to that of a shorter element before it
-ROUNDS = 6  # refinements of the coordinates
-RUBBED = 2  # refinements with friction, which seldom gains from more coordinates
-MOST_NUMBERS = 16_000_000  # mass accelerations per amplitude: half a GB with all derived arrays
-FINER = 20.0  # factor on the time tolerance if time limits the gain by finer coordinates
-TWICE = 2.0  # frequency limit of residual inertia, relative to the first mode left out; mixing permits more than 1
-LOST = 10.0  # residual, relative to its tolerance, that finer time elements cannot settle
-COARSE = 1e-2  # first tolerance of friction, while time elements are coarse
-NOISE = 1e-6  # smaller time errors may be round-off
-IN_VAIN = 6  # refinements without halving such an error, before round-off is assumed
-AHEAD = 0.1  # tolerance of friction on a grid that will be refined, relative to the time error
-SAFE = 4.0  # largest ratio of the true time error to the estimate from series
-NEUTRAL = 1e-6  # growth per cycle due to round-off and discretization
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +108,7 @@ class Elastodynamic:
     @property
     def stable(self) -> bool:
         """True if all free vibrations decay, so that a steady state exists."""
-        return self.growth <= 1 + NEUTRAL
+        return self.growth <= 1 + VIBRATION.max_neutral_growth
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,14 +136,14 @@ def vibrating_model(
     """Set up elastic coordinates, modes and damping of a mechanism over a period of time."""
     if designs_of(tuple(sections)):
         raise ValueError(f"sections of {designs_of(tuple(sections))[0]} designs: expected one design")
-    looked_at = checked(motion_at(start + duration * np.arange(LOOKED_AT) / LOOKED_AT))
-    structure = elastic_structure(looked_at.mechanism, sections, joints, INNER)
+    looked_at = checked(motion_at(start + duration * np.arange(VIBRATION.mode_positions) / VIBRATION.mode_positions))
+    structure = elastic_structure(looked_at.mechanism, sections, joints, VIBRATION.inner)
     cycle = _modes(structure, looked_at, joints)
     if not isinstance(damping, Damping):
         beta = math.nan if damping is None else float(damping)
         damping = Damping(np.full(len(sections), beta), beta)
     damping = damping.settled(float(cycle.omega.min()) if cycle else math.inf)
-    return Model(motion_at, sections, joints, damping, looked_at, structure, cycle, INNER)
+    return Model(motion_at, sections, joints, damping, looked_at, structure, cycle, VIBRATION.inner)
 
 
 def _modes(structure: ElasticStructure, motion: Motion, joints: Mapping[str, JointCompliance]) -> CycleModes | None:
@@ -214,7 +192,10 @@ def first_grid(model: Model, start: float, duration: float, breaks: Reals | None
     breaks
         Instants just before discontinuities of drive laws or loads [s].
     """
-    near, even = SHORTEST * duration, Grid(start + duration * np.linspace(0.0, 1.0, ELEMENTS + 1))
+    near, even = (
+        VIBRATION.min_step * duration,
+        Grid(start + duration * np.linspace(0.0, 1.0, VIBRATION.first_elements + 1)),
+    )
     known = np.zeros(0) if breaks is None else breaks[breaks > start]
     if len(known):
         even = Grid(_with_breaks(even.edges, known, near))
@@ -235,7 +216,7 @@ def first_grid(model: Model, start: float, duration: float, breaks: Reals | None
 def _with_breaks(edges: Reals, breaks: Reals, near: float) -> Reals:
     """Insert breaks into element edges, in place of edges closer than `near` [s]."""
     kept = _apart(edges, breaks, near)
-    kept[0], kept[-1] = True, edges[-1] - breaks.max() > EDGE * np.ptp(edges)
+    kept[0], kept[-1] = True, edges[-1] - breaks.max() > VIBRATION.min_break_distance * np.ptp(edges)
     return np.sort(np.append(edges[kept], breaks))
 
 
@@ -269,18 +250,20 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
     lowest = float(model.cycle.omega.min())
     discretization = replace(first_discretization(model, tolerance), start=start)
     best: Any = None
-    for _ in range(RUBBED if has_dry_friction(motion.mechanism) else ROUNDS):
+    for _ in range(
+        VIBRATION.max_refinements_with_friction if has_dry_friction(motion.mechanism) else VIBRATION.max_refinements
+    ):
         solved, reduced, grid, in_elements = resolved_in_time(discretization, grid, tolerance)
         off = reduced + in_elements
         if best is None or off < best[0]:  # more coordinates may be worse if loads jump
             best = off, solved, reduced, grid, in_elements, discretization
-        unstable = np.abs(solved.multipliers).max(initial=0.0) > 1 + NEUTRAL
+        unstable = np.abs(solved.multipliers).max(initial=0.0) > 1 + VIBRATION.max_neutral_growth
         finer = (
             None
             if reduced <= tolerance or unstable or in_elements > discretization.resolved
-            else discretization.finer(reduced, MOST_NUMBERS // numbers_per_amplitude(discretization, grid))
+            else discretization.finer(reduced, VIBRATION.max_numbers // numbers_per_amplitude(discretization, grid))
         )
-        if finer is None or numbers_of(finer, grid) > MOST_NUMBERS:
+        if finer is None or numbers_of(finer, grid) > VIBRATION.max_numbers:
             break
         discretization = finer
     _, solved, reduced, grid, in_elements, discretization = best
@@ -330,7 +313,7 @@ def resolved_in_time(
 ) -> tuple[Vibration, float, Grid, float]:
     """Refine time elements to the tolerance; return the vibration, coordinate error, grid and time error."""
     resolved: Any = None
-    rubs, loose = has_dry_friction(discretization.model.structure.mechanism), COARSE
+    rubs, loose = has_dry_friction(discretization.model.structure.mechanism), VIBRATION.first_friction_tolerance
     least, in_vain = math.inf, 0
     sliding: Sliding = ()
     while True:
@@ -339,15 +322,19 @@ def resolved_in_time(
         if rubs:
             resolved, rubbed = with_friction(resolved, loose, discretization.fastest_inertia, sliding)
         error, finer = time_error(resolved, discretization.resolved)
-        in_vain = in_vain + 1 if 0.5 * least <= error < NOISE else 0
+        in_vain = in_vain + 1 if 0.5 * least <= error < VIBRATION.max_round_off else 0
         least = min(least, error)
-        finer = finer if in_vain < IN_VAIN else None
+        finer = finer if in_vain < VIBRATION.patience else None
         if finer is None and not rubs:
             return *corrected(resolved, tolerance), grid, error
-        if (finer is None and loose <= tolerance) or (rubs and rubbed.open > LOST * loose):
+        if (finer is None and loose <= tolerance) or (rubs and rubbed.open > VIBRATION.max_residual_ratio * loose):
             return resolved, rubbed.open, grid, error
         if rubs:
-            loose = max(tolerance, min(COARSE, AHEAD * error)) if finer else tolerance
+            loose = (
+                max(tolerance, min(VIBRATION.first_friction_tolerance, VIBRATION.friction_share * error))
+                if finer
+                else tolerance
+            )
             sliding = _sampled(rubbed.sliding, grid, finer or grid)
         grid = finer or grid
 
@@ -368,7 +355,7 @@ def halved(discretization: Discretization, grid: Grid) -> tuple[Discretization, 
 
 def worth_halving(mechanism: Mechanism, elements: int) -> bool:
     """True if a finer discretization of this size is worth its time."""
-    return not has_dry_friction(mechanism) and elements <= MOST_HALVED
+    return not has_dry_friction(mechanism) and elements <= VIBRATION.max_halved
 
 
 def bounded(answer: Vibration) -> Vibration:
@@ -412,10 +399,10 @@ def time_error(resolved: Vibration, tolerance: float) -> tuple[float, Grid | Non
     The shortest elements do not count: a step of the loads stays a step in any element.
     """
     grid = resolved.problem.terms.grid
-    error = np.where(_counted(grid), SAFE * resolved.unresolved, 0.0)
-    if error.max() <= tolerance or len(error) > MOST_ELEMENTS:
+    error = np.where(_counted(grid), VIBRATION.time_error_ratio * resolved.unresolved, 0.0)
+    if error.max() <= tolerance or len(error) > VIBRATION.max_elements:
         return float(error.max()), None
-    parts = np.clip(np.ceil((error / tolerance) ** (1 / ORDER)), 1, MOST_PARTS).astype(int)
+    parts = np.clip(np.ceil((error / tolerance) ** (1 / VIBRATION.order)), 1, VIBRATION.max_parts).astype(int)
     return float(error.max()), grid.divided(_graded(grid.steps, parts))
 
 
@@ -430,12 +417,14 @@ def force_error(vibration: Vibration, forces: tuple[Complexes, Complexes] | None
         forces = known.force, known.joints
     kinds = [values[1:].reshape(len(values) - 1, -1) for values in forces]
     tails = [grid.tail(each, np.abs(each).max(initial=0.0)) for each in kinds if each.size]
-    return SAFE * max((float(tail[_counted(grid)].max(initial=0.0)) for tail in tails), default=0.0)
+    return VIBRATION.time_error_ratio * max(
+        (float(tail[_counted(grid)].max(initial=0.0)) for tail in tails), default=0.0
+    )
 
 
 def _counted(grid: Grid) -> Flags:
     """Mark the elements that are long enough to be divided."""
-    counted: Flags = grid.steps > SHORTEST * np.ptp(grid.edges)
+    counted: Flags = grid.steps > VIBRATION.min_step * np.ptp(grid.edges)
     return counted
 
 
@@ -446,8 +435,8 @@ def _graded(steps: Reals, parts: Integers) -> Integers:
     """
     graded, longest = parts.copy(), math.inf
     for number, step in enumerate(steps):
-        graded[number] = max(parts[number], min(math.ceil(step / longest), MOST_PARTS**2))
-        longest = GROWS * (step / graded[number] if parts[number] > 1 else longest)
+        graded[number] = max(parts[number], min(math.ceil(step / longest), VIBRATION.max_parts**2))
+        longest = VIBRATION.max_step_ratio * (step / graded[number] if parts[number] > 1 else longest)
     return graded
 
 
@@ -483,7 +472,7 @@ class Discretization:
     before: float = math.inf
     in_time: bool = False
     stalled: bool = False
-    closer: float = LOADED
+    closer: float = VIBRATION.load_accuracy
 
     @cached_property
     def basis(self) -> Reals:
@@ -506,17 +495,22 @@ class Discretization:
     @property
     def fastest_inertia(self) -> float:
         """Frequency limit of inertia beyond the coordinates [rad/s]; above it the iteration would diverge."""
-        return TWICE * self.left_out
+        return VIBRATION.max_frequency_ratio * self.left_out
 
     @property
     def fastest(self) -> float:
         """Frequency limit for inertia and damping; above it damping forces exceed elastic ones [rad/s]."""
         with np.errstate(divide="ignore"):
-            return min(self.fastest_inertia, TWICE * float(1.0 / np.max(self.model.damping.beams, initial=0.0)))
+            return min(
+                self.fastest_inertia,
+                VIBRATION.max_frequency_ratio * float(1.0 / np.max(self.model.damping.beams, initial=0.0)),
+            )
 
     def wider(self) -> Discretization:
         """Discretization with twice as many modes, and closer shapes of loads."""
-        return replace(self, modes=min(2 * self.modes, len(self.model.structure.stiffness)), closer=CLOSELY)
+        return replace(
+            self, modes=min(2 * self.modes, len(self.model.structure.stiffness)), closer=VIBRATION.finer_load_accuracy
+        )
 
     def complete(self, most: int) -> Discretization:
         """Discretization with all modes, if there are at most `most`."""
@@ -534,12 +528,12 @@ class Discretization:
         in_time = self.in_time != stalled
         following = replace(self, before=error, in_time=in_time, stalled=stalled)
         if in_time:
-            return replace(following, resolved=self.resolved / FINER)
+            return replace(following, resolved=self.resolved / VIBRATION.finer_time)
         if 2 * self.modes > most:
             return None
         inner, known = self.model.inner + 2, self.model
         structure = elastic_structure(known.looked_at.mechanism, known.sections, known.joints, inner)
-        if LOOKED_AT * len(structure.stiffness) * len(masses(structure)) > MOST_LOOKED_AT:
+        if VIBRATION.mode_positions * len(structure.stiffness) * len(masses(structure)) > VIBRATION.max_mode_numbers:
             return None
         cycle = _modes(structure, known.looked_at, known.joints)
         model = replace(known, structure=structure, cycle=cycle, inner=inner)

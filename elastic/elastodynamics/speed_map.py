@@ -18,8 +18,6 @@ from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.settled import Settled
 from elastic.elastodynamics.solution import (
-    NEUTRAL,
-    ROUNDS,
     Discretization,
     Model,
     MotionAt,
@@ -34,11 +32,13 @@ from elastic.elastodynamics.solution import (
     worth_halving,
 )
 from elastic.elastodynamics.speed_scan import SpeedScan, speed_scan
+from elastic.elastodynamics.speed_settings import SPEEDS
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.theory_error import second_order_error
 from elastic.elastodynamics.time_elements import propagation
 from elastic.elastodynamics.time_grid import Grid
 from elastic.elastodynamics.vibration_loads import of_several_speeds, resampled
+from elastic.elastodynamics.vibration_settings import VIBRATION
 from elastic.links.added_loads import AddedLoads
 from elastic.solution import Deflection, deflection
 from rigid import MechanismError, Motion
@@ -46,21 +46,13 @@ from rigid.arrays import Flags, Reals
 from rigid.chunks import columns_of, design_chunks
 from rigid.kinematics import repeated
 
-ELEMENTS = 12  # initial number of time elements
-MANY, EVERY = 8, 3  # with more than MANY speeds at once, errors are computed at every third, or fewer
-MOST_TOLD = 16  # speeds of a batch with computed errors
-SIDE_BY_SIDE = 128  # speeds with loads in memory
 TOLERANCE = 2e-3
-NEWTON_TO = 0.1  # Newton's method settles to this share of the largest displacement when errors are sharpened
-COARSER = 30.0  # the next speed may use the coarser grid if the error is this much below the tolerance
-MULTIPLES = 6  # harmonics of the cycle compared with natural frequencies
 
 Measure = Callable[[Deflection], Any]
 Errors = Callable[[Deflection, Deflection | None, Deflection | None, float, float, float], Reals]
 """Errors of the measures of an answer, from: the answer, the same in a finer discretization, the same with large
 displacement (None if unknown), bounds of the convergence errors of displacements and forces, and the remaining effect
 of large displacement."""
-LOOK, SLOWEST = 0.01, 0.3  # step and lower end of the search for stability, relative to the speed
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +97,7 @@ class SpeedMap:
     @property
     def stable(self) -> Flags:
         """True if all free vibrations decay, shape (speeds,)."""
-        return self.growth <= 1 + NEUTRAL
+        return self.growth <= 1 + VIBRATION.max_neutral_growth
 
 
 def speed_map(
@@ -176,7 +168,7 @@ class SpeedAnswers:
         self._measure, self._still, self._tolerance = measure, still or measure, tolerance
         self._errors = None if errors is None else _ErrorTask(errors, resolved)
         self._on_speed = on_speed or (lambda done, of: None)
-        grids = [Grid(np.linspace(0.0, period, ELEMENTS + 1))]
+        grids = [Grid(np.linspace(0.0, period, SPEEDS.first_elements + 1))]
         self._course = _Course(first_discretization(model, tolerance), grids)
         self._rows: dict[float, _Row] = {}
 
@@ -185,11 +177,13 @@ class SpeedAnswers:
         if not all(ratio > 0 for ratio in ratios):
             raise ValueError(f"speeds from {min(ratios):g}, expected above 0")
         left = sorted({float(ratio) for ratio in ratios} - self._rows.keys())
-        for _ in range(ROUNDS):
+        for _ in range(VIBRATION.max_refinements):
             course, resolved = self._course, self._course.resolved
-            for first in range(0, len(left), SIDE_BY_SIDE):
-                part = left[first : first + SIDE_BY_SIDE]
-                every = max(EVERY, math.ceil(len(part) / MOST_TOLD)) if len(part) > MANY else 1
+            for first in range(0, len(left), SPEEDS.loads_in_memory):
+                part = left[first : first + SPEEDS.loads_in_memory]
+                every = (
+                    max(SPEEDS.error_stride, math.ceil(len(part) / SPEEDS.max_errors)) if len(part) > SPEEDS.many else 1
+                )
                 steady = []
                 for number, ratio in enumerate(part):
                     self._on_speed(first + number, len(left))
@@ -212,7 +206,7 @@ class SpeedAnswers:
         Return True if the errors are new.
         """
         row = self._rows[ratio]
-        if self._errors is None or row.growth > 1 + NEUTRAL or (row.told and not row.open):
+        if self._errors is None or row.growth > 1 + VIBRATION.max_neutral_growth or (row.told and not row.open):
             return False
         steady = _at_speed(self._course, ratio, self._tolerance, replace(self._errors, by_newton=True))
         assert steady.errors is not None
@@ -224,7 +218,7 @@ class SpeedAnswers:
         known = sorted(self._rows) if ratios is None else [float(ratio) for ratio in ratios]
         rows = [self._rows[ratio] for ratio in known]
         parts = {name: np.array([getattr(row, name) for row in rows]) for name in _Row.__match_args__}
-        gaps = (parts["growth"] <= 1 + NEUTRAL) & np.array([not row.told for row in rows], bool)
+        gaps = (parts["growth"] <= 1 + VIBRATION.max_neutral_growth) & np.array([not row.told for row in rows], bool)
         told = sorted(ratio for ratio, row in self._rows.items() if row.told)
         if gaps.any() and told:
             shares = [_share(self._rows[ratio].errors, self._rows[ratio].values) for ratio in told]
@@ -234,7 +228,7 @@ class SpeedAnswers:
 
     def stable(self, ratio: float) -> bool:
         """True if the steady state at a speed is stable."""
-        return self._course.growth(ratio) <= 1 + NEUTRAL
+        return self._course.growth(ratio) <= 1 + VIBRATION.max_neutral_growth
 
     def scan(self) -> SpeedScan:
         """Scan between the smallest and the largest known speed, on the finest grid."""
@@ -253,7 +247,7 @@ def stable_below(
 ) -> float:
     """Speed below which all free vibrations decay, for a cycle that is unstable at relative speed 1.
 
-    Checks the speeds in steps of `LOOK` down to `SLOWEST`, which may miss narrower ranges, then bisects.
+    Checks the speeds in steps of 1 % down to 30 %, see `SpeedSettings`, then bisects. Narrower ranges may be missed.
 
     Parameters
     ----------
@@ -262,16 +256,16 @@ def stable_below(
 
     Returns
     -------
-    Relative speed, to `LOOK`/16; nan if the slowest is also unstable.
+    Relative speed, to 1/16 of a step; nan if the slowest is also unstable.
     """
     answers = SpeedAnswers(motion_at, period, sections, _nothing, joints, damping)
     answers.find([1.0])
-    looked_at = np.arange(1.0, SLOWEST, -LOOK)
+    looked_at = np.arange(1.0, SPEEDS.min_stability_speed, -SPEEDS.stability_step)
     unstable = [float(ratio) for ratio in looked_at if not answers.stable(float(ratio))]
     if not unstable or unstable[-1] == looked_at[-1]:
         return math.nan if unstable else 1.0
-    low, high = unstable[-1] - LOOK, unstable[-1]
-    while high - low > LOOK / 16:
+    low, high = unstable[-1] - SPEEDS.stability_step, unstable[-1]
+    while high - low > SPEEDS.stability_step / 16:
         middle = (low + high) / 2
         low, high = (middle, high) if answers.stable(middle) else (low, middle)
     return low
@@ -281,7 +275,7 @@ def _nothing(bent: Deflection) -> Reals:
     return np.zeros((1, *bent.motion.columns[:-1]))
 
 
-def critical_speeds(omega: Reals, multiples: int = MULTIPLES) -> dict[int, tuple[float, float]]:
+def critical_speeds(omega: Reals, multiples: int = SPEEDS.harmonics) -> dict[int, tuple[float, float]]:
     """Speed ranges in which a harmonic of the cycle coincides with a natural frequency.
 
     Parameters
@@ -400,10 +394,10 @@ def _at_speed(course: _Course, ratio: float, tolerance: float, errors: _ErrorTas
         course.level += 1
         if course.level == len(course.grids):
             course.grids.append(finer)
-    if error < course.resolved / COARSER:  # try the coarser grid at the next speed
+    if error < course.resolved / SPEEDS.coarser_margin:  # try the coarser grid at the next speed
         course.level = max(course.level - 1, 0)
     growth = float(np.abs(answer.propagation.multipliers).max())
-    if growth > 1 + NEUTRAL:
+    if growth > 1 + VIBRATION.max_neutral_growth:
         return _Steady(ratio, terms.grid, growth, error, math.nan, None, None)
     answer, reduced = (answer, rubbed.open) if rubbed else corrected(answer, tolerance)
     if errors is None:
@@ -440,7 +434,7 @@ def _errors(course: _Course, tolerance: float, settled: float, task: _ErrorTask)
         loads = resampled(corrected(begun, tolerance)[0].loads, sampler)
         finer = deflection(bent.motion, bent.sections, bent.joints, loads)
     try:
-        step, left = steps_to_exact(begun, discretization, NEWTON_TO if task.by_newton else None)
+        step, left = steps_to_exact(begun, discretization, SPEEDS.newton_tolerance if task.by_newton else None)
     except MechanismError:
         return errors(bent, finer, None, settled, forces, second_order_error(answer, bent)), 0.0
     return errors(bent, finer, exact_deflection(step.displaced, bent, sampler), settled, forces, left), left

@@ -15,20 +15,13 @@ from typing import Any
 import numpy as np
 
 from elastic.elastodynamics.equations_of_motion import Problem
+from elastic.elastodynamics.speed_settings import SPEEDS
 from elastic.elastodynamics.strains import rigidities, strain_rows
 from elastic.elastodynamics.time_elements import Equations, periodic_amplitudes
 from elastic.elastodynamics.time_grid import interpolation, scheme
 from rigid import Motion
 from rigid.arrays import Reals
 from rigid.kinetostatics import beam_directions
-
-HIGHEST_HARMONIC = 16  # of the highest speed; modes above it follow quasi-statically
-LEAST_MODES = 5
-APART = 1.3  # modes with a smaller frequency ratio stay together
-AT_ONCE, MOST_POINTS = 12, 50_000  # speeds in a batch; total number of grid points in a batch
-ITERATIONS = 2  # inverse iterations from mean modes to modes of a position
-EVERY = 2  # every second point of the grid is evaluated for largest values
-MET = 0.3  # largest difference of a harmonic from a mode's mean frequency, relative to the cycle's frequency
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +66,7 @@ class Resonance:
     beam
         Index of the beam with the largest strain energy of the mode.
     met
-        True if the harmonic coincides with the mean frequency, within `MET` of the cycle's frequency.
+        True if the harmonic coincides with the mean frequency, within 0.3 of the cycle's frequency, see `SpeedSettings`.
     """
 
     harmonic: int
@@ -109,7 +102,7 @@ class SpeedScan:
     def at(self, ratios: Any, on_speed: Callable[[int, int], None] | None = None) -> Scan:
         """Scan some speeds; `on_speed` receives the number of finished and of all speeds."""
         speeds, parts = np.unique(ratios), []
-        together = max(1, min(AT_ONCE, MOST_POINTS // len(self.basis)))
+        together = max(1, min(SPEEDS.speeds_at_once, SPEEDS.max_points // len(self.basis)))
         for first in range(0, len(speeds), together):
             if on_speed:
                 on_speed(first, len(speeds))
@@ -119,7 +112,7 @@ class SpeedScan:
 
     def _at(self, speeds: Reals) -> tuple[Reals, Reals, Reals]:
         multipliers, x = self._solved(speeds)
-        some = x[:, (EVERY - 1) :: EVERY]
+        some = x[:, (SPEEDS.point_stride - 1) :: SPEEDS.point_stride]
         amounts = np.concatenate((some, self._powers(speeds)[:, None] + 0 * some[..., :1]), axis=-1)
         amounts = np.ascontiguousarray(np.moveaxis(amounts, 0, -1))
         beams = len(self.problem.terms.kinematics.structure.sections)
@@ -173,7 +166,9 @@ class SpeedScan:
         mode = int((weights @ np.square(omega * amounts[..., 0])).argmax())
         multiple = float(weights @ omega[:, mode]) * period / (2 * np.pi * ratio)
         harmonic = max(round(multiple), 1)
-        return Resonance(harmonic, mode + 1, beams[mode], bool(abs(multiple - harmonic) < MET))
+        return Resonance(
+            harmonic, mode + 1, beams[mode], bool(abs(multiple - harmonic) < SPEEDS.max_resonance_distance)
+        )
 
     def _quasi_static(self, speeds: Reals) -> Reals:
         """Amplitudes of the coordinates without vibration, shape (speeds, P, q)."""
@@ -208,9 +203,9 @@ def speed_scan(motion: Motion, problems: Sequence[Problem], highest: float) -> S
         np.tensordot(inverse, np.array([getattr(each.equations, name) for each in problems]), 1)
         for name in vars(problem.equations)
     )
-    count = _vibrating(omega, HIGHEST_HARMONIC * highest * 2 * np.pi / float(np.ptp(terms.grid.edges)))
+    count = _vibrating(omega, SPEEDS.highest_harmonic * highest * 2 * np.pi / float(np.ptp(terms.grid.edges)))
     basis: Reals = np.broadcast_to(np.eye(len(omega))[:, :count], (len(terms.mass), len(omega), count))
-    for _ in range(ITERATIONS):
+    for _ in range(SPEEDS.inverse_iterations):
         bent = np.linalg.solve(terms.elastic, terms.mass @ basis)
         basis = np.asarray(bent @ np.linalg.inv(bent[:, :count]), float)  # mean modes stay, the others follow
     rate, bend = terms.grid.rates(terms.grid.at_nodes(basis))
@@ -223,22 +218,22 @@ def speed_scan(motion: Motion, problems: Sequence[Problem], highest: float) -> S
     )
     still, strong = np.linalg.solve(terms.elastic, np.moveaxis(load, 0, -1)), across @ terms.elastic
     static: Reals = np.asarray(still - basis @ np.linalg.solve(strong @ basis, strong @ still), float)
-    both = np.concatenate((basis, static), axis=-1)[EVERY - 1 :: EVERY]
+    both = np.concatenate((basis, static), axis=-1)[SPEEDS.point_stride - 1 :: SPEEDS.point_stride]
     seen = tuple(rows @ both for rows in _looked_at(problem, motion))
     return SpeedScan(problem, equations, static, basis, seen)
 
 
 def _vibrating(omega: Reals, reach: float) -> int:
     """Number of vibrating modes: up to a frequency, and close neighbours of the last."""
-    count = max(int((omega <= reach).sum()), min(LEAST_MODES, len(omega)))
-    while count < len(omega) and omega[count] < APART * omega[count - 1]:
+    count = max(int((omega <= reach).sum()), min(SPEEDS.min_modes, len(omega)))
+    while count < len(omega) and omega[count] < SPEEDS.min_mode_ratio * omega[count - 1]:
         count += 1
     return count
 
 
 def _looked_at(problem: Problem, motion: Motion) -> list[Reals]:
     """Fields of `Scan.largest` at some points of the grid per amplitude, each (some points, beams places, r)."""
-    kinds, some = problem.terms.kinematics, slice(EVERY, None, EVERY)
+    kinds, some = problem.terms.kinematics, slice(SPEEDS.point_stride, None, SPEEDS.point_stride)
     structure = kinds.structure
     across = (np.conj(beam_directions(motion)).T[some, :, None, None] * kinds.unit.beams[some]).imag
     begin, end = (interpolation(structure.xi, np.array([place])) @ across for place in (0.0, 1.0))

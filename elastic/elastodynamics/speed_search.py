@@ -16,18 +16,9 @@ import numpy as np
 
 from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap
 from elastic.elastodynamics.speed_scan import Scan
+from elastic.elastodynamics.speed_settings import SPEEDS
 from rigid.arrays import Flags, Reals
 
-VISIBLE = 0.01  # smallest height of a peak above the line between known speeds
-RISING = 0.01  # smallest rise of a peak above its neighbouring valleys, relative to the peak
-NEGLIGIBLE = 1e-4  # smaller peaks are ignored, relative to the largest of all links
-CLOSE = 0.3  # distance within which one answer suffices, in half widths of a peak
-FINEST = 0.15  # smallest step of the scan, in half widths of a peak
-MOST_SCANNED = 2000  # speeds
-MOST_DRAWN = 600  # speeds
-ROUNDS = 6  # refinements
-KNOWN_TO = 1e-3  # relative accuracy of a border or limit speed
-CAREFUL = 0.6  # a free vibration with slower decay is examined closely, relative to the median
 TINY = float(np.finfo(float).tiny)
 
 
@@ -72,7 +63,7 @@ class SpeedSearch:
         self.width = answers.least_damping
         known = answers.map().ratio
         span = math.log(known[-1] / known[0])
-        self.step = max(self.width, span / MOST_SCANNED)
+        self.step = max(self.width, span / SPEEDS.max_scanned)
         self.scan: Scan = self.model.at(np.concatenate([known, *_filled(known, self.step)]), on_speed)
 
     def look(self, ratios: Any) -> None:
@@ -83,7 +74,7 @@ class SpeedSearch:
 
     def find_peaks(self) -> None:
         """Compute answers at all peaks above the line between known speeds that rise from valleys."""
-        for _ in range(ROUNDS):
+        for _ in range(SPEEDS.max_refinements):
             chosen = self._apart(self._peaks())
             if not chosen:
                 break
@@ -97,7 +88,7 @@ class SpeedSearch:
         known = self.answers.map()
         values = self._predicted(known, self.curves(known), self.scan.largest)
         values[..., np.searchsorted(self.scan.ratio, known.ratio)] = self.curves(known)
-        thin = math.ceil(len(self.scan.ratio) / MOST_DRAWN)
+        thin = math.ceil(len(self.scan.ratio) / SPEEDS.max_drawn)
         chosen = np.unique(
             np.append(np.arange(0, len(self.scan.ratio), thin), np.searchsorted(self.scan.ratio, known.ratio))
         )
@@ -129,7 +120,7 @@ class SpeedSearch:
             known = self.answers.map()
             values = self.curves(known)
             predicted = self._predicted(known, values, self.scan.largest)
-            floor = NEGLIGIBLE * np.nanmax(predicted, axis=(1, 2), initial=TINY)[:, None, None]
+            floor = SPEEDS.negligible * np.nanmax(predicted, axis=(1, 2), initial=TINY)[:, None, None]
             line = np.array([[_line(self.scan.ratio, known.ratio, row) for row in rows] for rows in values])
             above = np.where(predicted > floor, predicted / np.maximum(line, TINY), 0.0)
             columns = predicted.shape[-1]
@@ -138,18 +129,18 @@ class SpeedSearch:
                 (float(share[at]), at, rise)
                 for row, share in zip(rows, shares, strict=True)
                 for at, rise in prominences(row)
-                if share[at] > 1 + VISIBLE
+                if share[at] > 1 + SPEEDS.min_visible_height
             ]
             more = {ratio for _, at, _ in standing for ratio in self._between(at)}
             if not more:
-                return [(share, float(self.scan.ratio[at])) for share, at, rise in standing if rise > RISING]
+                return [(share, float(self.scan.ratio[at])) for share, at, rise in standing if rise > SPEEDS.min_rise]
             self.look(sorted(more))
 
     def _between(self, at: int) -> Iterator[float]:
         """Speeds between a scanned one and neighbours that are too far away."""
         ratio = self.scan.ratio
         for other in (at - 1, at + 1):
-            if 0 <= other < len(ratio) and abs(math.log(ratio[other] / ratio[at])) > FINEST * max(
+            if 0 <= other < len(ratio) and abs(math.log(ratio[other] / ratio[at])) > SPEEDS.min_scan_step * max(
                 self.width, self.step / 6
             ):
                 yield float(np.sqrt(ratio[other] * ratio[at]))
@@ -158,7 +149,7 @@ class SpeedSearch:
         """Drop peaks close to a larger one or to a known answer."""
         chosen: list[float] = []
         for _, ratio in sorted(peaks, reverse=True):
-            near = CLOSE * self.width * ratio
+            near = SPEEDS.close * self.width * ratio
             if all(abs(ratio - other) > near for other in chosen):
                 chosen.append(ratio)
         return sorted(set(chosen) - set(self.answers.map().ratio.tolist()))
@@ -175,9 +166,9 @@ class SpeedSearch:
 
     def _refine_growth(self) -> None:
         """Refine the scan at speeds with slow decay of free vibrations."""
-        for _ in range(ROUNDS):
+        for _ in range(SPEEDS.max_refinements):
             rate = -np.log(np.maximum(self.scan.growth, TINY)) * self.scan.ratio
-            tops = [at for at in _tops(-rate) if rate[at] < CAREFUL * np.median(rate)]
+            tops = [at for at in _tops(-rate) if rate[at] < SPEEDS.max_decay_ratio * np.median(rate)]
             more = {ratio for at in tops for ratio in self._between(at) if rate[at] > 0.0}
             if not more:
                 break
@@ -192,7 +183,7 @@ class SpeedSearch:
             low /= widen
         if self.answers.stable(high) != low_is_unstable:
             high *= widen
-        while high / low - 1 > KNOWN_TO:
+        while high / low - 1 > SPEEDS.border_accuracy:
             middle = math.sqrt(low * high)
             if self.answers.stable(middle) == low_is_unstable:
                 high = middle
@@ -206,7 +197,7 @@ class SpeedSearch:
 
         The first is 0 if a bound is exceeded at the smallest speed.
         """
-        for _ in range(4 * ROUNDS):
+        for _ in range(4 * SPEEDS.max_refinements):
             known = self.answers.map()
             used = bounded.used(known)
             good = np.asarray((used <= 1.0).all(axis=0), bool)
@@ -219,7 +210,7 @@ class SpeedSearch:
                 self._find([crossing])
             elif bad == len(good):
                 return None
-            elif high / low - 1 <= 2 * KNOWN_TO:
+            elif high / low - 1 <= 2 * SPEEDS.border_accuracy:
                 if not self.answers.sharpen(high):
                     return low, high
             else:
@@ -228,7 +219,7 @@ class SpeedSearch:
 
     def _first_passed(self, bounded: Bounded, known: SpeedMap, used: Reals, high: float) -> float | None:
         """First speed at which the corrected scan exceeds a bound, after refinement."""
-        for _ in range(ROUNDS):
+        for _ in range(SPEEDS.max_refinements):
             largest = self.scan.largest
             scanned = np.array(
                 [
@@ -244,9 +235,9 @@ class SpeedSearch:
             low, above = self.scan.ratio[at - 1], self.scan.ratio[at]
             share = (1.0 - most[at - 1]) / (most[at] - most[at - 1])
             crossing = float(low + share * (above - low))
-            if above / low - 1 < KNOWN_TO:
+            if above / low - 1 < SPEEDS.border_accuracy:
                 break
-            self.look([crossing * (1 - KNOWN_TO / 4), crossing * (1 + KNOWN_TO / 4)])
+            self.look([crossing * (1 - SPEEDS.border_accuracy / 4), crossing * (1 + SPEEDS.border_accuracy / 4)])
         return crossing
 
 
@@ -255,7 +246,7 @@ def _beside(crossing: float | None, low: float, high: float) -> list[float]:
     middle = math.sqrt(low * high)
     if crossing is None or not low < crossing < high:
         return [middle]
-    beside = [crossing * (1 + side * KNOWN_TO / 2) for side in (-1, 1)]
+    beside = [crossing * (1 + side * SPEEDS.border_accuracy / 2) for side in (-1, 1)]
     return [each for each in beside if low < each < high] or [middle]
 
 

@@ -1,0 +1,66 @@
+"""Settings of the vibration solver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class VibrationSettings:
+    """Limits of the vibration solver: time elements, coordinates, corrections."""
+
+    # time elements and coordinates
+    first_elements: int = 12  # initial number of time elements
+    inner: int = 4  # polynomials of a beam in the first discretization
+    mode_positions: int = 16  # positions at which modes are computed
+    # most mass displacements per coordinate at these positions; more coordinates are not added
+    max_mode_numbers: int = 40_000_000
+    max_elements: int = 2048  # most time elements
+    max_halved: int = 256  # most time elements that are halved for an error; above, series estimate it
+    order: int = 5  # lowest order of convergence in time, for the length of the next elements
+    min_step: float = 1e-4  # shortest time element, relative to the duration
+    min_break_distance: float = 1e-8  # a break this close to the end counts as the end, relative to the duration
+    max_parts: int = 4  # most parts into which an element is divided at once
+    max_step_ratio: float = 2.0  # largest ratio of an element's length to that of a shorter element before it
+    max_refinements: int = 6  # most refinements of the coordinates
+    max_refinements_with_friction: int = 2  # the same with friction, which seldom gains from more coordinates
+    max_numbers: int = 16_000_000  # most mass accelerations per amplitude: half a GB with all derived arrays
+    finer_time: float = 20.0  # divisor of the time tolerance if time limits the gain by finer coordinates
+    # frequency limit of residual inertia, relative to the first mode left out; mixing permits more than 1
+    max_frequency_ratio: float = 2.0
+    max_residual_ratio: float = 10.0  # largest residual that finer time elements can settle, relative to its tolerance
+    first_friction_tolerance: float = 1e-2  # first tolerance of friction, while time elements are coarse
+    max_round_off: float = 1e-6  # smaller time errors may be round-off
+    patience: int = 6  # refinements without halving such an error before round-off is assumed
+    friction_share: float = 0.1  # tolerance of friction on a grid that will be refined, relative to the time error
+    time_error_ratio: float = 4.0  # largest ratio of the true time error to the estimate from series
+    max_neutral_growth: float = 1e-6  # largest growth per cycle that round-off and discretization explain
+
+    # corrections of the coordinates
+    max_corrections: int = 8  # largest number of corrections
+    # a correction must reduce the error to this share; otherwise more coordinates are cheaper
+    max_correction_ratio: float = 0.5
+
+    # large displacement
+    residual_time_ratio: float = 4.0  # largest time error of the residual response, relative to that of the coordinates
+    max_residual_fall: float = 0.7  # a wider basis must cut the residual to this share, or the basis was wide enough
+    max_complete: int = 60  # most coordinates of which all are used if a part of them does not converge
+    # a grid that was refined once is refined again if its time error exceeds this multiple of the tolerance
+    min_refined_ratio: float = 10.0
+    max_open_residual: float = 0.1  # larger residuals do not converge on finer grids, relative to the displacements
+
+    # modes and shapes
+    near_frequencies: float = 8.0  # modes up to this multiple of the lowest frequency have their own coordinates
+    min_modes: int = 3  # fewest modes
+    load_accuracy: float = 3.0  # accuracy of the shapes of loads, relative to that of modes
+    # the same in finer discretizations: axial shapes of slender beams are small next to bending
+    finer_load_accuracy: float = 90.0
+    massless: float = 1e-13  # modes with less mass per stiffness have no mass, relative to the largest
+
+    # axial forces
+    axial_weight: float = 0.005  # weight of unresolved axial forces, relative to displacements
+    # smallest reference of axial forces, relative to the largest moment over the largest length
+    min_axial_reference: float = 0.01
+
+
+VIBRATION = VibrationSettings()
