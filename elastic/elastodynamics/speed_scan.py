@@ -66,7 +66,7 @@ class Resonance:
     beam
         Index of the beam with the largest strain energy of the mode.
     met
-        True if the harmonic coincides with the mean frequency, within 0.3 of the cycle's frequency, see `SpeedSettings`.
+        True if the harmonic coincides with the mean frequency, within 0.3 cycle frequencies, see `SpeedSettings`.
     """
 
     harmonic: int
