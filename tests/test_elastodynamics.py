@@ -17,12 +17,12 @@ from tiers import in_tiers
 from elastic import RIGID, JointCompliance, Section, Taper, deflection, extremes, sample, with_rotary_inertia
 from elastic.elastodynamics import Damping, elastodynamic, solution, speed_map, theory_error, transient
 from elastic.elastodynamics.correction import corrected
+from elastic.elastodynamics.discretization import vibrating_model
 from elastic.elastodynamics.elastic_structure import elastic_structure
 from elastic.elastodynamics.equations_of_motion import kinematics, motion_terms, problem
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.reduction import reduced_basis
-from elastic.elastodynamics.solution import vibrating_model
 from elastic.elastodynamics.time_elements import Equations, propagation
 from elastic.elastodynamics.time_grid import Grid, jumps, scheme
 from elastic.elastodynamics.vibration_loads import of_several_speeds

@@ -333,7 +333,7 @@ def test_modes_that_cannot_be_found_leave_the_error_unknown(monkeypatch):
     def none(*_, **__):
         raise np.linalg.LinAlgError("Eigenvalues did not converge")
 
-    monkeypatch.setattr("elastic.elastodynamics.solution.cycle_of", none)
+    monkeypatch.setattr("elastic.elastodynamics.discretization.cycle_of", none)
     results = computed(scene_at(FAST), Request())
     assert "cannot be answered: Eigenvalues" in results.answer.unknown
     assert math.isnan(results.answer.error)

@@ -1,5 +1,6 @@
 """Vibration of the moving links: steady state, transient, stability, about the rigid motion."""
 
+from elastic.elastodynamics.discretization import worth_halving
 from elastic.elastodynamics.exact_steps import has_dry_friction
 from elastic.elastodynamics.geometrically_exact import (
     discretized_finer,
@@ -9,7 +10,7 @@ from elastic.elastodynamics.geometrically_exact import (
 )
 from elastic.elastodynamics.natural_modes import NaturalModes, natural_modes
 from elastic.elastodynamics.reduced_vibration import Vibration
-from elastic.elastodynamics.solution import Elastodynamic, deflection_at, worth_halving
+from elastic.elastodynamics.solution import Elastodynamic, deflection_at
 from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap, critical_speeds, speed_map, stable_below
 from elastic.elastodynamics.speed_scan import Resonance
 from elastic.elastodynamics.speed_search import Bounded, SpeedSearch, prominences

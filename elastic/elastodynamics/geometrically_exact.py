@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from elastic.elastodynamics.correction import corrected
+from elastic.elastodynamics.discretization import Discretization, halved, numbers_of
 from elastic.elastodynamics.displaced_links import Displaced
 from elastic.elastodynamics.displaced_points import require_known
 from elastic.elastodynamics.exact_residual import carried_over
@@ -16,11 +17,8 @@ from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.settled import Settled
 from elastic.elastodynamics.solution import (
     TOLERANCE,
-    Discretization,
     Elastodynamic,
     deflection_at,
-    halved,
-    numbers_of,
     resolved_in_time,
     time_error,
     vibration_in,

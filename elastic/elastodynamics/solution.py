@@ -3,38 +3,37 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from elastic.beams.compliance import designs_of
-from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.correction import corrected
-from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
-from elastic.elastodynamics.equations_of_motion import kinematics, masses, motion_terms
+from elastic.elastodynamics.discretization import (
+    Discretization,
+    Model,
+    checked,
+    first_discretization,
+    numbers_of,
+    numbers_per_amplitude,
+    unlocked,
+)
+from elastic.elastodynamics.equations_of_motion import kinematics, motion_terms
 from elastic.elastodynamics.exact_residual import loaded
 from elastic.elastodynamics.exact_steps import exact_deflection, has_dry_friction, with_friction
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
-from elastic.elastodynamics.reduction import CycleModes, cycle_of, near_modes, reduced_basis
 from elastic.elastodynamics.settled import Settled, Sliding
-from elastic.elastodynamics.strains import Damping, given_forces
-from elastic.elastodynamics.time_grid import Grid, jumps
+from elastic.elastodynamics.strains import Damping
+from elastic.elastodynamics.time_grid import Grid
 from elastic.elastodynamics.vibration_loads import resampled
 from elastic.elastodynamics.vibration_settings import VIBRATION
 from elastic.links.added_loads import AddedLoads
-from elastic.links.beam_trees import trees_of
-from elastic.links.sliding_blocks import block_places
 from elastic.solution import Deflection, deflection
-from rigid import SINGULAR, LineLoad, Mechanism, MechanismError, Motion, PointLoad, Spring, TorsionSpring, with_rates
+from rigid import MechanismError, Motion
 from rigid.arrays import Complexes, Flags, Integers, Numbers, Reals
 
-MotionAt = Callable[[Any], Motion]
-
-SMOOTH = (PointLoad, LineLoad, Spring, TorsionSpring)  # loads without jumps, unless a law changes them
 TOLERANCE = 1e-4
 
 
@@ -111,133 +110,6 @@ class Elastodynamic:
         return self.growth <= 1 + VIBRATION.max_neutral_growth
 
 
-@dataclass(frozen=True, eq=False)
-class Model:
-    """Mechanism for vibration, with the positions at which its modes are computed."""
-
-    motion_at: MotionAt
-    sections: Sequence[Section]
-    joints: Mapping[str, JointCompliance]
-    damping: Damping
-    looked_at: Motion
-    structure: ElasticStructure
-    cycle: CycleModes | None
-    inner: int
-
-
-def vibrating_model(
-    motion_at: MotionAt,
-    start: float,
-    duration: float,
-    sections: Sequence[Section],
-    joints: Mapping[str, JointCompliance],
-    damping: Damping | float | None,
-) -> Model:
-    """Set up elastic coordinates, modes and damping of a mechanism over a period of time."""
-    if designs_of(tuple(sections)):
-        raise ValueError(f"sections of {designs_of(tuple(sections))[0]} designs: expected one design")
-    looked_at = checked(motion_at(start + duration * np.arange(VIBRATION.mode_positions) / VIBRATION.mode_positions))
-    structure = elastic_structure(looked_at.mechanism, sections, joints, VIBRATION.inner)
-    cycle = _modes(structure, looked_at, joints)
-    if not isinstance(damping, Damping):
-        beta = math.nan if damping is None else float(damping)
-        damping = Damping(np.full(len(sections), beta), beta)
-    damping = damping.settled(float(cycle.omega.min()) if cycle else math.inf)
-    return Model(motion_at, sections, joints, damping, looked_at, structure, cycle, VIBRATION.inner)
-
-
-def _modes(structure: ElasticStructure, motion: Motion, joints: Mapping[str, JointCompliance]) -> CycleModes | None:
-    """Modes of elastic coordinates over some positions of the cycle; None if nothing vibrates."""
-    if not len(structure.stiffness):
-        return None
-    slow = with_rates(motion, 0.0)
-    loaded = [unlocked(deflection(each, structure.sections, joints)) for each in (motion, slow)]
-    cycle = cycle_of(structure, motion, loaded)
-    return cycle if cycle.values[0] > 0 else None  # without mass nothing vibrates
-
-
-def checked(motion: Motion) -> Motion:
-    """Return a motion if it has one design and no singular position.
-
-    Raises
-    ------
-    MechanismError
-        If a position is singular or out of reach, or a block leaves its beam.
-    ValueError
-        If there are several designs.
-    """
-    if len(motion.columns) != 1:
-        raise ValueError(f"columns of shape {motion.columns}: expected one design")
-    bad = ~(motion.condition <= SINGULAR)
-    if bad.any():
-        raise MechanismError(
-            f"the position at {motion.time[bad][0]:.6g} s is singular or out of reach: vibration needs all of the cycle"
-        )
-    links = trees_of(motion.mechanism)
-    for number, (first, *_) in zip(links.rails, block_places(motion, links), strict=True):
-        off = ~np.isfinite(np.broadcast_to(first.xi, motion.columns))
-        name = motion.structure.joints[number].name
-        if off.any():
-            raise MechanismError(f'the block of "{name}" leaves its beam at {motion.time[off][0]:.6g} s')
-    return motion
-
-
-def first_grid(model: Model, start: float, duration: float, breaks: Reals | None = None) -> Grid:
-    """Initial time elements: even, with additional edges at breaks and jumps of the loads.
-
-    So loads and accelerations are smooth within each element.
-
-    Parameters
-    ----------
-    breaks
-        Instants just before discontinuities of drive laws or loads [s].
-    """
-    near, even = (
-        VIBRATION.min_step * duration,
-        Grid(start + duration * np.linspace(0.0, 1.0, VIBRATION.first_elements + 1)),
-    )
-    known = np.zeros(0) if breaks is None else breaks[breaks > start]
-    if len(known):
-        even = Grid(_with_breaks(even.edges, known, near))
-
-    def forces(times: Reals) -> Reals:
-        bent = deflection(model.motion_at(times), model.sections, model.joints)
-        return given_forces(model.structure, bent)
-
-    if model.cycle is None or len(model.structure.mechanism.beams) == 0 or _jumps_nowhere(model, even):
-        return even
-    jumped = jumps(forces, even.nodes)
-    jumped = jumped[_apart(jumped, known, near)]
-    edges = np.sort(np.append(even.edges, jumped))
-    far = np.append(True, np.diff(edges) > near)
-    return Grid(edges[far | np.isin(edges, known)]) if len(jumped) else even
-
-
-def _with_breaks(edges: Reals, breaks: Reals, near: float) -> Reals:
-    """Insert breaks into element edges, in place of edges closer than `near` [s]."""
-    kept = _apart(edges, breaks, near)
-    kept[0], kept[-1] = True, edges[-1] - breaks.max() > VIBRATION.min_break_distance * np.ptp(edges)
-    return np.sort(np.append(edges[kept], breaks))
-
-
-def _apart(times: Reals, breaks: Reals, near: float) -> Flags:
-    """True for each instant farther than `near` [s] from all breaks."""
-    apart: Flags = np.abs(times[:, None] - breaks).min(axis=1, initial=np.inf) > near
-    return apart
-
-
-def _jumps_nowhere(model: Model, grid: Grid) -> bool:
-    """True if loads are certainly smooth: constant speed, no blocks on beams, no laws of loads."""
-    mechanism = model.structure.mechanism
-    plain = all(isinstance(load, SMOOTH) and getattr(load, "law", None) is None for load in mechanism.loads)
-    if not plain or mechanism.friction or mechanism.gears or trees_of(mechanism).rails:
-        return False
-    for motion in (model.looked_at, model.motion_at(grid.nodes)):
-        if motion.drive_acceleration.any() or np.ptp(motion.drive_rate, axis=-1).any():
-            return False
-    return True
-
-
 def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: Start | None = None) -> Elastodynamic:
     """Refine time elements, then coordinates, until the answer at the positions of a motion has converged.
 
@@ -298,16 +170,6 @@ def deflection_at(answer: Elastodynamic, motion: Motion) -> Deflection:
     return deflection(motion, plain.sections, plain.joints, resampled(answer.vibration.loads, sampler))
 
 
-def numbers_of(discretization: Discretization, grid: Grid) -> int:
-    """Size of the mass accelerations per amplitude, by far the largest array of a discretization."""
-    return numbers_per_amplitude(discretization, grid) * int(discretization.basis.shape[1])
-
-
-def numbers_per_amplitude(discretization: Discretization, grid: Grid) -> int:
-    """Size as in `numbers_of`, for a single amplitude."""
-    return 3 * len(grid.nodes) * len(masses(discretization.model.structure))
-
-
 def resolved_in_time(
     discretization: Discretization, grid: Grid, tolerance: float
 ) -> tuple[Vibration, float, Grid, float]:
@@ -348,16 +210,6 @@ def vibration_in(discretization: Discretization, grid: Grid) -> Vibration:
     return bounded(vibration(motion_terms(kinds, grid, model.damping), bent, discretization.start))
 
 
-def halved(discretization: Discretization, grid: Grid) -> tuple[Discretization, Grid]:
-    """Finer discretization with half the element length and twice the modes."""
-    return discretization.wider(), grid.divided(np.full(len(grid.steps), 2))
-
-
-def worth_halving(mechanism: Mechanism, elements: int) -> bool:
-    """True if a finer discretization of this size is worth its time."""
-    return not has_dry_friction(mechanism) and elements <= VIBRATION.max_halved
-
-
 def bounded(answer: Vibration) -> Vibration:
     """Return a vibration if it is finite.
 
@@ -377,20 +229,6 @@ def _sampled(sliding: Sliding, known: Grid, grid: Grid) -> Sliding:
     """Rates of joints with friction at the points of another grid."""
     sampler = known.sampler(grid.nodes[1:])
     return tuple((number, sampler(rate), creep) for number, rate, creep in sliding)
-
-
-def unlocked(bent: Deflection) -> Deflection:
-    """Return a quasi-static answer if friction does not lock it.
-
-    Raises
-    ------
-    MechanismError
-        If friction may lock the mechanism at a position.
-    """
-    locked = np.broadcast_to(bent.forces.locked, bent.motion.columns)
-    if locked.any():
-        raise MechanismError(f"friction may lock the mechanism at {bent.motion.time[locked][0]:.6g} s")
-    return bent
 
 
 def time_error(resolved: Vibration, tolerance: float) -> tuple[float, Grid | None]:
@@ -438,106 +276,6 @@ def _graded(steps: Reals, parts: Integers) -> Integers:
         graded[number] = max(parts[number], min(math.ceil(step / longest), VIBRATION.max_parts**2))
         longest = VIBRATION.max_step_ratio * (step / graded[number] if parts[number] > 1 else longest)
     return graded
-
-
-def first_discretization(model: Model, tolerance: float) -> Discretization:
-    """First discretization to try."""
-    assert model.cycle is not None
-    return Discretization(model, near_modes(model.cycle), math.sqrt(tolerance), tolerance)
-
-
-@dataclass(frozen=True, eq=False)
-class Discretization:
-    """Discretization of an answer: elastic coordinates, modes, time tolerance.
-
-    Attributes
-    ----------
-    model, modes, besides
-        Elastic coordinates, number of their modes, and smallest share of other shapes in the basis.
-    resolved
-        Tolerance of time elements.
-    start
-        Initial state; None for a periodic solution.
-    before, in_time, stalled
-        Error before the last refinement; True if that was in time; True if it gained nothing.
-    closer
-        See `reduced_basis`.
-    """
-
-    model: Model
-    modes: int
-    besides: float
-    resolved: float
-    start: Start | None = None
-    before: float = math.inf
-    in_time: bool = False
-    stalled: bool = False
-    closer: float = VIBRATION.load_accuracy
-
-    @cached_property
-    def basis(self) -> Reals:
-        """Reduced basis, shape (n, r)."""
-        assert self.model.cycle is not None
-        return reduced_basis(self.model.cycle, self.modes, self.besides, self.closer)
-
-    def per_coordinate_of(self, other: Discretization) -> Reals:
-        """Coordinates closest in strain energy to unit coordinates of another discretization, shape (r, other's r)."""
-        pushed = self.basis.T @ self.model.structure.stiffness
-        return np.asarray(np.linalg.solve(pushed @ self.basis, pushed @ other.basis), float)
-
-    @property
-    def left_out(self) -> float:
-        """Lowest natural frequency of a mode without its own coordinate [rad/s]."""
-        assert self.model.cycle is not None
-        values = self.model.cycle.values[self.modes :]
-        return 1.0 / math.sqrt(values[0]) if len(values) and values[0] > 0 else math.inf
-
-    @property
-    def fastest_inertia(self) -> float:
-        """Frequency limit of inertia beyond the coordinates [rad/s]; above it the iteration would diverge."""
-        return VIBRATION.max_frequency_ratio * self.left_out
-
-    @property
-    def fastest(self) -> float:
-        """Frequency limit for inertia and damping; above it damping forces exceed elastic ones [rad/s]."""
-        with np.errstate(divide="ignore"):
-            return min(
-                self.fastest_inertia,
-                VIBRATION.max_frequency_ratio * float(1.0 / np.max(self.model.damping.beams, initial=0.0)),
-            )
-
-    def wider(self) -> Discretization:
-        """Discretization with twice as many modes, and closer shapes of loads."""
-        return replace(
-            self, modes=min(2 * self.modes, len(self.model.structure.stiffness)), closer=VIBRATION.finer_load_accuracy
-        )
-
-    def complete(self, most: int) -> Discretization:
-        """Discretization with all modes, if there are at most `most`."""
-        count = len(self.model.structure.stiffness)
-        return replace(self, modes=count) if count <= most else self
-
-    def finer(self, error: float, most: float = math.inf) -> Discretization | None:
-        """Next discretization: more coordinates, or shorter elements if these gain nothing; None if neither helps.
-
-        Also None if it would exceed `most` amplitudes.
-        """
-        stalled = error > self.before / 2
-        if stalled and self.stalled:
-            return None
-        in_time = self.in_time != stalled
-        following = replace(self, before=error, in_time=in_time, stalled=stalled)
-        if in_time:
-            return replace(following, resolved=self.resolved / VIBRATION.finer_time)
-        if 2 * self.modes > most:
-            return None
-        inner, known = self.model.inner + 2, self.model
-        structure = elastic_structure(known.looked_at.mechanism, known.sections, known.joints, inner)
-        if VIBRATION.mode_positions * len(structure.stiffness) * len(masses(structure)) > VIBRATION.max_mode_numbers:
-            return None
-        cycle = _modes(structure, known.looked_at, known.joints)
-        model = replace(known, structure=structure, cycle=cycle, inner=inner)
-        return replace(following, model=model, modes=min(2 * self.modes, len(structure.stiffness)))
 
 
 def unanswered(answer: Elastodynamic) -> Elastodynamic:

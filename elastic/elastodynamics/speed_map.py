@@ -11,26 +11,24 @@ import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.correction import corrected
+from elastic.elastodynamics.discretization import (
+    Discretization,
+    Model,
+    MotionAt,
+    checked,
+    first_discretization,
+    halved,
+    unlocked,
+    vibrating_model,
+    worth_halving,
+)
 from elastic.elastodynamics.equations_of_motion import MotionTerms, Problem, kinematics, motion_terms, problem
 from elastic.elastodynamics.exact_steps import exact_deflection, with_friction
 from elastic.elastodynamics.geometrically_exact import steps_to_exact
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.settled import Settled
-from elastic.elastodynamics.solution import (
-    Discretization,
-    Model,
-    MotionAt,
-    checked,
-    first_discretization,
-    force_error,
-    halved,
-    time_error,
-    unlocked,
-    vibrating_model,
-    vibration_in,
-    worth_halving,
-)
+from elastic.elastodynamics.solution import force_error, time_error, vibration_in
 from elastic.elastodynamics.speed_scan import SpeedScan, speed_scan
 from elastic.elastodynamics.speed_settings import SPEEDS
 from elastic.elastodynamics.strains import Damping

@@ -5,14 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from elastic.beams.section import JointCompliance, Section
-from elastic.elastodynamics.solution import (
-    TOLERANCE,
-    Elastodynamic,
-    MotionAt,
-    first_grid,
-    settled,
-    vibrating_model,
-)
+from elastic.elastodynamics.discretization import MotionAt, first_grid, vibrating_model
+from elastic.elastodynamics.solution import TOLERANCE, Elastodynamic, settled
 from elastic.elastodynamics.strains import Damping
 from rigid import Motion
 from rigid.arrays import Reals

@@ -9,15 +9,9 @@ from typing import Any
 import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
+from elastic.elastodynamics.discretization import MotionAt, first_grid, vibrating_model
 from elastic.elastodynamics.equations_of_motion import Problem
-from elastic.elastodynamics.solution import (
-    TOLERANCE,
-    Elastodynamic,
-    MotionAt,
-    first_grid,
-    settled,
-    vibrating_model,
-)
+from elastic.elastodynamics.solution import TOLERANCE, Elastodynamic, settled
 from elastic.elastodynamics.strains import Damping, given_forces, rigidities, strain_rows
 from elastic.elastodynamics.time_elements import Propagation
 from elastic.solution import Deflection, deflection
