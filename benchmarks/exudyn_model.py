@@ -159,7 +159,7 @@ class ExudynModel:
         return int(self.mbs.AddMarker(self.items.MarkerNodePosition(nodeNumber=node)))
 
     def coordinate(self, node: int, number: int) -> int:
-        """Add a marker of one coordinate of a node."""
+        """Add a marker for one coordinate of a node."""
         return int(self.mbs.AddMarker(self.items.MarkerNodeCoordinate(nodeNumber=node, coordinate=number)))
 
     def marker(self, link: int, point: str) -> int:

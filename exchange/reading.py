@@ -31,7 +31,7 @@ def written(drawing: ForeignMechanism, kind: str) -> str:
     Raises
     ------
     ExchangeError
-        No program has this extension, or the program does not know a part that moves here.
+        No program uses this extension, or the program does not support a moving part of the scene.
     """
     if kind.lower() not in WRITERS:
         raise ExchangeError(f'no file that ends in "{kind}" is written: there are {WRITTEN}')

@@ -60,7 +60,7 @@ def test_the_estimate_is_within_a_factor_of_two_of_plane_bodies(name, slender):
 
 @pytest.mark.parametrize("name", ["uniform", "driven"])
 def test_the_corrected_deflection_is_that_of_plane_bodies(name):
-    """For a slenderness of ten, the change of the largest chord deflection is right within a factor of two."""
+    """For a slenderness of ten, the change of the largest chord deflection is accurate to within a factor of two."""
     solved = deflection(still({"uniform": UNIFORM, "driven": DRIVEN}[name]), [Section(EA=100.0, EI=1.0)])
     whole = beyond_beam_theory(solved)
     chord, more = (np.abs(sample(bent, "chord", np.linspace(0.0, 1.0, 33))).max() for bent in (solved, whole))

@@ -1,4 +1,4 @@
-"""In an evaluation of many designs, each row equals a single run, for every number of a scene."""
+"""When many designs are evaluated together, each row equals a separate run, whichever number of the scene varies."""
 
 import copy
 import re

@@ -512,7 +512,7 @@ class TestMisfits:
         assert scale > 1e-5
 
     def test_drive_stiffness(self):
-        """A rigid arm on a soft drive rotates by moment over stiffness, with all its points."""
+        """A rigid arm on a soft drive turns by the moment divided by the stiffness, and all its points turn with it."""
         mechanism = cantilever({"A": 0, "B": L}, loads=[down("B", 50.0)])
         found = solved(mechanism, [RIGID], joints={"A": JointCompliance(rotation=1 / 400.0)})
         assert found.angle[1, 0] == pytest.approx(-50 * L / 400, rel=1e-13)

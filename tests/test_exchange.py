@@ -298,7 +298,7 @@ class TestDrawn:
     """Links and paths in a DXF drawing, read by ezdxf and by the importer."""
 
     def test_outlines_holes_and_paths_have_the_sizes_of_the_scene(self, tmp_path):
-        """Without the command, which would compute vibration to judge the limits."""
+        """This test leaves out the command, which would compute vibration to judge the limits."""
         ezdxf, scene = pytest.importorskip("ezdxf"), kinelast.load("pusher")
         motion = kinelast.scene_motion(scene, 24)
         write_dxf(tmp_path / "links.dxf", Results(scene, scene_deflection(scene, motion)))
@@ -320,7 +320,7 @@ class TestDrawn:
         np.testing.assert_allclose([complex(x, y) for x, y in path.get_points("xy")], places, atol=1e-6)
 
     def test_the_same_links_are_the_same_bytes(self):
-        """The time and the random numbers differ, as in another run."""
+        """Dates and random identifiers differ, as they would between two runs."""
         pytest.importorskip("ezdxf")
         link = DrawnLink("rod", {"A": 0j, "B": 100 + 0j}, [(0j, 100 + 0j, 5.0, 5.0)], {"A": 4.0})
         first = dxf_text([link], {"A": 0j}, {"B": [100j, 100 + 0j]}, "mm")

@@ -247,7 +247,7 @@ def test_a_planet_on_a_bent_carrier(pressure_angle, hub):
 
 @pytest.mark.slow
 def test_gears_on_the_ground():
-    """Two soft arms under their weight with ratio -2 agree with the nonlinear mechanism."""
+    """Flexible arms under their own weight, geared at a ratio of -2, agree with the nonlinear mechanism."""
     bars = [
         Link(name, {o: 0, p: 0.2}, (Beam(o, p, 0.12),)) for name, o, p in (("first", "O", "A"), ("second", "D", "B"))
     ]

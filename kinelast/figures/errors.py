@@ -371,7 +371,7 @@ def _round_off(answer: Cycle, figure: Figure) -> Reals:
 
 
 def history_error(answer: Cycle, off: Estimate) -> float:
-    """Return the largest error of any deflection from a chord at any instant, by theory of motion and time.
+    """Return the largest error over time of any chord deflection, from the theory of motion and the time elements.
 
     As a share of the largest deflection of the beam; a check of the whole mechanism measures it.
     """
@@ -385,7 +385,7 @@ def history_error(answer: Cycle, off: Estimate) -> float:
 
 
 def course_errors(answer: Cycle, off: Estimate) -> dict[str, float]:
-    """Return the largest errors of fields and joint forces at any instant, by theory of motion and time.
+    """Return the largest errors over time of fields and joint forces, from the theory of motion and the time elements.
 
     Each as a share of the largest value of the member or joint, or of `SMALL` of the largest of all where that is more.
     """

@@ -1,4 +1,4 @@
-"""Figures of a run with their places, reduced over the positions chunk by chunk."""
+"""Figures of a run and where they occur, reduced over the positions chunk by chunk."""
 
 from __future__ import annotations
 

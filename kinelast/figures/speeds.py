@@ -272,7 +272,7 @@ class _Looking:
 
 
 def with_limit_speed(rows: Sequence[LinkReserves], speeds: Mapping[str, Any], scene: Scene) -> list[LinkReserves]:
-    """Return the rows of `breaks_first` with the reserve of the limit speed for the link that limits it.
+    """Return the rows of `breaks_first` with the reserve to the limit speed, for the link that sets it.
 
     Parameters
     ----------

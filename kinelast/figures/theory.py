@@ -513,7 +513,7 @@ class _Rungs:
     def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:
         """Return the relative change by vibration of the most affected graded figure.
 
-        What rings on after a stop is none but vibration.
+        After a stop, only vibration remains.
         """
         keys = {each.key for each in graded}
         chosen = {figure.key: figure for figure in self.figures if figure.key in keys and not figure.remains_of}

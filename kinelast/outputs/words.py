@@ -102,7 +102,7 @@ def _run(run: RunReport) -> Iterator[str]:
 def error_words(figure: Reading, told_in: ToldIn) -> str:
     """Return the error of a figure as a suffix, empty if it is unknown or zero.
 
-    The error is relative. It is absolute if it exceeds the figure itself.
+    The error is relative, or absolute if it exceeds the figure itself.
     """
     error, value = figure.error, figure.value
     if value is None:

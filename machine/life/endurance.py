@@ -121,7 +121,7 @@ def equivalent_amplitude(amplitude: Any, mean: Any, strength: FatigueStrength, c
 
 
 def endurance_safety(amplitude: Any, mean: Any, strength: FatigueStrength, criterion: str = GOODMAN) -> Reals:
-    """Return the factor by which amplitude and mean may both grow up to the endurance limit.
+    """Return the factor by which amplitude and mean can both be scaled before they reach the endurance limit.
 
     Infinite without stress. A compressive mean counts as zero.
 

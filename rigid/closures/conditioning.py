@@ -78,7 +78,7 @@ def greatest_force(closed: Closure, force: Sequence[Columns], moment: Sequence[C
 
 
 def _leverage(closed: Closure, c: int) -> tuple[Columns, Columns]:
-    """Largest rotation of a free pin per displacement [rad/m], and per rotation, of a cut joint."""
+    """Largest rotation of a free pin for a unit displacement [rad/m], and for a unit rotation, of a cut joint."""
     duals = closed.duals[_pins(closed), c]
     if closed.cut[c].turns:
         return np.abs(duals).max(axis=0, initial=0.0), ZERO

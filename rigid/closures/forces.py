@@ -256,7 +256,7 @@ def _add_load(
 
 
 def loaded_flanks(forces: JointForces) -> dict[int, Columns]:
-    """Flank of each gear's teeth that the efforts load, see `JointForces`."""
+    """Loaded flank of each gear's teeth; see `JointForces`."""
     flanks = {}
     for at, place in enumerate(place for closed in forces.closures for place in closed.joints):
         if place.teeth is not None:
