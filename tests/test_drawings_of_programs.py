@@ -7,7 +7,6 @@ in KINELAST_DRAWINGS or from GitHub; without both, the tests are skipped.
 
 import os
 import re
-import urllib.error
 import urllib.request
 from cmath import rect
 from math import sqrt
@@ -46,8 +45,8 @@ def mechanisms(name):
         try:
             with urllib.request.urlopen(f"https://raw.githubusercontent.com/{path}", timeout=10) as answer:
                 text = answer.read().decode()
-        except urllib.error.URLError as error:
-            pytest.skip(f"GitHub cannot be reached: {error.reason}")
+        except OSError as error:
+            pytest.skip(f"GitHub cannot be reached: {error}")
     if name != "Linkage":
         found = re.findall(r"(?:^ {2}|case )'?([\w-]+)'?:\s+(?:content =\s+)?'([^']+,[^']+)'[,;]$", text, re.MULTILINE)
         return dict(found)
