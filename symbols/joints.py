@@ -13,12 +13,15 @@ from symbols.marks import BLOCK_LEVEL, GROUND_LEVEL, INK, LINK, PAPER, UNDER, Co
 BLOCK = "block"
 """Kind of the marks of sliding blocks."""
 POINTS = ("pin", "weld", "spot")
+"""Kinds of the marks at points."""
 JOINTS = (*POINTS, "support", "ground", BLOCK, "rail")
-"""Kinds of the marks in this file; those of points are apart."""
+"""Kinds of all marks in this file."""
 PIN_RADIUS, SPOT_RADIUS = 0.55, 0.3  # radii; all lengths here are in symbol sizes
-PEDESTAL = np.array([0.0, -1.3 - 2.0j, 1.3 - 2.0j])  # triangle under a fixed pin
+PEDESTAL = np.array([0.0, -1.3 - 2.0j, 1.3 - 2.0j])
+"""Corners of the triangle under a fixed pin, in symbol sizes, complex."""
 SQUARE = np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
-BLOCK_CORNERS = 1.6 * np.array([-1 - 0.62j, 1 - 0.62j, 1 + 0.62j, -1 + 0.62j])  # block of a slider
+BLOCK_CORNERS = 1.6 * np.array([-1 - 0.62j, 1 - 0.62j, 1 + 0.62j, -1 + 0.62j])
+"""Corners of the block of a slider, in symbol sizes, complex."""
 BASE = 2.1  # half width of the ground under a pin
 STROKE, STROKE_GAP = -0.6 - 0.75j, 0.85  # stroke of a hatching, and largest distance of its strokes
 RAIL_ASIDE, RAIL_MORE, SHORT_RAIL = 1.15, 3.0, 5.0  # of a slide: distance, excess over the travel, half length
