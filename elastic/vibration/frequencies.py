@@ -17,7 +17,7 @@ from rigid.arrays import Integers
 from rigid.kinematics import repeated
 
 TOLERANCE = 1e-3  # largest relative change of a frequency in the last refinement
-REFINEMENTS = (1, 3, 5, 7, 9, 12)  # inner polynomials per beam in successive refinements
+REFINEMENTS = (1, 3, 5, 7, 9, 12)  # inner polynomials per beam and direction in successive refinements
 ASSEMBLED = (5, 7, 12)  # sizes for which matrices are assembled; coarser ones are their submatrices
 
 
