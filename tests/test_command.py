@@ -341,7 +341,9 @@ def test_files_of_earlier_runs_go_and_those_of_the_user_stay(arm, tmp_path, caps
     (folder / "notes.txt").write_text("mine")
     (folder / "fields.npz").write_text("edited by hand")
     assert main(call) == 0
-    assert "kept there: fields.edited.npz, notes.txt" in capsys.readouterr().out
+    output = capsys.readouterr().out
+    assert "kept there: fields.edited.npz, notes.txt; removed, as this run did not make them: mesh" in output
+    assert "speeds.csv" in output.rpartition("removed")[2]
     files = {entry.name for entry in folder.iterdir()}
     assert files == {"positions.csv", "report.html", "summary.json", "notes.txt", "fields.edited.npz"}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -20,7 +20,7 @@ from kinelast.figures.report import Origin, Report, data_of, report_from
 from kinelast.figures.results import Results
 from kinelast.outputs import positions as tables
 from kinelast.outputs.outbox import complete, foreign
-from kinelast.outputs.sealed import finished, made_from, seal, write_json
+from kinelast.outputs.sealed import files_of, finished, made_from, seal, summary_in, write_json
 from kinelast.outputs.table import write_table
 from kinelast.outputs.words import headline, questions
 from kinelast.runs import (
@@ -78,6 +78,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     content = file_bytes(task.path)
     document = document_from_bytes(content, task.path)
     made, folder = made_from(content, request, document.files), task.folder
+    earlier = files_of(summary_in(folder) or {})
     if resume:
         before, why = finished(folder, to_builtins(made))
         if before:
@@ -114,7 +115,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
         with complete(folder) as part:
             write_tables(part, results, request)
             report, sealed = _finish(part, task, document, results, made, request, progress)
-    return _outcome(task, report, sealed)
+    return _outcome(task, report, sealed, earlier)
 
 
 def _on_step(scene: Scene, progress: Progress) -> OnStep:
@@ -269,11 +270,14 @@ def _speeds(
     return speed_figures(found, scene)
 
 
-def _outcome(task: Task, report: Report, sealed: Mapping[str, Any]) -> Outcome:
-    """Return the outcome of a finished scene: sentences and status."""
+def _outcome(task: Task, report: Report, sealed: Mapping[str, Any], earlier: Iterable[str]) -> Outcome:
+    """Return the outcome of a finished scene: sentences and status; `earlier`: files of the last run there."""
     line = f"{task.name}: {headline(report)} -> {task.folder}"
     if others := foreign(task.folder, sealed):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
+    kept = {*sealed["files"], *(name.replace(".edited", "") for name in others)}
+    if removed := sorted({*earlier} - kept):
+        line += f"; removed, as this run did not make them: {plain(', '.join(removed[:3]), MESSAGE)}"
     words = [each for study in STUDIES for each in report.more.get(study, {}).get("words", ())]
     for each in (*words, *(report.optimum.words if report.optimum else ())):
         line += f"\n{task.name}: {each}"
