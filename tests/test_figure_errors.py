@@ -43,6 +43,7 @@ from kinelast.figures.results import results_in_full
 from kinelast.figures.theory import damping_of
 from kinelast.runs.__init__ import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
+from kinelast.scene.document import read_scene
 from kinelast.scene.text import file_text
 from kinelast.tasks.request import Request
 
@@ -314,3 +315,13 @@ def test_the_relative_error_of_a_safety_is_that_of_its_stress():
     shares = {key: [abs(each.error.parts[BETWEEN] / each.value) for each in peaks[key]] for key in ("safety", "stress")}
     assert shares["safety"] == pytest.approx(shares["stress"], rel=0.01)
     assert max(shares["stress"]) > 0.05
+
+
+def test_the_size_of_a_cam_is_no_base_for_errors_of_displacement():
+    """The cam of a valve train is 1,400 times as large as its largest deflection, which a finer answer confirms."""
+    scene = read_scene(Path(__file__).parents[1] / "docs" / "gallery" / "valve_train.toml")
+    (stated,), (fine,) = (
+        [max(computed(scene, Request(accuracy=accuracy)).figures.peaks["deflection"], key=lambda peak: abs(peak.value))]
+        for accuracy in (0.05, 0.005)
+    )
+    assert abs(stated.value - fine.value) <= stated.error.size < 0.05 * abs(stated.value)

@@ -310,7 +310,7 @@ def _of_items(
     parts |= {name: figure.power * share * wide for name, share in off.shares.items()}
     if TIME in off.shares:
         units = figure.units(answer.scene)
-        moved = [scales.get(unit, 0.0) if unit in DISPLACEMENTS else 0.0 for unit in units]
+        moved = [scales.get(unit, 0.0) if unit in DISPLACEMENTS and figure.power else 0.0 for unit in units]
         forces = [off.forces if unit in ("N", "N m") else 0.0 for unit in units]
         parts[TIME] = np.maximum.reduce([parts[TIME], off.shares[TIME] * np.array(moved), np.array(forces) * wide])
     if figure.remains_of and off.settled:
@@ -473,10 +473,10 @@ def worst_of(graded: Sequence[GradedFigure]) -> GradedFigure | None:
 
 
 def _scales(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> dict[str, float]:
-    """Return the largest known magnitude by unit."""
+    """Return the largest known magnitude by unit, of figures that follow displacements or forces."""
     scales: dict[str, float] = {}
     for key, sizes in values.items():
-        for unit, size in zip(figures[key].units(scene), sizes, strict=True):
+        for unit, size in zip(figures[key].units(scene), sizes, strict=True) if figures[key].power else ():
             if math.isfinite(size):
                 scales[unit] = max(scales.get(unit, 0.0), float(abs(size)))
     return scales
