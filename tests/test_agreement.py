@@ -405,7 +405,7 @@ def test_designs_are_computed_beside_breaks_of_the_laws_too(paths):
         assert row.columns[name][0] == pytest.approx(abs(told[name]["value"]), rel=1e-9), name
 
 
-def test_limits_of_figures_that_there_are_not_are_all_told_at_once():
+def test_all_limits_of_unknown_figures_are_reported_at_once():
     tables = {**slow_four_bar(), "limits": {"figures": {"joint_forc.B": "2 N", "mass": "2 N", "bearing_life": "2 h"}}}
     with pytest.raises(SceneError) as error:
         evaluate(tables, [], np.zeros((1, 0)))

@@ -147,7 +147,7 @@ def test_figures_of_a_turning_arm(arm, tmp_path):
 
 
 @pytest.mark.slow
-def test_refining_finds_what_lies_between_positions(tmp_path):
+def test_refining_finds_peaks_between_positions(tmp_path):
     """A refined run of few positions agrees with an unrefined run of very many."""
     asked = {"few": ["--positions", "90", "--refine"], "many": ["--positions", "36000"]}
     peaks = {}
@@ -237,7 +237,7 @@ def test_a_summary_keeps_the_rows_of_scenes_that_are_still_there(arm, tmp_path):
     assert (out / "summary.csv").read_text() == "mine"
 
 
-def test_out_of_reach_is_told_with_advice_and_left_out_on_request(tmp_path, capsys):
+def test_unreachable_positions_are_reported_with_advice_and_left_out_on_request(tmp_path, capsys):
     """Coupler and rocker reach
 
     AD
@@ -282,7 +282,7 @@ def test_singular_positions_are_marked_and_empty(tmp_path, capsys):
     np.testing.assert_array_equal(np.isfinite(fields["coupler/w"]).all(axis=1), known)
 
 
-def test_resuming_does_only_what_is_missing_or_changed(arm, tmp_path, capsys):
+def test_resuming_computes_only_missing_or_changed_scenes(arm, tmp_path, capsys):
     out = tmp_path / "out"
     call = [str(arm), "steel_four_bar", "--positions", "8", *QUASI_STATIC, "-o", str(out), "--resume"]
     assert main(call) == 0
@@ -360,7 +360,7 @@ def test_a_file_that_was_changed_by_hand_is_moved_aside(arm, tmp_path, capsys):
         assert "kept there: positions.edited.csv" in capsys.readouterr().out
 
 
-def test_an_error_of_the_program_is_told_and_does_not_stop_the_others(arm, tmp_path, monkeypatch, capsys):
+def test_a_program_error_is_reported_and_does_not_stop_other_scenes(arm, tmp_path, monkeypatch, capsys):
     import kinelast.runs.run
 
     real = kinelast.runs.run.document_from_bytes
@@ -454,7 +454,7 @@ def test_scenes_stand_anywhere_among_the_options(words):
 
 
 @pytest.mark.slow
-def test_a_package_that_is_missing_is_named_with_what_to_install(arm, tmp_path, monkeypatch, capsys):
+def test_a_missing_package_is_named_with_its_install_command(arm, tmp_path, monkeypatch, capsys):
     for package, option, told in (
         ("skfem", "--check", 'arm: the package "skfem" is not installed: pip install "scikit-fem"'),
         ("matplotlib", "--stills", 'arm: stills: the package "matplotlib" is not installed: pip install "matplotlib"'),
@@ -501,7 +501,7 @@ def test_an_error_names_its_scene_once(tmp_path, capsys):
         assert capsys.readouterr().err.startswith(f"{bad}: title: ")
 
 
-def test_a_folder_that_cannot_be_made_is_told_in_words(arm, tmp_path, capsys):
+def test_a_folder_that_cannot_be_created_is_reported(arm, tmp_path, capsys):
     file = tmp_path / "file"
     file.write_text("")
     for out, message in ((file, "is a file: name a folder"), (file / "in", "cannot be made: Not a directory")):
@@ -645,7 +645,7 @@ def test_the_line_tells_the_worst_grade(arm, tmp_path, capsys):
         (("speed = 50.0", "speed = 3e6"), r"A drive turns at 2.865·10⁷ rpm, is that meant"),
     ],
 )  # fmt: skip
-def test_figures_that_hardly_a_machine_has_are_asked_about(edit, question, arm, tmp_path, capsys):
+def test_unusual_numbers_raise_a_question(edit, question, arm, tmp_path, capsys):
     arm.write_text(edited(ARM, edit))
     assert main([str(arm), *QUASI_STATIC, "-o", str(tmp_path / "out")]) == 0
     said = capsys.readouterr()
@@ -683,7 +683,7 @@ def test_a_law_that_starts_and_stops_faster_than_the_links_swing_is_answered_wit
     assert "; quasi-static" in slow
 
 
-def test_what_an_integration_reached_is_written_on_request(tmp_path, capsys):
+def test_the_reached_part_of_an_integration_is_written_on_request(tmp_path, capsys):
     text = edited(
         ARM,
         ("speed = 50.0", "effort = 0"),
@@ -700,7 +700,7 @@ def test_what_an_integration_reached_is_written_on_request(tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_the_table_of_a_batch_is_written_as_parquet_where_asked_for_and_then_kept_up_to_date(arm, tmp_path):
+def test_the_table_of_a_batch_is_written_as_parquet_on_request_and_updated(arm, tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
     bad = tmp_path / "bad.toml"
     bad.write_text("title = 3")
@@ -722,7 +722,7 @@ def test_the_table_of_a_batch_is_written_as_parquet_where_asked_for_and_then_kep
     assert (tmp_path / "out" / "summary.parquet").read_bytes() == b"mine"
 
 
-def test_what_if_numbers_were_others(tmp_path, capsys):
+def test_set_changes_numbers_of_a_scene(tmp_path, capsys):
     given = tmp_path / "arm.toml"
     given.write_text(ARM)
     (tmp_path / "long.toml").write_text(edited(ARM, ("A = [0.2, 0]", "A = [0.25, 0]")))

@@ -144,7 +144,7 @@ def test_a_point_fixed_on_another_of_mec2_is_of_its_link():
     assert scene.run.duration == pytest.approx(5.0)
 
 
-def test_slots_that_hold_nothing_and_nodes_that_there_are_not_are_left_out_and_told():
+def test_empty_slots_and_unknown_nodes_are_left_out_and_reported():
     """Published models of mec2 include unfinished ones."""
     idle = {"id": "s", "p1": "B0", "p2": "H", "ori": {"type": "const"}}
     lost = {"id": "t", "p1": "I", "p2": "A", "len": {"type": "const"}}
@@ -190,7 +190,7 @@ def test_lines_of_a_dxf_drawing_are_links(tmp_path):
     ["", "{", "{}", '{"joints": 1, "links": 2}', "<linkage2><connector/></linkage2>", "?j=A,1&l=", "0.1.2", "a" * 1000,
      '{"nodes": [], "constraints": [{}]}', '{"bodies": {}, "joints": {}}', "<linkage2><!ENTITY a 'b'></linkage2>"],
 )  # fmt: skip
-def test_what_is_no_mechanism_is_told(text):
+def test_files_without_a_mechanism_are_reported(text):
     with pytest.raises(ExchangeError):
         scene_text(of_text(text, "mine"))
 
@@ -250,7 +250,7 @@ class TestWritten:
          ("quick_return", ".linkage2", 1e-8),
          ("flapping_wing", ".linkage2", 1e-8), ("welded", ".linkage2", 1e-8), ("welded", ".pmks", 4e-5)],
     )  # fmt: skip
-    def test_what_is_written_is_read_as_the_mechanism_that_it_was(self, name, kind, apart):
+    def test_a_written_file_reads_as_the_same_mechanism(self, name, kind, apart):
         """PMKS+ keeps hundredths of a millimetre; a long coupler amplifies the rounding."""
         scene = kinelast.scene_from_text(WELDED) if name == "welded" else kinelast.load(name)
         back = kinelast.scene_from_text(scene_text(of_text(written(exchanged(scene), kind), "mine")))
@@ -278,7 +278,7 @@ class TestWritten:
         [("flapping_wing", ".pmks", "gears"),
          ("lightest_arm", ".linkage2", '"arm" otherwise'), ("pusher", ".dwg", "PMKS+ (.pmks) and Linkage")],
     )  # fmt: skip
-    def test_what_the_other_program_has_no_place_for_is_refused(self, name, kind, why, tmp_path, capsys):
+    def test_parts_unknown_to_the_other_program_are_refused(self, name, kind, why, tmp_path, capsys):
         path = tmp_path / f"mine{kind}"
         assert main([name, "--export", str(path)]) == 2
         assert why in capsys.readouterr().err
@@ -353,7 +353,7 @@ class TestDrawn:
         ]
         assert 0 < min(every) < max(every) < max(size)
 
-    def test_what_is_drawn_is_read_as_the_mechanism_that_it_was(self, tmp_path):
+    def test_a_drawing_reads_as_the_same_mechanism(self, tmp_path):
         pytest.importorskip("ezdxf")
         options = ("--theory", "quasi-static", "--positions", "24", "--quiet", "--dxf")
         main(["steel_four_bar", "-o", str(tmp_path), *options])

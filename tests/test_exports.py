@@ -35,7 +35,7 @@ def test_no_function_hides_the_module_of_its_name(name):
         assert importlib.import_module(found.name) is getattr(package, found.name.rpartition(".")[2])
 
 
-def test_the_root_of_rigid_shows_what_it_gives_and_no_more():
+def test_the_root_of_rigid_lists_its_public_names_only():
     rigid = importlib.import_module("rigid")
     assert dir(rigid) == sorted(rigid.__all__)
     assert 35 <= len(rigid.__all__) <= 50

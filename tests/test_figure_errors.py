@@ -83,7 +83,7 @@ MATTIASSON = {1: (0.30172, 0.05643), 2: (0.49346, 0.16064)}
 
 @pytest.mark.parametrize("positions", [1, 4])
 @pytest.mark.parametrize("force", MATTIASSON)
-def test_a_machine_at_rest_is_told_what_large_displacement_changes(force, positions):
+def test_the_error_of_a_machine_at_rest_includes_large_displacement(force, positions):
     """Cantilever tip by the elastica, to 2 %: each figure alone, across, along, and the clamping moment."""
     across, along = MATTIASSON[force]
     results = computed(scene_from_text(HELD.format(force=force, positions=positions)), Request(accuracy=0.99))
@@ -115,7 +115,7 @@ def largest(results, bent):
     return magnitudes(Cycle(results.scene, results.motion, bent, sampled=True), figures)
 
 
-def test_large_displacement_is_told_of_every_figure():
+def test_every_figure_has_an_error_by_large_displacement():
     """Each error is right to a tenth of the change by the geometrically exact answer, if this is at least 1 %."""
     results = fast(ELASTODYNAMIC)
     told, left = with_large_displacement(results.answer.vibrating)
@@ -132,7 +132,7 @@ def test_large_displacement_is_told_of_every_figure():
 
 
 @pytest.mark.parametrize("name", in_tiers(["77311-14", "77311-15"], 0, 1))
-def test_forces_are_told_where_the_exact_answer_needs_finer_elements_than_the_linear_one(name, monkeypatch):
+def test_forces_of_exact_answers_on_coarse_elements_have_their_error(name, monkeypatch):
     """Large displacement changes peaks of joint forces by 2 %, and the exact answer is equally wrong there."""
     monkeypatch.syspath_prepend(Path(__file__).parents[1] / "benchmarks")
     drawn = importlib.import_module("random_scenes").scenes(77311)
@@ -144,7 +144,7 @@ def test_forces_are_told_where_the_exact_answer_needs_finer_elements_than_the_li
 
 
 @pytest.mark.slow
-def test_elements_of_time_are_told_of_every_figure():
+def test_every_figure_has_an_error_by_time_elements():
     """Time elements are too long; the stated errors are within a factor of 2.5 of the change by refinement."""
     results = fast(ELASTODYNAMIC)
     scene = results.scene
@@ -177,7 +177,7 @@ gravity = [0.0, 0.0]
 )
 
 
-def test_what_rings_along_a_slender_arm_is_told():
+def test_axial_ringing_of_a_slender_arm_is_an_error():
     """Compared with the answer in all coordinates: stretching takes less than 1e-5 of the bending energy."""
     results = computed(scene_from_text(SWUNG), Request(theory=ELASTODYNAMIC))
     answer = results.answer.vibrating
@@ -219,7 +219,7 @@ damping_ratio = 1e-9
 """
 
 
-def test_what_rings_along_a_rod_is_resolved_though_it_hardly_moves():
+def test_axial_ringing_of_a_rod_is_resolved_despite_its_small_displacement():
     """Waves in a rod with one free end, pushed from rest by a sine: superposed undamped modes.
 
     The stretch is a thousandth of the deflection; the first mode has sixty periods in the run.
@@ -245,7 +245,7 @@ def test_a_check_takes_the_place_of_estimates_it_is_finer_than():
     assert unknown.size == 5.2
 
 
-def test_plane_bodies_take_the_place_of_what_beam_theory_is_estimated_to_leave_out():
+def test_plane_bodies_replace_the_estimated_error_of_beam_theory():
     """The chord of a body gets its own value; others get the estimate, scaled up like that of the worst beam."""
     parts = [1.0, 2.0, 0.01]
     errors = {"chord": [FigureError({BEAM_THEORY: part, TIME: 0.1}) for part in parts]}
@@ -260,7 +260,7 @@ def test_plane_bodies_take_the_place_of_what_beam_theory_is_estimated_to_leave_o
 
 
 @pytest.mark.slow
-def test_what_is_left_after_a_stop_is_known_to_a_share_of_the_largest_displacement():
+def test_residual_vibration_is_known_to_a_share_of_the_largest_displacement():
     """In a dwell with long time elements, numerical damping exceeds that of the material."""
     stop = '[{curve = "cycloidal", duration = "80 ms", by = "30 deg"}, {curve = "dwell", duration = "0.2 s"}]'
     text = edited(FOUR_BAR, ('speed = "100 rad/s"', f"law = {stop}"), ("positions = 36", "positions = 73"))
@@ -294,7 +294,7 @@ positions = 4
 
 
 @pytest.mark.parametrize("run", [("3 s", 6), ("3 s", 8), ("2000 s", 9)])
-def test_what_lies_between_the_positions_is_an_error_of_theirs(run):
+def test_peaks_between_the_positions_are_an_error(run):
     """Cantilever under an angular acceleration: 11 q L^4 / (120 EI), with 2 pi h / T^2 for a cycloid."""
     duration, positions = run
     edits = ('duration = "3 s"', f'duration = "{duration}"'), ("positions = 4", f"positions = {positions}")

@@ -72,7 +72,7 @@ class TestSolid:
         assert found.width == pytest.approx(width)
         assert found.round == (depth == width)
 
-    def test_a_taper_and_what_is_not_known(self):
+    def test_a_taper_and_unknown_properties(self):
         taper, _ = tapered(rectangle, (0.02, 0.01), (0.01, 0.03))
         found = cross_sections(section_of(rectangle(0.02, 0.01), 210e9, taper=taper), 1.0)
         assert found.depth == pytest.approx(0.02 - 0.01 * STATIONS)
@@ -144,7 +144,7 @@ class TestAround:
         (still,) = symbols(deflection(motion(bent.motion.mechanism, [0.0]), bent.sections), "drive", 0.1)
         assert np.ptp(still.place(0)) == 0
 
-    def test_paths_are_what_points_describe(self, four_bar):
+    def test_paths_follow_the_points(self, four_bar):
         crank, coupler = path_shapes(four_bar, np.arange(12))
         assert abs(crank.place(0)) == pytest.approx(0.1)
         assert crank.place(0)[0] == crank.place(0)[-1]  # closed
@@ -189,7 +189,7 @@ class TestAround:
 class TestWords:
     """Positions of names and values."""
 
-    def test_the_peak_is_told_where_it_is(self):
+    def test_the_peak_is_labelled_at_its_place(self):
         bent = cantilever([0.0, np.pi])
         diagram, style = diagram_named("bending-moment"), Style(size=(640, 384))
         scales = scales_of(bent, diagram, style)

@@ -457,12 +457,12 @@ class TestEdits:
         assert answer["sheet"] is not None
         assert all("program failed" not in each["message"] for each in answer["mistakes"])
 
-    def test_a_point_takes_what_hangs_on_it_along(self):
+    def test_a_dragged_point_takes_attached_parts_along(self):
         text = edited(edited(STEEL, {"do": "load", "point": "B", "force": [1, 2]}), {"do": "mass", "point": "B"})
         left = tomllib.loads(edited(text, {"do": "remove", "kind": "point", "name": "B"}))
         assert "B" not in json.dumps({key: value for key, value in left.items() if key != "title"}).split('"')
 
-    def test_what_does_not_fit_is_refused(self):
+    def test_an_edit_that_does_not_fit_is_refused(self):
         for change in ({"do": "nothing"}, {"do": "drive", "point": "B"}, {"do": "weld", "point": "Q"},
                        {"do": "gear", "driver": "crank", "follower": "crank"}):  # fmt: skip
             with pytest.raises(EditError):
@@ -500,7 +500,7 @@ class TestAnswers:
         assert np.allclose(course(dragged["picture"], data, "crank.effort"), effort, rtol=1e-4)
         assert quick_answer(STEEL, dragged=True)[0]["picture"]["columns"] == []
 
-    def test_what_does_not_close_says_how_far_it_goes(self):
+    def test_a_mechanism_that_does_not_close_reports_its_reach(self):
         answer, data = quick_answer(CLOSING)
         closes = answer["picture"]["closes"]
         assert not closes["all"]
@@ -517,7 +517,7 @@ class TestAnswers:
                 ("points.B.x", "sections.bar.depth", "sections.bar.width")]  # fmt: skip
         assert told == [(0.2, 0.3, 19), pytest.approx((0.0059, 0.0061, 13)), (0.005, 0.02, 14)]
 
-    def test_while_it_is_dragged_the_last_position_that_closes_is_told(self):
+    def test_dragging_reports_the_last_position_that_closes(self):
         told = [quick_answer(CLOSING, dragged=dragged)[0]["picture"]["closes"]["words"] for dragged in (False, True)]
         assert re.findall(r"[\d.]+ deg", " ".join(told)) == ["81.7868 deg", "80 deg"]  # 72 positions are 5 deg apart
         assert told[0] == told[1].replace("80 deg", "81.7868 deg")
@@ -563,12 +563,12 @@ class TestAnswers:
             ('points = ["A", "B"]', 'points = ["A", "X"]', 32),
         ],
     )
-    def test_a_mistake_is_told_with_its_line(self, old, new, line):
+    def test_a_mistake_is_reported_with_its_line(self, old, new, line):
         answer, _ = quick_answer(STEEL.replace(old, new))
         assert [each["line"] for each in answer["mistakes"]] == [line]
         assert (answer["sheet"] is None) == (line == 27)  # invalid TOML has no drawing
 
-    def test_all_entries_that_cannot_be_read_are_told_at_once(self):
+    def test_all_unreadable_entries_are_reported_at_once(self):
         text = STEEL.replace('depth = "6 mm"', 'depth = "6 kg"').replace("A = [0.1, 0.0]", "A = [0.1, true]")
         text = text.replace('speed = "100 rad/s"', 'sped = "100 rad/s"').replace(
             "[run]", "[[drives]]\nlink = 3\n[runn]"
@@ -577,7 +577,7 @@ class TestAnswers:
         assert [each["line"] for each in told] == [13, 18, 45, 48, 49]
         assert 'did you mean "run"' in told[-1]["message"]
 
-    def test_a_limit_of_a_figure_that_there_is_not_is_told_with_its_line(self):
+    def test_a_limit_of_an_unknown_figure_is_reported_with_its_line(self):
         text = f'{STEEL}\n[limits.figures]\nshaking_force = "2 kN"\n"joint_forc.A" = 2\nmass = "3 m"\n'
         told = quick_answer(text)[0]["mistakes"]
         first = text.splitlines().index('"joint_forc.A" = 2') + 1
@@ -670,7 +670,7 @@ class TestShared:
         file, _ = server.scene_file(link)
         assert (file.path, file.read()[0]) == (None, text)
 
-    def test_what_is_no_whole_link_is_refused(self):
+    def test_copying_part_of_a_link_is_refused(self):
         bomb = MARK + base64.urlsafe_b64encode(zlib.compress(bytes(5_000_000))).decode()
         for link in (fragment(STEEL)[:-9], MARK, MARK + "?", bomb):
             with pytest.raises(SceneError, match="no scene that can be read"):
@@ -837,7 +837,7 @@ class TestServer:
             assert "nothing was overwritten" in again.json()["problem"]
             assert path.read_text() == "# changed by hand\n"
 
-    def test_what_is_no_request_is_refused(self, tmp_path):
+    def test_bytes_that_are_no_request_are_refused(self, tmp_path):
         with served(tmp_path) as (client, _):
             assert client.post("/secret/answer", b"{").status == 400
             assert client.post("/secret/answer", b"[]").status == 400
@@ -863,7 +863,7 @@ class TestCommand:
         assert main(["--live"]) == 2
         assert capsys.readouterr().err.startswith("deflection-report: no package provides a live editor")
 
-    def test_without_the_packages_a_notebook_is_told_the_extra(self, monkeypatch):
+    def test_a_notebook_without_the_packages_names_the_extra(self, monkeypatch):
         monkeypatch.setitem(__import__("sys").modules, "uvicorn", None)
         for name in ("live.server", "live.notebook"):
             monkeypatch.delitem(__import__("sys").modules, name, raising=False)
@@ -883,7 +883,7 @@ class TestCommand:
 class TestNotebook:
     """The editor in a notebook."""
 
-    def test_what_is_saved_in_the_frame_is_the_scene_of_the_view(self):
+    def test_the_frame_saves_the_scene_of_the_view(self):
         view = kinelast.live(scene_from_text(STEEL, "mine"))
         try:
             host, token = view.address.split("/")[2:4]
@@ -913,7 +913,7 @@ class TestNotebook:
             known.add(name)
         assert known == {each.name for each in WEB.glob("*.js")} - {"widget.js"} | {"symbols.js"}
 
-    def test_the_widget_answers_what_its_page_asks_by_messages(self, monkeypatch):
+    def test_the_widget_answers_its_page_by_messages(self, monkeypatch):
         """Stand-ins for the widget packages exchange the messages."""
         told, came = [], threading.Event()
 

@@ -155,7 +155,7 @@ def test_the_empty_sheet_has_a_hint_and_a_link_is_joined_to_the_middle_of_anothe
         assert errors(hand) == []
 
 
-def test_ctrl_z_takes_back_what_is_typed_into_a_field_then_the_scene(driver, scene):
+def test_ctrl_z_undoes_a_typed_field_and_then_the_scene(driver, scene):
     from selenium.webdriver import Keys
     from selenium.webdriver.common.action_chains import ActionChains
 
@@ -230,7 +230,7 @@ def test_a_link_and_a_report_open_in_another_editor(driver, scene, tmp_path):
         assert errors(hand) == []
 
 
-def test_a_figure_is_drawn_and_sizes_are_told_while_a_point_is_dragged(driver, scene):
+def test_dragging_a_point_shows_a_graph_and_sizes(driver, scene):
     curve = "return document.getElementById('curve').getAttribute('d')"
     with live_page.editing(scene) as live:
         maker = live_machines.Maker(live_page.Hand(driver, live.address))
@@ -397,7 +397,7 @@ def test_a_cylinder_and_wheels_are_drawn_taken_and_typed(driver, tmp_path):
         assert errors(hand) == []
 
 
-def test_what_is_not_drawn_is_added_by_its_table_and_entries(driver, tmp_path):
+def test_parts_without_a_symbol_are_added_by_table_and_entries(driver, tmp_path):
     path = tmp_path / "new.toml"
     path.write_text(EMPTY)
     with live_page.editing(path) as live:
@@ -549,7 +549,7 @@ WEBVIEW = "script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'un
         (None, False, "The kernel does not answer: the editor begins when the cell that runs has ended"),
     ],
 )
-def test_a_widget_that_cannot_begin_says_what_to_do(driver, scene, policy, answers, words):
+def test_a_widget_that_cannot_start_gives_advice(driver, scene, policy, answers, words):
     """The policy is that of a VS Code webview with notebook.experimental.enableCsp."""
     with notebook_with_widget(scene, policy, answers) as address:
         driver.get(address)

@@ -153,7 +153,7 @@ class TestNames:
         with pytest.raises(MechanismError, match="Z"):
             with_loads(arm, PointLoad("arm", "Z", 10j))
 
-    def test_unknown_names_are_told_with_those_there_are(self, arm):
+    def test_unknown_names_are_reported_with_the_known_ones(self, arm):
         bent = deflection(arm, 3)
         for name, call in (("B", motion(arm).__getitem__), ("rod", bent.__getitem__)):
             with pytest.raises(KeyError, match=f'no \\\\?"{name}\\\\?": choose from .*'):
@@ -170,7 +170,7 @@ class TestNames:
         static = elastic.deflection(scene_motion(four_bar), four_bar.sections)
         assert abs(sample(static, "w")).max() < 0.99 * abs(largest["value"])
 
-    def test_what_is_wrong_with_a_name(self, tmp_path):
+    def test_messages_on_wrong_names(self, tmp_path):
         with pytest.raises(ValueError, match='did you mean "steel_four_bar"'):
             load("steel_for_bar")
         (tmp_path / "bad.toml").write_text(ARM.replace("links.arm", "lniks.arm"))
@@ -226,7 +226,7 @@ class TestModes:
         told = "at least 125.2 Hz, 781.6 Hz at 3 positions; damping ratio from 0.79 %"
         assert repr(found) == f'NaturalFrequencies("arm": {told})'
 
-    def test_what_cannot_be(self, arm):
+    def test_impossible_requests_are_refused(self, arm):
         with pytest.raises(ValueError, match="modes: expected 1 or more"):
             natural_frequencies(arm, modes=0)
         with pytest.raises(KeyError, match="choose from arm"):
@@ -307,7 +307,7 @@ class TestTables:
         assert moved["ax"].attrs["units"] == "m/s^2"
 
     @pytest.mark.parametrize(("name", "made"), [("pandas", to_pandas), ("xarray", to_xarray)])
-    def test_what_is_not_installed_is_named(self, name, made, arm, monkeypatch):
+    def test_missing_packages_are_named(self, name, made, arm, monkeypatch):
         monkeypatch.setitem(sys.modules, name, None)
         with pytest.raises(ModuleNotFoundError, match=f"{name} is not installed: pip install {name}"):
             made(motion(arm, 2))
@@ -349,7 +349,7 @@ class TestShown:
         with pytest.raises(ValueError, match="position 4 is not among"):
             picture(deflection(arm, 4), "deflection", 4)
 
-    def test_the_report_holds_what_the_command_writes(self, arm, tmp_path):
+    def test_the_report_equals_that_of_the_command(self, arm, tmp_path):
         from kinelast.cli.command import main
 
         (tmp_path / "arm.toml").write_text(ARM)

@@ -374,7 +374,7 @@ def page_of(driver, folder, text, *options):
     return Page(driver, folder / "out" / "one" / "report.html")
 
 
-def test_it_shows_what_was_put_in(driver, tmp_path):
+def test_the_page_shows_the_inputs(driver, tmp_path):
     page = page_of(driver, tmp_path, ARM + "[run]\npositions = 1\ngravity = [0, -9.81]\n")
     text = page.run("return document.body.innerText")
     for words in ("= 60 rpm", "\u22129.81 m/s² in y", "5 N towards 53.13°", "point load on arm, A", "Euler-Bernoulli",

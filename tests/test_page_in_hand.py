@@ -107,7 +107,7 @@ def test_the_arrow_keys_step_from_the_play_button(driver, steel):
     assert page.run("return kinelast.instant.position") == 6
 
 
-def test_what_is_told_under_the_pointer_is_of_this_instant_and_not_cut_off(driver, steel):
+def test_the_hover_text_is_of_this_instant_and_not_cut_off(driver, steel):
     page = Page(driver, steel)
     page.run(
         f"{SHOW} kinelast.showPosition(0); "
@@ -210,7 +210,7 @@ def paper(driver):
 
 
 @pytest.mark.slow
-def test_paper_says_what_the_picture_shows(driver, tmp_path):
+def test_a_printed_picture_states_its_content(driver, tmp_path):
     text = shipped_scenes()["flap_bars"].read_text()
     page = Page(driver, written(tmp_path, text, "--positions", "24", "--theory", "quasi-static"))
     page.run("kinelast.showPosition(0)")
@@ -260,7 +260,7 @@ def test_the_table_of_a_batch_is_dark_by_a_button_and_light_on_paper(driver, tmp
     assert errors(page) == []
 
 
-def test_a_batch_that_failed_throughout_is_told_of(driver, tmp_path):
+def test_a_batch_without_any_result_is_reported(driver, tmp_path):
     for name in ("one", "two"):
         (tmp_path / f"{name}.toml").write_text('title = "no points"\n')
     assert main([str(tmp_path / "one.toml"), str(tmp_path / "two.toml"), "-o", str(tmp_path / "out")]) == 2
@@ -291,7 +291,7 @@ def test_a_rigid_link_is_taken_beside_its_line(driver, tmp_path):
     assert errors(page) == []
 
 
-def test_a_curve_handed_out_says_what_it_shows(driver, tmp_path):
+def test_a_saved_curve_states_its_content(driver, tmp_path):
     """The SVG has heading, names and ticks; angles are within a turn, from 90 degrees."""
     text = shipped_scenes()["quick_return"].read_text()
     page = Page(driver, written(tmp_path, text, "--positions", "36", "--theory", "quasi-static"))
@@ -313,7 +313,7 @@ def test_a_curve_handed_out_says_what_it_shows(driver, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_line_of_the_instant_stays_with_what_is_zoomed_into(driver, steel):
+def test_the_line_of_the_instant_stays_in_a_zoomed_chart(driver, steel):
     """A third of the run is a tenth of the way into its middle half; the zoom survives a change of colours."""
     from selenium.webdriver import ActionChains
 

@@ -242,7 +242,7 @@ def test_long_curves_keep_their_peaks_and_are_drawn_with_few_points():
     assert np.ptp(line[:, 1]) == pytest.approx(np.ptp(ends[:, 1]), rel=2e-3)
 
 
-def test_a_chart_after_another_has_none_of_its_curves():
+def test_a_second_chart_has_no_curves_of_the_first():
     axis = Axis(np.arange(3.0), "x", [])
     both = [Chart("first", "m", [Curve("a", np.ones(3), 3)]), Chart("second", "m", [Curve("b", np.ones(3), 4)])]
     first, second = line_charts(axis, both)
@@ -317,7 +317,7 @@ def test_trust_follows_the_scene(changes, heading, level):
         assert SUBJECTS.get(heading, "?") not in fine
 
 
-def test_the_worst_is_told_first_and_others_by_name():
+def test_the_worst_figure_is_named_first_and_others_by_name():
     """Two arms of the same section on one pin, one of them shorter."""
     links = {
         "ground": {"points": ["O"]},
@@ -608,7 +608,7 @@ def test_power_of_nothing_is_shown_as_nothing():
     assert drive["energy_taken"]["value"] == pytest.approx(2 * 40 * 9.81 * np.hypot(0.3, 0.1), rel=1e-3)
 
 
-def test_masses_are_told_at_the_point_of_their_centre():
+def test_masses_are_reported_at_their_centre():
     """By the name of the point in the scene, otherwise by the position relative to the link's first point."""
     for center, told in (
         ('"P"', {"point": "P"}),
