@@ -32,12 +32,11 @@ NOTHING = 1e-9  # amounts below this share of the largest are round-off
 
 
 def balance_figures(results: Results) -> dict[str, Any]:
-    """Return proposals for a motion as plain data, with `words`, see `machine.drives.balanced`.
+    """Return proposals for a motion as plain data, with `words`; see `machine.drives.balanced`.
 
-    `shaking_force`, `weight`: counterweights on the links, as first moments of mass; `shaking_moment`: discs that turn
-    with the links, or against them where they are negative, besides the counterweights of the shaking force;
-    `drive_effort`: torsion springs at the pins of single links. Each with the peak before and after, and the share of
-    the root mean square that is left.
+    `shaking_force` and `weight` have counterweights on the links, as first moments of mass. `shaking_moment` adds discs
+    to the counterweights of the shaking force; negative discs rotate against their links. `drive_effort` has a torsion
+    spring at the pin of one link. Each gives peaks before and after, and the remaining share of the root mean square.
     """
     motion, pins = results.motion, pivoted_links(results.motion)
     if not pins or not results.counted.all():
@@ -67,13 +66,13 @@ def balance_figures(results: Results) -> dict[str, Any]:
 def balance_text(document: Document, proposals: Mapping[str, Any]) -> str:
     """Return the text of a scene with counterweights against its shaking force; empty if none can be added.
 
-    Each is a rigid link of its mass, welded to its link at the pin. Their masses are variables of `[optimize]`, which
-    makes the shaking force least where the scene does not say what else.
+    Each counterweight is a rigid link, welded to its link at the pin. The masses become variables of `[optimize]`; it
+    minimizes the shaking force unless the scene has another goal.
 
     Parameters
     ----------
     proposals
-        As of `balance_figures` of that scene.
+        Result of `balance_figures` for this scene.
     """
     import tomlkit
 

@@ -52,9 +52,9 @@ class FigureError:
     Attributes
     ----------
     parts
-        By cause. Those of the theory of motion, `BY_MOTION`, are what the figure lacks, with their signs.
+        Errors by cause. The parts `BY_MOTION` are corrections: they have signs and add up to a better figure.
     unknown
-        Why the whole is not known; nothing where it is.
+        Reason why the total is unknown; empty if it is known.
     """
 
     parts: Mapping[str, float] = field(default_factory=dict)
@@ -85,16 +85,16 @@ class FigureError:
 
 @dataclass(frozen=True)
 class GradedFigure:
-    """A main figure, by which an answer is graded.
+    """A main figure that grades an answer.
 
     Attributes
     ----------
     key, item
-        Of the figure, and the number of its item.
+        Key of the figure, and number of its item.
     value, base
-        The magnitude, and that of which errors are shares: no less than `LITTLE` of the greatest of its unit.
+        Magnitude; base of the relative error, at least `LITTLE` times the largest figure of the unit.
     error
-        Of the figure.
+        Error of the figure.
     """
 
     key: str
@@ -116,22 +116,22 @@ class Estimate:
     Attributes
     ----------
     stages
-        By cause, in the order in which they go into it, the answer with that and all causes before it put right.
+        Corrected answers by cause, in order: each also corrects all causes before it.
     beam_theory
-        The answer with an estimate of what beam theory leaves out.
+        Answer with an estimate of the effects that beam theory neglects.
     shares
-        By cause, other errors as shares of the largest displacement.
+        Other errors by cause, as shares of the largest displacement.
     settled
-        Share of the largest displacement to which the answer is settled in time and coordinates.
+        Convergence error in time and coordinates, as a share of the largest displacement.
     forces
         Discretization error of forces as a share of the largest one, if no finer answer measures it: they follow from
         accelerations.
     closer
-        The answer at instants between the positions, too, its peaks with their gain; None of a single position.
+        Answer that includes instants between the positions, and the gain of its peaks; None for a single position.
     moving
-        The vibrating answer at these instants, where `closer` is quasi-static: what rings may peak between positions.
+        Vibrating answer at these instants, if `closer` is quasi-static: ringing may peak between the positions.
     unknown
-        Why the whole is not known; nothing where it is.
+        Reason why the total is unknown; empty if it is known.
     """
 
     stages: Mapping[str, Cycle]
@@ -151,8 +151,7 @@ class Measured:
     Attributes
     ----------
     off, own
-        By key of the figure, how far every item is off by the check, and how far the check may be; nan where it does
-        not tell.
+        For each figure key, the measured error of every item, and the error of the check itself; nan if unknown.
     """
 
     off: Mapping[str, Sequence[float]] = field(default_factory=dict)
@@ -161,7 +160,7 @@ class Measured:
     def in_place(self, key: str, item: int, error: FigureError) -> FigureError:
         """Return an error with the measured part instead of the estimates for the theory of motion.
 
-        The estimate stays where the check is too coarse to tell more.
+        The estimate stays if the error of the check is larger.
         """
         if key not in self.off or math.isnan(self.off[key][item]):
             return error
@@ -176,15 +175,14 @@ def with_bodies(
 ) -> dict[str, list[FigureError]]:
     """Errors of beam theory measured by plane bodies.
 
-    Of the deflection from a beam's chord it is what they differ by; of other figures the estimate, times as much as it
-    is too low or too high for the beam for which that is most. These keep the estimate where a beam that has a part in
-    it is no body.
+    The error of a chord deflection is the measured difference. Other figures multiply their estimate by the largest
+    ratio of measured to estimated error of a beam. They keep the estimate if one of their beams has no body.
 
     Parameters
     ----------
     off, whole
-        Of every beam, by how much its largest deflection from the chord differs, and the greatest difference at any
-        place and position [m]; nan of beams that are no bodies.
+        For each beam, difference of the largest chord deflection, and largest difference at any place and position
+        [m]; nan for beams without a body.
     """
     told = [abs(error.parts.get(BEAM_THEORY, 0.0)) for error in errors["chord"]]
     least = SMALL * max(told, default=0.0)
@@ -207,10 +205,9 @@ def figure_errors(
 ) -> dict[str, list[FigureError]]:
     """Return the errors of all items of the figures of an answer, by key; `keys` selects some.
 
-    The same reductions are taken of the answer and of the answer without one cause of error; the difference is that
-    part of the error. A part known as a share counts as that share of the largest item of the figure; the
-    discretization error of a displacement, as a share of the largest displacement. The residual vibration after a stop
-    is known to a share of the largest displacement, because time elements may damp it.
+    A part of the error is the difference between the figure of the answer and that of a corrected answer. A part known
+    as a share is this share of the largest item of the figure, or for displacements, of the largest displacement. The
+    residual vibration after a stop has an error relative to the largest displacement: time elements may damp it.
     """
     values = magnitudes(answer, [figure for figure in figures if not figure.rigid])
     scales = _scales(answer.scene, {figure.key: figure for figure in figures}, values)
@@ -245,9 +242,9 @@ def _farther(key: str, closer: Any, here: Any, after: Any, before: Any) -> Any:
 
 
 def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return magnitudes of figures by key in another cycle than that of the answer.
+    """Return magnitudes of figures by key in a cycle with changes.
 
-    A figure that follows another one is not computed anew: its relative change is that of the other, times a bound.
+    A figure that follows another one is not computed again: its relative change is that of the other, times a bound.
     """
     sizes = magnitudes(cycle, [figure for figure in figures if figure.follows is None])
     for figure in figures:
@@ -264,8 +261,8 @@ def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Map
 def _of_motion(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[FigureError]:
     """Return the position errors of all items of a rigid figure.
 
-    Of a largest or least value that is the gain of a parabola there, of others the change by every second instant,
-    and a quarter of that by every fourth, as the first may be small by chance.
+    For a largest or least value, the error is the gain of a parabola at the peak. For averages, it is the change if only
+    every second instant counts, or a quarter of the change for every fourth: the first may be small by chance.
     """
     cycle = closer or answer
     peak = cycle.of(figure)
@@ -328,7 +325,7 @@ def _of_items(
 def stiffness_error(sizes: Iterable[float], errors: Iterable[FigureError]) -> float:
     """Return the relative error of natural frequencies by the deflection that beam theory neglects.
 
-    By Rayleigh's quotient that is half of the share by which it makes them too stiff.
+    By Rayleigh's quotient, it is half of the relative error of the stiffness.
 
     Parameters
     ----------
@@ -358,8 +355,7 @@ def _change_of_stress(after: Any, before: Any, here: Any) -> Reals:
 def _round_off(answer: Cycle, figure: Figure) -> Reals:
     """Return the relative round-off of every item at its position.
 
-    EPS times the motion's condition, or times that of the deflection where links bend: next to where all are straight
-    that is told of rotations that are nothing.
+    It is EPS times the condition of the motion, or of the deflection at positions where links bend.
     """
     found, bent = answer.of(figure), answer.deflection
     at = np.broadcast_to(found.position, np.shape(found.value))
@@ -373,7 +369,7 @@ def _round_off(answer: Cycle, figure: Figure) -> Reals:
 def history_error(answer: Cycle, off: Estimate) -> float:
     """Return the largest error over time of any chord deflection, from the theory of motion and the time elements.
 
-    As a share of the largest deflection of the beam; a check of the whole mechanism measures it.
+    It is a share of the largest deflection of the beam. A check of the whole mechanism measures it.
     """
     chord = sample(answer.deflection, "chord", STATIONS)
     base = reference_deflection(_greatest_of_members(answer, chord))
@@ -387,7 +383,8 @@ def history_error(answer: Cycle, off: Estimate) -> float:
 def course_errors(answer: Cycle, off: Estimate) -> dict[str, float]:
     """Return the largest errors over time of fields and joint forces, from the theory of motion and the time elements.
 
-    Each as a share of the largest value of the member or joint, or of `SMALL` of the largest of all where that is more.
+    Each is a share of the largest value of the member or joint, which counts as at least `SMALL` times the largest of
+    all.
     """
     shares, errors = math.fsum(off.shares.values()), {}
     of_forces = shares + max(off.forces - off.shares.get(TIME, 0.0), 0.0)  # they converge later than displacements

@@ -25,9 +25,9 @@ ROUNDS = 9  # each round narrows brackets four times; enough for round-off of a 
 def refined(results: Results, progress: Progress = SILENT) -> Results:
     """Return results with the peak of each field refined between the neighbours of its position.
 
-    A peak keeps its place where nothing larger is near; one that lies between positions is marked `refined`. A second,
-    narrower peak elsewhere in the cycle that all positions miss is not found: that takes more positions. A peak is left
-    as it is where the condition at its neighbours, or at any instant looked at between them, is beyond `WELL`.
+    A peak that moves between the positions is marked `refined`. The search does not find a narrow peak elsewhere in the
+    cycle that all positions miss: compute more positions for that. A peak stays if the condition at its neighbours, or
+    at an instant between them, exceeds `WELL`.
     """
     run = results.figures
     names = [(field, beam) for field in EXTREME_FIELDS for beam, peak in enumerate(run.of_field(field))
@@ -82,7 +82,7 @@ def _bracket(results: Results, time: float) -> tuple[float, float]:
 def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tuple[Reals, Reals, Flags]:
     """Return the extreme along the beam for each name, its place, and True if well conditioned.
 
-    At every name's own instants; shapes of `grid`.
+    Each name has its own instants; the results have the shape of `grid`.
     """
     instants, back = np.unique(grid, return_inverse=True)  # many peaks lie between the same positions
     moved = results.scene.course.at(instants)
