@@ -66,7 +66,7 @@ def balance_figures(results: Results) -> dict[str, Any]:
 def balance_text(document: Document, proposals: Mapping[str, Any]) -> str:
     """Return the text of a scene with counterweights against its shaking force; empty if none can be added.
 
-    Each counterweight is a rigid link, welded to its link at the pin. The masses become variables of `[optimize]`; it
+    Each counterweight is a rigid link, welded to its link at the pin. The masses are variables of `[optimize]`, which
     minimizes the shaking force unless the scene has another goal.
 
     Parameters

@@ -261,8 +261,8 @@ def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Map
 def _of_motion(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[FigureError]:
     """Return the position errors of all items of a rigid figure.
 
-    For a largest or least value, the error is the gain of a parabola at the peak. For averages, it is the change if only
-    every second instant counts, or a quarter of the change for every fourth: the first may be small by chance.
+    For a largest or least value, the error is the gain of a parabola at the peak. For averages, it is the change by
+    using every second instant, or a quarter of the change by every fourth: the first may be small by chance.
     """
     cycle = closer or answer
     peak = cycle.of(figure)

@@ -225,7 +225,7 @@ def law_figures(scene: Scene, number: int) -> dict[str, Any] | None:
 
 
 def drives_of(reader: Reader) -> dict[str, dict[str, Any]]:
-    """Return the figures of every drive by name, the peaks of its law, and data and figures of its parts."""
+    """Return for every drive by name: its figures, the peaks of its law, and data and figures of its parts."""
     scene, rows = reader.scene, {}
     for number, name in enumerate(items_of(scene, DRIVE)):
         row: dict[str, Any] = {"coordinate": reader.results.drive_words[number][1]}
@@ -244,7 +244,7 @@ def drives_of(reader: Reader) -> dict[str, dict[str, Any]]:
 
 
 def joints_of(reader: Reader) -> list[dict[str, Any]]:
-    """Return the force of every joint, and entries of its parts."""
+    """Return for every joint: its force, and the entries of its parts."""
     rows = []
     pairs = zip(reader.results.joint_words, reader.results.figures.peaks["joint_force"], strict=True)
     for number, ((joint, link), peak) in enumerate(pairs):

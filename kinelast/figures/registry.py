@@ -259,7 +259,7 @@ def limits_of(scene: Scene) -> tuple[Limit, ...]:
     Raises
     ------
     SceneError
-        There is no figure of a name, or its bound is in another unit; `others` are the further ones.
+        A figure is unknown, or its bound has the wrong unit. `others` has the remaining mistakes.
     """
     return scene.once(_limits_of)
 

@@ -83,7 +83,7 @@ MAX_REFINED = 10_000  # with more positions, no instants between them are examin
 SAME = 1e-9  # relative difference of moments at rest by round-off
 MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] largest travel of a drive at rest
 MAX_CHANGE_PER_TRAVEL = 10.0  # relative change of moments per travel of a machine at rest
-STAGES = 5  # of the choice of the theory, for the progress
+STAGES = 5  # number of stages, for the progress
 EXACT_OVER_FIRST_STEPS = 40.0  # largest time of an exact answer with its error / that of the first steps to it
 LONG = 10.0  # [s] expected time from which an answer is announced
 UNSTABLE = "the links have no steady state, their vibration grows"
@@ -98,22 +98,21 @@ class Answer:
     theory
         "quasi-static", "elastodynamic" or "geometrically-exact".
     cycle
-        The answer, in motion.
+        Cycle of the answer.
     quasi_static
-        The answer of links that do not vibrate.
+        Deflection without vibration.
     vibrating
-        The vibrating mechanism; None where it was not computed.
+        Vibrating mechanism; None if not computed.
     figures, off
-        Those that have errors, and the estimate of which these are made.
+        Figures with errors, and the data for these errors.
     graded
-        The figures that are read, by which the answer is graded.
+        Main figures, which grade the answer.
     accuracy
-        That was asked for; None where it was not.
+        Requested accuracy; None without a request.
     missed
-        What vibration and large displacement change of the worst of the graded figures, as a share; nan where that is
-        not known.
+        Relative change of the most affected graded figure by vibration and large displacement; nan if unknown.
     finer
-        Whether a finer theory would answer.
+        True if a finer theory can answer.
     """
 
     theory: str
@@ -197,18 +196,18 @@ def answer(
     Parameters
     ----------
     quasi_static
-        The quasi-static answer at the positions of the run.
+        Quasi-static answer at the positions of the run.
     period
-        Duration of the cycle [s]; nan where the motion is none, and vibration starts from the quasi-static deflection.
+        Duration of the cycle [s]; nan without a cycle: vibration then starts from the quasi-static deflection.
     only_told
-        The quasi-static answer is taken however far it is off.
+        True to take the quasi-static answer, whatever its error.
     progress
-        How finely the motion of the links that vibrate is resolved.
+        Receives the stages of the computation.
 
     Raises
     ------
     SceneError
-        What is asked for by name cannot be answered: a singular position, a block off its beam, a wheel along a rack.
+        The requested theory cannot answer: a singular position, a block beyond its beam, a wheel on a rack.
     """
     wanted = ACCURACY if theory.accuracy is None else theory.accuracy
     scene, plain = quasi_static.scene, quasi_static.deflection
@@ -296,13 +295,13 @@ class _Rungs:
 
         An error is measured only if its bound exceeds a small share of the requested accuracy: the discretization
         error by a finer discretization, the effect of large displacement by steps to the exact answer. These steps are
-        an answer of their own if the last one changes deflections by at most `NO_MORE` of the accuracy. A theory asked
-        for by name yields no cheaper answer if the vibration is stable.
+        a separate answer if the last one changes deflections by at most `NO_MORE` of the accuracy. A
+        theory requested by name yields no cheaper answer if the vibration is stable.
 
         Raises
         ------
         SceneError
-            Large displacement is asked for by name and cannot be answered: a wheel that runs along a rack.
+            The geometrically exact theory is requested by name and cannot answer: a wheel on a rack.
         """
         plain, vibrating = self._cycle(self.plain), self._cycle(linear.deflection)
         settled = {TIME: (linear.time_error + linear.reduction_error) / BOUND_OVER_ERROR}
@@ -370,7 +369,7 @@ class _Rungs:
     def at_rest(self) -> Answer:
         """Return the answer of a machine at rest without vibration, if large displacement cannot be solved.
 
-        That is told by the square of the greatest rotation and by the share of Euler's load.
+        Its error is the square of the largest rotation plus the load over Euler's load.
         """
         rotation = np.nanmax(cycle_maxima(self.plain, ["phi"])["phi"].value, initial=0.0)
         pressed = np.nanmax(euler_ratio(self.plain), initial=0.0)
@@ -380,7 +379,7 @@ class _Rungs:
     def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
         """Return True if the bound of the discretization error is too large, and a finer one is affordable.
 
-        After a start, links ring in axial modes that the bound does not cover: there it is always measured.
+        The bound does not cover axial ringing after a start, so such an error is always measured.
         """
         bound = max(answer.time_error + answer.reduction_error, answer.force_error)
         if answer.vibration is not None and not answer.vibration.cyclic:
@@ -415,8 +414,8 @@ class _Rungs:
     ) -> tuple[dict[str, Cycle], dict[str, float]]:
         """Return the exact answer in a finer discretization, and errors known as shares.
 
-        The finer answer is left out if bounds of displacements and forces are small, if it takes too long, or if it
-        settles less than the answer itself.
+        There is no finer answer if the bounds of displacements and forces are small, if it takes too long, or if it
+        converges less than the answer itself.
         """
         discretized = (exact.time_error + exact.reduction_error) / BOUND_OVER_ERROR
         shares = {TIME: discretized, LARGE: large_displacement_error(exact)}
@@ -425,7 +424,9 @@ class _Rungs:
         self._tell(4, "error in time and coordinates")
         begun = begun if finer else None
         finer = finer or finer_vibration(exact)
-        bent, left = discretized_finer(exact, finer, FURTHER * tolerance, begun)  # else both leave the same steps open
+        bent, left = discretized_finer(
+            exact, finer, FURTHER * tolerance, begun
+        )  # otherwise both neglect the same steps
         if left > max(tolerance, exact.exact.open):
             return {}, shares
         return {TIME: self._cycle(bent)}, {} if left <= tolerance else {LARGE: shares[LARGE]}
@@ -538,7 +539,7 @@ class _Rungs:
 def _enough(rung: Answer, wanted: float) -> bool:
     """Return True if a better theory would not help: accuracy reached, or little error left to remove.
 
-    Where an accuracy is asked for, that of courses, of all fields and joint forces, is to be within it too.
+    A requested accuracy also holds for the courses of all fields and joint forces.
     """
     if rung.unknown:
         return False
@@ -562,7 +563,7 @@ def _share_by_motion(graded: GradedFigure) -> float:
 
 
 def _rests(plain: Deflection) -> bool:
-    """Return whether no drive travels any way to speak of, and the loads do not change."""
+    """Return True if the drives and the loads do not change."""
     moments, motion = plain.amplitudes.M, plain.motion
     travel = np.abs(motion.drive_rate).max(initial=0.0) * np.ptp(motion.time)
     largest = np.abs(moments).max(axis=-1)
