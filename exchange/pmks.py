@@ -207,16 +207,14 @@ class _PmksReading:
         }
         weighed = bool(masses) or any(body.mass for body in self.links.values())
         if not weighed and any(part.whole for part in saved.parts):
-            self.notes.append(
-                "the file gives no masses but PMKS+ defaults: those of the assumed section and material count"
-            )
+            self.notes.append("the file has no masses of its own: the assumed section and material give the masses")
         used = {point for body in self.links.values() for point in body.points}
         fixed = tuple(self.point[joint.key] for joint in saved.joints if joint.has(FIXED) and not joint.has(SLIDES))
         watched = (self.point[joint.key] for joint in saved.joints if joint.has(TRACED) and not joint.has(FIXED))
         return ForeignMechanism(
             self.title, SOURCE, saved.unit, _kept(self.places, used | {*fixed}), fixed, self.links, self.slots,
             self.slides, drives, traced=next((point for point in watched if point in used), ""), masses=masses,
-            loads=loads, gravity=saved.gravity and weighed, notes=tuple(self.notes),
+            loads=loads, gravity=saved.gravity, notes=tuple(self.notes),
         )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Symbols of joints and supports: the only place that defines them."""
+"""Symbols of joints and supports. No other file defines such symbols."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ POINTS = ("pin", "weld", "spot")
 """Kinds of the marks at points."""
 JOINTS = (*POINTS, "support", "ground", BLOCK, "rail")
 """Kinds of all marks in this file."""
-PIN_RADIUS, SPOT_RADIUS = 0.55, 0.3  # radii; all lengths here are in symbol sizes
+PIN_RADIUS, SPOT_RADIUS = 0.55, 0.3  # all lengths in this file are in symbol sizes
 PEDESTAL = np.array([0.0, -1.3 - 2.0j, 1.3 - 2.0j])
 """Corners of the triangle under a fixed pin, in symbol sizes, complex."""
 SQUARE = np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
 BLOCK_CORNERS = 1.6 * np.array([-1 - 0.62j, 1 - 0.62j, 1 + 0.62j, -1 + 0.62j])
 """Corners of the block of a slider, in symbol sizes, complex."""
-BASE = 2.1  # half width of the ground under a pin
+BASE = 2.1  # half the length of the ground line under a fixed pin
 STROKE, STROKE_GAP = -0.6 - 0.75j, 0.85  # stroke of a hatching, and largest distance of its strokes
-RAIL_ASIDE, RAIL_MORE, SHORT_RAIL = 1.15, 3.0, 5.0  # of a slide: distance, excess over the travel, half length
+RAIL_ASIDE, RAIL_MORE, SHORT_RAIL = 1.15, 3.0, 5.0  # rails: distance from the centre line, excess, half length
 
-NOWHERE = np.zeros(2, complex)  # ends without a part in metres
+NOWHERE = np.zeros(2, complex)  # `far` of both ends of a line whose lengths are all in symbol sizes
 
 
 def pin(at: Spot) -> Mark:
@@ -57,9 +57,9 @@ def hatched(ends: Complexes, sizes: float, far: Complexes) -> Line:
     Parameters
     ----------
     ends, far
-        Both ends: parts in symbol sizes and in metres.
+        Both ends of the line: `ends` in symbol sizes and `far` in metres. The two are added.
     sizes
-        Approximate length, which sets the number of strokes.
+        Approximate length in symbol sizes. It sets the number of strokes.
     """
     count = max(3, round(sizes / STROKE_GAP))
     share = np.concatenate([[0.0], np.repeat((np.arange(count) + 0.7) / count, 3), [1.0]])
@@ -74,7 +74,7 @@ def slider_marks(placed: Placed, slider: Slider, reach: tuple[float, float] | No
     Parameters
     ----------
     reach
-        First and last slide [m]; None if only one position is known.
+        Smallest and largest slide coordinate [m]; None if only one position is known.
     size
         Approximate symbol size [m].
     """
@@ -95,11 +95,11 @@ def rails(at: Spot, on: str, direction: complex, far: Complexes = NOWHERE, sizes
     Parameters
     ----------
     at, on, direction
-        Place, and direction of the slide in the axes of the link `on`.
+        Place, carrying link, and direction of the sliding motion in the axes of that link.
     far
-        Both ends of the travel from the place along the slide [m].
+        Both ends of the travel [m], measured from the place along the direction of sliding.
     sizes
-        Approximate travel in symbol sizes; 0 for a short rail about the place.
+        Approximate travel in symbol sizes; 0 draws a short rail centred at the place.
     """
     half = RAIL_MORE if sizes else SHORT_RAIL
     ends = np.array([-half, half], complex)
@@ -111,7 +111,7 @@ def rails(at: Spot, on: str, direction: complex, far: Complexes = NOWHERE, sizes
 
 
 def travel(placed: Placed, slider: Slider) -> tuple[float, float] | None:
-    """First and last slide over the positions [m]; None if there is one position, or none is known."""
+    """Smallest and largest slide coordinate over the positions [m]; None if fewer than two positions are known."""
     number = placed.mechanism.index[slider.on]
     place = anchor(placed, Spot(slider.link, slider.point))
     local = np.conj(placed.direction[number]) * (place - placed.origin[number])

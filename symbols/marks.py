@@ -1,7 +1,8 @@
 """Marks: lines and circles in axes that move with links, as plain data.
 
-A mark has a place, often a second place, and axes. Renderers know the links' positions: they scale the mark and put it
-at its place. So a display list stays valid as the mechanism moves.
+A mark has an anchor on a link, often a second anchor, and axes.
+Renderers know the links' positions; they scale each mark and draw it at its anchor.
+So a list of marks stays valid while the mechanism moves.
 """
 
 from __future__ import annotations
@@ -23,9 +24,9 @@ INK, PAPER, SOFT, ACCENT, LOAD, LINK, SHADE, NONE = "ink", "paper", "soft", "acc
 """Colour names. `LINK`: the colour of the link at the mark's place."""
 UNDER, GROUND_LEVEL, BLOCK_LEVEL, JOINT, OVER = "guide", "ground", "block", "pin", "mark"
 LEVELS = (UNDER, GROUND_LEVEL, BLOCK_LEVEL, JOINT, OVER)
-"""Levels from back to front. Links are between the second and the third."""
-CORNERS = 60  # of a circle as a polygon
-DECIMALS = 9  # of coordinates in JSON
+"""Levels from back to front. Links are drawn above GROUND_LEVEL and below BLOCK_LEVEL."""
+CORNERS = 60  # number of corners of the polygon that replaces a circle
+DECIMALS = 9  # decimals of coordinates in JSON
 
 
 class Spot(NamedTuple):
@@ -40,8 +41,8 @@ class Spot(NamedTuple):
 class Line:
     """A polyline or, if `closed`, a filled polygon.
 
-    Every vertex is a sum: `size` [symbol sizes] and `far` [m] in the axes of the mark, both complex, and `share` of the
-    way to the mark's second place.
+    Every vertex is the sum of three vectors. `size` [symbol sizes] and `far` [m] are complex, in the axes of the mark.
+    The third is `share` times the vector from the first to the second place.
     """
 
     size: Any = 0j
@@ -65,25 +66,26 @@ class Mark:
     Attributes
     ----------
     kind
-        What it shows, as `pin`.
+        What it shows, such as `pin`.
     at, to
-        Its place, and its second place. With a second place the x axis points there.
+        Its place, and its second place or None. With a second place, the x axis points from the first to the second.
     axis
-        Link with which the axes turn, and the x axis in the axes of this link; None for upright axes.
+        Link with which the axes turn, and the direction of the x axis in that link's axes.
+        None for axes parallel to the ground axes.
     lines
         Polylines and polygons.
     radius
-        Radius of a circle about the place: a part in symbol sizes and a part in metres.
+        Radius of a circle about the place: the sum of a part in symbol sizes and a part in metres.
     stroke, fill, width, dashed
         Colours, and line width [pixels] on a page.
     level
         One of `LEVELS`.
     drive
-        Number of a drive. The mark is mirrored at its y axis while the drive's rate is negative.
+        Number of a drive, or None. While the drive's rate is negative, the mark is mirrored about its y axis.
     spin
-        From a motion to the x axis at each position, for a body that is not a link.
+        Function that maps a motion to the x axis at each position, for a body that is not a link.
     replaces
-        Name of the slider that needs no other symbol.
+        Name of a slider whose own symbol this mark replaces; empty if there is none.
     """
 
     kind: str
@@ -117,12 +119,12 @@ class Mark:
 
     @property
     def body(self) -> str:
-        """Colour of its polygon; `NONE` if it has none, or several, which may be holes."""
+        """Fill colour if the mark has exactly one polygon, otherwise `NONE`: several polygons may be holes."""
         return self.fill if sum(line.closed for line in self.outlines) == 1 else NONE
 
     @property
     def cells(self) -> list[Any]:
-        """Vertex numbers of each outline."""
+        """Vertex numbers of each outline, as cells of a mesh."""
         ends = np.cumsum([len(line.vertices[0]) for line in self.outlines])
         return [*np.split(np.arange(ends[-1]), ends[:-1])]
 
@@ -134,7 +136,7 @@ class Mark:
         place, end
             First and second place [m].
         x_axis
-            Unit vector; replaced by the direction from `place` to `end`.
+            Unit vector of the x axis. If `end` is given, the direction from `place` to `end` replaces it.
         size
             Symbol size [m].
         """
@@ -155,7 +157,7 @@ class Mark:
         return np.asarray(placed.direction[placed.mechanism.index[link]]) * way
 
     def plain(self, links: Mapping[str, Any] | None = None) -> dict[str, Any]:
-        """Its content for JSON, with links by number, or by name without `links`."""
+        """Its content for JSON. Links are given by the numbers in `links`, or by name if `links` is None."""
 
         def link(name: str) -> Any:
             return name if links is None else links[name]
@@ -175,7 +177,7 @@ class Mark:
 
 
 def anchor(placed: Placed, at: Spot) -> Complexes:
-    """Position of a spot without displacement [m], shape (...)."""
+    """Position of a spot on the rigid links, without elastic displacement [m], shape (...)."""
     number = placed.mechanism.index[at.link]
     local = placed.mechanism.links[number].points[at.point] if at.point else at.local
     return np.asarray(placed.origin[number] + placed.direction[number] * local)
@@ -186,6 +188,6 @@ def _pair(place: complex) -> list[float]:
 
 
 def _plain(values: Any) -> Any:
-    """Numbers, or pairs of complex ones; None if all are zero."""
+    """Rounded numbers as a list; complex numbers become pairs (real, imaginary). None if all are zero."""
     parts = np.stack([values.real, values.imag], axis=-1) if np.iscomplexobj(values) else values
     return np.round(parts, DECIMALS).tolist() if values.any() else None

@@ -367,3 +367,8 @@ class TestDrawn:
             np.testing.assert_allclose(np.ptp([*one.points.values()]), np.ptp([*other.points.values()]), rtol=1e-9)
         here = kinelast.scene_motion(scene, len(motion.time))
         np.testing.assert_allclose(motion.direction, here.direction, atol=1e-9)
+
+
+def test_links_of_assumed_masses_keep_the_gravity_of_a_pmks_file():
+    """PMKS+ gives its links no masses; those of the assumed section have weight, as the switch of the file says."""
+    assert of_text(pmks(), "mine").gravity

@@ -120,7 +120,7 @@ def test_all_studies_of_a_scene(scene, tmp_path, capsys):
     assert figure["error"] == pytest.approx(same["error"], rel=1e-6)
     row = max(best["limits"], key=lambda row: row["in_full"] + row["error"])
     # with few positions the error jumps between designs
-    assert 0.9e-3 < row["in_full"] + row["error"] <= 1e-3, "no more room than it takes"
+    assert 0.75e-3 < row["in_full"] + row["error"] <= 1e-3, "no more room than it takes"
     assert row["held_to"] < row["bound"]
 
 

@@ -82,7 +82,8 @@ class TestLimitSpeed:
     @pytest.mark.parametrize("requested", [(430.0, 470.0, 2), (440.0, 480.0, 4)])
     def test_the_limit_speed_does_not_depend_on_the_requested_speeds(self, requested):
         """Single answers, with their errors, keep the limit at 454.3 and break it at 454.9 rad/s, and keep it again."""
-        found = speeds(scene_from_text(LIGHTLY_DAMPED + CHORD), requested)
+        text = (LIGHTLY_DAMPED + CHORD).replace(", yield = 400e6", "")
+        found = speeds(scene_from_text(text), requested)
         assert 452.5 < found.highest < found.limit.above < 454.9
         assert found.limit.above / found.highest - 1 <= 2 * SPEEDS.border_accuracy
         assert found.asked.sum() == requested[2]

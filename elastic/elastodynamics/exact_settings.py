@@ -57,7 +57,7 @@ class ExactSettings:
     first_creep: float = 100.0
     creep_ratio: float = 3.0
     max_first_steps: int = 8
-    first_step_share: float = 0.1
+    first_step_share: float = 0.03
     first_resolved: float = 3e-4
     first_enough: float = 0.005
     max_newton_steps: int = 20

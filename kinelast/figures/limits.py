@@ -1,4 +1,4 @@
-"""Judgement of limits, for a run, for designs and for speeds, and the verdict."""
+"""Compares figures with their limits, for a run, for designs and for speeds, and gives the verdict."""
 
 from __future__ import annotations
 
@@ -35,21 +35,22 @@ VERDICTS = {KEPT: "acceptable", BROKEN: "not acceptable", TOO_NEAR: TOO_NEAR, UN
 PASSED = {KEPT: True, BROKEN: False}
 LIMITS_KEPT, LIMITS_MARGIN = "limits_kept", "limits_margin"
 ONE_POSITION = "only one position of the cycle is computed: give more --positions"
-WIDENED = 2.0  # margin of an unreliable figure, relative to its error
-SPARE = 1e-4  # margin in addition to the error, relative to the limit, because errors change with the design
+WIDENED = 2.0  # factor on the error of an unreliable figure
+SPARE = 1e-4  # margin beyond the error, relative to the limit: the error changes with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
 """Field with the place of each figure of beams."""
 
 
 def widened(value: Any, error: Any) -> Any:
-    """Return the errors for judgements: `WIDENED` times larger if the figure is unreliable."""
+    """Return the errors to judge with: multiplied by `WIDENED` where the figure is unreliable."""
     return np.where(error > UNRELIABLE * np.abs(value), WIDENED * error, error)
 
 
 def severity(limit: Limit, value: Any, error: Any) -> Integers:
     """Return the outcomes of a limit for figures and their errors, as indices into `SEVERITY`, shape (...).
 
-    A limit is too close to decide if its bound is within the error, or within `WIDENED` times an unreliable error.
+    A limit is too close to decide if its bound lies within the error of the figure.
+    For an unreliable figure, `WIDENED` times the error counts.
     """
     below, above = (limit.kept(end) for end in ends(limit, value, error))
     known = np.where(below & above, SEVERITY.index(KEPT), np.where(below | above, SEVERITY.index(TOO_NEAR), 0))
@@ -74,10 +75,11 @@ def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, An
     Parameters
     ----------
     figures
-        Magnitudes of the figures in SI units by key, shape (items, ...), in the order of `items_of`. A limit cannot be
+        Magnitudes of the figures in SI units by key, shape (items, ...).
+        Items (links, joints, ...) are in the order of `items_of`. A limit cannot be
         judged if its figure is missing or out of range, if a link yields, or if a cam does not work.
     errors
-        Errors of the same shapes. Without them, the outcomes are no verdicts.
+        Errors of the same shapes. Without them, errors count as zero and the outcomes are not verdicts.
     """
     for limit in limits_of(scene):
         items = bounded_items(scene, limit) if limit.figure in figures else []
@@ -90,7 +92,10 @@ def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, An
 
 
 def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
-    """Return the figure closest to a limit or farthest beyond it, shape (...), nan if one is unknown."""
+    """Return, of all items, the figure closest to a limit or farthest beyond it, shape (...).
+
+    It is nan if the figure of any item is unknown.
+    """
     items = bounded_items(scene, limit) if limit.figure in figures else []
     if not items:
         return math.nan
@@ -126,7 +131,9 @@ def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure
 
 @dataclass(frozen=True)
 class Judgement:
-    """Outcome of a limit, with the figure that decides it: the worst, and then the closest to the bound.
+    """Outcome of a limit, with the figure that decides it: the one with the worst outcome.
+
+    Among equal outcomes it is the one closest to the bound or farthest beyond it.
 
     Attributes
     ----------
@@ -135,7 +142,7 @@ class Judgement:
     outcome
         One of `SEVERITY`.
     item
-        Number of the figure's item.
+        Number of the link, joint or other item to which the figure belongs.
     value, error
         Magnitude and error of the figure in its SI unit, nan if unknown.
     problem
@@ -151,7 +158,7 @@ class Judgement:
 
     @property
     def worst(self) -> float:
-        """Figure with its error towards the bound."""
+        """The end of the figure's error range that is nearest to the bound or farthest beyond it."""
         return float(ends(self.limit, self.value, self.error)[0 if self.limit.least else 1])
 
 
@@ -184,7 +191,7 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
 
 
 def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[int]) -> Judgement:
-    """Return the judgement, or "cannot be judged" for one of the reasons of `refusals`."""
+    """Return the judgement, or "cannot be judged" if `refusals` gives a reason. Broken limits stay broken."""
     if judged.outcome == BROKEN:
         return judged
     values = {other: [peak.value for peak in peaks] for other, peaks in results.figures.peaks.items() if peaks}
@@ -196,7 +203,7 @@ def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[i
 
 
 def _if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
-    """Return the judgements, with "cannot be judged" for all that are not broken if the figures are not reliable."""
+    """Return the judgements. If the figures are not reliable, all but exceeded limits become "cannot be judged"."""
     doubtful = [judged.outcome in (KEPT, TOO_NEAR) for judged in judgements]
     why = "; ".join(doubts(results)) if any(doubtful) else ""
     if not why:
@@ -206,7 +213,7 @@ def _if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Jud
 
 
 def verdict_on(judgements: Sequence[Judgement]) -> Verdict:
-    """Return the verdict on several limits; its `problem` is the reason or the advice that decides it."""
+    """Return the verdict on several limits. Its `problem` is that of the first limit with the worst outcome."""
     worst = min((each.outcome for each in judgements), key=SEVERITY.index, default="")
     problem = next((each.problem for each in judgements if each.outcome == worst), "")
     return Verdict(verdict=VERDICTS.get(worst, ""), passed=PASSED.get(worst), problem=problem)
@@ -224,7 +231,7 @@ def limits_of_items(scene: Scene) -> list[Limit]:
 
 @dataclass(frozen=True)
 class FullAnswer:
-    """Answer to a design by the scene's theory, with errors.
+    """Results for a design by the theory of its scene, with errors.
 
     Attributes
     ----------
@@ -242,7 +249,7 @@ class FullAnswer:
 
 
 def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()) -> FullAnswer:
-    """Return the full answer of a scene with judged limits and figures by name."""
+    """Return the results of a scene by its own theory, with errors, judged limits, and figures by name."""
     try:
         results = results_in_full(scene)
     except SceneError as error:
@@ -257,7 +264,7 @@ def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()
 
 
 def _known(results: Results, measure: Measure) -> tuple[float, float]:
-    """Return a figure and its error, including figures that are computed on request only."""
+    """Return a figure and its error. This also works for figures that are computed on request only."""
     entry, peaks = measure.figure, results.figures.peaks.get(measure.figure.key, [])
     if peaks:
         sign = -1.0 if entry.over == LEAST else 1.0
@@ -282,7 +289,7 @@ def _value(measure: Measure, cycle: Cycle) -> float:
 
 
 def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judgement:
-    """Judge a limit of any figure, including figures that are computed on request only."""
+    """Judge a limit on any figure, also on one that is computed on request only."""
     if measure and measure.figure.key in results.figures.peaks:
         return judgement(results, limit, measure.figure.key, measure.items)
     value, error = _known(results, measure) if measure else (math.nan, math.nan)
@@ -292,16 +299,19 @@ def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judg
 
 
 def room(judged: Judgement, value: float, before: tuple[float, float] | None = None, spare: float = SPARE) -> float:
-    """Return the bound of a quasi-static figure for which the full answer, with its error, keeps its limit.
+    """Return a bound for the quasi-static figure.
 
-    The ratio of full to quasi-static answer is taken from this design, or extrapolated linearly from two designs.
+    A design at this bound should just keep the limit by the full answer with its error.
+
+    The full answer is assumed proportional to the quasi-static one, as in this design.
+    If `before` is given, it is extrapolated linearly from both designs.
 
     Parameters
     ----------
     value
         Quasi-static figure of the judged design.
     before
-        Quasi-static figure of another design, and its full answer with error.
+        Quasi-static figure of another design, and the worst end of its full answer with error, see `Judgement.worst`.
     spare
         Margin in addition to the error, relative to the limit.
     """
@@ -345,7 +355,7 @@ def _judged_row(reader: Reader, judged: Judgement) -> JudgedLimit:
 
 
 def _found(reader: Reader, judged: Judgement) -> Reading:
-    """Return the figure of a limit with its place, without a value if it is unknown."""
+    """Return the figure that decides a limit, with its place. An unknown figure has no value."""
     limit, results, kind = judged.limit, reader.results, judged.limit.kind
     peaks = results.figures.peaks
     if np.isnan(judged.value):

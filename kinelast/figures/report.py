@@ -1,6 +1,6 @@
 """Report on a scene: figures with their errors, verdict, findings and checks. summary.json is its JSON.
 
-Sections that only the page reads are plain data; the classes here type all others.
+Sections that only the page reads are plain data. The classes in this file give the types of all other sections.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class Record(Struct, frozen=True):
 
 
 class SceneWords(Record, frozen=True):
-    """Name, title and source of a scene."""
+    """Name and title of a scene, and the source of its data."""
 
     name: str
     title: str
@@ -52,14 +52,17 @@ class MaterialReading(Record, frozen=True):
 
 
 class DriveSpeed(Record, frozen=True):
-    """Largest speed of a drive with its sign, and whether it is constant."""
+    """Speed of a drive of largest magnitude, with its sign, and whether the speed is constant."""
 
     speed: Reading
     steady: bool
 
 
 class LoadReading(Record, frozen=True):
-    """Kind, link, place, sizes and direction of a load; `resists` is "one way" or "both ways" for a resistance."""
+    """Kind, link, place, sizes and direction of a load.
+
+    `resists` is "one way" or "both ways" if the load opposes the motion, otherwise None.
+    """
 
     resists: str | None
     kind: str
@@ -71,7 +74,7 @@ class LoadReading(Record, frozen=True):
 
 
 class Inputs(Record, frozen=True):
-    """Inputs of a scene other than its links. `theory` is that of the beams."""
+    """Inputs of a scene other than its links. `theory` is the beam theory."""
 
     theory: str
     materials: Mapping[str, MaterialReading]
@@ -83,7 +86,10 @@ class Inputs(Record, frozen=True):
 
 
 class BeamReading(Reading, frozen=True, kw_only=True):
-    """Greatest value of a field with its beam and member; `along_member` is the distance from the member's start."""
+    """Greatest value of a field, with its beam and member (a straight run of beams).
+
+    `along_member` is the distance from the member's start.
+    """
 
     label: str
     member: str
@@ -102,13 +108,16 @@ class BeamStrength(Record, frozen=True):
 
 
 class LinkShare(Reading, frozen=True, kw_only=True):
-    """Share of a link in the error of the output."""
+    """Contribution of a link's bending to the deviation of the output from that of rigid links."""
 
     link: str
 
 
 class OutputReading(Reading, frozen=True, kw_only=True):
-    """Error of the output. `kind` is "point", "slide" or "angle"; `guessed` if the program chose the output."""
+    """Deviation of the output from that of rigid links.
+
+    `kind` is "point", "slide" or "angle". `guessed` is true if the program chose the output.
+    """
 
     kind: str
     name: str
@@ -118,7 +127,10 @@ class OutputReading(Reading, frozen=True, kw_only=True):
 
 
 class LinkReserves(Record, frozen=True):
-    """Load factors until a link fails, by mode; `governs` is the mode with the smallest one, `reserve`."""
+    """Load factors at which a link fails, by failure mode.
+
+    `governs` is the failure mode with the smallest factor; `reserve` is that factor.
+    """
 
     link: str
     governs: str
@@ -127,7 +139,7 @@ class LinkReserves(Record, frozen=True):
 
 
 class RubbingJoint(Record, frozen=True):
-    """Friction effort of a joint on a link."""
+    """Friction effort (moment or force) of a joint on the link `on`."""
 
     joint: str
     on: str
@@ -145,7 +157,7 @@ class FrictionReport(Record, frozen=True):
 
 
 class MomentumReport(Record, frozen=True):
-    """Balance of momentum by one theory, see `fem_check.MomentumBalance`."""
+    """Momentum balance of the answer by one theory. For the fields see `fem_check.MomentumBalance`."""
 
     opening: float | None
     velocity: float | None
@@ -171,7 +183,10 @@ class CheckReport(Record, frozen=True):
 
 
 class FurtherCheck(Record, frozen=True):
-    """Nonlinear check or check with plane bodies; `problem` is the reason if it cannot be made."""
+    """Result of the nonlinear check or of the check with plane bodies.
+
+    `problem` is the reason why a check could not be run.
+    """
 
     largest: float | None = None
     passed: bool | UnsetType | None = UNSET
@@ -189,22 +204,23 @@ class FurtherCheck(Record, frozen=True):
 
 
 class TheoryReport(Record, frozen=True):
-    """Theory of the answer and its largest relative error among the main figures.
+    """Theory of the answer, and the largest relative error among the main figures.
 
     Attributes
     ----------
     problem
         Reason why the error is unknown.
     figure, on, errors
-        The main figure with the largest error, its item, and the parts of its error.
+        The main figure with the largest relative error, and its item (such as a link).
+        `errors` are the parts of that error.
     without_vibration
         Relative error of the quasi-static answer.
     accuracy, expected, reached
         Requested accuracy, the default, and whether it is reached; null without a request.
     courses
-        Relative errors over the cycle by name.
+        Relative errors of time courses over the cycle, by the name of the figure.
     damping, growth, stable
-        Damping [s] of the beams, growth of vibration per cycle, and whether a steady state exists.
+        Damping coefficients beta [s] of the beams, growth of vibration per cycle, and whether a steady state exists.
     """
 
     name: str
@@ -242,8 +258,8 @@ class Reliability(Record, frozen=True):
 class JudgedLimit(Record, frozen=True):
     """A limit with the figure that decides it.
 
-    `kind`, `name` and `on` are key, figure in words and item of the limit, `least` is true for a lower bound. `used`
-    is the used share, and `kept` is true if the figure without its error keeps the limit.
+    `kind` is the key of the limit, `name` its figure in words, and `on` its item. `least` is true for a lower bound.
+    `used` is the part of the limit that is used up. `kept` is true if the figure keeps the limit, error ignored.
     """
 
     kind: str
@@ -308,7 +324,10 @@ class OptimumVariable(Record, frozen=True):
 
 
 class OptimumLimit(Record, frozen=True):
-    """Limit of the best design. `kind` is "least" or "most"; `held_to` is the bound of the quasi-static figure."""
+    """Limit on the best design.
+
+    `kind` is "least" or "most". `held_to` is the bound that the optimizer applied to the quasi-static figure.
+    """
 
     figure: str
     unit: str
@@ -342,9 +361,9 @@ class Report(Record, frozen=True):
     told_in
         Units of the report.
     trust, reliability
-        Findings on the figures, the worst first, and their summary.
+        Findings (doubts about the figures), the worst first, and their summary.
     more
-        Further sections by key, such as the rows of parts, and studies.
+        Further sections by key, such as tables of machine parts, and studies.
     """
 
     kinelast: str
@@ -395,6 +414,6 @@ def data_of(report: Report) -> dict[str, Any]:
 
 
 def report_from(data: Mapping[str, Any]) -> Report:
-    """Return the report of plain data."""
+    """Return the report that `data_of` turned into plain data."""
     known = {key: value for key, value in data.items() if key in Report.__struct_fields__}
     return convert({**known, "more": {key: value for key, value in data.items() if key not in known}}, Report)

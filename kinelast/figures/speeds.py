@@ -19,7 +19,7 @@ from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_
 from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors, stiffness_error
 from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS, ends, severities
 from kinelast.figures.output import output_of
-from kinelast.figures.ranges import STRENGTH, can_yield, needed_by_limits, refusals
+from kinelast.figures.ranges import STRENGTH, needed_by_limits, refusals
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.report import LinkReserves
 from kinelast.figures.reserves import reserve_of, reserves_of
@@ -386,20 +386,15 @@ def _limit(
 ) -> SpeedLimit | None:
     """Return the limit speed and the first limit that fails above, or None if all limits are kept.
 
-    The yield strength is a limit, too: above it no other limit can be judged.
+    Yielding does not count: the report of the speeds states it separately.
     """
     rows = [(limit, item) for limit in limits_of(scene) for item in bounded_items(scene, limit)]
-    if can_yield(scene):
-        rows += [(STRENGTH, item) for item in range(len(scene.labels))]
 
     def used(answers: SpeedMap, side: float = 1.0) -> Reals:
         values, errors = (_by_figure(scene, figures, each) for each in (answers.values, answers.errors))
         without = {key: each for key, each in values.items() if key != STRENGTH.figure}
         shares = []
         for limit, item in rows:
-            if limit is STRENGTH:
-                shares.append(np.nan_to_num(_used(limit, values[limit.figure], None, item, side)))
-                continue
             share = _used(limit, values.get(limit.figure), errors.get(limit.figure), item, side)
             for _, refused in refusals(scene, limit.figure, [item], without):
                 share = np.where(refused, np.nan, share)

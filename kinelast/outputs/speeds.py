@@ -11,7 +11,7 @@ import numpy as np
 
 from elastic.elastodynamics import Resonance
 from kinelast.figures.cycle import drive_words
-from kinelast.figures.limits import TOO_NEAR
+from kinelast.figures.limits import TOO_NEAR, UNKNOWN
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
 from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds, leading_drive, speed_unit
@@ -232,8 +232,8 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
         yield f"not acceptable from {first} to {last}: {result.buckles[beyond[-1]]}"
     if result.highest is not None:
         if not result.highest:
-            words = "limits are too close to decide" if result.verdicts[0] == TOO_NEAR else "limits do not hold"
-            yield f"{words} at the lowest speed, {told(result.speed[0])}"
+            words = {TOO_NEAR: "are too close to decide", UNKNOWN: "cannot be judged"}
+            yield f"limits {words.get(result.verdicts[0], 'do not hold')} at the lowest speed, {told(result.speed[0])}"
         elif result.limit is None and beyond:
             yield f"all limits hold up to {told(result.highest)}; above it a link buckles"
         elif result.limit is None:
@@ -246,6 +246,9 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
             yield f"all limits hold up to {told(result.highest)} ({limit_words(result.limit, scene)}){near}"
     else:
         yield "no limits are set: with [limits], the highest speed at which they hold is told"
+    if "safety" in result.figures and len(yielding := np.flatnonzero(result.figures["safety"][1] < 1.0)):
+        first = told(result.speed[yielding[0]])
+        yield f"a link yields at {len(yielding)} of {len(result.speed)} speeds, from {first} on: no limit can be judged"
     for low, high in result.unstable:
         yield f"no steady state from {told(low)} to {told(high)}: the links' vibration grows"
     yield from _error_words(result, scene, told)

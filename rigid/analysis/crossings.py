@@ -1,4 +1,4 @@
-"""Zeros of a quantity between the positions of a motion."""
+"""Zeros of a quantity, found from its sign changes between the positions of a motion."""
 
 from __future__ import annotations
 
@@ -13,14 +13,16 @@ from rigid.kinematics import Motion, motion, with_rates
 from rigid.parts import MechanismError
 from rigid.postures import Posture
 
-CLOSING_TOLERANCE = 1e-6  # largest closing error of a turn, relative to the drives' range
+CLOSING_TOLERANCE = 1e-6  # largest closing error of a cycle, relative to the extent of each drive's coordinate
 MAX_STEPS = 60  # largest number of steps to a zero
 FINAL_STEP = 1e-10  # [intervals] last step to a zero: the error after it is below 1e-16
 
 
 @dataclass(frozen=True, eq=False)
 class Intervals:
-    """Straight drive paths between neighbouring positions, cyclic if the motion closes.
+    """Intervals between neighbouring positions, in which each drive coordinate changes linearly.
+
+    If the motion closes, the last interval leads back to the first position.
 
     Attributes
     ----------
@@ -39,9 +41,9 @@ class Intervals:
     change: Reals
 
     def at(self, number: Integers, part: Reals) -> Motion:
-        """Motion at parts (0 to 1) of numbered intervals, both of shape (n,).
+        """Motion at fractions `part` (0 to 1) of the intervals `number`; both arrays have shape (n,).
 
-        The time is the part, so rates are per interval.
+        Time is measured as the fraction of an interval, so rates are per interval.
         """
         near = self.left[number]
         here = Posture(self.course.mechanism, self.course.origin[:, near], self.course.direction[:, near])
@@ -73,7 +75,7 @@ def intervals(course: Motion) -> Intervals:
 
 
 def turn_closes(course: Motion) -> bool:
-    """Whether one more equal step returns all drives to the start, after full turns."""
+    """Whether one more step, equal to the last, returns all drives to the start. Full turns are not counted."""
     drive = course.drive
     if drive.shape[-1] < 3:
         return False
@@ -101,7 +103,9 @@ def positions(course: Motion, at: Integers) -> Motion:
 
 
 def zeros(function: Callable[[Any], Any], first: Reals, last: Reals) -> Reals:
-    """Zeros of functions on 0 to 1, to round-off, by Chandrupatla's method; the first step is a secant.
+    """Zeros of functions on the interval 0 to 1, to round-off, by Chandrupatla's method.
+
+    The first step is a secant step.
 
     Parameters
     ----------

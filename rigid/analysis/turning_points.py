@@ -1,4 +1,4 @@
-"""Analysis of a moving linkage: limits, dead centres, time ratio, velocity ratios."""
+"""Analysis of a moving linkage: extreme positions, dead centres, time ratio, velocity ratios."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from rigid.reach import stops
 from rigid.transmission import transmission_angles
 
 GOLDEN = (np.sqrt(5) - 1) / 2  # golden section ratio
-MAX_ITERATIONS = 80  # iterations, down to round-off
+MAX_ITERATIONS = 80  # enough golden-section steps to reach round-off
 
 
 @dataclass(frozen=True, eq=False)
 class LimitPosition:
-    """Extreme value of a coordinate: a dead centre for a drive at the other end.
+    """Extreme value of a coordinate. A drive of this coordinate instead would have a dead centre here.
 
     Attributes
     ----------
@@ -47,11 +47,12 @@ class DeadPoint:
     Attributes
     ----------
     kind
-        "stop": the end of the reachable range. "singular": passable, on one of two branches.
+        "stop": the end of the reachable range.
+        "singular": the mechanism can pass it, and two branches continue from it.
     drive
         Drive coordinates at the position [rad or m], shape (drives,).
     joint
-        Joint that aligns or opens.
+        Joint between the links that align, or joint that opens.
     """
 
     kind: Literal["stop", "singular"]
@@ -60,7 +61,7 @@ class DeadPoint:
 
 
 def limits(course: Motion, coordinate: Coordinate) -> list[LimitPosition]:
-    """Extreme values of a coordinate over a motion, at zeros of the rate, to round-off.
+    """Extreme values of a coordinate over a motion, found as zeros of its rate to round-off.
 
     For one design. Extremes closer together than two positions are not detected; the ends of the motion are excluded.
     """
@@ -79,7 +80,7 @@ def limits(course: Motion, coordinate: Coordinate) -> list[LimitPosition]:
 
 
 def turning_points(between: Intervals, coordinate: Rated) -> list[tuple[int, float, bool]]:
-    """Reversals of a coordinate: interval number, part of it, and whether it rose before."""
+    """Reversals of a coordinate: interval number, fraction of the interval, and whether the coordinate rose before."""
     low, high = (coordinate.rate(end) for end in between.ends())
     after = np.sign(np.roll(high, -1))
     if not turn_closes(between.course):
@@ -92,7 +93,7 @@ def turning_points(between: Intervals, coordinate: Rated) -> list[tuple[int, flo
 
 
 def swing(course: Motion, coordinate: Coordinate) -> tuple[LimitPosition, LimitPosition]:
-    """Lowest and highest limit of a coordinate.
+    """Lowest minimum and highest maximum of a coordinate.
 
     Raises
     ------
@@ -110,7 +111,7 @@ def swing(course: Motion, coordinate: Coordinate) -> tuple[LimitPosition, LimitP
 
 
 def time_ratio(course: Motion, coordinate: Coordinate) -> float:
-    """Time ratio K >= 1 of a quick return: longer over shorter drive angle between limits.
+    """Time ratio K >= 1 of a quick-return motion: longer drive angle between the limits, divided by the shorter one.
 
     Raises
     ------
@@ -127,7 +128,8 @@ def time_ratio(course: Motion, coordinate: Coordinate) -> float:
 def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Reals:
     """Rate of one coordinate over the rate of another, shape (..., positions).
 
-    With one drive it is independent of the drive's rate, which may be zero; with several it is that of the motion.
+    With one drive it does not depend on the drive's rate, which may be zero.
+    With several drives it is computed from the rates of this motion.
     """
     if len(course.drive) == 1:
         course = with_rates(course, 1.0)
@@ -137,7 +139,7 @@ def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Reals:
 
 
 def dead_points(course: Motion) -> list[DeadPoint]:
-    """Stops of a mechanism and singular positions that it passes; for one design.
+    """Stops of a mechanism, and singular positions that it passes. For one design only.
 
     Between positions, minima of the sine between links are searched. A singular position is only detected if the
     neighbouring positions are close enough.
@@ -158,7 +160,7 @@ def dead_points(course: Motion) -> list[DeadPoint]:
 
 
 def _lowest(between: Intervals, number: int) -> Motion:
-    """Position of smallest sine near an interval's start, by golden section."""
+    """Position of smallest sine within one interval before or after an interval's start, by golden section."""
 
     def at(place: float) -> Motion:
         return between.at(np.array([number if place >= 0 else number - 1]), np.array([place % 1.0]))
@@ -182,7 +184,7 @@ def _lowest(between: Intervals, number: int) -> Motion:
 
 
 def aligned_joint(place: Motion) -> str:
-    """Name of the joint nearest to singular, for a motion of one position."""
+    """Name of the joint at which the mechanism is nearest to singular, for a motion of one position."""
     worst, name = np.inf, ""
     for transmission in transmission_angles(place):
         if transmission.angle[0] < worst:
