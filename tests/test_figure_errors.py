@@ -84,7 +84,7 @@ MATTIASSON = {1: (0.30172, 0.05643), 2: (0.49346, 0.16064)}
 @pytest.mark.parametrize("positions", [1, 4])
 @pytest.mark.parametrize("force", MATTIASSON)
 def test_the_error_of_a_machine_at_rest_includes_large_displacement(force, positions):
-    """Cantilever tip by the elastica, to 2 %: each figure alone, across, along, and the clamping moment."""
+    """Cantilever tip by the elastica: each figure alone, across, along, and the clamping moment."""
     across, along = MATTIASSON[force]
     results = computed(scene_from_text(HELD.format(force=force, positions=positions)), Request(accuracy=0.99))
     assert results.answer.theory == QUASI_STATIC
@@ -95,7 +95,7 @@ def test_the_error_of_a_machine_at_rest_includes_large_displacement(force, posit
         "M": force * along,
     }
     for key, known in off.items():
-        assert results.answer.errors[key][0].size == pytest.approx(known, rel=2e-2)
+        assert results.answer.errors[key][0].size == pytest.approx(known, rel=2e-3)
 
 
 def test_a_machine_at_rest_that_bends_far_is_answered_exactly():
