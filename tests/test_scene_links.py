@@ -285,7 +285,7 @@ def with_points(text, link, shares, reversed_at):
 
 
 def assert_alike(found, expected, path=""):
-    """Compare texts, numbers to 1e-11, and errors to 1 %, because solver steps are also measured at named points."""
+    """Compare texts, numbers to 1e-11, and errors to 3 %: steps to large displacement also end by named points."""
     if isinstance(expected, dict):
         assert found.keys() == expected.keys(), path
         for key in expected.keys() - OF_POINTS:
@@ -295,7 +295,7 @@ def assert_alike(found, expected, path=""):
         for one, other in zip(found, expected, strict=True):
             assert_alike(one, other, path)
     elif isinstance(expected, float):
-        close = 0.01 if re.search(r"error|use", path.rsplit(".", 1)[-1]) else 1e-11
+        close = 0.03 if re.search(r"error|use", path.rsplit(".", 1)[-1]) else 1e-11
         assert found == pytest.approx(expected, rel=close, abs=1e-300), path
     else:
         assert found == expected, path
