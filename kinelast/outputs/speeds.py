@@ -13,6 +13,7 @@ from elastic.elastodynamics import Resonance
 from kinelast.figures.cycle import drive_words
 from kinelast.figures.limits import TOO_NEAR, UNKNOWN
 from kinelast.figures.output import output_of
+from kinelast.figures.ranges import STRENGTH
 from kinelast.figures.registry import figures_of
 from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds, leading_drive, speed_unit
 from kinelast.outputs.table import Column, Table
@@ -246,7 +247,8 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
             yield f"all limits hold up to {told(result.highest)} ({limit_words(result.limit, scene)}){near}"
     else:
         yield "no limits are set: with [limits], the highest speed at which they hold is told"
-    if "safety" in result.figures and len(yielding := np.flatnonzero(result.figures["safety"][1] < 1.0)):
+    safety = result.figures.get(STRENGTH.figure)
+    if safety and len(yielding := np.flatnonzero(safety[1] < STRENGTH.bound)):
         first = told(result.speed[yielding[0]])
         yield f"a link yields at {len(yielding)} of {len(result.speed)} speeds, from {first} on: no limit can be judged"
     for low, high in result.unstable:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -275,7 +276,7 @@ def _outcome(task: Task, report: Report, sealed: Mapping[str, Any], earlier: Ite
     line = f"{task.name}: {headline(report)} -> {task.folder}"
     if others := foreign(task.folder, sealed):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
-    kept = {*sealed["files"], *(name.replace(".edited", "") for name in others)}
+    kept = {*sealed["files"], *(re.sub(r"\.edited\d*", "", name) for name in others)}
     if removed := sorted({*earlier} - kept):
         line += f"; removed, as this run did not make them: {plain(', '.join(removed[:3]), MESSAGE)}"
     words = [each for study in STUDIES for each in report.more.get(study, {}).get("words", ())]
