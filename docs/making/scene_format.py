@@ -85,6 +85,8 @@ def rows(struct: type[Struct]) -> list[str]:
         value = ", ".join(filter(None, ["" if bounds and kind == "number" else kind, bounds]))
         if struct is SceneTable and "table" in _kind(kinds[field.name]).replace("or table", ""):
             continue  # a section of the page describes it
+        if struct is ChainTable and field.name in {"title", "source", "units"}:
+            continue  # as in a scene
         default = special or _default(field)
         key = f"**`{field.encode_name}`**" if field.required else f"`{field.encode_name}`"
         cells.append([key, meaning, f"{value} ({default})" if default not in {"", "none", "no limit"} else value])
@@ -169,17 +171,11 @@ def _kind(kind: Any) -> str:  # noqa: PLR0911 - a line a kind
     raise NotImplementedError(kind)
 
 
-def _bounds(kind: Any) -> str:  # noqa: PLR0911 - likewise
-    """Return the bounds of a value, or "". The page lists the general bounds of lengths, angles and speeds."""
+def _bounds(kind: Any) -> str:
+    """Return the bounds of a value, or "". The page states those of quantities once."""
     match kind:
         case inspect.UnionType():
             return ", ".join(dict.fromkeys(bound for part in kind.types if (bound := _bounds(part))))
-        case inspect.CustomType():
-            positive = getattr(kind.cls, "above", None) == 0 or kind.cls.__name__ == "Sizes"
-            share = "< 1" if getattr(kind.cls, "most", None) == 1 else ""
-            return ", ".join(
-                filter(None, ["> 0" if positive else "≥ 0" if getattr(kind.cls, "least", None) == 0 else "", share])
-            )
         case inspect.IntType() | inspect.FloatType():
             signs = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
             return ", ".join(

@@ -194,7 +194,7 @@ class Outline(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="ou
 
     points: Annotated[list[Place], Meta(min_length=3)] | None = None  #: corners in order [from `drawing`]
     holes: list[Annotated[list[Place], Meta(min_length=3)]] | None = None  #: corners of each hole [none]
-    #: DXF file next to the scene, y in the plane of motion; its lines form one closed outline, and holes [none]
+    #: DXF file beside the scene: one closed outline, and holes; y in the plane of motion [none]
     drawing: str | None = None
 
 
@@ -239,19 +239,19 @@ class MaterialTable(StrictTable, frozen=True, kw_only=True):
 
     E: Stress  #: Young's modulus
     density: Density  #: density
-    #: Poisson's ratio [0.3 as for metals, stated in the report]
+    #: Poisson's ratio [0.3]
     poisson: Annotated[float, Meta(gt=-1, le=0.5)] | None = None
     G: Stress | None = None  #: shear modulus, instead of `poisson` [from `poisson`]
     yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress [no safety factor]
-    expansion: Expansion | None = None  #: coefficient of thermal expansion, for beams with a `temperature`
-    #: Kelvin-Voigt coefficient beta, stress = E (strain + beta d strain/dt) [from `damping_ratio`]
+    expansion: Expansion | None = None  #: coefficient of thermal expansion, for `temperature`
+    #: Kelvin-Voigt coefficient beta: stress = E (strain + beta d strain/dt) [from `damping_ratio`]
     damping: Duration | None = None
     ultimate: Stress | None = None  #: tensile strength, for `[fatigue]`
-    #: endurance limit: fully reversed stress amplitude of a smooth bar at the knee, for `[fatigue]`
+    #: fully reversed stress amplitude of a smooth bar at the knee, for `[fatigue]`
     endurance: Stress | None = None
     slope: Annotated[float, Meta(gt=1)] = 5.0  #: exponent k of the S-N line
     knee: Annotated[float, Meta(gt=0)] = 1e6  #: cycles at which the S-N line reaches `endurance`
-    #: cycles at the end of a second, flatter S-N line, such as 1e8 for aluminium and austenitic steel [`knee`]
+    #: cycles at the end of a second S-N line, such as 1e8 for aluminium [`knee`]
     second_knee: Annotated[float, Meta(gt=0)] | None = None
     second_slope: Annotated[float, Meta(gt=1)] = 15.0  #: exponent of the second line
 
@@ -270,19 +270,18 @@ class BeamTable(StrictTable, frozen=True, kw_only=True):
 class LinkTable(StrictTable, frozen=True, kw_only=True):
     """A link with points, beams, masses and outline."""
 
-    #: names, as in `["A", "B"]`, with the drawn shape; or coordinates in link axes, as in `{A = [0, 0], B = ["30 cm",
-    #: 0]}`
+    #: names (the shape is drawn), or coordinates in link axes, as in `{A = [0, 0], B = ["30 cm", 0]}`
     points: list[str] | dict[str, Place]
     length: Size | None = None  #: length of a link with two points [as drawn]
     section: str | None = None  #: name under `[sections]`, or a standard name
     material: str | None = None  #: name under `[materials]`, or a standard name
-    #: pairs of points joined by beams [consecutive points; a point between two earlier ones divides their beam]
+    #: pairs of points joined by beams [consecutive points]
     beams: list[tuple[str, str] | BeamTable] | None = None
-    strain: Strain | None = None  #: free strain of the beams, positive if they are longer than drawn [0]
-    temperature: Warming | None = None  #: temperature rise since the beams had their drawn length [0]
+    strain: Strain | None = None  #: free strain of the beams, positive: longer than drawn [0]
+    temperature: Warming | None = None  #: temperature rise since the drawn length [0]
     rigid: bool = False  #: `true`: no bending
     mass: Mass | None = None  #: mass of a rigid link [by section and material]
-    #: centre of mass of a rigid link: a point, or `[x, y]` in link axes [by section and material, or the single point]
+    #: centre of mass of a rigid link: a point, or `[x, y]` in link axes [by section and material]
     center: str | Place | None = None
     #: moment of inertia of a rigid link about its centre of mass [by section and material, or 0]
     inertia: Inertia | None = None
@@ -295,29 +294,27 @@ class RunTable(StrictTable, frozen=True, kw_only=True):
     """Positions, duration, gravity, theories, accuracy and output of the run."""
 
     positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360  #: number of computed positions
-    #: duration of the run; the last position is at its end, except for one full cycle [one cycle]
+    #: duration of the run [one cycle]
     duration: Duration | None = None
     gravity: tuple[Acceleration, Acceleration] | None = None  #: gravitational acceleration, `[x, y]` [none]
-    #: `"timoshenko"`: refuse sections without shear rigidity; `"euler-bernoulli"`: neglect shear and rotary inertia
+    #: `"timoshenko"` refuses sections without shear rigidity; `"euler-bernoulli"` neglects shear and rotary inertia
     #: [shear if the section has it]
     beams: Literal["euler-bernoulli", "timoshenko"] | None = None
-    #: theory of motion: without vibration, with small vibration, or with vibration and large displacement [chosen by
-    #: `accuracy`]
+    #: theory of motion [chosen by `accuracy`]
     theory: Literal["quasi-static", "elastodynamic", "geometrically-exact"] | None = None
-    #: largest relative error; the cheapest sufficient theory is used, instead of `theory` [5 %]
+    #: largest relative error; the fastest sufficient theory is used [5 %]
     accuracy: Share | None = None
-    #: damping ratio at the lowest natural frequency of the cycle, for materials without `damping` [0.01]
+    #: damping ratio at the lowest natural frequency, for materials without `damping` [0.01]
     damping_ratio: Annotated[float, Meta(gt=0, lt=1)] | None = None
     #: relative tolerance of a step, if the motion is integrated
     tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
-    #: largest number of such steps; a step takes about 1.5 ms with one drive, 8 ms with several
+    #: maximum number of such steps, of some 1.5 ms with one drive, 8 ms with several
     steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 1000
-    #: output of the machine: a point or an angle, as in `"C"` or `"rocker.angle"` [chosen by the program]
+    #: output of the machine: a point or angle, as in `"C"` or `"rocker.angle"` [chosen by the program]
     output: str = ""
-    #: distance of the output from its rest position at which it counts as settled [2 % of the residual amplitude]
+    #: distance from its rest position at which the output counts as settled [2 % of the residual amplitude]
     settled: Allowance | None = None
-    #: units of the page and `positions.csv`: `"mm"` (mm, N, MPa), `"in"` (in, lbf, psi, lb) [as `units` if mm or in,
-    #: else SI]
+    #: units of the page and `positions.csv`: `"mm"` (mm, N, MPa), `"in"` (in, lbf, psi, lb) [by `units`]
     report_units: Literal["SI", "mm", "in"] | None = None
 
 
@@ -327,7 +324,7 @@ class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
     title: str = ""  #: heading of the report [name of the file]
     source: str = ""  #: source of the data
     units: LengthUnit = "m"  #: unit of lengths without a unit
-    #: TOML file next to the scene with materials and sections that the scene names but does not contain [none]
+    #: TOML file beside the scene with more materials and sections [none]
     library: str | None = None
     structure_only: bool = False  #: `true`: an incomplete scene, only for `--structure`
     materials: dict[Name, MaterialTable] = field(default_factory=dict)  #: materials of the links
@@ -382,9 +379,7 @@ class SpatialJointTable(StrictTable, frozen=True, kw_only=True):
     """A joint between two links in space."""
 
     links: tuple[str, str]  #: both links
-    #: `revolute`, `prismatic`, `helical`, `cylindrical`, `spherical`, `planar`, `universal`, `annular`, `line`,
-    #: `point`, `rigid`, or another usual name such as `pivot`
-    type: str
+    type: str  #: such as `revolute`, `prismatic`, `spherical`, `rigid`, or another usual name
     at: tuple[Length, Length, Length] | None = None  #: position [origin]
     axis: tuple[Part, Part, Part] | None = None  #: direction of the axis; normal of a point or plane contact [z]
     normal: tuple[Part, Part, Part] | None = None  #: normal of a line contact; second axis of a universal joint

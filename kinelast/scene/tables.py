@@ -74,27 +74,25 @@ class JointTable(StrictTable, frozen=True, kw_only=True):
 
     compliance: Compliance | None = None  #: displacement per force [0]
     rotation: TurnCompliance | None = None  #: rotation per moment of a driven pin, weld or slider [0]
-    #: offset of the pin centres without load, in drawing axes: later link minus earlier link [no offset]
+    #: offset of the unloaded pin centres in drawing axes, later link minus earlier link [0]
     gap: Place | None = None
-    turn: PlaneAngle | None = None  #: initial angular offset of a driven pin, weld or slider, in the same sense [0]
-    #: Coulomb coefficient; moment of a pin: coefficient x `radius` x joint force; force of a slider: coefficient x
-    #: normal force [0]
+    turn: PlaneAngle | None = None  #: offset of the angle of a driven pin, weld or slider [0]
+    #: Coulomb coefficient; the moment of a pin is coefficient x `radius` x force [0]
     friction: Annotated[float, Meta(ge=0, le=10)] | None = None
-    viscosity: DampingConstant | None = None  #: viscous friction, added [0]
+    viscosity: DampingConstant | None = None  #: viscous friction [0]
     radius: Size | None = None  #: pin radius, needed for its `friction`
-    #: guide length of a slider, `through` at its middle; its end forces then rub too [none]
+    #: guide length of a slider, `through` at its middle; its end forces rub too [none]
     length: Size | None = None
 
 
 class SegmentTable(StrictTable, frozen=True, kw_only=True):
     """A segment of the motion law of a drive."""
 
-    #: all but constant speed start and end at rest; `trapezoidal-velocity` and `constant-acceleration` have jumps in
-    #: acceleration
+    #: all but constant speed start and end at rest
     curve: Curve
     duration: Duration  #: duration of the segment
-    to: AngleOrLength | None = None  #: coordinate at the end; not for a dwell
-    by: AngleOrLength | None = None  #: change of the coordinate, instead of `to`; not for a dwell
+    to: AngleOrLength | None = None  #: coordinate at the end, except of a dwell
+    by: AngleOrLength | None = None  #: change of the coordinate, instead of `to`
 
 
 class AgainstTable(StrictTable, frozen=True, kw_only=True):
@@ -129,22 +127,22 @@ class JointNameTable(AgainstTable, frozen=True, kw_only=True):
 class DriveTable(JointNameTable, frozen=True, kw_only=True):
     """A drive of a pin or slider: constant speed, motion law, motion table, or given effort."""
 
-    #: coordinate at the start: angle of the link axes from those of `on`, or travel from the drawn place [as drawn]
+    #: coordinate at the start [as drawn]
     start: AngleOrLength | None = None
     speed: Speed | None = None  #: constant speed; with an `effort`, the speed at the start
     law: Annotated[list[SegmentTable], Meta(min_length=1)] | None = None  #: segments of the motion, instead of `speed`
-    #: times from 0 and coordinates of a cubic spline, instead of `speed`; or a CSV file next to the scene
+    #: cubic spline through times from 0 and coordinates, instead of `speed`; or a CSV file beside the scene
     motion: Annotated[list[tuple[Time, AngleOrLength]], Meta(min_length=4)] | str | None = None
     repeat: bool = False  #: `true`: repeat the law or motion from its end
-    effort: ForceOrMoment | None = None  #: moment or force along the coordinate; the motion is then computed
-    #: factor of the effort over time, an angle or a travel [constant 1]
+    effort: ForceOrMoment | None = None  #: moment or force along the coordinate; the motion is computed
+    #: factor of the effort over time, angle or travel [1]
     table: Annotated[list[tuple[Abscissa, float]], Meta(min_length=2)] | None = None
-    against: AgainstTable | None = None  #: independent variable of the table [time]
-    interpolation: Interpolation = "linear"  #: interpolation of the table
-    #: `"hold"`: constant beyond the ends of the table; otherwise the table must cover the run
+    against: AgainstTable | None = None  #: variable of the table [time]
+    interpolation: Interpolation = "linear"  #: between entries of the table
+    #: constant beyond the ends of the table, which otherwise must cover the run
     extend: Literal["hold"] | None = None
-    motor: Name | None = None  #: name of its motor under `[motors]` [none]
-    cylinder: Name | None = None  #: name of the cylinder of a slider under `[cylinders]` [none]
+    motor: Name | None = None  #: its motor, under `[motors]` [none]
+    cylinder: Name | None = None  #: cylinder of a slider, under `[cylinders]` [none]
     unevenness: Share | None = None  #: allowed (largest - smallest) / constant speed; sizes the flywheel [no limit]
 
 
@@ -156,10 +154,10 @@ class GearTable(StrictTable, frozen=True, kw_only=True):
 
     driver: JointNameTable  #: joint of the driver, named as in a drive
     follower: JointNameTable  #: joint of the follower, named as in a drive
-    #: change of the follower / change of the driver; negative for external gears, positive for an internal gear
+    #: change of the follower / change of the driver; negative for external gears
     ratio: Ratio
     pressure_angle: PlaneAngle | None = None  #: pressure angle of the teeth, below 90 deg [20 deg]
-    teeth: bool = True  #: `false`: belt, chain or ideal ratio, which transmits only the moment
+    teeth: bool = True  #: `false`: belt, chain or ideal ratio; only the moment is transmitted
 
 
 class LoadTable(StrictTable, frozen=True, kw_only=True):
@@ -173,13 +171,12 @@ class LoadTable(StrictTable, frozen=True, kw_only=True):
     start: tuple[ForcePerLength, ForcePerLength] | None = None  #: load per length `[x, y]` at the first point
     #: load per length at the second point, linear between [as `start`]
     end: tuple[ForcePerLength, ForcePerLength] | None = None
-    #: `"fixed"`: drawing; `"turning"`: link, or beam from its first to its second point; follows the rotation of a bent
-    #: section (follower force)
+    #: axes of the components: the drawing, or `"turning"` with the (bent) link or beam
     axes: Literal["fixed", "turning"] = "fixed"
-    #: `"one way"`: acts only while the point moves against it (pump); `"both ways"`: reverses with the motion (blade)
+    #: `"one way"`: acts only while the point moves against it; `"both ways"`: reverses with the motion
     #: [acts as given]
     resists: Literal["both ways", "one way"] | None = None
-    #: factor over time, angle or travel; two entries at one place are a step [1]
+    #: factor over time, angle or travel; two equal places are a step [1]
     table: Annotated[list[tuple[Abscissa, float]], Meta(min_length=2)] | None = None
     against: AgainstTable | None = None  #: variable of the table [time]
     interpolation: Interpolation = "linear"  #: between entries of the table
@@ -195,21 +192,21 @@ class SpringTable(StrictTable, frozen=True, kw_only=True):
     anchor: str | None = None  #: second end, on `on`
     length: Length | None = None  #: length with tension `preload` [0]
     at: str | None = None  #: pin of both links, for a torsion spring, instead of `point`
-    #: angle between the axes of `on` and `link` at which the moment is `preload` [0]
+    #: angle between the links with moment `preload` [0]
     angle: PlaneAngle | None = None
     stiffness: Stiffness | None = None  #: stiffness of the spring [0]
-    damping: DampingConstant | None = None  #: constant of a parallel damper [0]
-    preload: ForceOrMoment | None = None  #: tension, or moment that opposes an increasing angle [0]
+    damping: DampingConstant | None = None  #: parallel damper [0]
+    preload: ForceOrMoment | None = None  #: tension, or moment against an increasing angle [0]
 
 
 class LinkLimitsTable(StrictTable, frozen=True, kw_only=True):
     """Limits of a link. Deflections and buckling are upper limits; safety, endurance and life are lower limits."""
 
-    deflection: Size | None = None  #: displacement across the axis, from the rigid position [no limit]
+    deflection: Size | None = None  #: displacement across the axis from the rigid position [no limit]
     chord: Size | None = None  #: deflection from the line through the displaced ends [no limit]
     safety: Factor | None = None  #: yield stress / von Mises stress [no limit]
     buckling: Factor | None = None  #: load / critical load of the whole mechanism [no limit]
-    endurance: Factor | None = None  #: safety factor against the endurance limit, needs `[fatigue]` [no limit]
+    endurance: Factor | None = None  #: safety against the endurance limit, needs `[fatigue]` [no limit]
     life: Duration | None = None  #: fatigue life of a link, needs `[fatigue]` [no limit]
 
 
@@ -230,13 +227,13 @@ class LimitsTable(LinkLimitsTable, frozen=True, kw_only=True):
     """Limits of all links, of single links, and of the output."""
 
     output: Allowance | None = None  #: output error [no limit]
-    #: distance of the output from its final place after the drives have stopped [no limit]
+    #: distance of the output from its final place after the drives stop [no limit]
     residual: Allowance | None = None
-    #: time from the stop of the drives until the output has settled, see `settled` under `[run]` [no limit]
+    #: time after the stop until the output stays within `settled` of `[run]` [no limit]
     settling: Duration | None = None
-    #: limits of single links, in addition to the general limits
+    #: limits of single links, added to the general ones
     links: dict[str, LinkLimitsTable] = field(default_factory=dict)
-    #: limits of any figure, such as `"joint_force.A"`: an upper limit, or `most` and `least`
+    #: any figure, such as `"joint_force.A"`: an upper limit, or `most` and `least`
     figures: dict[str, Amount | BoundTable] = field(default_factory=dict)
 
 
@@ -248,22 +245,22 @@ class RangeTable(StrictTable, frozen=True, kw_only=True):
 
     start: Entry = field(name="from")  #: first value
     end: Entry = field(name="to")  #: last value
-    count: Annotated[int, Meta(ge=2)] | None = None  #: values on a grid; without it the range is sampled
+    count: Annotated[int, Meta(ge=2)] | None = None  #: values on the grid; without it the range is sampled
 
 
 class SweepTable(StrictTable, frozen=True, kw_only=True):
     """A parameter study: numbers that vary, figures of each design, choice of the best design."""
 
-    #: by path, such as `"sections.bar.depth"`: a range or a list of values
+    #: range or list of values, by path such as `"sections.bar.depth"`
     vary: dict[str, RangeTable | Annotated[list[Entry], Meta(min_length=1)]] = field(default_factory=dict)
-    #: `"grid"`: all combinations; others sample the ranges without `count`
+    #: all combinations, or samples of the ranges without `count`
     method: Literal["grid", "latin-hypercube", "sobol"] = "grid"
     samples: Annotated[int, Meta(ge=1)] | None = None  #: number of samples
     seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0  #: random seed
-    #: CSV file beside the scene: paths (units in brackets) as headings, a design per row [none]
+    #: CSV file beside the scene: a design per row, paths (units in brackets) as headings [none]
     table: str | None = None
     figures: list[str] = field(default_factory=list)  #: figures of each design [figures of the summary]
-    #: the best design within `[limits]` has the smallest value of this figure [the first of `figures`]
+    #: figure that is smallest in the best design within `[limits]` [the first of `figures`]
     smallest: str | None = None
     largest: str | None = None  #: figure that is largest, instead
 
@@ -279,8 +276,8 @@ class SensitivitiesTable(StrictTable, frozen=True, kw_only=True):
 class ToleranceTable(StrictTable, frozen=True, kw_only=True):
     """Tolerance of a number."""
 
-    plus_minus: Amount  #: half of the range, in the unit of the number or in per cent
-    #: uniform within the range; normal: standard deviation `plus_minus` / 3
+    plus_minus: Amount  #: half of the range, in its unit or per cent
+    #: normal: standard deviation `plus_minus` / 3
     distribution: Literal["uniform", "normal"] = "uniform"
 
 
@@ -294,12 +291,12 @@ class PathTable(StrictTable, frozen=True, kw_only=True):
 class OptimizeTable(StrictTable, frozen=True, kw_only=True):
     """An optimization: figure to minimize or maximize, variables, limits."""
 
-    #: by path: bounds, such as `["3 mm", "9 mm"]`
+    #: bounds by path, such as `["3 mm", "9 mm"]`
     variables: dict[str, tuple[Amount, Amount]] = field(default_factory=dict)
     minimize: str | None = None  #: figure
     maximize: str | None = None  #: figure
     #: by figure: an upper limit, or `most` and `least`
     limits: dict[str, Amount | BoundTable] = field(default_factory=dict)
-    path: PathTable | None = None  #: desired path of a point; adds the figures `path_error`, `path_squares` [none]
-    method: Literal["search", "evolution"] = "search"  #: local searches from many starts, or differential evolution
+    path: PathTable | None = None  #: desired path of a point, for `path_error` and `path_squares` [none]
+    method: Literal["search", "evolution"] = "search"  #: local searches, or differential evolution
     seed: Annotated[int, Meta(ge=0)] = 0  #: random seed

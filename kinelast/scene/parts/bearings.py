@@ -63,20 +63,20 @@ class RollingTable(StrictTable, frozen=True, kw_only=True):
     elements: Annotated[int, Meta(ge=3)] | None = None  #: number of balls or rollers [unknown]
     life: Duration | None = None  #: required life [no limit]
     safety: Factor | None = None  #: required static safety factor [no limit]
-    #: smallest equivalent load / `C` against skidding: about 0.01 for balls, 0.02 for rollers [no limit]
+    #: minimum equivalent load / `C` against skidding: about 0.01 for balls, 0.02 for rollers [no limit]
     least_load: Share | None = None
-    least_overlap: Factor | None = None  #: smallest swing / angle between neighbouring elements [no limit]
+    least_overlap: Factor | None = None  #: minimum swing / angle between elements [no limit]
 
 
 class PlainTable(StrictTable, frozen=True, kw_only=True):
     """A plain bearing and the limits of its material."""
 
     diameter: Size | None = None  #: diameter of the pin or shaft
-    length: Size | None = None  #: length of a slider's block with `through` at its middle, instead of `diameter`
+    length: Size | None = None  #: length of a slider's block, `through` at its middle; instead of `diameter`
     width: Size  #: width of the bearing, or of the block
-    pressure: Stress | None = None  #: largest allowed pressure [no limit]
-    speed: SlidingSpeed | None = None  #: largest allowed sliding speed [no limit]
-    pressure_speed: PressureSpeed | None = None  #: largest allowed mean of pressure x sliding speed [no limit]
+    pressure: Stress | None = None  #: maximum pressure [no limit]
+    speed: SlidingSpeed | None = None  #: maximum sliding speed [no limit]
+    pressure_speed: PressureSpeed | None = None  #: maximum mean of pressure x sliding speed [no limit]
 
 
 class PinTable(StrictTable, frozen=True, kw_only=True):
@@ -87,10 +87,10 @@ class PinTable(StrictTable, frozen=True, kw_only=True):
     cheek: Size | None = None  #: thickness of each cheek
     gap: Size | None = None  #: gap between eye and cheek [0]
     overhung: bool = False  #: `true`: held on one side only, without `cheek`
-    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress of the material
-    shear: Stress | None = None  #: largest allowed shear stress [no limit]
-    bending: Stress | None = None  #: largest allowed bending stress [no limit]
-    safety: Factor | None = None  #: smallest allowed `yield` / stress [no limit]
+    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress
+    shear: Stress | None = None  #: maximum shear stress [no limit]
+    bending: Stress | None = None  #: maximum bending stress [no limit]
+    safety: Factor | None = None  #: minimum `yield` / stress [no limit]
 
 
 class EyeTable(StrictTable, frozen=True, kw_only=True):
@@ -100,14 +100,14 @@ class EyeTable(StrictTable, frozen=True, kw_only=True):
     width: Size  #: width of the plate
     thickness: Size  #: thickness of the plate
     edge: Size  #: distance from the centre of the hole to the end
-    link: str | None = None  #: link of the eye; the notch counts in its life under `[fatigue]` [no link]
-    #: fatigue notch factor of the net section [from the shape, within the range of the formula]
+    link: str | None = None  #: link whose life the notch reduces [no link]
+    #: fatigue notch factor of the net section [from the shape]
     notch: Annotated[float, Meta(ge=1)] | None = None
-    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress of the material
-    bearing: Stress | None = None  #: largest allowed bearing stress [no limit]
-    net: Stress | None = None  #: largest allowed tension in the net section [no limit]
-    tear_out: Stress | None = None  #: largest allowed tear-out shear stress [no limit]
-    safety: Factor | None = None  #: smallest allowed `yield` / stress [no limit]
+    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress
+    bearing: Stress | None = None  #: maximum bearing stress [no limit]
+    net: Stress | None = None  #: maximum stress of the net section [no limit]
+    tear_out: Stress | None = None  #: maximum tear-out shear stress [no limit]
+    safety: Factor | None = None  #: minimum `yield` / stress [no limit]
 
 
 class BearingTable(StrictTable, frozen=True, kw_only=True):

@@ -65,20 +65,20 @@ class CamTable(StrictTable, frozen=True, kw_only=True):
     roller_radius: Size | None = None  #: needed for `pressure` [0: knife edge]
     face: tuple[str, str] | None = None  #: two points of the follower: ends of a flat face
     drive: str | None = None  #: link or slider of its drive [the only drive]
-    #: camshaft speed, positive counter-clockwise, whole turns in a run [one turn in a run]
+    #: camshaft speed, whole turns in a run [one turn in a run]
     speed: CamSpeed | None = None
     #: `"inner"`: cam inside the path; `"outer"`: ring around it; `"both"`: groove
     flank: Literal["inner", "outer", "both"] = "inner"
-    #: `false`: the force acts along the coordinate of the drive instead of at the contact
+    #: `false`: the force acts along the coordinate, not at the contact
     push: bool = True
     width: Size | None = None  #: width of the contact [pressure is not computed]
-    #: material of the cam, under `[materials]` or in the library [pressure is not computed]
+    #: material of the cam [pressure is not computed]
     material: str | None = None
     follower_material: str | None = None  #: material of the roller or face [as `material`]
-    pressure: Stress | None = None  #: largest allowed Hertzian contact pressure [no limit]
-    pressure_angle: PressureAngle | None = None  #: largest allowed pressure angle, such as `"30 deg"` [no limit]
-    radius: Size | None = None  #: smallest allowed convex radius of curvature [no limit]
-    #: smallest allowed concave radius of curvature, such as the cutter radius [no limit]
+    pressure: Stress | None = None  #: maximum Hertzian pressure [no limit]
+    pressure_angle: PressureAngle | None = None  #: maximum pressure angle [no limit]
+    radius: Size | None = None  #: minimum convex radius [no limit]
+    #: minimum concave radius, as of the cutter [no limit]
     hollow_radius: Size | None = None
 
 

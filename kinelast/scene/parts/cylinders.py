@@ -31,9 +31,9 @@ class CylinderTable(StrictTable, frozen=True, kw_only=True):
     rod: Size | None = None  #: diameter of the rod [0]
     length: Size | None = None  #: buckling length of the rod with pinned ends [buckling is not checked]
     E: Stress | None = None  #: Young's modulus of the rod [206 GPa]
-    pressure: Pressure | None = None  #: largest supply pressure [no limit]
-    flow: FlowRate | None = None  #: largest supply flow [no limit]
-    buckling_safety: Factor | None = None  #: smallest allowed Euler load / push force [no limit]
+    pressure: Pressure | None = None  #: maximum supply pressure [no limit]
+    flow: FlowRate | None = None  #: maximum supply flow [no limit]
+    buckling_safety: Factor | None = None  #: minimum Euler load / push force [no limit]
 
 
 def _cylinder(scene: SceneTable, number: int) -> Cylinder | None:

@@ -54,7 +54,7 @@ class LinkFatigueTable(StrictTable, frozen=True, kw_only=True):
 
     surface: Surface | Factor | None = None  #: surface of steel, or the factor itself [1]
     size: Factor | None = None  #: size factor [from the section]
-    #: fatigue notch factors of all beam ends at points, such as `{A = 1.8}` [1]
+    #: fatigue notch factors at points, such as `{A = 1.8}` [1]
     notches: dict[str, Annotated[float, Meta(ge=1)]] = field(default_factory=dict)
 
 
@@ -62,9 +62,9 @@ class FatigueTable(LinkFatigueTable, frozen=True, kw_only=True):
     """Fatigue: criterion, reliability, factors of all links and of single links."""
 
     criterion: Literal["goodman", "gerber", "soderberg"] = "goodman"  #: mean stress criterion
-    #: probability that a part has the endurance limit; 0.5 is the mean
+    #: share of parts that have the endurance limit
     reliability: Annotated[float, Meta(gt=0, lt=1)] = 0.5
-    #: factors of single links; they override the general factors
+    #: factors of single links, instead of the general ones
     links: dict[str, LinkFatigueTable] = field(default_factory=dict)
 
 

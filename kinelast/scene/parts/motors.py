@@ -38,16 +38,16 @@ MAX_SPEED = 1e5  # [rad/s] of usual motors
 class MotorTable(StrictTable, frozen=True, kw_only=True):
     """A motor with its gearbox; torques and inertias are at the motor shaft."""
 
-    #: continuous torque; limit of the root mean square of the torque [no limit]
+    #: limit of the root mean square of the torque [no limit]
     rated_torque: Torque | None = None
-    peak_torque: Torque | None = None  #: peak torque; limit of the largest torque [no limit]
-    #: stall torque, if the torque falls linearly to zero at `top_speed` [unknown]
+    peak_torque: Torque | None = None  #: limit of the torque [no limit]
+    #: torque at rest, if it falls linearly to zero at `top_speed` [unknown]
     stall_torque: Torque | None = None
-    rated_speed: TurningSpeed | None = None  #: rated speed; limit of the mean speed [no limit]
-    top_speed: TurningSpeed | None = None  #: top speed; limit of the largest speed [no limit]
-    rotor_inertia: Inertia | None = None  #: inertia of the rotor, added to the load of the drive [0]
-    gear_inertia: Inertia | None = None  #: inertia of the gearbox at the motor shaft, added to the load [0]
-    #: motor angle / drive angle; of a sliding drive motor angle / travel, or a lead [1]
+    rated_speed: TurningSpeed | None = None  #: limit of the mean speed [no limit]
+    top_speed: TurningSpeed | None = None  #: limit of the speed [no limit]
+    rotor_inertia: Inertia | None = None  #: inertia of the rotor [0]
+    gear_inertia: Inertia | None = None  #: inertia of the gearbox at the motor shaft [0]
+    #: motor angle / drive angle; of a slider motor angle / travel, or a lead [1]
     gear_ratio: GearRatio | None = None
     efficiency: Share | None = None  #: efficiency of the gearbox, in both directions [1]
     inertia_ratio: Factor | None = None  #: limit of load inertia / (motor + gearbox inertia) [no limit]

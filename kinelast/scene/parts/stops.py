@@ -35,10 +35,10 @@ BAR = 4.0  # length of a bar, in symbol sizes
 class StopTable(JointNameTable, frozen=True, kw_only=True):
     """End stops of a joint; it is named as in a drive."""
 
-    #: lower bound: angle of the link axes from the axes of `on`, or travel from the drawn place [no stop]
+    #: lower bound of the coordinate [no stop]
     least: AngleOrLength | None = None
     most: AngleOrLength | None = None  #: upper bound of the coordinate [no stop]
-    margin: AngleOrLength | None = None  #: smallest allowed distance from the stops [0]
+    margin: AngleOrLength | None = None  #: minimum distance from the stops [0]
 
     @property
     def required_margin(self) -> AngleOrLength:
