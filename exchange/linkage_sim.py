@@ -75,7 +75,10 @@ def _drawing(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     turns = {(each["body_i"], each["body_j"]): float(each.get("theta_0", 0)) for each in drivers}
     where, own = _assembled(list(local), list(pairs.values()), turns)
     if not own:
-        notes.append("linkage_sim saves no places and its own solver finds none: this is the first assembly found")
+        notes.append(
+            "linkage_sim saves no places, and its own solver finds none: this is one possible assembly. For another,"
+            " move the points"
+        )
     names, called = Names(), Names([GROUND])
     host = _hosts(local, joints)
     same = _shared(joints)
@@ -111,19 +114,19 @@ def _drawing(data: Mapping[str, Any], title: str) -> ForeignMechanism:
         Drive({"link": second, **({} if first == GROUND else {"on": first})}, f"{speed:.12g} rad/s")
         for first, second, speed in ends
     )
-    if data.get("forces"):
-        notes.append(f"forces that are left out: {len(data['forces'])}; put them under [[loads]] and [[springs]]")
+    forces = [force for force in data.get("forces") or () if force.get("type") != "Gravity"]
+    if forces:
+        notes.append(f"forces that are left out: {len(forces)}; put them under [[loads]] and [[springs]]")
     if not drives:
         notes.append(f"no drive in the file: the first link on the ground is turned at {TURN}")
         turning = next((p.second for p in pairs.values() if p.first == GROUND and p.axis is None), None)
         if turning is None:
             raise ExchangeError("this file of linkage_sim has no driver, and no link that turns on the ground")
         drives = (Drive({"link": link(turning)}, TURN),)
-    weighed = any(body.mass for body in links.values())
     ground = tuple(members.get(GROUND, ()))
     return ForeignMechanism(
-        title, SOURCE, "m", points, ground, links, slides=slides, drives=drives, gravity=weighed, notes=tuple(notes)
-    )
+        title, SOURCE, "m", points, ground, links, slides=slides, drives=drives, gravity=True, notes=tuple(notes)
+    )  # linkage_sim opens every file with gravity along -y
 
 
 def _points(body: Mapping[str, Any]) -> dict[str, complex]:

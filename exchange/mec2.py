@@ -81,8 +81,9 @@ def _drawing(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     links = {name: ForeignLink(tuple(own)) for name, own in members.items() if not set(own) <= still}
     if data.get("loads"):
         notes.append("loads of mec2 are left out: put them under [[loads]]")
-    if data.get("gravity"):
-        notes.append("gravity of mec2 is left out: put gravity = [0.0, -9.81] under [run]")
+    gravity = data.get("gravity")
+    if isinstance(gravity, Mapping):
+        notes.append("a gravity vector of mec2 is left out: put gravity = [0.0, -9.81] under [run]")
     idle = [name for name, slot in slots.items() if _holder(slot, slides, links) is None]
     notes += [f"a slot is left out: no link has its point {slots.pop(name).point}" for name in idle]
     slides, slots = _with_blocks(slides, slots, links, called)
@@ -93,7 +94,7 @@ def _drawing(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     fixed = tuple(name for name in points if name in still)
     return ForeignMechanism(
         str(data.get("title") or data.get("id") or title), SOURCE, "mm", points, fixed, links, slots, slides,
-        tuple(drives), traced=traced, notes=tuple(notes),
+        tuple(drives), traced=traced, gravity=gravity is True, notes=tuple(notes),
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ import os
 import re
 import urllib.request
 from cmath import rect
+from http.client import HTTPException
 from math import sqrt
 from pathlib import Path
 from xml.etree import ElementTree
@@ -45,7 +46,7 @@ def mechanisms(name):
         try:
             with urllib.request.urlopen(f"https://raw.githubusercontent.com/{path}", timeout=10) as answer:
                 text = answer.read().decode()
-        except OSError as error:
+        except (OSError, HTTPException) as error:
             pytest.skip(f"GitHub cannot be reached: {error}")
     if name != "Linkage":
         found = re.findall(r"(?:^ {2}|case )'?([\w-]+)'?:\s+(?:content =\s+)?'([^']+,[^']+)'[,;]$", text, re.MULTILINE)

@@ -369,6 +369,17 @@ class TestDrawn:
         np.testing.assert_allclose(motion.direction, here.direction, atol=1e-9)
 
 
-def test_links_of_assumed_masses_keep_the_gravity_of_a_pmks_file():
-    """PMKS+ gives its links no masses; those of the assumed section have weight, as the switch of the file says."""
-    assert of_text(pmks(), "mine").gravity
+def massless(data):
+    """Return a file of linkage_sim without masses: the program saves weight nowhere and always opens with it."""
+    return {**data, "bodies": {name: {**body, "mass": 0} for name, body in data["bodies"].items()}}
+
+
+@pytest.mark.parametrize(
+    ("text", "weighs"),
+    [(pmks(), True), (json.dumps(massless(linkage_sim())), True), (json.dumps({**MEC2, "gravity": True}), True),
+     (json.dumps(MEC2), False), (LINKAGE, False)],
+    ids=["pmks", "linkage_sim", "mec2", "mec2 without gravity", "linkage"],
+)  # fmt: skip
+def test_links_of_assumed_masses_weigh_if_they_weigh_in_the_other_program(text, weighs):
+    scene, _ = moved(text)
+    assert scene.mechanism.gravity == (-9.81j if weighs else 0)
