@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+import rigid
 from elastic import Deflection, marked, sample
 from kinelast.figures.cycle import Cycle, drive_words
 from kinelast.figures.entry import bounded_items, magnitudes
@@ -38,18 +39,7 @@ from live.marks import drawn_marks, mass_marks, point_marks, scene_marks
 from live.mistakes import mistakes_of
 from live.parts import cylinders_of, drawn, points_of
 from live.text import line_of, places
-from rigid import (
-    GROUND,
-    MechanismError,
-    Motion,
-    Reals,
-    law_peaks,
-    opening_joint,
-    position_of,
-    posture,
-    reach_words,
-    reachable,
-)
+from rigid import GROUND, MechanismError, Motion, Reals, reachable
 
 POSITIONS, FRAMES = 72, 120  # positions of a quick answer; largest number of frames of a full answer's picture
 STATIONS = np.linspace(0.0, 1.0, 9)
@@ -238,7 +228,7 @@ def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str)
             require_reached(scene, moved)
         closes["share"] = count / len(times)
         closes["words"] = _stop_words(scene, moved, count) if dragged else _reach_words(scene, moved)
-        cut = posture(moved, slice(0, count))
+        cut = rigid.posture(moved, slice(0, count))
         moved = scene.course.at(times[:count]) if near is None else scene.course.near(times[:count], cut)
     require_tables(scene, moved)
     bent = scene_deflection(scene, moved)
@@ -274,7 +264,7 @@ def _near_motion(scene: Scene, times: Reals, before: Motion | None) -> Motion | 
     if not (all(group.closed_form for group in free) or reachable(before).all()):
         return None
     known = np.arange(len(times)) < _reached(before)  # beyond a limit of motion dyads are as drawn
-    here = posture(before)
+    here = rigid.posture(before)
     here = replace(here, origin=np.where(known, here.origin, np.nan), direction=np.where(known, here.direction, np.nan))
     moved = scene.course.near(times, here)
     count = _reached(moved)
@@ -319,8 +309,8 @@ def _reach_words(scene: Scene, moved: Motion) -> str:
 
 def _stop_words(scene: Scene, moved: Motion, count: int) -> str:
     """Describe where a motion stops: the last position that closes, and the joint that opens."""
-    ends = [(moved.drive[:, count - 1], opening_joint(moved, slice(count, count + 1)))]
-    return reach_words(moved, ends, scene.told_in.get("m", (1.0, "m")))
+    ends = [(moved.drive[:, count - 1], rigid.opening_joint(moved, slice(count, count + 1)))]
+    return rigid.reach_words(moved, ends, scene.told_in.get("m", (1.0, "m")))
 
 
 def whole_picture(results: Results) -> tuple[Answer, bytes]:
@@ -392,7 +382,7 @@ def picture(
 
 def _peaks(law: Any) -> list[float | None] | None:
     """Peak speed, acceleration and jerk of a drive's law, None if infinite; None for an effort."""
-    peaks = None if isinstance(law, DriveEffort) else law_peaks(law)
+    peaks = None if isinstance(law, DriveEffort) else rigid.law_peaks(law)
     if peaks is None:
         return None
     return [peaks.speed, peaks.acceleration, None if math.isinf(peaks.jerk) else peaks.jerk]
@@ -404,7 +394,7 @@ def _points(moved: Motion) -> dict[str, Any]:
     for number, link in enumerate(moved.mechanism.links):
         for point in link.points:
             if point not in points and (number == 0 or not link.name.endswith(" block")):
-                points[point] = np.broadcast_to(position_of(moved, number, point), moved.columns)
+                points[point] = np.broadcast_to(rigid.position_of(moved, number, point), moved.columns)
     return points
 
 

@@ -9,23 +9,8 @@ from typing import Any
 
 from kinelast.scene.drives import motion_table
 from kinelast.scene.units import Quantity
-from live.parts import (
-    DIGITS,
-    EXACT,
-    EditError,
-    Tables,
-    along,
-    cylinders_of,
-    drawn,
-    fix,
-    ground_points,
-    moving_links,
-    new_name,
-    points_of,
-    scale_of,
-    welded,
-    with_points,
-)
+from live import parts as edits
+from live.parts import EditError, Tables, drawn, points_of
 from live.text import with_table, with_value, without
 from rigid import GROUND
 from rigid.laws import CURVES
@@ -118,7 +103,7 @@ def set_law(text: str, tables: Tables, change: Tables) -> str:
     if "effort" in drive:
         raise EditError("an effort drives here, and the motion follows from it: change that in the text")
     length, rate = UNITS["slider" in drive]
-    points = spline_points(str(change["points"]), length, scale_of(tables)) if change["curve"] == SPLINE else []
+    points = spline_points(str(change["points"]), length, edits.scale_of(tables)) if change["curve"] == SPLINE else []
     for key in ("speed", "law", "motion", "repeat"):
         text = without(text, ("drives", number, key))
     if points:
@@ -192,7 +177,7 @@ def _add_rack(text: str, tables: Tables, driver: Any, follower: Any) -> str:
         raise EditError("the slot's line goes through the wheel's pin: a wheel needs a radius")
     rack, turns = {"slider": rail}, isinstance(driver, str)
     ends = {"driver": joint, "follower": rack} if turns else {"driver": rack, "follower": joint}
-    return with_table(text, ("gears", 0), {**ends, "ratio": float(f"{ratio if turns else 1 / ratio:.{EXACT}g}")})
+    return with_table(text, ("gears", 0), {**ends, "ratio": float(f"{ratio if turns else 1 / ratio:.{edits.EXACT}g}")})
 
 
 def _pin(tables: Tables, joint: Tables) -> str | None:
@@ -218,24 +203,26 @@ def add_cylinder(text: str, tables: Tables, change: Tables) -> str:
 
     A new point becomes a point of the ground.
     """
-    text, (start, end) = with_points(text, tables, [change["from"], change["to"]])
+    text, (start, end) = edits.with_points(text, tables, [change["from"], change["to"]])
     tables = tomllib.loads(text)
-    if end in ground_points(tables) or not _is_moving(tables, end):
+    if end in edits.ground_points(tables) or not _is_moving(tables, end):
         start, end = end, start
-    moving_links(tables, end)
-    if start not in ground_points(tables) and not _is_moving(tables, start):
-        text = fix(text, tables, {"point": start})
+    edits.moving_links(tables, end)
+    if start not in edits.ground_points(tables) and not _is_moving(tables, start):
+        text = edits.fix(text, tables, {"point": start})
     if start == end:
         raise EditError("a cylinder needs two points apart from each other")
     for point in (start, end):  # keeps its pin even if other links are welded here
         if point in tables.get("welds", {}):
-            text = with_value(text, ("welds", point, "links"), welded(tables, point))
+            text = with_value(text, ("welds", point, "links"), edits.welded(tables, point))
     return _with_cylinder(text, tables, start, end)
 
 
 def _with_cylinder(text: str, tables: Tables, start: str, end: str) -> str:
     """Add the tables of a cylinder between two points."""
-    name = new_name([*tables.get("cylinders", ()), *tables.get("sliders", ()), *tables.get("slots", ())], "cylinder_")
+    name = edits.new_name(
+        [*tables.get("cylinders", ()), *tables.get("sliders", ()), *tables.get("slots", ())], "cylinder_"
+    )
     middle, barrel, rod = f"{name}_middle", f"{name}_barrel", f"{name}_rod"
     sheet = drawn(tables)
     line = sheet[end] - sheet[start]
@@ -243,11 +230,11 @@ def _with_cylinder(text: str, tables: Tables, start: str, end: str) -> str:
     body = {"points": [start, middle], "rigid": True, "mass": "1 kg", "center": middle}
     text = with_table(text, ("links", barrel), body)
     text = with_table(text, ("links", rod), {"points": [end], "mass": "0.5 kg"})
-    slider = {"link": rod, "on": barrel, "through": end, "direction": along(line)}
+    slider = {"link": rod, "on": barrel, "through": end, "direction": edits.along(line)}
     text = with_table(text, ("sliders", name), slider)
     law = _there_and_back(abs(line) / 10)
     text = with_table(text, ("drives", 0), {"slider": name, "cylinder": name, "law": law})
-    sizes = {"bore": "40 mm", "rod": "20 mm", "length": f"{1000 * abs(line):.{DIGITS}g} mm"}
+    sizes = {"bore": "40 mm", "rod": "20 mm", "length": f"{1000 * abs(line):.{edits.DIGITS}g} mm"}
     return with_table(text, ("cylinders", name), sizes)
 
 
@@ -256,8 +243,8 @@ def _is_moving(tables: Tables, point: str) -> bool:
 
 
 def _place(place: complex, tables: Tables) -> list[float]:
-    per_length = scale_of(tables)
-    return [float(f"{part / per_length:.{DIGITS}g}") for part in (place.real, place.imag)]
+    per_length = edits.scale_of(tables)
+    return [float(f"{part / per_length:.{edits.DIGITS}g}") for part in (place.real, place.imag)]
 
 
 def with_cylinders(before: Tables, text: str, point: str) -> str:
@@ -268,15 +255,15 @@ def with_cylinders(before: Tables, text: str, point: str) -> str:
     if "cylinders" not in before:
         return text
     tables = tomllib.loads(text)
-    for name, slider, parts in cylinders_of(tables):
+    for name, slider, parts in edits.cylinders_of(tables):
         start, end = (_ends(each, parts) for each in (before, tables))
         if point not in (parts["from"], parts["to"]) or start is None or end is None:
             continue
-        text = with_value(text, ("sliders", slider, "direction"), along(end[1] - end[0]))
+        text = with_value(text, ("sliders", slider, "direction"), edits.along(end[1] - end[0]))
         text = with_value(text, ("points", parts["middle"]), _place((end[0] + end[1]) / 2, tables))
         length = tables["cylinders"][name].get("length")
-        if length == f"{1000 * abs(start[1] - start[0]):.{DIGITS}g} mm":
-            text = with_value(text, ("cylinders", name, "length"), f"{1000 * abs(end[1] - end[0]):.{DIGITS}g} mm")
+        if length == f"{1000 * abs(start[1] - start[0]):.{edits.DIGITS}g} mm":
+            text = with_value(text, ("cylinders", name, "length"), f"{1000 * abs(end[1] - end[0]):.{edits.DIGITS}g} mm")
     return text
 
 

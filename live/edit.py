@@ -17,29 +17,11 @@ from kinelast.scene.document import document_from_text
 from kinelast.scene.parsing import read_toml
 from kinelast.scene.text import beside
 from kinelast.scene.units import Quantity, written_like
+from live import parts
 from live.copies import copy
 from live.drives import add_cylinder, add_drive, add_gear, set_law, with_cylinders
 from live.entries import add_table, entry
-from live.parts import (
-    DIGITS,
-    EXACT,
-    EditError,
-    Tables,
-    add_link,
-    add_load,
-    add_mass,
-    add_point,
-    add_slot,
-    add_spring,
-    drawn,
-    fix,
-    metres,
-    points_of,
-    remove,
-    scale_of,
-    weld,
-    with_points,
-)
+from live.parts import EditError, Tables, drawn, scale_of
 from live.text import as_toml, places, replaced, with_value, without
 from rigid import GROUND, MechanismError, position_of
 
@@ -130,8 +112,8 @@ def start_of(text: str, folder: Path | None = None) -> tuple[dict[str, complex],
 def _number(there: Any, value: float, unit: str, per_bare: float = 1.0) -> Any:
     """Write an SI value like an existing number, or without unit if that has none of this kind."""
     with suppress(ValueError):
-        return written_like(there, value, unit, DIGITS, per_bare)
-    return written_like(None, value, unit, DIGITS, per_bare)
+        return written_like(there, value, unit, parts.DIGITS, per_bare)
+    return written_like(None, value, unit, parts.DIGITS, per_bare)
 
 
 def _place(tables: Tables, there: Any, place: complex) -> str:
@@ -191,7 +173,7 @@ def _of_link(
         first = next(iter(link["points"]))
         direction = ways.get(name, 1 + 0j)
         origin = 0j if name == GROUND else now.get(first, 0j)
-        offset = 0j if name == GROUND else complex(*(metres(part, per_length) for part in link["points"][first]))
+        offset = 0j if name == GROUND else complex(*(parts.metres(part, per_length) for part in link["points"][first]))
         if point != first:
             own = (to - origin) * direction.conjugate() + offset
             yield spans["links", name, "points", point], _place(tables, link["points"][point], own)
@@ -217,7 +199,7 @@ def add_to_link(text: str, tables: Tables, change: Tables) -> str:
     The place is `at`, or a `share` of the line `between` two points. A point off the beams carries no load.
     """
     name, link = change["link"], tables["links"][change["link"]]
-    ends = points_of(link)
+    ends = parts.points_of(link)
     now, ways = start_of(text, change["folder"])
     sheet = drawn(tables)
     there, seen = change.get("at"), {**sheet, **now}
@@ -225,7 +207,7 @@ def add_to_link(text: str, tables: Tables, change: Tables) -> str:
         first, last = (sheet[each] for each in change["between"])
         place = first + round(float(change["share"]), 3) * (last - first)
         there = [place.real, place.imag]
-    text, (point,) = with_points(text, tables, [there])
+    text, (point,) = parts.with_points(text, tables, [there])
     if point in ends:
         raise EditError(f'"{name}" has the point "{point}" already')
     if "between" in change:
@@ -250,7 +232,7 @@ def _place_at_start(change: Tables, seen: Mapping[str, complex], point: str) -> 
 def _in_own_axes(text: str, tables: Tables, name: str, point: str, seen: Mapping[str, complex], ways: Any) -> str:
     """Give a link's points, and one more, by local coordinates."""
     link = tables["links"][name]
-    ends = points_of(link)
+    ends = parts.points_of(link)
     first, last = (seen[each] for each in ends[:2])
     way = ways.get(name, (last - first) / abs(last - first))
     own = dict(link["points"]) if isinstance(link["points"], dict) else {}
@@ -260,7 +242,7 @@ def _in_own_axes(text: str, tables: Tables, name: str, point: str, seen: Mapping
 
 
 def _plain(place: complex, tables: Tables) -> list[float]:
-    return [round(part / scale_of(tables), EXACT) + 0.0 for part in (place.real, place.imag)]
+    return [round(part / scale_of(tables), parts.EXACT) + 0.0 for part in (place.real, place.imag)]
 
 
 def put(text: str, tables: Tables, change: Tables) -> str:
@@ -304,8 +286,8 @@ def set_number(text: str, tables: Tables, change: Tables) -> str:
 
 
 EDITS: Mapping[str, Callable[[str, Tables, Tables], str]] = {
-    "move": move, "put": put, "set": set_number, "point": add_point, "link": add_link, "fix": fix, "slot": add_slot,
-    "weld": weld, "spring": add_spring, "mass": add_mass, "load": add_load, "drive": add_drive, "law": set_law,
-    "gear": add_gear, "cylinder": add_cylinder, "trace": add_to_link, "entry": entry, "table": add_table,
-    "remove": remove, "copy": copy,
+    "move": move, "put": put, "set": set_number, "trace": add_to_link, "entry": entry, "table": add_table, "copy": copy,
+    "drive": add_drive, "law": set_law, "gear": add_gear, "cylinder": add_cylinder,
+    "point": parts.add_point, "link": parts.add_link, "fix": parts.fix, "slot": parts.add_slot, "weld": parts.weld,
+    "spring": parts.add_spring, "mass": parts.add_mass, "load": parts.add_load, "remove": parts.remove,
 }  # fmt: skip

@@ -10,29 +10,12 @@ from typing import Any
 
 import numpy as np
 
+import symbols
 from kinelast.scene.data import Scene
 from kinelast.scene.parts import symbols_of
 from live.parts import drawn, ground_points
 from rigid import GROUND, Motion
-from symbols import (
-    POINTS,
-    Mark,
-    Spot,
-    arrow,
-    cylinder,
-    extent_of,
-    marks_of,
-    mass,
-    pin,
-    plain_marks,
-    rails,
-    spring,
-    support,
-    torsion_spring,
-    turn_arrow,
-    weld,
-    wheels_of_pair,
-)
+from symbols import Mark, Spot
 
 Tables = Mapping[str, Any]
 
@@ -42,24 +25,24 @@ def scene_marks(scene: Scene, motion: Motion) -> tuple[dict[str, Any], dict[str,
 
     The arrays are complex: `origin` and `direction` of the links, `spin` of bodies that are not links.
     """
-    marks = [mark for mark in marks_of(motion, symbols_of(scene)) if mark.kind not in POINTS]
-    corners = [[place.real, place.imag] for place in extent_of(motion, marks) or ()]
+    marks = [mark for mark in symbols.marks_of(motion, symbols_of(scene)) if mark.kind not in symbols.POINTS]
+    corners = [[place.real, place.imag] for place in symbols.extent_of(motion, marks) or ()]
     spins = [mark.direction(motion) for mark in marks if mark.spin]
     rows = {"origin": motion.origin, "direction": motion.direction, "spin": spins}
     arrays = {name: np.reshape(np.asarray(values), (-1, len(motion.time))) for name, values in rows.items()}
-    return {"marks": plain_marks(marks, motion.mechanism), "extent": corners}, arrays
+    return {"marks": symbols.plain_marks(marks, motion.mechanism), "extent": corners}, arrays
 
 
 def point_marks(sheet: Tables) -> list[dict[str, Any]]:
     """Pin or weld at every point, for the hand; without the middles of cylinders."""
     middles = {each["middle"] for each in sheet["cylinders"].values()}
     names = [name for name in sheet["points"] if name not in middles]
-    return [(weld if name in sheet["welds"] else pin)(Spot("", name)).plain() for name in names]
+    return [(symbols.weld if name in sheet["welds"] else symbols.pin)(Spot("", name)).plain() for name in names]
 
 
 def mass_marks(sheet: Tables) -> list[dict[str, Any]]:
     """Discs at point masses, which a mechanism no longer knows."""
-    return [mass(Spot("", name)).plain() for name in sheet["masses"]]
+    return [symbols.mass(Spot("", name)).plain() for name in sheet["masses"]]
 
 
 def drawn_marks(tables: Tables, sheet: Tables) -> list[dict[str, Any]]:
@@ -77,14 +60,14 @@ def _valid(maker: Callable[[Tables, Tables], Iterator[Mark]], tables: Tables, sh
 
 def _supports(tables: Tables, sheet: Tables) -> Iterator[Mark]:
     for name in ground_points(tables):
-        yield from support(Spot(GROUND, name))
+        yield from symbols.support(Spot(GROUND, name))
 
 
 def _slides(tables: Tables, sheet: Tables) -> Iterator[Mark]:
     pushed = {each["slider"] for each in sheet["cylinders"].values()}
     for name, slot in sheet["slots"].items():
         if name not in pushed:
-            yield rails(Spot("", slot["point"]), str(slot.get("on", GROUND)), _way(slot["direction"]))
+            yield symbols.rails(Spot("", slot["point"]), str(slot.get("on", GROUND)), _way(slot["direction"]))
 
 
 def _way(direction: Any) -> complex:
@@ -105,16 +88,16 @@ def _number(value: Any) -> float:
 def _springs(tables: Tables, sheet: Tables) -> Iterator[Mark]:
     for each in sheet["springs"]:
         if "anchor" in each:
-            yield spring(Spot("", each["point"]), Spot("", each["anchor"]))
+            yield symbols.spring(Spot("", each["point"]), Spot("", each["anchor"]))
         elif "at" in each:
-            yield torsion_spring(Spot("", each["at"]))
+            yield symbols.torsion_spring(Spot("", each["at"]))
 
 
 def _cylinders(tables: Tables, sheet: Tables) -> Iterator[Mark]:
     places = drawn(tables)
     for parts in sheet["cylinders"].values():
         length = abs(places[parts["to"]] - places[parts["from"]])
-        yield from cylinder(Spot("", parts["from"]), Spot("", parts["to"]), length, parts["slider"])
+        yield from symbols.cylinder(Spot("", parts["from"]), Spot("", parts["to"]), length, parts["slider"])
 
 
 def _gears(tables: Tables, sheet: Tables) -> Iterator[Mark]:
@@ -123,14 +106,14 @@ def _gears(tables: Tables, sheet: Tables) -> Iterator[Mark]:
         if each["pins"] and each["ratio"] not in (None, 0, 1):
             one, other = each["pins"]
             pins, links = (Spot("", one), Spot("", other)), (GROUND, GROUND)
-            yield from wheels_of_pair(pins, links, places[other] - places[one], float(each["ratio"]))
+            yield from symbols.wheels_of_pair(pins, links, places[other] - places[one], float(each["ratio"]))
 
 
 def _loads(tables: Tables, sheet: Tables) -> Iterator[Mark]:
     for each in sheet["loads"]:
         force = complex(*map(_number, each.get("force", (0, 0))))
         if force:
-            yield arrow(Spot("", each["point"]), (GROUND, force / abs(force)))
+            yield symbols.arrow(Spot("", each["point"]), (GROUND, force / abs(force)))
 
 
 def _drives(tables: Tables, sheet: Tables) -> Iterator[Mark]:
@@ -139,4 +122,4 @@ def _drives(tables: Tables, sheet: Tables) -> Iterator[Mark]:
         on = points.get(each.get("on", GROUND), ())
         pins = [each["at"]] if "at" in each else [name for name in points.get(each.get("link"), ()) if name in on]
         if pins:
-            yield turn_arrow(Spot("", pins[0]), None)
+            yield symbols.turn_arrow(Spot("", pins[0]), None)

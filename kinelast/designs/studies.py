@@ -9,40 +9,16 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
+from kinelast.designs import tolerances
 from kinelast.designs.base import base_of, design_measures
 from kinelast.designs.evaluate import Designs, evaluate, evaluated
 from kinelast.designs.full_sample import FullColumn, full_columns
 from kinelast.designs.optimum import ACTIVE, Optimum, OptimumResult, optimum, optimum_beside
 from kinelast.designs.problem import DesignProblem, OptimizationTask, optimization_task, tolerance_task
 from kinelast.designs.sensitivities import Sensitivities, sensitivities
-from kinelast.designs.tolerances import (
-    DESIGNS,
-    REPEATS,
-    SQUARES,
-    WHOLE,
-    ToleranceResult,
-    accuracy_figures,
-    first_order,
-    kept_share,
-    path_figures,
-    path_parts,
-    points_for,
-    scatter,
-    variance_shares,
-)
-from kinelast.figures.limits import (
-    BROKEN,
-    KEPT,
-    LIMITS_KEPT,
-    LIMITS_MARGIN,
-    SPARE,
-    TOO_NEAR,
-    FullAnswer,
-    Judgement,
-    full_answer,
-    limits_of_items,
-    room,
-)
+from kinelast.designs.tolerances import DESIGNS, ToleranceResult
+from kinelast.figures import limits as judge
+from kinelast.figures.limits import FullAnswer, Judgement, full_answer
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene, scene_motion
@@ -57,7 +33,7 @@ from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Integers
 
 NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # tables without machine data
-NOT_FIGURES = ("reach", LIMITS_KEPT, LIMITS_MARGIN, "condition")  # figures without meaningful derivatives
+NOT_FIGURES = ("reach", judge.LIMITS_KEPT, judge.LIMITS_MARGIN, "condition")  # figures without meaningful derivatives
 MAX_ROUNDS = 6  # rounds in which the bounds of an optimum are tightened
 GROWTH = 16.0  # factor on the spare reserve per round, after the third
 MAX_SPARE = 0.01  # larger margins of active limits are used up in another round, relative to the limit
@@ -179,14 +155,14 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
     table, built, task = document.table, document.scene, tolerance_task(document)
     accuracy: list[str | Figure] = []
     if built.output is not None:
-        accuracy += accuracy_figures(scene_motion(built), built.output)
+        accuracy += tolerances.accuracy_figures(scene_motion(built), built.output)
     base = _nominal_figures(document, None)
     known = [name for name in base.columns if name not in NOT_FIGURES and np.isfinite(base.columns[name][0])]
     figures = [*known, *accuracy]
     paths = [one.path for one in task.variables]
     at = np.array([one.base for one in task.variables])
     progress("the scene, answered in full", 0, 1)
-    limits = limits_of_items(built)
+    limits = judge.limits_of_items(built)
     full, bounded = full_answer(built, limits, known), list(dict.fromkeys(limit.figure for limit in limits))
     seen: list[Mapping[str, Any]] = []
     complete: dict[str, FullColumn] = {}
@@ -208,11 +184,16 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
             better = {name: each.value for name, each in complete.items() if np.isfinite(each.value).any()}
             return replace(sample, columns={**sample.columns, **better})
 
-        sampled = scatter(noted, task.tolerances, at, designs)
-        shares = variance_shares(_figures_of(document, paths, figures, progress, "shares"), task.tolerances, at)
+        sampled = tolerances.scatter(noted, task.tolerances, at, designs)
+        shares = tolerances.variance_shares(
+            _figures_of(document, paths, figures, progress, "shares"), task.tolerances, at
+        )
     units = {**base.units, **{figure.key: str(figure.unit) for figure in accuracy if isinstance(figure, Figure)}}
-    linear, count = first_order(nominal, task.tolerances), REPEATS * points_for(designs)
-    share = kept_share(seen[0], full.judgements, complete, WHOLE) if limits else None
+    linear, count = (
+        tolerances.first_order(nominal, task.tolerances),
+        tolerances.REPEATS * tolerances.points_for(designs),
+    )
+    share = tolerances.kept_share(seen[0], full.judgements, complete, tolerances.WHOLE) if limits else None
     return ToleranceResult(task.variables, task.tolerances, nominal, linear, sampled, shares, units, count, full, share)
 
 
@@ -242,7 +223,11 @@ def problem_of(given: Document | Tables) -> PosedProblem:
     known = {name: unit for name, unit in base.units.items() if base.reason[0] or not np.isnan(base.columns[name][0])}
     task = optimization_task(document, known)
     by_name = {figure.key: figure for figure in path}
-    parts = path_parts(len(table.optimize.path.places)) if table.optimize.path and task.figure == SQUARES else ()
+    parts = (
+        tolerances.path_parts(len(table.optimize.path.places))
+        if table.optimize.path and task.figure == tolerances.SQUARES
+        else ()
+    )
     names = list(dict.fromkeys([task.figure, *(limit.figure for limit in task.limits), *parts]))
     paths = [one.path for one in task.variables]
     figures_of = _figures_of(document, paths, [by_name.get(name, name) for name in names])
@@ -310,7 +295,7 @@ class _FullyJudged:
     @property
     def settled(self) -> bool:
         """True if no limit is within its error, and active limits leave no margin: tightening bounds gains nothing."""
-        if any(each.outcome in (TOO_NEAR, BROKEN) for each in self.judgements):
+        if any(each.outcome in (judge.TOO_NEAR, judge.BROKEN) for each in self.judgements):
             return False
         holds = np.abs(self.best.certificate.margin) < ACTIVE
         left = [float(each.limit.margin(each.worst)) for each in self.judgements]
@@ -334,7 +319,7 @@ def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudge
         chosen = zip((number.path for number in task.variables), now.best.values.tolist(), strict=True)
         scene = document.with_values(dict(chosen)).scene
         now = replace(now, answer=full_answer(scene, task.limits, [task.figure]))
-        if all(each.outcome == KEPT for each in now.judgements):
+        if all(each.outcome == judge.KEPT for each in now.judgements):
             kept = now
         if now.settled or not left:
             break
@@ -342,8 +327,8 @@ def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudge
         known = [(float(columns[each.limit.figure][0]), each.worst) for each in now.judgements]
         each_before = before or (None,) * len(known)
         rows = zip(now.judgements, known, each_before, strict=True)
-        spare = SPARE * GROWTH ** max(0, MAX_ROUNDS - 3 - left)  # errors differ between designs
-        problem = now.problem.held_to([room(judged, value, other, spare) for judged, (value, _), other in rows])
+        spare = judge.SPARE * GROWTH ** max(0, MAX_ROUNDS - 3 - left)  # errors differ between designs
+        problem = now.problem.held_to([judge.room(judged, value, other, spare) for judged, (value, _), other in rows])
         before = known
         now = _FullyJudged(problem, optimum_beside(problem, now.best.shares, task.seed, progress))
     return kept or now
@@ -368,7 +353,7 @@ def _path_figures(table: SceneTable, scene: Scene) -> list[Figure]:
         raise fault("optimize.path", "places", problem)
     moving = {point: link.name for link in reversed(scene.mechanism.links[1:]) for point in link.points}
     known_name("optimize.path", "point", path_table.point, moving, "point that moves")
-    return path_figures(Output(moving[path_table.point], path_table.point), places)
+    return tolerances.path_figures(Output(moving[path_table.point], path_table.point), places)
 
 
 def _first_values(columns: Mapping[str, Any]) -> dict[str, float]:

@@ -14,17 +14,8 @@ from kinelast.scene.document import Document
 from kinelast.scene.links import drawn_direction, drawn_places
 from kinelast.scene.numbers import ToldIn, coordinate, percent, quantity
 from kinelast.scene.reading import reading
-from machine.drives import (
-    Balance,
-    balanced,
-    inertia_force,
-    inertia_moment,
-    pivoted_links,
-    shaking_influences,
-    spring_influences,
-    weight_effort,
-    weight_influences,
-)
+from machine import drives
+from machine.drives import Balance, balanced
 from rigid import Motion, position_of
 from rigid.plane import cross
 
@@ -38,24 +29,28 @@ def balance_figures(results: Results) -> dict[str, Any]:
     to the counterweights of the shaking force; negative discs rotate against their links. `drive_effort` has a torsion
     spring at the pin of one link. Each gives peaks before and after, and the remaining share of the root mean square.
     """
-    motion, pins = results.motion, pivoted_links(results.motion)
+    motion, pins = results.motion, drives.pivoted_links(results.motion)
     if not pins or not results.counted.all():
         why = "no link turns about a pin of the ground" if not pins else "some positions do not count"
         return {"words": [f"nothing to balance it with: {why}"]}
     weight = results.cycle.weights
-    force = balanced(inertia_force(motion), [each for at in pins for each in shaking_influences(motion, at)], weight)
+    force = balanced(
+        drives.inertia_force(motion), [each for at in pins for each in drives.shaking_influences(motion, at)], weight
+    )
     proposals: dict[str, Any] = {"shaking_force": _told(force, "N", _counterweights(results, pins, force))}
     moment = _moment(motion, pins, force, weight)
     proposals["shaking_moment"] = _told(moment, "N m", _amounts(results, pins, moment, "kg m^2", "disc"))
     units = [unit for *_, unit in results.drive_words]
     if abs(results.mechanism.gravity) and len(set(units)) == 1:
-        held = balanced(weight_effort(motion), [each for at in pins for each in weight_influences(motion, at)], weight)
+        held = balanced(
+            drives.weight_effort(motion), [each for at in pins for each in drives.weight_influences(motion, at)], weight
+        )
         proposals["weight"] = _told(held, units[0], _counterweights(results, pins, held))
     if len(set(units)) == 1:
         rows = zip(results.efforts, results.drive_words, strict=True)
         efforts = np.array([results.figures.rounded(effort, unit) for effort, (*_, unit) in rows])
         swings = [at for at in pins if not _goes_round(motion, at)]
-        springs = {at: balanced(efforts, spring_influences(motion, at), weight) for at in swings}
+        springs = {at: balanced(efforts, drives.spring_influences(motion, at), weight) for at in swings}
         soft = {at: each for at, each in springs.items() if each.amounts[0] > 0}
         if soft:
             at, best = min(soft.items(), key=lambda each: each[1].share)
@@ -118,9 +113,9 @@ def _drawn_place(document: Document, part: Mapping[str, Any]) -> complex | None:
 
 def _moment(motion: Motion, pins: Mapping[int, str], force: Balance, weight: Any) -> Balance:
     """Return discs on rotating links that balance the remaining shaking moment."""
-    left = inertia_moment(motion)
+    left = drives.inertia_moment(motion)
     for (at, pin), pair in zip(pins.items(), force.amounts.reshape(-1, 2), strict=True):
-        pushes = (amount * each for amount, each in zip(pair, shaking_influences(motion, at), strict=True))
+        pushes = (amount * each for amount, each in zip(pair, drives.shaking_influences(motion, at), strict=True))
         left = left + cross(position_of(motion, 0, pin), sum(pushes, start=0j))
     return balanced(left, [-motion.angular_acceleration[at] for at in pins], weight)
 

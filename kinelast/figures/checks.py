@@ -12,19 +12,10 @@ import numpy as np
 from elastic import Deflection, reference_deflection, sample
 from elastic.beams import POISSON
 from elastic.links import members_of
+from kinelast.figures import errors
 from kinelast.figures.check_results import NonlinearCheck, NotMade, allowed_difference
 from kinelast.figures.cycle import points_of
-from kinelast.figures.errors import (
-    BEAM_THEORY,
-    BETWEEN,
-    BODIES,
-    LITTLE,
-    NOT_OF_MOTION,
-    ROUND_OFF,
-    TIME,
-    FigureError,
-    Measured,
-)
+from kinelast.figures.errors import FigureError, Measured
 from kinelast.figures.registry import NAMES
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
@@ -144,7 +135,7 @@ def _measured(results: Results, refined: RefinedDeflection) -> Measured:
     if (output := results.figures.output) and output.point in names:
         sizes[OUTPUT_ERROR] = tuple(each[[names.index(output.point)]] for each in sizes["displacement"])
     differences = {key: np.abs(mine - true).tolist() for key, (mine, true) in sizes.items()}
-    least = {key: LITTLE * np.nanmax(true, initial=0.0) for key, (_, true) in sizes.items()}
+    least = {key: errors.LITTLE * np.nanmax(true, initial=0.0) for key, (_, true) in sizes.items()}
     uncertain = {key: (refined.error * np.maximum(true, least[key])).tolist() for key, (_, true) in sizes.items()}
     return Measured(differences, uncertain)
 
@@ -174,7 +165,7 @@ def _allowance(results: Results, smaller: Reals) -> dict[str, float]:
     smaller
         Largest deflection of all beams over that of each beam.
     """
-    share = results.answer.off.shares.get(TIME, 0.0) if results.answer else 0.0
+    share = results.answer.off.shares.get(errors.TIME, 0.0) if results.answer else 0.0
     return dict(zip(results.scene.labels, (share * np.maximum(smaller - 1.0, 0.0)).tolist(), strict=True))
 
 
@@ -201,11 +192,11 @@ def nearer(results: Results, error: FigureError, share: float) -> str:
     It names the largest part of the error and an option that runs for this scene.
     """
     answer, largest = results.answer, error.largest
-    if largest == BEAM_THEORY:
+    if largest == errors.BEAM_THEORY:
         return "" if results.solid or _hollow(results) else f"mostly {largest}: --check solid would measure it"
-    if answer is None or largest in (ROUND_OFF, BODIES) or share <= 0.0:
+    if answer is None or largest in (errors.ROUND_OFF, errors.BODIES) or share <= 0.0:
         return ""
-    if largest == BETWEEN:
+    if largest == errors.BETWEEN:
         more = max(POSITIONS, 4 * len(results.motion.time))
         return f"mostly {largest}: --positions {more} would reduce it"
     if results.scene.theory.plain:
@@ -219,7 +210,7 @@ def _by_a_finer_theory(results: Results, answer: Answer, aim: float) -> str:
     An accuracy is advised only if it is finer than that of the answer, and the answer reached its own.
     """
     wanted = answer.accuracy or ACCURACY
-    reached = max((each.error.without(NOT_OF_MOTION).size / each.base for each in results.graded), default=0.0)
+    reached = max((each.error.without(errors.NOT_OF_MOTION).size / each.base for each in results.graded), default=0.0)
     if (answer.theory == GEOMETRICALLY_EXACT or answer.finer) and max(aim, reached) <= wanted:
         return f': accuracy = "{percent(aim)}" would settle it'
     if isinstance(results.scene.course, CourseByLaws) and not results.left_out and not results.nonlinear:
@@ -229,7 +220,7 @@ def _by_a_finer_theory(results: Results, answer: Answer, aim: float) -> str:
 
 def _hollow(results: Results) -> bool:
     """Whether the beam with the largest error of beam theory has thin walls, which plane bodies cannot model."""
-    parts = [abs(error.parts.get(BEAM_THEORY, 0.0)) for error in results.errors.get("chord", ())]
+    parts = [abs(error.parts.get(errors.BEAM_THEORY, 0.0)) for error in results.errors.get("chord", ())]
     return bool(parts) and results.scene.sections[int(np.argmax(parts))].thin_walled
 
 

@@ -9,20 +9,8 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from elastic import (
-    FIELDS,
-    Deflection,
-    Extreme,
-    FieldKind,
-    Largest,
-    cycle_maxima,
-    extremes,
-    largest,
-    marked,
-    peak_gain,
-    reference_deflection,
-    sample,
-)
+import elastic
+from elastic import FIELDS, Deflection, Extreme, Largest, extremes, largest, sample
 from elastic.assessment import PathDeviation, buckling_bound, buckling_ratio, euler_ratio, path_deviation
 from elastic.beams import designs_of
 from kinelast.scene.data import Scene, scene_deflection
@@ -36,7 +24,7 @@ from rigid.arrays import Flags, Numbers
 
 __all__ = ["NOISE", "drive_words", "joint_words", "points_of"]
 Result = TypeVar("Result")
-EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not FieldKind.LOAD)
+EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not elastic.FieldKind.LOAD)
 WELL = 1e6  # largest condition number of a position that counts in largest values
 STATIONS = 21  # stations along a beam for differences between answers
 AT_STATIONS = np.linspace(0.0, 1.0, STATIONS)
@@ -74,7 +62,7 @@ class AlongBeams(RowSearch):
             extreme = cycle.extremes[self.key]
             return largest(extreme.value, cycle.counted_if_any, extreme.xi)
         if self.key not in cycle.maxima:
-            return cycle_maxima(cycle.deflection, [self.key], cycle.counted_if_any, cycle.period)[self.key]
+            return elastic.cycle_maxima(cycle.deflection, [self.key], cycle.counted_if_any, cycle.period)[self.key]
         return cycle.maxima[self.key]
 
 
@@ -209,7 +197,7 @@ class Cycle:
     def well_conditioned(self) -> Deflection:
         """Deflection with nan at positions that do not count."""
         left_out = ~self.singular & ~self.counted
-        return marked(self.deflection, left_out) if left_out.any() else self.deflection
+        return elastic.marked(self.deflection, left_out) if left_out.any() else self.deflection
 
     def largest(self, values: Any) -> Largest:
         """Return the largest magnitude of values, shape (..., positions), over the positions that count."""
@@ -231,7 +219,7 @@ class Cycle:
         run, time = self.scene.run, self.motion.time
         if len(time) < 3 or np.shape(size)[-1] != len(time):
             return np.zeros(np.shape(position))
-        return peak_gain(size, position, time, float(run.duration) if run.turn else np.nan)
+        return elastic.peak_gain(size, position, time, float(run.duration) if run.turn else np.nan)
 
     @cached_property
     def coarser(self) -> Cycle:
@@ -251,7 +239,7 @@ class Cycle:
     @cached_property
     def maxima(self) -> dict[str, Largest]:
         """Largest magnitudes of the needed fields."""
-        return cycle_maxima(self.deflection, sorted(self.wanted), self.counted_if_any, self.period)
+        return elastic.cycle_maxima(self.deflection, sorted(self.wanted), self.counted_if_any, self.period)
 
     @cached_property
     def extremes(self) -> dict[str, Extreme]:
@@ -284,7 +272,7 @@ class Cycle:
     def bending(self) -> Reals:
         """Largest deflection from the chord, relative to its maximum, of the worst beam, shape (..., positions)."""
         sizes = np.abs(sample(self.deflection, "chord", STATIONS)).max(axis=-1)
-        base = reference_deflection(np.nan_to_num(sizes).max(axis=-1))[..., None]
+        base = elastic.reference_deflection(np.nan_to_num(sizes).max(axis=-1))[..., None]
         share = np.divide(sizes, base, out=np.zeros_like(sizes), where=base > 0.0)
         worst: Reals = share.max(axis=0, initial=0.0)
         return worst

@@ -9,17 +9,9 @@ from typing import Any
 import numpy as np
 
 from elastic.assessment import harmonics
+from kinelast.figures import report
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.reader import Reader
-from kinelast.figures.report import (
-    BeamStrength,
-    DriveSpeed,
-    FrictionReport,
-    Inputs,
-    LoadReading,
-    MaterialReading,
-    RubbingJoint,
-)
 from kinelast.figures.results import Results
 from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
@@ -36,14 +28,14 @@ STEADY = 1e-9  # relative change of a steady speed by round-off
 FEW = 16  # too few positions for harmonics of the cycle
 
 
-def inputs_of(results: Results) -> Inputs:
+def inputs_of(results: Results) -> report.Inputs:
     """Return the inputs of a scene other than its links."""
     mechanism, sections = results.mechanism, results.deflection.sections
     gravity = complex(mechanism.gravity)
-    return Inputs(
+    return report.Inputs(
         theory="Timoshenko" if any(np.isfinite(section.kGA) for section in sections) else "Euler-Bernoulli",
         materials={
-            name: MaterialReading(
+            name: report.MaterialReading(
                 reading(stuff.E, "Pa"),
                 reading(stuff.density, "kg/m^3"),
                 reading(np.nan if stuff.yield_stress is None else stuff.yield_stress, "Pa"),
@@ -89,13 +81,13 @@ def _centre(link: Link, lump: Lump) -> dict[str, Any]:
     return {"point": there}
 
 
-def _speed(least: float, most: float, unit: str) -> DriveSpeed:
+def _speed(least: float, most: float, unit: str) -> report.DriveSpeed:
     """Return the largest speed of a drive with its sign, and True if it is constant."""
     fastest = least if abs(least) > abs(most) else most
-    return DriveSpeed(speed=reading(fastest, f"{unit}/s"), steady=bool(most - least <= STEADY * abs(fastest)))
+    return report.DriveSpeed(speed=reading(fastest, f"{unit}/s"), steady=bool(most - least <= STEADY * abs(fastest)))
 
 
-def _load(given: Any) -> LoadReading:
+def _load(given: Any) -> report.LoadReading:
     """Return a load, with its sizes but without its table."""
     resists = None
     load: Any = given
@@ -117,14 +109,14 @@ def _load(given: Any) -> LoadReading:
     place = getattr(load, "link", ""), getattr(load, "point", getattr(load, "at", ""))
     varies = getattr(load, "law", None) is not None  # with time, an angle or a slide
     rows = [reading(size, unit) for size, unit in sizes if size or isinstance(load, LineLoad)]
-    return LoadReading(resists, kind, *place, varies, rows, reading(np.angle(force), "rad") if force else None)
+    return report.LoadReading(resists, kind, *place, varies, rows, reading(np.angle(force), "rad") if force else None)
 
 
-def strength_of(reader: Reader) -> dict[str, BeamStrength]:
+def strength_of(reader: Reader) -> dict[str, report.BeamStrength]:
     """Return stress range, safety, load / critical load and slenderness of every beam."""
     results, run = reader.results, reader.results.figures
     return {
-        label: BeamStrength(
+        label: report.BeamStrength(
             _swing(run.swings[:, beam], float(results.deflection.length[beam, 0])),
             reading(float(results.deflection.sections[beam].yield_stress), "Pa"),
             reader.largest(run.peaks["safety"][beam], "1"),
@@ -256,16 +248,16 @@ def joints_of(reader: Reader) -> list[dict[str, Any]]:
     return rows
 
 
-def friction_of(reader: Reader) -> FrictionReport | None:
+def friction_of(reader: Reader) -> report.FrictionReport | None:
     """Return friction efforts and friction power of the joints; None without friction."""
     results = reader.results
     rubbing = rubbing_joints(results.mechanism)
     if not rubbing:
         return None
     peaks, words, places = results.figures.peaks, results.joint_words, results.motion.places
-    return FrictionReport(
+    return report.FrictionReport(
         joints=[
-            RubbingJoint(*words[number], reader.largest(peak, "N m" if places[number].turns else "N"))
+            report.RubbingJoint(*words[number], reader.largest(peak, "N m" if places[number].turns else "N"))
             for (number, _), peak in zip(rubbing, peaks["friction_effort"], strict=True)
         ],
         power=reader.largest(peaks["friction_power"][0], "W"),

@@ -13,6 +13,7 @@ from elastic import FIELDS, PRIMARY
 from elastic.assessment import LIMITS
 from elastic.links import members_of
 from kinelast import __version__
+from kinelast.figures import report
 from kinelast.figures.check_results import nonlinear_report, solid_report
 from kinelast.figures.checks import check_passed
 from kinelast.figures.cycle import EXTREME_FIELDS
@@ -22,19 +23,7 @@ from kinelast.figures.parts import drives_of, friction_of, inputs_of, joints_of,
 from kinelast.figures.peaks import Peak, greatest
 from kinelast.figures.reader import Reader
 from kinelast.figures.registry import output_figures
-from kinelast.figures.report import (
-    BeamReading,
-    CheckReport,
-    MomentumReport,
-    OutputReading,
-    Reliability,
-    Report,
-    RunReport,
-    SceneWords,
-    TheoryReport,
-    UnreliableFigure,
-    data_of,
-)
+from kinelast.figures.report import Report, data_of
 from kinelast.figures.reserves import breaks_first
 from kinelast.figures.results import Results
 from kinelast.figures.shares import output_shares
@@ -73,8 +62,8 @@ def report_of(results: Results) -> Report:
     return Report(
         kinelast=__version__,
         told_in=scene.told_in,
-        scene=SceneWords(scene.name, scene.title, scene.source),
-        run=RunReport(
+        scene=report.SceneWords(scene.name, scene.title, scene.source),
+        run=report.RunReport(
             *results.counts,
             run.locked,
             results.left_out,
@@ -122,15 +111,15 @@ def report_of(results: Results) -> Report:
     )
 
 
-def _reliability(trust: list[Finding], figures: dict[str, Reading]) -> Reliability:
+def _reliability(trust: list[Finding], figures: dict[str, Reading]) -> report.Reliability:
     """Return the summary of findings, and the figures with large errors, the least certain first."""
     marked = [
-        UnreliableFigure(str(row.name), row.on or None, abs(row.error / row.value) if row.error else None)
+        report.UnreliableFigure(str(row.name), row.on or None, abs(row.error / row.value) if row.error else None)
         for row in figures.values()
         if row.unreliable and row.value
     ]
     marked.sort(key=lambda each: -math.inf if each.share is None else -each.share)
-    return Reliability(*reliability(trust), marked)
+    return report.Reliability(*reliability(trust), marked)
 
 
 def registered_figures(reader: Reader) -> dict[str, Reading]:
@@ -149,17 +138,17 @@ def registered_figures(reader: Reader) -> dict[str, Reading]:
     return by_key
 
 
-def theory_report(results: Results) -> TheoryReport:
+def theory_report(results: Results) -> report.TheoryReport:
     """Return the theory and the largest relative error of the main figures; null if unknown."""
     answer = results.answer
     if answer is None:
-        return TheoryReport(name=QUASI_STATIC, problem=results.error_unknown)
+        return report.TheoryReport(name=QUASI_STATIC, problem=results.error_unknown)
     vibrating = answer.vibrating
     more: dict[str, Any] = {}
     if vibrating is not None:
         damping = [reading(beta, "s") for beta in np.ravel(vibrating.damping.beams)]
         more = {"damping": damping, "growth": known(vibrating.growth), "stable": vibrating.stable}
-    return TheoryReport(
+    return report.TheoryReport(
         name=answer.theory,
         error=known(results.error),
         **worst_figure(results),
@@ -226,7 +215,7 @@ def _peaks(reader: Reader) -> dict[str, dict[str, Reading]]:
     }
 
 
-def _greatest(reader: Reader, field: str) -> BeamReading | None:
+def _greatest(reader: Reader, field: str) -> report.BeamReading | None:
     """Return the greatest magnitude of a field on all beams, or None if it is unknown or no link has beams."""
     results = reader.results
     peaks = results.figures.of_field(field)
@@ -237,7 +226,7 @@ def _greatest(reader: Reader, field: str) -> BeamReading | None:
     at = run.beams.index(beam)
     length = results.deflection.length[beam].item()
     along = (float(run.start[at]) / abs(float(run.width[at])) + (-1 if run.turned[at] else 1) * peaks[beam].xi) * length
-    return BeamReading(
+    return report.BeamReading(
         **reader.on_beam(field, peaks[beam], beam, label=reader.scene.labels[beam]),
         member=reader.scene.member_names[beam],
         along_member=reading(along, "m"),
@@ -286,7 +275,7 @@ def _turn(reader: Reader, turn: LimitPosition) -> dict[str, Any]:
     return {"kind": turn.kind, "drive": reader.coordinates(turn.drive)}
 
 
-def output_reading(reader: Reader) -> OutputReading | None:
+def output_reading(reader: Reader) -> report.OutputReading | None:
     """Return the error of the output with its place and the shares of the links, or None without an output."""
     output = reader.results.figures.output
     if output is None:
@@ -296,7 +285,7 @@ def output_reading(reader: Reader) -> OutputReading | None:
     kind = ("slide" if slides else "point") if output.point else "angle"
     place = {} if output.point else _point(reader, output.link, peak)
     error = reader.largest(peak, output.unit, name=output.point or output.link, **place)
-    return OutputReading(
+    return report.OutputReading(
         **structs.asdict(error),
         kind=kind,
         guessed=output.guessed,
@@ -320,7 +309,7 @@ def exceedance_rows(reader: Reader) -> list[dict[str, Any]]:
     ]
 
 
-def check_report(results: Results) -> CheckReport | None:
+def check_report(results: Results) -> report.CheckReport | None:
     """Return the finite element check, or None without a check."""
     comparison = results.comparison
     if comparison is None:
@@ -328,14 +317,14 @@ def check_report(results: Results) -> CheckReport | None:
     labels = results.scene.labels
     shares = [[known(value) for value in row] for row in comparison.relative.T]
     worst = max(comparison.worst, key=lambda worst: worst.relative, default=None)
-    return CheckReport(
+    return report.CheckReport(
         passed=check_passed(results),
         tolerance=comparison.tolerance,
         elements=comparison.elements,
         compared=comparison.compared,
         largest=known(worst.relative) if worst else None,
         momentum={
-            theory: MomentumReport(
+            theory: report.MomentumReport(
                 **asdict(balance), largest=balance.largest, passed=balance.passed if balance.compared else None
             )
             for theory, balance in results.balances.items()

@@ -12,21 +12,10 @@ from typing import Any, TypeVar
 import numpy as np
 from msgspec.structs import replace
 
+from kinelast import notebook
 from kinelast.figures.report import Report, data_of
 from kinelast.figures.results import Results
 from kinelast.figures.summary import report_of
-from kinelast.notebook import (
-    BeamFields,
-    LinkMotion,
-    PointMotion,
-    SceneDeflection,
-    SceneMotion,
-    named_deflection,
-    point_names,
-    request_of,
-    scene_of,
-    unknown_name,
-)
 from kinelast.notebook.values import Figures, figures_of
 from kinelast.outputs.page import report_page
 from kinelast.outputs.positions import joint_loads
@@ -51,12 +40,12 @@ class ByName(Mapping[str, T]):
 
     def __getitem__(self, name: str) -> T:
         if name not in self._names:
-            raise KeyError(unknown_name(name, self._names))
+            raise KeyError(notebook.unknown_name(name, self._names))
         return self._part(name)
 
     def __getattr__(self, name: str) -> T:
         if name.startswith("_") or name not in self._names:
-            raise AttributeError(unknown_name(name, self._names))
+            raise AttributeError(notebook.unknown_name(name, self._names))
         return self._part(name)
 
     def __iter__(self) -> Iterator[str]:
@@ -76,7 +65,7 @@ class ByName(Mapping[str, T]):
 
 
 @dataclass(frozen=True, repr=False)
-class AnsweredPoint(PointMotion):
+class AnsweredPoint(notebook.PointMotion):
     """Rigid motion of a point, and its displacement from the rigid position [m], complex, shape (positions,)."""
 
     displacement: Complexes
@@ -144,15 +133,15 @@ class SceneAnswer:
         return self.results.scene
 
     @cached_property
-    def deflection(self) -> SceneDeflection:
+    def deflection(self) -> notebook.SceneDeflection:
         """Deflection of the links, with beams by name."""
-        return named_deflection(self.scene, self.results.deflection)
+        return notebook.named_deflection(self.scene, self.results.deflection)
 
     @property
-    def motion(self) -> SceneMotion:
+    def motion(self) -> notebook.SceneMotion:
         """Motion of the rigid links, with points and links by name."""
         course = self.deflection.motion
-        assert isinstance(course, SceneMotion)
+        assert isinstance(course, notebook.SceneMotion)
         return course
 
     @property
@@ -188,19 +177,19 @@ class SceneAnswer:
 
         def point(name: str) -> AnsweredPoint:
             course = self.motion[name]
-            assert isinstance(course, PointMotion)
+            assert isinstance(course, notebook.PointMotion)
             kinematics = course.position, course.velocity, course.acceleration
             return AnsweredPoint(*kinematics, displacement=displaced.get(name, still))
 
-        return ByName(point_names(self.scene.mechanism), point)
+        return ByName(notebook.point_names(self.scene.mechanism), point)
 
     @property
-    def links(self) -> ByName[LinkMotion]:
+    def links(self) -> ByName[notebook.LinkMotion]:
         """Links by name."""
         return ByName(self.scene.mechanism.index, self.motion.link)
 
     @property
-    def beams(self) -> ByName[BeamFields]:
+    def beams(self) -> ByName[notebook.BeamFields]:
         """Fields of beams by name."""
         return ByName(self.scene.labels, self.deflection.__getitem__)
 
@@ -268,7 +257,7 @@ def answer(
 
 
 def _answer(scene: Scene | Document, **asked: Any) -> SceneAnswer:
-    given, request = scene_of(scene), request_of(**asked)
+    given, request = notebook.scene_of(scene), notebook.request_of(**asked)
     if request.theory is not None and request.accuracy is not None:
         raise ValueError("accuracy chooses the theory: leave out accuracy, or theory")
     return SceneAnswer(computed(given, request), request)

@@ -15,15 +15,7 @@ from kinelast.designs.studies import optimum_study, sensitivity_study, tolerance
 from kinelast.designs.tolerances import DESIGNS
 from kinelast.figures.limits import BROKEN, UNKNOWN, VERDICTS, verdict_on
 from kinelast.figures.report import OptimumLimit, OptimumReport, OptimumVariable, Verdict
-from kinelast.outputs.sensitivities import (
-    ToldSensitivities,
-    sensitivity_bars,
-    sensitivity_figures,
-    sensitivity_table,
-    tolerance_bars,
-    tolerance_figures,
-    tolerance_table,
-)
+from kinelast.outputs import sensitivities as bars
 from kinelast.outputs.table import Table, write_table
 from kinelast.outputs.words import error_words, size
 from kinelast.scene.data import QUASI_STATIC
@@ -243,15 +235,15 @@ def write_studies(
         if request.sensitivities:
             result, numbers, units = sensitivity_study(document, progress=progress)
             steps = steps_of(document, numbers)
-            told_so = ToldSensitivities(result, numbers, units, steps, document.scene.told_in)
-            write_table(part / "sensitivities.csv", sensitivity_table(told_so), request.tables)
-            (part / "sensitivities.svg").write_text(sensitivity_bars(told_so), encoding="utf-8")
-            figures["sensitivities"] = sensitivity_figures(told_so)
+            told_so = bars.ToldSensitivities(result, numbers, units, steps, document.scene.told_in)
+            write_table(part / "sensitivities.csv", bars.sensitivity_table(told_so), request.tables)
+            (part / "sensitivities.svg").write_text(bars.sensitivity_bars(told_so), encoding="utf-8")
+            figures["sensitivities"] = bars.sensitivity_figures(told_so)
         if request.tolerances:
             ranges = tolerance_study(document, request.samples or DESIGNS, progress)
-            write_table(part / "tolerances.csv", tolerance_table(ranges), request.tables)
-            (part / "tolerances.svg").write_text(tolerance_bars(ranges, document.scene.told_in), encoding="utf-8")
-            figures["tolerances"] = tolerance_figures(ranges, document.scene.told_in)
+            write_table(part / "tolerances.csv", bars.tolerance_table(ranges), request.tables)
+            (part / "tolerances.svg").write_text(bars.tolerance_bars(ranges, document.scene.told_in), encoding="utf-8")
+            figures["tolerances"] = bars.tolerance_figures(ranges, document.scene.told_in)
         if request.optimize:
             best = optimum_study(document, progress)
             paths = (number.path for number in best.task.variables)

@@ -16,6 +16,7 @@ import numpy as np
 from msgspec import to_builtins
 from msgspec.structs import replace as changed
 
+from kinelast import runs
 from kinelast.figures.registry import limits_of
 from kinelast.figures.report import Origin, Report, data_of, report_from
 from kinelast.figures.results import Results
@@ -24,17 +25,7 @@ from kinelast.outputs.outbox import complete, foreign
 from kinelast.outputs.sealed import files_of, finished, made_from, seal, summary_in, write_json
 from kinelast.outputs.table import write_table
 from kinelast.outputs.words import headline, questions
-from kinelast.runs import (
-    SHOWN,
-    by_theory,
-    checked,
-    computed,
-    further_checked,
-    is_long,
-    long_results,
-    require_chunk,
-    require_room,
-)
+from kinelast.runs import SHOWN, computed, is_long
 from kinelast.scene.course import OnStep
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, document_from_bytes
@@ -101,7 +92,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     if scene.course.interrupted is not None:
         request = replace(request, reachable=True)
         made = changed(made, interrupted=scene.course.interrupted)  # a later run does not treat it as complete
-    if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
+    if heavy := runs.require_room(scene, request, positions, SHOWN if long else positions, folder):
         progress.tell(heavy)
     if long:
         if request.nonlinear or request.solid:
@@ -164,13 +155,13 @@ def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Res
             fields.add(results)
         progress(f"{scene.name}: solving positions", first + len(results.motion.time), len(instants))
 
-    theory = partial(by_theory, request=request, progress=progress)
-    results = long_results(scene, instants, on_chunk, require_chunk, theory)
+    theory = partial(runs.by_theory, request=request, progress=progress)
+    results = runs.long_results(scene, instants, on_chunk, runs.require_chunk, theory)
     if fields:
         fields.close()
-    comparison = checked(scene, results.quasi_static, request, progress)
+    comparison = runs.checked(scene, results.quasi_static, request, progress)
     results = replace(results, comparison=comparison, left_out=count - len(instants))
-    return further_checked(results, request, progress)
+    return runs.further_checked(results, request, progress)
 
 
 def write_tables(part: Path, results: Results, request: Request) -> None:

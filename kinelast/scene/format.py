@@ -10,52 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 from msgspec import Meta, field
 
+from kinelast.scene import quantities as q
+from kinelast.scene import tables
 from kinelast.scene.error import fault
 from kinelast.scene.numbers import real, require
 from kinelast.scene.part import with_parts
 from kinelast.scene.parts import PARTS
-from kinelast.scene.quantities import (
-    Acceleration,
-    Allowance,
-    Area,
-    AxialRigidity,
-    BendingRigidity,
-    Density,
-    Direction,
-    Duration,
-    Expansion,
-    Inertia,
-    Length,
-    Mass,
-    MassPerLength,
-    SecondMoment,
-    Share,
-    ShearRigidity,
-    Size,
-    Sizes,
-    Stress,
-    Warming,
-)
-from kinelast.scene.tables import (
-    Amount,
-    DriveTable,
-    GearTable,
-    JointTable,
-    LengthUnit,
-    LimitsTable,
-    LoadTable,
-    Name,
-    OptimizeTable,
-    Place,
-    SensitivitiesTable,
-    SliderTable,
-    SlotTable,
-    SpringTable,
-    StrictTable,
-    SweepTable,
-    ToleranceTable,
-    WeldTable,
-)
+from kinelast.scene.tables import Amount, LengthUnit, Name, Place, StrictTable
 from kinelast.scene.units import Quantity
 
 
@@ -70,22 +31,22 @@ class Dimensioned(StrictTable, frozen=True, kw_only=True, tag_field="shape"):
 class Rectangle(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="rectangle"):
     """A solid rectangle, `depth` in the plane of motion."""
 
-    depth: Sizes  #: size in the plane of motion
-    width: Sizes  #: size normal to the plane of motion
+    depth: q.Sizes  #: size in the plane of motion
+    width: q.Sizes  #: size normal to the plane of motion
 
 
 class Circle(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="circle"):
     """A solid circle."""
 
-    diameter: Sizes  #: diameter
+    diameter: q.Sizes  #: diameter
 
 
 class Tube(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="tube"):
     """A circular tube with an outer diameter, and an inner diameter or a wall thickness."""
 
-    outer: Sizes  #: outer diameter
-    inner: Sizes | None = None  #: inner diameter, instead of `wall`
-    wall: Sizes | None = None  #: wall thickness, instead of `inner`
+    outer: q.Sizes  #: outer diameter
+    inner: q.Sizes | None = None  #: inner diameter, instead of `wall`
+    wall: q.Sizes | None = None  #: wall thickness, instead of `inner`
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
         """Return outer and inner diameter at both ends of the beam [m]."""
@@ -106,10 +67,10 @@ class Tube(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="tube"
 class Box(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="box"):
     """A hollow rectangle, `depth` in the plane of motion; `corner` is its outer radius."""
 
-    depth: Sizes  #: size in the plane of motion
-    width: Sizes  #: size normal to the plane of motion
-    wall: Sizes  #: wall thickness
-    corner: Sizes | None = None  #: outer radius of the corners [0]
+    depth: q.Sizes  #: size in the plane of motion
+    width: q.Sizes  #: size normal to the plane of motion
+    wall: q.Sizes  #: wall thickness
+    corner: q.Sizes | None = None  #: outer radius of the corners [0]
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
         """Return depth, width, wall and corner at both ends of the beam [m]."""
@@ -126,11 +87,11 @@ class Flanged(Dimensioned, frozen=True, kw_only=True, tag_field="shape"):
 
     flanges: ClassVar[int]
     sides: ClassVar[int]
-    depth: Sizes  #: size in the plane of motion
-    width: Sizes  #: width of the flanges, normal to the plane of motion
-    web: Sizes  #: thickness of the web
-    flange: Sizes  #: thickness of the flanges
-    fillet: Sizes | None = None  #: radius between web and flange [0]
+    depth: q.Sizes  #: size in the plane of motion
+    width: q.Sizes  #: width of the flanges, normal to the plane of motion
+    web: q.Sizes  #: thickness of the web
+    flange: q.Sizes  #: thickness of the flanges
+    fillet: q.Sizes | None = None  #: radius between web and flange [0]
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
         """Return depth, width, web, flange and fillet at both ends of the beam [m]."""
@@ -166,11 +127,11 @@ class Channel(Flanged, frozen=True, kw_only=True, tag_field="shape", tag="channe
 class Angle(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="angle"):
     """An angle with the leg `depth` in the plane of motion; free to bend sideways, restrained against torsion."""
 
-    depth: Sizes  #: leg in the plane of motion
-    width: Sizes  #: leg normal to the plane of motion
-    wall: Sizes  #: thickness of both legs
-    fillet: Sizes | None = None  #: radius between the legs [0]
-    toe: Sizes | None = None  #: radius at the inner edges of the toes [0]
+    depth: q.Sizes  #: leg in the plane of motion
+    width: q.Sizes  #: leg normal to the plane of motion
+    wall: q.Sizes  #: thickness of both legs
+    fillet: q.Sizes | None = None  #: radius between the legs [0]
+    toe: q.Sizes | None = None  #: radius at the inner edges of the toes [0]
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
         """Return depth, width, wall, fillet and toe at both ends of the beam [m]."""
@@ -201,20 +162,20 @@ class Outline(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="ou
 class Properties(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="properties"):
     """Any shape by its section properties."""
 
-    A: Area  #: cross-sectional area
+    A: q.Area  #: cross-sectional area
     #: second moment of area
-    I: SecondMoment  # noqa: E741
-    c: Size | None = None  #: distance of the outermost fibre [stress is unknown]
-    shear_area: Area | None = None  #: shear area [no shear deformation]
+    I: q.SecondMoment  # noqa: E741
+    c: q.Size | None = None  #: distance of the outermost fibre [stress is unknown]
+    shear_area: q.Area | None = None  #: shear area [no shear deformation]
 
 
 class Rigidities(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="rigidities"):
     """A beam without a material."""
 
-    EA: AxialRigidity  #: axial rigidity
-    EI: BendingRigidity  #: bending rigidity
-    mass_per_length: MassPerLength  #: mass per length
-    kGA: ShearRigidity | None = None  #: shear rigidity [no shear]
+    EA: q.AxialRigidity  #: axial rigidity
+    EI: q.BendingRigidity  #: bending rigidity
+    mass_per_length: q.MassPerLength  #: mass per length
+    kGA: q.ShearRigidity | None = None  #: shear rigidity [no shear]
 
 
 SectionTable = (
@@ -237,18 +198,18 @@ Strain = Annotated[float, Meta(ge=-0.1, le=0.1)]
 class MaterialTable(StrictTable, frozen=True, kw_only=True):
     """A material of links."""
 
-    E: Stress  #: Young's modulus
-    density: Density  #: density
+    E: q.Stress  #: Young's modulus
+    density: q.Density  #: density
     #: Poisson's ratio [0.3]
     poisson: Annotated[float, Meta(gt=-1, le=0.5)] | None = None
-    G: Stress | None = None  #: shear modulus, instead of `poisson` [from `poisson`]
-    yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress [no safety factor]
-    expansion: Expansion | None = None  #: coefficient of thermal expansion, for `temperature`
+    G: q.Stress | None = None  #: shear modulus, instead of `poisson` [from `poisson`]
+    yield_stress: q.Stress | None = field(default=None, name="yield")  #: yield stress [no safety factor]
+    expansion: q.Expansion | None = None  #: coefficient of thermal expansion, for `temperature`
     #: Kelvin-Voigt coefficient beta: stress = E (strain + beta d strain/dt) [from `damping_ratio`]
-    damping: Duration | None = None
-    ultimate: Stress | None = None  #: tensile strength, for `[fatigue]`
+    damping: q.Duration | None = None
+    ultimate: q.Stress | None = None  #: tensile strength, for `[fatigue]`
     #: fully reversed stress amplitude of a smooth bar at the knee, for `[fatigue]`
-    endurance: Stress | None = None
+    endurance: q.Stress | None = None
     slope: Annotated[float, Meta(gt=1)] = 5.0  #: exponent k of the S-N line
     knee: Annotated[float, Meta(gt=0)] = 1e6  #: cycles at which the S-N line reaches `endurance`
     #: cycles at the end of a second S-N line, such as 1e8 for aluminium [`knee`]
@@ -264,7 +225,7 @@ class BeamTable(StrictTable, frozen=True, kw_only=True):
     section: str | None = None  #: section of this beam [the link's]
     material: str | None = None  #: material of this beam [the link's]
     strain: Strain | None = None  #: initial strain of this beam [the link's]
-    temperature: Warming | None = None  #: temperature rise of this beam [the link's]
+    temperature: q.Warming | None = None  #: temperature rise of this beam [the link's]
 
 
 class LinkTable(StrictTable, frozen=True, kw_only=True):
@@ -272,20 +233,20 @@ class LinkTable(StrictTable, frozen=True, kw_only=True):
 
     #: names (the shape is drawn), or coordinates in link axes, as in `{A = [0, 0], B = ["30 cm", 0]}`
     points: list[str] | dict[str, Place]
-    length: Size | None = None  #: length of a link with two points [as drawn]
+    length: q.Size | None = None  #: length of a link with two points [as drawn]
     section: str | None = None  #: name under `[sections]`, or a standard name
     material: str | None = None  #: name under `[materials]`, or a standard name
     #: pairs of points joined by beams [consecutive points]
     beams: list[tuple[str, str] | BeamTable] | None = None
     strain: Strain | None = None  #: free strain of the beams, positive: longer than drawn [0]
-    temperature: Warming | None = None  #: temperature rise since the drawn length [0]
+    temperature: q.Warming | None = None  #: temperature rise since the drawn length [0]
     rigid: bool = False  #: `true`: no bending
-    mass: Mass | None = None  #: mass of a rigid link [by section and material]
+    mass: q.Mass | None = None  #: mass of a rigid link [by section and material]
     #: centre of mass of a rigid link: a point, or `[x, y]` in link axes [by section and material]
     center: str | Place | None = None
     #: moment of inertia of a rigid link about its centre of mass [by section and material, or 0]
-    inertia: Inertia | None = None
-    masses: dict[str, Mass] = field(default_factory=dict)  #: point masses, such as `{B = "50 g"}`
+    inertia: q.Inertia | None = None
+    masses: dict[str, q.Mass] = field(default_factory=dict)  #: point masses, such as `{B = "50 g"}`
     #: corners of its picture: points, or `[x, y]` in link axes
     outline: list[str | Place] = field(default_factory=list)
 
@@ -295,15 +256,15 @@ class RunTable(StrictTable, frozen=True, kw_only=True):
 
     positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360  #: number of computed positions
     #: duration of the run [one cycle]
-    duration: Duration | None = None
-    gravity: tuple[Acceleration, Acceleration] | None = None  #: gravitational acceleration, `[x, y]` [none]
+    duration: q.Duration | None = None
+    gravity: tuple[q.Acceleration, q.Acceleration] | None = None  #: gravitational acceleration, `[x, y]` [none]
     #: `"timoshenko"` refuses sections without shear rigidity; `"euler-bernoulli"` neglects shear and rotary inertia
     #: [shear if the section has it]
     beams: Literal["euler-bernoulli", "timoshenko"] | None = None
     #: theory of motion [chosen by `accuracy`]
     theory: Literal["quasi-static", "elastodynamic", "geometrically-exact"] | None = None
     #: largest relative error; the fastest sufficient theory is used [5 %]
-    accuracy: Share | None = None
+    accuracy: q.Share | None = None
     #: damping ratio at the lowest natural frequency, for materials without `damping` [0.01]
     damping_ratio: Annotated[float, Meta(gt=0, lt=1)] | None = None
     #: relative tolerance of a step, if the motion is integrated
@@ -313,7 +274,7 @@ class RunTable(StrictTable, frozen=True, kw_only=True):
     #: output of the machine: a point or angle, as in `"C"` or `"rocker.angle"` [chosen by the program]
     output: str = ""
     #: distance from its rest position at which the output counts as settled [2 % of the residual amplitude]
-    settled: Allowance | None = None
+    settled: q.Allowance | None = None
     #: units of the page and `positions.csv`: `"mm"` (mm, N, MPa), `"in"` (in, lbf, psi, lb) [by `units`]
     report_units: Literal["SI", "mm", "in"] | None = None
 
@@ -331,22 +292,27 @@ class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
     sections: dict[Name, SectionTable] = field(default_factory=dict)  #: cross-sections of the links
     points: dict[Name, Place]  #: coordinates of the points, drawn near the start
     links: dict[Name, LinkTable]  #: links, one of them `ground`
-    sliders: dict[Name, SliderTable] = field(default_factory=dict)  #: links that slide on other links
-    slots: dict[Name, SlotTable] = field(default_factory=dict)  #: pins in straight slots
-    welds: dict[Name, WeldTable] = field(default_factory=dict)  #: rigid connections of links at points
+    sliders: dict[Name, tables.SliderTable] = field(default_factory=dict)  #: links that slide on other links
+    slots: dict[Name, tables.SlotTable] = field(default_factory=dict)  #: pins in straight slots
+    welds: dict[Name, tables.WeldTable] = field(default_factory=dict)  #: rigid connections of links at points
     contacts: dict[Name, ContactTable] = field(default_factory=dict)  #: contacts of links, only for `--structure`
-    joints: dict[Name, JointTable] = field(default_factory=dict)  #: friction, compliance and misalignment of joints
-    masses: dict[Name, Mass] = field(default_factory=dict)  #: point masses at joints
-    drives: list[DriveTable] = field(default_factory=list)  #: drives, one per degree of freedom
-    loads: list[LoadTable] = field(default_factory=list)  #: forces and moments in addition to inertia and weight
-    gears: list[GearTable] = field(default_factory=list)  #: gears that couple the coordinates of two joints
-    springs: list[SpringTable] = field(default_factory=list)  #: springs and dampers
-    limits: LimitsTable = field(default_factory=LimitsTable)  #: limits of figures
+    #: friction, compliance and misalignment of joints
+    joints: dict[Name, tables.JointTable] = field(default_factory=dict)
+    masses: dict[Name, q.Mass] = field(default_factory=dict)  #: point masses at joints
+    drives: list[tables.DriveTable] = field(default_factory=list)  #: drives, one per degree of freedom
+    loads: list[tables.LoadTable] = field(default_factory=list)  #: forces and moments in addition to inertia and weight
+    gears: list[tables.GearTable] = field(default_factory=list)  #: gears that couple the coordinates of two joints
+    springs: list[tables.SpringTable] = field(default_factory=list)  #: springs and dampers
+    limits: tables.LimitsTable = field(default_factory=tables.LimitsTable)  #: limits of figures
     run: RunTable = field(default_factory=RunTable)  #: positions, theory, accuracy, output
-    sweep: SweepTable = field(default_factory=SweepTable)  #: parameter study
-    sensitivities: SensitivitiesTable = field(default_factory=SensitivitiesTable)  #: derivatives of figures
-    tolerances: dict[str, Amount | ToleranceTable] = field(default_factory=dict)  #: tolerances of numbers, by path
-    optimize: OptimizeTable = field(default_factory=OptimizeTable)  #: optimization
+    sweep: tables.SweepTable = field(default_factory=tables.SweepTable)  #: parameter study
+    sensitivities: tables.SensitivitiesTable = field(
+        default_factory=tables.SensitivitiesTable
+    )  #: derivatives of figures
+    tolerances: dict[str, Amount | tables.ToleranceTable] = field(
+        default_factory=dict
+    )  #: tolerances of numbers, by path
+    optimize: tables.OptimizeTable = field(default_factory=tables.OptimizeTable)  #: optimization
 
 
 if TYPE_CHECKING:
@@ -357,9 +323,9 @@ else:
 
 def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:
     """Return a quantity from its value in a file; msgspec's `dec_hook`. `per_length`: metres per length unit."""
-    if issubclass(kind, Direction):
+    if issubclass(kind, q.Direction):
         return kind.read(value)
-    if issubclass(kind, Quantity | Sizes):
+    if issubclass(kind, Quantity | q.Sizes):
         return kind.read(value, per_length)
     raise NotImplementedError(kind)
 
@@ -372,7 +338,7 @@ class ContactTable(StrictTable, frozen=True, kw_only=True):
 
     links: tuple[str, str]  #: both links
     at: Place  #: point of contact in the drawing
-    normal: Direction | None = None  #: direction of the common normal, if the links slip [rolling]
+    normal: q.Direction | None = None  #: direction of the common normal, if the links slip [rolling]
 
 
 class SpatialJointTable(StrictTable, frozen=True, kw_only=True):
@@ -380,10 +346,10 @@ class SpatialJointTable(StrictTable, frozen=True, kw_only=True):
 
     links: tuple[str, str]  #: both links
     type: str  #: such as `revolute`, `prismatic`, `spherical`, `rigid`, or another usual name
-    at: tuple[Length, Length, Length] | None = None  #: position [origin]
+    at: tuple[q.Length, q.Length, q.Length] | None = None  #: position [origin]
     axis: tuple[Part, Part, Part] | None = None  #: direction of the axis; normal of a point or plane contact [z]
     normal: tuple[Part, Part, Part] | None = None  #: normal of a line contact; second axis of a universal joint
-    pitch: Length | None = None  #: advance per radian of a helical joint, negative for a left-handed thread
+    pitch: q.Length | None = None  #: advance per radian of a helical joint, negative for a left-handed thread
 
 
 class ChainTable(StrictTable, frozen=True, kw_only=True):

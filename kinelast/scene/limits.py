@@ -6,21 +6,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from kinelast.scene import tables
 from kinelast.scene.error import SceneError, fault, known_name, likely
 from kinelast.scene.figure import BEAM, OUTPUT_ERROR, SCENE, STOPPING, Limit
 from kinelast.scene.format import SceneTable
 from kinelast.scene.numbers import real
 from kinelast.scene.parts import PARTS
 from kinelast.scene.parts.fatigue import FATIGUE, FATIGUED
-from kinelast.scene.tables import (
-    LEAST_ALLOWED,
-    PER_LENGTH,
-    Amount,
-    BoundTable,
-    LinkLimitsTable,
-    RangeTable,
-    ToleranceTable,
-)
+from kinelast.scene.tables import Amount, BoundTable
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Place, Variable, place_of, value_at
 from rigid import Mechanism
@@ -73,7 +66,7 @@ def figure_bounds(table: SceneTable, given: Mapping[str, Amount | BoundTable], w
             raise fault(where, f'"{name}"', 'expected a bound, as in { most = "1 mm" } or { least = 2 }')
         for value, least in ((bound.most, False), (bound.least, True)):
             if value is not None:
-                bounds_.append(FigureBound(name, value, least, where, PER_LENGTH[table.units]))
+                bounds_.append(FigureBound(name, value, least, where, tables.PER_LENGTH[table.units]))
     return tuple(bounds_)
 
 
@@ -137,15 +130,15 @@ def _of_output(table: SceneTable, mechanism: Mechanism, where: str, key: str, gi
     return given.within(meant), meant
 
 
-def _of_links(scene_table: SceneTable, table: LinkLimitsTable, link: str) -> Iterator[Limit]:
-    for kind in LinkLimitsTable.__struct_fields__:
+def _of_links(scene_table: SceneTable, table: tables.LinkLimitsTable, link: str) -> Iterator[Limit]:
+    for kind in tables.LinkLimitsTable.__struct_fields__:
         value = getattr(table, kind)
         if value is not None:
             unit = value.units[0] if isinstance(value, Quantity) else "1"
             if kind in ("endurance", "life") and not FATIGUE.tables(scene_table):
                 raise fault("limits", kind, "needs the fatigue of the links: add [fatigue]")
             of = FATIGUED if kind in ("endurance", "life") else BEAM
-            yield Limit(kind, real(value), kind in LEAST_ALLOWED, link, unit, of)
+            yield Limit(kind, real(value), kind in tables.LEAST_ALLOWED, link, unit, of)
 
 
 def sets_limit(path: str) -> bool:
@@ -199,14 +192,14 @@ def require_studies(table: SceneTable) -> None:
         place_of(table, path)
     for path, entry in table.sweep.vary.items():
         place = place_of(table, path)
-        if isinstance(entry, RangeTable):
+        if isinstance(entry, tables.RangeTable):
             ends(table, place, entry)
         else:
             for value in entry:
                 varied(table, place, value)
 
 
-def tolerance(table: SceneTable, path: str, given: Amount | ToleranceTable) -> tuple[Variable, float, bool]:
+def tolerance(table: SceneTable, path: str, given: Amount | tables.ToleranceTable) -> tuple[Variable, float, bool]:
     """Return a number, its tolerance [SI unit], and True for a normal distribution.
 
     Raises
@@ -215,7 +208,7 @@ def tolerance(table: SceneTable, path: str, given: Amount | ToleranceTable) -> t
         Unknown number, wrong unit, or tolerance not greater than zero.
     """
     place = place_of(table, path)
-    entry = given if isinstance(given, ToleranceTable) else ToleranceTable(plus_minus=given)
+    entry = given if isinstance(given, tables.ToleranceTable) else tables.ToleranceTable(plus_minus=given)
     text = entry.plus_minus
     if isinstance(text, str) and text.strip().endswith("%"):
         try:
@@ -239,7 +232,7 @@ def bounds(table: SceneTable, path: str, low: Amount, high: Amount) -> tuple[Var
     return place.variable, first, last
 
 
-def ends(table: SceneTable, place: Place, entry: RangeTable) -> tuple[float, float]:
+def ends(table: SceneTable, place: Place, entry: tables.RangeTable) -> tuple[float, float]:
     """Return the ends of a range [SI unit]; raise SceneError if they are invalid or reversed."""
     low, high = varied(table, place, entry.start), varied(table, place, entry.end)
     if not low < high:

@@ -16,19 +16,9 @@ import msgspec
 
 from elastic import SHAPES, Section, Shape, section_of, tapered
 from elastic.beams import POISSON, CrossSectionError, outline
+from kinelast.scene import format as forms
 from kinelast.scene.error import SceneError, fault, likely
-from kinelast.scene.format import (
-    BeamTable,
-    Dimensioned,
-    LinkTable,
-    MaterialTable,
-    Outline,
-    Properties,
-    Rigidities,
-    SceneTable,
-    SectionTable,
-    read_quantity,
-)
+from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.numbers import any_nonzero, number, real, require
 from kinelast.scene.parsing import read_toml
 from kinelast.scene.tables import PER_LENGTH
@@ -94,7 +84,9 @@ class CrossSection:
         return replace(self.section, EA=inf, EI=inf, kGA=inf, strain=0.0)
 
 
-def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTable, section: str) -> CrossSection:
+def cross_section(
+    scene: SceneTable, table: str, link: forms.LinkTable, beam: forms.BeamTable, section: str
+) -> CrossSection:
     """Return the cross-section of a beam.
 
     Parameters
@@ -114,7 +106,7 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
     source = section, material, *strained
     demanded = scene.run.beams == "timoshenko" and not link.rigid
     shear = scene.run.beams != "euler-bernoulli" and not link.rigid
-    if isinstance(shape, Rigidities):
+    if isinstance(shape, forms.Rigidities):
         if material is not None:
             raise fault(table, "material", f'the section "{section}" has stiffnesses and mass: remove the material')
         if demanded and shape.kGA is None:
@@ -128,7 +120,7 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
         known = known or "none: name one of --list materials, or add [materials.NAME] with E and density"
         raise fault(table, "material", f'the section "{section}" needs a material; there is {known}')
     stuff = materials_of(scene, [material]).get(material) or _unknown(scene.materials, table, "material", material)
-    if demanded and isinstance(shape, Properties) and shape.shear_area is None:
+    if demanded and isinstance(shape, forms.Properties) and shape.shear_area is None:
         raise fault(f"sections.{section}", "shear_area", 'the key is missing: beams = "timoshenko" needs it')
     poisson = poisson_of(stuff, material)
     made, mass_taper = _made(shape, section, stuff, POISSON if poisson is None else poisson, shear)
@@ -185,7 +177,7 @@ def named_material(name: str) -> MaterialTable | None:
 
 
 @cache
-def named_section(name: str) -> SectionTable | None:
+def named_section(name: str) -> forms.SectionTable | None:
     """Return a standard section, such as "IPE 80", "RHS 60x40x3", "pipe 33.7x2.6"; None if not found.
 
     The first size lies in the plane of motion. Hollow sections are cold formed, by EN 10219-2 with its corners.
@@ -230,17 +222,17 @@ def _rolled(table: Mapping[str, Any]) -> Iterable[tuple[str, list[float]]]:
     return ((size, numbers) for size, numbers in table.items() if size[0].isdigit())
 
 
-def _sized(shape: str, sizes: Mapping[str, float], unit: str = "mm") -> SectionTable | None:
+def _sized(shape: str, sizes: Mapping[str, float], unit: str = "mm") -> forms.SectionTable | None:
     """Return a section by its sizes; None if a size is not positive."""
     if not all(size > 0.0 for size in sizes.values()):
         return None
     words = {key: f"{size} {unit}" for key, size in sizes.items()}
-    section: SectionTable = _read({"shape": shape, **words}, SectionTable)
+    section: forms.SectionTable = _read({"shape": shape, **words}, forms.SectionTable)
     return section
 
 
 def _read(words: dict[str, Any], kind: Any) -> Any:
-    return msgspec.convert(words, kind, dec_hook=read_quantity)
+    return msgspec.convert(words, kind, dec_hook=forms.read_quantity)
 
 
 def _key(name: str) -> str:
@@ -276,7 +268,7 @@ EXAMPLES = (  # of families of any size
 
 def _section_words(name: str, source: str) -> str:
     table = named_section(name)
-    assert isinstance(table, Dimensioned)
+    assert isinstance(table, forms.Dimensioned)
     made = SHAPES[str(table.__struct_config__.tag)](*(float(real(ends[0])) for ends in table.dimensions("")))
     return f"A {number(made.area * 1e4)} cm², I {number(made.inertia * 1e8)} cm⁴ ({source})"
 
@@ -288,20 +280,20 @@ def _material_words(words: Mapping[str, Any]) -> str:
 
 
 def _made(
-    shape: SectionTable, name: str, stuff: MaterialTable, poisson: Any, shear: bool
+    shape: forms.SectionTable, name: str, stuff: MaterialTable, poisson: Any, shear: bool
 ) -> tuple[Section, tuple[float, ...]]:
     """Return section and mass taper of a shape and material; `shear` includes shear deformation."""
     limit = nan if stuff.yield_stress is None else real(stuff.yield_stress)
-    if isinstance(shape, Properties):
+    if isinstance(shape, forms.Properties):
         found = Shape(real(shape.A), real(shape.I), nan if shape.c is None else real(shape.c))
         made = section_of(found, real(stuff.E), None, limit)
         if shape.shear_area is not None:
             known = real(stuff.E) / (2 * (1 + poisson)) * real(shape.shear_area)
             made = replace(made, kGA=known if shear else inf, shear_rigidity=known)
         return made, (1.0,)
-    if isinstance(shape, Outline):
+    if isinstance(shape, forms.Outline):
         return section_of(_outlined(shape, name), real(stuff.E), poisson, limit, shear=shear), (1.0,)
-    assert isinstance(shape, Dimensioned)
+    assert isinstance(shape, forms.Dimensioned)
     function = SHAPES[str(shape.__struct_config__.tag)]
     ends = zip(*shape.dimensions(f"sections.{name}"), strict=True)
     start, end = (tuple(real(size) for size in sizes) for sizes in ends)
@@ -311,7 +303,7 @@ def _made(
     return section_of(function(*start), real(stuff.E), poisson, limit, taper, shear), mass_taper
 
 
-def _outlined(shape: Outline, name: str) -> Shape:
+def _outlined(shape: forms.Outline, name: str) -> Shape:
     """Return the properties of an outline."""
     if shape.points is None:
         raise fault(f"sections.{name}", "points", "the key is missing: give an outline its points or a drawing")
@@ -339,7 +331,12 @@ def poisson_of(stuff: MaterialTable, name: str) -> Any:
 
 
 def _strained(
-    section: Section, table: str, link: LinkTable, beam: BeamTable, expansion: float | None, material: str = ""
+    section: Section,
+    table: str,
+    link: forms.LinkTable,
+    beam: forms.BeamTable,
+    expansion: float | None,
+    material: str = "",
 ) -> Section:
     """Return a section with the free strain of the beam: given strain plus thermal strain."""
     strain = link.strain if beam.strain is None else beam.strain
@@ -468,11 +465,11 @@ def making(scene: SceneTable, link: str, number: int) -> SectionSource:
     """Return section and material of a beam of a link by its number."""
     table = scene.links[link]
     entry = None if table.beams is None else table.beams[number]
-    beam = entry if isinstance(entry, BeamTable) else BeamTable(start="", end="")
+    beam = entry if isinstance(entry, forms.BeamTable) else forms.BeamTable(start="", end="")
     name, material = beam.section or table.section or "", beam.material or table.material or ""
     section = scene.sections.get(name) or named_section(name)
     assert section is not None  # otherwise the link could not be built
-    keys = section.__struct_fields__ if isinstance(section, Dimensioned) else ()
+    keys = section.__struct_fields__ if isinstance(section, forms.Dimensioned) else ()
     sizes = {key: tuple(dict.fromkeys(size)) for key in keys if (size := getattr(section, key)) is not None}
     shape = str(section.__struct_config__.tag)
-    return SectionSource(name, shape, sizes, material if not isinstance(section, Rigidities) else "")
+    return SectionSource(name, shape, sizes, material if not isinstance(section, forms.Rigidities) else "")

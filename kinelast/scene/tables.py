@@ -6,31 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from msgspec import Meta, Struct, field
 
-from kinelast.scene.quantities import (
-    Abscissa,
-    Allowance,
-    AngleOrLength,
-    Compliance,
-    DampingConstant,
-    Direction,
-    Duration,
-    Force,
-    ForceOrMoment,
-    ForcePerLength,
-    Length,
-    Moment,
-    PlaneAngle,
-    Ratio,
-    Share,
-    Size,
-    Speed,
-    Stiffness,
-    Time,
-    TurnCompliance,
-)
+from kinelast.scene import quantities as q
 from rigid.laws import CURVES
 
-Place = tuple[Length, Length]
+Place = tuple[q.Length, q.Length]
 Name = Annotated[str, Meta(pattern="^[A-Za-z0-9_-]+$")]
 if TYPE_CHECKING:
     Curve = str
@@ -51,7 +30,7 @@ class SliderTable(StrictTable, frozen=True, kw_only=True):
     link: str  #: sliding link
     on: str = "ground"  #: link that carries the line
     through: str  #: point of `link`; the line passes through its drawn place and is fixed in `on`
-    direction: Direction  #: direction of the line in the drawing
+    direction: q.Direction  #: direction of the line in the drawing
 
 
 class SlotTable(StrictTable, frozen=True, kw_only=True):
@@ -60,7 +39,7 @@ class SlotTable(StrictTable, frozen=True, kw_only=True):
     point: str  #: pin, drawn on the centre line of the slot
     link: str  #: link of the pin
     on: str = "ground"  #: link of the slot
-    direction: Direction  #: direction of the slot in the drawing
+    direction: q.Direction  #: direction of the slot in the drawing
 
 
 class WeldTable(StrictTable, frozen=True, kw_only=True):
@@ -72,17 +51,17 @@ class WeldTable(StrictTable, frozen=True, kw_only=True):
 class JointTable(StrictTable, frozen=True, kw_only=True):
     """Friction, compliance and misalignment of a pin, slider or weld."""
 
-    compliance: Compliance | None = None  #: displacement per force [0]
-    rotation: TurnCompliance | None = None  #: rotation per moment of a driven pin, weld or slider [0]
+    compliance: q.Compliance | None = None  #: displacement per force [0]
+    rotation: q.TurnCompliance | None = None  #: rotation per moment of a driven pin, weld or slider [0]
     #: offset of the unloaded pin centres in drawing axes, later link minus earlier link [0]
     gap: Place | None = None
-    turn: PlaneAngle | None = None  #: offset of the angle of a driven pin, weld or slider [0]
+    turn: q.PlaneAngle | None = None  #: offset of the angle of a driven pin, weld or slider [0]
     #: Coulomb coefficient; the moment of a pin is coefficient x `radius` x force [0]
     friction: Annotated[float, Meta(ge=0, le=10)] | None = None
-    viscosity: DampingConstant | None = None  #: viscous friction [0]
-    radius: Size | None = None  #: pin radius, needed for its `friction`
+    viscosity: q.DampingConstant | None = None  #: viscous friction [0]
+    radius: q.Size | None = None  #: pin radius, needed for its `friction`
     #: guide length of a slider, `through` at its middle; its end forces rub too [none]
-    length: Size | None = None
+    length: q.Size | None = None
 
 
 class SegmentTable(StrictTable, frozen=True, kw_only=True):
@@ -90,9 +69,9 @@ class SegmentTable(StrictTable, frozen=True, kw_only=True):
 
     #: all but constant speed start and end at rest
     curve: Curve
-    duration: Duration  #: duration of the segment
-    to: AngleOrLength | None = None  #: coordinate at the end, except of a dwell
-    by: AngleOrLength | None = None  #: change of the coordinate, instead of `to`
+    duration: q.Duration  #: duration of the segment
+    to: q.AngleOrLength | None = None  #: coordinate at the end, except of a dwell
+    by: q.AngleOrLength | None = None  #: change of the coordinate, instead of `to`
 
 
 class AgainstTable(StrictTable, frozen=True, kw_only=True):
@@ -128,22 +107,22 @@ class DriveTable(JointNameTable, frozen=True, kw_only=True):
     """A drive of a pin or slider: constant speed, motion law, motion table, or given effort."""
 
     #: coordinate at the start [as drawn]
-    start: AngleOrLength | None = None
-    speed: Speed | None = None  #: constant speed; with an `effort`, the speed at the start
+    start: q.AngleOrLength | None = None
+    speed: q.Speed | None = None  #: constant speed; with an `effort`, the speed at the start
     law: Annotated[list[SegmentTable], Meta(min_length=1)] | None = None  #: segments of the motion, instead of `speed`
     #: cubic spline through times from 0 and coordinates, instead of `speed`; or a CSV file beside the scene
-    motion: Annotated[list[tuple[Time, AngleOrLength]], Meta(min_length=4)] | str | None = None
+    motion: Annotated[list[tuple[q.Time, q.AngleOrLength]], Meta(min_length=4)] | str | None = None
     repeat: bool = False  #: `true`: repeat the law or motion from its end
-    effort: ForceOrMoment | None = None  #: moment or force along the coordinate; the motion is computed
+    effort: q.ForceOrMoment | None = None  #: moment or force along the coordinate; the motion is computed
     #: factor of the effort over time, angle or travel [1]
-    table: Annotated[list[tuple[Abscissa, float]], Meta(min_length=2)] | None = None
+    table: Annotated[list[tuple[q.Abscissa, float]], Meta(min_length=2)] | None = None
     against: AgainstTable | None = None  #: variable of the table [time]
     interpolation: Interpolation = "linear"  #: between entries of the table
     #: constant beyond the ends of the table, which otherwise must cover the run
     extend: Literal["hold"] | None = None
     motor: Name | None = None  #: its motor, under `[motors]` [none]
     cylinder: Name | None = None  #: cylinder of a slider, under `[cylinders]` [none]
-    unevenness: Share | None = None  #: allowed (largest - smallest) / constant speed; sizes the flywheel [no limit]
+    unevenness: q.Share | None = None  #: allowed (largest - smallest) / constant speed; sizes the flywheel [no limit]
 
 
 Factor = Annotated[float, Meta(gt=0)]
@@ -155,8 +134,8 @@ class GearTable(StrictTable, frozen=True, kw_only=True):
     driver: JointNameTable  #: joint of the driver, named as in a drive
     follower: JointNameTable  #: joint of the follower, named as in a drive
     #: change of the follower / change of the driver; negative for external gears
-    ratio: Ratio
-    pressure_angle: PlaneAngle | None = None  #: pressure angle of the teeth, below 90 deg [20 deg]
+    ratio: q.Ratio
+    pressure_angle: q.PlaneAngle | None = None  #: pressure angle of the teeth, below 90 deg [20 deg]
     teeth: bool = True  #: `false`: belt, chain or ideal ratio; only the moment is transmitted
 
 
@@ -165,19 +144,19 @@ class LoadTable(StrictTable, frozen=True, kw_only=True):
 
     link: str  #: loaded link
     point: str | None = None  #: point of action; or use `beam`
-    force: tuple[Force, Force] | None = None  #: components `[x, y]` [none]
-    moment: Moment | None = None  #: at the point [none]
+    force: tuple[q.Force, q.Force] | None = None  #: components `[x, y]` [none]
+    moment: q.Moment | None = None  #: at the point [none]
     beam: tuple[str, str] | None = None  #: two points of the link: a load per length between them
-    start: tuple[ForcePerLength, ForcePerLength] | None = None  #: load per length `[x, y]` at the first point
+    start: tuple[q.ForcePerLength, q.ForcePerLength] | None = None  #: load per length `[x, y]` at the first point
     #: load per length at the second point, linear between [as `start`]
-    end: tuple[ForcePerLength, ForcePerLength] | None = None
+    end: tuple[q.ForcePerLength, q.ForcePerLength] | None = None
     #: axes of the components: the drawing, or `"turning"` with the (bent) link or beam
     axes: Literal["fixed", "turning"] = "fixed"
     #: `"one way"`: acts only while the point moves against it; `"both ways"`: reverses with the motion
     #: [acts as given]
     resists: Literal["both ways", "one way"] | None = None
     #: factor over time, angle or travel; two equal places are a step [1]
-    table: Annotated[list[tuple[Abscissa, float]], Meta(min_length=2)] | None = None
+    table: Annotated[list[tuple[q.Abscissa, float]], Meta(min_length=2)] | None = None
     against: AgainstTable | None = None  #: variable of the table [time]
     interpolation: Interpolation = "linear"  #: between entries of the table
     extend: Literal["hold"] | None = None  #: constant beyond the ends of the table, which otherwise must cover the run
@@ -190,24 +169,24 @@ class SpringTable(StrictTable, frozen=True, kw_only=True):
     on: str = "ground"  #: link of the second end
     point: str | None = None  #: first end, on `link`
     anchor: str | None = None  #: second end, on `on`
-    length: Length | None = None  #: length with tension `preload` [0]
+    length: q.Length | None = None  #: length with tension `preload` [0]
     at: str | None = None  #: pin of both links, for a torsion spring, instead of `point`
     #: angle between the links with moment `preload` [0]
-    angle: PlaneAngle | None = None
-    stiffness: Stiffness | None = None  #: stiffness of the spring [0]
-    damping: DampingConstant | None = None  #: parallel damper [0]
-    preload: ForceOrMoment | None = None  #: tension, or moment against an increasing angle [0]
+    angle: q.PlaneAngle | None = None
+    stiffness: q.Stiffness | None = None  #: stiffness of the spring [0]
+    damping: q.DampingConstant | None = None  #: parallel damper [0]
+    preload: q.ForceOrMoment | None = None  #: tension, or moment against an increasing angle [0]
 
 
 class LinkLimitsTable(StrictTable, frozen=True, kw_only=True):
     """Limits of a link. Deflections and buckling are upper limits; safety, endurance and life are lower limits."""
 
-    deflection: Size | None = None  #: displacement across the axis from the rigid position [no limit]
-    chord: Size | None = None  #: deflection from the line through the displaced ends [no limit]
+    deflection: q.Size | None = None  #: displacement across the axis from the rigid position [no limit]
+    chord: q.Size | None = None  #: deflection from the line through the displaced ends [no limit]
     safety: Factor | None = None  #: yield stress / von Mises stress [no limit]
     buckling: Factor | None = None  #: load / critical load of the whole mechanism [no limit]
     endurance: Factor | None = None  #: safety against the endurance limit, needs `[fatigue]` [no limit]
-    life: Duration | None = None  #: fatigue life of a link, needs `[fatigue]` [no limit]
+    life: q.Duration | None = None  #: fatigue life of a link, needs `[fatigue]` [no limit]
 
 
 LEAST_ALLOWED = ("safety", "endurance", "life")  # lower limits
@@ -226,11 +205,11 @@ class BoundTable(StrictTable, frozen=True, kw_only=True):
 class LimitsTable(LinkLimitsTable, frozen=True, kw_only=True):
     """Limits of all links, of single links, and of the output."""
 
-    output: Allowance | None = None  #: output error [no limit]
+    output: q.Allowance | None = None  #: output error [no limit]
     #: distance of the output from its final place after the drives stop [no limit]
-    residual: Allowance | None = None
+    residual: q.Allowance | None = None
     #: time after the stop until the output stays within `settled` of `[run]` [no limit]
-    settling: Duration | None = None
+    settling: q.Duration | None = None
     #: limits of single links, added to the general ones
     links: dict[str, LinkLimitsTable] = field(default_factory=dict)
     #: any figure, such as `"joint_force.A"`: an upper limit, or `most` and `least`

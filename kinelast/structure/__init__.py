@@ -9,30 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigid import Mechanism, MechanismError, assur_groups
+from rigid import Mechanism, MechanismError, assur_groups, topology
 from rigid.decomposition import AssurGroup
-from rigid.topology import (
-    Contact,
-    Graph,
-    Mobility,
-    Pair,
-    SpatialJoint,
-    assembled,
-    bar_graph,
-    flat_triangles,
-    fundamental_loops,
-    gear_contacts,
-    incidence,
-    joint_rates,
-    kutzbach,
-    link_graph,
-    loop_walk,
-    mobility,
-    pairs,
-    planar_chain,
-    spatial_chain,
-    stressed_joints,
-)
+from rigid.topology import Graph, Mobility
 
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene
@@ -61,9 +40,9 @@ def wrapped_lines(text: str) -> list[str]:
 def loop_lines(graph: Graph) -> list[str]:
     """Each loop as a walk over nodes and branches."""
     lines = []
-    for number, loop in enumerate(fundamental_loops(graph), 1):
+    for number, loop in enumerate(topology.fundamental_loops(graph), 1):
         steps = []
-        for branch, sign in loop_walk(graph, loop):
+        for branch, sign in topology.loop_walk(graph, loop):
             ends = (graph.branches[branch].start, graph.branches[branch].end)
             steps.append((ends[::sign][0], graph.branches[branch].name))
         nodes = [node for node, _ in steps]
@@ -128,16 +107,16 @@ class StructureReport:
 
     title: str
     mechanism: Mechanism
-    joints: tuple[Pair, ...]
+    joints: tuple[topology.Pair, ...]
     links: Graph
     bars: Graph
     ranks: Mobility | str
-    redundant: tuple[Pair, ...]
+    redundant: tuple[topology.Pair, ...]
     triangles: tuple[tuple[str, str, str], ...]
     groups: tuple[AssurGroup, ...] | str
 
 
-def structure_report(subject: Mechanism | Scene, contacts: Iterable[Contact] = ()) -> StructureReport:
+def structure_report(subject: Mechanism | Scene, contacts: Iterable[topology.Contact] = ()) -> StructureReport:
     """Analyse the structure of a mechanism; `contacts` are cams and slipping gears as drawn.
 
     Raises
@@ -148,29 +127,29 @@ def structure_report(subject: Mechanism | Scene, contacts: Iterable[Contact] = (
     mechanism = subject if isinstance(subject, Mechanism) else subject.mechanism
     title = "" if isinstance(subject, Mechanism) else subject.title or subject.name
     given = tuple(contacts)
-    contacts = (*gear_contacts(mechanism), *given)
-    joints = pairs(mechanism, contacts)
+    contacts = (*topology.gear_contacts(mechanism), *given)
+    joints = topology.pairs(mechanism, contacts)
     ranks: Mobility | str
     groups: tuple[AssurGroup, ...] | str
-    redundant: tuple[Pair, ...] = ()
+    redundant: tuple[topology.Pair, ...] = ()
     triangles: tuple[tuple[str, str, str], ...] = ()
     try:
-        here = assembled(mechanism)
-        chain = planar_chain(here, contacts)
-        ranks = mobility(chain)
-        redundant = tuple(joints[number] for number in stressed_joints(chain))
-        triangles = flat_triangles(here)
+        here = topology.assembled(mechanism)
+        chain = topology.planar_chain(here, contacts)
+        ranks = topology.mobility(chain)
+        redundant = tuple(joints[number] for number in topology.stressed_joints(chain))
+        triangles = topology.flat_triangles(here)
     except MechanismError as error:
         ranks = str(error)
     try:
         groups = assur_groups(mechanism)
     except MechanismError as error:
         groups = _no_groups_reason(given) if given else str(error)
-    graphs = link_graph(mechanism, contacts), bar_graph(mechanism)
+    graphs = topology.link_graph(mechanism, contacts), topology.bar_graph(mechanism)
     return StructureReport(title, mechanism, joints, *graphs, ranks, redundant, triangles, groups)
 
 
-def _no_groups_reason(contacts: Sequence[Contact]) -> str:
+def _no_groups_reason(contacts: Sequence[topology.Contact]) -> str:
     """Explain why a mechanism with contacts has no groups, which consist of lower pairs."""
     names = ", ".join(f'"{contact.name}"' for contact in contacts[:MAX_NAMED])
     names += ", ..." if len(contacts) > MAX_NAMED else ""
@@ -179,7 +158,7 @@ def _no_groups_reason(contacts: Sequence[Contact]) -> str:
     return f"groups are made of pins, sliders, welds and gears, and {who} none of them"
 
 
-def structure_text(subject: Mechanism | Scene | StructureReport, contacts: Iterable[Contact] = ()) -> str:
+def structure_text(subject: Mechanism | Scene | StructureReport, contacts: Iterable[topology.Contact] = ()) -> str:
     """Structure of a mechanism as text for a terminal."""
     report = subject if isinstance(subject, StructureReport) else structure_report(subject, contacts)
     sections = [
@@ -215,7 +194,7 @@ def _joints(report: StructureReport) -> list[str]:
 def _mobility(report: StructureReport) -> list[str]:
     welds, single, slipping = (sum(pair.freedoms == freedoms for pair in report.joints) for freedoms in (0, 1, 2))
     links = len(report.mechanism.links)
-    count = kutzbach(links, single, slipping, welds)
+    count = topology.kutzbach(links, single, slipping, welds)
     fixed = f" - 3 * {welds}" if welds else ""
     lines = [f"Kutzbach count: 3 ({links} - 1) - 2 * {single} - {slipping}{fixed} = {count}"]
     if isinstance(report.ranks, str):
@@ -253,9 +232,9 @@ def _bars(graph: Graph) -> list[str]:
     rows = [(f"{number}", bar.name, f"{bar.start} -> {bar.end}") for number, bar in enumerate(graph.branches, 1)]
     lines = table_lines(rows)
     heads = [row[0] for row in rows]
-    loops = fundamental_loops(graph)
+    loops = topology.fundamental_loops(graph)
     for name, matrix, labels in (
-        ("incidence matrix A", incidence(graph), graph.nodes),
+        ("incidence matrix A", topology.incidence(graph), graph.nodes),
         ("fundamental loops B_f", loops, [str(number) for number in range(1, len(loops) + 1)]),
     ):
         table = table_lines([("", *(f"{head:>2}" for head in heads)), *_signs(matrix, labels)])
@@ -270,7 +249,7 @@ def _signs(matrix: np.ndarray[tuple[int, ...], np.dtype[np.int64]], labels: Sequ
     ]
 
 
-def spatial_text(joints: Sequence[SpatialJoint], title: str = "", fixed: str | None = None) -> str:
+def spatial_text(joints: Sequence[topology.SpatialJoint], title: str = "", fixed: str | None = None) -> str:
     """Structure of a spatial chain of joints as text for a terminal.
 
     Raises
@@ -278,8 +257,8 @@ def spatial_text(joints: Sequence[SpatialJoint], title: str = "", fixed: str | N
     MechanismError
         If the joints do not form a chain.
     """
-    chain = spatial_chain(joints, fixed)
-    ranks = mobility(chain)
+    chain = topology.spatial_chain(joints, fixed)
+    ranks = topology.mobility(chain)
     rows = [
         (
             joint.name,
@@ -290,24 +269,24 @@ def spatial_text(joints: Sequence[SpatialJoint], title: str = "", fixed: str | N
         )
         for joint in joints
     ]
-    stressed = [chain.graph.branches[number].name for number in stressed_joints(chain)]
+    stressed = [chain.graph.branches[number].name for number in topology.stressed_joints(chain)]
     sections = [
         (f"Links ({len(chain.graph.nodes)})", [f"{chain.graph.nodes[0]} (fixed)", *chain.graph.nodes[1:]]),
         (f"Joints ({len(rows)})", table_lines([("", "", "", "leaves free", "carries"), *rows])),
         ("Independent loops", loop_lines(chain.graph)),
         ("Mobility", [*rank_lines(ranks), *redundancy_lines(stressed)]),
-        ("Input-output laws", _input_output_laws(chain.freedoms, chain.graph, joint_rates(chain))),
+        ("Input-output laws", _input_output_laws(chain.freedoms, chain.graph, topology.joint_rates(chain))),
     ]
     head = [title, "=" * len(title), ""] if title else []
     return "\n".join(head) + "\n".join(section(name, lines) for name, lines in sections)
 
 
-def _freedom_text(joint: SpatialJoint) -> str:
+def _freedom_text(joint: topology.SpatialJoint) -> str:
     words = " ".join(joint.kind.freedoms) or "nothing"
     return f"{words}, Vz = p Ωz, p = {joint.pitch:g} m" if joint.kind.name == "helical" else words
 
 
-def _transmitted_text(joint: SpatialJoint) -> str:
+def _transmitted_text(joint: topology.SpatialJoint) -> str:
     words = " ".join(joint.kind.transmits) or "nothing"
     return f"{words}, N = -p Z" if joint.kind.name == "helical" else words
 

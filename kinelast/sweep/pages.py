@@ -17,15 +17,8 @@ from msgspec import to_builtins
 from kinelast import __version__
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluate import Evaluation, evaluated
-from kinelast.figures.limits import (
-    LIMITS_KEPT,
-    LIMITS_MARGIN,
-    FullAnswer,
-    full_answer,
-    limits_of_items,
-    room,
-    verdict_on,
-)
+from kinelast.figures import limits as judge
+from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, FullAnswer, room
 from kinelast.figures.report import Verdict
 from kinelast.outputs.outbox import complete, put
 from kinelast.outputs.page import designs_page, first_axes, front, is_greater
@@ -121,7 +114,7 @@ class Rows:
                 **{name + end: value * self.factor(name) for name, pair in found.figures.items()
                    for end, value in zip((IN_FULL, ERROR), pair, strict=True)},
                 THEORY: found.theory or QUASI_STATIC,
-                VERDICT: verdict_on(found.judgements).verdict,
+                VERDICT: judge.verdict_on(found.judgements).verdict,
             }
             for number, found in tally.answered.items()
         }  # fmt: skip
@@ -184,7 +177,7 @@ class Tally:
     def accepted(self) -> Verdict | None:
         """Verdict on the best design; None without limits, or if no design keeps them."""
         found = self.answered.get(int(self.best[NUMBER])) if self.best else None
-        return verdict_on(found.judgements) if found and self.limits_kept is not None else None
+        return judge.verdict_on(found.judgements) if found and self.limits_kept is not None else None
 
 
 def _merged_rows(
@@ -225,7 +218,7 @@ class FullAnswers:
         self.designs = [*tally.leading, *tally.short]
         self.aims = np.array([tally.aim.sign * row[tally.aim.figure] for row in self.designs])
         self.in_full = np.full(len(self.designs), np.nan)  # aims by full answers
-        limits = list(dict.fromkeys(limit.figure for limit in limits_of_items(self.document.scene)))
+        limits = list(dict.fromkeys(limit.figure for limit in judge.limits_of_items(self.document.scene)))
         self.known: Mapping[str, Any] = {}
         if limits and self.designs:
             values = np.array([[row[path] for path in self.paths] for row in self.designs])
@@ -271,14 +264,14 @@ class FullAnswers:
         self.progress(stage, done, most)
         row, aim = self.designs[at], self.tally.aim
         scene = self.document.with_values({path: row[path] for path in self.paths}).scene
-        answer = full_answer(scene, limits_of_items(scene), self.rows.bent)
+        answer = judge.full_answer(scene, judge.limits_of_items(scene), self.rows.bent)
         self.tally.answered[int(row[NUMBER])] = answer
         value, error = answer.figures.get(aim.figure, (row[aim.figure], 0.0))
         known = bool(answer.theory) and math.isfinite(value)
         self.in_full[at] = aim.sign * value if known else self.aims[at]
         self.off = abs(self.in_full[at] - self.aims[at]) + (error if math.isfinite(error) else 0.0)
         self.left[at] = False
-        self.passed[at] = bool(verdict_on(answer.judgements).passed) if answer.judgements else known
+        self.passed[at] = bool(judge.verdict_on(answer.judgements).passed) if answer.judgements else known
         if self.alike and answer.judgements:
             self.expected = np.ones(len(self.designs), bool)
             for judged in answer.judgements:
@@ -295,7 +288,7 @@ def answers_as_data(tally: Tally, units: Mapping[str, str]) -> dict[int, dict[st
                    "error": error if math.isfinite(error) else None}
             for name, (value, error) in answer.figures.items()
         }  # fmt: skip
-        verdict = to_builtins(verdict_on(answer.judgements))
+        verdict = to_builtins(judge.verdict_on(answer.judgements))
         plain_data[number] = {"theory": answer.theory, **verdict, "figures": figures}
     return plain_data
 

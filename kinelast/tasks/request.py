@@ -9,21 +9,8 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kinelast.tasks import (
-    ELEMENTS,
-    Option,
-    at_least,
-    checks,
-    colour,
-    diagrams,
-    names,
-    option,
-    positive,
-    share,
-    shown,
-    size,
-    speeds,
-)
+from kinelast import tasks
+from kinelast.tasks import Option, at_least, checks, option, size, speeds
 
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene, Theory
@@ -65,7 +52,7 @@ class Request:
         SCENE,
         'how far the answer may be off, as in "2 %": takes the cheapest theory that gets there',
         "SHARE",
-        read=share,
+        read=tasks.share,
     )
     units: str | None = option(
         SCENE, "of the page and of positions.csv, instead of the scene's own [SI]", choices=("SI", "mm", "in")
@@ -83,7 +70,7 @@ class Request:
         SCENE,
         "also write every table in other formats: parquet, html, xlsx (an unknown name lists all)",
         "FORMAT,...",
-        read=names,
+        read=tasks.names,
         default=(),
     )
     motion: bool = option(
@@ -95,7 +82,7 @@ class Request:
         SCENE,
         'columns of positions.csv and motion.csv, instead of all, as in "B.*,crank.effort"',
         "PATTERN,...",
-        read=names,
+        read=tasks.names,
         default=(),
     )
     fields: bool = option(SCENE, "also write all fields along all links (fields.npz)", writes=("fields.npz",))
@@ -110,12 +97,12 @@ class Request:
     )
     checks: tuple[int | str, ...] = option(
         CHECKING,
-        f"compare with finite elements, so many to a beam [{ELEMENTS}]; with the whole mechanism vibrating and "
+        f"compare with finite elements, so many to a beam [{tasks.ELEMENTS}]; with the whole mechanism vibrating and "
         "displaced as far as it will; with links as plane bodies (check.json)",
         "ELEMENTS|nonlinear|solid,...",
         flags=("--check",),
         read=checks,
-        bare=(ELEMENTS,),
+        bare=(tasks.ELEMENTS,),
         default=(),
         writes=("check.json",),
     )
@@ -138,7 +125,7 @@ class Request:
         PICTURES,
         "movies: deflection, slope, bending-moment, ... (an unknown name lists all)",
         "DIAGRAM,...",
-        read=diagrams,
+        read=tasks.diagrams,
         default=(),
     )
     frames: int | None = option(
@@ -154,7 +141,7 @@ class Request:
         shows=True,
     )
     fps: float | None = option(
-        PICTURES, "frames of a movie shown in a second [25]", "N", read=positive, belongs="animate"
+        PICTURES, "frames of a movie shown in a second [25]", "N", read=tasks.positive, belongs="animate"
     )
     size: tuple[int, int] | None = option(
         PICTURES, "of a picture in pixels [1280x720]", "WxH", read=size, belongs="animate"
@@ -168,16 +155,20 @@ class Request:
         shows=True,
     )
     exaggeration: float | None = option(
-        PICTURES, "scale of the deformation in a picture [chosen automatically]", "N", read=positive, belongs="animate"
+        PICTURES,
+        "scale of the deformation in a picture [chosen automatically]",
+        "N",
+        read=tasks.positive,
+        belongs="animate",
     )
     background: str | None = option(
-        PICTURES, 'of a picture, as in "black" or "#ffffff" [white]', "COLOUR", read=colour, belongs="animate"
+        PICTURES, 'of a picture, as in "black" or "#ffffff" [white]', "COLOUR", read=tasks.colour, belongs="animate"
     )
     show: tuple[str, ...] | None = option(
         PICTURES,
         "contents of a picture: names (of points), links, peak, drives, paths, deformed; none [names,peak,drives]",
         "WHAT,...",
-        read=shown,
+        read=tasks.shown,
         belongs="animate",
     )
     balance: bool = option(

@@ -19,24 +19,8 @@ from kinelast.scene.part import Assembly, Part
 from kinelast.scene.quantities import Duration, LoadRating, PressureSpeed, Share, Size, SlidingSpeed, Stress
 from kinelast.scene.reading import MAX_MARKS, reading
 from kinelast.scene.tables import Factor, StrictTable
-from machine.joints import (
-    EYE_RANGE,
-    LOAD_RANGE,
-    OVERLAP_RANGE,
-    PIN_RANGE,
-    SLIP_RANGE,
-    STATIC_RANGE,
-    Eye,
-    Guide,
-    JointCourse,
-    JointParts,
-    Pin,
-    Plain,
-    Rolling,
-    clearance_effects,
-    contact_losses,
-    knocks,
-)
+from machine import joints as formulas
+from machine.joints import JointCourse, JointParts
 from rigid.arrays import Flags, Reals
 
 if TYPE_CHECKING:
@@ -161,12 +145,12 @@ def _parts(scene: SceneTable, point: str, table: BearingTable) -> JointParts:
             known_name(f"{where}.eye", "link", eye.link, there, "link at the pin")
         require(2 * real(eye.edge) > real(eye.diameter), f"{where}.eye", "edge", "expected more than half the diameter")
     return JointParts(
-        None if rolling is None else Rolling(
+        None if rolling is None else formulas.Rolling(
             real(rolling.C), _or(rolling.C0, nan), rolling.type, float(rolling.reliability.split()[0]) / 100,
             _or(rolling.condition, 1.0), _or(rolling.elements, nan),
         ),
         None if plain is None else _plain(plain),
-        None if pin is None else Pin(
+        None if pin is None else formulas.Pin(
             real(pin.diameter), real(pin.eye), _or(pin.cheek, 0.0), _or(pin.gap, 0.0), pin.overhung,
             _or(pin.yield_stress, nan),
         ),
@@ -175,20 +159,20 @@ def _parts(scene: SceneTable, point: str, table: BearingTable) -> JointParts:
     )  # fmt: skip
 
 
-def eye_of(table: EyeTable) -> Eye:
+def eye_of(table: EyeTable) -> formulas.Eye:
     """Return the eye of a link from its table."""
     diameter, width, thickness, edge = (
         real(each) for each in (table.diameter, table.width, table.thickness, table.edge)
     )
-    return Eye(diameter, width, thickness, edge, _or(table.yield_stress, nan))
+    return formulas.Eye(diameter, width, thickness, edge, _or(table.yield_stress, nan))
 
 
-def _plain(table: PlainTable) -> Plain | Guide:
+def _plain(table: PlainTable) -> formulas.Plain | formulas.Guide:
     """Return the plain bearing of a pin, which has a diameter, or of a slider, which has a length."""
     if table.diameter is not None:
-        return Plain(real(table.diameter), real(table.width))
+        return formulas.Plain(real(table.diameter), real(table.width))
     assert table.length is not None
-    return Guide(real(table.length), real(table.width))
+    return formulas.Guide(real(table.length), real(table.width))
 
 
 def _or(value: Any, otherwise: float) -> Any:
@@ -221,11 +205,14 @@ CLEARANCES = Kind("scene with clearance", lambda scene: [""] * bool(joints_with(
 
 def lost_contact(cycle: Cycle, number: int) -> Flags:
     """Flags of lost contact in a joint between a position and the next, shape (..., positions)."""
-    return contact_losses(cycle.joint(number), cycle.scene.run.turn)
+    return formulas.contact_losses(cycle.joint(number), cycle.scene.run.turn)
 
 
 def _knocks(cycle: Cycle) -> list[Any]:
-    return [knocks(lost_contact(cycle, number), cycle.scene.run.turn) for number in joints_with(cycle.scene, CLEARANCE)]
+    return [
+        formulas.knocks(lost_contact(cycle, number), cycle.scene.run.turn)
+        for number in joints_with(cycle.scene, CLEARANCE)
+    ]
 
 
 def clearance_figures(output: Output | None) -> tuple[Figure, ...]:
@@ -255,7 +242,7 @@ def _effects(cycle: Cycle, output: Output) -> tuple[Reals, Reals]:
     if output.point:
         links = enumerate(mechanism.links)
         ends = [(at, link.points[output.point]) for at, link in links if at and output.point in link.points]
-    effects = [clearance_effects(cycle.motion, gaps, forces, *end) for end in ends]
+    effects = [formulas.clearance_effects(cycle.motion, gaps, forces, *end) for end in ends]
     worst, pressed = (np.maximum.reduce(each) for each in zip(*effects, strict=True))
     return worst, pressed
 
@@ -359,12 +346,12 @@ BEARINGS: Part[JointParts] = Part(
                averaged(_knocks), AVERAGE, power=0.0),
     ),
     checks=(
-        RangeCheck(LOAD_RANGE, ROLLING, "bearing_load_share", LIVES),
-        RangeCheck(STATIC_RANGE, ROLLING, "bearing_static_safety", LIVES),
-        RangeCheck(OVERLAP_RANGE, ROLLING, "bearing_overlap", LIVES),
-        RangeCheck(SLIP_RANGE, ROLLING, "bearing_load_share"),
-        RangeCheck(PIN_RANGE, PIN, "pin_safety"),
-        RangeCheck(EYE_RANGE, EYE, "eye_safety"),
+        RangeCheck(formulas.LOAD_RANGE, ROLLING, "bearing_load_share", LIVES),
+        RangeCheck(formulas.STATIC_RANGE, ROLLING, "bearing_static_safety", LIVES),
+        RangeCheck(formulas.OVERLAP_RANGE, ROLLING, "bearing_overlap", LIVES),
+        RangeCheck(formulas.SLIP_RANGE, ROLLING, "bearing_load_share"),
+        RangeCheck(formulas.PIN_RANGE, PIN, "pin_safety"),
+        RangeCheck(formulas.EYE_RANGE, EYE, "eye_safety"),
     ),
     joint_row=_joint_row,
     of_output=clearance_figures,

@@ -15,27 +15,8 @@ from kinelast.scene.figure import LEAST, Figure, Kind, RangeCheck, each, items_o
 from kinelast.scene.names import drive_names
 from kinelast.scene.numbers import quantity, real, require, vector
 from kinelast.scene.part import Assembly, Part
-from kinelast.scene.parts.cam_courses import (
-    CAM,
-    CAM_NEEDS,
-    FACED,
-    HELD,
-    KEY,
-    PRESSED,
-    ROLLED,
-    cam_columns,
-    cam_faults,
-    cam_findings,
-    cam_flanks,
-    cam_force,
-    cam_lag,
-    cam_outline,
-    cam_pace,
-    cam_preload,
-    cam_pressure,
-    cam_row,
-    cam_torque,
-)
+from kinelast.scene.parts import cam_courses as courses
+from kinelast.scene.parts.cam_courses import CAM, FACED, HELD, KEY, PRESSED, ROLLED, cam_flanks
 from kinelast.scene.quantities import CamSpeed, PressureAngle, Size, Stress
 from kinelast.scene.tables import Place, StrictTable
 from machine.cams import HERTZ_RANGE, INNER, Cam, CamCourse, CamPush, cam_course, contact_modulus
@@ -317,14 +298,14 @@ def _symbols(scene: Scene) -> Iterator[Mark]:
     from symbols import LINK, SHADE, SOFT, UNDER, Line, Mark, Spot
 
     for name, cam in CAMS.of(scene).items():
-        flanks = cam_outline(scene, name, OUTLINE)
+        flanks = courses.cam_outline(scene, name, OUTLINE)
         profiles = [np.ravel(flank.profile) for flank in flanks]
         reach = max(float(np.nanmax(np.abs(each))) for each in (*profiles, np.ravel(flanks[0].pitch)))
         lines = tuple(Line(far=each[np.isfinite(each)], closed=True) for each in profiles)
         at = Spot(GROUND, local=complex(np.ravel(cam.centre)[0]))
 
         def turn(motion: Motion, cam: Cam = cam) -> Any:
-            return np.exp(1j * cam.speed * cam_pace(scene, cam, motion) * motion.time)
+            return np.exp(1j * cam.speed * courses.cam_pace(scene, cam, motion) * motion.time)
 
         rim = (0.0, RIM * reach if True in cam.flanks else 0.0)
         yield Mark("cam", at, lines, rim, spin=turn, stroke=SOFT, fill=SHADE, level=UNDER)
@@ -352,23 +333,23 @@ CAMS: Part[Cam] = Part(
                _of_cams(lambda cycle, name: np.abs(cam_flanks(cycle, name)[-1].contact)), power=0.0),
         Figure("cam_face_margin", "distance of the contact from the end of a flat face", "m", FACED,
                _least_of_cams(lambda flank: flank.face_margin, FACED), LEAST, power=0.0),
-        Figure("cam_force", "force of a cam on its follower", "N", CAM, _of_cams(cam_force)),
+        Figure("cam_force", "force of a cam on its follower", "N", CAM, _of_cams(courses.cam_force)),
         Figure("cam_least_force", "smallest force of a cam on its follower", "N", HELD,
-               _least_values(cam_force, HELD), LEAST),
+               _least_values(courses.cam_force, HELD), LEAST),
         Figure("cam_preload", "effort that keeps a follower on its cam", _cam_units("N m", "N", HELD), HELD,
-               _of_cams(cam_preload, HELD)),
+               _of_cams(courses.cam_preload, HELD)),
         Figure("cam_lag", "lag of the drive behind its cam due to bending", _cam_units("rad", "m", CAM),
-               CAM, _of_cams(cam_lag)),
+               CAM, _of_cams(courses.cam_lag)),
         Figure("cam_pressure", "pressure between a cam and its follower", "Pa", PRESSED,
-               _of_cams(cam_pressure, PRESSED), power=PRESSURE_EXPONENT,
+               _of_cams(courses.cam_pressure, PRESSED), power=PRESSURE_EXPONENT,
                limit="pressure"),
-        Figure("cam_torque", "torque of a camshaft", "N m", CAM, _of_cams(cam_torque)),
+        Figure("cam_torque", "torque of a camshaft", "N m", CAM, _of_cams(courses.cam_torque)),
     ),
-    row=cam_row,
-    findings=cam_findings,
-    faults=cam_faults,
-    needs=CAM_NEEDS,
-    columns=cam_columns,
+    row=courses.cam_row,
+    findings=courses.cam_findings,
+    faults=courses.cam_faults,
+    needs=courses.CAM_NEEDS,
+    columns=courses.cam_columns,
     checks=(RangeCheck(HERTZ_RANGE, PRESSED, "cam_pressure", quantity=_over_yield),),
     loads=_loads,
     symbols=_symbols,

@@ -20,21 +20,9 @@ from kinelast.scene.parts.bearings import BEARINGS, eye_of
 from kinelast.scene.reading import reading
 from kinelast.scene.tables import Factor, StrictTable
 from machine import Range
+from machine import life as formulas
 from machine.joints import EDGE_RANGE, HOLE_RANGE
-from machine.life import (
-    CYCLES_RANGE,
-    SIZE_RANGE,
-    SURFACE_RANGE,
-    YIELD_RANGE,
-    Fatigue,
-    FatigueStrength,
-    FatigueTask,
-    effective_diameter,
-    fatigue,
-    reliability_factor,
-    size_factor,
-    surface_factor,
-)
+from machine.life import Fatigue, FatigueStrength, FatigueTask
 from rigid.arrays import Real
 
 if TYPE_CHECKING:
@@ -136,9 +124,9 @@ def _strength(
     size = settings.size if given.size is None else given.size
     ultimate = real(stuff.ultimate)
     if isinstance(surface, str):
-        require(SURFACE_RANGE.holds(real(stuff.E) / 1e9), "fatigue", "surface", _left(SURFACE_RANGE))
-    factors: dict[str, Any] = {"reliability": reliability_factor(settings.reliability)}
-    factors["surface"] = surface_factor(surface, ultimate) if isinstance(surface, str) else surface or 1.0
+        require(formulas.SURFACE_RANGE.holds(real(stuff.E) / 1e9), "fatigue", "surface", _left(formulas.SURFACE_RANGE))
+    factors: dict[str, Any] = {"reliability": formulas.reliability_factor(settings.reliability)}
+    factors["surface"] = formulas.surface_factor(surface, ultimate) if isinstance(surface, str) else surface or 1.0
     factors["size"] = _size_factor(body.sections[number].section, made) if size is None else size
     whole = factors["reliability"] * factors["surface"] * factors["size"]
     limit = nan if stuff.yield_stress is None else real(stuff.yield_stress)
@@ -150,11 +138,11 @@ def _size_factor(section: Section, made: SectionSource) -> Real:
     """Return the size factor of a beam at its larger end."""
     taper = section.taper
     deep, wide = (1.0, 1.0) if taper is None else (max(1.0, sum(taper.fibre)), max(1.0, sum(taper.width)))
-    diameter = effective_diameter(2 * section.fibre * deep, section.width * wide, section.round)
+    diameter = formulas.effective_diameter(2 * section.fibre * deep, section.width * wide, section.round)
     if np.isnan(diameter).any():
         raise fault("fatigue", "size", f'the section "{made.section}" has no dimensions: give the factor')
-    require(SIZE_RANGE.holds(1e3 * diameter), "fatigue", "size", _left(SIZE_RANGE))
-    return size_factor(diameter)
+    require(formulas.SIZE_RANGE.holds(1e3 * diameter), "fatigue", "size", _left(formulas.SIZE_RANGE))
+    return formulas.size_factor(diameter)
 
 
 def _left(formula: Range) -> str:
@@ -168,7 +156,7 @@ def beam_fatigue(cycle: Cycle) -> Fatigue:
 
 
 def _fatigue(cycle: Cycle) -> Fatigue:
-    return fatigue(cycle.well_conditioned, cycle.scene.parts[KEY][ALONE])
+    return formulas.fatigue(cycle.well_conditioned, cycle.scene.parts[KEY][ALONE])
 
 
 def _asked(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
@@ -228,6 +216,9 @@ FATIGUE: Part[FatigueTask] = Part(
     _row,
     section="life",
     formulas="the life formula and its strengths",
-    checks=(RangeCheck(YIELD_RANGE, FATIGUED, "safety"), RangeCheck(CYCLES_RANGE, FATIGUED, "life_cycles")),
+    checks=(
+        RangeCheck(formulas.YIELD_RANGE, FATIGUED, "safety"),
+        RangeCheck(formulas.CYCLES_RANGE, FATIGUED, "life_cycles"),
+    ),
     alone=True,
 )  # fmt: skip
