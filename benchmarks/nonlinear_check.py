@@ -21,7 +21,7 @@ import measuring
 from random_scenes import scenes
 
 from kinelast.figures import checks
-from kinelast.figures.check_results import NotMade
+from kinelast.figures.checks import NotMade
 from kinelast.runs import computed
 from kinelast.tasks.request import Request
 

@@ -15,9 +15,9 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from kinelast.scene.classes import TableClass, table_classes
 from kinelast.scene.document import Document, document_from_text
 from kinelast.scene.format import SceneTable
+from kinelast.scene.schema import TableClass, table_classes
 
 Quantity = float | str  # in SI units, or with its unit, as in "6 mm"
 Place = Sequence[Quantity]  # x and y

@@ -14,7 +14,7 @@ import numpy as np
 
 import rigid
 from elastic import Deflection, marked, sample
-from kinelast.figures.cycle import Cycle, drive_words
+from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import bounded_items, magnitudes
 from kinelast.figures.limits import decisive
 from kinelast.figures.output import output_of
@@ -28,8 +28,8 @@ from kinelast.scene.data import Scene, require_reached, require_tables, scene_de
 from kinelast.scene.document import Document, document_from_dict
 from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
-from kinelast.scene.figure import LEAST, Figure, items_of
-from kinelast.scene.limits import Limit, tolerance
+from kinelast.scene.figure import LEAST, Figure, Limit, drive_words, items_of
+from kinelast.scene.limits import tolerance
 from kinelast.scene.parsing import is_chain, read_toml
 from kinelast.scene.text import beside
 from kinelast.scene.variables import numbers, place_of

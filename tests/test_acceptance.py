@@ -13,7 +13,6 @@ from elastic import RIGID, deflection, displacement_of
 from elastic.assessment import angle_error
 from kinelast.cli.command import main
 from kinelast.figures.cycle import EXTREME_FIELDS
-from kinelast.figures.reader import Reader
 from kinelast.figures.results import Results
 from kinelast.figures.summary import angle_figures, output_reading, point_figures
 from kinelast.outputs.page.data import BUDGET, kept_positions, numbers_of
@@ -22,6 +21,7 @@ from kinelast.runs import computed
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
+from kinelast.scene.reading import Reader
 from kinelast.tasks.request import Request
 from kinelast.tasks.task import shipped_scenes
 

@@ -22,7 +22,7 @@ from kinelast import report, scene_from_dict, shipped_scenes
 from kinelast.designs import evaluate
 from kinelast.designs.base import design_measures
 from kinelast.designs.studies import problem_of
-from kinelast.figures.cycle import NOISE, Cycle
+from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import magnitudes
 from kinelast.figures.limits import KEPT, SEVERITY, full_answer, limits_of_items, severities, verdict_on
 from kinelast.figures.output import output_of
@@ -35,8 +35,7 @@ from kinelast.outputs.speeds import speed_figures
 from kinelast.runs import by_theory, computed, long_results
 from kinelast.scene.document import document_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.figure import AVERAGE, LARGEST, LEAST
-from kinelast.scene.limits import Limit
+from kinelast.scene.figure import AVERAGE, LARGEST, LEAST, NOISE, Limit
 from kinelast.scene.parts import PARTS
 from kinelast.scene.tables import LimitsTable
 from kinelast.scene.text import file_text, toml_tables

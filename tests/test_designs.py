@@ -10,7 +10,7 @@ from tiers import in_tiers
 from elastic import FIELDS, deflection, extremes, rectangle, sample, section_of
 from elastic.cycle_maxima import COARSE, FINE, _bounds, cycle_maxima
 from kinelast import SceneError, scene_from_dict, scene_motion, shipped_scenes
-from kinelast.designs import Variable, evaluate
+from kinelast.designs import evaluate
 from kinelast.designs.base import base_of
 from kinelast.figures.summary import summary
 from kinelast.runs import computed
@@ -18,7 +18,7 @@ from kinelast.scene import build
 from kinelast.scene.document import document_from_dict, document_of, read_document
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.text import file_text, toml_tables
-from kinelast.scene.variables import numbers
+from kinelast.scene.variables import Variable, numbers
 from kinelast.tasks.request import Request
 from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, PointLoad, motion
 from tests.scene_texts import SWING, WHEEL

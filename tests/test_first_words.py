@@ -16,7 +16,7 @@ from kinelast.figures.limits import KEPT, SEVERITY, TOO_NEAR, UNKNOWN, severity
 from kinelast.figures.report import Verdict, report_from
 from kinelast.outputs.words import MAX_NAMED, error_words, verdict_words
 from kinelast.scene.data import GEOMETRICALLY_EXACT
-from kinelast.scene.limits import Limit
+from kinelast.scene.figure import Limit
 from kinelast.scene.reading import reading
 
 CASES = Path(__file__).parent / "data" / "cases"

@@ -10,7 +10,7 @@ from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.designs.studies import optimum_study
 from kinelast.figures.errors import Estimate, figure_errors
-from kinelast.figures.reserves import breaks_first
+from kinelast.figures.parts import breaks_first
 from kinelast.figures.summary import summary
 from kinelast.runs import computed, long_results, require_chunk
 from kinelast.scene.document import document_of, scene_from_text

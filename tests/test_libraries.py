@@ -8,7 +8,7 @@ from scene_texts import ARM, edited
 from exchange import ExchangeError, section_of_dxf
 from kinelast import SceneError, read_document, scene_from_text
 from kinelast.cli.command import main
-from kinelast.designs.evaluate import evaluate
+from kinelast.designs import evaluate
 from kinelast.scene.document import document_from_text
 from kinelast.scene.text import beside
 from live.answer import quick_answer

@@ -20,7 +20,7 @@ import pytest
 from tiers import in_tiers
 
 import kinelast
-import kinelast.tasks.editor
+import kinelast.tasks.task
 from kinelast import deflection, read_document, scene_from_dict, scene_from_text
 from kinelast.cli.command import main
 from kinelast.scene.course import CourseByLaws
@@ -859,7 +859,7 @@ class TestCommand:
         assert capsys.readouterr().err == told
 
     def test_without_an_editor_the_command_says_so(self, capsys, monkeypatch):
-        monkeypatch.setattr(kinelast.tasks.editor, "GROUP", "kinelast.nothing")
+        monkeypatch.setattr(kinelast.tasks.task, "GROUP", "kinelast.nothing")
         assert main(["--live"]) == 2
         assert capsys.readouterr().err.startswith("deflection-report: no package provides a live editor")
 

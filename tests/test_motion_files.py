@@ -13,7 +13,7 @@ from scene_texts import FOUR_BAR, edited
 from exchange import columns_of
 from kinelast import SceneError, answer, read_document, read_structure, scene_from_text
 from kinelast.cli.command import main
-from kinelast.designs.evaluate import evaluate
+from kinelast.designs import evaluate
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import document_from_text
 from kinelast.scene.drives import motion_table

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 from tiers import in_tiers
 
-from kinelast.figures.check_results import NotMade
-from kinelast.figures.checks import nonlinear_check
+from kinelast.figures.checks import NotMade, nonlinear_check
 from kinelast.runs import computed
 from kinelast.scene.document import read_scene, scene_from_text
 from kinelast.tasks.request import Request

@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 from kinelast.designs.optimum import optimum
 from kinelast.designs.problem import DesignProblem, linearized
-from kinelast.scene.limits import Limit
+from kinelast.scene.figure import Limit
 
 
 def problem(columns, low, high, figure="cost", **more):

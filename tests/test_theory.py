@@ -20,10 +20,8 @@ from elastic.assessment import buckling
 from elastic.elastodynamics import transient
 from kinelast import read_scene, scene_from_text, shipped_scenes
 from kinelast.cli.command import main
-from kinelast.figures.check_results import NonlinearCheck, nonlinear_report
-from kinelast.figures.checks import nearer, nonlinear_check, solid_check
+from kinelast.figures.checks import NonlinearCheck, nearer, nonlinear_check, nonlinear_report, solid_check
 from kinelast.figures.errors import BEAM_THEORY, MEASURED, NOT_OF_MOTION, FigureError
-from kinelast.figures.reader import Reader
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import exceedance_rows, theory_report
 from kinelast.figures.theory import damping_of
@@ -32,6 +30,7 @@ from kinelast.outputs.words import further_checks, reached_words
 from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.error import SceneError
+from kinelast.scene.reading import Reader
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Request
 from rigid import with_rates

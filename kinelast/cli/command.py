@@ -190,7 +190,7 @@ def _live(*scenes: str) -> int:
     """Serve the live editor for a scene, or for an empty sheet."""
     if len(scenes) > 1:
         return _refuse("--live takes one scene")
-    from kinelast.tasks.editor import NoEditorError, installed_editor
+    from kinelast.tasks.task import NoEditorError, installed_editor
 
     try:
         return installed_editor().serve(scenes[0] if scenes else None, lambda words: say(words, sys.stdout))

@@ -13,8 +13,9 @@ from kinelast.designs.tolerances import Tolerance
 from kinelast.figures.limits import limits_of_items
 from kinelast.scene.document import Document
 from kinelast.scene.error import fault, known_name
+from kinelast.scene.figure import Limit
 from kinelast.scene.format import SceneTable
-from kinelast.scene.limits import Limit, bounds, figure_bounds, tolerance
+from kinelast.scene.limits import bounds, figure_bounds, tolerance
 from kinelast.scene.tables import PER_LENGTH
 from kinelast.scene.variables import Variable
 from rigid.arrays import Reals

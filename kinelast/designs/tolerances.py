@@ -18,8 +18,8 @@ from kinelast.designs.sensitivities import FigureColumns, FiguresOf, Sensitiviti
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.limits import UNKNOWN, FullAnswer, Judgement
 from kinelast.figures.ranges import STRENGTH
-from kinelast.scene.figure import FIXED, SCENE, Figure, fixed, largest_of, whole
-from kinelast.scene.limits import OUTPUT_ERROR, Output
+from kinelast.scene.figure import FIXED, OUTPUT_ERROR, SCENE, Figure, fixed, largest_of, whole
+from kinelast.scene.limits import Output
 from kinelast.scene.variables import Variable
 from rigid import Motion, position_of
 from rigid.arrays import Complexes, Numbers, Reals

@@ -14,15 +14,13 @@ from elastic import FIELDS, Deflection, Extreme, Largest, extremes, largest, sam
 from elastic.assessment import PathDeviation, buckling_bound, buckling_ratio, euler_ratio, path_deviation
 from elastic.beams import designs_of
 from kinelast.scene.data import Scene, scene_deflection
-from kinelast.scene.figure import NOISE, RowSearch
-from kinelast.scene.names import drive_words, joint_words, points_of
+from kinelast.scene.figure import RowSearch, points_of
 from kinelast.tasks.progress import one_thread
 from machine.drives import time_weights
 from machine.joints import JointCourse, joint_course
 from rigid import Mechanism, Motion, Reals, drive_efforts, reachable
 from rigid.arrays import Flags, Numbers
 
-__all__ = ["NOISE", "drive_words", "joint_words", "points_of"]
 Result = TypeVar("Result")
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not elastic.FieldKind.LOAD)
 WELL = 1e6  # largest condition number of a position that counts in largest values

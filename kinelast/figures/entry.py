@@ -18,9 +18,9 @@ from kinelast.scene.figure import (
     LARGEST,
     LEAST,
     Figure,
+    Limit,
     items_of,
 )
-from kinelast.scene.limits import Limit
 from kinelast.scene.parts.fatigue import FATIGUED
 from rigid.arrays import Integers, Reals
 

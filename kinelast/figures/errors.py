@@ -15,8 +15,7 @@ from kinelast.figures.cycle import STATIONS, Cycle
 from kinelast.figures.entry import bounded_items, magnitudes
 from kinelast.figures.registry import NAMES, limits_of
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import LARGEST, LEAST, MOST, Figure
-from kinelast.scene.limits import OUTPUT_ERROR
+from kinelast.scene.figure import LARGEST, LEAST, MOST, OUTPUT_ERROR, Figure
 from rigid.arrays import Complexes, Numbers, Reals
 
 VIBRATION, LARGE = "vibration", "large displacement"

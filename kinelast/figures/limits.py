@@ -16,17 +16,15 @@ from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
 from kinelast.figures.errors import RECIPROCAL, stiffness_error
 from kinelast.figures.ranges import STRENGTH, can_yield, needed_by_limits, refusals
-from kinelast.figures.reader import Reader, error_entries
 from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
 from kinelast.figures.report import JudgedLimit, Verdict
 from kinelast.figures.results import Results, results_in_full
 from kinelast.figures.trust import doubts
 from kinelast.scene.data import QUASI_STATIC, Scene
 from kinelast.scene.error import SceneError
-from kinelast.scene.figure import FIXED, LARGEST, LEAST, SCENE, Figure, fixed, items_of
-from kinelast.scene.limits import Limit
+from kinelast.scene.figure import FIXED, LARGEST, LEAST, SCENE, Figure, Limit, fixed, items_of
 from kinelast.scene.numbers import UNRELIABLE
-from kinelast.scene.reading import Reading, known, reading
+from kinelast.scene.reading import Reader, Reading, error_entries, known, reading
 from rigid.arrays import Integers, Real, Reals, of_designs
 
 KEPT, BROKEN, TOO_NEAR, UNKNOWN = "kept", "not kept", "too close to decide", "cannot be judged"

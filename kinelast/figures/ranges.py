@@ -9,8 +9,7 @@ import numpy as np
 
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import items_of
-from kinelast.scene.limits import Limit
+from kinelast.scene.figure import Limit, items_of
 from kinelast.scene.numbers import number
 from kinelast.scene.parts import PARTS
 from machine import Range

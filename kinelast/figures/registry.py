@@ -11,8 +11,7 @@ import numpy as np
 
 from elastic import FIELDS, Largest, Section, displacement_of, largest_row
 from elastic.assessment import angle_error
-from kinelast.figures.cycle import EXTREME_FIELDS, AlongBeams, Cycle, drive_words
-from kinelast.figures.drives import DRIVE_FIGURES
+from kinelast.figures.cycle import EXTREME_FIELDS, AlongBeams, Cycle
 from kinelast.figures.entry import measures_of
 from kinelast.figures.output import (
     advantage_of,
@@ -24,10 +23,10 @@ from kinelast.figures.output import (
     travel_of,
 )
 from kinelast.scene.data import Scene
+from kinelast.scene.drive_values import DRIVE_FIGURES
 from kinelast.scene.error import SceneError, fault, likely
 from kinelast.scene.figure import (
     BEAM,
-    DRIVE,
     FIXED,
     FRICTION,
     JOINT,
@@ -160,8 +159,6 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
     Figure("off_path", "displacement off the path", "m", POINT,
            each(lambda cycle: [one.normal for one in cycle.deviations.values()])),
     ANGLE_ERROR,
-    Figure("drive_effort", "effort of a drive", lambda scene: [unit for *_, unit in drive_words(scene.mechanism)],
-           DRIVE, each(lambda cycle: cycle.efforts), told=True),
     *DRIVE_FIGURES,
     *(figure for part in PARTS for figure in part.figures),
     Figure("joint_force", "force in a joint", "N", JOINT,

@@ -10,8 +10,7 @@ from typing import Any
 
 from msgspec import UNSET, Struct, UnsetType, convert, field, to_builtins
 
-from kinelast.scene.finding import Finding
-from kinelast.scene.reading import Reading
+from kinelast.scene.reading import Finding, Reading
 
 Data = Mapping[str, Any]
 

@@ -13,15 +13,15 @@ import numpy as np
 from elastic import Deflection, Extreme, marked
 from elastic.assessment import LIMITS, Exceedance, PathDeviation, exceedances, period_of, slenderness
 from elastic.vibration import Frequencies, natural_frequencies
-from kinelast.figures.check_results import NonlinearCheck, NotMade
-from kinelast.figures.cycle import Cycle, drive_words, joint_words, too_many_beams
+from kinelast.figures.checks import NonlinearCheck, NotMade
+from kinelast.figures.cycle import Cycle, too_many_beams
 from kinelast.figures.errors import FigureError, GradedFigure, with_bodies, worst_of
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, run_figures
 from kinelast.figures.ranges import yield_words
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import QUASI_STATIC, Scene, Theory, scene_deflection, scene_motion
-from kinelast.scene.figure import Limit
+from kinelast.scene.figure import Limit, drive_words, joint_words
 from kinelast.scene.numbers import coordinate, percent, quantity
 from kinelast.tasks.progress import SILENT, Progress, one_thread
 from rigid import ConstantSpeed, Mechanism, Motion, Reals

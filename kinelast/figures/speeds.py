@@ -19,16 +19,15 @@ from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_
 from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors, stiffness_error
 from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS, ends, severities
 from kinelast.figures.output import output_of
+from kinelast.figures.parts import reserve_of, reserves_of
 from kinelast.figures.ranges import STRENGTH, needed_by_limits, refusals
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.report import LinkReserves
-from kinelast.figures.reserves import reserve_of, reserves_of
 from kinelast.figures.results import Results
 from kinelast.figures.theory import BOUND_OVER_ERROR, JUDGED, RESOLVED, damping_of
 from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
-from kinelast.scene.figure import BEAM, LEAST, Figure, items_of
-from kinelast.scene.limits import OUTPUT_ERROR, Limit
+from kinelast.scene.figure import BEAM, LEAST, OUTPUT_ERROR, Figure, Limit, items_of
 from kinelast.scene.reading import Reading
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from rigid import ConstantSpeed, MechanismError, Motion, with_rates

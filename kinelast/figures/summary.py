@@ -14,31 +14,28 @@ from elastic.assessment import LIMITS
 from elastic.links import members_of
 from kinelast import __version__
 from kinelast.figures import report
-from kinelast.figures.check_results import nonlinear_report, solid_report
-from kinelast.figures.checks import check_passed
+from kinelast.figures.checks import check_passed, nonlinear_report, solid_report
 from kinelast.figures.cycle import EXTREME_FIELDS
 from kinelast.figures.limits import acceptance
 from kinelast.figures.output import slid, turns_of
-from kinelast.figures.parts import drives_of, friction_of, inputs_of, joints_of, strength_of, vibration_of
+from kinelast.figures.parts import breaks_first, drives_of, friction_of, inputs_of, joints_of, strength_of, vibration_of
 from kinelast.figures.peaks import Peak, greatest
-from kinelast.figures.reader import Reader
 from kinelast.figures.registry import output_figures
 from kinelast.figures.report import Report, data_of
-from kinelast.figures.reserves import breaks_first
 from kinelast.figures.results import Results
 from kinelast.figures.shares import output_shares
 from kinelast.figures.trust import findings, left_out, reliability, worst_figure
 from kinelast.scene.data import ACCURACY, QUASI_STATIC
-from kinelast.scene.figure import POINT, items_of
-from kinelast.scene.limits import OUTPUT_ERROR, Output
+from kinelast.scene.figure import OUTPUT_ERROR, POINT, items_of
+from kinelast.scene.limits import Output
 from kinelast.scene.numbers import quantity
 from kinelast.scene.parts import PARTS
-from kinelast.scene.reading import Reading, known, reading
+from kinelast.scene.reading import Reader, Reading, known, reading
 from rigid import Beam
 from rigid.analysis import LimitPosition
 
 if TYPE_CHECKING:
-    from kinelast.scene.finding import Finding
+    from kinelast.scene.reading import Finding
 
 
 OUTPUT_MOTION = {

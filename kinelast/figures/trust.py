@@ -13,19 +13,17 @@ import numpy as np
 
 from elastic.assessment import LIMITS, shear_share
 from kinelast.figures.checks import check_passed, nearer
-from kinelast.figures.cycle import NOISE, WELL
+from kinelast.figures.cycle import WELL
 from kinelast.figures.errors import GradedFigure
 from kinelast.figures.inputs import cycle_findings, input_findings
 from kinelast.figures.parts import friction_of
 from kinelast.figures.ranges import outside_ranges
-from kinelast.figures.reader import Reader
 from kinelast.figures.results import Results
 from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT
-from kinelast.scene.figure import items_of
-from kinelast.scene.finding import CAUTION, GOOD, OPEN, ORDER, POOR, Finding
+from kinelast.scene.figure import NOISE, items_of
 from kinelast.scene.numbers import error_percent, number, percent, quantity
 from kinelast.scene.parts import PARTS
-from kinelast.scene.reading import known
+from kinelast.scene.reading import CAUTION, GOOD, OPEN, ORDER, POOR, Finding, Reader, known
 from rigid import Friction, counted
 
 THEORY = "Accuracy"

@@ -335,7 +335,7 @@ def live(scene: Scene | Document | str | Path | None = None) -> Any:
     ValueError
         The scene has no text.
     """
-    from kinelast.tasks.editor import installed_editor
+    from kinelast.tasks.task import installed_editor
 
     try:
         return installed_editor().view(scene)

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic import FIELDS, Field, FieldKind, sample
-from kinelast.figures.cycle import drive_words
 from kinelast.figures.results import Results
 from kinelast.outputs.sheet import LINKS as COLOURS
+from kinelast.scene.figure import drive_words
 from kinelast.scene.numbers import number, quantity, scale_of, ticks
 from rigid import Reals
 from rigid.arrays import Integers

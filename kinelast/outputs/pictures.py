@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic import sample
-from kinelast.figures.cycle import points_of
 from kinelast.figures.results import Results
 from kinelast.outputs.charts import INK, SOFT, STYLE, axis, cycle_charts, cycle_maps, line_charts, svg_of
 from kinelast.outputs.display import display_list, extent
 from kinelast.outputs.positions import PROFILE
 from kinelast.outputs.sheet import MechanismAxes
 from kinelast.scene.data import Scene
+from kinelast.scene.figure import points_of
 from kinelast.scene.numbers import number as written
 from kinelast.scene.numbers import quantity, round_down
 from kinelast.scene.parts import symbols_of

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from elastic import FIELDS, sample
-from kinelast.figures.cycle import drive_words, points_of
 from kinelast.figures.results import Results
 from kinelast.outputs.table import Column, Table, csv_bytes
 from kinelast.scene.data import Scene
 from kinelast.scene.error import likely
+from kinelast.scene.figure import drive_words, points_of
 from kinelast.scene.parts import PARTS
 from kinelast.scene.parts.cam_courses import cam_outline
 from kinelast.tasks.request import RequestError

@@ -12,12 +12,10 @@ from kinelast.figures.limits import BROKEN, KEPT
 from kinelast.figures.report import Report
 from kinelast.figures.results import Results
 from kinelast.outputs.charts import INK, SOFT, STYLE
-from kinelast.outputs.handout import assumptions, checked
 from kinelast.outputs.pictures import draw_mechanism
-from kinelast.outputs.words import LEVELS, error_words, limit_rows, magnitude, size, verdict_words
-from kinelast.scene.finding import GOOD
+from kinelast.outputs.words import LEVELS, assumptions, checked, error_words, limit_rows, magnitude, size, verdict_words
 from kinelast.scene.numbers import number
-from kinelast.scene.reading import Reading
+from kinelast.scene.reading import GOOD, Reading
 
 PAPER, MARGIN = 8.27 + 11.69j, 0.6  # [in] A4
 LEAST_PICTURE, MOST_PICTURE, GAP = 1.5, 4.6, 0.12  # [in]

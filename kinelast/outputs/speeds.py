@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from elastic.elastodynamics import Resonance
-from kinelast.figures.cycle import drive_words
 from kinelast.figures.limits import TOO_NEAR, UNKNOWN
 from kinelast.figures.output import output_of
 from kinelast.figures.ranges import STRENGTH
@@ -18,7 +17,7 @@ from kinelast.figures.registry import figures_of
 from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds, leading_drive, speed_unit
 from kinelast.outputs.table import Column, Table
 from kinelast.scene.data import ACCURACY, Scene
-from kinelast.scene.figure import items_of
+from kinelast.scene.figure import drive_words, items_of
 from kinelast.scene.numbers import UNRELIABLE, percent, quantity
 
 NEAR = 0.002  # resolution of the limit speed, relative to it

@@ -182,7 +182,7 @@ def _finish(
     progress: Progress,
 ) -> tuple[Report, dict[str, Any]]:
     """Write the tables and all other files of a scene to a folder; return its report and its sealed summary."""
-    from kinelast.figures.refinement import refined
+    from kinelast.figures.peaks import refined
     from kinelast.figures.summary import report_of
 
     for name, table in tables.cam_tables(results.scene).items():

@@ -16,7 +16,8 @@ from elastic.links import members_of
 from kinelast.scene.course import Course, Run, table_of
 from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
-from kinelast.scene.limits import FigureBound, Limit, Output
+from kinelast.scene.figure import Limit
+from kinelast.scene.limits import FigureBound, Output
 from kinelast.scene.numbers import REPORT_UNITS, ToldIn
 from kinelast.scene.sections import Material, SectionSource
 from kinelast.scene.units import shown

@@ -22,8 +22,6 @@ from rigid.arrays import Real
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene
 
-__all__ = ["OUTPUT_ERROR", "Limit"]
-
 
 @dataclass(frozen=True)
 class FigureBound:

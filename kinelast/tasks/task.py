@@ -1,4 +1,4 @@
-"""Scenes named by arguments, their tasks and outcomes; an error of one scene does not stop the others."""
+"""Scenes named by arguments, their tasks and outcomes, and the live editor; an error stops only its own scene."""
 
 from __future__ import annotations
 
@@ -206,3 +206,25 @@ def missing_package(error: BaseException) -> str:
     if not name or name in OURS:
         return ""
     return f'the package "{name}" is not installed: pip install "{TO_INSTALL.get(name, name)}"'
+
+
+GROUP = "kinelast.editor"  # entry point that names a module
+
+
+class NoEditorError(LookupError):
+    """No package provides an editor."""
+
+
+def installed_editor() -> Any:
+    """Return the module of the live editor, with its functions `serve` and `view`.
+
+    Raises
+    ------
+    NoEditorError
+        No package provides an editor.
+    """
+    from importlib.metadata import entry_points  # the command's help needs none
+
+    for entry in entry_points(group=GROUP):
+        return entry.load()
+    raise NoEditorError(f"no package provides a live editor (entry point {GROUP}): install kinelast again")

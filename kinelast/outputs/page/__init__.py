@@ -19,10 +19,9 @@ import numpy as np
 from kinelast.figures.registry import figures_of
 from kinelast.figures.report import Report, data_of
 from kinelast.figures.results import Results
-from kinelast.outputs.handout import handout
 from kinelast.outputs.page.data import Numbers, kept_positions, model_of, numbers_of
 from kinelast.outputs.sealed import json_bytes
-from kinelast.outputs.words import headline, verdict_words
+from kinelast.outputs.words import assumptions, checked, headline, verdict_words
 from kinelast.scene.figure import LEAST
 from kinelast.scene.numbers import SI, ToldIn
 from kinelast.scene.parts import PARTS
@@ -42,7 +41,10 @@ def report_page(results: Results, report: Report) -> bytes:
     store = numbers_of(results, kept)
     numbers, packed = store.bytes()
     model = {**model_of(results, kept, store), "packed": packed}
-    said = {"verdict": verdict_words(report), "handout": handout(report)}
+    said = {
+        "verdict": verdict_words(report),
+        "handout": {"assumptions": assumptions(report), "checked": checked(report)},
+    }
     scene = {"summary": data_of(report), "model": model, **said, "text": results.scene.text}
     parts = {
         "title": text_of(report.scene.title),

@@ -12,8 +12,7 @@ import numpy as np
 from msgspec import Meta, field
 
 from kinelast.scene.error import fault, known_name, require_absent
-from kinelast.scene.figure import AVERAGE, LEAST, Figure, Kind, RangeCheck, averaged, each, least
-from kinelast.scene.names import joint_words
+from kinelast.scene.figure import AVERAGE, LEAST, Figure, Kind, RangeCheck, averaged, each, joint_words, least
 from kinelast.scene.numbers import real, require
 from kinelast.scene.part import Assembly, Part
 from kinelast.scene.quantities import Duration, LoadRating, PressureSpeed, Share, Size, SlidingSpeed, Stress
@@ -26,10 +25,10 @@ from rigid.arrays import Flags, Reals
 if TYPE_CHECKING:
     from elastic import Largest
     from kinelast.figures.cycle import Cycle
-    from kinelast.figures.reader import Reader
     from kinelast.scene.data import Scene
     from kinelast.scene.format import SceneTable
     from kinelast.scene.limits import Output
+    from kinelast.scene.reading import Reader
 
 KEY = "bearings"
 ROLLER_EXPONENT = 10.0 / 3.0  # exponent of the life of roller bearings

@@ -11,9 +11,8 @@ import numpy as np
 from elastic import displacement_of
 from kinelast.scene.drive_values import effort
 from kinelast.scene.figure import DRIVE, NOISE, Kind, items_of
-from kinelast.scene.finding import CAUTION, POOR, Finding
 from kinelast.scene.numbers import quantity
-from kinelast.scene.reading import Reading, reading
+from kinelast.scene.reading import CAUTION, POOR, Finding, Reading, reading
 from machine.cams import BOTH, Cam, CamCourse, CamPush, cam_course, cut_depth, line_pressure
 from rigid import ConstantSpeed, Motion
 from rigid.arrays import Flags, Reals
@@ -21,8 +20,8 @@ from rigid.plane import dot
 
 if TYPE_CHECKING:
     from kinelast.figures.cycle import Cycle
-    from kinelast.figures.reader import Reader
     from kinelast.scene.data import Scene
+    from kinelast.scene.reading import Reader
 
 KEY = "cams"
 

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from kinelast.scene.error import SceneError, fault, known_name, known_point, require_absent
-from kinelast.scene.figure import LEAST, Figure, Kind, RangeCheck, each, items_of, least
-from kinelast.scene.names import drive_names
+from kinelast.scene.figure import LEAST, Figure, Kind, RangeCheck, drive_names, each, items_of, least
 from kinelast.scene.numbers import quantity, real, require, vector
 from kinelast.scene.part import Assembly, Part
 from kinelast.scene.parts import cam_courses as courses

@@ -27,9 +27,9 @@ from rigid.arrays import Real
 
 if TYPE_CHECKING:
     from kinelast.figures.cycle import Cycle
-    from kinelast.figures.reader import Reader
     from kinelast.scene.format import MaterialTable, SceneTable
     from kinelast.scene.links import LinkModel
+    from kinelast.scene.reading import Reader
     from kinelast.scene.sections import SectionSource
 
 KEY = "fatigue"

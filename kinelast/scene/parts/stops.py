@@ -23,8 +23,8 @@ from rigid.analysis import LinkAngle, Slide
 
 if TYPE_CHECKING:
     from kinelast.figures.cycle import Cycle
-    from kinelast.figures.reader import Reader
     from kinelast.scene.data import Scene
+    from kinelast.scene.reading import Reader
     from symbols import Mark, Spot
 
 TURN = 2.0 * np.pi
