@@ -306,12 +306,10 @@ class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
     limits: tables.LimitsTable = field(default_factory=tables.LimitsTable)  #: limits of figures
     run: RunTable = field(default_factory=RunTable)  #: positions, theory, accuracy, output
     sweep: tables.SweepTable = field(default_factory=tables.SweepTable)  #: parameter study
-    sensitivities: tables.SensitivitiesTable = field(
-        default_factory=tables.SensitivitiesTable
-    )  #: derivatives of figures
-    tolerances: dict[str, Amount | tables.ToleranceTable] = field(
-        default_factory=dict
-    )  #: tolerances of numbers, by path
+    #: derivatives of figures
+    sensitivities: tables.SensitivitiesTable = field(default_factory=tables.SensitivitiesTable)
+    #: tolerances of numbers, by path
+    tolerances: dict[str, Amount | tables.ToleranceTable] = field(default_factory=dict)
     optimize: tables.OptimizeTable = field(default_factory=tables.OptimizeTable)  #: optimization
 
 
